@@ -1,0 +1,100 @@
+# Every job of the project, one command each. `make help` lists them.
+
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DEFAULT_GOAL := help
+MAKEFLAGS += --no-builtin-rules
+
+# make -C or -f from anywhere: all paths below are relative to the repository root.
+ROOT := $(patsubst %/,%,$(dir $(abspath $(lastword $(MAKEFILE_LIST)))))
+BIN := $(ROOT)/.venv/bin
+IN_ROOT := cd "$(ROOT)" &&
+
+# Options of `make plan`; `pathgene plan --help` says what they mean.
+TERRAIN ?= jacksboro
+START ?= 1500,1500,150
+GOAL ?= 9500,9500,150
+NOFLY_CIRCLES ?= 5500,5500,900
+BOARD ?= sim:
+SEED ?= 1
+OUT ?= out/plan
+
+# Options of `make sim` (default: all benches on both simulators), `make bench` and `make test`.
+SIM ?=
+BENCH ?=
+WAVES ?=
+WORKERS ?= 2
+PYTEST_ARGS ?=
+
+# The tools see these as arguments, not as variables that they might obey in their own way.
+unexport SIM BENCH WAVES
+
+# The first Python that is new enough, the one in .venv before a search; 75 is the script's answer
+# to an older one. -ES: quick to start.
+define SET_UP
+	@for python in "$(BIN)/python" python3 python3.13 python3.12 python3.11; do \
+		command -v "$$python" > /dev/null || continue; \
+		status=0; \
+		"$$python" -ES "$(ROOT)/tools/setup.py" $(1) || status=$$?; \
+		[ $$status -eq 75 ] || exit $$status; \
+	done; \
+	echo "setup: Python 3.11 or newer is missing; install the Debian package python3." >&2; \
+	exit 1
+endef
+
+.PHONY: help
+help:
+	@echo "make plan       plan over real terrain, the GA running in the simulated board"
+	@echo "                (TERRAIN= START= GOAL= NOFLY_CIRCLES= BOARD= SEED= OUT=)"
+	@echo "make setup      install all that the other targets need, once"
+	@echo "make test       all tests (WORKERS= PYTEST_ARGS=)"
+	@echo "make test-long  the same with the long random and soak runs"
+	@echo "make verilog    synthesizable Verilog of every top, in build/verilog/"
+	@echo "make sim        cocotb benches on Icarus and Verilator (SIM= BENCH= WAVES=1)"
+	@echo "make bench      measure every speed claim (BENCH=)"
+	@echo "make lint       ruff, mypy, Verilator's lint of the generated Verilog"
+	@echo "make clean      remove everything generated but .venv/"
+
+.PHONY: setup setup-plan
+setup:
+	$(call SET_UP,test)
+
+setup-plan:
+	$(call SET_UP,plan)
+
+.PHONY: plan
+plan: setup-plan
+	@$(IN_ROOT) "$(BIN)/pathgene" plan --terrain "$(TERRAIN)" --start "$(START)" --goal "$(GOAL)" \
+		$(foreach circle,$(NOFLY_CIRCLES),--nofly-circle "$(circle)") \
+		--board "$(BOARD)" --seed "$(SEED)" --out "$(OUT)"
+
+.PHONY: test test-long
+test: setup
+	@$(IN_ROOT) "$(BIN)/python" -m pytest -n $(WORKERS) --dist worksteal $(PYTEST_ARGS)
+
+test-long: setup
+	@$(IN_ROOT) "$(BIN)/python" -m pytest -n $(WORKERS) --dist worksteal -m "long or not long" \
+		$(PYTEST_ARGS)
+
+.PHONY: verilog
+verilog: setup-plan
+	@$(IN_ROOT) "$(BIN)/python" -m hdl.verilog build/verilog
+
+.PHONY: sim
+sim: setup
+	@$(IN_ROOT) "$(BIN)/python" -m sim.runner $(if $(SIM),--sim "$(SIM)") \
+		$(if $(BENCH),--bench "$(BENCH)") $(if $(filter-out 0,$(WAVES)),--waves)
+
+.PHONY: bench
+bench: setup
+	@$(IN_ROOT) "$(BIN)/python" -m bench $(if $(BENCH),"$(BENCH)")
+
+.PHONY: lint
+lint: setup verilog
+	@$(IN_ROOT) "$(BIN)/ruff" check .
+	@$(IN_ROOT) "$(BIN)/mypy"
+	@$(IN_ROOT) "$(BIN)/python" -m sim.lint build/verilog/*.v
+
+.PHONY: clean
+clean:
+	@$(IN_ROOT) rm -rf build dist out *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -1,0 +1,1 @@
+"""Gateware of pathgene, and the two definitions everyone shares: configuration and protocol."""

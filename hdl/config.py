@@ -1,0 +1,249 @@
+"""The one definition of every size and width: gateware, software model and host all read it.
+
+Pure Python, so that a host without Amaranth can import it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+import hashlib
+import json
+from dataclasses import dataclass
+
+
+__all__ = ["Config", "MutationKind", "SurvivorSelection"]
+
+
+class MutationKind(enum.IntEnum):
+    """What a mutator does to its child (*allaire-2008*, sections 3.4 and 4.6)."""
+
+    #: Move one waypoint within the box around it.
+    PERTURB = 0
+    #: Add a waypoint, within the box around one of the path, after that one.
+    INSERT = 1
+    #: Remove one waypoint.
+    DELETE = 2
+
+
+class SurvivorSelection(enum.StrEnum):
+    """How the survivors among the non-elite parents are drawn, without replacement."""
+
+    #: Every choice equally likely.
+    UNIFORM = "uniform"
+    #: Linear ranking among those left: the better of two uniform draws.
+    RANK = "rank"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Config:
+    """Sizes of the chip. Immutable and consistent: a wrong value never gets past the constructor.
+
+    Parameters
+    ----------
+    population : int
+        Paths in the population; a power of two, 4..256.
+    children : int
+        Paths made each generation, two by each crossover module.
+    elites : int
+        Best parents kept unconditionally, 1 or more.
+    survivors : int
+        Other parents kept, drawn at random.
+    perturbs, inserts, deletes : int
+        Mutators of each kind; each works on a child of its own.
+    max_waypoints : int
+        Transitional waypoints of the longest path, 3..64; the shortest has 2.
+    map_size : int
+        Cells along each edge of the map, a power of two, 8..4096.
+    coarse_factor : int
+        Detailed cells along the edge of a coarse one, a power of two below ``map_size``.
+    altitude_bits : int
+        Width of an altitude, 4..16. The top value marks ground that no path may cross.
+    box_percent : int
+        Edge of the mutation box in percent of the map's edge (*allaire-2008*, section 3.4.1).
+    survivor_selection : SurvivorSelection
+        See there.
+    clock_hz : int
+        Clock of the chip in hertz, reported to the host.
+    clocks_per_bit : int
+        UART divisor: clocks per bit, 4..65535.
+    receive_buffer : int
+        Bytes of received frames the chip can hold: a power of two, 256..32768. What a host may have
+        unanswered on the line.
+
+    Raises
+    ------
+    TypeError
+        If a field has the wrong kind.
+    ValueError
+        If a field breaks its rule; the message names both.
+    """
+
+    population: int = 32
+    children: int = 22
+    elites: int = 2
+    survivors: int = 8
+    perturbs: int = 1
+    inserts: int = 2
+    deletes: int = 2
+    max_waypoints: int = 16
+    map_size: int = 512
+    coarse_factor: int = 16
+    altitude_bits: int = 12
+    box_percent: int = 15
+    survivor_selection: SurvivorSelection = SurvivorSelection.UNIFORM
+    clock_hz: int = 100_000_000
+    clocks_per_bit: int = 33
+    receive_buffer: int = 2048
+
+    #: Fewest transitional waypoints of a path (*allaire-2008*, section 3.1).
+    MIN_WAYPOINTS = 2
+
+    def __post_init__(self) -> None:
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if field.name == "survivor_selection":
+                object.__setattr__(self, field.name, SurvivorSelection(value))
+            elif not isinstance(value, int) or isinstance(value, bool):
+                raise TypeError(f"Config.{field.name} must be an integer, not {value!r}")
+
+        self._check("population", "a power of two from 4 to 256", _is_power(self.population, 4, 256))
+        self._check("children", "even and at least 4", self.children >= 4 and self.children % 2 == 0)
+        self._check("elites", "at least 1", self.elites >= 1)
+        self._check("survivors", "at least 1", self.survivors >= 1)
+        total = self.elites + self.survivors + self.children
+        self._check(
+            "population",
+            f"elites + survivors + children = {total}",
+            self.population == total,
+        )
+        for name in ("perturbs", "inserts", "deletes"):
+            self._check(name, "at least 1", getattr(self, name) >= 1)
+        self._check(
+            "children",
+            f"at least perturbs + inserts + deletes = {self.mutators}",
+            self.children >= self.mutators,
+        )
+        self._check("max_waypoints", "from 3 to 64", 3 <= self.max_waypoints <= 64)
+        self._check("map_size", "a power of two from 8 to 4096", _is_power(self.map_size, 8, 4096))
+        self._check(
+            "coarse_factor",
+            "a power of two from 2 to map_size / 2",
+            _is_power(self.coarse_factor, 2, self.map_size // 2),
+        )
+        self._check("altitude_bits", "from 4 to 16", 4 <= self.altitude_bits <= 16)
+        self._check("box_percent", "from 1 to 100", 1 <= self.box_percent <= 100)
+        self._check("clock_hz", "from 1 to 4294967295", 1 <= self.clock_hz < 1 << 32)
+        self._check("clocks_per_bit", "from 4 to 65535", 4 <= self.clocks_per_bit < 1 << 16)
+        self._check(
+            "receive_buffer",
+            "a power of two from 256 to 32768",
+            _is_power(self.receive_buffer, 256, 32768),
+        )
+
+    def _check(self, name: str, rule: str, holds: bool) -> None:
+        if not holds:
+            raise ValueError(f"Config.{name} must be {rule}, not {getattr(self, name)!r}")
+
+    @property
+    def crossovers(self) -> int:
+        """Crossover modules; as many parents are drawn, and each is used twice."""
+        return self.children // 2
+
+    @property
+    def mutations(self) -> tuple[MutationKind, ...]:
+        """Kind of every mutator, in port order."""
+        return (
+            (MutationKind.PERTURB,) * self.perturbs
+            + (MutationKind.INSERT,) * self.inserts
+            + (MutationKind.DELETE,) * self.deletes
+        )
+
+    @property
+    def mutators(self) -> int:
+        """Mutators of all kinds."""
+        return self.perturbs + self.inserts + self.deletes
+
+    @property
+    def patches(self) -> int:
+        """Mutators that make a new waypoint: the perturbing ones, then the inserting ones."""
+        return self.perturbs + self.inserts
+
+    @property
+    def slot_bits(self) -> int:
+        """Width of a slot number and of a rank."""
+        return (self.population - 1).bit_length()
+
+    @property
+    def child_bits(self) -> int:
+        """Width of the number of a child."""
+        return (self.children - 1).bit_length()
+
+    @property
+    def length_bits(self) -> int:
+        """Width of a number of waypoints."""
+        return self.max_waypoints.bit_length()
+
+    @property
+    def index_bits(self) -> int:
+        """Width of the position of a waypoint in its path."""
+        return (self.max_waypoints - 1).bit_length()
+
+    @property
+    def head_size(self) -> int:
+        """Most waypoints a child takes from before the middle of a parent."""
+        return self.max_waypoints // 2
+
+    @property
+    def tail_size(self) -> int:
+        """Most waypoints a child takes from past the middle of a parent."""
+        return self.max_waypoints - self.head_size
+
+    @property
+    def coordinate_bits(self) -> int:
+        """Width of x and of y, in cells."""
+        return (self.map_size - 1).bit_length()
+
+    @property
+    def waypoint_bits(self) -> int:
+        """Width of a waypoint: x in the lowest bits, then y, then the altitude."""
+        return 2 * self.coordinate_bits + self.altitude_bits
+
+    @property
+    def waypoint_bytes(self) -> int:
+        """Bytes of a waypoint on the link, its ``last`` flag included."""
+        return (self.waypoint_bits + 1 + 7) // 8
+
+    @property
+    def blocked_altitude(self) -> int:
+        """The altitude that marks ground no path may cross; a waypoint is always below it."""
+        return (1 << self.altitude_bits) - 1
+
+    @property
+    def box_cells(self) -> int:
+        """Half the edge of the mutation box in cells; x and y move by at most this."""
+        return max(1, self.map_size * self.box_percent // 200)
+
+    @property
+    def box_steps(self) -> int:
+        """Half the height of the mutation box in altitude steps."""
+        return max(1, (1 << self.altitude_bits) * self.box_percent // 200)
+
+    @property
+    def draw_steps(self) -> int:
+        """Steps of the random source per generation: see :class:`sim.model.selection.Draws`."""
+        return max(self.crossovers, self.survivors, self.mutators + self.patches)
+
+    @property
+    def build_id(self) -> int:
+        """32-bit fingerprint of every field, so that a host knows the chip was built from it."""
+        fields = json.dumps(dataclasses.asdict(self), sort_keys=True)
+        return int.from_bytes(hashlib.sha256(fields.encode()).digest()[:4], "little")
+
+    def replace(self, **changes: object) -> Config:
+        """Return a copy with ``changes``, checked like any other."""
+        return dataclasses.replace(self, **changes)  # type: ignore[arg-type]  # Checked at once.
+
+
+def _is_power(value: int, low: int, high: int) -> bool:
+    return low <= value <= high and value & (value - 1) == 0

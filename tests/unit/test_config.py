@@ -1,0 +1,122 @@
+"""The configuration: derived sizes, and every rule with its sentence."""
+
+import dataclasses
+import re
+
+import pytest
+
+from hdl.config import Config, MutationKind, SurvivorSelection
+from hdl.draws import WORD_BITS, DrawLayout
+
+
+def test_default_is_the_papers_chip():
+    config = Config()
+    assert (config.population, config.children, config.crossovers) == (32, 22, 11)
+    assert (config.elites, config.survivors) == (2, 8)
+    assert [kind.name for kind in config.mutations] == [
+        "PERTURB",
+        "INSERT",
+        "INSERT",
+        "DELETE",
+        "DELETE",
+    ]
+    assert config.mutations[0] is MutationKind.PERTURB
+    assert (config.coordinate_bits, config.waypoint_bits, config.waypoint_bytes) == (9, 30, 4)
+    assert (config.head_size, config.tail_size) == (8, 8)
+    # 15 % of 512 cells is 76.8, of 4096 steps 614.4: half of it to each side, rounded down.
+    assert (config.box_cells, config.box_steps) == (38, 307)
+    assert config.blocked_altitude == 4095
+    assert (config.mutators, config.patches, config.draw_steps) == (5, 3, 11)
+
+
+@pytest.mark.parametrize(
+    ("max_waypoints", "head", "tail", "length_bits", "index_bits"),
+    [(16, 8, 8, 5, 4), (20, 10, 10, 5, 5), (5, 2, 3, 3, 3), (3, 1, 2, 2, 2)],
+)
+def test_halves_of_a_path(max_waypoints, head, tail, length_bits, index_bits):
+    config = Config(max_waypoints=max_waypoints)
+    assert (config.head_size, config.tail_size) == (head, tail)
+    assert (config.length_bits, config.index_bits) == (length_bits, index_bits)
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"population": 33}, "Config.population must be a power of two from 4 to 256, not 33"),
+        ({"population": 64}, "Config.population must be elites + survivors + children = 32, not 64"),
+        ({"children": 21}, "Config.children must be even and at least 4, not 21"),
+        ({"elites": 0}, "Config.elites must be at least 1, not 0"),
+        ({"survivors": 0}, "Config.survivors must be at least 1, not 0"),
+        ({"perturbs": 0}, "Config.perturbs must be at least 1, not 0"),
+        (
+            {"deletes": 20},
+            "Config.children must be at least perturbs + inserts + deletes = 23, not 22",
+        ),
+        ({"max_waypoints": 2}, "Config.max_waypoints must be from 3 to 64, not 2"),
+        ({"max_waypoints": 65}, "Config.max_waypoints must be from 3 to 64, not 65"),
+        ({"map_size": 500}, "Config.map_size must be a power of two from 8 to 4096, not 500"),
+        (
+            {"coarse_factor": 512},
+            "Config.coarse_factor must be a power of two from 2 to map_size / 2, not 512",
+        ),
+        ({"altitude_bits": 17}, "Config.altitude_bits must be from 4 to 16, not 17"),
+        ({"box_percent": 0}, "Config.box_percent must be from 1 to 100, not 0"),
+        ({"clock_hz": 0}, "Config.clock_hz must be from 1 to 4294967295, not 0"),
+        ({"clocks_per_bit": 3}, "Config.clocks_per_bit must be from 4 to 65535, not 3"),
+        (
+            {"receive_buffer": 300},
+            "Config.receive_buffer must be a power of two from 256 to 32768, not 300",
+        ),
+        ({"survivor_selection": "best"}, "'best' is not a valid SurvivorSelection"),
+    ],
+)
+def test_broken_rule_is_named(changes, sentence):
+    with pytest.raises(ValueError, match=f"^{re.escape(sentence)}$"):
+        Config(**changes)
+
+
+@pytest.mark.parametrize("value", ["32", 32.0, True, None])
+def test_wrong_kind_is_named(value):
+    with pytest.raises(
+        TypeError, match=rf"^Config\.population must be an integer, not {value!r}$"
+    ):
+        Config(population=value)
+
+
+def test_is_frozen():
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        Config().population = 64
+
+
+def test_build_id_tells_every_field():
+    changed = [
+        Config(survivor_selection=SurvivorSelection.RANK),
+        Config(max_waypoints=20),
+        Config(clocks_per_bit=4),
+        Config(perturbs=2, inserts=1),
+        Config(box_percent=20),
+    ]
+    ids = {config.build_id for config in [Config(), *changed]}
+    assert len(ids) == 6
+    assert Config().build_id == Config().build_id
+    assert all(0 <= build_id < 1 << 32 for build_id in ids)
+
+
+def test_replace_checks_again():
+    assert Config().replace(max_waypoints=20) == Config(max_waypoints=20)
+    with pytest.raises(ValueError, match=r"^Config\.max_waypoints must be from 3 to 64, not 0$"):
+        Config().replace(max_waypoints=0)
+
+
+def test_draws_do_not_overlap():
+    layout = DrawLayout(Config())
+    selection = [
+        layout.rank_first,
+        layout.rank_second,
+        layout.survivor_first,
+        layout.survivor_second,
+    ]
+    for fields in (selection, [layout.child, layout.waypoint], list(layout.offsets)):
+        edges = [edge for field in fields for edge in field]
+        assert edges == sorted(edges)
+        assert edges[-1] <= WORD_BITS

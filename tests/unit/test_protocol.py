@@ -1,0 +1,116 @@
+"""The message definition: layouts, paths on the link, the configuration in INFO."""
+
+import random
+import zlib
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hdl import protocol
+from hdl.config import Config, SurvivorSelection
+from hdl.protocol import Layout, LinkMode
+
+
+CONFIG = Config()
+CONFIGS = [
+    CONFIG,
+    Config(max_waypoints=20, survivor_selection=SurvivorSelection.RANK),
+    Config(population=8, children=4, survivors=2, inserts=1, deletes=1, max_waypoints=5),
+]
+
+
+def test_layout_packs_from_the_lowest_bit():
+    layout = Layout((("first", 3), ("second", 9), ("third", 1)))
+    assert (layout.bits, layout.size) == (13, 2)
+    assert layout.pack(first=5, second=0x101, third=1) == bytes([0b00001_101, 0b000_1_1000])
+    assert layout.unpack(bytes([0x0D, 0x18])) == {"first": 5, "second": 0x101, "third": 1}
+
+
+@pytest.mark.parametrize(
+    ("values", "sentence"),
+    [
+        ({"a": 1}, r"^Fields must be \['a', 'b'\], not \['a'\]$"),
+        ({"a": 1, "b": 1, "c": 1}, r"^Fields must be \['a', 'b'\], not \['a', 'b', 'c'\]$"),
+        ({"a": 8, "b": 1}, r"^a must fit in 3 bits, not 8$"),
+        ({"a": -1, "b": 1}, r"^a must fit in 3 bits, not -1$"),
+    ],
+)
+def test_layout_refuses(values, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        Layout((("a", 3), ("b", 8))).pack(**values)
+
+
+def test_layout_refuses_size():
+    with pytest.raises(ValueError, match=r"^Payload must have 2 bytes, not 3$"):
+        Layout((("a", 9),)).unpack(b"abc")
+
+
+@pytest.mark.parametrize("config", CONFIGS)
+def test_every_layout_returns_what_it_packed(config):
+    rng = random.Random(1)
+    layouts = [
+        protocol.start_request(config),
+        protocol.write_request(config),
+        protocol.read_request(config),
+        *(protocol.generate_request(config, mode) for mode in LinkMode),
+        protocol.info_reply(config),
+        protocol.status_reply(config),
+        protocol.counters_reply(config),
+        protocol.survivors_reply(config),
+        protocol.recipe_reply(config),
+    ]
+    for layout in layouts:
+        values = {name: rng.getrandbits(width) for name, width in layout.fields}
+        assert layout.unpack(layout.pack(**values)) == values
+
+
+@pytest.mark.parametrize("config", CONFIGS)
+def test_info_tells_the_configuration(config):
+    values = protocol.info_values(config) | {"session": 7}
+    layout = protocol.info_reply(config)
+    told = layout.unpack(layout.pack(**values))
+    assert protocol.config_from_info(told) == config
+    assert (told["version"], told["build_id"]) == (protocol.VERSION, config.build_id)
+
+
+def test_version_and_build_never_move():
+    assert protocol.info_reply(CONFIG).fields[:2] == (("version", 8), ("build_id", 32))
+
+
+def test_recipe_is_short():
+    # At most 15 % of what population mode sends even for paths of two waypoints.
+    order = protocol.generate_request(CONFIG, LinkMode.RECIPE).size
+    assert protocol.recipe_reply(CONFIG).size + order <= 0.15 * 2 * 32 * 2 * 4
+
+
+waypoints = st.integers(0, (1 << CONFIG.waypoint_bits) - 1)
+paths = st.lists(st.lists(waypoints, min_size=2, max_size=16), max_size=8)
+
+
+@given(paths)
+def test_paths_survive_the_link(paths):
+    packed = protocol.pack_paths(CONFIG, paths)
+    assert len(packed) == 4 * sum(map(len, paths))
+    assert protocol.unpack_paths(CONFIG, packed) == paths
+
+
+@pytest.mark.parametrize(
+    ("payload", "sentence"),
+    [
+        (b"abc", r"^Paths must be whole waypoints of 4 bytes, not 3 bytes$"),
+        (bytes([0, 0, 0, 0x40]), r"^Path must have 2 to 16 waypoints, not 1$"),
+        (bytes(16 * 4) + bytes([0, 0, 0, 0x40]), r"^Path must have 2 to 16 waypoints, not 17$"),
+        (bytes(8), r"^Paths must end with a waypoint marked last$"),
+    ],
+)
+def test_broken_paths_are_refused(payload, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        protocol.unpack_paths(CONFIG, payload)
+
+
+def test_versions_do_not_mix():
+    body = b"\1\2\3"
+    assert protocol.frame_crc(body, plain=True) == zlib.crc32(body)
+    assert protocol.frame_crc(body, plain=False) == zlib.crc32(body) ^ protocol.VERSION
+    assert protocol.VERSION != 0

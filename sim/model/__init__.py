@@ -1,0 +1,1 @@
+"""Bit-exact software model of the gateware: integers only, the standard the RTL is held to."""

@@ -1,0 +1,259 @@
+"""The whole chip behind its UART, byte for byte: the board of the URL ``model:``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from hdl.config import Config
+from hdl.framing import encode_frame
+from hdl.protocol import (
+    BODY_HEADER_BYTES,
+    ChipState,
+    Command,
+    Counter,
+    LinkMode,
+    Status,
+    StickyError,
+    counters_reply,
+    generate_request,
+    info_reply,
+    info_values,
+    pack_paths,
+    read_request,
+    recipe_reply,
+    start_request,
+    status_reply,
+    survivors_reply,
+    unpack_paths,
+    write_request,
+)
+from sim.model.core import Core, Generation
+from sim.model.frames import FrameReceiverModel
+from sim.model.mutation import Limits
+
+
+__all__ = ["ChipModel"]
+
+#: Bits of a byte on the line: start, eight data bits, stop.
+_LINE_BITS = 10
+
+
+class _Refused(Exception):
+    """The command is answered with this status and changes nothing else."""
+
+    def __init__(self, status: Status) -> None:
+        self.status = status
+
+
+class ChipModel:
+    """Answers requests as the chip does.
+
+    The core's clocks are the chip's to the clock. The clocks of receiving and transmitting are those
+    of the bytes on the line; the chip adds a few per command.
+
+    Parameters
+    ----------
+    config : Config
+
+    Attributes
+    ----------
+    core : Core
+        Population and random source; tests compare it with the gateware's.
+    """
+
+    def __init__(self, config: Config) -> None:
+        self.config = config
+        self.core = Core(config)
+        self._receiver = FrameReceiverModel(config)
+        self._session = 0
+        self._expected = 0
+        self._errors = StickyError(0)
+        self._latest: Generation | None = None
+        self._counters = dict.fromkeys(Counter, 0)
+        self._states = [ChipState.LISTEN]
+        self._commands: dict[int, Callable[[bytes, bool], bytes]] = {
+            Command.STATUS: self._status,
+            Command.START: self._start,
+            Command.WRITE: self._write,
+            Command.GENERATE: self._generate,
+            Command.READ: self._read,
+            Command.COUNTERS: self._count,
+            Command.CLEAR: self._clear,
+        }
+
+    def feed(self, data: bytes) -> bytes:
+        """Receive ``data`` from the line and return what the chip sends in answer."""
+        self._counters[Counter.BYTES_RECEIVED] += len(data)
+        self._pass_time(Counter.RECEIVE, len(data))
+        answers = bytearray()
+        for body, plain in self._receiver.feed(data):
+            answer = self._answer(body, plain)
+            self._enter(ChipState.TRANSMIT)
+            if answer is not None:
+                sent = encode_frame(answer, plain=plain)
+                self._counters[Counter.BYTES_SENT] += len(sent)
+                self._pass_time(Counter.TRANSMIT, len(sent))
+                answers += sent
+            self._enter(ChipState.LISTEN)
+        return bytes(answers)
+
+    def _pass_time(self, counter: Counter, line_bytes: int) -> None:
+        clocks = line_bytes * _LINE_BITS * self.config.clocks_per_bit
+        self._counters[counter] += clocks
+        self._counters[Counter.CLOCKS] += clocks
+
+    def _enter(self, state: ChipState) -> None:
+        self._states = [state, *self._states[:7]]
+
+    def _answer(self, body: bytes, plain: bool) -> bytes | None:
+        self._enter(ChipState.RECEIVE)
+        session, sequence, code = body[:BODY_HEADER_BYTES]
+        payload = body[BODY_HEADER_BYTES:]
+        if plain:
+            if code != Command.INFO:
+                return None
+            reply = info_reply(self.config).pack(session=self._session, **info_values(self.config))
+            return bytes((session, sequence, Status.OK)) + reply
+        if code == Command.OPEN:
+            return bytes((session, sequence, self._open(session)))
+        if session != self._session:
+            return bytes((session, sequence, Status.NO_SESSION))
+
+        ahead = (sequence - self._expected) % 256
+        if ahead not in (0, 255):
+            if ahead < 129:
+                return bytes((session, self._expected, Status.OUT_OF_ORDER))
+            return bytes((session, sequence, Status.DUPLICATE))
+        try:
+            execute = self._commands.get(code)
+            if execute is None:
+                raise _Refused(Status.UNKNOWN_COMMAND)
+            reply = execute(payload, ahead == 255)
+        except _Refused as refused:
+            self._errors |= StickyError.REFUSED
+            return bytes((session, sequence, refused.status))
+        if ahead == 0:
+            self._expected = (self._expected + 1) % 256
+        return bytes((session, sequence, Status.OK)) + reply
+
+    def _open(self, session: int) -> Status:
+        if session == (self._session + 1) % 256:
+            self._session = session
+            self._expected = 0
+        return Status.OK if session == self._session else Status.NO_SESSION
+
+    def _status(self, payload: bytes, repeated: bool) -> bytes:
+        _expect(not payload, Status.BAD_LENGTH)
+        latest = self._latest
+        # The registers are read when the answer is made.
+        states = (ChipState.TRANSMIT, *self._states[:7])
+        return status_reply(self.config).pack(
+            state=states[0],
+            history=sum(state << 4 * age for age, state in enumerate(states)),
+            errors=self._errors | self._receiver.errors,
+            generation=self.core.generation & 0xFFFFFFFF,
+            crossover=latest.crossover_clocks if latest else 0,
+            mutation=latest.mutation_clocks if latest else 0,
+            update=latest.update_clocks if latest else 0,
+        )
+
+    def _start(self, payload: bytes, repeated: bool) -> bytes:
+        layout = start_request(self.config)
+        _expect(len(payload) == layout.size, Status.BAD_LENGTH)
+        values = layout.unpack(payload)
+        highest = self.config.map_size - 1
+        _expect(values["x"] <= highest and values["y"] <= highest, Status.BAD_VALUE)
+        _expect(values["altitude"] < self.config.blocked_altitude, Status.BAD_VALUE)
+        if not repeated:
+            limits = Limits(values["x"], values["y"], values["altitude"])
+            self.core.start(values["seed"], limits)
+        return b""
+
+    def _write(self, payload: bytes, repeated: bool) -> bytes:
+        header = write_request(self.config).size
+        _expect(len(payload) > header, Status.BAD_LENGTH)
+        _expect((len(payload) - header) % self.config.waypoint_bytes == 0, Status.BAD_LENGTH)
+        slot = payload[0]
+        try:
+            paths = unpack_paths(self.config, payload[header:])
+        except ValueError:
+            raise _Refused(Status.BAD_VALUE) from None
+        _expect(slot + len(paths) <= self.config.population, Status.BAD_VALUE)
+        if not repeated:
+            self.core.paths[slot : slot + len(paths)] = paths
+        return b""
+
+    def _read(self, payload: bytes, repeated: bool) -> bytes:
+        layout = read_request(self.config)
+        _expect(len(payload) == layout.size, Status.BAD_LENGTH)
+        slot, count = payload
+        _expect(count >= 1 and slot + count <= self.config.population, Status.BAD_VALUE)
+        return pack_paths(self.config, self.core.paths[slot : slot + count])
+
+    def _generate(self, payload: bytes, repeated: bool) -> bytes:
+        _expect(len(payload) > 0, Status.BAD_LENGTH)
+        _expect(payload[0] in tuple(LinkMode), Status.BAD_VALUE)
+        mode = LinkMode(payload[0])
+        _expect(len(payload) == generate_request(self.config, mode).size, Status.BAD_LENGTH)
+        if not repeated:
+            slots = list(range(self.config.population))
+            order = slots if mode is LinkMode.POPULATION else list(payload[1:])
+            _expect(sorted(order) == slots, Status.BAD_VALUE)
+            self._run(order)
+        if mode is LinkMode.POPULATION:
+            return pack_paths(self.config, self.core.paths)
+        if mode is LinkMode.RECIPE:
+            return self._recipe()
+        latest = self._latest
+        survivors = latest.survivors if latest else (0,) * self.config.survivors
+        children = self.core.paths[self.config.elites + self.config.survivors :]
+        named = {f"survivor_{i}": slot for i, slot in enumerate(survivors)}
+        return survivors_reply(self.config).pack(**named) + pack_paths(self.config, children)
+
+    def _run(self, order: list[int]) -> None:
+        latest = self._latest = self.core.run(order)
+        spent = (
+            (Counter.CROSSOVER, ChipState.CROSSOVER, latest.crossover_clocks),
+            (Counter.MUTATION, ChipState.MUTATE, latest.mutation_clocks),
+            (Counter.UPDATE, ChipState.UPDATE, latest.update_clocks),
+        )
+        for counter, state, clocks in spent:
+            self._enter(state)
+            self._counters[counter] += clocks
+            self._counters[Counter.CLOCKS] += clocks
+        longest = sum(clocks for _, _, clocks in spent)
+        self._counters[Counter.LONGEST] = max(self._counters[Counter.LONGEST], longest)
+        self._counters[Counter.GENERATIONS] += 1
+        refused = sum(not mutated.applied for mutated in latest.mutations)
+        self._counters[Counter.REFUSED_MUTATIONS] += refused
+
+    def _recipe(self) -> bytes:
+        layout = recipe_reply(self.config)
+        values = dict.fromkeys((name for name, _ in layout.fields), 0)
+        if self._latest is not None:
+            values |= {f"parent_{i}": slot for i, slot in enumerate(self._latest.parents)}
+            values |= {f"survivor_{i}": slot for i, slot in enumerate(self._latest.survivors)}
+            for i, mutated in enumerate(self._latest.mutations):
+                values[f"applied_{i}"] = mutated.applied
+                values[f"child_{i}"] = mutated.child
+                values[f"index_{i}"] = mutated.index
+                if i < self.config.patches:
+                    values[f"waypoint_{i}"] = mutated.waypoint
+        values["checksum"] = self.core.checksum()
+        return layout.pack(**values)
+
+    def _count(self, payload: bytes, repeated: bool) -> bytes:
+        _expect(not payload, Status.BAD_LENGTH)
+        wrapped = {name.value: count & ((1 << 48) - 1) for name, count in self._counters.items()}
+        return counters_reply(self.config).pack(**wrapped)
+
+    def _clear(self, payload: bytes, repeated: bool) -> bytes:
+        _expect(not payload, Status.BAD_LENGTH)
+        if not repeated:
+            self._errors = self._receiver.errors = StickyError(0)
+        return b""
+
+
+def _expect(holds: bool, status: Status) -> None:
+    if not holds:
+        raise _Refused(status)

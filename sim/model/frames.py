@@ -1,0 +1,66 @@
+"""Frame receiver and transmitter of the chip, as functions of bytes.
+
+The standard for :mod:`hdl.link.frame`: for any bytes the same bodies and the same errors, as long
+as the chip takes bodies out of its buffer as fast as they come.
+"""
+
+from __future__ import annotations
+
+from hdl.config import Config
+from hdl.framing import Frame, FrameError, FrameSplitter, decode_frame, encode_frame
+from hdl.protocol import StickyError
+
+
+__all__ = ["FrameReceiverModel", "encode_frame"]
+
+
+class FrameReceiverModel:
+    """Receives frames as :class:`hdl.link.frame.FrameReceiver` does.
+
+    Parameters
+    ----------
+    config : Config
+        Its ``receive_buffer`` bounds the bodies.
+
+    Attributes
+    ----------
+    errors : StickyError
+        Every kind of error since the start, or since the caller cleared it.
+    verdicts : list of StickyError
+        The errors one by one, in the order of the frames that were dropped.
+    """
+
+    def __init__(self, config: Config) -> None:
+        self.config = config
+        self.errors = StickyError(0)
+        self.verdicts: list[StickyError] = []
+        self._splitter = FrameSplitter()
+
+    @property
+    def line_busy(self) -> bool:
+        """Whether a frame has begun and not ended."""
+        return self._splitter.inside
+
+    @property
+    def longest_body(self) -> int:
+        """Bytes of the longest body that the buffer holds: one row is taken by its header."""
+        return self.config.receive_buffer - 1
+
+    def feed(self, data: bytes) -> list[Frame]:
+        """Take bytes off the line and return the frames they complete: body, and whether plain."""
+        frames = []
+        for encoded in self._splitter.feed(data):
+            try:
+                frame = decode_frame(encoded)
+            except FrameError as error:
+                self._drop(error.kind)
+                continue
+            if len(frame[0]) > self.longest_body:
+                self._drop(StickyError.OVERRUN)
+            else:
+                frames.append(frame)
+        return frames
+
+    def _drop(self, kind: StickyError) -> None:
+        self.errors |= kind
+        self.verdicts.append(kind)

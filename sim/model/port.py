@@ -1,0 +1,47 @@
+"""A serial port with the software model at its other end."""
+
+from __future__ import annotations
+
+from sim.model.chip import ChipModel
+
+
+__all__ = ["ModelPort"]
+
+
+class ModelPort:
+    """The methods of :class:`serial.Serial` that a link uses, over a :class:`ChipModel`.
+
+    The model answers while it is written to, so a read never waits: what is not there yet will not
+    come by itself.
+
+    Parameters
+    ----------
+    chip : ChipModel
+    """
+
+    def __init__(self, chip: ChipModel) -> None:
+        self.chip = chip
+        self.timeout: float | None = None
+        self._received = bytearray()
+
+    @property
+    def in_waiting(self) -> int:
+        """Bytes that :meth:`read` would return."""
+        return len(self._received)
+
+    def read(self, size: int = 1) -> bytes:
+        """Return at most ``size`` bytes of what the chip has sent."""
+        part = bytes(self._received[:size])
+        del self._received[:size]
+        return part
+
+    def write(self, data: bytes | bytearray | memoryview) -> int:
+        """Give ``data`` to the chip and return its length."""
+        self._received += self.chip.feed(bytes(data))
+        return len(data)
+
+    def flush(self) -> None:
+        """Do nothing: what was written has arrived."""
+
+    def close(self) -> None:
+        """Do nothing: a model needs no end."""

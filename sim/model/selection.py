@@ -1,0 +1,118 @@
+"""What the selection unit draws for one generation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hdl.config import Config, SurvivorSelection
+from hdl.draws import DrawLayout, Slice
+from sim.model.random_source import RandomSource
+
+
+__all__ = ["DistinctDraw", "Draws", "Selection"]
+
+
+def _slice(word: int, at: Slice) -> int:
+    return word >> at[0] & ((1 << (at[1] - at[0])) - 1)
+
+
+def _below(word: int, at: Slice, limit: int) -> int:
+    return _slice(word, at) * limit >> (at[1] - at[0])
+
+
+@dataclass(frozen=True)
+class Draws:
+    """Everything random about one generation, before it meets a population.
+
+    Attributes
+    ----------
+    parents : tuple of int
+        Rank of each of the ``crossovers`` parents, 0 the best: P(r) = (2 (N - r) - 1) / N**2.
+    survivors : tuple of int
+        Different ranks from ``elites`` to ``population - 1``, in the order drawn.
+    children : tuple of int
+        Different children, one for each mutator.
+    waypoints : tuple of int
+        16 bits for each mutator: its waypoint is ``bits * length >> 16``.
+    offsets : tuple of (int, int, int)
+        Steps in x, y and altitude for each mutator that makes a waypoint, each within the box.
+    """
+
+    parents: tuple[int, ...]
+    survivors: tuple[int, ...]
+    children: tuple[int, ...]
+    waypoints: tuple[int, ...]
+    offsets: tuple[tuple[int, int, int], ...]
+
+
+class DistinctDraw:
+    """Draws different numbers below ``total``, one a call.
+
+    A draw ``d`` among those left, counted upwards, becomes ``d`` plus the count of earlier results
+    at or below it. The gateware compares with all of them at once: it keeps ``e_j = c_j - j`` of the
+    sorted results ``c_j``, for which that count is the number of ``e_j <= d``.
+    """
+
+    def __init__(self, total: int) -> None:
+        self._total = total
+        self._lowered: list[int] = []
+
+    @property
+    def left(self) -> int:
+        """How many numbers have not been drawn."""
+        return self._total - len(self._lowered)
+
+    def take(self, draw: int) -> int:
+        """Return the number ``draw`` (0..left - 1) stands for, and remove it from those left."""
+        below = sum(e <= draw for e in self._lowered)
+        self._lowered = [
+            *self._lowered[:below],
+            draw,
+            *(e - 1 for e in self._lowered[below:]),
+        ]
+        return draw + below
+
+
+class Selection:
+    """The selection unit: makes the draws of the next generation while the present one runs."""
+
+    def __init__(self, config: Config) -> None:
+        self._config = config
+        self._layout = DrawLayout(config)
+
+    def draw(self, source: RandomSource) -> Draws:
+        """Take ``config.draw_steps`` steps of ``source`` and return what they mean."""
+        config, layout = self._config, self._layout
+        words = [source.step() for _ in range(config.draw_steps)]
+        first = [word[0] for word in words]
+        second = [word[1] for word in words]
+
+        parents = tuple(
+            min(_slice(word, layout.rank_first), _slice(word, layout.rank_second))
+            for word in first[: config.crossovers]
+        )
+
+        others = DistinctDraw(config.population - config.elites)
+        survivors = []
+        for word in first[: config.survivors]:
+            draw = _below(word, layout.survivor_first, others.left)
+            if config.survivor_selection is SurvivorSelection.RANK:
+                draw = min(draw, _below(word, layout.survivor_second, others.left))
+            survivors.append(config.elites + others.take(draw))
+
+        pool = DistinctDraw(config.children)
+        children = tuple(
+            pool.take(_below(word, layout.child, pool.left)) for word in second[: config.mutators]
+        )
+        waypoints = tuple(_slice(word, layout.waypoint) for word in second[: config.mutators])
+
+        boxes = (config.box_cells, config.box_cells, config.box_steps)
+        offsets = []
+        for word in second[config.mutators : config.mutators + config.patches]:
+            x, y, altitude = (
+                _below(word, at, 2 * box + 1) - box
+                for at, box in zip(layout.offsets, boxes, strict=True)
+            )
+            offsets.append((x, y, altitude))
+
+        return Draws(parents, tuple(survivors), children, waypoints, tuple(offsets))

@@ -1,0 +1,199 @@
+"""The model of the genetic core against the definition, operator by operator."""
+
+import random
+from collections import Counter
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hdl.config import Config, MutationKind
+from sim.model.core import Core
+from sim.model.crossover import crossover
+from sim.model.mutation import Limits, Mutation, clamp
+from sim.model.selection import Draws
+
+
+CONFIGS = [
+    Config(),
+    Config(max_waypoints=20),
+    Config(max_waypoints=5),
+    Config(population=8, children=4, survivors=2, inserts=1, deletes=1, max_waypoints=3),
+]
+
+
+def random_paths(config, rng, lengths=None):
+    return [
+        [
+            rng.getrandbits(config.waypoint_bits)
+            for _ in range(rng.randint(2, config.max_waypoints) if lengths is None else lengths)
+        ]
+        for _ in range(config.population)
+    ]
+
+
+def test_crossover_swaps_tails_past_the_middle():
+    one, two, three = [1, 2, 3, 4, 5], [10, 20], [100, 200, 300, 400]
+    assert crossover([one, two, three]) == [
+        [1, 2, 20],
+        [10, 3, 4, 5],
+        [10, 300, 400],
+        [100, 200, 20],
+        [100, 200, 3, 4, 5],
+        [1, 2, 300, 400],
+    ]
+
+
+@given(st.lists(st.lists(st.integers(0, 99), min_size=2, max_size=20), min_size=2, max_size=12))
+def test_crossover_keeps_lengths_and_waypoints(parents):
+    children = crossover(parents)
+    assert len(children) == 2 * len(parents)
+    assert all(2 <= len(child) <= 20 for child in children)
+    assert Counter(sum(children, [])) == Counter(2 * sum(parents, []))
+
+
+def test_parent_paired_with_itself_returns():
+    assert crossover([[1, 2, 3], [1, 2, 3]]) == [[1, 2, 3]] * 4
+
+
+@pytest.mark.parametrize(
+    ("value", "high", "limited"), [(-1, 5, 0), (0, 5, 0), (5, 5, 5), (6, 5, 5), (3, 5, 3)]
+)
+def test_clamp(value, high, limited):
+    assert clamp(value, high) == limited
+
+
+def waypoint(x, y, altitude):
+    return x | y << 9 | altitude << 18
+
+
+def test_mutations_by_hand():
+    config = Config()
+    children = [[waypoint(10 * i, 20 * i, 100 * i) for i in range(3)] for _ in range(22)]
+    children[4] = [waypoint(i, i, i) for i in range(16)]  # No room for another.
+    children[7] = children[7][:2]  # None to spare.
+    draws = Draws(
+        parents=(0,) * 11,
+        survivors=tuple(range(2, 10)),
+        children=(2, 4, 6, 7, 9),
+        waypoints=(65535, 0, 40000, 30000, 21846),
+        offsets=((-38, 38, 307), (1, 1, 1), (5, -6, -307)),
+    )
+    before = [list(child) for child in children]
+    done = Mutation(config).mutate(children, draws, Limits(500, 60, 400))
+
+    # The last of three moves; y and altitude stop at their limits.
+    assert children[2] == [*before[2][:2], waypoint(0, 60, 400)]
+    # No room: a counted no-op.
+    assert children[4] == before[4]
+    # 40000 * 3 >> 16 = 1: after the second waypoint, within the box around it.
+    moved = waypoint(15, 14, 0)
+    assert children[6] == [before[6][0], before[6][1], moved, before[6][2]]
+    # None to spare.
+    assert children[7] == before[7]
+    # 21846 * 3 >> 16 = 1.
+    assert children[9] == [before[9][0], before[9][2]]
+    untouched = set(range(22)) - {2, 4, 6, 7, 9}
+    assert all(children[i] == before[i] for i in untouched)
+
+    assert [mutated.kind for mutated in done] == list(config.mutations)
+    assert [mutated.applied for mutated in done] == [True, False, True, False, True]
+    assert [mutated.child for mutated in done] == [2, 4, 6, 7, 9]
+    assert [mutated.index for mutated in done] == [2, 0, 1, 0, 1]
+    assert [mutated.waypoint for mutated in done] == [waypoint(0, 60, 400), 0, moved, 0, 0]
+
+
+@pytest.mark.parametrize("config", CONFIGS, ids=lambda config: f"max{config.max_waypoints}")
+def test_generation_is_elites_survivors_children(config):
+    rng = random.Random(7)
+    core = Core(config)
+    core.start(seed=11, limits=core.limits)
+    core.paths = random_paths(config, rng)
+    kept_slots = config.elites + config.survivors
+    for _ in range(200):
+        before = [list(path) for path in core.paths]
+        order = rng.sample(range(config.population), config.population)
+        done = core.run(order)
+
+        assert core.paths[: config.elites] == [before[slot] for slot in order[: config.elites]]
+        assert len(set(done.survivors)) == config.survivors
+        assert not set(done.survivors) & set(order[: config.elites])
+        assert core.paths[config.elites : kept_slots] == [before[slot] for slot in done.survivors]
+
+        children = crossover([before[slot] for slot in done.parents])
+        mutated = {mutation.child for mutation in done.mutations if mutation.applied}
+        assert len({mutation.child for mutation in done.mutations}) == config.mutators
+        for number, child in enumerate(children):
+            if number not in mutated:
+                assert core.paths[kept_slots + number] == child
+        for mutation in done.mutations:
+            change = {MutationKind.PERTURB: 0, MutationKind.INSERT: 1, MutationKind.DELETE: -1}
+            grown = len(core.paths[kept_slots + mutation.child]) - len(children[mutation.child])
+            assert grown == (change[mutation.kind] if mutation.applied else 0)
+        assert all(2 <= len(path) <= config.max_waypoints for path in core.paths)
+
+        read = [before[slot] for slot in (*order[: config.elites], *done.survivors, *done.parents)]
+        assert done.crossover_clocks == max(map(len, read)) + 1
+        clocks = done.crossover_clocks + done.mutation_clocks + done.update_clocks
+        assert clocks <= config.max_waypoints + 8
+
+
+def test_new_waypoints_stay_in_the_box_and_the_limits():
+    config = Config()
+    rng = random.Random(3)
+    core = Core(config)
+    limits = Limits(300, 511, 2000)
+    core.start(5, limits)
+    for _ in range(300):
+        core.paths = [
+            [waypoint(rng.randint(0, 300), rng.randint(0, 511), rng.randint(0, 2000)) for _ in "abc"]
+            for _ in range(32)
+        ]
+        before = [list(path) for path in core.paths]
+        order = list(range(32))
+        done = core.run(order)
+        children = crossover([before[slot] for slot in done.parents])
+        for mutation in done.mutations[:3]:
+            new, old = mutation.waypoint, children[mutation.child][mutation.index]
+            x, y, altitude = new & 511, new >> 9 & 511, new >> 18
+            assert abs(x - (old & 511)) <= 38
+            assert abs(y - (old >> 9 & 511)) <= 38
+            assert abs(altitude - (old >> 18)) <= 307
+            assert x <= 300
+            assert altitude <= 2000
+
+
+def test_draws_depend_on_seed_and_generation_alone():
+    config = Config()
+    rng = random.Random(9)
+    one, other = Core(config), Core(config)
+    for core in (one, other):
+        core.start(1234, core.limits)
+    other.paths = random_paths(config, rng)
+    order = list(range(32))
+    for generation in range(50):
+        shuffled = rng.sample(order, 32)
+        first, second = one.run(order), other.run(shuffled)
+        ranks = {slot: rank for rank, slot in enumerate(shuffled)}
+        assert first.parents == tuple(ranks[slot] for slot in second.parents), generation
+        assert [m.child for m in first.mutations] == [m.child for m in second.mutations]
+    one.start(1234, one.limits)
+    other.start(1235, other.limits)
+    assert one.run(order).parents != other.run(order).parents
+
+
+def test_same_seed_same_populations():
+    config = Config()
+    runs = []
+    for _ in range(2):
+        rng = random.Random(2)
+        core = Core(config)
+        core.start(99, core.limits)
+        core.paths = random_paths(config, rng)
+        checksums = []
+        for _ in range(60):
+            core.run(rng.sample(range(32), 32))
+            checksums.append(core.checksum())
+        runs.append(checksums)
+    assert runs[0] == runs[1]
+    assert len(set(runs[0])) == 60

@@ -107,8 +107,12 @@ class Config:
             elif not isinstance(value, int) or isinstance(value, bool):
                 raise TypeError(f"Config.{field.name} must be an integer, not {value!r}")
 
-        self._check("population", "a power of two from 4 to 256", _is_power(self.population, 4, 256))
-        self._check("children", "even and at least 4", self.children >= 4 and self.children % 2 == 0)
+        self._check(
+            "population", "a power of two from 4 to 256", _is_power(self.population, 4, 256)
+        )
+        self._check(
+            "children", "even and at least 4", self.children >= 4 and self.children % 2 == 0
+        )
         self._check("elites", "at least 1", self.elites >= 1)
         self._check("survivors", "at least 1", self.survivors >= 1)
         total = self.elites + self.survivors + self.children

@@ -35,7 +35,8 @@ class DrawLayout:
     ordered choice of 5 of 22 within 7e-6.
 
     Step ``i`` of a generation carries, in the selection word, the two draws of crossover rank ``i``
-    and the two of survivor ``i``; in the mutation word, the child and the waypoint of mutator ``i``.
+    and the two of survivor ``i``; in the mutation word, the child and the waypoint of mutator
+    ``i``.
     The steps after the last mutator carry the offsets of new waypoints, one each.
     """
 

@@ -3,34 +3,37 @@
 Frame
 -----
 ``COBS(body | CRC-32) 0x00``. The body is at least 3 bytes: session, sequence, code, then a payload.
-The CRC (IEEE 802.3, as in zlib; least significant byte first) is XORed with :data:`VERSION`, so that
-ends of different versions do not understand each other by accident. Frames about :data:`Command.INFO`
-are *plain*: their CRC is not XORed and their layout never changes, so that every host can ask any
-chip for its version.
+The CRC (IEEE 802.3, as in zlib; least significant byte first) has each byte XORed with
+:data:`VERSION`, so that ends of different versions do not understand each other by accident. Frames
+about :data:`Command.INFO` are *plain*: their CRC is not XORed and their layout never changes, so
+that every host can ask any chip for its version.
 
 Order
 -----
-A host opens the session after the chip's present one, modulo 256 (:data:`Command.OPEN`); this sets the
-expected sequence number to 0. Opening the present session changes nothing, opening any other is
-answered with :data:`Status.NO_SESSION`, so a frame from the past cannot do it. Every other command but
-``INFO`` carries the session and the next sequence number, modulo 256. The chip
+A host opens the session after the chip's present one, modulo 256 (:data:`Command.OPEN`); this sets
+the expected sequence number to 0. Opening the present session changes nothing, opening any other is
+answered with :data:`Status.NO_SESSION`, so a frame from the past cannot do it. Every other command
+but ``INFO`` carries the session and the next sequence number, modulo 256. The chip
 
 - executes the command with the expected number, answers, and expects the next;
 - answers the one before that again without executing it again (the answer was lost);
-- answers :data:`Status.DUPLICATE` to the 126 before that one, :data:`Status.OUT_OF_ORDER` to others;
+- answers :data:`Status.DUPLICATE` to the 126 before that one, :data:`Status.OUT_OF_ORDER` to
+  others;
 - answers :data:`Status.NO_SESSION` to another session, and nothing to a damaged frame.
 
-A refused command (an error as status) is not counted as executed: its number stays the expected one. A
-GENERATE that is answered again may ask for another :class:`LinkMode` than the first time, so that a
-host can do with a short answer where long ones get damaged. A command is executed exactly once and
-in order, whatever the line loses, damages, repeats or reorders. A host may have several commands unanswered as long as their bodies with CRCs fit in
+A refused command (an error as status) is not counted as executed: its number stays the expected
+one. A GENERATE that is answered again may ask for another :class:`LinkMode` than the first time, so
+that a host can do with a short answer where long ones get damaged. A command is executed exactly
+once and in order, whatever the line loses, damages, repeats or reorders. A host may have several
+commands unanswered as long as their bodies with CRCs fit in
 :attr:`hdl.config.Config.receive_buffer`; an answer confirms every command up to its own.
 
 The answer has the command's session and sequence, a :class:`Status` as code, and the payload of the
 reply; a status other than ``OK`` has none.
 
-Payloads are fields of whole bits, least significant first, the first field lowest, padded with zeros to
-bytes. Waypoints are ``waypoint_bytes`` each: x, y, altitude, then a bit that marks the last of its path.
+Payloads are fields of whole bits, least significant first, the first field lowest, padded with
+zeros to bytes. Waypoints are ``waypoint_bytes`` each: x, y, altitude, then a bit that marks the
+last of its path.
 """
 
 from __future__ import annotations
@@ -54,8 +57,8 @@ __all__ = [
     "Counter",
     "Layout",
     "LinkMode",
-    "StickyError",
     "Status",
+    "StickyError",
     "config_from_info",
     "counters_reply",
     "frame_crc",
@@ -347,8 +350,8 @@ def survivors_reply(config: Config) -> Layout:
 def recipe_reply(config: Config) -> Layout:
     """What a generation did, and the CRC-32 of the new population.
 
-    ``parent`` and ``survivor`` are slots before the update. Of each mutator: whether it was applied,
-    its child, and its waypoint's index; of each that makes one, the new waypoint.
+    ``parent`` and ``survivor`` are slots before the update. Of each mutator: whether it was
+    applied, its child, and its waypoint's index; of each that makes one, the new waypoint.
     """
     mutations: list[tuple[str, int]] = []
     for i in range(config.mutators):
@@ -409,4 +412,5 @@ def unpack_paths(config: Config, payload: bytes) -> list[list[int]]:
 
 def frame_crc(body: bytes, *, plain: bool) -> int:
     """Return the CRC that follows ``body`` in a frame."""
-    return zlib.crc32(body) ^ (0 if plain else VERSION)
+    # In every byte of the CRC: no single damaged byte turns a frame into a plain one.
+    return zlib.crc32(body) ^ (0 if plain else VERSION * 0x01010101)

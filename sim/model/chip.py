@@ -38,7 +38,7 @@ __all__ = ["ChipModel"]
 _LINE_BITS = 10
 
 
-class _Refused(Exception):
+class _RefusedError(Exception):
     """The command is answered with this status and changes nothing else."""
 
     def __init__(self, status: Status) -> None:
@@ -48,8 +48,8 @@ class _Refused(Exception):
 class ChipModel:
     """Answers requests as the chip does.
 
-    The core's clocks are the chip's to the clock. The clocks of receiving and transmitting are those
-    of the bytes on the line; the chip adds a few per command.
+    The core's clocks are the chip's to the clock. The clocks of receiving and transmitting are
+    those of the bytes on the line; the chip adds a few per command.
 
     Parameters
     ----------
@@ -127,9 +127,9 @@ class ChipModel:
         try:
             execute = self._commands.get(code)
             if execute is None:
-                raise _Refused(Status.UNKNOWN_COMMAND)
+                raise _RefusedError(Status.UNKNOWN_COMMAND)
             reply = execute(payload, ahead == 255)
-        except _Refused as refused:
+        except _RefusedError as refused:
             self._errors |= StickyError.REFUSED
             return bytes((session, sequence, refused.status))
         if ahead == 0:
@@ -177,7 +177,7 @@ class ChipModel:
         try:
             paths = unpack_paths(self.config, payload[header:])
         except ValueError:
-            raise _Refused(Status.BAD_VALUE) from None
+            raise _RefusedError(Status.BAD_VALUE) from None
         _expect(slot + len(paths) <= self.config.population, Status.BAD_VALUE)
         if not repeated:
             self.core.paths[slot : slot + len(paths)] = paths
@@ -256,4 +256,4 @@ class ChipModel:
 
 def _expect(holds: bool, status: Status) -> None:
     if not holds:
-        raise _Refused(status)
+        raise _RefusedError(status)

@@ -83,7 +83,8 @@ class Core:
             The slots from the best path to the worst: a permutation of 0..population - 1.
         """
         config, draws = self.config, self._draws
-        assert self._source is not None and draws is not None
+        assert self._source is not None
+        assert draws is not None
         parents = tuple(order[rank] for rank in draws.parents)
         survivors = tuple(order[rank] for rank in draws.survivors)
         kept = [self.paths[slot] for slot in (*order[: config.elites], *survivors)]

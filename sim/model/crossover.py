@@ -11,9 +11,10 @@ __all__ = ["crossover"]
 def crossover(parents: Sequence[list[int]]) -> list[list[int]]:
     """Return the children of ``parents`` joined in a ring (*allaire-2008*, section 4.5).
 
-    Module ``i`` takes parents ``i`` and ``i + 1``, the last one the first again, so that each parent
-    is used twice. Child ``2 i`` has the head of ``i`` and the tail of ``i + 1``; child ``2 i + 1`` the
-    other two parts. The middle is rounded down, so that lengths stay within 2..max for any parents.
+    Module ``i`` takes parents ``i`` and ``i + 1``, the last one the first again, so that each
+    parent is used twice. Child ``2 i`` has the head of ``i`` and the tail of ``i + 1``; child
+    ``2 i + 1`` the other two parts. The middle is rounded down, so that lengths stay within 2..max
+    for any parents.
 
     Parameters
     ----------

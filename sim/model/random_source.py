@@ -1,8 +1,8 @@
 """The random source: Trivium generators side by side, 64 bits of each a step.
 
 Trivium (De Canniere and Preneel, 2005) is a stream cipher of 288 bits of state whose 64 output bits
-per clock cost a few gates each. Its state update is invertible and the loaded state is never zero, so
-the generator cannot get stuck.
+per clock cost a few gates each. Its state update is invertible and the loaded state is never zero,
+so the generator cannot get stuck.
 """
 
 from __future__ import annotations

@@ -49,8 +49,8 @@ class DistinctDraw:
     """Draws different numbers below ``total``, one a call.
 
     A draw ``d`` among those left, counted upwards, becomes ``d`` plus the count of earlier results
-    at or below it. The gateware compares with all of them at once: it keeps ``e_j = c_j - j`` of the
-    sorted results ``c_j``, for which that count is the number of ``e_j <= d``.
+    at or below it. The gateware compares with all of them at once: it keeps ``e_j = c_j - j`` of
+    the sorted results ``c_j``, for which that count is the number of ``e_j <= d``.
     """
 
     def __init__(self, total: int) -> None:

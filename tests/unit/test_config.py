@@ -43,7 +43,10 @@ def test_halves_of_a_path(max_waypoints, head, tail, length_bits, index_bits):
     ("changes", "sentence"),
     [
         ({"population": 33}, "Config.population must be a power of two from 4 to 256, not 33"),
-        ({"population": 64}, "Config.population must be elites + survivors + children = 32, not 64"),
+        (
+            {"population": 64},
+            "Config.population must be elites + survivors + children = 32, not 64",
+        ),
         ({"children": 21}, "Config.children must be even and at least 4, not 21"),
         ({"elites": 0}, "Config.elites must be at least 1, not 0"),
         ({"survivors": 0}, "Config.survivors must be at least 1, not 0"),

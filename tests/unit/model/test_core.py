@@ -49,7 +49,8 @@ def test_crossover_keeps_lengths_and_waypoints(parents):
     children = crossover(parents)
     assert len(children) == 2 * len(parents)
     assert all(2 <= len(child) <= 20 for child in children)
-    assert Counter(sum(children, [])) == Counter(2 * sum(parents, []))
+    flat = [waypoint for path in parents for waypoint in path]
+    assert Counter(waypoint for child in children for waypoint in child) == Counter(2 * flat)
 
 
 def test_parent_paired_with_itself_returns():
@@ -146,7 +147,10 @@ def test_new_waypoints_stay_in_the_box_and_the_limits():
     core.start(5, limits)
     for _ in range(300):
         core.paths = [
-            [waypoint(rng.randint(0, 300), rng.randint(0, 511), rng.randint(0, 2000)) for _ in "abc"]
+            [
+                waypoint(rng.randint(0, 300), rng.randint(0, 511), rng.randint(0, 2000))
+                for _ in range(3)
+            ]
             for _ in range(32)
         ]
         before = [list(path) for path in core.paths]

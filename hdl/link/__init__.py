@@ -1,0 +1,1 @@
+"""Both ends of the line on the chip's side: UART, COBS, frames."""

@@ -1,0 +1,189 @@
+"""Consistent Overhead Byte Stuffing: frames of any bytes, delimited by zeros."""
+
+from amaranth import *
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.link.ring import CommitRing
+from hdl.protocol import DELIMITER
+
+
+__all__ = ["CobsDecoder", "CobsEncoder"]
+
+# Code of a block that is full and so has no zero after it.
+_FULL = 0xFF
+
+
+class CobsDecoder(wiring.Component):
+    """Decodes frames, one byte per clock.
+
+    What an encoded byte means is decoded 1 clock later. Frames without a byte are passed over.
+    Every sequence of bytes is decoded; the first delimiter ends whatever it was.
+
+    Source: S. Cheshire and M. Baker, "Consistent Overhead Byte Stuffing", IEEE/ACM Transactions on
+    Networking 7(2), 1999, section II.
+
+    Members
+    -------
+    encoded : In(stream.Signature(8))
+        Bytes off the line, delimiters included. Always ready.
+    decoded : Out(stream.Signature({"data": 8, "delimiter": 1, "broken": 1}, always_ready=True))
+        Decoded bytes; after those of each frame, a transfer with ``delimiter`` and no data, in
+        which ``broken`` tells that a zero stood inside a block. At least 2 clocks pass between
+        that and the first byte of the next frame.
+    inside : Out(1)
+        A frame has begun and not ended.
+    """
+
+    def __init__(self):
+        self.decoded_layout = data.StructLayout({"data": 8, "delimiter": 1, "broken": 1})
+        super().__init__({
+            "encoded": In(stream.Signature(8)),
+            "decoded": Out(stream.Signature(self.decoded_layout, always_ready=True)),
+            "inside": Out(1),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+
+        left = Signal(8)    # Bytes of the block still to come.
+        zero = Signal()     # A zero follows the block, unless the frame ends with it.
+
+        m.d.comb += self.encoded.ready.eq(1)
+        m.d.sync += [
+            self.decoded.valid.eq(0),
+            self.decoded.p.data.eq(0),
+            self.decoded.p.delimiter.eq(self.encoded.payload == DELIMITER),
+            self.decoded.p.broken.eq(left != 0),
+        ]
+        with m.If(self.encoded.valid):
+            with m.If(self.encoded.payload == DELIMITER):
+                m.d.sync += [
+                    self.decoded.valid.eq(self.inside),
+                    self.inside.eq(0),
+                    left.eq(0),
+                    zero.eq(0),
+                ]
+            with m.Elif(left != 0):
+                m.d.sync += [
+                    self.decoded.valid.eq(1),
+                    self.decoded.p.data.eq(self.encoded.payload),
+                    left.eq(left - 1),
+                ]
+            with m.Else():
+                m.d.sync += [
+                    self.decoded.valid.eq(zero),
+                    self.inside.eq(1),
+                    left.eq(self.encoded.payload - 1),
+                    zero.eq(self.encoded.payload != _FULL),
+                ]
+
+        return m
+
+
+class CobsEncoder(wiring.Component):
+    """Encodes frames of any length, each followed by a delimiter.
+
+    A block can be sent when its length is known, that is when it is complete; a buffer of two
+    whole blocks lets one be filled while the other is sent. The code is the shortest: no empty
+    block follows a full one that ends its frame.
+
+    A byte is accepted every clock, but for 1 clock after each block of 254 bytes without a zero and
+    2 clocks after each frame, as long as the buffer has room. The first byte of a frame of one
+    block is offered 4 clocks after its last byte is accepted.
+
+    Members
+    -------
+    frames : In(stream.Signature({"data": 8, "last": 1}))
+        Bytes of frames, at least one each; ``last`` marks the last of a frame.
+    encoded : Out(stream.Signature(8))
+        Encoded bytes and delimiters.
+    """
+
+    #: Rows of the buffer: a block has at most 255 bytes with its code.
+    DEPTH = 512
+
+    def __init__(self):
+        self.frames_layout = data.StructLayout({"data": 8, "last": 1})
+        super().__init__({
+            "frames": In(stream.Signature(self.frames_layout)),
+            "encoded": Out(stream.Signature(8)),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+
+        m.submodules.ring = ring = CommitRing(8, self.DEPTH)
+
+        # The block at hand: its code goes to `start`, its next byte to `tail`; all before `start`
+        # may be sent.
+        start = Signal.like(ring.committed)
+        tail  = Signal.like(ring.committed, init=1)
+        code  = Signal(8, init=1)
+        ended = Signal()    # No byte of the frame is to come.
+        used  = Signal.like(ring.committed)
+        room  = Signal()
+
+        m.d.comb += [
+            used.eq(tail - ring.fetched),
+            room.eq(~used[-1]),
+            ring.committed.eq(start),
+            self.encoded.valid.eq(ring.words.valid),
+            self.encoded.payload.eq(ring.words.payload),
+            ring.words.ready.eq(self.encoded.ready),
+        ]
+
+        def close_block():
+            m.d.comb += [
+                ring.write_enable.eq(1),
+                ring.write_row.eq(start),
+                ring.write_data.eq(code),
+            ]
+            m.d.sync += [
+                start.eq(tail),
+                tail.eq(tail + 1),
+                code.eq(1),
+            ]
+
+        with m.FSM():
+            with m.State("Fill"):
+                m.d.comb += self.frames.ready.eq(room)
+                with m.If(self.frames.valid & room):
+                    m.d.sync += ended.eq(self.frames.p.last)
+                    with m.If(self.frames.p.data == 0):
+                        close_block()
+                    with m.Else():
+                        m.d.comb += [
+                            ring.write_enable.eq(1),
+                            ring.write_row.eq(tail),
+                            ring.write_data.eq(self.frames.p.data),
+                        ]
+                        m.d.sync += [
+                            tail.eq(tail + 1),
+                            code.eq(code + 1),
+                        ]
+                    with m.If(self.frames.p.last):
+                        m.next = "Close"
+                    with m.Elif((self.frames.p.data != 0) & (code == _FULL - 1)):
+                        m.next = "Close"
+            with m.State("Close"):
+                with m.If(room):
+                    close_block()
+                    m.next = "Fill"
+                    with m.If(ended):
+                        m.next = "Delimit"
+            with m.State("Delimit"):
+                with m.If(room):
+                    # The row of the code becomes the delimiter.
+                    m.d.comb += [
+                        ring.write_enable.eq(1),
+                        ring.write_row.eq(start),
+                        ring.write_data.eq(DELIMITER),
+                    ]
+                    m.d.sync += [
+                        start.eq(tail),
+                        tail.eq(tail + 1),
+                    ]
+                    m.next = "Fill"
+
+        return m

@@ -1,0 +1,258 @@
+"""Frames of :mod:`hdl.protocol`: from the bytes of the line to checked bodies, and back."""
+
+import zlib
+
+from amaranth import *
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.crc.catalog import CRC32_ISO_HDLC
+from amaranth.lib.wiring import In, Out
+
+from hdl.link.cobs import CobsDecoder, CobsEncoder
+from hdl.link.ring import CommitRing
+from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, frame_crc
+
+
+__all__ = ["FrameReceiver", "FrameTransmitter"]
+
+
+# What the version does to a CRC.
+_VERSION_MASK = frame_crc(b"", plain=False) ^ frame_crc(b"", plain=True)
+
+
+def _residue(*, plain):
+    # CRC of any body together with the CRC that follows it: by linearity, that of the empty body.
+    return zlib.crc32(frame_crc(b"", plain=plain).to_bytes(CRC_BYTES, "little"))
+
+
+class FrameReceiver(wiring.Component):
+    """Takes frames off the line; passes on the bodies of those that are whole.
+
+    A body is kept in a ring buffer and can be read only after its CRC has been found right, so
+    that what the user gets are whole, checked bodies and nothing else. Of every other frame nothing
+    is left but a pulse, by the first of these rules that it breaks:
+
+    1. ``malformed``: no zero inside a COBS block; body and CRC of 7 bytes or more;
+    2. ``crc_error``: the CRC of the protocol's version, or the plain one;
+    3. ``overrun``: room in the buffer. A body takes a row more than it has bytes, so that bodies
+       with their CRCs, ``receive_buffer`` bytes together, always fit.
+
+    Nothing between two delimiters is no frame and no error. Every sequence of bytes leads back to
+    where, after one delimiter, a good frame is received.
+
+    A byte is taken in every clock. The first byte of a body is offered 6 clocks after the delimiter
+    that ends its frame, if no other body is waiting; the others at one per clock.
+
+    The buffer is one block RAM on the target (2048 rows of 9 bits are one DP16KD of an ECP5); the
+    rest is about 150 flip-flops, half of them the CRC and the bytes held back because they may be
+    the CRC.
+
+    Parameters
+    ----------
+    config : hdl.config.Config
+        Its ``receive_buffer`` is the depth of the buffer.
+
+    Members
+    -------
+    bytes : In(stream.Signature(8))
+        Bytes off the line. Always ready.
+    requests : Out(stream.Signature({"data": 8, "last": 1, "plain": 1}))
+        Bodies, without CRC; ``last`` marks the last byte of each, ``plain`` every byte of plain
+        ones.
+    malformed, crc_error, overrun : Out(1)
+        High for one clock, 2 clocks after the delimiter of a frame that was dropped.
+    line_busy : Out(1)
+        A frame has begun and not ended: bytes have come since the last delimiter.
+    """
+
+    def __init__(self, config):
+        self.config = config
+        self.requests_layout = data.StructLayout({"data": 8, "last": 1, "plain": 1})
+        super().__init__({
+            "bytes": In(stream.Signature(8)),
+            "requests": Out(stream.Signature(self.requests_layout)),
+            "malformed": Out(1),
+            "crc_error": Out(1),
+            "overrun": Out(1),
+            "line_busy": Out(1),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+
+        # A row is a byte of a body; before each body there is one that says whether it is plain.
+        row_layout = data.StructLayout({"data": 8, "last": 1})
+        m.submodules.decoder = decoder = CobsDecoder()
+        m.submodules.crc     = crc     = CRC32_ISO_HDLC().create()
+        m.submodules.ring    = ring    = CommitRing(row_layout, self.config.receive_buffer)
+
+        wiring.connect(m, wiring.flipped(self.bytes), decoder.encoded)
+        m.d.comb += self.line_busy.eq(decoder.inside)
+
+        arrives = Signal()
+        ends    = Signal()
+        m.d.comb += [
+            arrives.eq(decoder.decoded.valid & ~decoder.decoded.p.delimiter),
+            ends.eq(decoder.decoded.valid & decoder.decoded.p.delimiter),
+            crc.data.eq(decoder.decoded.p.data),
+            crc.valid.eq(arrives),
+            crc.start.eq(ends),
+        ]
+
+        # The newest bytes, which may be the CRC, and the one before them, which may be the last of
+        # the body: what it is, is known when the next byte or the delimiter comes.
+        held  = Signal(data.ArrayLayout(8, CRC_BYTES + 1))
+        count = Signal(range(BODY_HEADER_BYTES + CRC_BYTES + 1))    # Stops at the shortest frame.
+        with m.If(arrives):
+            m.d.sync += held.eq(Cat(decoder.decoded.p.data, held.as_value()[:-8]))
+            with m.If(count != BODY_HEADER_BYTES + CRC_BYTES):
+                m.d.sync += count.eq(count + 1)
+        with m.If(ends):
+            m.d.sync += count.eq(0)
+
+        tail      = Signal.like(ring.committed, init=1)     # Row for the next byte of the body.
+        committed = Signal.like(ring.committed)
+        used      = Signal.like(ring.committed)
+        dropped   = Signal()    # A byte of the body found no room.
+        room      = Signal()
+        kept      = Signal()
+        m.d.comb += [
+            ring.committed.eq(committed),
+            used.eq(tail - ring.fetched),
+            room.eq(~used[-1] & ~dropped),
+            kept.eq(decoder.decoded.valid & (count > CRC_BYTES)),
+        ]
+        with m.If(kept):
+            with m.If(room):
+                m.d.sync += tail.eq(tail + 1)
+            with m.Else():
+                m.d.sync += dropped.eq(1)
+
+        right  = Signal()
+        plain  = Signal()
+        whole  = Signal()
+        commit = Signal()
+        m.d.comb += [
+            plain.eq(crc.crc == _residue(plain=True)),
+            right.eq(plain | (crc.crc == _residue(plain=False))),
+            whole.eq(~decoder.decoded.p.broken & (count == BODY_HEADER_BYTES + CRC_BYTES)),
+        ]
+        m.d.sync += [
+            self.malformed.eq(ends & ~whole),
+            self.crc_error.eq(ends & whole & ~right),
+            self.overrun.eq(ends & whole & right & ~room),
+            commit.eq(ends & whole & right & room),
+        ]
+        is_plain = Signal()
+        with m.If(ends):
+            m.d.sync += [
+                is_plain.eq(plain),
+                dropped.eq(0),
+            ]
+            with m.If(~(whole & right & room)):
+                m.d.sync += tail.eq(committed + 1)
+        with m.If(commit):
+            m.d.sync += [
+                committed.eq(tail),
+                tail.eq(tail + 1),
+            ]
+        # While `commit` is high, no byte of the next frame is here yet.
+        m.d.comb += [
+            ring.write_enable.eq((kept & room) | commit),
+            ring.write_row.eq(Mux(commit, committed, tail)),
+            ring.write_data.data.eq(Mux(commit, is_plain, held[CRC_BYTES])),
+            ring.write_data.last.eq(ends),
+        ]
+
+        opened = Signal()   # The row before the body has been read.
+        m.d.comb += [
+            self.requests.valid.eq(ring.words.valid & opened),
+            self.requests.p.data.eq(ring.words.p.data),
+            self.requests.p.last.eq(ring.words.p.last),
+            ring.words.ready.eq(self.requests.ready | ~opened),
+        ]
+        with m.If(ring.words.valid & ring.words.ready):
+            with m.If(opened):
+                m.d.sync += opened.eq(~ring.words.p.last)
+            with m.Else():
+                m.d.sync += [
+                    opened.eq(1),
+                    self.requests.p.plain.eq(ring.words.p.data[0]),
+                ]
+
+        return m
+
+
+class FrameTransmitter(wiring.Component):
+    """Puts bodies on the line as frames: CRC, COBS, delimiter.
+
+    A byte of a body is accepted every clock, but for 1 clock after each block of 254 bytes without
+    a zero and 6 clocks after each body, as long as the encoder has room. A frame whose COBS code is
+    one block is offered from 8 clocks after the last byte of its body was accepted, a longer one
+    block by block, without a pause as long as bodies come faster than ``bytes`` are taken.
+
+    Takes one block RAM of an ECP5 for the blocks and about 120 flip-flops.
+
+    Parameters
+    ----------
+    config : hdl.config.Config
+        Taken by every unit of the chip; no size of this one depends on it.
+
+    Members
+    -------
+    replies : In(stream.Signature({"data": 8, "last": 1, "plain": 1}))
+        Bodies, of one byte or more; ``last`` marks the last byte of each. ``plain`` counts there.
+    bytes : Out(stream.Signature(8))
+        Bytes for the line.
+    """
+
+    def __init__(self, config):
+        self.config = config
+        self.replies_layout = data.StructLayout({"data": 8, "last": 1, "plain": 1})
+        super().__init__({
+            "replies": In(stream.Signature(self.replies_layout)),
+            "bytes": Out(stream.Signature(8)),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+
+        m.submodules.crc     = crc     = CRC32_ISO_HDLC().create()
+        m.submodules.encoder = encoder = CobsEncoder()
+
+        wiring.connect(m, encoder.encoded, wiring.flipped(self.bytes))
+
+        left  = Signal(range(CRC_BYTES + 1))    # Bytes of the CRC to send; 0 while in a body.
+        plain = Signal()
+        mask  = Signal(8 * CRC_BYTES)
+        rest  = Signal(8 * CRC_BYTES)           # Those after the first, the next one lowest.
+        now   = Signal(8 * CRC_BYTES)
+        m.d.comb += mask.eq(Mux(plain, 0, _VERSION_MASK))
+
+        with m.If(left == 0):
+            m.d.comb += [
+                encoder.frames.valid.eq(self.replies.valid),
+                encoder.frames.p.data.eq(self.replies.p.data),
+                self.replies.ready.eq(encoder.frames.ready),
+                crc.data.eq(self.replies.p.data),
+                crc.valid.eq(self.replies.valid & self.replies.ready),
+            ]
+            with m.If(crc.valid & self.replies.p.last):
+                m.d.sync += [
+                    left.eq(CRC_BYTES),
+                    plain.eq(self.replies.p.plain),
+                ]
+        with m.Else():
+            m.d.comb += [
+                now.eq(Mux(left == CRC_BYTES, crc.crc ^ mask, rest)),
+                encoder.frames.valid.eq(1),
+                encoder.frames.p.data.eq(now[:8]),
+                encoder.frames.p.last.eq(left == 1),
+            ]
+            with m.If(encoder.frames.ready):
+                m.d.comb += crc.start.eq(left == CRC_BYTES)
+                m.d.sync += [
+                    left.eq(left - 1),
+                    rest.eq(now >> 8),
+                ]
+
+        return m

@@ -1,0 +1,94 @@
+"""The chip's end of the line: UART, frames, and the counts of bytes."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out, connect, flipped
+
+from hdl.config import Config
+from hdl.link.frame import FrameReceiver, FrameTransmitter
+from hdl.link.uart import UartReceiver, UartTransmitter
+from hdl.protocol import Counter, counters_reply
+
+
+__all__ = ["Line"]
+
+
+class Line(wiring.Component):
+    """UART pins on one side, bodies of whole frames on the other.
+
+    Parameters
+    ----------
+    config : Config
+        Its ``clocks_per_bit`` is the divisor of the UART.
+
+    Members
+    -------
+    rx, tx : In(1), Out(1)
+        The pins; ``rx`` is asynchronous.
+    requests : Out(stream)
+        Bodies of the host: :class:`hdl.link.frame.FrameReceiver`.
+    replies : In(stream)
+        Bodies for the host: :class:`hdl.link.frame.FrameTransmitter`.
+    errors : Out(4)
+        Pulses, in the order of :class:`hdl.protocol.StickyError`: FRAMING, OVERRUN, CRC, MALFORMED.
+    busy : Out(1)
+        A frame is coming in.
+    bytes_received, bytes_sent : Out(48)
+        Bytes on the line since reset, everything included; a byte counts when its stop bit is
+        received, or its start bit is about to be sent.
+    """
+
+    def __init__(self, config: Config):
+        if not isinstance(config, Config):
+            raise TypeError(f"Config must be a Config, not {config!r}")
+        self.config = config
+
+        self._frame_receiver = FrameReceiver(config)
+        self._frame_transmitter = FrameTransmitter(config)
+        counters = dict(counters_reply(config).fields)
+        super().__init__(
+            {
+                "rx": In(1, init=1),
+                "tx": Out(1, init=1),
+                "requests": Out(stream.Signature(self._frame_receiver.requests_layout)),
+                "replies": In(stream.Signature(self._frame_transmitter.replies_layout)),
+                "errors": Out(4),
+                "busy": Out(1),
+                "bytes_received": Out(counters[Counter.BYTES_RECEIVED]),
+                "bytes_sent": Out(counters[Counter.BYTES_SENT]),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        divisor = self.config.clocks_per_bit
+
+        m.submodules.uart_receiver = uart_receiver = UartReceiver(divisor)
+        m.submodules.uart_transmitter = uart_transmitter = UartTransmitter(divisor)
+        m.submodules.frame_receiver = frame_receiver = self._frame_receiver
+        m.submodules.frame_transmitter = frame_transmitter = self._frame_transmitter
+
+        m.d.comb += [
+            uart_receiver.rx.eq(self.rx),
+            self.tx.eq(uart_transmitter.tx),
+            self.busy.eq(frame_receiver.line_busy),
+            self.errors.eq(
+                Cat(
+                    uart_receiver.framing_error,
+                    frame_receiver.overrun,
+                    frame_receiver.crc_error,
+                    frame_receiver.malformed,
+                )
+            ),
+        ]
+        connect(m, uart_receiver.bytes, frame_receiver.bytes)
+        connect(m, frame_receiver.requests, flipped(self.requests))
+        connect(m, flipped(self.replies), frame_transmitter.replies)
+        connect(m, frame_transmitter.bytes, uart_transmitter.bytes)
+
+        with m.If(uart_receiver.bytes.valid):
+            m.d.sync += self.bytes_received.eq(self.bytes_received + 1)
+        with m.If(uart_transmitter.bytes.valid & uart_transmitter.bytes.ready):
+            m.d.sync += self.bytes_sent.eq(self.bytes_sent + 1)
+
+        return m

@@ -1,0 +1,94 @@
+"""Ring buffer whose writer decides, after the fact, what has been written."""
+
+from amaranth import *
+from amaranth.lib import memory, stream, wiring
+from amaranth.lib.wiring import In, Out
+from amaranth.utils import exact_log2
+
+
+__all__ = ["CommitRing"]
+
+
+class CommitRing(wiring.Component):
+    """One block RAM between a writer that may change its mind and a stream.
+
+    Row pointers count modulo ``2 * depth``, so that full and empty differ; a row number is a
+    pointer without its highest bit. The rows from ``fetched`` up to, not including, ``committed``
+    are read in order; all others are the writer's, to be written in any order and as often as it
+    likes. It must not write a row ``depth`` or more past ``fetched``.
+
+    A row is offered 2 clocks after ``committed`` has moved past it, later ones at one per clock.
+    Rows are read ahead: ``fetched`` leads the transferred words by up to two.
+
+    On a target the memory is one block RAM with an output register. Its two ports never touch the
+    same row in the same clock, which is what ``no_rw_check`` tells synthesis.
+
+    Parameters
+    ----------
+    shape : ShapeLike
+        Shape of a row.
+    depth : int
+        Number of rows, a power of two, 2 or more.
+
+    Members
+    -------
+    write_enable : In(1)
+    write_row : In(log2(depth))
+    write_data : In(shape)
+        What is written, each clock in which it is enabled.
+    committed : In(log2(depth) + 1)
+        Pointer past the last row that may be read. Only ever moves forward.
+    fetched : Out(log2(depth) + 1)
+        Pointer to the next row to be read.
+    words : Out(stream.Signature(shape))
+        Rows read.
+    """
+
+    def __init__(self, shape, depth):
+        self.shape = shape
+        self.depth = depth
+        bits = exact_log2(depth)
+        super().__init__({
+            "write_enable": In(1),
+            "write_row": In(bits),
+            "write_data": In(shape),
+            "committed": In(bits + 1),
+            "fetched": Out(bits + 1),
+            "words": Out(stream.Signature(shape)),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+
+        m.submodules.rows = rows = memory.Memory(
+            shape=self.shape, depth=self.depth, init=[], attrs={"no_rw_check": 1}
+        )
+        write = rows.write_port()
+        read  = rows.read_port()
+
+        loaded  = Signal()  # The read port holds a row that has not moved on.
+        move_on = Signal()
+
+        m.d.comb += [
+            write.en.eq(self.write_enable),
+            write.addr.eq(self.write_row),
+            write.data.eq(self.write_data),
+            move_on.eq(~self.words.valid | self.words.ready),
+            read.en.eq((self.fetched != self.committed) & (~loaded | move_on)),
+            read.addr.eq(self.fetched[:-1]),
+        ]
+
+        with m.If(read.en):
+            m.d.sync += [
+                self.fetched.eq(self.fetched + 1),
+                loaded.eq(1),
+            ]
+        with m.Elif(move_on):
+            m.d.sync += loaded.eq(0)
+        with m.If(move_on):
+            m.d.sync += [
+                self.words.valid.eq(loaded),
+                self.words.payload.eq(read.data),
+            ]
+
+        return m

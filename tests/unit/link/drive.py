@@ -1,0 +1,49 @@
+"""Drivers of streams for the Amaranth simulator."""
+
+import itertools
+
+
+__all__ = ["drive", "watch"]
+
+
+async def drive(ctx, stream, words, pauses=(0,), limit=100_000):
+    """Offer ``words`` one by one, after as many idle clocks as the next of ``pauses`` says."""
+    for word, pause in zip(words, itertools.cycle(pauses), strict=False):
+        if pause:
+            await ctx.tick().repeat(pause)
+        ctx.set(stream.payload, word)
+        ctx.set(stream.valid, 1)
+        for _ in range(limit):
+            *_, ready = await ctx.tick().sample(stream.ready)
+            if ready:
+                break
+        else:
+            raise AssertionError(f"{word!r} was not taken within {limit} clocks")
+        ctx.set(stream.valid, 0)
+
+
+def watch(stream, words, pauses=(0,)):
+    """Return a background process that takes every word into the list ``words``.
+
+    It checks that an offer stays until it is taken. The word is appended with the number of the
+    clock that took it.
+    """
+
+    async def process(ctx):
+        pause = itertools.cycle(pauses)
+        left = next(pause)
+        offered = None
+        clock = 0
+        while True:
+            ctx.set(stream.ready, left == 0)
+            *_, valid, word = await ctx.tick().sample(stream.valid, stream.payload)
+            assert offered is None or (valid and word == offered), "an offer was taken back"
+            offered = word if valid and left else None
+            if valid and left == 0:
+                words.append((clock, word))
+                left = next(pause)
+            elif left:
+                left -= 1
+            clock += 1
+
+    return process

@@ -1,0 +1,87 @@
+"""The ring buffer that commits."""
+
+import random
+
+from hdl.link.ring import CommitRing
+from tests.streams import simulate
+from tests.unit.link.drive import watch
+
+
+class Writer:
+    """Writes rows of a ring by their numbers, and commits."""
+
+    def __init__(self, dut, ctx):
+        self.dut = dut
+        self.ctx = ctx
+
+    async def write(self, row, word):
+        self.ctx.set(self.dut.write_enable, 1)
+        self.ctx.set(self.dut.write_row, row % self.dut.depth)
+        self.ctx.set(self.dut.write_data, word)
+        await self.ctx.tick()
+        self.ctx.set(self.dut.write_enable, 0)
+
+    def commit(self, row):
+        self.ctx.set(self.dut.committed, row % (2 * self.dut.depth))
+
+
+def test_offers_what_was_committed_one_row_per_clock():
+    dut = CommitRing(8, 16)
+    words = []
+
+    async def write(ctx):
+        writer = Writer(dut, ctx)
+        for row in range(10):
+            await writer.write(row, 100 + row)
+        await ctx.tick().repeat(5)
+        assert words == []
+        writer.commit(8)  # In clock 15.
+        await ctx.tick().repeat(20)
+
+    simulate(dut, write, background=[watch(dut.words, words)])
+    assert words == [(15 + 2 + i, 100 + i) for i in range(8)]
+
+
+def test_rows_not_committed_may_be_written_again_in_any_order():
+    dut = CommitRing(8, 8)
+    words = []
+
+    async def write(ctx):
+        writer = Writer(dut, ctx)
+        for row, word in [(2, 9), (0, 9), (1, 22), (0, 11), (2, 33), (3, 9)]:
+            await writer.write(row, word)
+        writer.commit(3)
+        await writer.write(3, 44)
+        writer.commit(4)
+        await ctx.tick().repeat(12)
+
+    simulate(dut, write, background=[watch(dut.words, words)])
+    assert [word for _, word in words] == [11, 22, 33, 44]
+
+
+def test_wraps_and_fills_under_back_pressure():
+    # A writer that uses all the room there is, over pointers that wrap many times.
+    dut = CommitRing(16, 8)
+    words, most = [], 0
+    rng = random.Random(1)
+    pauses = [rng.randrange(4) for _ in range(50)]
+
+    async def write(ctx):
+        nonlocal most
+        writer = Writer(dut, ctx)
+        for row in range(200):
+            while True:
+                used = (row - ctx.get(dut.fetched)) % (2 * dut.depth)
+                if used < dut.depth:
+                    break
+                most = max(most, used)
+                await ctx.tick()
+            await writer.write(row, row)
+            if rng.random() < 0.5 or used == dut.depth - 1:
+                writer.commit(row + 1)
+        writer.commit(200)
+        await ctx.tick().repeat(40)
+
+    simulate(dut, write, background=[watch(dut.words, words, pauses)])
+    assert [word for _, word in words] == list(range(200))
+    assert most == dut.depth

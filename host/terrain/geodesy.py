@@ -1,0 +1,111 @@
+"""Coordinate reference systems: units, names, and the way from one to another."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from rasterio._err import CPLE_BaseError  # What GDAL reports: no public module has it.
+from rasterio.crs import CRS
+from rasterio.errors import CRSError, RasterioError
+from rasterio.warp import transform as warp_transform
+
+from host.errors import InputError
+
+
+__all__ = ["WGS84", "crs_name", "transform", "unit_m", "utm_zone"]
+
+Floats = NDArray[np.float64]
+
+#: Longitude and latitude in degrees, in this order.
+WGS84 = "EPSG:4326"
+
+# Geocentric datums that agree with WGS84 within a metre or two: less than any cell of a terrain,
+# so that taking them for WGS84 where no grid of corrections is installed does no harm.
+_LIKE_WGS84 = re.compile(
+    r"WGS.?(19)?84|World Geodetic System 1984|ITRF|International Terrestrial"
+    r"|ETRS|European Terrestrial|NAD.?83|North American Datum 1983"
+    r"|GDA.?(19)?94|GDA.?2020|Geocentric Datum of Australia"
+    r"|NZGD.?2000|New Zealand Geodetic Datum 2000|SIRGAS"
+    r"|JGD.?20(00|11)|Japanese Geodetic Datum 20(00|11)|CGCS.?2000|China 2000|CH1903\+"
+    r"|RGF.?(19)?93|Reseau Geodesique Francais 1993",
+    re.IGNORECASE)
+
+
+def crs_name(crs: CRS) -> str:
+    """``EPSG:<code>`` of a reference system, else its WKT."""
+    code = crs.to_epsg()
+    return f"EPSG:{code}" if code is not None else str(crs.to_wkt())
+
+
+def utm_zone(lat: float, lon: float) -> str:
+    """UTM zone on WGS84 that holds a point in degrees, as ``EPSG:<code>``."""
+    zone = int((lon + 180.0) % 360.0 // 6.0) + 1
+    return f"EPSG:{(32600 if lat >= 0 else 32700) + zone}"
+
+
+@lru_cache(maxsize=64)
+def unit_m(crs: str) -> float:
+    """Metres per linear unit of a projected reference system; 1 for one without linear units."""
+    try:
+        return float(CRS.from_user_input(crs).linear_units_factor[1])
+    except CRSError:
+        return 1.0
+
+
+def transform(source: str, target: str, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Take points from one reference system to another.
+
+    Parameters
+    ----------
+    source, target : str
+        Reference systems; of a geographic one the order is longitude, latitude in degrees.
+    x, y : ndarray
+        Coordinates, of one shape.
+
+    Returns
+    -------
+    tuple of ndarray
+        Coordinates in ``target``, of the same shape.
+
+    Raises
+    ------
+    InputError
+        If a latitude is beyond a pole, or a point has no place in ``target``.
+
+    Warns
+    -----
+    UserWarning
+        Once per reference system, if its datum can only be shifted approximately here.
+    """
+    if source == WGS84 and bool((np.abs(y) > 90).any()):
+        worst = float(y.flat[int(np.argmax(np.abs(y)))])
+        raise InputError(f"A latitude must lie between -90 and 90 degrees, but one is {worst:g}.")
+    for crs in (source, target):
+        _warn_if_approximate(crs)
+    try:
+        moved = warp_transform(source, target, x.ravel().tolist(), y.ravel().tolist())
+    except (RasterioError, CRSError, CPLE_BaseError):
+        moved = ([np.inf], [np.inf])
+    if not np.isfinite(moved).all():
+        raise InputError("A point cannot be placed in the terrain's coordinate reference system; "
+                         "check its coordinates, latitude before longitude.")
+    east, north = (np.asarray(values, dtype=np.float64).reshape(x.shape) for values in moved)
+    return east, north
+
+
+@lru_cache(maxsize=64)
+def _warn_if_approximate(crs: str) -> None:
+    datum = _datum(crs)
+    if not _LIKE_WGS84.search(datum):
+        warnings.warn(
+            f"The exact shift between the datum {datum!r} and WGS84 needs grid files that are not "
+            "installed, so latitudes and longitudes may be some metres off.", stacklevel=4)
+
+
+def _datum(crs: str) -> str:
+    found = re.search(r'(?:DATUM|ENSEMBLE)\["([^"]+)"', CRS.from_user_input(crs).to_wkt())
+    return found.group(1).replace("_", " ") if found else "unknown"

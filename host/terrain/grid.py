@@ -1,0 +1,220 @@
+"""A terrain: heights at the nodes of a grid, and where on Earth it lies."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from host.errors import InputError
+from host.terrain import geodesy
+
+
+__all__ = ["Terrain"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Terrain:
+    """Heights at the nodes of a grid.
+
+    ``elevation[iy, ix]`` is the height at ``(ix * dx_m, iy * dy_m)`` in the local frame: x to the
+    east, y to the north, origin at the south-west node.
+
+    Parameters
+    ----------
+    name : str
+        What reports call it.
+    elevation : array_like
+        ``(ny, nx)`` heights in metres above the datum, row 0 the southernmost, 2 x 2 nodes or more;
+        NaN is a void. Kept as a read-only float64 copy.
+    dx_m, dy_m : float
+        Sides of a cell in metres, positive.
+    crs : str, optional
+        Projected coordinate reference system of the frame, ``EPSG:<code>`` or WKT. None if unknown.
+    origin : tuple of float, optional
+        Easting and northing of the south-west node in ``crs``, in its units.
+    source : str
+        Where the heights come from.
+
+    Raises
+    ------
+    InputError
+        If the heights are not such a grid, are all void, or a side is not positive.
+    """
+
+    name: str
+    elevation: Floats
+    dx_m: float
+    dy_m: float
+    crs: str | None = None
+    origin: tuple[float, float] | None = None
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        elevation = _heights(self.name, self.elevation)
+        sides = []
+        for side in ("dx_m", "dy_m"):
+            value = float(getattr(self, side))
+            if not (math.isfinite(value) and value > 0):
+                raise InputError(f"{self.name}: the sides of a cell must be positive metres, but "
+                                 f"{side} is {value:g}.")
+            sides.append(value)
+        object.__setattr__(self, "elevation", elevation)
+        object.__setattr__(self, "dx_m", sides[0])
+        object.__setattr__(self, "dy_m", sides[1])
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Nodes from south to north and from west to east."""
+        rows, columns = self.elevation.shape
+        return rows, columns
+
+    @property
+    def width_m(self) -> float:
+        """Metres from the westernmost node to the easternmost."""
+        return (self.shape[1] - 1) * self.dx_m
+
+    @property
+    def height_m(self) -> float:
+        """Metres from the southernmost node to the northernmost."""
+        return (self.shape[0] - 1) * self.dy_m
+
+    @property
+    def voids(self) -> NDArray[np.bool_]:
+        """Nodes without a height, ``(ny, nx)``."""
+        return np.isnan(self.elevation)
+
+    @property
+    def lowest(self) -> float:
+        """Least height in metres, voids apart."""
+        return float(np.nanmin(self.elevation))
+
+    @property
+    def highest(self) -> float:
+        """Greatest height in metres, voids apart."""
+        return float(np.nanmax(self.elevation))
+
+    def ground(self, x: ArrayLike, y: ArrayLike) -> Any:
+        """Height of the nearest node, halves rounded up, clamped to the map.
+
+        Parameters
+        ----------
+        x, y : array_like
+            Metres in the local frame; they broadcast.
+
+        Returns
+        -------
+        float or ndarray
+            Metres, NaN over a void; a float for two scalars.
+        """
+        rows, columns = self.shape
+        ix = _nearest(x, self.dx_m, columns)
+        iy = _nearest(y, self.dy_m, rows)
+        heights = self.elevation[iy, ix]
+        return float(heights) if heights.ndim == 0 else heights
+
+    def to_local(self, lat: ArrayLike, lon: ArrayLike) -> tuple[Any, Any]:
+        """Local metres (x, y) of WGS84 latitude and longitude in degrees, scalars or arrays.
+
+        Warns when the shift between the datums can only be approximated on this machine.
+
+        Raises
+        ------
+        InputError
+            If the terrain has no CRS, or a point cannot be expressed in it.
+        """
+        crs, (east, north) = self._reference()
+        lon, lat = np.broadcast_arrays(np.asarray(lon, np.float64), np.asarray(lat, np.float64))
+        unit = geodesy.unit_m(crs)
+        eastings, northings = geodesy.transform(geodesy.WGS84, crs, lon, lat)
+        return _scalars((eastings - east) * unit, (northings - north) * unit)
+
+    def to_geographic(self, x: ArrayLike, y: ArrayLike) -> tuple[Any, Any]:
+        """WGS84 (latitude, longitude) in degrees of local metres, scalars or arrays.
+
+        Warns when the shift between the datums can only be approximated on this machine.
+
+        Raises
+        ------
+        InputError
+            If the terrain has no CRS, or a point has no place on Earth.
+        """
+        crs, (east, north) = self._reference()
+        x, y = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(y, np.float64))
+        unit = geodesy.unit_m(crs)
+        lon, lat = geodesy.transform(crs, geodesy.WGS84, east + x / unit, north + y / unit)
+        return _scalars(lat, lon)
+
+    def describe(self) -> dict[str, Any]:
+        """Name, shape, cell and place, as a summary's ``terrain`` has them."""
+        return {
+            "name": self.name,
+            "shape": list(self.shape),
+            "dx_m": self.dx_m,
+            "dy_m": self.dy_m,
+            "crs": self.crs,
+            "origin": None if self.origin is None else list(self.origin),
+        }
+
+    def save_npz(self, path: str | Path, nofly: NDArray[np.bool_]) -> None:
+        """Write ``elevation``, ``dx_m``, ``dy_m`` and ``nofly`` for :func:`host.terrain.load`.
+
+        Parameters
+        ----------
+        path : str or Path
+            File to write; its name should end in ``.npz``.
+        nofly : ndarray
+            ``(ny, nx)`` bool, nodes in a no-fly zone.
+
+        Raises
+        ------
+        ValueError
+            If ``nofly`` has another shape than the terrain.
+        """
+        if nofly.shape != self.shape:
+            raise ValueError(f"No-fly raster must have the terrain's shape {self.shape}, "
+                             f"not {nofly.shape!r}")
+        # Through a handle: given a name, numpy would append a suffix of its own.
+        with Path(path).open("wb") as file:
+            np.savez_compressed(file, elevation=self.elevation, dx_m=self.dx_m, dy_m=self.dy_m,
+                                nofly=nofly.astype(np.bool_))
+
+    def _reference(self) -> tuple[str, tuple[float, float]]:
+        if self.crs is None or self.origin is None:
+            raise InputError(f"The terrain {self.name!r} has no coordinate reference system, so "
+                             "latitude and longitude have no meaning on it; give local metres.")
+        return self.crs, self.origin
+
+
+def _heights(name: str, elevation: ArrayLike) -> Floats:
+    raw = np.asarray(elevation)
+    if raw.dtype.kind not in "iufb":
+        raise InputError(f"{name}: the heights must be real numbers, but are {raw.dtype}.")
+    if raw.ndim != 2:
+        raise InputError(f"{name}: the heights must be a grid of rows and columns, but have "
+                         f"{raw.ndim} dimensions.")
+    if min(raw.shape) < 2:
+        raise InputError(f"{name}: a terrain needs at least 2 x 2 nodes, but this one has "
+                         f"{raw.shape[0]} x {raw.shape[1]}.")
+    heights = raw.astype(np.float64)
+    heights[~np.isfinite(heights)] = np.nan
+    if np.isnan(heights).all():
+        raise InputError(f"{name}: every node is void; choose a terrain with heights.")
+    heights.setflags(write=False)
+    return heights
+
+
+def _nearest(coordinate: ArrayLike, side_m: float, nodes: int) -> NDArray[np.int64]:
+    # Clipped before the cast: a far point would overflow the integer.
+    index = np.floor(np.asarray(coordinate, dtype=np.float64) / side_m + 0.5)
+    return np.clip(index, 0, nodes - 1).astype(np.int64)
+
+
+def _scalars(first: Floats, second: Floats) -> tuple[Any, Any]:
+    return (float(first), float(second)) if first.ndim == 0 else (first, second)

@@ -1,0 +1,135 @@
+"""Terrains by name or from files, and what there is to say about one."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.errors import InputError
+from host.terrain import embedded, place, raster
+from host.terrain.grid import Terrain
+
+
+__all__ = ["info", "load"]
+
+_KEYS = ("elevation", "dx_m", "dy_m")
+
+
+def load(
+    source: str | Path, *, cell: tuple[float, float] | None = None, fill_voids: bool = False,
+) -> Terrain:
+    """Load a terrain.
+
+    Parameters
+    ----------
+    source : str or Path
+        Name of an embedded terrain (:func:`host.terrain.names`), or a file: ``.npz`` with
+        ``elevation``, ``dx_m`` and ``dy_m``, ``.npy`` with the heights (both in metres, row 0 the
+        southernmost), or anything that rasterio opens. A file of a terrain's name is reached as
+        ``./name``.
+    cell : tuple of float, optional
+        Sides of a cell in metres, east and north, for a file that does not say.
+    fill_voids : bool
+        Interpolate the voids, which are else impassable.
+
+    Raises
+    ------
+    InputError
+        If there is no such terrain, it cannot be read or is no terrain, or ``cell`` is missing,
+        not positive or given for a terrain that has its own.
+    """
+    if cell is not None and not all(math.isfinite(side) and side > 0 for side in cell):
+        raise InputError("The sides of a cell must be positive metres, not "
+                         f"{cell[0]:g} x {cell[1]:g}.")
+    if isinstance(source, str) and source in embedded.names():
+        if cell is not None:
+            raise InputError(f"The terrain {source!r} has cells of its own; leave out --cell.")
+        return embedded.load(source)
+    path = Path(source)
+    if not path.exists():
+        raise InputError(f"There is no terrain {str(source)!r}: neither a file nor one of "
+                         f"{', '.join(embedded.names())}.")
+    if path.suffix.lower() == ".npz":
+        return _load_npz(path, cell, fill_voids)
+    if path.suffix.lower() == ".npy":
+        return _load_npy(path, cell, fill_voids)
+    return place.to_terrain(raster.read(path), cell=cell, fill_voids=fill_voids)
+
+
+def info(terrain: Terrain) -> dict[str, Any]:
+    """Describe a terrain in values that JSON can hold.
+
+    Returns
+    -------
+    dict
+        ``name``, ``shape``, ``dx_m``, ``dy_m``, ``crs``, ``origin``; ``width_m``, ``height_m``;
+        ``corners``, latitude and longitude by compass point, or None without a CRS;
+        ``elevation_m`` (least, greatest, mean); ``voids`` and ``void_share``; ``source``.
+    """
+    corners = None
+    if terrain.crs is not None and terrain.origin is not None:
+        east, north = terrain.width_m, terrain.height_m
+        lat, lon = terrain.to_geographic([0.0, east, 0.0, east], [0.0, 0.0, north, north])
+        corners = {point: [round(float(lat[i]), 9), round(float(lon[i]), 9)]
+                   for i, point in enumerate(("sw", "se", "nw", "ne"))}
+    voids = int(terrain.voids.sum())
+    return {
+        **terrain.describe(),
+        "width_m": terrain.width_m,
+        "height_m": terrain.height_m,
+        "corners": corners,
+        "elevation_m": {"min": terrain.lowest, "max": terrain.highest,
+                        "mean": float(np.nanmean(terrain.elevation))},
+        "voids": voids,
+        "void_share": voids / terrain.elevation.size,
+        "source": terrain.source,
+    }
+
+
+def _load_npz(path: Path, cell: tuple[float, float] | None, fill_voids: bool) -> Terrain:
+    if cell is not None:
+        raise InputError(f"{path}: the file says how large its cells are; leave out --cell.")
+    try:
+        # Not numpy.load: that also reads what is no archive.
+        with path.open("rb") as opened, np.lib.npyio.NpzFile(opened) as file:
+            missing = [key for key in _KEYS if key not in file]
+            if missing:
+                raise InputError(f"{path}: there is no {missing[0]!r} in it; a terrain file holds "
+                                 f"{', '.join(_KEYS)}.")
+            elevation = file["elevation"]
+            sides = [file[key] for key in _KEYS[1:]]
+    except (OSError, ValueError, EOFError, BadZipFile):
+        raise InputError(f"{path}: cannot be read as a numpy archive; write it with "
+                         "numpy.savez.") from None
+    for key, side in zip(_KEYS[1:], sides, strict=True):
+        if side.size != 1 or side.dtype.kind not in "iuf":
+            raise InputError(f"{path}: {key!r} must be one number of metres.")
+    return _from_array(path, elevation, (sides[0].item(), sides[1].item()), fill_voids)
+
+
+def _load_npy(path: Path, cell: tuple[float, float] | None, fill_voids: bool) -> Terrain:
+    if cell is None:
+        raise InputError(f"{path}: a .npy file does not say how large its cells are; give "
+                         "--cell DX[,DY] in metres.")
+    try:
+        elevation = np.load(path, allow_pickle=False)
+    except (OSError, ValueError, EOFError):
+        raise InputError(f"{path}: cannot be read as a numpy array; write it with "
+                         "numpy.save.") from None
+    return _from_array(path, elevation, cell, fill_voids)
+
+
+def _from_array(
+    path: Path, elevation: NDArray[Any], cell: tuple[float, float], fill_voids: bool,
+) -> Terrain:
+    terrain = Terrain(str(path), elevation, *cell)
+    heights = terrain.elevation
+    if fill_voids:
+        # From the north, as a raster is filled: the interpolation depends on the direction.
+        heights = raster.fill(heights[::-1])[::-1]
+    return Terrain(path.stem, heights, *cell, source=str(path))

@@ -1,0 +1,81 @@
+"""From a raster to a terrain: cells in metres, and the place on Earth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from affine import Affine
+
+from host.errors import InputError
+from host.terrain import geodesy, warp
+from host.terrain.grid import Terrain
+from host.terrain.raster import Raster, fill, north_up
+
+
+__all__ = ["to_terrain"]
+
+# No map of metres has smaller cells; one of degrees always has.
+_SMALLEST_SIDE_M = 0.05
+
+
+def to_terrain(
+    raster: Raster, *, cell: tuple[float, float] | None = None, fill_voids: bool = False,
+) -> Terrain:
+    """Turn a raster into a terrain.
+
+    A projected raster keeps its own cells; a geographic one goes through
+    :func:`host.terrain.warp.to_utm`. One without a reference system keeps its pixels as metres, or
+    takes ``cell`` where it has no size of pixel either.
+
+    Parameters
+    ----------
+    raster : Raster
+        Heights and their place.
+    cell : tuple of float, optional
+        Sides of a cell in metres, east and north.
+    fill_voids : bool
+        Interpolate the voids, before any reprojection.
+
+    Raises
+    ------
+    InputError
+        If the raster is rotated, all void, smaller than 2 x 2 nodes, too large for one UTM zone, or
+        has no size of cell; or if ``cell`` is given for a raster that has its own.
+    """
+    name = raster.name
+    if np.isnan(raster.heights).all():
+        raise InputError(f"{name}: every node is void; choose a terrain with heights.")
+    if min(raster.heights.shape) < 2:
+        raise InputError(f"{name}: a terrain needs at least 2 x 2 nodes, but this one has "
+                         f"{raster.heights.shape[0]} x {raster.heights.shape[1]}.")
+    if not raster.transform.is_identity:
+        if cell is not None:
+            raise InputError(f"{name}: the file says how large its cells are; leave out --cell.")
+    elif cell is None:
+        raise InputError(f"{name}: the file does not say how large its cells are; give "
+                         "--cell DX[,DY] in metres.")
+    else:
+        raster = replace(raster, transform=Affine(cell[0], 0, 0, 0, -cell[1], 0), crs=None)
+    raster = north_up(raster)
+    if fill_voids:
+        raster = replace(raster, heights=fill(raster.heights))
+    if raster.crs is not None and raster.crs.is_geographic:
+        raster = warp.to_utm(raster)
+
+    rows, side = len(raster.heights), raster.transform
+    if raster.crs is None and min(side.a, -side.e) < _SMALLEST_SIDE_M:
+        raise InputError(f"{name}: cells of {side.a:g} x {-side.e:g} without a coordinate "
+                         "reference system look like degrees; add the system to the file.")
+    crs = None if raster.crs is None else geodesy.crs_name(raster.crs)
+    unit_m = 1.0 if crs is None else geodesy.unit_m(crs)
+    return Terrain(
+        name=name,
+        elevation=raster.heights[::-1],
+        dx_m=side.a * unit_m,
+        dy_m=-side.e * unit_m,
+        crs=crs,
+        # The south-west node is the centre of the last row's first pixel.
+        origin=None if crs is None else (side.c + 0.5 * side.a, side.f + (rows - 0.5) * side.e),
+        source=raster.source,
+    )

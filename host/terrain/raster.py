@@ -1,0 +1,129 @@
+"""Raster files: heights, voids, units and orientation."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import rasterio
+from affine import Affine
+from numpy.typing import NDArray
+from rasterio.crs import CRS
+from rasterio.errors import NotGeoreferencedWarning, RasterioError
+from rasterio.fill import fillnodata
+
+from host.errors import InputError
+
+
+__all__ = ["Raster", "fill", "north_up", "read"]
+
+Floats = NDArray[np.float64]
+
+# SRTM's mark of a void: survives in files that declare another value, or none, and is no height.
+_UNDECLARED_VOID = -32768.0
+
+# Metres per unit of height, by what files call it.
+_VERTICAL_UNITS_M = {
+    "": 1.0, "m": 1.0, "metre": 1.0, "metres": 1.0, "meter": 1.0, "meters": 1.0,
+    "ft": 0.3048, "foot": 0.3048, "feet": 0.3048, "international foot": 0.3048,
+    "us-ft": 1200 / 3937, "ftus": 1200 / 3937, "us survey foot": 1200 / 3937,
+    "us_survey_foot": 1200 / 3937,
+    "cm": 0.01, "centimetre": 0.01, "centimeter": 0.01, "dm": 0.1, "km": 1000.0,
+}
+
+
+@dataclass(frozen=True)
+class Raster:
+    """Heights as a file has them.
+
+    Parameters
+    ----------
+    name, source : str
+        What the terrain is to be called, and where it comes from.
+    heights : ndarray
+        ``(rows, columns)`` float64 metres, in the order of the file; NaN is a void.
+    transform : Affine
+        From column and row of a pixel's corner to coordinates in ``crs``.
+    crs : CRS or None
+        Reference system, if the file names one.
+    """
+
+    name: str
+    source: str
+    heights: Floats
+    transform: Affine
+    crs: CRS | None
+
+
+def read(path: Path) -> Raster:
+    """Read the heights of a file that rasterio opens.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, has several bands, complex data, or heights in an unknown unit.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", NotGeoreferencedWarning)
+            with rasterio.open(path) as file:
+                if file.count != 1:
+                    raise InputError(f"{path}: a terrain has one band of heights, but this file "
+                                     f"has {file.count}; write that of the heights to a file of "
+                                     "its own.")
+                if np.dtype(file.dtypes[0]).kind not in "iuf":
+                    raise InputError(f"{path}: heights must be real numbers, but the band holds "
+                                     f"{file.dtypes[0]}.")
+                unit_m = _vertical_unit_m(path, file.units[0])
+                band = file.read(1, masked=True)
+                scale, offset = file.scales[0], file.offsets[0]
+                transform, crs = file.transform, file.crs
+    except RasterioError:
+        raise InputError(f"{path}: cannot be read as a raster of heights; give a GeoTIFF, an SRTM "
+                         ".hgt, another format that GDAL reads, or a .npy or .npz file.") from None
+    heights = band.data.astype(np.float64)
+    void = np.ma.getmaskarray(band) | ~np.isfinite(heights) | (heights == _UNDECLARED_VOID)
+    heights[void] = np.nan
+    return Raster(path.stem, str(path), (heights * scale + offset) * unit_m, transform, crs)
+
+
+def fill(heights: Floats) -> Floats:
+    """Interpolate voids from the heights around them, searching as far as the larger side."""
+    known = ~np.isnan(heights)
+    if known.all():
+        return heights
+    # GDAL fills in single precision; what was known stays as it was.
+    filled = fillnodata(heights.astype(np.float32), mask=known.astype(np.uint8),
+                        max_search_distance=float(max(heights.shape)), smoothing_iterations=0)
+    return np.where(known, heights, filled.astype(np.float64))
+
+
+def _vertical_unit_m(path: Path, unit: str | None) -> float:
+    try:
+        return _VERTICAL_UNITS_M[(unit or "").strip().lower()]
+    except KeyError:
+        raise InputError(f"{path}: its heights are in {unit!r}, which is unknown; convert them to "
+                         "metres.") from None
+
+
+def north_up(raster: Raster) -> Raster:
+    """Turn a raster so that row 0 is the northernmost and column 0 the westernmost.
+
+    Raises
+    ------
+    InputError
+        If its rows do not run along the axes of its coordinates.
+    """
+    transform, heights = raster.transform, raster.heights
+    if transform.b != 0 or transform.d != 0:
+        raise InputError(f"{raster.name}: the raster is rotated against its coordinate axes; "
+                         "warp it to north up first, with gdalwarp for example.")
+    rows, columns = heights.shape
+    width, west, height, north = transform.a, transform.c, transform.e, transform.f
+    if height > 0:
+        heights, height, north = heights[::-1], -height, north + rows * height
+    if width < 0:
+        heights, width, west = heights[:, ::-1], -width, west + columns * width
+    return replace(raster, heights=heights, transform=Affine(width, 0, west, 0, height, north))

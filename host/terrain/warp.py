@@ -1,0 +1,244 @@
+"""From degrees to metres: a geographic raster on a square grid of its UTM zone."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from affine import Affine
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+from rasterio.crs import CRS
+
+from host.errors import InputError
+from host.terrain import geodesy
+from host.terrain.raster import Raster
+
+
+__all__ = ["largest_rectangle", "to_utm"]
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+# What the side of a cell is rounded to, in decimals of a metre.
+_SIDE_DECIMALS = 2
+# Widest raster that one UTM zone is taken for; beyond, its metres are too far from the ground's.
+_WIDEST_DEG = 12.0
+_NORTHERNMOST_DEG = 84.0
+# Nodes resampled at a time: bounds the memory of a large tile.
+_BLOCK_ROWS = 256
+# Degrees of the polynomials tried for the way back to degrees, and the error allowed in pixels.
+_DEGREES = (12, 24, 48)
+_TOLERANCE_PX = 1e-5
+# Rounding of coordinates, in pixels: a node this far outside is taken to lie on the edge.
+_ROUNDING_PX = 1e-6
+
+
+def to_utm(raster: Raster) -> Raster:
+    """Warp a geographic raster to the UTM zone of its centre.
+
+    The cells are square, of the smaller side in zone metres of the pixel at the centre, rounded to
+    0.01 m. Heights are interpolated bilinearly between the centres of pixels; in the outer half of
+    the outermost pixels the nearest stand in. A node next to a void, with any weight, is a void.
+    The grid is cropped to the largest rectangle inside the raster's edges.
+
+    Parameters
+    ----------
+    raster : Raster
+        North up, at least 2 x 2 pixels.
+
+    Returns
+    -------
+    Raster
+        In the zone's metres, north up.
+
+    Raises
+    ------
+    InputError
+        If the raster is wider than 12 degrees or reaches beyond 84 degrees of latitude.
+    """
+    rows, columns = raster.heights.shape
+    side = raster.transform
+    west, north = side.c, side.f
+    east, south = west + columns * side.a, north + rows * side.e
+    if east - west > _WIDEST_DEG or north - south > _WIDEST_DEG:
+        raise InputError(f"{raster.name}: the raster spans {east - west:g} x {north - south:g} "
+                         f"degrees, more than the {_WIDEST_DEG:g} that one UTM zone can show; cut "
+                         "out the part you need.")
+    if max(north, -south) > _NORTHERNMOST_DEG:
+        raise InputError(f"{raster.name}: the raster reaches beyond {_NORTHERNMOST_DEG:g} degrees "
+                         "of latitude, where UTM ends; project it first.")
+    zone = geodesy.utm_zone((north + south) / 2, (west + east) / 2)
+    side_m = _side_m(raster, zone)
+    grid = _grid(raster, zone, side_m)
+    to_pixels = _Inverse(raster, zone, *grid)
+    heights, inside = _resample(raster.heights, *to_pixels.grid())
+    kept_rows, kept_columns = largest_rectangle(inside)
+    eastings, northings = grid
+    # The corner of the first pixel is half a cell from its centre.
+    transform = Affine(side_m, 0, eastings[kept_columns.start] - side_m / 2,
+                       0, -side_m, northings[kept_rows.start] + side_m / 2)
+    return replace(raster, heights=heights[kept_rows, kept_columns], transform=transform,
+                   crs=CRS.from_user_input(zone))
+
+
+def largest_rectangle(usable: Bools) -> tuple[slice, slice]:
+    """Rows and columns of the largest rectangle of true cells; the first found of equals.
+
+    Row by row, the rectangle is the largest under the histogram of true cells above, found with a
+    stack of rising bars; neighbours of one height are one bar.
+    """
+    best, area = (slice(0, 0), slice(0, 0)), 0
+    columns = usable.shape[1]
+    # A last bar of height 0 takes all others off the stack.
+    tall = np.zeros(columns + 1, dtype=np.int64)
+    for row, cells in enumerate(usable):
+        tall[:-1] = np.where(cells, tall[:-1] + 1, 0)
+        starts = np.flatnonzero(np.diff(tall, prepend=-1))
+        if starts[-1] != columns:
+            starts = np.append(starts, columns)
+        stack: list[tuple[int, int]] = []
+        for column, height in zip(starts.tolist(), tall[starts].tolist(), strict=True):
+            left = column
+            while stack and stack[-1][1] >= height:
+                left, lower = stack.pop()
+                if lower * (column - left) > area:
+                    area = lower * (column - left)
+                    best = (slice(row + 1 - lower, row + 1), slice(left, column))
+            stack.append((left, height))
+    return best
+
+
+class _Inverse:
+    """Pixel coordinates of the nodes of a grid in UTM.
+
+    They are smooth in easting and northing, so polynomials through few exact points give them to
+    well below a thousandth of a pixel, at a hundredth of the price of asking PROJ for every node.
+
+    Parameters
+    ----------
+    raster : Raster
+        Whose pixels are meant; (0, 0) is the centre of the first.
+    zone : str
+        Reference system of the nodes.
+    eastings, northings : ndarray
+        Coordinates of the columns and rows of nodes, metres.
+    """
+
+    def __init__(self, raster: Raster, zone: str, eastings: Floats, northings: Floats) -> None:
+        self._raster, self._zone = raster, zone
+        self._x, self._y = _unit(eastings), _unit(northings)
+        self._span = (eastings[0], eastings[-1], northings[0], northings[-1])
+        for degree in _DEGREES:
+            nodes = np.asarray(chebyshev.chebpts1(degree + 1))
+            matrix = np.linalg.inv(chebyshev.chebvander(nodes, degree))
+            exact = self._exact(*np.meshgrid(nodes, nodes))
+            # [y, x] values to [y, x] coefficients, for column and row.
+            self._coefficients = [matrix @ values @ matrix.T for values in exact]
+            if self._error_px(degree) <= _TOLERANCE_PX:
+                return
+        raise InputError(f"{raster.name}: the raster is too large to be shown in one UTM zone; cut "
+                         "out the part you need.")
+
+    def grid(self) -> tuple[Floats, Floats]:
+        """Column and row in pixels of every node, two ``(ny, nx)`` arrays."""
+        column, row = (self._evaluate(coefficients, self._x, self._y)
+                       for coefficients in self._coefficients)
+        return column, row
+
+    def _error_px(self, degree: int) -> float:
+        """Largest error at points between and beside those fitted."""
+        between = np.concatenate(([-1.0], chebyshev.chebpts1(degree), [1.0]))
+        exact = self._exact(*np.meshgrid(between, between))
+        return max(
+            float(np.abs(self._evaluate(coefficients, between, between) - values).max())
+            for coefficients, values in zip(self._coefficients, exact, strict=True))
+
+    @staticmethod
+    def _evaluate(coefficients: Floats, x: Floats, y: Floats) -> Floats:
+        degree = len(coefficients) - 1
+        values: Floats = chebyshev.chebvander(y, degree) @ coefficients @ chebyshev.chebvander(
+            x, degree).T
+        return values
+
+    def _exact(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+        """Column and row of points given from -1 to 1 across the grid."""
+        first, last, top, bottom = self._span
+        lon, lat = geodesy.transform(
+            self._zone, geodesy.crs_name(self._raster.crs),
+            first + (last - first) * (x + 1) / 2, top + (bottom - top) * (y + 1) / 2)
+        side = self._raster.transform
+        # Files may count longitudes beyond 180 degrees; PROJ does not.
+        middle = side.c + self._raster.heights.shape[1] * side.a / 2
+        lon = middle + (lon - middle + 180.0) % 360.0 - 180.0
+        return (lon - side.c) / side.a - 0.5, (lat - side.f) / side.e - 0.5
+
+
+def _unit(values: Floats) -> Floats:
+    """Evenly spaced ``values`` as -1 to 1."""
+    return np.linspace(-1.0, 1.0, len(values))
+
+
+def _side_m(raster: Raster, zone: str) -> float:
+    """Smaller side of the pixel at the centre, metres of the zone."""
+    rows, columns = raster.heights.shape
+    side = raster.transform
+    lon, lat = side.c + columns * side.a / 2, side.f + rows * side.e / 2
+    east, north = geodesy.transform(
+        geodesy.crs_name(raster.crs), zone,
+        np.array((lon - side.a / 2, lon + side.a / 2, lon, lon)),
+        np.array((lat, lat, lat - side.e / 2, lat + side.e / 2)))
+    side_m = round(min(math.hypot(east[1] - east[0], north[1] - north[0]),
+                       math.hypot(east[3] - east[2], north[3] - north[2])), _SIDE_DECIMALS)
+    if side_m <= 0:
+        raise InputError(f"{raster.name}: its cells are smaller than a centimetre; "
+                         "check its coordinate reference system.")
+    return side_m
+
+
+def _grid(raster: Raster, zone: str, side_m: float) -> tuple[Floats, Floats]:
+    """Eastings, rising, and northings, falling, of nodes that cover the whole raster."""
+    rows, columns = raster.heights.shape
+    side = raster.transform
+    along_x = side.c + side.a * np.linspace(0, columns, min(columns, 64) + 1)
+    along_y = side.f + side.e * np.linspace(0, rows, min(rows, 64) + 1)
+    lon = np.concatenate((along_x, along_x, np.full_like(along_y, along_x[0]),
+                          np.full_like(along_y, along_x[-1])))
+    lat = np.concatenate((np.full_like(along_x, along_y[0]), np.full_like(along_x, along_y[-1]),
+                          along_y, along_y))
+    east, north = geodesy.transform(geodesy.crs_name(raster.crs), zone, lon, lat)
+    columns = math.ceil((east.max() - east.min()) / side_m)
+    rows = math.ceil((north.max() - north.min()) / side_m)
+    return (east.min() + side_m * (np.arange(columns) + 0.5),
+            north.max() - side_m * (np.arange(rows) + 0.5))
+
+
+def _resample(heights: Floats, column: Floats, row: Floats) -> tuple[Floats, Bools]:
+    """Bilinear heights at pixel coordinates, and which of these lie within the raster's edges."""
+    rows, columns = heights.shape
+    edge = 0.5 + _ROUNDING_PX
+    inside = ((column >= -edge) & (column <= columns - 1 + edge)
+              & (row >= -edge) & (row <= rows - 1 + edge))
+    sampled = np.empty(column.shape)
+    for start in range(0, len(column), _BLOCK_ROWS):
+        block = slice(start, start + _BLOCK_ROWS)
+        sampled[block] = _bilinear(heights, column[block], row[block])
+    return sampled, inside
+
+
+def _bilinear(heights: Floats, column: Floats, row: Floats) -> Floats:
+    rows, columns = heights.shape
+    column, row = np.clip(column, 0, columns - 1), np.clip(row, 0, rows - 1)
+    west = np.minimum(column.astype(np.int64), columns - 2)
+    north = np.minimum(row.astype(np.int64), rows - 2)
+    right, down = column - west, row - north
+    top = _mix(heights[north, west], heights[north, west + 1], right)
+    bottom = _mix(heights[north + 1, west], heights[north + 1, west + 1], right)
+    return _mix(top, bottom, down)
+
+
+def _mix(first: Floats, second: Floats, share: Floats) -> Floats:
+    # A neighbour without weight has no say, not even a void.
+    mixed = first + share * (second - first)
+    return np.where(share == 0, first, np.where(share == 1, second, mixed))

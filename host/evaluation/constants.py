@@ -1,0 +1,51 @@
+"""What the compiled kernels of the evaluation take: constants of a problem and types of arrays."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+__all__ = ["COORDINATE_LIMIT_M", "VOID_HEIGHT_M", "Constants", "Flags", "Floats", "Point", "Totals"]
+
+# The height of a void: above every path, and finite, so that it times a weight of 0 is 0.
+VOID_HEIGHT_M = 1e300
+# Beyond this a coordinate is no place on a map: it keeps the number of samples finite.
+COORDINATE_LIMIT_M = 1e7
+
+# The arrays of the kernels: rasters are flat, a path is (max_n, 3) float64.
+Floats = NDArray[np.float64]
+Flags = NDArray[np.uint8]
+Point = tuple[float, float, float]
+# Length, altitude integral, fuel, distance too steep.
+Totals = tuple[float, float, float, float]
+
+
+class Constants(NamedTuple):
+    """What stays the same from path to path. Metres, newtons, seconds, radians.
+
+    ``rows`` and ``columns`` are the shape of the rasters; ``zones``, ``bilinear`` and ``isa`` are
+    0 or 1; ``burn_per_m`` is sfc / eta, 1/m; ``utopia_area_m2`` is a_utopia * l_utopia.
+    """
+
+    dx_m: float
+    dy_m: float
+    rows: int
+    columns: int
+    ds_m: float
+    zones: int
+    bilinear: int
+    isa: int
+    turn_radius_m: float
+    max_climb_rad: float
+    max_descent_rad: float
+    weight: float
+    airspeed_m_s: float
+    wing_area_m2: float
+    drag_coefficient: float
+    induced_drag_factor: float
+    burn_per_m: float
+    wind_x_m_s: float
+    wind_y_m_s: float
+    utopia_area_m2: float
+    utopia_fuel: float

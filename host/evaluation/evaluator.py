@@ -1,0 +1,282 @@
+"""What a path is worth: one object that planners, reports and the command line ask."""
+
+import dataclasses
+import math
+import os
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.errors import InputError
+from host.evaluation.constants import COORDINATE_LIMIT_M, VOID_HEIGHT_M, Constants
+from host.evaluation.geometry import smooth
+from host.evaluation.kernels import evaluate_share, fitness_of, path_terms
+from host.evaluation.reference import utopia
+from host.evaluation.track import SmoothedTrack, ground_below
+
+
+if TYPE_CHECKING:
+    from host.problem import Problem
+
+__all__ = ["FINE", "Evaluation", "Evaluator"]
+
+# A path is reported feasible only when it is so at this many times finer samples.
+FINE = 8
+# Ends this near are the same: coordinates may have been through a text file.
+_SAME_POINT_M = 1e-6
+# Below this many paths a second thread costs more than it saves.
+_PATHS_PER_THREAD = 16
+
+
+@dataclasses.dataclass(frozen=True)
+class Evaluation:
+    """Every term of one path, under the names of ``summary.json``.
+
+    Parameters
+    ----------
+    feasible : bool
+        Penalty 0 both at ``ds`` and at ``ds / 8``.
+    feasible_at_ds : bool
+        Penalty 0 at ``ds``.
+    fitness : float
+        Equation (3), inside (0, 2).
+    penalty : float
+        Equation (1) at ``ds``, metres.
+    cost : float
+        Equation (2).
+    length_m, mean_altitude_m, fuel_N : float
+        Of the smoothed path. The altitude is the exact mean by length.
+    distance_under_terrain_m, distance_in_nofly_m, distance_too_steep_m : float
+        The terms of the penalty at ``ds``.
+    impossible_arcs : int
+        Interior waypoints whose arc does not fit.
+    void_crossed_m : float
+        The part of ``distance_under_terrain_m`` over voids.
+    minimum_clearance_m : float
+        Least height over the terrain among the samples of the smoothed path at ``ds / 8``, its
+        start and its goal; voids, whose height nobody knows, aside.
+    penalty_fine : float
+        Equation (1) at ``ds / 8``, metres.
+    """
+
+    feasible: bool
+    feasible_at_ds: bool
+    fitness: float
+    penalty: float
+    cost: float
+    length_m: float
+    mean_altitude_m: float
+    fuel_N: float
+    distance_under_terrain_m: float
+    distance_in_nofly_m: float
+    distance_too_steep_m: float
+    impossible_arcs: int
+    void_crossed_m: float
+    minimum_clearance_m: float
+    penalty_fine: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """The terms as plain JSON values."""
+        return dataclasses.asdict(self)
+
+
+class Evaluator:
+    """Evaluates paths of one problem, one at a time or as a population.
+
+    Every path is evaluated in full at every call: nothing is remembered, nothing is cut short.
+    Results do not depend on the number of threads.
+
+    Parameters
+    ----------
+    problem : Problem
+        Terrain, ends, aircraft, zones and wind.
+    ds_m : float, optional
+        Sampling step of d_ut and d_nf; the problem's own by default.
+    threads : int, optional
+        Threads that share a population; one per core by default.
+    bilinear : bool
+        Read the ground between nodes rather than at the nearest one.
+    isa : bool
+        Air density by the altitude of each piece rather than that of sea level.
+
+    Raises
+    ------
+    InputError
+        If the straight line from start to goal has no positive altitude and fuel to compare with.
+    ValueError
+        If ``ds_m`` is not a positive number or ``threads`` is not a positive integer.
+    """
+
+    def __init__(
+        self, problem: "Problem", *, ds_m: float | None = None, threads: int | None = None,
+        bilinear: bool = False, isa: bool = False,
+    ) -> None:
+        ds_m = problem.ds_m if ds_m is None else ds_m
+        if not (math.isfinite(ds_m) and ds_m > 0):
+            raise ValueError(f"Sampling step must be a positive number of metres, not {ds_m!r}")
+        threads = (os.cpu_count() or 1) if threads is None else threads
+        if not isinstance(threads, int) or threads < 1:
+            raise ValueError(f"Thread count must be a positive integer, not {threads!r}")
+
+
+        self.problem = problem
+        self.ds_m = float(ds_m)
+        self.threads = threads
+        self.bilinear = bool(bilinear)
+        self.isa = bool(isa)
+
+        elevation = problem.terrain.elevation
+        self._ground = np.where(np.isnan(elevation), VOID_HEIGHT_M, elevation).ravel()
+        self._nofly = problem.nofly_raster.astype(np.uint8).ravel()
+        self._constants = _constants(problem, self.ds_m, self.bilinear, self.isa)
+        self._fine = self._constants._replace(ds_m=self.ds_m / FINE)
+        self._pool: ThreadPoolExecutor | None = None
+
+    def evaluate(self, path: NDArray[np.float64]) -> Evaluation:
+        """Every term of one path, (n, 3) float64 metres, n >= 2, start and goal included.
+
+        Raises
+        ------
+        InputError
+            If a coordinate is not a number, or no place on any map.
+        ValueError
+            If the path has the wrong shape or other ends than the problem.
+        """
+        path = self._checked(path)
+        n = len(path)
+        length, altitude, fuel, steep, under, zone, impossible = path_terms(
+            path, n, self._ground, self._nofly, self._constants)
+        corners = impossible / (n - 2) * length if n > 2 else 0.0
+        penalty = under + zone + steep + corners
+        fine = path_terms(path, n, self._ground, self._nofly, self._fine)
+        penalty_fine = fine[4] + fine[5] + steep + corners
+        cost = (0.5 * altitude / self._constants.utopia_area_m2
+                + 0.5 * fuel / self._constants.utopia_fuel)
+
+        track = self.track(path)
+        samples, weights = track.midpoints(self.ds_m)
+        void_m = float(weights[np.isnan(samples.ground)].sum())
+        ends = path[[0, -1]]
+        clearance = np.concatenate((
+            track.midpoints(self.ds_m / FINE)[0].clearance,
+            ends[:, 2] - ground_below(self.problem.terrain, ends[:, 0], ends[:, 1],
+                                      bilinear=self.bilinear)))
+        return Evaluation(
+            feasible=penalty == 0 and penalty_fine == 0, feasible_at_ds=penalty == 0,
+            fitness=fitness_of(penalty, cost), penalty=penalty, cost=cost,
+            length_m=length, mean_altitude_m=altitude / length, fuel_N=fuel,
+            distance_under_terrain_m=under, distance_in_nofly_m=zone,
+            distance_too_steep_m=steep, impossible_arcs=impossible, void_crossed_m=void_m,
+            minimum_clearance_m=float(np.nanmin(clearance)), penalty_fine=penalty_fine)
+
+    def fitness(
+        self, paths: NDArray[np.float64], lengths: NDArray[np.integer[Any]],
+    ) -> NDArray[np.float64]:
+        """Fitness of a population, (m,) float64, every value inside (0, 2).
+
+        Parameters
+        ----------
+        paths : (m, max_n, 3) float64, metres
+            Start and goal included; rows from ``lengths[i]`` on are not read. The ends are taken
+            as they are.
+        lengths : (m,) integers
+            Points of each path, 2 to max_n.
+
+        A path with a coordinate that is not a number, or no place on any map, gets the least value.
+
+        Raises
+        ------
+        ValueError
+            If a shape is wrong or a length is out of range.
+        """
+        fitness: NDArray[np.float64] = self._population(paths, lengths, self._constants)[2]
+        return fitness
+
+    def penalty_cost(
+        self, paths: NDArray[np.float64], lengths: NDArray[np.integer[Any]], *, fine: bool = False,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Penalty and cost of a population, as for :meth:`fitness`; infinite for what is no path.
+
+        With ``fine`` the samples are at ``ds / 8``, as for a reported feasibility.
+        """
+        penalty, cost, _ = self._population(paths, lengths,
+                                            self._fine if fine else self._constants)
+        return penalty, cost
+
+    def track(self, path: NDArray[np.float64]) -> SmoothedTrack:
+        """The smoothed path over the terrain.
+
+        Raises
+        ------
+        InputError, ValueError
+            As for :meth:`evaluate`.
+        """
+        path = self._checked(path)
+        smoothed = smooth(path, self.problem.uav.turn_radius_m)
+        return SmoothedTrack(smoothed.pieces, self.problem.terrain, self.bilinear)
+
+    def _checked(self, path: NDArray[np.float64]) -> NDArray[np.float64]:
+        path = np.ascontiguousarray(path, dtype=np.float64)
+        if path.ndim != 2 or path.shape[1] != 3 or len(path) < 2:
+            raise ValueError(f"Path must have shape (n, 3) with n >= 2, not {path.shape!r}")
+        if not np.isfinite(path).all():
+            raise InputError("The path has a coordinate that is not a number; mend its file.")
+        if np.abs(path).max() > COORDINATE_LIMIT_M:
+            raise InputError("The path has a coordinate beyond 10,000 km, which is on no map; give "
+                             "it in metres of the terrain's local frame.")
+        for name, point, wanted in (("start", path[0], self.problem.start),
+                                    ("end", path[-1], self.problem.goal)):
+            if np.abs(point - wanted).max() > _SAME_POINT_M:
+                raise ValueError(f"Path must {name} at {wanted!r}, not {tuple(point.tolist())!r}")
+        return path
+
+    def _population(
+        self, paths: NDArray[np.float64], lengths: NDArray[np.integer[Any]], constants: Constants,
+    ) -> NDArray[np.float64]:
+        """Penalty, cost and fitness as the rows of a (3, m) array."""
+        paths = np.ascontiguousarray(paths, dtype=np.float64)
+        points = np.ascontiguousarray(lengths, dtype=np.int64)
+        if paths.ndim != 3 or paths.shape[2] != 3:
+            raise ValueError(f"Paths must have shape (m, max_n, 3), not {paths.shape!r}")
+        count = len(paths)
+        if points.shape != (count,):
+            raise ValueError(f"Lengths must have shape {(count,)!r}, not {points.shape!r}")
+        out = np.empty((3, count))
+        if count == 0:
+            return out
+        if points.min() < 2 or points.max() > paths.shape[1]:
+            raise ValueError(f"Lengths must be 2 to {paths.shape[1]}, not {points.min()} to "
+                             f"{points.max()}")
+        shares = min(self.threads, max(1, count // _PATHS_PER_THREAD))
+
+        def run(first: int) -> None:
+            evaluate_share(paths, points, first, shares, self._ground, self._nofly, constants,
+                           out[0], out[1], out[2])
+
+        if shares == 1:
+            run(0)
+            return out
+        if self._pool is None:
+            self._pool = ThreadPoolExecutor(self.threads, thread_name_prefix="evaluate")
+        list(self._pool.map(run, range(shares)))
+        return out
+
+
+def _constants(problem: "Problem", ds_m: float, bilinear: bool, isa: bool) -> Constants:
+    """Gather what the kernels read of a problem."""
+    terrain, uav = problem.terrain, problem.uav
+    rows, columns = terrain.elevation.shape
+    best = utopia(problem.start, problem.goal, uav, problem.wind, isa=isa)
+    return Constants(
+        dx_m=float(terrain.dx_m), dy_m=float(terrain.dy_m), rows=rows, columns=columns, ds_m=ds_m,
+        zones=int(problem.nofly_raster.any()), bilinear=int(bilinear), isa=int(isa),
+        turn_radius_m=uav.turn_radius_m, max_climb_rad=math.radians(uav.max_climb_deg),
+        max_descent_rad=math.radians(uav.max_descent_deg), weight=uav.weight_N,
+        airspeed_m_s=uav.cruise_speed_m_s, wing_area_m2=uav.wing_area_m2,
+        drag_coefficient=uav.zero_lift_drag_coefficient,
+        induced_drag_factor=uav.induced_drag_factor,
+        burn_per_m=uav.specific_fuel_consumption_N_per_Ws / uav.propeller_efficiency,
+        wind_x_m_s=float(problem.wind[0]), wind_y_m_s=float(problem.wind[1]),
+        utopia_area_m2=best.altitude_m * best.length_m, utopia_fuel=best.fuel_N)

@@ -1,0 +1,109 @@
+"""Fuel burned in steady flight: the closed solution, wind and air density, in plain Python.
+
+Source: Labonte 2015, rebuilt from the physics. With the drag ``D = q S CD0 + k (W cos gamma)^2 /
+(q S)`` and the thrust ``T = D + W sin gamma``, the weight falls as ``dW/ds = -(sfc / eta) T``: a
+Riccati equation with constant coefficients on a piece of constant slope.
+"""
+
+import math
+from collections.abc import Iterable
+
+from host.uav import Uav
+
+
+__all__ = ["SEA_LEVEL_DENSITY_KG_M3", "air_density", "air_distance", "fuel_burned"]
+
+SEA_LEVEL_DENSITY_KG_M3 = 1.225
+
+
+def air_density(altitude_m: float) -> float:
+    """Density of the International Standard Atmosphere, kg/m^3, up to 20 km; geopotential metres.
+
+    Troposphere below 11 km, isothermal above.
+    """
+    lapse_k_m, exponent, tropopause_m = 0.0065, 4.255876, 11_000.0
+    density = SEA_LEVEL_DENSITY_KG_M3 * math.pow(
+        1.0 - lapse_k_m * min(altitude_m, tropopause_m) / 288.15, exponent)
+    if altitude_m > tropopause_m:
+        density *= math.exp(-(altitude_m - tropopause_m) / 6341.62)
+    return density
+
+
+def fuel_burned(
+    uav: Uav, weight: float, run_m: float, rise_m: float, air_distance_m: float,
+    density_kg_m3: float = SEA_LEVEL_DENSITY_KG_M3,
+) -> float:
+    """Newtons of fuel burned on one piece of constant slope.
+
+    Parameters
+    ----------
+    uav : Uav
+        The aircraft, at its cruise speed.
+    weight : float
+        Its weight at the start of the piece, newtons.
+    run_m, rise_m : float
+        Horizontal length and altitude gained: the slope. Not both 0.
+    air_distance_m : float
+        Distance flown through the air; the length of the piece when there is no wind.
+    density_kg_m3 : float
+        Air density.
+
+    A glide that needs no thrust at the start of the piece burns nothing on it.
+    """
+    length = math.hypot(run_m, rise_m)
+    cos, sin = run_m / length, rise_m / length
+    pressure_area = 0.5 * density_kg_m3 * uav.cruise_speed_m_s**2 * uav.wing_area_m2
+    # Thrust is a W^2 + b W + e.
+    a = uav.induced_drag_factor * cos**2 / pressure_area
+    b = sin
+    e = pressure_area * uav.zero_lift_drag_coefficient
+    thrust = a * weight**2 + b * weight + e
+    if thrust <= 0:
+        return 0.0
+    discriminant = 4 * a * e - b**2
+    half = 0.5 * air_distance_m * (uav.specific_fuel_consumption_N_per_Ws
+                                   / uav.propeller_efficiency)
+    root = math.sqrt(abs(discriminant))
+    if discriminant > 0:
+        tau = math.tan(half * root) / root
+    elif discriminant < 0:
+        tau = math.tanh(half * root) / root
+    else:
+        tau = half
+    return 2 * thrust * tau / (1 + (2 * a * weight + b) * tau)
+
+
+def air_distance(
+    length_m: float, run_m: float, directions: Iterable[tuple[float, float, float]],
+    wind: tuple[float, float], airspeed_m_s: float,
+) -> float | None:
+    """Distance flown through the air along a piece, or None where the wind makes it impossible.
+
+    Parameters
+    ----------
+    length_m, run_m : float
+        Length of the piece in three dimensions, and its horizontal length.
+    directions : iterable of (float, float, float)
+        Horizontal unit directions flown, x and y, and the metres of each. A vertical piece has
+        none: no airspeed is left to hold against the wind, so it is impossible.
+    wind : (float, float)
+        Metres per second, x and y. Without wind the answer is ``length_m``, to the last bit.
+    airspeed_m_s : float
+        The aircraft's speed through the air.
+    """
+    if wind == (0.0, 0.0):
+        return length_m
+    if run_m == 0:
+        return None
+    horizontal = airspeed_m_s * run_m / length_m
+    time_s = 0.0
+    for east, north, run in directions:
+        cross = wind[0] * north - wind[1] * east
+        square = horizontal**2 - cross**2
+        if not square > 0:
+            return None
+        ground_speed = wind[0] * east + wind[1] * north + math.sqrt(square)
+        if not ground_speed > 0:
+            return None
+        time_s += run / ground_speed
+    return airspeed_m_s * time_s

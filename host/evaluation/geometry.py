@@ -1,0 +1,205 @@
+"""Smoothing: a path of waypoints becomes an exact list of straight and arc pieces.
+
+Plain Python, written from the definition; :mod:`host.evaluation.kernels` does the same in compiled
+code. Source: Roberge and Tarbouchi, section 3.1 (after Labonte); the pair rule that decides which
+arcs are possible and the altitude along an arc are settled in the evaluation page of the project.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+__all__ = ["COLLINEAR_RAD", "Arc", "Piece", "Smoothed", "Straight", "smooth"]
+
+# Rounding turns a waypoint on a straight line by up to about 1e-15 rad: no turn at all.
+COLLINEAR_RAD = 1e-12
+
+
+@dataclass(frozen=True)
+class Straight:
+    """A straight piece.
+
+    Parameters
+    ----------
+    start, stop : tuple of float
+        End points x, y, z, metres.
+    heading : tuple of float
+        Horizontal unit direction x, y; (0, 0) when vertical.
+    run_m : float
+        Horizontal length.
+    rise_m : float
+        Altitude gained, negative when descending. Heading, run and rise are the segment's own: on
+        the sliver that two arcs may leave of it, the end points differ by rounding alone.
+    """
+
+    start: tuple[float, float, float]
+    stop: tuple[float, float, float]
+    heading: tuple[float, float]
+    run_m: float
+    rise_m: float
+
+    @property
+    def length_m(self) -> float:
+        """Length in three dimensions, metres."""
+        return math.hypot(self.run_m, self.rise_m)
+
+    def points(self, fractions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Points at ``fractions`` (k,) of the length, 0 to 1, as (k, 3) float64 metres."""
+        start, stop = np.array(self.start), np.array(self.stop)
+        points: NDArray[np.float64] = start + (stop - start) * fractions[:, None]
+        return points
+
+    def directions(self) -> Iterator[tuple[float, float, float]]:
+        """Horizontal unit directions flown, as x, y and the run in metres; none if vertical."""
+        if self.run_m > 0:
+            yield *self.heading, self.run_m
+
+
+@dataclass(frozen=True)
+class Arc:
+    """A circular arc in the horizontal plane; altitude is linear in its length.
+
+    Parameters
+    ----------
+    start : tuple of float
+        Entry point x, y, z, metres.
+    heading : tuple of float
+        Horizontal unit direction at the entry, x, y.
+    radius_m : float
+        Radius of the turn.
+    turn_rad : float
+        Turn angle, positive to the left, -pi to pi.
+    rise_m : float
+        Altitude gained, negative when descending.
+    """
+
+    start: tuple[float, float, float]
+    heading: tuple[float, float]
+    radius_m: float
+    turn_rad: float
+    rise_m: float
+
+    PARTS_IN_WIND = 8
+
+    @property
+    def run_m(self) -> float:
+        """Horizontal length, metres."""
+        return self.radius_m * abs(self.turn_rad)
+
+    @property
+    def length_m(self) -> float:
+        """Length in three dimensions, metres."""
+        return math.hypot(self.run_m, self.rise_m)
+
+    def points(self, fractions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Points at ``fractions`` (k,) of the length, 0 to 1, as (k, 3) float64 metres."""
+        x, y, z = self.start
+        east, north = self.heading
+        side = math.copysign(1.0, self.turn_rad)
+        angle = abs(self.turn_rad) * fractions
+        # 1 - cos as 2 sin^2 keeps its digits on a short arc.
+        ahead = self.radius_m * np.sin(angle)
+        aside = side * self.radius_m * 2 * np.sin(0.5 * angle) ** 2
+        return np.column_stack((
+            x + (ahead * east - aside * north),
+            y + (ahead * north + aside * east),
+            z + self.rise_m * fractions,
+        ))
+
+    def directions(self) -> Iterator[tuple[float, float, float]]:
+        """Mid directions of eight equal parts, as x, y and the run of the part in metres."""
+        east, north = self.heading
+        for part in range(self.PARTS_IN_WIND):
+            angle = self.turn_rad * (part + 0.5) / self.PARTS_IN_WIND
+            cos, sin = math.cos(angle), math.sin(angle)
+            run = self.run_m / self.PARTS_IN_WIND
+            yield east * cos - north * sin, east * sin + north * cos, run
+
+
+Piece = Straight | Arc
+
+
+@dataclass(frozen=True)
+class Smoothed:
+    """A smoothed path: ``pieces`` in flying order, arcs attempted and arcs that do not fit.
+
+    A piece of length 0 is left out. ``arcs`` is the number of interior waypoints.
+    """
+
+    pieces: tuple[Piece, ...]
+    arcs: int
+    impossible_arcs: int
+
+
+def smooth(path: NDArray[np.float64], radius_m: float) -> Smoothed:
+    """Round the corners of ``path``, (n, 3) float64 metres as x, y, z with n >= 2.
+
+    A waypoint whose turn is below 1e-12 rad is taken as straight on: it is never impossible.
+    A waypoint at either end of a segment without horizontal length, and one where the path
+    reverses, needs an infinite tangent, so it and its neighbours with a turn keep their corners.
+    """
+    points = [(float(x), float(y), float(z)) for x, y, z in path]
+    deltas = [tuple(b - a for a, b in zip(p, q, strict=True))
+              for p, q in pairwise(points)]
+    runs = [math.hypot(east, north) for east, north, _ in deltas]
+    interior = range(1, len(points) - 1)
+
+    turns = [0.0] * len(points)         # Signed turn angle at each waypoint.
+    tangents = [0.0] * len(points)      # Tangent length its arc needs; 0 at start and goal.
+    for i in interior:
+        turns[i], tangents[i] = _turn(deltas[i - 1], deltas[i], runs[i - 1], runs[i], radius_m)
+    possible = [True] * len(points)
+    for i in interior:
+        if tangents[i] > 0:
+            possible[i] = (tangents[i - 1] + tangents[i] <= runs[i - 1]
+                           and tangents[i] + tangents[i + 1] <= runs[i])
+    used = [tangent if fits else 0.0 for tangent, fits in zip(tangents, possible, strict=True)]
+
+    pieces: list[Piece] = []
+    for i, (delta, run) in enumerate(zip(deltas, runs, strict=True)):
+        straight = _shortened(points[i], points[i + 1], run, used[i], used[i + 1])
+        if straight.length_m > 0:
+            pieces.append(straight)
+        if i + 2 < len(points) and used[i + 1] > 0:
+            climb = delta[2] / run + deltas[i + 1][2] / runs[i + 1]
+            pieces.append(Arc(straight.stop, (delta[0] / run, delta[1] / run), radius_m,
+                              turns[i + 1], used[i + 1] * climb))
+    return Smoothed(tuple(pieces), len(interior), possible.count(False))
+
+
+def _turn(
+    before: tuple[float, ...], after: tuple[float, ...],
+    run_before: float, run_after: float, radius_m: float,
+) -> tuple[float, float]:
+    """Signed turn angle and tangent length of a waypoint between two segments."""
+    if run_before == 0 or run_after == 0:
+        return 0.0, math.inf
+    cross = before[0] * after[1] - before[1] * after[0]
+    dot = before[0] * after[0] + before[1] * after[1]
+    angle = math.atan2(abs(cross), dot)
+    if angle <= COLLINEAR_RAD:
+        return 0.0, 0.0
+    if cross == 0:
+        return math.pi, math.inf
+    return math.copysign(angle, cross), radius_m * math.tan(0.5 * angle)
+
+
+def _shortened(
+    start: tuple[float, float, float], stop: tuple[float, float, float],
+    run: float, cut_start: float, cut_stop: float,
+) -> Straight:
+    """The segment from ``start`` to ``stop`` less a horizontal length at each end."""
+    rise = stop[2] - start[2]
+    if run == 0:
+        return Straight(start, stop, (0.0, 0.0), 0.0, rise)
+    left = max(run - cut_start - cut_stop, 0.0)
+    east, north, climb = (stop[0] - start[0]) / run, (stop[1] - start[1]) / run, rise / run
+    return Straight(
+        (start[0] + east * cut_start, start[1] + north * cut_start, start[2] + climb * cut_start),
+        (stop[0] - east * cut_stop, stop[1] - north * cut_stop, stop[2] - climb * cut_stop),
+        (east, north), left, climb * left)

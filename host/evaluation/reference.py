@@ -1,0 +1,150 @@
+"""What a path is worth, in plain Python: slow, readable, and what the kernels must equal.
+
+Source: Roberge and Tarbouchi, sections 3.1 and 3.2, equations (1) to (3).
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.errors import InputError
+from host.evaluation.fuel import SEA_LEVEL_DENSITY_KG_M3, air_density, air_distance, fuel_burned
+from host.evaluation.geometry import Piece, Straight, smooth
+from host.evaluation.track import SmoothedTrack, nearest_nodes
+from host.uav import Uav
+
+
+if TYPE_CHECKING:
+    from host.problem import Problem
+
+__all__ = ["SLOPE_TOLERANCE_RAD", "Terms", "Utopia", "evaluate", "too_steep", "utopia"]
+
+SLOPE_TOLERANCE_RAD = 1e-9
+_FUEL_WEIGHT = _ALTITUDE_WEIGHT = 0.5
+
+
+@dataclass(frozen=True)
+class Terms:
+    """Every term of one path; names, units and meanings of :class:`host.evaluation.Evaluation`."""
+
+    fitness: float
+    penalty: float
+    cost: float
+    length_m: float
+    mean_altitude_m: float
+    fuel_N: float
+    distance_under_terrain_m: float
+    distance_in_nofly_m: float
+    distance_too_steep_m: float
+    impossible_arcs: int
+    void_crossed_m: float
+
+
+@dataclass(frozen=True)
+class Utopia:
+    """What costs are relative to: mean altitude, length and fuel of the line from start to goal."""
+
+    altitude_m: float
+    length_m: float
+    fuel_N: float
+
+
+def evaluate(
+    problem: "Problem", path: NDArray[np.float64], *, ds_m: float | None = None,
+    bilinear: bool = False, isa: bool = False,
+) -> Terms:
+    """Evaluate ``path``, (n, 3) float64 metres with start and goal, as the definition says."""
+    uav = problem.uav
+    ds_m = problem.ds_m if ds_m is None else ds_m
+    smoothed = smooth(path, uav.turn_radius_m)
+    track = SmoothedTrack(smoothed.pieces, problem.terrain, bilinear)
+
+    length = sum(piece.length_m for piece in smoothed.pieces)
+    altitude = sum(_mean_altitude(piece) * piece.length_m for piece in smoothed.pieces) / length
+    steep = sum(piece.length_m for piece in smoothed.pieces
+                if too_steep(piece, uav) or _air_distance(piece, uav, problem.wind) is None)
+    fuel = _fuel(smoothed.pieces, uav, problem.wind, isa)
+
+    at, part = track.midpoints(ds_m)
+    rows, columns = problem.terrain.elevation.shape
+    outside = ~((at.x >= 0) & (at.x <= (columns - 1) * problem.terrain.dx_m)
+                & (at.y >= 0) & (at.y <= (rows - 1) * problem.terrain.dy_m))
+    void = np.isnan(at.ground)
+    under = float(part[outside | void | (at.z < at.ground)].sum())
+    in_zone = problem.nofly_raster[nearest_nodes(problem.terrain, at.x, at.y)]
+    nofly = float(part[in_zone].sum())
+
+    penalty = under + nofly + steep
+    if smoothed.arcs:
+        penalty += smoothed.impossible_arcs / smoothed.arcs * length
+    best = utopia(problem.start, problem.goal, uav, problem.wind, isa=isa)
+    cost = (_ALTITUDE_WEIGHT * (altitude * length) / (best.altitude_m * best.length_m)
+            + _FUEL_WEIGHT * fuel / best.fuel_N)
+    fitness = 1 / (1 + penalty) if penalty > 0 else 1 + 1 / (1 + cost)
+    return Terms(fitness, penalty, cost, length, altitude, fuel, under, nofly, steep,
+                 smoothed.impossible_arcs, float(part[void].sum()))
+
+
+def too_steep(piece: Piece, uav: Uav) -> bool:
+    """Whether a piece climbs or descends more steeply than the aircraft can."""
+    slope = math.atan2(piece.rise_m, piece.run_m)
+    return (slope > math.radians(uav.max_climb_deg) + SLOPE_TOLERANCE_RAD
+            or slope < -math.radians(uav.max_descent_deg) - SLOPE_TOLERANCE_RAD)
+
+
+def utopia(
+    start: Sequence[float], goal: Sequence[float], uav: Uav, wind: tuple[float, float], *,
+    isa: bool = False,
+) -> Utopia:
+    """Altitude, length and fuel of the straight line from ``start`` to ``goal``.
+
+    Raises
+    ------
+    InputError
+        If its mean altitude or its fuel is not positive, or the wind does not let it be flown:
+        there is nothing to compare a cost with.
+    """
+    (line,) = smooth(np.array([start, goal], dtype=np.float64), uav.turn_radius_m).pieces
+    altitude = _mean_altitude(line)
+    if not altitude > 0:
+        raise InputError(f"The straight line from start to goal has a mean altitude of "
+                         f"{altitude:g} m, and costs are relative to it; shift the datum so that "
+                         f"it is positive.")
+    if _air_distance(line, uav, wind) is None:
+        raise InputError("The straight line from start to goal cannot be flown in this wind, and "
+                         "costs are relative to it; lessen the wind or move start or goal.")
+    fuel = _fuel((line,), uav, wind, isa)
+    if not fuel > 0:
+        raise InputError("The straight line from start to goal is so steep a glide that it burns "
+                         "no fuel, and costs are relative to it; raise the goal or lower the "
+                         "start.")
+    return Utopia(altitude, line.length_m, fuel)
+
+
+def _mean_altitude(piece: Piece) -> float:
+    if isinstance(piece, Straight):
+        return 0.5 * (piece.start[2] + piece.stop[2])
+    return piece.start[2] + 0.5 * piece.rise_m
+
+
+def _air_distance(piece: Piece, uav: Uav, wind: tuple[float, float]) -> float | None:
+    return air_distance(piece.length_m, piece.run_m, piece.directions(), wind,
+                        uav.cruise_speed_m_s)
+
+
+def _fuel(
+    pieces: tuple[Piece, ...], uav: Uav, wind: tuple[float, float], isa: bool,
+) -> float:
+    """Fuel of all pieces, the weight carried on; one that the wind forbids counts without wind."""
+    burned = 0.0
+    for piece in pieces:
+        distance = _air_distance(piece, uav, wind)
+        burned += fuel_burned(
+            uav, uav.weight_N - burned, piece.run_m, piece.rise_m,
+            piece.length_m if distance is None else distance,
+            air_density(_mean_altitude(piece)) if isa else SEA_LEVEL_DENSITY_KG_M3)
+    return burned

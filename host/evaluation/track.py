@@ -1,0 +1,144 @@
+"""The smoothed path as points, for pictures, files and the clearance in a report."""
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.evaluation.geometry import Piece
+
+
+if TYPE_CHECKING:
+    from host.terrain import Terrain
+
+__all__ = ["Samples", "SmoothedTrack", "ground_below", "nearest_nodes"]
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Points along a track, all arrays (k,) float64 metres.
+
+    Parameters
+    ----------
+    s : ndarray
+        Distance flown, from 0 to the length of the track.
+    x, y, z : ndarray
+        Positions.
+    ground : ndarray
+        Height of the ground below; NaN over a void. Outside the map, that of the nearest node.
+    clearance : ndarray
+        ``z - ground``.
+    """
+
+    s: NDArray[np.float64]
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    z: NDArray[np.float64]
+    ground: NDArray[np.float64]
+    clearance: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SmoothedTrack:
+    """A smoothed path over its terrain.
+
+    Parameters
+    ----------
+    pieces : tuple of Straight or Arc
+        In flying order; at least one.
+    terrain : Terrain
+        The ground below.
+    bilinear : bool
+        Whether the ground is read between nodes rather than at the nearest one.
+    """
+
+    pieces: tuple[Piece, ...]
+    terrain: "Terrain"
+    bilinear: bool = False
+
+    @property
+    def length_m(self) -> float:
+        """Length in three dimensions, metres."""
+        return sum(piece.length_m for piece in self.pieces)
+
+    def sample(self, step_m: float) -> Samples:
+        """Points at most ``step_m`` apart, ends of pieces included.
+
+        Raises
+        ------
+        ValueError
+            If ``step_m`` is not a positive number.
+        """
+        if not (math.isfinite(step_m) and step_m > 0):
+            raise ValueError(f"Step must be a positive number of metres, not {step_m!r}")
+        along, points = [np.zeros(1)], [self.pieces[0].points(np.zeros(1))]
+        flown = 0.0
+        for piece in self.pieces:
+            parts = math.ceil(piece.length_m / step_m)
+            fractions = np.arange(1, parts + 1) / parts
+            along.append(flown + piece.length_m * fractions)
+            points.append(piece.points(fractions))
+            flown += piece.length_m
+        return self._samples(np.concatenate(along), np.concatenate(points))
+
+    def midpoints(self, ds_m: float) -> tuple[Samples, NDArray[np.float64]]:
+        """The samples of d_ut and d_nf: mid-points of ``ceil(length / ds_m)`` parts of each piece.
+
+        Returns
+        -------
+        tuple
+            The samples, and the length (k,) of the part that each stands for.
+        """
+        along, points, weights = [], [], []
+        flown = 0.0
+        for piece in self.pieces:
+            parts = math.ceil(piece.length_m / ds_m)
+            fractions = (np.arange(parts) + 0.5) / parts
+            along.append(flown + piece.length_m * fractions)
+            points.append(piece.points(fractions))
+            weights.append(np.full(parts, piece.length_m / parts))
+            flown += piece.length_m
+        return (self._samples(np.concatenate(along), np.concatenate(points)),
+                np.concatenate(weights))
+
+    def _samples(self, along: NDArray[np.float64], points: NDArray[np.float64]) -> Samples:
+        x, y, z = np.ascontiguousarray(points.T)
+        ground = ground_below(self.terrain, x, y, bilinear=self.bilinear)
+        return Samples(along, x, y, z, ground, z - ground)
+
+
+def nearest_nodes(
+    terrain: "Terrain", x: NDArray[np.float64], y: NDArray[np.float64],
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Row and column of the node nearest to each point: round half up, clamped to the map."""
+    rows, columns = terrain.elevation.shape
+    row = np.clip(np.floor(y / terrain.dy_m + 0.5), 0, rows - 1).astype(np.intp)
+    column = np.clip(np.floor(x / terrain.dx_m + 0.5), 0, columns - 1).astype(np.intp)
+    return row, column
+
+
+def ground_below(
+    terrain: "Terrain", x: NDArray[np.float64], y: NDArray[np.float64], *, bilinear: bool = False,
+) -> NDArray[np.float64]:
+    """Height of the ground below points (k,), metres; NaN over a void.
+
+    With ``bilinear``, a void is wherever one of the four nodes that weigh in is a void.
+    """
+    if not bilinear:
+        ground: NDArray[np.float64] = terrain.elevation[nearest_nodes(terrain, x, y)]
+        return ground
+    rows, columns = terrain.elevation.shape
+    gx = np.clip(x / terrain.dx_m, 0, columns - 1)
+    gy = np.clip(y / terrain.dy_m, 0, rows - 1)
+    column, row = np.floor(gx).astype(np.intp), np.floor(gy).astype(np.intp)
+    column, row = np.minimum(column, columns - 1), np.minimum(row, rows - 1)
+    east, north = gx - column, gy - row
+    ground = np.zeros_like(gx)
+    for weight, dy, dx in (((1 - east) * (1 - north), 0, 0), (east * (1 - north), 0, 1),
+                           ((1 - east) * north, 1, 0), (east * north, 1, 1)):
+        height = terrain.elevation[np.minimum(row + dy, rows - 1),
+                                   np.minimum(column + dx, columns - 1)]
+        ground += np.where(weight > 0, weight * height, 0.0)
+    return ground

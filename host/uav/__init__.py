@@ -1,0 +1,193 @@
+"""Aircraft: their parameters, the ones that are shipped, and a user's own in TOML."""
+
+import math
+import tomllib
+from dataclasses import dataclass, field, fields
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from host.errors import InputError
+
+
+__all__ = ["Uav", "load", "names", "parse"]
+
+_OPTIONAL = ("fuel_weight_N", "lift_coefficient_max", "engine_power_W", "max_speed_m_s", "size_m")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Uav:
+    """What the evaluation, and a reader of a report, needs to know of an aircraft.
+
+    Parameters
+    ----------
+    name : str
+        Shown in reports.
+    weight_N : float
+        Take-off weight, fuel included.
+    fuel_weight_N : float or None
+        Weight of the fuel, below ``weight_N``. Not used by the evaluation.
+    wing_span_m, wing_area_m2 : float
+        They give the aspect ratio, span^2 / area.
+    lift_coefficient_max : float or None
+        Not used by the evaluation.
+    zero_lift_drag_coefficient : float
+        Drag coefficient at zero lift, CD0.
+    oswald_efficiency : float
+        Oswald's span efficiency e, above 0 and at most 1.
+    engine_power_W : float or None
+        Not used by the evaluation.
+    specific_fuel_consumption_N_per_Ws : float
+        Weight of fuel burned per unit of shaft work.
+    propeller_efficiency : float
+        Above 0 and at most 1.
+    cruise_speed_m_s : float
+        The constant airspeed V of the evaluation.
+    max_speed_m_s : float or None
+        Top speed, not below the cruise speed. Not used by the evaluation.
+    size_m : float or None
+        The largest of span, length and height. Not used by the evaluation.
+    turn_radius_m : float
+        Radius R of every arc.
+    max_climb_deg, max_descent_deg : float
+        Steepest slopes flown, both above 0 and at most 90.
+    sources : dict of str to str
+        Where each value is from, by parameter name; not compared.
+
+    Raises
+    ------
+    InputError
+        If a value is missing, not a finite number, or outside its range.
+    """
+
+    name: str
+    weight_N: float
+    wing_span_m: float
+    wing_area_m2: float
+    zero_lift_drag_coefficient: float
+    specific_fuel_consumption_N_per_Ws: float
+    propeller_efficiency: float
+    cruise_speed_m_s: float
+    turn_radius_m: float
+    max_climb_deg: float
+    max_descent_deg: float
+    oswald_efficiency: float = 0.8
+    fuel_weight_N: float | None = None
+    lift_coefficient_max: float | None = None
+    engine_power_W: float | None = None
+    max_speed_m_s: float | None = None
+    size_m: float | None = None
+    sources: dict[str, str] = field(default_factory=dict, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not self.name.strip():
+            raise InputError(f"UAV name must be a non-empty text, not {self.name!r}.")
+        for parameter in PARAMETERS:
+            value = getattr(self, parameter)
+            if value is None and parameter in _OPTIONAL:
+                continue
+            if (isinstance(value, bool) or not isinstance(value, int | float)
+                    or not math.isfinite(value) or value <= 0):
+                raise InputError(f"UAV {self.name!r}: {parameter} must be a positive number, "
+                                 f"not {value!r}.")
+            object.__setattr__(self, parameter, float(value))
+        for parameter, most in (("oswald_efficiency", 1.0), ("propeller_efficiency", 1.0),
+                                ("max_climb_deg", 90.0), ("max_descent_deg", 90.0)):
+            if getattr(self, parameter) > most:
+                raise InputError(f"UAV {self.name!r}: {parameter} must be at most {most:g}, "
+                                 f"not {getattr(self, parameter):g}.")
+        if self.fuel_weight_N is not None and self.fuel_weight_N >= self.weight_N:
+            raise InputError(f"UAV {self.name!r}: fuel_weight_N must be below weight_N, which "
+                             f"includes the fuel, not {self.fuel_weight_N:g}.")
+        if self.max_speed_m_s is not None and self.max_speed_m_s < self.cruise_speed_m_s:
+            raise InputError(f"UAV {self.name!r}: max_speed_m_s must not be below "
+                             f"cruise_speed_m_s, not {self.max_speed_m_s:g}.")
+
+    @property
+    def aspect_ratio(self) -> float:
+        """Wing span squared over wing area."""
+        return self.wing_span_m**2 / self.wing_area_m2
+
+    @property
+    def induced_drag_factor(self) -> float:
+        """The factor k = 1 / (pi e AR): the drag coefficient due to lift is k CL^2."""
+        return 1.0 / (math.pi * self.oswald_efficiency * self.aspect_ratio)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Name and parameters as plain JSON values; :func:`from_dict` of the same gives it back."""
+        return {"name": self.name} | {parameter: getattr(self, parameter)
+                                      for parameter in PARAMETERS
+                                      if getattr(self, parameter) is not None}
+
+    @classmethod
+    def from_dict(cls, table: dict[str, Any], where: str) -> "Uav":
+        """Make an aircraft from a table of names and values, as TOML or JSON give it.
+
+        Raises
+        ------
+        InputError
+            If a parameter is missing, unknown or bad; ``where`` names the table in the sentence.
+        """
+        known = {"name", "sources", *PARAMETERS}
+        unknown = sorted(set(table) - known)
+        if unknown:
+            raise InputError(f"{where}: unknown UAV parameter {unknown[0]!r}; known are "
+                             f"{', '.join(sorted(known))}.")
+        needed = {"name", *PARAMETERS} - {"oswald_efficiency", *_OPTIONAL}
+        missing = sorted(needed - set(table))
+        if missing:
+            raise InputError(f"{where}: UAV parameter {missing[0]!r} is missing; add it to the "
+                             f"file.")
+        sources = table.get("sources", {})
+        if (not isinstance(sources, dict) or not set(sources) <= set(PARAMETERS)
+                or not all(isinstance(source, str) for source in sources.values())):
+            raise InputError(f"{where}: [sources] must map names of UAV parameters to texts.")
+        return cls(**table)
+
+
+# Every number of an aircraft, in the order of the dataclass.
+PARAMETERS = tuple(f.name for f in fields(Uav) if f.name not in ("name", "sources"))
+
+
+def names() -> list[str]:
+    """Names of the shipped aircraft, sorted."""
+    return sorted(entry.name.removesuffix(".toml") for entry in resources.files(__name__).iterdir()
+                  if entry.name.endswith(".toml"))
+
+
+def load(name_or_toml: str | Path) -> Uav:
+    """Load a shipped aircraft by name, or a user's own from a ``.toml`` file.
+
+    Raises
+    ------
+    InputError
+        If there is no such aircraft or file, or its values are bad.
+    """
+    text = str(name_or_toml)
+    if text in names():
+        return parse(resources.files(__name__).joinpath(f"{text}.toml").read_text("utf-8"), text)
+    if not text.endswith(".toml"):
+        raise InputError(f"There is no UAV {text!r}; give one of {', '.join(names())}, or a .toml "
+                         f"file.")
+    try:
+        return parse(Path(text).read_text("utf-8"), text)
+    except UnicodeDecodeError:
+        raise InputError(f"{text}: not a TOML file, it is not UTF-8 text.") from None
+    except OSError as error:
+        reason = error.strerror or "unknown reason"
+        raise InputError(f"Cannot read UAV file {text!r}: {reason}.") from None
+
+
+def parse(toml: str, where: str) -> Uav:
+    """Make an aircraft from the text of a TOML file; ``where`` names it in error sentences.
+
+    Raises
+    ------
+    InputError
+        If the text is not TOML, or a parameter is missing, unknown or bad.
+    """
+    try:
+        table = tomllib.loads(toml)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{where}: not valid TOML: {error}.") from None
+    return Uav.from_dict(table, where)

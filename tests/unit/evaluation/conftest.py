@@ -1,0 +1,27 @@
+"""Small worlds in which the worth of a path can be worked out by hand."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from host import uav
+from host.problem import Problem
+from host.terrain import Terrain
+
+
+MakeProblem = Callable[..., Problem]
+
+
+@pytest.fixture
+def make_problem() -> MakeProblem:
+    """Silver Fox over the given heights, (ny, nx), or over flat ground at 100 m, 5 x 5 km."""
+
+    def make(start, goal, elevation=None, *, dx_m=100.0, dy_m=100.0, **options):
+        elevation = np.full((51, 51), 100.0) if elevation is None else elevation
+        terrain = Terrain(name="world", elevation=elevation, dx_m=dx_m, dy_m=dy_m,
+                          crs=None, origin=(0.0, 0.0))
+        options.setdefault("uav", uav.load("silver-fox"))
+        return Problem(terrain, start, goal, **options)
+
+    return make

@@ -1,0 +1,134 @@
+"""Compiled kernels against the reference on random paths, and the ends of the fitness range."""
+
+import math
+
+import numpy as np
+import pytest
+
+from host.evaluation import Evaluator, reference
+from host.evaluation.geometry import COLLINEAR_RAD, Arc, smooth
+from host.evaluation.kernels import (
+    _ARC_PARTS_IN_WIND,
+    _COLLINEAR_RAD,
+    _SLOPE_TOLERANCE_RAD,
+    BELOW_TWO,
+    WORST_FITNESS,
+    fitness_of,
+)
+from host.nofly import Circle, Polygon
+
+
+ZONES = (Circle(2000, 2500, 700), Polygon(((3000, 500), (4500, 800), (3500, 2500))))
+CLOSED_FORMS = ("length_m", "mean_altitude_m", "fuel_N", "distance_too_steep_m", "cost")
+SAMPLED = ("distance_under_terrain_m", "distance_in_nofly_m", "void_crossed_m")
+
+SETTINGS = {
+    "plain": ({}, {}),
+    "zones": ({"nofly": ZONES}, {}),
+    "wind": ({"wind": (12.0, -9.0)}, {}),
+    "atmosphere": ({}, {"isa": True}),
+    "bilinear": ({}, {"bilinear": True}),
+    "everything": ({"nofly": ZONES, "wind": (-5.0, 3.0)}, {"isa": True, "bilinear": True}),
+    "coarse": ({"ds_m": 333.0}, {}),
+}
+
+
+def hills(rng):
+    """Rough ground of 0 to 1000 m, 60 x 45 nodes of 100 x 120 m, with voids."""
+    elevation = rng.uniform(0, 1000, (45, 60))
+    elevation[rng.random(elevation.shape) < 0.03] = np.nan
+    elevation[[0, -1], [0, -1]] = 100.0
+    return elevation
+
+
+def random_path(rng, start, goal):
+    """Up to 14 interior waypoints: anywhere near the map, with every awkward kind among them."""
+    count = int(rng.integers(0, 15))
+    spread = rng.choice([0.03, 0.3, 1.0])
+    along = np.sort(rng.random(count))[:, None]
+    points = np.array(start) + along * (np.array(goal) - np.array(start))
+    points += spread * rng.uniform(-1, 1, (count, 3)) * (2000, 2000, 500)
+    if rng.random() < 0.8:
+        points[:, 0] = points[:, 0].clip(0, 5900)
+        points[:, 1] = points[:, 1].clip(0, 5280)
+    for i in range(1, count):
+        kind = rng.random()
+        if kind < 0.05:
+            points[i] = points[i - 1]                           # Repeated.
+        elif kind < 0.1:
+            points[i, :2] = points[i - 1, :2]                   # A vertical hop.
+        elif kind < 0.15 and i > 1:
+            points[i] = points[i - 2]                           # A reversal.
+        elif kind < 0.2 and i > 1:
+            points[i] = 2 * points[i - 1] - points[i - 2]       # Straight on.
+        elif kind < 0.3:
+            points[i] = points[i].round(-2)                     # On nodes.
+    return np.array([start, *points, goal])
+
+
+@pytest.mark.parametrize(("world", "options"), SETTINGS.values(), ids=SETTINGS.keys())
+@pytest.mark.parametrize(("seed", "count"), [
+    (2024, 150), pytest.param(2025, 3000, marks=pytest.mark.long)], ids=["short", "long"])
+def test_kernels_match_the_reference(make_problem, world, options, seed, count):
+    rng = np.random.default_rng(seed)
+    problem = make_problem((0, 0, 400), (5900, 5280, 500), hills(rng), dy_m=120.0, **world)
+    evaluator = Evaluator(problem, threads=1, **options)
+    for _ in range(count):
+        path = random_path(rng, problem.start, problem.goal)
+        expected = reference.evaluate(problem, path, **options)
+        terms = evaluator.evaluate(path)
+        pieces = smooth(path, problem.uav.turn_radius_m).pieces
+        for name in CLOSED_FORMS:
+            assert getattr(terms, name) == pytest.approx(getattr(expected, name), rel=1e-12), name
+        assert terms.impossible_arcs == expected.impossible_arcs
+        # Straight pieces have the same samples to the last bit; on an arc the sine may differ.
+        arcs = sum(isinstance(piece, Arc) for piece in pieces)
+        for name in SAMPLED:
+            assert getattr(terms, name) == pytest.approx(
+                getattr(expected, name), abs=1e-6 + arcs * problem.ds_m), name
+        if arcs == 0:
+            assert terms.fitness == pytest.approx(expected.fitness, rel=1e-12)
+
+
+def test_samples_on_straight_pieces_are_the_same(make_problem):
+    rng = np.random.default_rng(7)
+    problem = make_problem((0, 0, 400), (5900, 5280, 500), hills(rng), dy_m=120.0, nofly=ZONES,
+                           ds_m=10.0)
+    evaluator = Evaluator(problem, threads=1)
+    line = np.array([problem.start, problem.goal])
+    for _ in range(60):
+        # Corners of such short legs are all impossible: straight pieces only, many on node borders.
+        points = rng.integers(0, 59, (12, 3)) * (100, 60, 17.0) + rng.choice([0, 50, 0.5], (12, 1))
+        path = np.concatenate((line[:1], points.repeat(2, axis=0), line[1:]))
+        expected = reference.evaluate(problem, path)
+        terms = evaluator.evaluate(path)
+        assert terms.impossible_arcs == 24
+        for name in SAMPLED:
+            assert getattr(terms, name) == pytest.approx(getattr(expected, name), rel=1e-12), name
+
+
+def test_constants_are_those_of_the_reference():
+    assert _COLLINEAR_RAD == COLLINEAR_RAD
+    assert _SLOPE_TOLERANCE_RAD == reference.SLOPE_TOLERANCE_RAD
+    assert _ARC_PARTS_IN_WIND == Arc.PARTS_IN_WIND
+
+
+@pytest.mark.parametrize(("penalty", "cost", "fitness"), [
+    (0.0, 1.0, 1.5),
+    (0.0, 3.0, 1.25),
+    (1.0, 1.0, 0.5),
+    (999.0, 0.1, 0.001),
+    (1e-300, 1.0, 1.0),
+    (0.0, 1e300, 1.0),
+    (0.0, math.inf, 1.0),
+    (0.0, 1e-300, BELOW_TWO),
+    (0.0, 0.0, BELOW_TWO),
+    (0.0, -1.0, BELOW_TWO),
+    (math.inf, math.inf, WORST_FITNESS),
+    (math.nan, 1.0, WORST_FITNESS),
+    (0.0, math.nan, WORST_FITNESS),
+    (1.0, math.nan, WORST_FITNESS),
+])
+def test_fitness_stays_inside_its_range(penalty, cost, fitness):
+    assert fitness_of(penalty, cost) == fitness
+    assert 0 < fitness < 2

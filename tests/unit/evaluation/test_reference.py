@@ -1,0 +1,262 @@
+"""The reference and the compiled evaluator on cases worked out by hand; both must give them."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from host import uav
+from host.errors import InputError
+from host.evaluation import Evaluator, reference
+from host.nofly import Circle
+
+
+FOX = uav.load("silver-fox")
+
+
+@pytest.fixture(params=["reference", "compiled"])
+def evaluate(request):
+    """Terms of a path by either implementation."""
+    def run(problem, points, **options):
+        path = np.array([problem.start, *points, problem.goal])
+        if request.param == "reference":
+            return reference.evaluate(problem, path, **options)
+        return Evaluator(problem, threads=1, **options).evaluate(path)
+    return run
+
+
+def columns(**heights):
+    """Flat ground at 100 m, 51 x 51, with other heights in the columns ``c5=...``."""
+    elevation = np.full((51, 51), 100.0)
+    for name, height in heights.items():
+        elevation[:, int(name[1:])] = height
+    return elevation
+
+
+def test_straight_line_is_utopia(evaluate, make_problem):
+    terms = evaluate(make_problem((100, 100, 200), (3100, 4100, 300)), [])
+    assert terms.length_m == math.hypot(5000, 100)
+    assert terms.mean_altitude_m == 250
+    assert (terms.penalty, terms.cost, terms.fitness) == (0, 1, 1.5)
+
+
+def test_every_term_of_a_quarter_turn(evaluate, make_problem):
+    problem = make_problem((0, 0, 200), (1000, 1000, 200))
+    terms = evaluate(problem, [(1000, 0, 200)])
+    length = 850 + 75 * math.pi + 850
+    drag = 248.8416 * 0.0251 + 113**2 / (math.pi * 0.8 * 7.5 * 248.8416)
+    utopia = math.hypot(1000, 1000)
+    assert terms.length_m == pytest.approx(length)
+    assert terms.mean_altitude_m == pytest.approx(200)
+    # Weight falls by a thousandth of itself here, and drag with it.
+    assert terms.fuel_N == pytest.approx(drag * length * 1.1569e-6 / 0.8, rel=3e-4)
+    assert terms.cost == pytest.approx(length / utopia, rel=1e-4)
+    assert terms.fitness == pytest.approx(1 + 1 / (1 + terms.cost))
+    assert terms.penalty == 0
+
+
+def test_mean_altitude_weighs_by_length(evaluate, make_problem):
+    # An impossible corner in a short leg: pieces of 100 m and 1000 m.
+    terms = evaluate(make_problem((0, 0, 200), (100, 1000, 300)), [(100, 0, 200)])
+    second = math.hypot(1000, 100)
+    assert terms.mean_altitude_m == pytest.approx((100 * 200 + second * 250) / (100 + second))
+    assert terms.impossible_arcs == 1
+
+
+@pytest.mark.parametrize(("height", "expected"), [(200.0, 0.0), (200.000001, 100.0)])
+def test_under_the_terrain_is_strict(evaluate, make_problem, height, expected):
+    # Mid-points 75, 125, ... 975; nearest to column 5 from 450 up to, not including, 550.
+    problem = make_problem((50, 500, 200), (950, 500, 200), columns(c5=height))
+    assert evaluate(problem, []).distance_under_terrain_m == expected
+
+
+@pytest.mark.parametrize(("y", "expected"), [(449.999, 0.0), (450.0, 700.0), (549.999, 700.0),
+                                             (550.0, 0.0)])
+def test_nearest_node_rounds_half_up(evaluate, make_problem, y, expected):
+    elevation = np.full((51, 51), 100.0)
+    elevation[5, 2:9] = 500.0
+    problem = make_problem((0, y, 200), (1000, y, 200), elevation)
+    assert evaluate(problem, []).distance_under_terrain_m == expected
+
+
+@pytest.mark.parametrize("row", range(1, 12))
+def test_border_between_cells_of_odd_size(evaluate, make_problem, row):
+    # A product like 6.5 * 30.87 carries rounding; a path along it lies where y / dy says.
+    y = (row - 0.5) * 30.87
+    elevation = np.full((40, 40), 100.0)
+    elevation[row, 2:31] = 500.0
+    problem = make_problem((0, y, 200), (1203.93, y, 200), elevation, dx_m=30.87, dy_m=30.87)
+    on_row = math.floor(y / 30.87 + 0.5) == row
+    expected = 29 * 30.87 if on_row else 0
+    assert evaluate(problem, []).distance_under_terrain_m == pytest.approx(expected, abs=16)
+
+
+def test_distance_under_terrain_is_in_parts_of_each_piece(evaluate, make_problem):
+    # 905 m in ceil(905 / 50) = 19 equal parts; three mid-points lie over column 5.
+    problem = make_problem((50, 500, 200), (955, 500, 200), columns(c5=300.0))
+    middles = 50 + 905 / 19 * (np.arange(19) + 0.5)
+    count = np.count_nonzero((middles >= 450) & (middles < 550))
+    assert evaluate(problem, []).distance_under_terrain_m == pytest.approx(count * 905 / 19)
+    assert count in (2, 3)
+
+
+def test_default_step_is_half_the_smaller_side_of_a_cell(make_problem):
+    assert make_problem((0, 0, 200), (900, 0, 200), dx_m=80.0, dy_m=30.0).ds_m == 15.0
+
+
+def test_void_is_impassable(evaluate, make_problem):
+    problem = make_problem((50, 500, 5000), (950, 500, 5000), columns(c5=np.nan))
+    terms = evaluate(problem, [])
+    assert (terms.distance_under_terrain_m, terms.void_crossed_m) == (100, 100)
+    assert terms.penalty == 100
+
+
+def test_outside_the_map_is_under_the_terrain(evaluate, make_problem):
+    problem = make_problem((100, 1000, 900), (100, 3000, 900))
+    terms = evaluate(problem, [(-900, 1000, 900), (-900, 3000, 900)])
+    # Both arcs fit. From x = 0 to the west: two legs of 900 less 150, two arcs, one straight.
+    expected = 2 * 750 + 150 * math.pi + 1700
+    assert terms.distance_under_terrain_m == pytest.approx(expected, abs=100)
+    assert terms.void_crossed_m == 0
+
+
+def test_the_edge_of_the_map_is_on_it(evaluate, make_problem):
+    problem = make_problem((0, 0, 200), (5000, 5000, 200))
+    assert evaluate(problem, [(5000, 0, 200)]).penalty == 0
+
+
+def test_no_fly_zone_counts_apart_from_the_terrain(evaluate, make_problem):
+    problem = make_problem((50, 500, 200), (950, 500, 200), columns(c5=300.0),
+                           nofly=(Circle(500, 500, 100),))
+    terms = evaluate(problem, [])
+    assert terms.distance_under_terrain_m == 100        # Column 5.
+    assert terms.distance_in_nofly_m == 300             # Columns 4 to 6.
+    assert terms.penalty == 400
+    assert terms.fitness == 1 / 401
+
+
+@pytest.mark.parametrize(("slope_deg", "steep"), [(10, False), (10.00001, True), (-30, False),
+                                                  (-30.00001, True)])
+def test_slope_limits_are_inclusive(evaluate, make_problem, slope_deg, steep):
+    rise = 3000 * math.tan(math.radians(slope_deg))
+    up = rise if rise > 0 else 0
+    problem = make_problem((1000, 1000, 2000), (4000, 4000, 2000 + up))
+    # Over (1000, 4000), so that the first leg is `rise` on 3000 m and the corner cannot be rounded.
+    problem = dataclasses.replace(problem, uav=dataclasses.replace(FOX, turn_radius_m=5000.0))
+    terms = evaluate(problem, [(1000, 4000, 2000 + rise)])
+    first = math.hypot(3000, rise)
+    back = math.atan2(up - rise, 3000) > math.radians(10)
+    expected = (first if steep else 0) + (math.hypot(3000, up - rise) if back else 0)
+    assert terms.distance_too_steep_m == pytest.approx(expected)
+
+
+def test_two_legs_at_the_limit_meet_in_an_arc_beyond_it(evaluate, make_problem):
+    climb = math.tan(math.radians(10))
+    problem = make_problem((0, 0, 200), (1000, 1000, 200 + 2000 * climb))
+    terms = evaluate(problem, [(1000, 0, 200 + 1000 * climb)])
+    arc = math.hypot(75 * math.pi, 300 * climb)
+    assert terms.distance_too_steep_m == pytest.approx(arc)
+    assert terms.penalty == pytest.approx(arc)
+
+
+def test_impossible_arcs_cost_their_share_of_the_length(evaluate, make_problem):
+    # Two corners 100 m apart do not fit, the third does.
+    problem = make_problem((0, 0, 200), (3000, 1000, 200))
+    terms = evaluate(problem, [(1000, 0, 200), (1000, 100, 200), (3000, 100, 200)])
+    assert terms.impossible_arcs == 2
+    assert terms.length_m == pytest.approx(1000 + 100 + 1850 + 75 * math.pi + 750)
+    assert terms.penalty == pytest.approx(2 / 3 * terms.length_m)
+    assert terms.fitness == pytest.approx(1 / (1 + terms.penalty))
+
+
+def test_zero_wind_changes_no_bit(evaluate, make_problem):
+    points = [(700, 300, 250), (1500, 1900, 180)]
+    ends = (10, 20, 200), (3000, 4000, 300)
+    calm = evaluate(make_problem(*ends), points)
+    assert evaluate(make_problem(*ends, wind=(0.0, -0.0)), points) == calm
+
+
+def test_wind_scales_fuel_and_utopia(evaluate, make_problem):
+    ends = (0, 0, 200), (3000, 0, 200)
+    calm, tail, head = (evaluate(make_problem(*ends, wind=wind), [])
+                        for wind in ((0, 0), (10, 0), (-10, 0)))
+    assert tail.fuel_N == pytest.approx(calm.fuel_N * 23 / 33, rel=1e-3)
+    assert head.fuel_N == pytest.approx(calm.fuel_N * 23 / 13, rel=1e-3)
+    assert (tail.cost, head.cost) == (1, 1)
+
+
+def test_wind_on_an_arc_is_the_sum_of_eight_parts(evaluate, make_problem):
+    ends, corner, wind = ((0, 0, 200), (1000, 1000, 200)), [(1000, 0, 200)], (9.0, -4.0)
+    air = 850 * 23 / (9 + math.sqrt(23**2 - 4**2)) + 850 * 23 / (-4 + math.sqrt(23**2 - 9**2))
+    for part in range(8):
+        angle = math.pi / 2 * (part + 0.5) / 8
+        along = 9 * math.cos(angle) - 4 * math.sin(angle)
+        across = 9 * math.sin(angle) + 4 * math.cos(angle)
+        air += 150 * math.pi / 16 * 23 / (along + math.sqrt(23**2 - across**2))
+    calm = evaluate(make_problem(*ends), corner)
+    windy = evaluate(make_problem(*ends, wind=wind), corner)
+    assert windy.fuel_N / calm.fuel_N == pytest.approx(air / calm.length_m, rel=1e-5)
+
+
+def test_piece_that_the_wind_forbids_is_too_steep(evaluate, make_problem):
+    # 45 degrees leave 16.3 of 23 m/s; a cross wind of 17 m/s is more. The climb limit is not hit.
+    aircraft = dataclasses.replace(FOX, max_climb_deg=80.0, max_descent_deg=80.0,
+                                   turn_radius_m=5000.0)
+    problem = make_problem((0, 1000, 200), (3000, 1000, 200), uav=aircraft, wind=(0, 17))
+    terms = evaluate(problem, [(1000, 1000, 1200)])
+    assert terms.distance_too_steep_m == pytest.approx(math.hypot(1000, 1000))
+    assert math.isfinite(terms.fuel_N)
+
+
+def test_standard_atmosphere_takes_the_middle_altitude(evaluate, make_problem):
+    problem = make_problem((0, 0, 3000), (3000, 0, 3400))
+    dense, thin = evaluate(problem, []), evaluate(problem, [], isa=True)
+    # 3200 m: 0.8911 kg/m^3. Zero-lift drag falls with the density, induced drag rises.
+    pressure_area = 0.5 * 0.89110 * 23**2 * 0.768
+    slope = math.atan2(400, 3000)
+    drag = (pressure_area * 0.0251
+            + FOX.induced_drag_factor * (113 * math.cos(slope))**2 / pressure_area)
+    thrust = drag + 113 * math.sin(slope)
+    assert thin.fuel_N == pytest.approx(thrust * thin.length_m * 1.1569e-6 / 0.8, rel=1e-3)
+    assert thin.fuel_N != dense.fuel_N
+    assert thin.cost == 1
+
+
+def test_bilinear_ground(evaluate, make_problem):
+    # A ramp from 100 to 300 m between columns 4 and 6, flown at 210 m: nearest nodes are above it
+    # from 550 m (column 6), the ramp from 510 m on.
+    elevation = columns(c5=200.0)
+    elevation[:, 6:8] = 300.0
+    problem = make_problem((50, 500, 210), (950, 500, 210), elevation, ds_m=1.0)
+    assert evaluate(problem, []).distance_under_terrain_m == pytest.approx(200, abs=2)
+    assert evaluate(problem, [], bilinear=True).distance_under_terrain_m == pytest.approx(
+        700 + 100 * 90 / 200 - 510, abs=2)
+
+
+def test_bilinear_void_reaches_to_its_neighbours_and_not_further(evaluate, make_problem):
+    problem = make_problem((50, 500, 900), (950, 500, 900), columns(c5=np.nan), ds_m=1.0)
+    terms = evaluate(problem, [], bilinear=True)
+    assert terms.void_crossed_m == pytest.approx(200, abs=2)
+    assert terms.distance_under_terrain_m == terms.void_crossed_m
+
+
+def test_bilinear_along_the_far_edge(evaluate, make_problem):
+    problem = make_problem((5000, 0, 200), (5000, 5000, 200))
+    assert evaluate(problem, [], bilinear=True).penalty == 0
+
+
+@pytest.mark.parametrize(("start", "goal", "wind", "message"), [
+    ((0, 0, 100), (1000, 0, -101), (0, 0),
+     (r"^The straight line from start to goal has a mean altitude of -0\.5 m, and costs are "
+     r"relative to it; shift the datum so that it is positive\.$")),
+    ((0, 0, 1000), (1000, 0, 500), (0, 0),
+     (r"^The straight line from start to goal is so steep a glide that it burns no fuel, and costs "
+     r"are relative to it; raise the goal or lower the start\.$")),
+    ((0, 0, 100), (1000, 0, 1100), (0, 17),
+     (r"^The straight line from start to goal cannot be flown in this wind, and costs are relative "
+     r"to it; lessen the wind or move start or goal\.$")),
+], ids=["below the datum", "glide", "wind"])
+def test_no_utopia(start, goal, wind, message):
+    with pytest.raises(InputError, match=message):
+        reference.utopia(start, goal, FOX, wind)

@@ -12,9 +12,10 @@ IN_ROOT := cd "$(ROOT)" &&
 
 # Options of `make plan`; `pathgene plan --help` says what they mean.
 TERRAIN ?= jacksboro
-START ?= 1500,1500,150
-GOAL ?= 9500,9500,150
-NOFLY_CIRCLES ?= 5500,5500,900
+# Start and goal: metres east and north of the south-west corner, metres above ground.
+START ?= 2300,2500,100
+GOAL ?= 26900,28400,100
+NOFLY_CIRCLES ?= 10900,11600,2100 18300,19400,2100
 BOARD ?= sim:
 SEED ?= 1
 OUT ?= out/plan
@@ -64,7 +65,7 @@ setup-plan:
 
 .PHONY: plan
 plan: setup-plan
-	@$(IN_ROOT) "$(BIN)/pathgene" plan --terrain "$(TERRAIN)" --start "$(START)" --goal "$(GOAL)" \
+	@$(IN_ROOT) "$(BIN)/pathgene" plan --terrain "$(TERRAIN)" --agl --start "$(START)" --goal "$(GOAL)" \
 		$(foreach circle,$(NOFLY_CIRCLES),--nofly-circle "$(circle)") \
 		--board "$(BOARD)" --seed "$(SEED)" --out "$(OUT)"
 

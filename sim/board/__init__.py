@@ -1,0 +1,83 @@
+"""The simulated board: a chip's Verilog behind a real TCP port or terminal.
+
+:func:`open_simulated` starts one from a URL. Below it, :mod:`sim.board.programs` builds the program
+(Verilator, or Icarus as a second opinion), :mod:`sim.board.process` runs it, and
+:mod:`sim.board.port` is the serial port to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from sim.board.port import SocketPort
+from sim.board.process import SimulatedBoard
+from sim.board.programs import Program, build_program, verilate
+from sim.board.url import BoardOptions, parse_board_url
+
+
+__all__ = [
+    "BoardOptions",
+    "Program",
+    "SimulatedBoard",
+    "SocketPort",
+    "build_program",
+    "open_simulated",
+    "parse_board_url",
+    "verilate",
+]
+
+
+def open_simulated(
+    url: str,
+    verilog: Callable[[int], str],
+    *,
+    top: str,
+    clocks_per_bit: int,
+    listen: str = "127.0.0.1:0",
+    pty: bool = False,
+    keep: bool = False,
+    build_dir: Path | None = None,
+) -> SimulatedBoard:
+    """Build what a ``sim:`` URL names, if need be, and start it.
+
+    Parameters
+    ----------
+    url : str
+        See :func:`parse_board_url`.
+    verilog : Callable[[int], str]
+        Given the clocks per bit of the UART, returns the chip's Verilog.
+    top : str
+        Module of the chip, with the ports ``clk``, ``rst``, ``rx`` and ``tx``.
+    clocks_per_bit : int
+        UART divisor unless the URL has another; few clocks make a fast simulation.
+    listen, pty, keep
+        As in :class:`SimulatedBoard`.
+    build_dir : Path, optional
+        As in :func:`verilate`.
+
+    Raises
+    ------
+    InputError
+        If the URL is wrong.
+    JobError
+        If a tool is missing, or the simulator does not start.
+    """
+    options = parse_board_url(url)
+    divisor = options.clocks_per_bit or clocks_per_bit
+    program = build_program(
+        options.sim,
+        verilog(divisor),
+        top,
+        divisor,
+        trace=options.trace is not None,
+        build_dir=build_dir,
+    )
+    return SimulatedBoard(
+        program,
+        listen=listen,
+        pty=pty,
+        keep=keep,
+        idle_clocks=options.idle_clocks,
+        trace=options.trace,
+    )

@@ -1,0 +1,248 @@
+#include "bridge.hpp"
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include <fcntl.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <pty.h>
+#include <sys/socket.h>
+#include <termios.h>
+#include <unistd.h>
+
+namespace board {
+namespace {
+
+constexpr auto kControlPeriod = std::chrono::milliseconds{50};
+
+volatile std::sig_atomic_t stop_requested = 0;
+
+[[noreturn]] void fail(int status, const std::string& sentence) {
+    std::fprintf(stderr, "simulator: %s\n", sentence.c_str());
+    std::exit(status);
+}
+
+std::uint64_t parse_number(const std::string& name, const char* text, std::uint64_t minimum) {
+    char* end = nullptr;
+    errno = 0;
+    const auto value = std::strtoull(text, &end, 10);
+    if (errno != 0 || *text < '0' || *text > '9' || *end != '\0' || value < minimum) {
+        fail(2, name + " must be an integer from " + std::to_string(minimum) + ", not " + text);
+    }
+    return value;
+}
+
+void set_nonblocking(int fd) { fcntl(fd, F_SETFL, fcntl(fd, F_GETFL) | O_NONBLOCK); }
+
+}  // namespace
+
+Options Options::parse(int argc, const char* const* argv) {
+    Options options;
+    for (int i = 1; i < argc; ++i) {
+        const std::string name = argv[i];
+        const auto value = [&] {
+            if (i + 1 >= argc) fail(2, name + " needs a value");
+            return argv[++i];
+        };
+        if (name == "--clocks-per-bit") {
+            options.clocks_per_bit = static_cast<unsigned>(parse_number(name, value(), 2));
+        } else if (name == "--idle-clocks") {
+            options.idle_clocks = parse_number(name, value(), 0);
+        } else if (name == "--listen") {
+            options.listen = value();
+        } else if (name == "--trace") {
+            options.trace = value();
+        } else if (name == "--pty") {
+            options.pty = true;
+        } else if (name == "--keep") {
+            options.keep = true;
+        } else {
+            fail(2, "unknown argument " + name);
+        }
+    }
+    if (options.clocks_per_bit == 0) fail(2, "--clocks-per-bit is required");
+    return options;
+}
+
+Bridge::Bridge(const Options& options, const Pace& pace)
+    : options_{options},
+      pace_{pace},
+      parent_{getppid()},
+      driver_{options.clocks_per_bit},
+      sampler_{options.clocks_per_bit},
+      started_{Clock::now()} {
+    struct sigaction action {};
+    action.sa_handler = [](int) { stop_requested = 1; };
+    sigaction(SIGTERM, &action, nullptr);
+    sigaction(SIGINT, &action, nullptr);
+    std::signal(SIGPIPE, SIG_IGN);
+    if (options_.pty) {
+        open_terminal();
+    } else {
+        open_listener();
+    }
+    std::fflush(stdout);
+}
+
+Bridge::~Bridge() {
+    const std::chrono::duration<double> elapsed = Clock::now() - started_ - slept_;
+    std::fprintf(stderr,
+                 "simulator: %llu clocks in %.3f s (%.0f clocks/s), %llu bytes to the chip, "
+                 "%llu bytes from it, %llu line errors\n",
+                 static_cast<unsigned long long>(clocks_), elapsed.count(),
+                 static_cast<double>(clocks_) / elapsed.count(),
+                 static_cast<unsigned long long>(bytes_in_),
+                 static_cast<unsigned long long>(bytes_out_),
+                 static_cast<unsigned long long>(line_errors_));
+    for (const int fd : {listener_, client_, terminal_}) {
+        if (fd >= 0) close(fd);
+    }
+}
+
+void Bridge::open_listener() {
+    const auto colon = options_.listen.rfind(':');
+    if (colon == std::string::npos) {
+        fail(2, "--listen must be HOST:PORT, not " + options_.listen);
+    }
+    const std::string host = options_.listen.substr(0, colon);
+    const std::string port = options_.listen.substr(colon + 1);
+    addrinfo hints{};
+    hints.ai_family = AF_INET;
+    hints.ai_socktype = SOCK_STREAM;
+    hints.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
+    addrinfo* found = nullptr;
+    if (const int error = getaddrinfo(host.empty() ? nullptr : host.c_str(), port.c_str(), &hints,
+                                      &found)) {
+        fail(2, "cannot listen on " + options_.listen + ": " + gai_strerror(error));
+    }
+    const int on = 1;
+    listener_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    setsockopt(listener_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+    sockaddr_in address{};
+    socklen_t length = sizeof address;
+    if (listener_ < 0 || bind(listener_, found->ai_addr, found->ai_addrlen) != 0 ||
+        listen(listener_, 1) != 0 ||
+        getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &length) != 0) {
+        fail(2, "cannot listen on " + options_.listen + ": " + std::strerror(errno));
+    }
+    freeaddrinfo(found);
+    std::printf("port %u\n", unsigned{ntohs(address.sin_port)});
+}
+
+void Bridge::open_terminal() {
+    char path[64];
+    termios raw{};
+    if (openpty(&client_, &terminal_, path, nullptr, nullptr) != 0 ||
+        tcgetattr(terminal_, &raw) != 0) {
+        fail(1, std::string{"cannot open a pseudo terminal: "} + std::strerror(errno));
+    }
+    cfmakeraw(&raw);
+    tcsetattr(terminal_, TCSANOW, &raw);
+    set_nonblocking(client_);
+    std::printf("pty %s\n", path);
+}
+
+void Bridge::handle(UartSampler::Event event) {
+    full_speed_until_ = clocks_ + options_.idle_clocks;
+    if (event == UartSampler::Event::kByte) {
+        ++bytes_out_;
+        if (client_ >= 0) unsent_.push_back(sampler_.byte());
+        return;
+    }
+    if (++line_errors_ <= kReportedErrors) {
+        std::fprintf(stderr, "simulator: %s on the chip's tx at clock %llu\n",
+                     event == UartSampler::Event::kGlitch ? "a glitch" : "a framing error",
+                     static_cast<unsigned long long>(clocks_));
+    }
+}
+
+// Looks at everything outside the chip; sleeps if nothing happens on either side.
+void Bridge::service() {
+    serve_client();
+    if (Clock::now() >= control_due_) check_control();
+    if (!driver_.idle() || !sampler_.idle()) {
+        full_speed_until_ = clocks_ + options_.idle_clocks;
+    } else if (running_ && clocks_ >= full_speed_until_) {
+        sleep(POLLIN);
+        serve_client();
+    }
+}
+
+void Bridge::serve_client() {
+    if (client_ < 0) accept_client();
+    if (client_ >= 0 && driver_.waiting() < kReadAhead) {
+        std::uint8_t bytes[kReadAhead];
+        const auto count = read(client_, bytes, sizeof bytes);
+        if (count > 0) {
+            driver_.push(bytes, static_cast<std::size_t>(count));
+            bytes_in_ += static_cast<std::uint64_t>(count);
+            full_speed_until_ = clocks_ + options_.idle_clocks;
+        } else if (count == 0 || (errno != EAGAIN && errno != EINTR)) {
+            lose_client();
+        }
+    }
+    send_to_client();
+    // A UART cannot wait, but simulated time can: the clock stands still until the client reads.
+    while (running_ && unsent_.size() > kUnsentLimit) {
+        sleep(POLLOUT);
+        check_control();
+        send_to_client();
+    }
+}
+
+void Bridge::send_to_client() {
+    if (client_ < 0 || unsent_.empty()) return;
+    const auto count = write(client_, unsent_.data(), unsent_.size());
+    if (count > 0) {
+        unsent_.erase(unsent_.begin(), unsent_.begin() + count);
+    } else if (count < 0 && errno != EAGAIN && errno != EINTR) {
+        lose_client();
+    }
+}
+
+void Bridge::accept_client() {
+    client_ = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    if (client_ < 0) return;
+    const int on = 1;
+    setsockopt(client_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+}
+
+void Bridge::lose_client() {
+    if (options_.pty) return;  // We hold the far end open: nothing but a passing error.
+    close(client_);
+    client_ = -1;
+    unsent_.clear();
+    if (!options_.keep) running_ = false;
+}
+
+// Obeys signals, answers standard input, and notices that nobody is left to serve.
+void Bridge::check_control() {
+    control_due_ = Clock::now() + kControlPeriod;
+    if (stop_requested || getppid() != parent_) running_ = false;
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    if (poll(&input, 1, 0) <= 0) return;
+    char text[256];
+    const auto count = read(STDIN_FILENO, text, sizeof text);
+    if (count <= 0) running_ = false;
+    for (ssize_t i = 0; i < count; ++i) {
+        if (text[i] == '\n') std::printf("clocks %llu\n", static_cast<unsigned long long>(clocks_));
+    }
+    std::fflush(stdout);
+}
+
+void Bridge::sleep(short client_events) {
+    const auto start = Clock::now();
+    pollfd wakers[] = {{STDIN_FILENO, POLLIN, 0},
+                       {client_ >= 0 ? client_ : listener_, client_events, 0}};
+    poll(wakers, 2, pace_.idle_sleep_ms);
+    if (wakers[0].revents != 0) control_due_ = start;
+    slept_ += Clock::now() - start;
+}
+
+}  // namespace board

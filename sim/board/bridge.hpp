@@ -1,0 +1,112 @@
+// Joins the UART pins of a simulated chip to one TCP client or to a pseudo terminal.
+//
+// Usage of a simulator built on this: PROGRAM --clocks-per-bit N [options]
+//   --listen HOST:PORT   where to wait for the client (default 127.0.0.1:0; port 0: any free one)
+//   --pty                a pseudo terminal instead
+//   --keep               when a client leaves, wait for the next; the chip keeps its state
+//   --idle-clocks N      clocks simulated at full speed after the last activity on either line
+//   --trace FILE         waveform, where the simulator was built for it
+//
+// Standard output: `port N` or `pty PATH` once the client can connect, and `clocks N` in answer to
+// each line on standard input. Standard error: errors on the chip's line, and a summary at the end.
+// Ends with status 0 when the client leaves (without --keep), on SIGTERM or SIGINT, at the end of
+// standard input, and when the process that started it has died.
+//
+// Simulated time has no relation to real time: the chip runs as fast as it can while there is work.
+// Nothing but a byte can wake an idle chip, so `--idle-clocks` after the last activity the
+// simulation only creeps, one service interval per idle sleep, and needs next to no processor time.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <sys/types.h>
+
+#include "uart.hpp"
+
+namespace board {
+
+struct Options {
+    unsigned clocks_per_bit = 0;
+    std::uint64_t idle_clocks = 1u << 20;
+    std::string listen = "127.0.0.1:0";
+    std::string trace;
+    bool pty = false;
+    bool keep = false;
+
+    // Ends the process with status 2 and one sentence on a wrong argument.
+    static Options parse(int argc, const char* const* argv);
+};
+
+// How often a simulator of some speed looks up from its work.
+struct Pace {
+    unsigned service_clocks;  // Clocks between two looks at the client; a power of two.
+    int idle_sleep_ms;        // Longest sleep of an idle simulation.
+};
+
+class Bridge {
+public:
+    struct Inputs {
+        bool rst;
+        bool rx;
+    };
+
+    Bridge(const Options& options, const Pace& pace);
+    ~Bridge();
+    Bridge(const Bridge&) = delete;
+    Bridge& operator=(const Bridge&) = delete;
+
+    bool running() const { return running_; }
+
+    // Takes `tx` as it is after a clock and returns the inputs of the next one.
+    Inputs clock(bool tx) {
+        if (const auto event = sampler_.clock(tx); event != UartSampler::Event::kNothing) {
+            handle(event);
+        }
+        ++clocks_;
+        if ((clocks_ & (pace_.service_clocks - 1)) == 0) service();
+        return {clocks_ < kResetClocks, driver_.clock()};
+    }
+
+private:
+    using Clock = std::chrono::steady_clock;
+
+    static constexpr unsigned kResetClocks = 8;
+    static constexpr std::size_t kReadAhead = 4096;        // Bytes taken before the line sent them.
+    static constexpr std::size_t kUnsentLimit = 1u << 20;  // Bytes the client may leave unread.
+    static constexpr unsigned kReportedErrors = 10;
+
+    void handle(UartSampler::Event event);
+    void service();
+    void serve_client();
+    void send_to_client();
+    void accept_client();
+    void lose_client();
+    void check_control();
+    void sleep(short client_events);
+    void open_listener();
+    void open_terminal();
+
+    const Options options_;
+    const Pace pace_;
+    const pid_t parent_;
+    UartDriver driver_;
+    UartSampler sampler_;
+    std::vector<std::uint8_t> unsent_;
+    int listener_ = -1;
+    int client_ = -1;
+    int terminal_ = -1;  // Our own handle of the terminal's far end: it outlives each user of it.
+    bool running_ = true;
+    std::uint64_t clocks_ = 0;
+    std::uint64_t full_speed_until_ = 0;
+    std::uint64_t bytes_in_ = 0;
+    std::uint64_t bytes_out_ = 0;
+    std::uint64_t line_errors_ = 0;
+    Clock::time_point started_;
+    Clock::time_point control_due_;
+    Clock::duration slept_{0};
+};
+
+}  // namespace board

@@ -1,0 +1,162 @@
+"""A serial port over a TCP connection, as fast as the simulated board behind it."""
+
+from __future__ import annotations
+
+import array
+import fcntl
+import select
+import socket
+import termios
+import time
+from collections.abc import Callable
+from types import TracebackType
+from typing import Self
+
+from host.errors import JobError
+
+
+__all__ = ["SocketPort"]
+
+
+class SocketPort:
+    """The methods of :class:`serial.Serial` that a link uses, over TCP.
+
+    pyserial's own ``socket://`` knows only whether a byte is waiting, not how many, and reads and
+    writes with two system calls per call; everything else is alike, and a simulated board serves
+    either.
+
+    Parameters
+    ----------
+    address : tuple[str, int]
+        Host and port.
+    timeout : float or None
+        Longest wait of a :meth:`read`, seconds; None waits for ever, 0 not at all.
+    explain : Callable[[], str], optional
+        Asked when the other end is gone; returns the sentence of the error.
+
+    Raises
+    ------
+    JobError
+        From any method: if nobody answers at ``address``, or the other end is gone.
+    """
+
+    def __init__(
+        self,
+        address: tuple[str, int],
+        *,
+        timeout: float | None = 1.0,
+        explain: Callable[[], str] | None = None,
+    ) -> None:
+        self.timeout = timeout
+        self.write_timeout: float | None = None
+        self._name = f"socket://{address[0]}:{address[1]}"
+        self._explain = explain
+        try:
+            self._socket = socket.create_connection(address, timeout=10)
+        except OSError as error:
+            raise JobError(f"No board answers at {self._name}: {error}.") from None
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._socket.setblocking(False)
+
+    @property
+    def port(self) -> str:
+        """URL of the other end."""
+        return self._name
+
+    @property
+    def is_open(self) -> bool:
+        """Whether :meth:`close` has not been called yet."""
+        return self._socket.fileno() >= 0
+
+    @property
+    def in_waiting(self) -> int:
+        """Bytes that :meth:`read` would return at once."""
+        count = array.array("i", [0])
+        fcntl.ioctl(self._socket, termios.FIONREAD, count)
+        return count[0]
+
+    def read(self, size: int = 1) -> bytes:
+        """Return ``size`` bytes, or fewer if the timeout comes first."""
+        deadline = None if self.timeout is None else time.monotonic() + self.timeout
+        received = bytearray()
+        while len(received) < size:
+            try:
+                part = self._socket.recv(size - len(received))
+            except BlockingIOError:
+                if not self._wait(read=True, deadline=deadline):
+                    break
+                continue
+            except OSError as error:
+                raise self._lost(error) from None
+            if not part:
+                raise self._lost(None)
+            received += part
+        return bytes(received)
+
+    def write(self, data: bytes | bytearray | memoryview) -> int:
+        """Send all of ``data`` and return its length.
+
+        Raises
+        ------
+        JobError
+            Also if ``write_timeout`` (seconds; None: no limit) passes first.
+        """
+        limit = self.write_timeout
+        deadline = None if limit is None else time.monotonic() + limit
+        rest = memoryview(data).cast("B")
+        total = len(rest)
+        while rest:
+            try:
+                rest = rest[self._socket.send(rest) :]
+            except BlockingIOError:
+                if not self._wait(read=False, deadline=deadline):
+                    raise JobError(
+                        f"The board at {self._name} took no bytes for {limit} s."
+                    ) from None
+            except OSError as error:
+                raise self._lost(error) from None
+        return total
+
+    def flush(self) -> None:
+        """Do nothing: what was written is on its way."""
+
+    def reset_input_buffer(self) -> None:
+        """Throw away what is waiting to be read."""
+        while waiting := self.in_waiting:
+            self._socket.recv(waiting)
+
+    def reset_output_buffer(self) -> None:
+        """Do nothing: nothing is held back here."""
+
+    def fileno(self) -> int:
+        """Return the descriptor, for :func:`select.select`."""
+        return self._socket.fileno()
+
+    def close(self) -> None:
+        """Hang up. A second call does nothing."""
+        self._socket.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _wait(self, *, read: bool, deadline: float | None) -> bool:
+        poll = select.poll()
+        poll.register(self._socket, select.POLLIN if read else select.POLLOUT)
+        left = None if deadline is None else deadline - time.monotonic()
+        if left is not None and left <= 0:
+            return False
+        return bool(poll.poll(None if left is None else left * 1000))
+
+    def _lost(self, error: OSError | None) -> JobError:
+        if self._explain is not None:
+            return JobError(self._explain())
+        reason = "it closed the connection" if error is None else str(error)
+        return JobError(f"The board at {self._name} is gone: {reason}.")

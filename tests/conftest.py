@@ -1,0 +1,28 @@
+"""What all tests share: hypothesis' profile, and simulators that may be missing."""
+
+import shutil
+
+import pytest
+from hypothesis import settings
+
+from sim.runner import SIMULATORS
+
+
+# The same examples in every run: a failure can be repeated, and no test fails by a slow machine.
+settings.register_profile("repeatable", derandomize=True, deadline=None, database=None)
+settings.load_profile("repeatable")
+
+
+@pytest.fixture
+def icarus():
+    """Skips where Icarus Verilog is not installed: the one simulator that is no Python package."""
+    if shutil.which("iverilog") is None:
+        pytest.skip("Icarus Verilog is not installed (Debian package iverilog)")
+
+
+@pytest.fixture(params=SIMULATORS)
+def simulator(request):
+    """Each Verilog simulator in turn."""
+    if request.param == "icarus":
+        request.getfixturevalue("icarus")
+    return request.param

@@ -1,0 +1,173 @@
+"""Boards by URL: the software model, the simulated board, or hardware on any serial port."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+from typing import TYPE_CHECKING, Any
+from urllib.parse import parse_qsl, urlencode
+
+from hdl.config import Config
+from host.chip import Chip
+from host.errors import InputError
+from host.link import Link, LinkTimeoutError
+
+
+if TYPE_CHECKING:
+    from sim.board import SimulatedBoard
+
+__all__ = ["open_board", "split_config", "start_simulated"]
+
+#: UART divisor of simulated boards: as few clocks as the receiver allows, so that bytes are cheap.
+_SIMULATED_CLOCKS_PER_BIT = 4
+#: Times that a frame is sent in all before a board is given up.
+_ATTEMPTS = 12
+#: Longest silence of a board, in seconds, before a frame is sent again.
+_TIMEOUT_S = {"model": 0.01, "sim": 5.0, "icarus": 120.0, "serial": 0.25}
+
+
+def open_board(url: str) -> Chip:
+    """Open the board at ``url``.
+
+    Parameters
+    ----------
+    url : str
+        ``model:``; ``sim:`` or ``sim:?sim=icarus``; a serial device; any URL of pyserial.
+        ``model:`` and ``sim:`` take any field of :class:`hdl.config.Config` as an option, as in
+        ``sim:?max_waypoints=20``; a serial port takes ``?baud=``, which defaults to the
+        configuration's divisor at its clock.
+
+    Raises
+    ------
+    InputError
+        If there is no such device, an option is wrong, nothing answers, or what answers is of
+        another protocol version or build.
+    JobError
+        If a simulated board cannot be started.
+    """
+    scheme, colon, _ = url.partition(":")
+    if colon and scheme == "model":
+        port = _open_model(url)
+        timeout_s = _TIMEOUT_S["model"]
+    elif colon and scheme == "sim":
+        board = start_simulated(url)
+        port = _OwnedPort(board)
+        timeout_s = _TIMEOUT_S["icarus" if board.program.simulator == "icarus" else "sim"]
+    else:
+        port = _open_serial(url)
+        timeout_s = _TIMEOUT_S["serial"]
+    try:
+        return Chip(Link(port, timeout_s=timeout_s, attempts=_ATTEMPTS))
+    except LinkTimeoutError:
+        port.close()
+        raise InputError(
+            f"Nothing answers at {url!r} as a board would; check the address, the baud rate and "
+            "that the board is configured."
+        ) from None
+    except BaseException:
+        port.close()
+        raise
+
+
+def split_config(url: str, default: Config) -> tuple[str, Config]:
+    """Take the fields of the configuration out of the query of ``url``.
+
+    Returns
+    -------
+    tuple of (str, Config)
+        The URL without them, and ``default`` with them.
+
+    Raises
+    ------
+    InputError
+        If a value breaks a rule of the configuration.
+    """
+    place, _, query = url.partition("?")
+    fields = {field.name: field.default for field in dataclasses.fields(Config)}
+    changes: dict[str, object] = {}
+    rest = []
+    for name, value in parse_qsl(query, keep_blank_values=True):
+        if name in fields:
+            changes[name] = int(value) if value.isascii() and value.isdigit() else value
+        else:
+            rest.append((name, value))
+    try:
+        config = default.replace(**changes)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{error}; see the options in {url!r}.") from None
+    return (f"{place}?{urlencode(rest)}" if rest else place), config
+
+
+def start_simulated(url: str, **options: Any) -> SimulatedBoard:
+    """Build and start the simulated board that ``url`` names.
+
+    Parameters
+    ----------
+    url : str
+        As for :func:`open_board`.
+    **options
+        Passed to :func:`sim.board.open_simulated`: ``listen``, ``pty``, ``keep``.
+    """
+    # The host runs without the simulator's package, except to simulate.
+    board = importlib.import_module("sim.board")
+    exported = importlib.import_module("sim.exported")
+    rest, config = split_config(url, Config(clocks_per_bit=_SIMULATED_CLOCKS_PER_BIT))
+    simulated: SimulatedBoard = board.open_simulated(
+        rest,
+        lambda divisor: exported.exported_verilog(
+            "planner", config.replace(clocks_per_bit=divisor)
+        ),
+        top="planner",
+        clocks_per_bit=config.clocks_per_bit,
+        **options,
+    )
+    return simulated
+
+
+class _OwnedPort:
+    """The port of a simulated board that ends with it."""
+
+    def __init__(self, board: SimulatedBoard) -> None:
+        self._board = board
+        self._port = board.open()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._port, name)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name in ("_board", "_port"):
+            object.__setattr__(self, name, value)
+        else:
+            setattr(self._port, name, value)
+
+    def close(self) -> None:
+        """Hang up and end the simulator."""
+        self._port.close()
+        self._board.close()
+
+
+def _open_model(url: str) -> Any:
+    chip = importlib.import_module("sim.model.chip")
+    port = importlib.import_module("sim.model.port")
+    rest, config = split_config(url, Config(clocks_per_bit=_SIMULATED_CLOCKS_PER_BIT))
+    if rest != "model:":
+        raise InputError(f"The model takes only fields of the configuration, not {rest!r}.")
+    return port.ModelPort(chip.ChipModel(config))
+
+
+def _open_serial(url: str) -> Any:
+    import serial
+
+    place, _, query = url.partition("?")
+    options = dict(parse_qsl(query, keep_blank_values=True))
+    default = Config()
+    baud = options.pop("baud", str(default.clock_hz // default.clocks_per_bit))
+    if options or not baud.isdigit() or int(baud) == 0:
+        raise InputError(f"A serial board takes the option baud=NUMBER and no other, not {url!r}.")
+    try:
+        return serial.serial_for_url(place, baudrate=int(baud), timeout=0, exclusive=None)
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"No board can be opened at {url!r} ({error}); give model:, sim:, a serial device "
+            "or a URL of pyserial."
+        ) from None

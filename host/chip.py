@@ -1,0 +1,271 @@
+"""One chip, whatever is behind the link: the commands of :mod:`hdl.protocol` as methods."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdl.config import Config, MutationKind
+from hdl.protocol import (
+    VERSION,
+    Command,
+    Layout,
+    LinkMode,
+    config_from_info,
+    counters_reply,
+    generate_request,
+    info_reply,
+    pack_paths,
+    read_request,
+    recipe_reply,
+    start_request,
+    status_reply,
+    survivors_reply,
+    unpack_paths,
+    write_request,
+)
+from host.errors import InputError
+from host.link import Link
+
+
+__all__ = ["Chip", "Step", "pack_waypoints", "unpack_waypoints"]
+
+#: Bytes of waypoints in one frame of a transfer: short enough to survive a bad line.
+_TRANSFER_BYTES = 128
+
+
+@dataclass(frozen=True)
+class Step:
+    """What one generation made.
+
+    Attributes
+    ----------
+    paths : list of list of int
+        Packed waypoints of every slot: elites, survivors, children.
+    origin : tuple of int, or None
+        Former slots of the elites and survivors. None in population mode, which does not tell.
+    """
+
+    paths: list[list[int]]
+    origin: tuple[int, ...] | None
+
+
+def pack_waypoints(config: Config, cells: NDArray[np.integer]) -> list[int]:
+    """Pack ``cells``, (n, 3) integers x, y, altitude step, as the chip holds them."""
+    bits = config.coordinate_bits
+    columns = np.asarray(cells, dtype=np.int64).T
+    packed: list[int] = (columns[0] | columns[1] << bits | columns[2] << 2 * bits).tolist()
+    return packed
+
+
+def unpack_waypoints(config: Config, path: Sequence[int]) -> NDArray[np.int64]:
+    """Return the (n, 3) cells of a packed path, the inverse of :func:`pack_waypoints`."""
+    bits = config.coordinate_bits
+    packed = np.asarray(path, dtype=np.int64)
+    mask = (1 << bits) - 1
+    return np.stack((packed & mask, packed >> bits & mask, packed >> 2 * bits), axis=-1)
+
+
+class Chip:
+    """A chip with an open session.
+
+    Parameters
+    ----------
+    link : Link
+        Closed with the chip.
+    verify_every : int
+        In recipe mode, generations between full reads of the population.
+
+    Attributes
+    ----------
+    config : Config
+        What the chip was built from, as it says itself.
+    info : dict
+        All of its answer to ``INFO``.
+
+    Raises
+    ------
+    LinkTimeoutError
+        If nothing answers.
+    InputError
+        If what answers is of another protocol version or build.
+    """
+
+    def __init__(self, link: Link, *, verify_every: int = 64) -> None:
+        self.link = link
+        self._verify_every = verify_every
+        self._paths: list[list[int]] = []
+        self._steps = 0
+        self.info = self._ask_info()
+        self.config = self._checked_config()
+        link.open(self.info["session"], credit=self.config.receive_buffer)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the link, and the simulated board behind it if there is one."""
+        self.link.close()
+
+    def _ask_info(self) -> dict[str, int]:
+        reply = self.link.info()
+        layout = info_reply(Config())
+        # Version and build stand at the front of every version's reply.
+        version = reply[0] if reply else 0
+        if version != VERSION:
+            raise InputError(
+                f"The board speaks protocol version {version}, this host version {VERSION}: "
+                "load a bitstream of this release, or use the release the board was built with."
+            )
+        return layout.unpack(reply)
+
+    def _checked_config(self) -> Config:
+        config = config_from_info(self.info)
+        if config.build_id != self.info["build_id"]:
+            raise InputError(
+                f"The board was built as {self.info['build_id']:08x}, but what it says of itself "
+                f"makes {config.build_id:08x} here: load a bitstream of this release."
+            )
+        return config
+
+    def _ask(self, command: Command, layout: Layout) -> dict[str, int]:
+        return layout.unpack(self.link.request(command))
+
+    def start(self, seed: int, limits: tuple[int, int, int]) -> None:
+        """Seed the random source and begin at generation 0.
+
+        Parameters
+        ----------
+        seed : int
+            0..2**64 - 1.
+        limits : tuple of int
+            Highest x and y cell and altitude step of a new waypoint.
+        """
+        x, y, altitude = limits
+        self.link.request(
+            Command.START, start_request(self.config).pack(seed=seed, x=x, y=y, altitude=altitude)
+        )
+        self._steps = 0
+
+    def load(self, paths: Sequence[Sequence[int]], slot: int = 0) -> None:
+        """Write ``paths`` (packed waypoints) into consecutive slots from ``slot`` on."""
+        config = self.config
+        requests = []
+        at, part = slot, b""
+        for number, path in enumerate(paths):
+            packed = pack_paths(config, [path])
+            if part and len(part) + len(packed) > _TRANSFER_BYTES:
+                requests.append((Command.WRITE, write_request(config).pack(slot=at) + part))
+                at, part = slot + number, b""
+            part += packed
+        if part:
+            requests.append((Command.WRITE, write_request(config).pack(slot=at) + part))
+        self.link.transfer(requests)
+        if len(paths) == config.population:
+            self._paths = [list(path) for path in paths]
+        else:
+            self._paths[slot : slot + len(paths)] = [list(path) for path in paths]
+
+    def read(self, slot: int, count: int) -> list[list[int]]:
+        """Return the packed paths of ``count`` slots from ``slot`` on."""
+        layout = read_request(self.config)
+        requests = [
+            (Command.READ, layout.pack(slot=first, count=min(2, slot + count - first)))
+            for first in range(slot, slot + count, 2)
+        ]
+        return unpack_paths(self.config, b"".join(self.link.transfer(requests)))
+
+    def counters(self) -> dict[str, int]:
+        """Return every :class:`hdl.protocol.Counter` by name: clocks and bytes since reset."""
+        return self._ask(Command.COUNTERS, counters_reply(self.config))
+
+    def status(self) -> dict[str, int]:
+        """Return the fields of :func:`hdl.protocol.status_reply`."""
+        return self._ask(Command.STATUS, status_reply(self.config))
+
+    def clear_errors(self) -> None:
+        """Clear the sticky errors."""
+        self.link.request(Command.CLEAR)
+
+    def step(self, order: Sequence[int], mode: LinkMode = LinkMode.RANK) -> Step:
+        """Run one generation.
+
+        Parameters
+        ----------
+        order : sequence of int
+            The slots from the best path to the worst.
+        mode : LinkMode
+            What goes over the link; the new population is the same in all three.
+
+        Raises
+        ------
+        LinkError
+            If the board is lost.
+        """
+        config = self.config
+        order = list(order)
+        if mode is LinkMode.POPULATION:
+            self.load([self._paths[slot] for slot in order])
+            order = list(range(config.population))
+            request = generate_request(config, mode).pack(mode=mode)
+        else:
+            named = {f"slot_{rank}": slot for rank, slot in enumerate(order)}
+            request = generate_request(config, mode).pack(mode=mode, **named)
+
+        # A long answer may never survive a bad line; a recipe does, and tells as much.
+        recipe_only = bytes((LinkMode.RECIPE,)) + bytes(order)
+        reply = self.link.request(Command.GENERATE, request, shorter=recipe_only)
+        self._steps += 1
+        if len(reply) == recipe_reply(config).size:
+            return self._rebuild(order, recipe_reply(config).unpack(reply))
+        if mode is LinkMode.POPULATION:
+            self._paths = unpack_paths(config, reply)
+            return Step(self._paths, None)
+
+        size = survivors_reply(config).size
+        origin = (*order[: config.elites], *reply[:size])
+        children = unpack_paths(config, reply[size:])
+        self._paths = [self._paths[slot] for slot in origin] + children
+        return Step(self._paths, origin)
+
+    def _rebuild(self, order: Sequence[int], recipe: dict[str, int]) -> Step:
+        """Repeat what ``recipe`` says on this side's copy of the population."""
+        config, paths = self.config, self._paths
+        parents = [paths[recipe[f"parent_{i}"]] for i in range(config.crossovers)]
+        children = []
+        for one, other in zip(parents, parents[1:] + parents[:1], strict=True):
+            cut, other_cut = len(one) // 2, len(other) // 2
+            children += [one[:cut] + other[other_cut:], other[:other_cut] + one[cut:]]
+
+        for i, kind in enumerate(config.mutations):
+            child, index = children[recipe[f"child_{i}"]], recipe[f"index_{i}"]
+            if not recipe[f"applied_{i}"]:
+                continue
+            if kind is MutationKind.DELETE:
+                del child[index]
+            elif kind is MutationKind.PERTURB:
+                child[index] = recipe[f"waypoint_{i}"]
+            else:
+                child.insert(index + 1, recipe[f"waypoint_{i}"])
+
+        survivors = (recipe[f"survivor_{i}"] for i in range(config.survivors))
+        origin = (*order[: config.elites], *survivors)
+        self._paths = [paths[slot] for slot in origin] + children
+        rebuilt_wrong = zlib.crc32(pack_paths(config, self._paths)) != recipe["checksum"]
+        if rebuilt_wrong or self._steps % self._verify_every == 0:
+            self._paths = self.read(0, config.population)
+        return Step(self._paths, origin)

@@ -1,0 +1,58 @@
+"""``pathgene board``."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+
+from host.board import open_board, start_simulated
+from host.cli.output import note, print_json, print_pairs
+from host.errors import InputError, JobError
+
+
+__all__ = ["info", "serve"]
+
+
+def info(args: argparse.Namespace) -> int:
+    """Print what is at the other end of a link."""
+    with open_board(args.board) as chip:
+        report = {
+            "board": args.board,
+            "build_id": f"{chip.info['build_id']:08x}",
+            "protocol": chip.info["version"],
+            "config": dataclasses.asdict(chip.config),
+        }
+    if args.json:
+        print_json(report)
+    else:
+        print_pairs([
+            ("board", args.board), ("build id", report["build_id"]),
+            ("protocol version", str(report["protocol"])),
+            *((name, str(value)) for name, value in report["config"].items())])
+    return 0
+
+
+def serve(args: argparse.Namespace) -> int:
+    """Serve a simulated board until Ctrl-C or until it ends."""
+    _check_address(args.listen)
+    if args.board.partition(":")[0] != "sim":
+        raise InputError(f"Only a simulated board can be served, sim: with its options, not "
+                         f"{args.board!r}.")
+    with start_simulated(args.board, listen=args.listen, pty=args.pty, keep=True) as board:
+        if args.json:
+            print_json({"board": args.board, "url": board.url, "pid": board.pid})
+        else:
+            print(board.url, flush=True)
+        note("Serving until Ctrl-C.")
+        try:
+            status = board.wait()
+        except KeyboardInterrupt:
+            return 0
+        raise JobError(f"The simulated board ended by itself with status {status}: "
+                       f"{board.log().strip() or 'it said nothing'}.")
+
+
+def _check_address(text: str) -> None:
+    host, _, port = text.rpartition(":")
+    if not (host and port.isascii() and port.isdigit() and int(port) <= 65535):
+        raise InputError(f"The address to listen at must be HOST:PORT, not {text!r}.")

@@ -1,0 +1,133 @@
+"""``pathgene check``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.cli.output import print_json, print_pairs, term_pairs
+from host.cli.problem import DEFAULT_UAV, end_point, load_terrain, load_zones, source_of
+from host.errors import InputError
+from host.evaluation import Evaluator
+from host.nofly import Zone, zone_from_dict
+from host.problem import Problem
+from host.report.geojson import read_path
+from host.report.summary import describe_problem, terms, version
+from host.report.tables import read_csv
+from host.terrain import Terrain
+from host.uav import Uav
+from host.uav import load as load_uav
+
+
+__all__ = ["run"]
+
+# Ends given twice, here and in the file, may differ by the rounding of a file.
+_SAME_END_M = 0.01
+
+
+def run(args: argparse.Namespace) -> int:
+    """Evaluate the path and print its terms."""
+    file = Path(args.path)
+    summary = _summary(file)
+    if summary is not None:
+        _take_options(args, summary, file)
+    if args.terrain is None:
+        raise InputError("The terrain is missing; give --terrain.")
+    terrain = load_terrain(args)
+    path = _path(file, summary, terrain)
+    problem = Problem(
+        terrain, tuple(path[0].tolist()), tuple(path[-1].tolist()), _uav(args, summary),
+        _zones(args, summary, terrain), args.wind or (0.0, 0.0), args.ds)
+    _check_ends(args, problem)
+
+    evaluator = Evaluator(problem)
+    evaluation = evaluator.evaluate(path)
+    report = {
+        "pathgene": version(), **terms(evaluation), "waypoints": path.tolist(),
+        **describe_problem(evaluator, source_of(args)),
+    }
+    if args.json:
+        print_json(report)
+    else:
+        print_pairs(term_pairs(report))
+    return 0
+
+
+def _summary(file: Path) -> dict[str, Any] | None:
+    """The content of ``file`` if it is a summary."""
+    if file.suffix.lower() == ".csv":
+        return None
+    try:
+        document = json.loads(file.read_text("utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return None                     # Whoever reads the path will say what is wrong.
+    is_summary = isinstance(document, dict) and "waypoints" in document
+    return document if is_summary else None
+
+
+def _take_options(args: argparse.Namespace, summary: dict[str, Any], file: Path) -> None:
+    """Fill in what was not given from the summary; the grid beside it comes before its source."""
+    try:
+        if args.terrain is None:
+            grid = file.with_name("terrain.npz")
+            source = summary["terrain"]
+            args.terrain = str(grid) if grid.exists() else source["source"]
+            if not grid.exists():
+                args.fill_voids = args.fill_voids or source["fill_voids"]
+                args.cell = args.cell or (source["cell_m"] and tuple(source["cell_m"]))
+        args.wind = args.wind or tuple(summary["wind"])
+        args.ds = args.ds or summary["ds_m"]
+    except (KeyError, TypeError):
+        raise InputError(f"{file}: the summary does not say how its path was evaluated; give "
+                         "--terrain and the other options.") from None
+
+
+def _path(file: Path, summary: dict[str, Any] | None, terrain: Terrain) -> NDArray[np.float64]:
+    if file.suffix.lower() == ".csv":
+        return read_csv(file)
+    if summary is None:
+        return read_path(file, terrain)
+    try:
+        path = np.array(summary["waypoints"], dtype=np.float64)
+    except (TypeError, ValueError):
+        path = np.empty(0)
+    if path.ndim != 2 or path.shape[1] != 3 or len(path) < 2:
+        raise InputError(f"{file}: waypoints must be two or more lists of three numbers.")
+    return path
+
+
+def _uav(args: argparse.Namespace, summary: dict[str, Any] | None) -> Uav:
+    if args.uav is None and summary is not None and "uav" in summary:
+        return Uav.from_dict(summary["uav"], args.path)
+    return load_uav(args.uav or DEFAULT_UAV)
+
+
+def _zones(
+    args: argparse.Namespace, summary: dict[str, Any] | None, terrain: Terrain,
+) -> tuple[Zone, ...]:
+    """Zones given here; without any, those of the summary."""
+    given = load_zones(args, terrain)
+    if given or summary is None:
+        return given
+    return tuple(zone_from_dict(zone) for zone in summary.get("nofly", []))
+
+
+def _check_ends(args: argparse.Namespace, problem: Problem) -> None:
+    """Refuse a start or goal that is not the path's own."""
+    for name in ("start", "goal"):
+        given = end_point(args, name, problem.terrain)
+        if given is None:
+            continue
+        own = getattr(problem, name)
+        if args.agl:
+            raise_to = Problem.from_agl(
+                problem.terrain, given if name == "start" else problem.start, problem.goal,
+                problem.uav)
+            given = getattr(raise_to, name)
+        if not np.allclose(given, own, rtol=0, atol=_SAME_END_M):
+            raise InputError(f"The {name} of the path is {own}, not {given}; leave --{name} out.")

@@ -1,0 +1,58 @@
+"""What commands print."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+
+__all__ = ["note", "print_json", "print_pairs", "print_table", "term_pairs"]
+
+
+def print_json(value: Any) -> None:
+    """Print ``value`` as JSON on standard output; numbers in it must be finite."""
+    print(json.dumps(value, indent=2, allow_nan=False), flush=True)
+
+
+def print_pairs(pairs: Iterable[tuple[str, str]]) -> None:
+    """Print names and values as two columns."""
+    rows = list(pairs)
+    width = max(len(name) for name, _ in rows)
+    for name, value in rows:
+        print(f"{name:<{width}}  {value}")
+
+
+def print_table(rows: Sequence[Sequence[str]]) -> None:
+    """Print ``rows`` as left-aligned columns."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        cells = (f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True))
+        print("  ".join(cells).rstrip())
+
+
+def note(text: str) -> None:
+    """Tell the user something on standard error."""
+    print(f"pathgene: {text}", file=sys.stderr, flush=True)
+
+
+def term_pairs(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """The terms of a path as names and texts with units."""
+    clearance = summary["minimum_clearance_m"]
+    return [
+        ("feasible", "yes" if summary["feasible"] else
+         "no, only between the samples not" if summary["feasible_at_ds"] else "no"),
+        ("fitness", f"{summary['fitness']:.6f}"),
+        ("penalty", f"{summary['penalty']:.1f} m"),
+        ("  under terrain", f"{summary['distance_under_terrain_m']:.1f} m"),
+        ("  in no-fly zones", f"{summary['distance_in_nofly_m']:.1f} m"),
+        ("  too steep", f"{summary['distance_too_steep_m']:.1f} m"),
+        ("  impossible arcs", f"{summary['impossible_arcs']}"),
+        ("cost", f"{summary['cost']:.6f}"),
+        ("length", f"{summary['length_m']:.1f} m"),
+        ("mean altitude", f"{summary['mean_altitude_m']:.1f} m"),
+        ("fuel", f"{summary['fuel_N']:.4f} N"),
+        ("minimum clearance", "unknown" if clearance is None else f"{clearance:.1f} m"),
+        ("waypoints", f"{len(summary['waypoints'])}, start and goal included"),
+    ]

@@ -1,0 +1,106 @@
+"""``pathgene plan``."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import signal
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from host.cli import INTERRUPTED
+from host.cli.output import note, print_json, print_pairs, term_pairs
+from host.cli.problem import make_problem, source_of
+from host.errors import JobError
+from host.evaluation import Evaluator
+from host.planners import PLANNERS, make
+from host.planners.base import Options, Result, Stop
+from host.progress import Progress
+from host.report.files import prepare_directory
+from host.report.summary import summarise
+from host.report.write import write_report
+
+
+__all__ = ["run"]
+
+_BOARD = "model:"
+# Options that only some planners have.
+_OWN = ("board", "link_mode", "max_waypoints")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Plan, write the files and print the summary."""
+    options = Options(
+        generations=args.generations, time_limit_s=args.time_limit,
+        target_fitness=args.target_fitness, population=args.population, seed=args.seed)
+    planner = make(args.planner, **_own_options(args))
+    evaluator = Evaluator(make_problem(args))
+    directory = Path(args.out)
+    prepare_directory(directory)
+
+    stop = Stop()
+    progress = Progress(sys.stderr, options.generations)
+    with _ending(stop), contextlib.closing(progress):
+        result = planner.plan(evaluator, options, progress, stop)
+
+    board = (args.board or _BOARD) if "board" in PLANNERS[args.planner].options else None
+    summary = summarise(evaluator, result, planner=args.planner, board=board, seed=args.seed,
+                        source=source_of(args))
+    written = write_report(directory, evaluator, result, summary, warn=note)
+    if args.json:
+        print_json(summary)
+    else:
+        _print(summary, written)
+    return _status(result)
+
+
+def _own_options(args: argparse.Namespace) -> dict[str, Any]:
+    """The planner's own options that were given; says so if it has none such."""
+    given = {name: getattr(args, name) for name in _OWN if getattr(args, name) is not None}
+    known = PLANNERS[args.planner].options if args.planner in PLANNERS else given
+    for name in sorted(set(given) - set(known)):
+        note(f"--{name.replace('_', '-')} means nothing to {args.planner} and is ignored.")
+    return {name: value for name, value in given.items() if name in known}
+
+
+@contextlib.contextmanager
+def _ending(stop: Stop) -> Iterator[None]:
+    """Let the first Ctrl-C of the block request ``stop``; a second one ends it at once."""
+
+    def handle(_signal: int, _frame: object) -> None:
+        if stop.requested:
+            raise KeyboardInterrupt
+        stop.request()
+
+    before = signal.signal(signal.SIGINT, handle)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _status(result: Result) -> int:
+    """Exit status; raises the sentence of a job that failed, now that its files are written."""
+    if result.interrupted:
+        note("Interrupted; what was best so far is written.")
+        return INTERRUPTED
+    if result.failure is not None:
+        raise JobError(f"{result.failure.rstrip('.')}; what was best until then is written.")
+    if not result.evaluation.feasible:
+        raise JobError("No feasible path was found, the best one is written; try more "
+                       "--generations, another --seed, or move start and goal.")
+    return 0
+
+
+def _print(summary: dict[str, Any], written: list[Path]) -> None:
+    print_pairs([
+        ("planner", summary["planner"]),
+        ("board", summary["board"] or "none"),
+        *term_pairs(summary),
+        ("generations", f"{summary['generations']}"),
+        ("evaluations", f"{summary['evaluations']}"),
+        ("time", f"{summary['seconds']['total']:.2f} s"),
+        *(("written", str(path)) for path in written),
+    ])

@@ -1,0 +1,25 @@
+"""``pathgene planners``."""
+
+from __future__ import annotations
+
+import argparse
+
+from host.cli.output import print_json, print_table
+from host.planners import PLANNERS
+
+
+__all__ = ["run"]
+
+
+def run(args: argparse.Namespace) -> int:
+    """List the planners."""
+    if args.json:
+        print_json([
+            {"name": name, "description": entry.description, "paper": entry.paper,
+             "options": dict(entry.options)}
+            for name, entry in PLANNERS.items()])
+    else:
+        print_table([("name", "description", "paper"),
+                     *((name, entry.description, entry.paper)
+                       for name, entry in PLANNERS.items())])
+    return 0

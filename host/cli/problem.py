@@ -1,0 +1,80 @@
+"""From options to a problem."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from host.errors import InputError
+from host.nofly import Circle, Zone, read_geojson
+from host.problem import Problem
+from host.terrain import Terrain, load
+from host.uav import Uav
+from host.uav import load as load_uav
+
+
+__all__ = ["DEFAULT_UAV", "end_point", "load_terrain", "load_zones", "make_problem", "source_of"]
+
+DEFAULT_UAV = "silver-fox"
+
+
+def load_terrain(args: argparse.Namespace) -> Terrain:
+    """Load the terrain that ``--terrain``, ``--fill-voids`` and ``--cell`` name."""
+    return load(args.terrain, cell=args.cell, fill_voids=args.fill_voids)
+
+
+def source_of(args: argparse.Namespace) -> dict[str, Any]:
+    """How the terrain was loaded, as a summary says it."""
+    path = Path(args.terrain)
+    return {
+        "source": str(path.resolve()) if path.exists() else args.terrain,
+        "fill_voids": args.fill_voids,
+        "cell_m": args.cell and list(args.cell),
+    }
+
+
+def load_zones(args: argparse.Namespace, terrain: Terrain) -> tuple[Zone, ...]:
+    """No-fly zones of ``--nofly`` and ``--nofly-circle``."""
+    files = [zone for file in args.nofly for zone in read_geojson(file, terrain)]
+    return (*files, *(Circle(*circle) for circle in args.nofly_circle))
+
+
+def end_point(
+    args: argparse.Namespace, name: str, terrain: Terrain,
+) -> tuple[float, float, float] | None:
+    """Start or goal in local metres; the third number is as it was given."""
+    local: tuple[float, float, float] | None = getattr(args, name)
+    if local is not None:
+        return local
+    geographic = getattr(args, f"{name}_geo")
+    if geographic is None:
+        return None
+    latitude, longitude, altitude = geographic
+    x, y = terrain.to_local(latitude, longitude)
+    return float(x), float(y), altitude
+
+
+def make_problem(args: argparse.Namespace) -> Problem:
+    """Return the problem of ``pathgene plan``.
+
+    Raises
+    ------
+    InputError
+        If an option is bad or missing.
+    """
+    uav: Uav = load_uav(args.uav or DEFAULT_UAV)
+    terrain = load_terrain(args)
+    start, goal = _needed(args, "start", terrain), _needed(args, "goal", terrain)
+    make = Problem.from_agl if args.agl else Problem
+    return make(terrain, start, goal, uav, load_zones(args, terrain), args.wind or (0.0, 0.0),
+                args.ds)
+
+
+def _needed(
+    args: argparse.Namespace, name: str, terrain: Terrain,
+) -> tuple[float, float, float]:
+    point = end_point(args, name, terrain)
+    if point is None:
+        raise InputError(f"The {name} is missing; give --{name} or --{name}-geo.")
+    return point

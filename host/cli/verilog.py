@@ -1,0 +1,53 @@
+"""``pathgene verilog``."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from pathlib import Path
+
+from hdl.config import Config
+from hdl.verilog import TOPS, export
+from host.cli.output import print_json, print_pairs
+from host.errors import InputError
+from host.report.files import prepare_directory, replacing
+
+
+__all__ = ["run"]
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the Verilog of a top."""
+    if args.top not in TOPS:
+        raise InputError(f"There is no top {args.top!r}; the tops are {', '.join(TOPS)}.")
+    fields = [field.name for field in dataclasses.fields(Config)]
+    for key, _ in args.set:
+        if key not in fields:
+            raise InputError(f"The configuration has no field {key!r}; the fields are "
+                             f"{', '.join(fields)}.")
+    try:
+        config = Config().replace(**{key: _value(value) for key, value in args.set})
+    except (TypeError, ValueError) as error:
+        raise InputError(f"A --set is wrong: {error}.") from None
+    file = Path(args.out)
+    prepare_directory(file.parent)
+    if file.is_dir():
+        raise InputError(f"{args.out!r} is a directory; give the name of a file.")
+    text = export(args.top, config).encode()
+    with replacing(file) as binary:
+        binary.write(text)
+    if args.json:
+        print_json({"top": args.top, "file": str(file), "bytes": len(text),
+                    "build_id": f"{config.build_id:08x}"})
+    else:
+        print_pairs([("top", args.top), ("file", f"{file} ({len(text)} bytes)"),
+                     ("build id", f"{config.build_id:08x}")])
+    return 0
+
+
+def _value(text: str) -> int | str:
+    """A number where it is one; the configuration judges the rest."""
+    try:
+        return int(text, 0)
+    except ValueError:
+        return text

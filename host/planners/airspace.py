@@ -1,0 +1,87 @@
+"""Where a planner may put waypoints, in metres."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.errors import InputError
+from host.evaluation.track import nearest_nodes
+from host.problem import Problem
+
+
+__all__ = ["HEADROOM_M", "Airspace"]
+
+#: Highest waypoints over the highest ground.
+HEADROOM_M = 100.0
+
+
+class Airspace:
+    """The box over the map, without ground, voids and no-fly zones.
+
+    It reaches from the lowest ground to :data:`HEADROOM_M` over the highest, or to the start or the
+    goal where that is higher.
+
+    Parameters
+    ----------
+    problem : Problem
+        Terrain, ends and zones.
+
+    Attributes
+    ----------
+    low, high : ndarray
+        Corners of the box, (3,) float64 metres.
+
+    Raises
+    ------
+    InputError
+        If nothing of the map is free.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.terrain = problem.terrain
+        self.start, self.goal = problem.start, problem.goal
+        elevation = problem.terrain.elevation
+        #: Height to stay above at each node, infinite where nothing may fly.
+        self._floor = np.where(np.isnan(elevation) | problem.nofly_raster, np.inf, elevation)
+        self._free = np.flatnonzero(np.isfinite(self._floor))
+        if not len(self._free):
+            raise InputError("Nothing of the map is free to fly over; lessen the no-fly zones or "
+                             "fill the voids with --fill-voids.")
+        rows, columns = elevation.shape
+        top = max(float(np.nanmax(elevation)) + HEADROOM_M, self.start[2], self.goal[2])
+        self.low = np.array([0.0, 0.0, min(float(np.nanmin(elevation)), self.start[2],
+                                           self.goal[2])])
+        self.high = np.array([(columns - 1) * self.terrain.dx_m,
+                              (rows - 1) * self.terrain.dy_m, top])
+
+    def is_free(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which of ``points``, (n, 3) float64 metres, are in the box and over free ground: (n,)."""
+        inside = ((points >= self.low) & (points <= self.high)).all(axis=1)
+        floor = self._floor[nearest_nodes(self.terrain, points[:, 0], points[:, 1])]
+        free: NDArray[np.bool_] = inside & (points[:, 2] >= floor)
+        return free
+
+    def draw(self, rng: np.random.Generator, count: int) -> NDArray[np.float64]:
+        """Return ``count`` points (count, 3): uniform over the free nodes, then over the height."""
+        nodes = self._free[rng.integers(len(self._free), size=count)]
+        row, column = np.divmod(nodes, self._floor.shape[1])
+        floor = self._floor[row, column]
+        z = floor + (self.high[2] - floor) * rng.random(count)
+        return np.stack((column * self.terrain.dx_m, row * self.terrain.dy_m, z), axis=1)
+
+    def draw_near(
+        self, rng: np.random.Generator, point: NDArray[np.float64], share: float, draws: int,
+    ) -> NDArray[np.float64] | None:
+        """Draw a free point of the box around ``point`` with edges of ``share`` of the airspace's.
+
+        Returns
+        -------
+        ndarray or None
+            The first free one of ``draws`` draws, (3,).
+        """
+        half = share / 2 * (self.high - self.low)
+        low, high = np.maximum(point - half, self.low), np.minimum(point + half, self.high)
+        points = rng.uniform(low, high, size=(draws, 3))
+        free = np.flatnonzero(self.is_free(points))
+        return points[free[0]] if len(free) else None

@@ -1,0 +1,287 @@
+"""What all planners share: options, stop criteria, the record of a run and the final choice."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.errors import InputError
+from host.evaluation import Evaluation, Evaluator
+
+
+__all__ = ["Options", "Planner", "Progress", "Result", "Run", "Stop", "choose"]
+
+Path = NDArray[np.float64]
+
+# Candidates kept for the final choice: when the best of them graze the ground between the samples,
+# hundreds of near twins do.
+_ARCHIVE_SIZE = 4096
+_CHOICE_BATCH = 64
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What every planner is told.
+
+    Parameters
+    ----------
+    generations : int
+        Most generations, 1 or more.
+    time_limit_s : float, optional
+        Most seconds of planning, above 0; the generation under way is finished.
+    target_fitness : float, optional
+        Fitness that is good enough.
+    population : int, optional
+        Paths in the population; the planner's own number by default.
+    seed : int
+        0..2**64 - 1. All that is random follows from it.
+
+    Raises
+    ------
+    InputError
+        If a value is outside its range.
+    """
+
+    generations: int = 300
+    time_limit_s: float | None = None
+    target_fitness: float | None = None
+    population: int | None = None
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.generations < 1:
+            raise InputError(f"The number of generations must be 1 or more, not "
+                             f"{self.generations}.")
+        if self.time_limit_s is not None and not 0 < self.time_limit_s < math.inf:
+            raise InputError(f"The time limit must be a positive number of seconds, not "
+                             f"{self.time_limit_s:g}.")
+        if self.target_fitness is not None and not math.isfinite(self.target_fitness):
+            raise InputError(f"The target fitness must be a finite number, not "
+                             f"{self.target_fitness:g}.")
+        if not 0 <= self.seed < 1 << 64:
+            raise InputError(f"The seed must be from 0 to 2**64 - 1, not {self.seed}.")
+
+
+class Stop:
+    """A request to end, from a signal or another thread."""
+
+    def __init__(self) -> None:
+        self.requested = False
+
+    def request(self) -> None:
+        """Ask the planner to return after the generation under way."""
+        self.requested = True
+
+
+class Progress(Protocol):
+    """Is told of every generation."""
+
+    def update(self, generation: int, best: float, mean: float) -> None:
+        """Take note of a finished generation; called often."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a planner found and what it took.
+
+    Parameters
+    ----------
+    path : ndarray
+        The path chosen by :func:`choose`, (n, 3) float64 metres, start and goal included.
+    evaluation : Evaluation
+        All its terms.
+    history : list of [int, float, float]
+        Generation, best fitness so far, mean fitness of the population; from generation 0.
+    generations, evaluations : int
+        How many were run.
+    stopped_by : str
+        ``generations``, ``time-limit``, ``target-fitness``, ``interrupt`` or ``failure``.
+    failure : str or None
+        The sentence to show when the run could not go on.
+    seconds : dict of str to float
+        Wall time by phase; ``total`` is all of it.
+    hardware : dict or None
+        What the chip counted; see the planner.
+    archive : list of (float, ndarray)
+        Fitness and path of the best distinct candidates, best first.
+    """
+
+    path: Path
+    evaluation: Evaluation
+    history: list[list[float]]
+    generations: int
+    evaluations: int
+    stopped_by: str
+    failure: str | None
+    seconds: dict[str, float]
+    hardware: dict[str, Any] | None
+    archive: list[tuple[float, Path]]
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the user ended the run."""
+        return self.stopped_by == "interrupt"
+
+
+class Planner(Protocol):
+    """Plans paths; made by :func:`host.planners.make`."""
+
+    def plan(
+        self, evaluator: Evaluator, options: Options,
+        progress: Progress | None = None, stop: Stop | None = None,
+    ) -> Result:
+        """Search for the best path of ``evaluator.problem``.
+
+        Raises
+        ------
+        InputError
+            If the planner cannot do what the options ask.
+        JobError
+            If the run fails before anything was evaluated.
+        """
+
+
+@dataclass
+class Run:
+    """The record of one run: times phases, counts, keeps candidates, says when to stop.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+        The worth of paths.
+    options : Options
+        Stop criteria.
+    progress : Progress, optional
+        Is told of every generation.
+    stop : Stop, optional
+        Ends the run when requested.
+    """
+
+    evaluator: Evaluator
+    options: Options
+    progress: Progress | None = None
+    stop: Stop | None = None
+    evaluations: int = 0
+    history: list[list[float]] = field(default_factory=list)
+    failure: str | None = None
+    hardware: dict[str, Any] | None = None
+
+    def __post_init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._archive: dict[bytes, tuple[float, Path]] = {}
+        self._best = -math.inf
+        self._worst_kept = -math.inf
+        self._started = time.perf_counter()
+
+    @contextlib.contextmanager
+    def phase(self, name: str) -> Iterator[None]:
+        """Add the time of the block to phase ``name``."""
+        started = time.perf_counter()
+        try:
+            yield
+        finally:
+            spent = time.perf_counter() - started
+            self.seconds[name] = self.seconds.get(name, 0.0) + spent
+
+    def fitness(self, paths: Sequence[Path]) -> NDArray[np.float64]:
+        """Evaluate ``paths``, (n, 3) float64 metres each, ends included, and keep the best.
+
+        Returns
+        -------
+        ndarray
+            Fitness of each, (m,) float64.
+        """
+        with self.phase("evaluation"):
+            lengths = np.array([len(path) for path in paths], dtype=np.int64)
+            padded = np.zeros((len(paths), int(lengths.max()), 3))
+            for row, path in zip(padded, paths, strict=True):
+                row[: len(path)] = path
+            fitness = self.evaluator.fitness(padded, lengths)
+        self.evaluations += len(paths)
+        for value, path in zip(fitness.tolist(), paths, strict=True):
+            if value > self._best or (value > 1 and value > self._worst_kept):
+                self._keep(value, path)
+        return fitness
+
+    def _keep(self, value: float, path: Path) -> None:
+        if value > self._best:
+            if self._best <= 1:     # What was kept is worse, and cannot be feasible.
+                self._archive.clear()
+            self._best = value
+        self._archive[path.tobytes()] = value, path
+        if len(self._archive) >= 2 * _ARCHIVE_SIZE:
+            best = sorted(self._archive.items(), key=lambda item: -item[1][0])[:_ARCHIVE_SIZE]
+            self._archive = dict(best)
+            self._worst_kept = best[-1][1][0]
+
+    def record(self, generation: int, fitness: NDArray[np.float64]) -> None:
+        """Note the fitness of the whole population (m,) after ``generation``."""
+        mean = float(fitness.mean())
+        self.history.append([generation, self._best, mean])
+        if self.progress is not None:
+            self.progress.update(generation, self._best, mean)
+
+    def stopped_by(self) -> str | None:
+        """The first stop criterion met, or None to go on."""
+        options = self.options
+        if self.failure is not None:
+            return "failure"
+        if self.stop is not None and self.stop.requested:
+            return "interrupt"
+        if options.target_fitness is not None and self._best >= options.target_fitness:
+            return "target-fitness"
+        if self.history and self.history[-1][0] >= options.generations:
+            return "generations"
+        limit = options.time_limit_s
+        if limit is not None and time.perf_counter() - self._started >= limit:
+            return "time-limit"
+        return None
+
+    def result(self) -> Result:
+        """Choose the path to report and return it with the record."""
+        reason = self.stopped_by() or "generations"
+        archive = sorted(self._archive.values(), key=lambda kept: -kept[0])
+        with self.phase("choice"):
+            path, evaluation = choose(self.evaluator, archive)
+        self.seconds["total"] = time.perf_counter() - self._started
+        return Result(
+            path, evaluation, self.history, int(self.history[-1][0]) if self.history else 0,
+            self.evaluations, reason, self.failure, self.seconds, self.hardware, archive)
+
+
+def choose(
+    evaluator: Evaluator, archive: Sequence[tuple[float, Path]],
+) -> tuple[Path, Evaluation]:
+    """Return the best candidate that is feasible by the strict rule, else simply the best.
+
+    Strict means a penalty of 0 also when sampled 8 times finer.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+        The worth of paths.
+    archive : sequence of (float, ndarray)
+        Fitness and path of the candidates, best first; at least one.
+    """
+    for first in range(0, len(archive), _CHOICE_BATCH):
+        batch = [path for fitness, path in archive[first : first + _CHOICE_BATCH] if fitness > 1]
+        if not batch:
+            break
+        lengths = np.array([len(path) for path in batch], dtype=np.int64)
+        padded = np.zeros((len(batch), int(lengths.max()), 3))
+        for row, path in zip(padded, batch, strict=True):
+            row[: len(path)] = path
+        penalty, _ = evaluator.penalty_cost(padded, lengths, fine=True)
+        for path in (batch[i] for i in np.flatnonzero(penalty == 0)):
+            evaluation = evaluator.evaluate(path)
+            if evaluation.feasible:
+                return path, evaluation
+    path = archive[0][1]
+    return path, evaluator.evaluate(path)

@@ -1,0 +1,213 @@
+"""The PC-only genetic algorithm of *allaire-2008*, section 3, in metres: the baseline."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.errors import InputError
+from host.evaluation import Evaluator
+from host.planners.airspace import Airspace
+from host.planners.base import Options, Progress, Result, Run, Stop
+
+
+__all__ = ["PcGeneticPlanner", "crossover", "roulette", "smooth_turn"]
+
+Path = NDArray[np.float64]
+
+#: Fewest transitional waypoints of a path (section 3.1).
+MIN_WAYPOINTS = 2
+#: Paths in the population by default (section 4.1.1); section 3.1 found 30 to 40 good.
+POPULATION = 32
+
+_CROSSOVER_SHARE = 0.70         # Of the population, replaced by children (section 3.3).
+_ELITE_SHARE = 0.05             # Of the population, kept for being best (section 3.5).
+_MUTATION_RATE = 0.05           # Chance of a child to be mutated, in one of five ways (3.4).
+_BOX_SHARE = 0.15               # Edge of the mutation box by the edge of the map (3.4.1).
+_SHARP_TURN_RAD = math.radians(45)
+_DRAWS = 8                      # Bound on draws of a waypoint that is not in the ground.
+
+
+class PcGeneticPlanner:
+    """Genetic algorithm with fitness roulette, run on the PC alone.
+
+    Each generation: 70 % of the population is replaced by children of parents drawn in proportion
+    to their fitness, cut at their middles; each child is mutated with a chance of 5 %, in one of
+    five ways drawn uniformly (perturb, insert, delete, smooth-turn, swap); the best 5 % survive,
+    and a roulette without replacement fills up from the others.
+
+    Source: *allaire-2008*, section 3. Settled here where it is silent: the mutation box has edges
+    of 15 % of the map's; a new waypoint in the ground, in a no-fly zone or over a void is redrawn 7
+    times, then the mutation is left out; a turn is sharp above 45 degrees; children to mutate are
+    drawn uniformly.
+
+    Parameters
+    ----------
+    max_waypoints : int
+        Most transitional waypoints of a path, 3 or more.
+    mutation_rate : float
+        Chance of a child to be mutated, 0 to 1.
+
+    Raises
+    ------
+    InputError
+        If a parameter is outside its range.
+    """
+
+    def __init__(self, *, max_waypoints: int = 20, mutation_rate: float = _MUTATION_RATE) -> None:
+        if max_waypoints < 3:
+            raise InputError(f"The most waypoints of a path must be 3 or more, not "
+                             f"{max_waypoints}.")
+        if not 0 <= mutation_rate <= 1:
+            raise InputError(f"The mutation rate must be from 0 to 1, not {mutation_rate:g}.")
+        self.max_waypoints = max_waypoints
+        self.mutation_rate = mutation_rate
+
+    def plan(
+        self, evaluator: Evaluator, options: Options,
+        progress: Progress | None = None, stop: Stop | None = None,
+    ) -> Result:
+        """Search; see :class:`host.planners.base.Planner`.
+
+        Raises
+        ------
+        InputError
+            If the population is smaller than 8, or nothing of the map is free to fly over.
+        """
+        count = POPULATION if options.population is None else options.population
+        if count < 8:
+            raise InputError(f"The population of ga-pc must be 8 or more, not {count}.")
+        problem = evaluator.problem
+        rng = np.random.default_rng(options.seed)
+        space = Airspace(problem)
+        ends = np.array([problem.start]), np.array([problem.goal])
+
+        run = Run(evaluator, options, progress, stop)
+        paths = [space.draw(rng, MIN_WAYPOINTS) for _ in range(count)]
+
+        def evaluate(some: list[Path]) -> NDArray[np.float64]:
+            return run.fitness([np.concatenate((ends[0], path, ends[1])) for path in some])
+
+        fitness = evaluate(paths)
+        generation = 0
+        run.record(generation, fitness)
+        while run.stopped_by() is None:
+            with run.phase("breeding"):
+                children = self._children(paths, fitness, space, rng)
+                kept = _kept(fitness, count - len(children), rng)
+            paths = [*(paths[i] for i in kept), *children]
+            fitness = np.concatenate((fitness[kept], evaluate(children)))
+            generation += 1
+            run.record(generation, fitness)
+        return run.result()
+
+    def _children(
+        self, paths: list[Path], fitness: NDArray[np.float64], space: Airspace,
+        rng: np.random.Generator,
+    ) -> list[Path]:
+        pairs = max(1, round(_CROSSOVER_SHARE * len(paths) / 2))
+        parents = roulette(fitness, 2 * pairs, rng)
+        children: list[Path] = []
+        for one, other in zip(parents[::2], parents[1::2], strict=True):
+            children += crossover(paths[one], paths[other], self.max_waypoints, rng)
+        for i in np.flatnonzero(rng.random(len(children)) < self.mutation_rate):
+            children[i] = self._mutated(children[i], space, rng)
+        return children
+
+    def _mutated(self, path: Path, space: Airspace, rng: np.random.Generator) -> Path:
+        """Return ``path`` mutated in one of five ways, or as it is where a limit forbids that."""
+        kind = rng.choice(("perturb", "insert", "delete", "smooth-turn", "swap"))
+        at = int(rng.integers(len(path)))
+        full = len(path) >= self.max_waypoints
+        if kind == "delete":
+            return np.delete(path, at, axis=0) if len(path) > MIN_WAYPOINTS else path
+        if kind == "swap":
+            one, other = rng.choice(len(path), 2, replace=False)
+            swapped = path.copy()
+            swapped[[one, other]] = path[[other, one]]
+            return swapped
+        if kind == "perturb" or (kind == "insert" and not full):
+            moved = space.draw_near(rng, path[at], _BOX_SHARE, _DRAWS)
+            if moved is None:
+                return path
+            if kind == "insert":
+                return np.insert(path, at + 1, moved, axis=0)
+            perturbed = path.copy()
+            perturbed[at] = moved
+            return perturbed
+        if kind == "smooth-turn" and not full:
+            return smooth_turn(path, space)
+        return path
+
+
+def roulette(
+    fitness: NDArray[np.float64], draws: int, rng: np.random.Generator,
+) -> NDArray[np.intp]:
+    """Draw indices with chances in proportion to ``fitness`` (m,), each above 0; with repeats."""
+    wheel = np.cumsum(fitness)
+    spins = rng.random(draws) * wheel[-1]
+    slots: NDArray[np.intp] = np.searchsorted(wheel, spins, side="right")
+    return np.minimum(slots, len(fitness) - 1)
+
+
+def _kept(
+    fitness: NDArray[np.float64], count: int, rng: np.random.Generator,
+) -> NDArray[np.intp]:
+    """Indices of ``count`` survivors: the best, then a roulette without replacement."""
+    order = np.argsort(-fitness, kind="stable")
+    elites = min(count, max(1, round(_ELITE_SHARE * len(fitness))))
+    kept, left = list(order[:elites]), list(order[elites:])
+    while len(kept) < count:
+        kept.append(left.pop(int(roulette(fitness[left], 1, rng)[0])))
+    return np.array(kept, dtype=np.intp)
+
+
+def crossover(
+    one: Path, other: Path, max_waypoints: int, rng: np.random.Generator,
+) -> tuple[Path, Path]:
+    """Exchange the tails of two paths of waypoints, (n, 3), and return the children.
+
+    Cut at the middle (section 3.3); of an odd number of waypoints, before or after the middle one
+    at random. Where that would make a child longer than ``max_waypoints``, which only an odd limit
+    allows, both are cut before.
+    """
+    cuts = [(len(path) + int(rng.integers(2)) * (len(path) % 2)) // 2 for path in (one, other)]
+    longest = max(cuts[0] + len(other) - cuts[1], cuts[1] + len(one) - cuts[0])
+    if longest > max_waypoints:
+        cuts = [len(one) // 2, len(other) // 2]
+    return (np.concatenate((one[: cuts[0]], other[cuts[1] :])),
+            np.concatenate((other[: cuts[1]], one[cuts[0] :])))
+
+
+def smooth_turn(path: Path, space: Airspace) -> Path:
+    """Soften the sharpest turn of ``path`` if it is sharp (section 3.4.4).
+
+    A waypoint is added half a leg past the corner, on the heading that halves the turn: both turns
+    left are less than the one there was. ``path`` comes back unchanged when no turn exceeds 45
+    degrees, or when the new waypoint would not be free.
+
+    Parameters
+    ----------
+    path : ndarray
+        Transitional waypoints, (n, 3) float64 metres.
+    space : Airspace
+        Where waypoints may be, with start and goal.
+    """
+    points = np.concatenate(([space.start], path, [space.goal]))
+    legs = np.diff(points[:, :2], axis=0)
+    before, after = legs[:-1], legs[1:]
+    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    turns = np.arctan2(cross, (before * after).sum(axis=1))
+    corner = int(np.argmax(np.abs(turns)))
+    if abs(turns[corner]) <= _SHARP_TURN_RAD:
+        return path
+    heading = math.atan2(before[corner, 1], before[corner, 0]) + turns[corner] / 2
+    half = np.hypot(*after[corner]) / 2
+    at = points[corner + 1]
+    climb = (points[corner + 2, 2] - at[2]) / 2
+    added = at + np.array((half * math.cos(heading), half * math.sin(heading), climb))
+    if not space.is_free(added[None])[0]:
+        return path
+    return np.insert(path, corner + 1, added, axis=0)

@@ -1,0 +1,118 @@
+"""Paths as GeoJSON."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.errors import InputError
+
+
+if TYPE_CHECKING:
+    from host.evaluation import SmoothedTrack
+    from host.terrain import Terrain
+
+__all__ = ["path_document", "read_path"]
+
+# Nine decimals of a degree are a tenth of a millimetre.
+_DEGREE_DECIMALS = 9
+
+
+def path_document(
+    path: NDArray[np.float64], track: SmoothedTrack, terrain: Terrain, step_m: float,
+) -> dict[str, Any]:
+    """Return a FeatureCollection: the waypoints, then the smoothed track, as LineStrings.
+
+    Parameters
+    ----------
+    path : ndarray
+        Waypoints, (n, 3) float64 metres, start and goal included.
+    track : SmoothedTrack
+        The same path, smoothed.
+    terrain : Terrain
+        Positions are WGS84 longitude, latitude and altitude where it has a CRS; else they are local
+        metres, and the member ``crs_local`` says so.
+    step_m : float
+        Most metres between points of the track.
+    """
+    samples = track.sample(step_m)
+    smooth = np.stack((samples.x, samples.y, samples.z), axis=1)
+    document: dict[str, Any] = {"type": "FeatureCollection"}
+    if terrain.crs is None:
+        document["crs_local"] = True
+    document["features"] = [
+        _line(path, terrain, {"kind": "waypoints"}),
+        _line(smooth, terrain, {"kind": "smoothed track", "length_m": track.length_m}),
+    ]
+    return document
+
+
+def _line(
+    points: NDArray[np.float64], terrain: Terrain, properties: dict[str, Any],
+) -> dict[str, Any]:
+    if terrain.crs is None:
+        positions = points.tolist()
+    else:
+        latitude, longitude = terrain.to_geographic(points[:, 0], points[:, 1])
+        positions = [
+            [round(east, _DEGREE_DECIMALS), round(north, _DEGREE_DECIMALS), z]
+            for east, north, z in zip(longitude.tolist(), latitude.tolist(),
+                                      points[:, 2].tolist(), strict=True)]
+    return {"type": "Feature", "properties": properties,
+            "geometry": {"type": "LineString", "coordinates": positions}}
+
+
+def read_path(file: Path, terrain: Terrain) -> NDArray[np.float64]:
+    """Return the first LineString of a GeoJSON file as waypoints, (n, 3) float64 metres.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, has no LineString with altitudes, or its positions are
+        geographic and the terrain has no CRS.
+    """
+    try:
+        document = json.loads(file.read_text("utf-8"))
+    except OSError as error:
+        raise InputError(f"Cannot read the path {str(file)!r} "
+                         f"({error.strerror or error}).") from None
+    except (ValueError, RecursionError):
+        raise InputError(f"{file}: not JSON; give GeoJSON, a CSV or a summary.") from None
+    positions = _first_line(document)
+    if positions is None:
+        raise InputError(f"{file}: there is no LineString in it to take as the path.")
+    try:
+        points = np.array(positions, dtype=np.float64)
+    except (TypeError, ValueError):
+        points = np.empty(0)
+    if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2:
+        raise InputError(f"{file}: the LineString must have two or more positions of three numbers "
+                         "each, the third the altitude.")
+    if document.get("crs_local") is True:
+        return points
+    if terrain.crs is None:
+        raise InputError(f"{file}: its positions are geographic, which a terrain without a "
+                         'coordinate reference system cannot place; give local metres with '
+                         '"crs_local": true.')
+    x, y = terrain.to_local(points[:, 1], points[:, 0])
+    return np.stack((x, y, points[:, 2]), axis=1)
+
+
+def _first_line(document: Any) -> Any:
+    """Coordinates of the first LineString in a collection, a feature or a bare geometry."""
+    if not isinstance(document, dict):
+        return None
+    if document.get("type") == "LineString":
+        return document.get("coordinates")
+    if document.get("type") == "Feature":
+        return _first_line(document.get("geometry"))
+    features = document.get("features")
+    for feature in features if isinstance(features, list) else []:
+        line = _first_line(feature)
+        if line is not None:
+            return line
+    return None

@@ -1,0 +1,31 @@
+"""Colours of the picture: told apart by people with any colour vision, and in grey.
+
+The strong colours are of Okabe and Ito's set or near it; the tints of the land only grow lighter
+with height, so that their order shows without hue.
+"""
+
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.patheffects import AbstractPathEffect, Normal, Stroke
+
+
+__all__ = ["BEST", "GOAL", "GROUND", "LAND", "MEAN", "NOFLY", "PATH", "START", "TEXT", "TROUBLE",
+           "VOID", "halo"]
+
+TEXT = "#22272b"
+PATH = "#0a4f8f"
+START = "#009e73"
+GOAL = "#f0b400"
+NOFLY = "#a3246b"
+TROUBLE = "#d55e00"
+VOID = "#6e7478"
+GROUND = "#c7b697"
+BEST = PATH
+MEAN = "#7a7f84"
+
+LAND = LinearSegmentedColormap.from_list(
+    "land", ["#4f7268", "#7c9479", "#a9ac85", "#ccbd97", "#e3d5bb", "#f7f3ec"])
+
+
+def halo(width: float) -> list[AbstractPathEffect]:
+    """A white rim of ``width`` points around a line or a text."""
+    return [Stroke(linewidth=2 * width + 1.5, foreground="white", alpha=0.9), Normal()]

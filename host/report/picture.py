@@ -1,0 +1,220 @@
+"""The picture of a run: plan view over hillshade, altitude profile and convergence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from host.evaluation import Evaluation, Evaluator, Samples
+from host.evaluation.evaluator import FINE
+from host.evaluation.track import nearest_nodes
+from host.report import plan_view
+from host.report.files import replacing
+from host.report.palette import BEST, GROUND, MEAN, NOFLY, PATH, TEXT, TROUBLE, VOID, halo
+
+
+__all__ = ["Scene", "draw", "write"]
+
+_WIDE = 2.2                         # Maps wider than this by height lie above the two graphs.
+# Inches: width of the figure, and the margins that titles, labels and legend need.
+_WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 13.2, 0.85, 0.35, 1.25, 1.0
+# Right of the title, where no line can run through it.
+_LEGEND: dict[str, Any] = {
+    "loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "fontsize": 9, "frameon": False,
+    "borderpad": 0.3, "borderaxespad": 0.0}
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything that is drawn.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+        With the problem and its terrain.
+    path : ndarray
+        Waypoints, (n, 3) float64 metres, start and goal included.
+    evaluation : Evaluation
+        Terms of the path.
+    history : sequence of [int, float, float]
+        Generation, best and mean fitness; empty for a path that was given.
+    title, subtitle : str
+        Lines above the picture.
+    """
+
+    evaluator: Evaluator
+    path: NDArray[np.float64]
+    evaluation: Evaluation
+    history: Sequence[Sequence[float]]
+    title: str
+    subtitle: str
+
+
+def write(scene: Scene, file: Path) -> None:
+    """Draw ``scene`` into the PNG ``file``, 1920 pixels wide or more."""
+    figure = draw(scene)
+    with replacing(file) as binary:
+        figure.savefig(binary, format="png", dpi=150)
+
+
+def draw(scene: Scene) -> Figure:
+    """Return the figure: the map beside the two graphs, or above them if it is wide."""
+    terrain = scene.evaluator.problem.terrain
+    rows, columns = terrain.elevation.shape
+    aspect = (columns - 1) * terrain.dx_m / ((rows - 1) * terrain.dy_m)
+    figure, (plan, bar, profile, convergence) = _layout(aspect)
+
+    samples = scene.evaluator.track(scene.path).sample(scene.evaluator.ds_m / FINE)
+    trouble = _trouble(scene.evaluator, samples)
+    legend = plan_view.draw(plan, bar, scene.evaluator.problem, scene.path, samples, trouble)
+    _draw_profile(profile, scene, samples, trouble)
+    _draw_convergence(convergence, scene.history)
+
+    width, height = figure.get_size_inches()
+    figure.legend(handles=legend, loc="center", ncols=len(legend), fontsize=10, frameon=False,
+                  bbox_to_anchor=(0.5, 0.24 / height), handletextpad=0.6, columnspacing=2.0)
+    for text, below, style in ((scene.title, 0.36, {"fontsize": 16, "weight": "bold"}),
+                               (scene.subtitle, 0.68, {"fontsize": 11.5})):
+        figure.text(_LEFT / width, 1 - below / height, text, color=TEXT, va="center", **style)
+    return figure
+
+
+def _layout(aspect: float) -> tuple[Figure, list[Axes]]:
+    """The figure and the axes of map, colour bar, profile and convergence; sizes in inches."""
+    if aspect > _WIDE:
+        map_width = min(_WIDTH - _LEFT - 1.0, 4.0 * aspect)
+        map_height = map_width / aspect
+        graph_height, gap = 2.3, 1.1
+        bottom = _BOTTOM + graph_height + gap
+        height = bottom + map_height + _TOP
+        left = _LEFT + (_WIDTH - _LEFT - 1.0 - map_width) / 2
+        graph_width = (_WIDTH - _LEFT - _RIGHT - 0.9) / 2
+        graphs = [(_LEFT, _BOTTOM, graph_width * 1.15, graph_height),
+                  (_LEFT + graph_width * 1.15 + 0.9, _BOTTOM, graph_width * 0.85, graph_height)]
+    else:
+        height = 7.4
+        room = height - _TOP - _BOTTOM
+        map_width = min(6.1, room * aspect)
+        map_height = map_width / aspect
+        left, bottom = _LEFT, _BOTTOM + (room - map_height) / 2
+        graph_left = left + map_width + 1.75
+        graph_width, graph_height = _WIDTH - _RIGHT - graph_left, (room - 1.0) / 2
+        graphs = [(graph_left, _BOTTOM + graph_height + 1.0, graph_width, graph_height),
+                  (graph_left, _BOTTOM, graph_width, graph_height)]
+    figure = Figure(figsize=(_WIDTH, height), facecolor="white")
+    FigureCanvasAgg(figure)
+    places = [(left, bottom, map_width, map_height),
+              (left + map_width + 0.12, bottom, 0.16, map_height), *graphs]
+    return figure, [figure.add_axes((x / _WIDTH, y / height, w / _WIDTH, h / height))
+                    for x, y, w, h in places]
+
+
+def _trouble(evaluator: Evaluator, samples: Samples) -> NDArray[np.bool_]:
+    """Which samples are under the ground, over a void or in a no-fly zone."""
+    problem = evaluator.problem
+    zone = problem.nofly_raster[nearest_nodes(problem.terrain, samples.x, samples.y)]
+    trouble: NDArray[np.bool_] = np.isnan(samples.ground) | (samples.clearance < 0) | zone
+    return trouble
+
+
+def _draw_profile(
+    axes: Axes, scene: Scene, samples: Samples, trouble: NDArray[np.bool_],
+) -> None:
+    problem = scene.evaluator.problem
+    unit_m, unit = plan_view.axis_unit(float(samples.s[-1]))
+    along = samples.s / unit_m
+    ground = samples.ground
+    heights = np.concatenate((samples.z, ground))
+    low, high = float(np.nanmin(heights)), float(np.nanmax(heights))
+    margin = max(1.0, 0.12 * (high - low))
+    axes.set_xlim(0, along[-1])
+    axes.set_ylim(low - margin, high + 2.2 * margin)
+
+    axes.fill_between(along, low - 10 * margin, ground, color=GROUND, linewidth=0, zorder=2)
+    axes.plot(along, ground, color="#5b4a38", linewidth=0.8, zorder=3)
+    zone = problem.nofly_raster[nearest_nodes(problem.terrain, samples.x, samples.y)]
+    _shade(axes, along, zone, NOFLY)
+    _shade(axes, along, np.isnan(ground), VOID)
+    axes.plot(along, samples.z, color=PATH, linewidth=2, zorder=5, path_effects=halo(1.5))
+    if trouble.any():
+        axes.plot(along, np.where(trouble, samples.z, np.nan), color=TROUBLE, linewidth=3,
+                  zorder=6)
+    _mark_clearance(axes, along, samples, scene.evaluation.minimum_clearance_m)
+    _finish(axes, "Altitude over the terrain along the path", f"distance flown ({unit})",
+            "altitude (m)")
+
+
+def _shade(
+    axes: Axes, along: NDArray[np.float64], where: NDArray[np.bool_], colour: str,
+) -> None:
+    """Shade the stretches ``where`` something holds, from bottom to top."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], where, [False])).astype(np.int8)))
+    for first, last in edges.reshape(-1, 2):
+        axes.axvspan(along[first], along[last - 1], facecolor=colour, alpha=0.3, hatch="///",
+                     zorder=1, edgecolor=colour, linewidth=0)
+
+
+def _mark_clearance(
+    axes: Axes, along: NDArray[np.float64], samples: Samples, clearance_m: float,
+) -> None:
+    """Mark where the path is nearest to the ground."""
+    if np.isnan(samples.clearance).all():
+        return
+    at = int(np.nanargmin(samples.clearance))
+    x, ground, z = float(along[at]), float(samples.ground[at]), float(samples.z[at])
+    axes.plot([x, x], [ground, z], color=TEXT, linewidth=1.4, zorder=7)
+    axes.plot(x, z, marker="v", markersize=7, color=TEXT, zorder=8, path_effects=halo(1.5),
+              clip_on=False)
+    left, right = axes.get_xlim()
+    share = (x - left) / (right - left)
+    axes.annotate(
+        f"minimum clearance {clearance_m:,.1f} m", (x, z),
+        xytext=(min(max(share, 0.2), 0.8), 0.93), textcoords="axes fraction", ha="center",
+        va="top", fontsize=9.5, color=TEXT, zorder=9,
+        bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "alpha": 0.85, "linewidth": 0},
+        arrowprops={"arrowstyle": "-", "color": TEXT, "linewidth": 0.8, "shrinkB": 4})
+
+
+def _draw_convergence(axes: Axes, history: Sequence[Sequence[float]]) -> None:
+    """Best and mean fitness over the generations, with the border of feasibility."""
+    if history:
+        generation, best, mean = np.array(history, dtype=np.float64).T
+        axes.plot(generation, mean, color=MEAN, linewidth=1.1, zorder=3,
+                  label="population mean")
+        axes.plot(generation, best, color=BEST, linewidth=2.2, zorder=4, drawstyle="steps-post",
+                  label="best so far")
+        last = max(1.0, float(generation[-1]))
+        axes.set_xlim(0, last)
+        axes.set_ylim(0, max(1.25, 1.12 * float(best.max())))
+        axes.text(0.985 * last, float(best[-1]) + 0.03, f"best {best[-1]:.4f}", color=BEST,
+                  fontsize=10, weight="bold", ha="right", va="bottom")
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.legend(ncols=2, **_LEGEND)
+    else:
+        axes.set_ylim(0, 2)
+        axes.text(0.5, 0.25, "a given path: nothing was searched", transform=axes.transAxes,
+                  ha="center", color=MEAN)
+    axes.axhline(1, color=TEXT, linewidth=1, linestyle=(0, (4, 3)), zorder=2)
+    axes.text(0.985, 0.985, "feasible above 1", transform=axes.get_yaxis_transform(), fontsize=9,
+              ha="right", va="top", color=TEXT, zorder=5, path_effects=halo(2))
+    _finish(axes, "Convergence", "generation", "fitness")
+
+
+def _finish(axes: Axes, title: str, x: str, y: str) -> None:
+    axes.set_title(title, loc="left", fontsize=11.5, weight="bold", color=TEXT)
+    axes.set_xlabel(x, color=TEXT)
+    axes.set_ylabel(y, color=TEXT)
+    axes.tick_params(colors=TEXT, labelsize=9)
+    axes.grid(color="#d9d9d9", linewidth=0.6, zorder=0)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)

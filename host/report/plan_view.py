@@ -1,0 +1,210 @@
+"""The plan view of the picture: land, zones, path, and what a map needs."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LightSource, Normalize, to_rgb
+from matplotlib.lines import Line2D
+from matplotlib.offsetbox import AnchoredOffsetbox, AuxTransformBox, TextArea, VPacker
+from matplotlib.patches import Circle as CirclePatch
+from matplotlib.patches import Patch, PathPatch, Rectangle
+from matplotlib.path import Path as Outline
+from matplotlib.transforms import Bbox
+from numpy.typing import NDArray
+
+from host.evaluation import Samples
+from host.nofly import Circle, Zone
+from host.report.palette import GOAL, LAND, NOFLY, PATH, START, TEXT, TROUBLE, VOID, halo
+
+
+if TYPE_CHECKING:
+    from host.problem import Problem
+
+__all__ = ["axis_unit", "draw", "nice_length"]
+
+_LARGEST_RASTER = 1600              # Nodes per side that a picture of this size can show.
+
+
+def draw(
+    axes: Axes, bar: Axes, problem: Problem, path: NDArray[np.float64], samples: Samples,
+    trouble: NDArray[np.bool_],
+) -> list[Line2D | Patch]:
+    """Draw the map of ``problem`` with ``path`` on ``axes``, in kilometres or metres.
+
+    Returns the entries of a legend.
+
+    Parameters
+    ----------
+    axes : Axes
+        Has the aspect of the map.
+    bar : Axes
+        For the colours of the heights.
+    problem : Problem
+        Terrain, ends and zones.
+    path : ndarray
+        Waypoints, (n, 3) float64 metres, start and goal included.
+    samples : Samples
+        The smoothed path.
+    trouble : ndarray
+        Which samples cannot be flown, (k,) bool.
+    """
+    terrain = problem.terrain
+    unit_m, unit = axis_unit(max(terrain.width_m, terrain.height_m))
+    voids = _draw_land(axes, bar, problem, unit_m)
+    for zone in problem.nofly:
+        axes.add_patch(_outline(zone, unit_m))
+
+    x, y = samples.x / unit_m, samples.y / unit_m
+    axes.plot(x, y, color=PATH, linewidth=2.6, solid_capstyle="round", path_effects=halo(1.4),
+              zorder=6)
+    if trouble.any():
+        axes.plot(np.where(trouble, x, np.nan), np.where(trouble, y, np.nan), color=TROUBLE,
+                  linewidth=4, zorder=7)
+    inner = path[1:-1] / unit_m
+    axes.plot(inner[:, 0], inner[:, 1], linestyle="", marker="o", markersize=5.5,
+              markerfacecolor="white", markeredgecolor=PATH, markeredgewidth=1.6, zorder=8)
+    for (east, north), marker, colour, size in (
+            (path[0, :2] / unit_m, "o", START, 11), (path[-1, :2] / unit_m, "*", GOAL, 19)):
+        axes.plot(east, north, marker=marker, markersize=size, color=colour, zorder=9,
+                  markeredgecolor=TEXT, markeredgewidth=1.2, linestyle="")
+
+    corners = _quiet_corners(axes, np.stack((x, y), axis=1))
+    _draw_scale_bar(axes, corners[0], unit_m)
+    _draw_north(axes, corners[1])
+    axes.set_title("Plan view", loc="left", fontsize=11.5, weight="bold", color=TEXT)
+    axes.set_xlabel(f"east ({unit})", color=TEXT)
+    axes.set_ylabel(f"north ({unit})", color=TEXT)
+    axes.tick_params(colors=TEXT, labelsize=9)
+    return _legend(problem, voids, bool(trouble.any()))
+
+
+def _draw_land(axes: Axes, bar: Axes, problem: Problem, unit_m: float) -> bool:
+    """Draw tinted hillshade and its colour bar; return whether there are voids."""
+    terrain = problem.terrain
+    rows, columns = terrain.elevation.shape
+    stride = max(1, math.ceil(max(rows, columns) / _LARGEST_RASTER))
+    land = terrain.elevation[::stride, ::stride]
+    dx, dy = terrain.dx_m * stride, terrain.dy_m * stride
+    voids = np.isnan(land)
+    low, high = np.nanpercentile(land, (0.5, 99.5))
+    high = max(high, low + 1)
+    norm = Normalize(low, high)
+
+    solid = np.where(voids, low, land)
+    # Flat land is exaggerated and alps are toned down, until the steep tenth shows as 40 degrees.
+    slopes = np.hypot(*np.gradient(solid, dy, dx))[~voids]
+    exaggeration = float(np.clip(0.85 / max(np.percentile(slopes, 90), 1e-3), 0.4, 12))
+    shade = LightSource(azdeg=315, altdeg=45).hillshade(
+        solid, vert_exag=exaggeration, dx=dx, dy=-dy)
+    tint = LAND(norm(solid))[..., :3]
+    image = tint * (0.45 + 0.62 * shade[..., None])
+    image[voids] = to_rgb("#e6e8ea")
+
+    half = np.array((dx, dy)) / 2 / unit_m
+    east, north = (land.shape[1] - 1) * dx / unit_m, (land.shape[0] - 1) * dy / unit_m
+    extent = (-half[0], east + half[0], -half[1], north + half[1])
+    axes.imshow(np.clip(image, 0, 1), origin="lower", extent=extent, interpolation="bilinear",
+                zorder=1)
+    axes.set_xlim(extent[:2])
+    axes.set_ylim(extent[2:])
+    if voids.any():
+        hatched = axes.contourf(
+            np.linspace(0, east, land.shape[1]), np.linspace(0, north, land.shape[0]),
+            voids.astype(float), levels=[0.5, 1.5], colors="none", hatches=["xxxxx"], zorder=2)
+        hatched.set(edgecolor=VOID, linewidth=0)
+    ramp = np.linspace(low, high, 256)[:, None]
+    bar.imshow(LAND(norm(ramp)), origin="lower", aspect="auto",
+                    extent=(0, 1, low, high))
+    bar.xaxis.set_visible(False)
+    bar.yaxis.tick_right()
+    bar.tick_params(colors=TEXT, labelsize=8.5)
+    bar.yaxis.set_label_position("right")
+    bar.set_ylabel("height of the ground (m)", fontsize=9, color=TEXT)
+    return bool(voids.any())
+
+
+def _outline(zone: Zone, unit_m: float) -> CirclePatch | PathPatch:
+    style: dict[str, Any] = {
+        "facecolor": (*to_rgb(NOFLY), 0.28), "edgecolor": NOFLY, "linewidth": 1.6,
+        "hatch": "///", "zorder": 4}
+    if isinstance(zone, Circle):
+        return CirclePatch((zone.x_m / unit_m, zone.y_m / unit_m), zone.radius_m / unit_m, **style)
+    corners: list[tuple[float, float]] = []
+    codes: list[Any] = []
+    for ring in (zone.ring, *zone.holes):
+        corners += [(x / unit_m, y / unit_m) for x, y in (*ring, ring[0])]
+        codes += [Outline.MOVETO, *[Outline.LINETO] * (len(ring) - 1), Outline.CLOSEPOLY]
+    return PathPatch(Outline(corners, codes), **style)
+
+
+def axis_unit(span_m: float) -> tuple[float, str]:
+    """Metres per unit of an axis that spans ``span_m``, and its name: kilometres from 2 km."""
+    return (1000.0, "km") if span_m >= 2000 else (1.0, "m")
+
+
+def nice_length(span: float) -> float:
+    """The largest of 1, 2 and 5 times a power of ten that is at most a quarter of ``span``."""
+    power = 10.0 ** math.floor(math.log10(span / 4))
+    return max(step * power for step in (1, 2, 5) if step * power <= span / 4)
+
+
+def _quiet_corners(axes: Axes, points: NDArray[np.float64]) -> list[tuple[int, int]]:
+    """Corners of the map as (right, top) flags, those farthest from the path first."""
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    box = Bbox.from_extents(left, bottom, right, top)
+    unit = (points - (box.x0, box.y0)) / (box.width, box.height)
+    corners = [(0, 0), (1, 0), (0, 1), (1, 1)]
+
+    def distance(corner: tuple[int, int]) -> float:
+        return float(np.hypot(*(unit - corner).T).min())
+
+    return sorted(corners, key=lambda corner: -round(distance(corner), 2))
+
+
+def _draw_scale_bar(axes: Axes, corner: tuple[int, int], unit_m: float) -> None:
+    left, right = axes.get_xlim()
+    length = nice_length(right - left)
+    metres = length * unit_m
+    label = f"{metres / 1000:g} km" if metres >= 1000 else f"{metres:g} m"
+    bar = AuxTransformBox(axes.transData)
+    bar.add_artist(Rectangle((0, 0), length, 0.006 * (right - left), color=TEXT))
+    text = TextArea(label, textprops={"fontsize": 9.5, "color": TEXT})
+    place = ("lower ", "upper ")[corner[1]] + ("left", "right")[corner[0]]
+    box = AnchoredOffsetbox(
+        place, child=VPacker(children=[text, bar], align="center", pad=0, sep=4),
+        pad=0.5, borderpad=0.9)
+    box.patch.set(linewidth=0, alpha=0.85, boxstyle="round,pad=0,rounding_size=0.3")
+    box.set_zorder(10)
+    axes.add_artist(box)
+
+
+def _draw_north(axes: Axes, corner: tuple[int, int]) -> None:
+    x, y = (0.94 if corner[0] else 0.06), (0.89 if corner[1] else 0.05)
+    axes.annotate("", (x, y + 0.065), (x, y), xycoords="axes fraction", zorder=11,
+                  arrowprops={"arrowstyle": "-|>,head_length=0.7,head_width=0.35", "color": TEXT,
+                              "linewidth": 2.2, "path_effects": halo(1.2)})
+    axes.text(x, y - 0.005, "N", transform=axes.transAxes, ha="center", va="top", fontsize=11,
+              weight="bold", color=TEXT, zorder=11, path_effects=halo(1.5))
+
+
+def _legend(problem: Problem, voids: bool, trouble: bool) -> list[Line2D | Patch]:
+    point: dict[str, Any] = {"linestyle": "", "markeredgecolor": TEXT, "markeredgewidth": 1}
+    handles: list[Line2D | Patch] = [
+        Line2D([], [], marker="o", color=START, markersize=9, label="start", **point),
+        Line2D([], [], marker="*", color=GOAL, markersize=14, label="goal", **point),
+        Line2D([], [], color=PATH, linewidth=2.6, label="smoothed path"),
+        Line2D([], [], linestyle="", marker="o", markersize=5.5, markerfacecolor="white",
+               markeredgecolor=PATH, markeredgewidth=1.6, label="waypoint"),
+    ]
+    if problem.nofly:
+        handles.append(Patch(facecolor=(*to_rgb(NOFLY), 0.28), edgecolor=NOFLY, hatch="///",
+                             label="no-fly zone"))
+    if voids:
+        handles.append(Patch(facecolor="#e6e8ea", edgecolor=VOID, hatch="xxxxx", label="void"))
+    if trouble:
+        handles.append(Line2D([], [], color=TROUBLE, linewidth=4, label="not flyable"))
+    return handles

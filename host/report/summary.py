@@ -1,0 +1,103 @@
+"""``summary.json``: everything about a run, in plain numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from importlib import metadata
+from typing import Any
+
+from host.evaluation import Evaluation, Evaluator
+from host.planners.base import Result
+
+
+__all__ = ["describe_problem", "finite", "summarise", "terms", "version"]
+
+#: Phases that every summary has, spent or not.
+_PHASES = ("total", "evaluation", "sort", "link", "board")
+
+
+def version() -> str:
+    """Version of the installed package."""
+    try:
+        return metadata.version("pathgene")
+    except metadata.PackageNotFoundError:
+        return "unknown"
+
+
+def finite(value: Any) -> Any:
+    """Return ``value`` with every number that JSON does not know, in lists and tables too, None."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    if isinstance(value, Mapping):
+        return {key: finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(item) for item in value]
+    return value
+
+
+def terms(evaluation: Evaluation) -> dict[str, Any]:
+    """The terms of a path under the keys of a summary."""
+    return {key: finite(value) for key, value in evaluation.to_dict().items()}
+
+
+def describe_problem(evaluator: Evaluator, source: Mapping[str, Any]) -> dict[str, Any]:
+    """What was flown over, with what, around what.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+        Knows the problem and the sampling step.
+    source : mapping
+        How the terrain was loaded; joins what the terrain says of itself.
+    """
+    problem = evaluator.problem
+    return {
+        "terrain": {**finite(problem.terrain.describe()), **source},
+        "uav": problem.uav.to_dict(),
+        "nofly": [zone.to_dict() for zone in problem.nofly],
+        "wind": list(problem.wind),
+        "ds_m": evaluator.ds_m,
+    }
+
+
+def summarise(
+    evaluator: Evaluator, result: Result, *, planner: str, board: str | None, seed: int,
+    source: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Return the summary of a run; every number in it is finite.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+        Knows the problem.
+    result : Result
+        What the planner returned.
+    planner : str
+        Its name.
+    board : str or None
+        URL of the board, if there was one.
+    seed : int
+        Seed of the run.
+    source : mapping
+        How the terrain was loaded.
+    """
+    seconds = dict.fromkeys(_PHASES, 0.0) | result.seconds
+    summary = {
+        "pathgene": version(),
+        "planner": planner,
+        "board": board,
+        "seed": seed,
+        **terms(result.evaluation),
+        "waypoints": result.path.tolist(),
+        **describe_problem(evaluator, source),
+        "generations": result.generations,
+        "evaluations": result.evaluations,
+        "stopped_by": result.stopped_by,
+        "interrupted": result.interrupted,
+        "failure": result.failure,
+        "seconds": seconds,
+        "hardware": result.hardware,
+        "history": result.history,
+    }
+    return {key: finite(value) for key, value in summary.items()}

@@ -1,0 +1,55 @@
+"""Paths as CSV with the header ``x,y,z``."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.errors import InputError
+
+
+__all__ = ["read_csv"]
+
+_HEADER = ["x", "y", "z"]
+
+
+def read_csv(file: Path) -> NDArray[np.float64]:
+    """Return the rows of a path, (n, 3) float64 metres; blank lines are skipped.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, has another header, a row that is not three finite numbers, or
+        fewer than two rows; the sentence names the line.
+    """
+    try:
+        with file.open(newline="", encoding="utf-8-sig") as lines:
+            reader = csv.reader(lines)
+            rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if row]
+    except OSError as error:
+        raise InputError(f"Cannot read the path {str(file)!r} "
+                         f"({error.strerror or error}).") from None
+    except (UnicodeDecodeError, csv.Error):
+        raise InputError(f"{file}: not a CSV file; give one with the header x,y,z.") from None
+    if not rows or rows[0][1] != _HEADER:
+        raise InputError(f"{file}: the first line must be the header x,y,z.")
+    points = [_point(file, number, row) for number, row in rows[1:]]
+    if len(points) < 2:
+        raise InputError(f"{file}: a path needs two rows or more, the start first and the goal "
+                         "last.")
+    return np.array(points, dtype=np.float64)
+
+
+def _point(file: Path, number: int, row: list[str]) -> list[float]:
+    try:
+        point = [float(cell) for cell in row]
+    except ValueError:
+        point = []
+    if len(point) != 3 or not all(map(math.isfinite, point)):
+        raise InputError(f"{file}, line {number}: must be three finite numbers x,y,z, not "
+                         f"{','.join(row)!r}.")
+    return point

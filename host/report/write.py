@@ -1,0 +1,92 @@
+"""All files of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from host.errors import InputError
+from host.evaluation import Evaluator
+from host.planners.base import Result
+from host.report.files import replacing, write_json
+from host.report.geojson import path_document
+
+
+__all__ = ["write_grid", "write_report"]
+
+
+def write_report(
+    directory: Path, evaluator: Evaluator, result: Result, summary: Mapping[str, Any],
+    warn: Callable[[str], None],
+) -> list[Path]:
+    """Write ``summary.json``, ``terrain.npz``, ``path.geojson`` and ``path.png``.
+
+    The picture comes last, and an error in it is only a warning: it must not cost the others.
+
+    Parameters
+    ----------
+    directory : Path
+        Where they go; exists.
+    evaluator : Evaluator
+        Knows the problem.
+    result : Result
+        The run.
+    summary : mapping
+        What :func:`host.report.summary.summarise` made of it.
+    warn : callable
+        Is told, in a sentence, that there is no picture.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    InputError
+        If the directory cannot be written to.
+    """
+    terrain = evaluator.problem.terrain
+    written = [directory / name for name in ("summary.json", "terrain.npz", "path.geojson")]
+    try:
+        write_json(written[0], summary)
+        write_grid(written[1], evaluator)
+        document = path_document(result.path, evaluator.track(result.path), terrain,
+                                 step_m=min(terrain.dx_m, terrain.dy_m))
+        write_json(written[2], document)
+    except OSError as error:
+        raise InputError(f"Cannot write to the directory {str(directory)!r} "
+                         f"({error.strerror or error}); give another with --out.") from None
+    picture = directory / "path.png"
+    try:
+        from host.report.picture import Scene, write
+
+        title, subtitle = _captions(summary)
+        write(Scene(evaluator, result.path, result.evaluation, result.history, title, subtitle),
+              picture)
+    except Exception as error:
+        picture.unlink(missing_ok=True)         # One of an earlier run would mislead.
+        warn(f"There is no picture this time, drawing it failed: {type(error).__name__}: {error}.")
+    else:
+        written.append(picture)
+    return written
+
+
+def write_grid(file: Path, evaluator: Evaluator) -> None:
+    """Write the evaluated grid: elevation (NaN over voids), dx_m, dy_m and nofly."""
+    problem = evaluator.problem
+    with replacing(file) as binary:
+        problem.terrain.save_npz(binary.name, problem.nofly_raster)
+
+
+def _captions(summary: Mapping[str, Any]) -> tuple[str, str]:
+    """Title and subtitle of the picture."""
+    verdict = "feasible" if summary["feasible"] else "not feasible"
+    board = f" (board {summary['board']})" if summary["board"] else ""
+    subtitle = (
+        f"{verdict}, fitness {summary['fitness']:.4f}, {summary['length_m'] / 1000:.2f} km, "
+        f"mean altitude {summary['mean_altitude_m']:,.0f} m, fuel {summary['fuel_N']:.3f} N "
+        f"({summary['uav']['name']}); {summary['generations']} generations, seed "
+        f"{summary['seed']}")
+    return f"{summary['terrain']['name']}, planned by {summary['planner']}{board}", subtitle

@@ -1,0 +1,166 @@
+"""Every bad input: exit status 2 and one sentence that says what to do."""
+
+import socket
+
+import numpy as np
+import pytest
+
+from host.cli import main
+
+from .conftest import ENDS
+
+
+def refused(capsys, *arguments):
+    """The sentence of a command that must fail with status 2."""
+    assert main([str(argument) for argument in arguments]) == 2
+    output = capsys.readouterr()
+    assert output.out == ""
+    lines = output.err.splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith("pathgene: ")
+    return lines[0].removeprefix("pathgene: ")
+
+
+@pytest.mark.parametrize(("options", "sentence"), [
+    (["--start", "500,500,100"], "The goal is missing; give --goal or --goal-geo."),
+    (["--goal", "500,500,100"], "The start is missing; give --start or --start-geo."),
+    (["--start", "-500,500,900", "--goal", "5500,3500,900"],
+     "The start at (-500, 500) is outside the map, which reaches from (0, 0) to (6000, 4000) m."),
+    (["--start", "500,500,900", "--goal", "5500,4000.1,900"],
+     "The goal at (5500, 4000.1) is outside the map, which reaches from (0, 0) to (6000, 4000) "
+     "m."),
+    (["--start", "500,500,1", "--goal", "5500,3500,900"],
+     "The start at an altitude of 1 m is inside the ground, which is at "),
+    (["--start", "500,500,900", "--goal", "500,500,900"],
+     "Start and goal are the same point; move one of them."),
+    (["--start", "500,500,900", "--goal", "5500,200,900"],
+     "The goal at (5500, 200) is over a void of the terrain; move it, or fill the voids with "
+     "--fill-voids."),
+    (["--start", "nan,500,900", "--goal", "5500,3500,900"], "The start must be 3 finite numbers"),
+    (["--start", "500,500,900", "--goal", "5500,3500,-inf"], "The goal must be 3 finite numbers"),
+    (["--start", "500,500,9000", "--goal", "5500,3500,9000"],
+     "The start's altitude of 9000 m is above the "),
+    (["--start-geo", "46,8,900", "--goal", "5500,3500,900"],
+     "The terrain 'hills' has no coordinate reference system, so latitude and longitude have no "
+     "meaning on it; give local metres."),
+    ([*ENDS, "--nofly-circle", "500,500,50"],
+     "The start at (500, 500) is inside a no-fly zone; move it or the zone."),
+    ([*ENDS, "--nofly-circle", "3000,2000,-400"],
+     "No-fly circle: radius_m must not be negative, not -400."),
+    ([*ENDS, "--nofly-circle", "3000,nan,400"],
+     "No-fly circle: y_m must be a finite number, not nan."),
+    ([*ENDS, "--nofly", "nowhere.geojson"], "Cannot read no-fly file 'nowhere.geojson': "),
+    ([*ENDS, "--planner", "a-star"], "There is no planner 'a-star'; the planners are ga-fpga, "),
+    ([*ENDS, "--uav", "kite"], "There is no UAV 'kite'; give one of "),
+    ([*ENDS, "--wind", "-30,0"], "A wind of 30 m/s is not below the airspeed of "),
+    ([*ENDS, "--ds", "-1"], "The sampling step must be a positive number of metres, not -1."),
+    ([*ENDS, "--ds", "nan"], "The sampling step must be a positive number of metres, not nan."),
+    ([*ENDS, "--cell", "30"], ""),
+    ([*ENDS, "--seed", "-1"], "The seed must be from 0 to 2**64 - 1, not -1."),
+    ([*ENDS, "--generations", "0"], "The number of generations must be 1 or more, not 0."),
+    ([*ENDS, "--time-limit", "nan"],
+     "The time limit must be a positive number of seconds, not nan."),
+    ([*ENDS, "--target-fitness", "inf"], "The target fitness must be a finite number, not inf."),
+    ([*ENDS, "--population", "40"], "The population of this board is 32, not 40; "),
+    ([*ENDS, "--population", "4", "--planner", "ga-pc"],
+     "The population of ga-pc must be 8 or more, not 4."),
+    ([*ENDS, "--board", "/dev/nowhere"], "No board can be opened at '/dev/nowhere' ("),
+    ([*ENDS, "--board", "model:?population=33"], "Config.population must be a power of two "),
+    ([*ENDS, "--board", "model:?speed=9"], "The model takes only fields of the configuration, "),
+])
+def test_plan(hills, tmp_path, capsys, options, sentence):
+    out = tmp_path / "out"
+    assert refused(capsys, "plan", "--terrain", hills, *options, "--out", out).startswith(sentence)
+    assert not out.exists() or not list(out.iterdir())
+
+
+@pytest.mark.parametrize(("name", "content"), [
+    ("missing.tif", None), ("text.tif", b"no raster"), ("text.npz", b"no archive"),
+    ("empty.hgt", b"")])
+def test_unreadable_terrain(tmp_path, capsys, name, content):
+    file = tmp_path / name
+    if content is not None:
+        file.write_bytes(content)
+    assert name in refused(capsys, "plan", "--terrain", file, *ENDS, "--out", tmp_path / "out")
+
+
+def test_terrain_all_void(tmp_path, capsys):
+    file = tmp_path / "void.npz"
+    np.savez(file, elevation=np.full((9, 9), np.nan), dx_m=9.0, dy_m=9.0)
+    assert "every node is void" in refused(capsys, "plan", "--terrain", file, *ENDS)
+
+
+def test_array_without_sides(tmp_path, capsys):
+    file = tmp_path / "hills.npy"
+    np.save(file, np.zeros((9, 9)))
+    assert "--cell" in refused(capsys, "plan", "--terrain", file, *ENDS)
+
+
+def test_out_that_cannot_be_written(hills, tmp_path, capsys):
+    blocked = tmp_path / "file"
+    blocked.write_text("in the way")
+    sentence = refused(capsys, "plan", "--terrain", hills, *ENDS, "--out", blocked / "out")
+    assert sentence == (f"Cannot write to the directory {str(blocked / 'out')!r} (Not a "
+                        "directory); give another with --out.")
+
+
+def test_board_that_does_not_answer(hills, capsys, tmp_path):
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        url = f"socket://127.0.0.1:{server.getsockname()[1]}"
+        assert main(["board", "info", "--board", url]) == 2
+        assert "Nothing answers at" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("name", "content", "sentence"), [
+    ("missing.csv", None, "Cannot read the path "),
+    ("path.csv", "lat,lon,alt\n1,2,3\n", "{}: the first line must be the header x,y,z."),
+    ("path.csv", "x,y,z\n500,500,900\n5500,north,900\n",
+     "{}, line 3: must be three finite numbers x,y,z, not '5500,north,900'."),
+    ("path.csv", "x,y,z\n500,500,900\n9500,3500,900\n", "The goal at (9500, 3500) is outside "),
+    ("path.geojson", "{", "{}: not JSON; give GeoJSON, a CSV or a summary."),
+    ("path.json", '{"waypoints": [[1, 2], [3, 4]]}',
+     "{}: the summary does not say how its path was evaluated; give --terrain and the other "
+     "options."),
+])
+def test_check(hills, tmp_path, capsys, name, content, sentence):
+    file = tmp_path / name
+    if content is not None:
+        file.write_text(content)
+    said = refused(capsys, "check", "--terrain", hills, "--path", file)
+    assert said.startswith(sentence.replace("{}", str(file)))
+
+
+def test_check_without_terrain(tmp_path, capsys):
+    file = tmp_path / "path.csv"
+    file.write_text("x,y,z\n500,500,900\n5500,3500,900\n")
+    assert refused(capsys, "check", "--path", file) == "The terrain is missing; give --terrain."
+
+
+def test_check_with_another_start(hills, tmp_path, capsys):
+    file = tmp_path / "path.csv"
+    file.write_text("x,y,z\n500,500,900\n5500,3500,900\n")
+    said = refused(capsys, "check", "--terrain", hills, "--path", file, "--start", "500,600,900")
+    assert said == ("The start of the path is (500.0, 500.0, 900.0), not (500.0, 600.0, 900.0); "
+                    "leave --start out.")
+
+
+@pytest.mark.parametrize(("arguments", "sentence"), [
+    (["board", "serve", "--board", "model:"],
+     "Only a simulated board can be served, sim: with its options, not 'model:'."),
+    (["board", "serve", "--listen", "5000"],
+     "The address to listen at must be HOST:PORT, not '5000'."),
+    (["board", "serve", "--listen", "localhost:70000"],
+     "The address to listen at must be HOST:PORT, not 'localhost:70000'."),
+    (["board", "info", "--board", "/dev/nowhere"], "No board can be opened at '/dev/nowhere' ("),
+    (["verilog", "--top", "engine", "--out", "x.v"], "There is no top 'engine'; the tops are "),
+    (["verilog", "--top", "planner", "--out", "x.v", "--set", "wings=2"],
+     "The configuration has no field 'wings'; the fields are population, "),
+    (["verilog", "--top", "planner", "--out", "x.v", "--set", "population=33"],
+     "A --set is wrong: Config.population must be "),
+    (["terrain", "synth", "canyon", "--out", "canyon.tif"],
+     "The file of a terrain must end in .npz, unlike 'canyon.tif'."),
+    (["terrain", "synth", "canyon", "--seed", "-3", "--out", "canyon.npz"],
+     "The seed must be 0 or more, not -3."),
+])
+def test_other_commands(capsys, arguments, sentence):
+    assert refused(capsys, *arguments).startswith(sentence)

@@ -1,0 +1,79 @@
+"""The smaller commands."""
+
+import json
+
+import numpy as np
+
+from hdl.config import Config
+from hdl.protocol import VERSION
+from host.cli import main
+from host.planners import PLANNERS
+from host.terrain import names
+
+
+def output_of(capsys, *arguments):
+    assert main([str(argument) for argument in arguments]) == 0
+    return capsys.readouterr().out
+
+
+def test_planners(capsys):
+    listed = json.loads(output_of(capsys, "planners", "--json"))
+    assert [entry["name"] for entry in listed] == list(PLANNERS)
+    assert all(entry["paper"] and entry["description"] for entry in listed)
+    table = output_of(capsys, "planners").splitlines()
+    assert [line.split()[0] for line in table] == ["name", *PLANNERS]
+
+
+def test_terrain_list(capsys):
+    listed = json.loads(output_of(capsys, "terrain", "list", "--json"))
+    assert [entry["name"] for entry in listed] == list(names())
+    assert len(output_of(capsys, "terrain", "list").splitlines()) == len(listed) + 1
+
+
+def test_terrain_info(capsys, hills):
+    report = json.loads(output_of(capsys, "terrain", "info", hills, "--json"))
+    assert (report["shape"], report["dx_m"], report["crs"]) == ([41, 61], 100.0, None)
+    assert report["voids"] == 55
+    assert "61 from west to east" in output_of(capsys, "terrain", "info", hills)
+    filled = json.loads(output_of(capsys, "terrain", "info", hills, "--fill-voids", "--json"))
+    assert filled["voids"] == 0
+
+
+def test_terrain_synth(capsys, tmp_path):
+    file = tmp_path / "new" / "river.npz"
+    report = json.loads(output_of(capsys, "terrain", "synth", "river", "--seed", "4", "--out",
+                                  file, "--json"))
+    with np.load(file) as grid:
+        assert list(grid["elevation"].shape) == report["shape"]
+        assert float(grid["dx_m"]) == report["dx_m"]
+        first = grid["elevation"]
+    output_of(capsys, "terrain", "synth", "river", "--seed", "4", "--out", file)
+    with np.load(file) as grid:
+        assert np.array_equal(grid["elevation"], first)
+    output_of(capsys, "terrain", "synth", "river", "--seed", "5", "--out", file)
+    with np.load(file) as grid:
+        assert not np.array_equal(grid["elevation"], first)
+
+
+def test_board_info(capsys):
+    url = "model:?max_waypoints=20"
+    report = json.loads(output_of(capsys, "board", "info", "--board", url, "--json"))
+    config = report["config"]
+    assert config["max_waypoints"] == 20
+    assert report["protocol"] == VERSION
+    assert report["build_id"] == f"{Config(**config).build_id:08x}"
+    assert "max_waypoints" in output_of(capsys, "board", "info", "--board", url)
+
+
+def test_verilog(capsys, tmp_path):
+    file = tmp_path / "selection.v"
+    options = ("verilog", "--top", "selection", "--out", file, "--set", "max_waypoints=20",
+               "--set", "survivor_selection=rank", "--json")
+    report = json.loads(output_of(capsys, *options))
+    text = file.read_bytes()
+    assert b"module selection(" in text
+    assert report["bytes"] == len(text)
+    config = Config(max_waypoints=20, survivor_selection="rank")
+    assert report["build_id"] == f"{config.build_id:08x}"
+    output_of(capsys, *options)
+    assert file.read_bytes() == text

@@ -1,0 +1,52 @@
+"""A ridge with a gap, small enough for runs of milliseconds."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from host import uav
+from host.evaluation import Evaluator
+from host.nofly import Circle
+from host.problem import Problem
+from host.terrain import Terrain
+
+
+ZONES = (Circle(4500, 1800, 300),)
+
+
+def ridge(void=False):
+    """Heights (41, 61) at 100 m: a wall of 600 m across, with a gap in the north."""
+    elevation = np.full((41, 61), 100.0)
+    elevation[:30, 28:33] = 600.0
+    if void:
+        elevation[:, 10:13] = np.nan
+    return elevation
+
+
+@pytest.fixture
+def make_evaluator():
+    """Evaluator of a flight over the ridge; ``elevation`` replaces the ridge."""
+
+    def make(elevation=None, nofly=ZONES, **options):
+        terrain = Terrain(
+            name="ridge", elevation=ridge() if elevation is None else elevation, dx_m=100.0,
+            dy_m=100.0, crs=None, origin=(0.0, 0.0))
+        start, goal = options.pop("start", (500, 500, 200)), options.pop("goal", (5500, 700, 220))
+        problem = Problem(terrain, start, goal, uav.load("silver-fox"), nofly=nofly, **options)
+        return Evaluator(problem, threads=1)
+
+    return make
+
+
+@pytest.fixture
+def evaluator(make_evaluator):
+    """The flight over the ridge, around one no-fly zone."""
+    return make_evaluator()
+
+
+@pytest.fixture
+def record():
+    """A progress that keeps what it is told."""
+    seen = []
+    return SimpleNamespace(update=lambda *values: seen.append(list(values)), seen=seen)

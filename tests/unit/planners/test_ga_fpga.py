@@ -1,0 +1,210 @@
+"""The genetic algorithm on the chip, run against the software model of the board."""
+
+import numpy as np
+import pytest
+
+from hdl.config import Config
+from hdl.protocol import LinkMode
+from host.board import open_board
+from host.chip import unpack_waypoints
+from host.errors import InputError, JobError
+from host.planners.base import Options, Stop
+from host.planners.ga_fpga import FpgaGeneticPlanner, draw_population, ranking
+from host.terrain import ChipMap
+from sim.model.core import Core
+from sim.model.mutation import Limits
+
+
+OPTIONS = Options(generations=40, seed=5)
+
+
+@pytest.fixture(scope="module")
+def plan():
+    """Results by link mode, each run once."""
+    results = {}
+
+    def run(evaluator, mode, options=OPTIONS):
+        if (mode, options) not in results:
+            planner = FpgaGeneticPlanner(link_mode=mode)
+            results[mode, options] = planner.plan(evaluator, options)
+        return results[mode, options]
+
+    return run
+
+
+def test_finds_a_feasible_path(evaluator, plan):
+    result = plan(evaluator, "rank", Options(generations=120, seed=1))
+    assert result.evaluation.feasible
+    assert evaluator.evaluate(result.path) == result.evaluation
+    assert result.stopped_by == "generations"
+    best = [best for _, best, _ in result.history]
+    assert best == sorted(best)
+    assert [generation for generation, _, _ in result.history] == list(range(121))
+
+
+def test_equals_the_model_of_the_core(evaluator, plan):
+    # The loop of section 4.2 in ten lines, around the model itself.
+    config = Config()
+    problem = evaluator.problem
+    grid = ChipMap(config, problem)
+    core = Core(config)
+    core.start(OPTIONS.seed, Limits(*grid.limits))
+    core.paths = draw_population(grid, config, np.random.default_rng(OPTIONS.seed))
+    history = []
+    for generation in range(OPTIONS.generations + 1):
+        fitness = np.array([
+            evaluator.evaluate(np.array([
+                problem.start, *grid.to_metres(unpack_waypoints(config, path)), problem.goal,
+            ])).fitness for path in core.paths])
+        history.append([generation, fitness.max(), fitness.mean()])
+        core.run(sorted(range(32), key=lambda slot, f=fitness: (-f[slot], slot)))
+    assert np.array(plan(evaluator, "rank").history) == pytest.approx(np.array(history), rel=1e-12)
+
+
+@pytest.mark.parametrize("mode", ["population", "recipe"])
+def test_link_modes_agree(evaluator, plan, mode):
+    expected, result = plan(evaluator, "rank"), plan(evaluator, mode)
+    assert np.array_equal(result.path, expected.path)
+    assert result.history == expected.history
+    assert [fitness for fitness, _ in result.archive] == [
+        fitness for fitness, _ in expected.archive]
+
+
+def test_evaluates_only_what_is_new(evaluator, plan):
+    assert plan(evaluator, "rank").evaluations == 32 + 40 * 22
+    assert plan(evaluator, "recipe").evaluations == 32 + 40 * 22
+    assert plan(evaluator, "population").evaluations == 32 + 40 * 32
+
+
+def test_bytes_fall_from_mode_to_mode(evaluator, plan):
+    total = {mode: sum(plan(evaluator, mode).hardware["bytes"].values())
+             for mode in ("population", "rank", "recipe")}
+    assert total["population"] > total["rank"] > total["recipe"]
+
+
+def test_hardware_is_what_the_chip_counted(evaluator):
+    chips = []
+
+    def opened(url):
+        chips.append(open_board(url))
+        chips[0].start(9, (3, 3, 3))
+        chips[0].load([[0, 0]] * 32)
+        chips[0].step(list(range(32)), LinkMode.RANK)      # Before the run: not in its figures.
+        before.update(chips[0].counters())
+        close = chips[0].close
+        chips[0].close = lambda: (after.update(chips[0].counters()), close())
+        return chips[0]
+
+    before, after = {}, {}
+    result = FpgaGeneticPlanner(open_board=opened).plan(evaluator, Options(generations=7))
+    hardware = result.hardware
+    assert hardware["generations"] == 7
+    units = {"selection_crossover": "crossover", "mutation": "mutation",
+             "population_update": "update"}
+    for name, counter in units.items():
+        assert hardware["cycles"][name] == after[counter] - before[counter] > 0
+    assert 0 < hardware["cycles"]["receive"] <= after["receive"] - before["receive"]
+    assert 0 < hardware["cycles"]["transmit"] <= after["transmit"] - before["transmit"]
+    assert hardware["cycles"]["feasibility"] == 0
+    clocks = sum(hardware["cycles"][name] for name in units)
+    assert result.seconds["board"] == clocks / hardware["clock_hz"]
+    assert hardware["longest_generation_cycles"] <= Config().max_waypoints + 8
+    assert hardware["map"]["limits"] == [60, 40, 4094]
+
+
+def test_archive_lies_on_the_chip_map(evaluator, plan):
+    grid = ChipMap(Config(), evaluator.problem)
+    for _, path in plan(evaluator, "rank").archive:
+        assert 2 <= len(path) - 2 <= 16
+        assert np.array_equal(path[[0, -1]], [evaluator.problem.start, evaluator.problem.goal])
+        assert np.array_equal(grid.to_metres(grid.to_cells(path[1:-1])), path[1:-1])
+
+
+def test_first_population_is_free_and_everywhere(evaluator):
+    config = Config()
+    grid = ChipMap(config, evaluator.problem)
+    rng = np.random.default_rng(0)
+    paths = [path for _ in range(200) for path in draw_population(grid, config, rng)]
+    assert {len(path) for path in paths} == {2}
+    cells = np.concatenate([unpack_waypoints(config, path) for path in paths])
+    x, y, altitude = cells.T
+    assert (altitude > grid.heights[y, x]).all()
+    assert altitude.max() == grid.limits[2]
+    free = grid.heights < grid.limits[2]
+    drawn = np.zeros_like(free)
+    drawn[y, x] = True
+    assert not drawn[~free].any()
+    assert drawn[free].mean() > 0.98                    # 12,800 draws for 2,400 cells.
+
+
+def test_refuses_a_map_without_a_free_cell(make_evaluator):
+    evaluator = make_evaluator(nofly=())
+    grid = ChipMap(Config(), evaluator.problem)
+    grid.heights[:] = Config().blocked_altitude
+    with pytest.raises(InputError, match=r"^Nothing of the map is free to fly over; lessen the "):
+        draw_population(grid, Config(), np.random.default_rng(0))
+
+
+def test_equal_fitnesses_are_ranked_by_slot():
+    assert ranking(np.array([0.5, 1.5, 0.5, 1.5, 2.0])) == [4, 1, 3, 0, 2]
+
+
+def test_refuses_another_population(evaluator):
+    with pytest.raises(InputError) as caught:
+        FpgaGeneticPlanner().plan(evaluator, Options(population=40))
+    assert str(caught.value) == (
+        "The population of this board is 32, not 40; leave out --population or build another "
+        "board.")
+
+
+def test_refuses_unknown_link_mode():
+    with pytest.raises(InputError) as caught:
+        FpgaGeneticPlanner(link_mode="fast")
+    assert str(caught.value) == (
+        "The link mode must be one of population, rank, recipe, not 'fast'.")
+
+
+def test_altitude_above_the_map(make_evaluator):
+    evaluator = make_evaluator(start=(500, 500, 5000), goal=(5500, 700, 5000))
+    with pytest.raises(InputError, match=r"^The start's altitude of 5000 m is above the 80\d"):
+        FpgaGeneticPlanner().plan(evaluator, OPTIONS)
+
+
+def test_other_boards_plan_too(evaluator):
+    result = FpgaGeneticPlanner(
+        board="model:?population=16&children=10&survivors=4&elites=2&max_waypoints=5").plan(
+        evaluator, Options(generations=60, population=16))
+    assert max(len(path) for _, path in result.archive) <= 7
+    assert result.evaluations == 16 + 60 * 10
+
+
+def test_interrupt_returns_the_best_so_far(evaluator):
+    stop = Stop()
+
+    class Impatient:
+        def update(self, generation, best, mean):
+            if generation == 3:
+                stop.request()
+
+    result = FpgaGeneticPlanner().plan(evaluator, OPTIONS, Impatient(), stop)
+    assert (result.interrupted, result.generations) == (True, 3)
+    assert result.hardware["generations"] == 3
+
+
+def test_lost_board_keeps_the_best_so_far(evaluator):
+    def opened(url):
+        chip = open_board(url)
+        step = chip.step
+
+        def failing(order, mode):
+            if chip.status()["generation"] == 4:
+                raise JobError("The board is lost.")
+            return step(order, mode)
+
+        chip.step = failing
+        return chip
+
+    result = FpgaGeneticPlanner(open_board=opened).plan(evaluator, OPTIONS)
+    assert (result.stopped_by, result.failure) == ("failure", "The board is lost.")
+    assert (result.generations, result.hardware) == (4, None)
+    assert result.evaluation.fitness == pytest.approx(result.history[-1][1])

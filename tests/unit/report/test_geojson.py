@@ -1,0 +1,100 @@
+"""Paths as GeoJSON."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from host.errors import InputError
+from host.report.geojson import path_document, read_path
+
+
+UTM = {"crs": "EPSG:32632", "origin": (400_000.0, 5_130_000.0)}
+
+
+def documented(make_run, **options):
+    evaluator, result = make_run(**options)
+    terrain = evaluator.problem.terrain
+    document = path_document(result.path, evaluator.track(result.path), terrain, step_m=50.0)
+    return terrain, result, document
+
+
+def written(tmp_path, document):
+    file = tmp_path / "path.geojson"
+    file.write_text(document if isinstance(document, str) else json.dumps(document))
+    return file
+
+
+def test_local_metres_survive_exactly(make_run, tmp_path):
+    terrain, result, document = documented(make_run)
+    assert document["crs_local"] is True
+    assert [feature["geometry"]["type"] for feature in document["features"]] == ["LineString"] * 2
+    assert np.array_equal(read_path(written(tmp_path, document), terrain), result.path)
+
+
+def test_wgs84_survives_to_the_millimetre(make_run, tmp_path):
+    terrain, result, document = documented(make_run, **UTM)
+    assert "crs_local" not in document
+    longitude, latitude, altitude = document["features"][0]["geometry"]["coordinates"][0]
+    # 400 km easting in zone 32 is 100 km west of 9 degrees east.
+    assert (round(longitude, 1), round(latitude, 1)) == (7.7, 46.3)
+    assert altitude == result.path[0, 2]
+    assert all(number == round(number, 9) for number in (longitude, latitude))
+    again = read_path(written(tmp_path, document), terrain)
+    assert np.abs(again - result.path).max() < 1e-3
+
+
+def test_second_feature_is_the_smoothed_track(make_run):
+    _, result, document = documented(make_run)
+    waypoints, track = (
+        np.array(feature["geometry"]["coordinates"]) for feature in document["features"])
+    assert np.array_equal(waypoints, result.path)
+    assert np.array_equal(track[[0, -1]], result.path[[0, -1]])
+    steps = np.linalg.norm(np.diff(track, axis=0), axis=1)
+    assert steps.max() <= 50.0 * (1 + 1e-9)
+    assert steps.sum() == pytest.approx(result.evaluation.length_m, rel=1e-3)
+
+
+@pytest.mark.parametrize("wrap", [
+    lambda line: line,
+    lambda line: {"type": "Feature", "properties": {}, "geometry": line},
+    lambda line: {"type": "FeatureCollection", "features": [
+        {"type": "Feature", "geometry": {"type": "Point", "coordinates": [0, 0]}},
+        {"type": "Feature", "geometry": line}]},
+], ids=["geometry", "feature", "collection"])
+def test_reads_any_wrapping(make_run, tmp_path, wrap):
+    evaluator, _ = make_run()
+    document = wrap({"type": "LineString", "coordinates": [[1, 2, 3], [4, 5, 6]]})
+    path = read_path(written(tmp_path, {**document, "crs_local": True}),
+                     evaluator.problem.terrain)
+    assert path.tolist() == [[1, 2, 3], [4, 5, 6]]
+
+
+@pytest.mark.parametrize(("document", "sentence"), [
+    ("{", "{}: not JSON; give GeoJSON, a CSV or a summary."),
+    ([1], "{}: there is no LineString in it to take as the path."),
+    ({"type": "FeatureCollection", "features": 3},
+     "{}: there is no LineString in it to take as the path."),
+    ({"type": "LineString", "coordinates": [[1, 2], [3, 4]]},
+     "{}: the LineString must have two or more positions of three numbers each, the third the "
+     "altitude."),
+    ({"type": "LineString", "coordinates": [[1, 2, 3], [3, "a", 4]]},
+     "{}: the LineString must have two or more positions of three numbers each, the third the "
+     "altitude."),
+    ({"type": "LineString", "coordinates": [[1, 2, 3], [3, 4, 5]]},
+     "{}: its positions are geographic, which a terrain without a coordinate reference system "
+     'cannot place; give local metres with "crs_local": true.'),
+])
+def test_says_what_is_wrong(make_run, tmp_path, document, sentence):
+    evaluator, _ = make_run()
+    file = written(tmp_path, document)
+    expected = sentence.replace("{}", str(file))
+    with pytest.raises(InputError, match=f"^{re.escape(expected)}$"):
+        read_path(file, evaluator.problem.terrain)
+
+
+def test_missing_file(make_run, tmp_path):
+    evaluator, _ = make_run()
+    with pytest.raises(InputError, match=r"^Cannot read the path '.*' \(No such file or dir"):
+        read_path(tmp_path / "missing.geojson", evaluator.problem.terrain)

@@ -1,0 +1,145 @@
+"""The picture: nothing overlaps and nothing is cut off, whatever the shape of the map."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+from matplotlib.image import imread
+from matplotlib.legend import Legend
+from matplotlib.text import Text
+
+from host.report import palette
+from host.report.picture import Scene, draw, write
+from host.report.plan_view import axis_unit, nice_length
+
+
+WORLDS = {
+    "square": {"shape": (61, 61)},
+    "tall": {"shape": (90, 25)},
+    "very tall": {"shape": (120, 16)},
+    "wide": {"shape": (25, 90)},
+    "slightly wide": {"shape": (31, 61)},
+    "alps": {"shape": (61, 61), "side_m": 900.0, "relief": 4000.0},
+    "flat": {"shape": (41, 61), "relief": 0.0},
+    "voids": {"shape": (61, 61), "void": True},
+    "infeasible": {"shape": (61, 61), "height_m": -400.0},
+    "small": {"shape": (21, 31), "side_m": 12.0, "relief": 9.0, "nofly": False},
+    "given path": {"shape": (61, 61), "history": 0},
+}
+
+
+@pytest.fixture(scope="module", params=WORLDS)
+def scene(request, make_run):
+    evaluator, result = make_run(**WORLDS[request.param])
+    return Scene(evaluator, result.path, result.evaluation, result.history, "Title of the picture",
+                 "feasible, fitness 1.5177, 55.31 km, mean altitude 2,526 m, fuel 1.335 N")
+
+
+@pytest.fixture(scope="module")
+def figure(scene):
+    figure = draw(scene)
+    figure.canvas.draw()
+    return figure
+
+
+def texts_of(figure):
+    """Every text that is seen, with its box in pixels; no ticks outside the view."""
+    unseen = set()
+    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+        low, high = sorted(axis.get_view_interval())
+        margin = 1e-9 * (high - low)
+        unseen |= {label for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks())
+                   for label in (tick.label1, tick.label2)
+                   if not low - margin <= tick.get_loc() <= high + margin
+                   or not axis.get_visible()}
+    renderer = figure.canvas.get_renderer()
+    return [(text.get_text(), text.get_window_extent(renderer)) for text in figure.findobj(Text)
+            if text.get_visible() and text.get_text() and text not in unseen]
+
+
+def test_legends_cover_no_text_of_others(figure):
+    renderer = figure.canvas.get_renderer()
+    for legend in figure.findobj(Legend):
+        box = legend.get_window_extent(renderer)
+        own = {text.get_text() for text in legend.get_texts()}
+        for text, other in texts_of(figure):
+            assert text in own or not box.overlaps(other), text
+
+
+def test_texts_neither_overlap_nor_leave_the_figure(figure):
+    width, height = figure.canvas.get_width_height()
+    texts = texts_of(figure)
+    for text, box in texts:
+        assert box.x0 >= 0, text
+        assert box.y0 >= 0, text
+        assert box.x1 <= width, text
+        assert box.y1 <= height, text
+    for (one, a), (other, b) in itertools.combinations(texts, 2):
+        overlap = min(a.x1, b.x1) - max(a.x0, b.x0), min(a.y1, b.y1) - max(a.y0, b.y0)
+        assert min(overlap) <= 1, (one, other)
+
+
+def test_map_keeps_its_proportions(figure):
+    plan = figure.axes[0]
+    box = plan.get_window_extent()
+    (left, right), (bottom, top) = plan.get_xlim(), plan.get_ylim()
+    assert box.width / box.height == pytest.approx((right - left) / (top - bottom), rel=0.01)
+    others = [axes.get_window_extent() for axes in figure.axes[1:]]
+    assert not any(box.overlaps(other) for other in others)
+
+
+def test_says_what_it_shows(scene, figure):
+    shown = [text for text, _ in texts_of(figure)]
+    evaluation = scene.evaluation
+    for text in (
+        "Plan view", "height of the ground (m)", "Altitude over the terrain along the path",
+        "Convergence", "feasible above 1", "start", "goal", "N", "Title of the picture",
+        f"minimum clearance {evaluation.minimum_clearance_m:,.1f} m",
+    ):
+        assert shown.count(text) == 1, text
+    flyable = evaluation.distance_under_terrain_m == 0
+    assert ("not flyable" in shown) == (not flyable)
+    voids = np.isnan(scene.evaluator.problem.terrain.elevation).any()
+    assert ("void" in shown) == voids
+    assert ("no-fly zone" in shown) == bool(scene.evaluator.problem.nofly)
+    if scene.history:
+        assert f"best {scene.history[-1][1]:.4f}" in shown
+
+
+def test_png(make_run, tmp_path):
+    evaluator, result = make_run()
+    file = tmp_path / "path.png"
+    write(Scene(evaluator, result.path, result.evaluation, result.history, "a", "b"), file)
+    rows, columns, _ = imread(file).shape
+    assert columns >= 1920
+    assert rows >= 1080
+
+
+@pytest.mark.parametrize(("span", "length"), [
+    (4, 1), (7.9, 1), (8, 2), (20, 5), (39.9, 5), (40, 10), (0.5, 0.1), (1500, 200)])
+def test_scale_bar_is_round(span, length):
+    assert nice_length(span) == pytest.approx(length)
+
+
+def test_units_follow_the_span():
+    assert axis_unit(1999) == (1.0, "m")
+    assert axis_unit(2000) == (1000.0, "km")
+
+
+def luminance(colour):
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)]
+    return np.dot(linear, (0.2126, 0.7152, 0.0722))
+
+
+def test_land_grows_lighter_with_height():
+    ramp = [luminance(palette.LAND(level)[:3]) for level in np.linspace(0, 1, 64)]
+    assert all(low < high for low, high in itertools.pairwise(ramp))
+
+
+@pytest.mark.parametrize("colour", [palette.PATH, palette.NOFLY, palette.TEXT])
+def test_strong_colours_stand_out_on_white(colour):
+    # The contrast that web guidelines ask of text.
+    assert 1.05 / (luminance(colour) + 0.05) > 4.5
+    assert math.isfinite(luminance(colour))

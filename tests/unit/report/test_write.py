@@ -1,0 +1,71 @@
+"""All files of a run."""
+
+import json
+
+import numpy as np
+import pytest
+
+from host.errors import InputError
+from host.report import picture
+from host.report.summary import summarise
+from host.report.write import write_report
+from host.terrain import load
+
+
+FILES = ["path.geojson", "path.png", "summary.json", "terrain.npz"]
+
+
+@pytest.fixture
+def report(make_run, tmp_path):
+    evaluator, result = make_run(void=True)
+    summary = summarise(evaluator, result, planner="ga-pc", board=None, seed=0, source={})
+    warnings = []
+
+    def write(directory=tmp_path):
+        return write_report(directory, evaluator, result, summary, warnings.append)
+
+    return evaluator, summary, warnings, write
+
+
+def names(directory):
+    return sorted(entry.name for entry in directory.iterdir())
+
+
+def test_writes_all_and_nothing_else(report, tmp_path):
+    evaluator, summary, warnings, write = report
+    written = write()
+    assert sorted(path.name for path in written) == names(tmp_path) == FILES
+    assert warnings == []
+    assert json.loads((tmp_path / "summary.json").read_text()) == summary
+    problem = evaluator.problem
+    with np.load(tmp_path / "terrain.npz") as grid:
+        assert np.array_equal(grid["elevation"], problem.terrain.elevation, equal_nan=True)
+        assert np.array_equal(grid["nofly"], problem.nofly_raster)
+        assert (float(grid["dx_m"]), float(grid["dy_m"])) == (100.0, 100.0)
+    assert np.array_equal(load(tmp_path / "terrain.npz").elevation, problem.terrain.elevation,
+                          equal_nan=True)
+
+
+def test_an_error_in_the_picture_costs_only_the_picture(report, tmp_path, monkeypatch):
+    *_, warnings, write = report
+
+    def fails(scene, file):
+        raise RuntimeError("no ink")
+
+    monkeypatch.setattr(picture, "write", fails)
+    (tmp_path / "path.png").write_text("of an earlier run")
+    written = write()
+    assert sorted(path.name for path in written) == names(tmp_path)
+    assert "path.png" not in names(tmp_path)
+    assert warnings == [
+        "There is no picture this time, drawing it failed: RuntimeError: no ink."]
+
+
+def test_directory_that_went_away(report, tmp_path):
+    *_, write = report
+    gone = tmp_path / "gone"
+    with pytest.raises(InputError) as caught:
+        write(gone)
+    assert str(caught.value) == (
+        f"Cannot write to the directory {str(gone)!r} (No such file or directory); give another "
+        "with --out.")

@@ -1,0 +1,52 @@
+"""``python -m bench [NAME ...]``: run benchmarks, print their tables, keep them as JSON.
+
+Each module named in :data:`NAMES` has ``run(options) -> Report``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from pathlib import Path
+
+from bench.report import Options
+from host.errors import PathgeneError
+
+
+#: Every benchmark and what it measures.
+NAMES = {
+    "generation": "clocks of a generation beside the paper's, bytes of the three link modes",
+    "simulation": "clocks per second of the simulated board",
+    "model": "generations per second of the software model",
+    "evaluation": "evaluations per second of one core",
+    "quality": "ga-fpga and ga-pc over seven terrains, many seeds",
+}
+
+
+def main() -> int:
+    """Run the benchmarks named on the command line, all of them by default."""
+    parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"{', '.join(NAMES)}")
+    parser.add_argument("--seeds", type=int, default=40, help="seeds of each terrain (default 40)")
+    parser.add_argument("--out", type=Path, default=Path("build/bench"), help="folder of the JSON")
+    arguments = parser.parse_args()
+    unknown = sorted(set(arguments.names) - set(NAMES))
+    if unknown:
+        print(f"bench: no benchmark {unknown[0]}; choose from {', '.join(NAMES)}", file=sys.stderr)
+        return 2
+    options = Options(seeds=arguments.seeds)
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    for name in arguments.names or NAMES:
+        try:
+            report = importlib.import_module(f"bench.{name}").run(options)
+        except PathgeneError as error:
+            print(f"bench {name}: {error}", file=sys.stderr)
+            return error.exit_status
+        print(report.text(), flush=True)
+        print(f"JSON: {report.write(arguments.out / f'{name}.json')}\n", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,81 @@
+"""Clocks of a generation by the chip's own counters, and bytes of the three link modes."""
+
+from __future__ import annotations
+
+import random
+
+from bench.report import Options, Report
+from hdl.protocol import LinkMode
+from host.board import open_board
+
+
+__all__ = ["run"]
+
+_GENERATIONS = 60
+# Table 1 of allaire-2008, per 60 generations at 100 MHz, in clocks per generation.
+_PAPER = {"selection and crossover": 8.85e-6, "mutation": 18e-6, "population update": 600e-9}
+_PAPER_HZ, _PAPER_GENERATIONS = 100e6, 60
+
+
+def run(options: Options) -> Report:
+    """Run 60 generations of full-length paths, then of a planner's lengths, in every mode."""
+    report = Report(
+        f"A generation on the simulated board, mean of {_GENERATIONS}, clocks",
+        ("unit", "paths of 16", "paths of 2 to 7", "paper"),
+    )
+    full, _ = _measure((16, 16), LinkMode.RANK)
+    short, _ = _measure((2, 7), LinkMode.RANK)
+    for unit, counter in (
+        ("selection and crossover", "crossover"),
+        ("mutation", "mutation"),
+        ("population update", "update"),
+    ):
+        paper = _PAPER[unit] * _PAPER_HZ / _PAPER_GENERATIONS
+        report.rows.append((unit, full[counter], short[counter], paper))
+    total = [sum(row[i] for row in report.rows) for i in (1, 2, 3)]
+    report.rows.append(("together", *total))
+    report.rows.append(("longest generation", full["longest"], short["longest"], "-"))
+
+    sent = {mode: _measure((2, 7), mode)[1] for mode in LinkMode}
+    whole = sum(sent[LinkMode.POPULATION])
+    for mode, (to_board, from_board) in sent.items():
+        report.notes.append(
+            f"{mode.name.lower()} mode: {to_board:.0f} bytes to the board, {from_board:.0f} back "
+            f"per generation, {100 * (to_board + from_board) / whole:.1f} % of population mode."
+        )
+    report.data = {"bytes": {mode.name.lower(): counts for mode, counts in sent.items()}}
+    return report
+
+
+def _measure(
+    lengths: tuple[int, int], mode: LinkMode
+) -> tuple[dict[str, float], tuple[float, float]]:
+    """Return mean clocks of each counter and mean bytes both ways, per generation."""
+    rng = random.Random(1)
+    with open_board("sim:") as chip:
+        config = chip.config
+        highest = config.map_size - 1
+        chip.start(1, (highest, highest, config.blocked_altitude - 1))
+        totals: dict[str, float] = {}
+        to_board = from_board = 0
+        longest = 0
+        for _ in range(_GENERATIONS):
+            chip.load(
+                [
+                    [rng.getrandbits(config.waypoint_bits) for _ in range(rng.randint(*lengths))]
+                    for _ in range(config.population)
+                ]
+            )
+            order = rng.sample(range(config.population), config.population)
+            before, traffic = chip.counters(), chip.link.traffic
+            bytes_before = traffic.bytes_to_board, traffic.bytes_from_board
+            chip.step(order, mode)
+            to_board += traffic.bytes_to_board - bytes_before[0]
+            from_board += traffic.bytes_from_board - bytes_before[1]
+            after = chip.counters()
+            for name in ("crossover", "mutation", "update"):
+                totals[name] = totals.get(name, 0) + after[name] - before[name]
+            longest = max(longest, after["longest"])
+        means = {name: total / _GENERATIONS for name, total in totals.items()}
+        means["longest"] = longest
+        return means, (to_board / _GENERATIONS, from_board / _GENERATIONS)

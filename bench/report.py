@@ -1,0 +1,93 @@
+"""A table for people and the same figures as JSON."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+
+__all__ = ["Options", "Report"]
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the command line says.
+
+    Parameters
+    ----------
+    seeds : int
+        Seeds of each terrain in statistical benchmarks.
+    """
+
+    seeds: int = 40
+
+
+@dataclass
+class Report:
+    """One benchmark's results.
+
+    Parameters
+    ----------
+    title : str
+    columns : sequence of str
+        Heads of the table.
+    rows : list of sequence
+        Cells, in the order of ``columns``; numbers are printed with at most 4 significant digits.
+    notes : list of str
+        Sentences below the table.
+    data : dict
+        What the JSON has besides.
+    """
+
+    title: str
+    columns: Sequence[str]
+    rows: list[Sequence[Any]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    data: dict[str, Any] = field(default_factory=dict)
+
+    def text(self) -> str:
+        """Return the table in Markdown."""
+        cells = [list(self.columns), *([_cell(value) for value in row] for row in self.rows)]
+        widths = [max(len(row[i]) for row in cells) for i in range(len(self.columns))]
+        lines = [
+            f"| {' | '.join(map(str.ljust, row, widths))} |"
+            for row in cells
+        ]
+        lines.insert(1, "|" + "|".join("-" * (width + 2) for width in widths) + "|")
+        return "\n".join([f"## {self.title}", "", *lines, "", *self.notes])
+
+    def write(self, path: Path) -> Path:
+        """Write everything, and the machine it was measured on, to ``path`` as JSON."""
+        machine = {
+            "processor": _processor(),
+            "cores": os.cpu_count(),
+            "python": platform.python_version(),
+            "system": platform.system(),
+        }
+        rows = [dict(zip(self.columns, row, strict=True)) for row in self.rows]
+        content = {"title": self.title, "machine": machine, "rows": rows, "notes": self.notes}
+        path.write_text(json.dumps(content | self.data, indent=1, default=float) + "\n")
+        return path
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.4g}" if abs(value) < 1e4 else f"{value:,.0f}"
+    if isinstance(value, int) and not isinstance(value, bool):
+        return f"{value:,}"
+    return str(value)
+
+
+def _processor() -> str:
+    try:
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    except OSError:
+        pass
+    return platform.processor() or platform.machine()

@@ -1,0 +1,66 @@
+"""The terrains, zones, starts and goals of the benchmarks, fixed before anything is measured."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from pathlib import Path
+
+from host import uav
+from host.errors import InputError
+from host.nofly import Circle
+from host.problem import Problem
+from host.terrain import Terrain, load
+
+
+__all__ = ["EMBEDDED", "TILES", "names", "problem"]
+
+#: The terrain that comes with the packages, always there.
+EMBEDDED = "jacksboro"
+#: Elevation tiles beside the repository, where there are any.
+TILES = {
+    "himalaya": "himalaya_gorge_np.tif",
+    "tujunga": "big_tujunga_canyon_ca.tif",
+    "cdem": "cdem_indian_river_bc.tif",
+    "st-helens": "st_helens_wa.tif",
+    "alps": "alps_jungfrau_voids_ch.tif",
+    "jervis": "jervis_inlet_fjord_bc.tif",
+}
+_FOLDER = Path(__file__).resolve().parents[2] / "shared" / "terrain"
+
+# Start and goal on both axes, the zones on the line between them, and their radius, as shares.
+_ENDS = 0.08, 0.92
+_ZONES = 0.35, 0.65
+_RADIUS = 0.06
+_HEIGHT_M = 100.0
+
+
+def names() -> list[str]:
+    """Return the scenarios that can be run here: those whose terrain is there."""
+    return [EMBEDDED, *(name for name, file in TILES.items() if (_FOLDER / file).exists())]
+
+
+@cache
+def _terrain(name: str) -> Terrain:
+    if name == EMBEDDED:
+        return load(EMBEDDED)
+    file = _FOLDER / TILES[name]
+    if not file.exists():
+        raise InputError(f"The elevation tile {file.name} is not beside the repository.")
+    return load(file, fill_voids=True)
+
+
+@cache
+def problem(name: str) -> Problem:
+    """Return a scenario: corner to corner 100 m above ground, two no-fly circles on the line."""
+    terrain = _terrain(name)
+    (x0, x1), (y0, y1) = (
+        tuple(share * size for share in _ENDS) for size in (terrain.width_m, terrain.height_m)
+    )
+    radius = _RADIUS * math.hypot(x1 - x0, y1 - y0)
+    zones = tuple(
+        Circle(x0 + share * (x1 - x0), y0 + share * (y1 - y0), radius) for share in _ZONES
+    )
+    start = (x0, y0, float(terrain.ground(x0, y0)) + _HEIGHT_M)
+    goal = (x1, y1, float(terrain.ground(x1, y1)) + _HEIGHT_M)
+    return Problem(terrain, start, goal, uav.load("silver-fox"), nofly=zones)

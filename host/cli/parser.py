@@ -135,6 +135,9 @@ def _add_plan(commands: argparse._SubParsersAction[_Parser]) -> None:
                             "(default model:)")
     group.add_argument("--link-mode", choices=("rank", "population", "recipe"),
                        help="what goes over the link each generation (default rank)")
+    group.add_argument("--initial-draws", type=int, metavar="N",
+                       help="paths drawn for each of the first population, of which the best go "
+                            "on (default 4; the paper's is 1)")
     group.add_argument("--generations", type=int, metavar="N", default=300,
                        help="most generations (default %(default)s)")
     group.add_argument("--time-limit", type=float, metavar="S", help="most seconds of planning")

@@ -27,7 +27,7 @@ __all__ = ["run"]
 
 _BOARD = "model:"
 # Options that only some planners have.
-_OWN = ("board", "link_mode", "max_waypoints")
+_OWN = ("board", "link_mode", "initial_draws", "max_waypoints")
 
 
 def run(args: argparse.Namespace) -> int:

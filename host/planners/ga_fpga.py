@@ -19,7 +19,7 @@ from host.terrain import ChipMap
 if TYPE_CHECKING:
     from hdl.config import Config
 
-__all__ = ["FpgaGeneticPlanner", "draw_population", "ranking"]
+__all__ = ["FpgaGeneticPlanner", "draw_paths", "ranking"]
 
 Path = NDArray[np.float64]
 
@@ -43,7 +43,8 @@ class FpgaGeneticPlanner:
 
     Source: *allaire-2008*, section 4. Settled here where it is silent: the two waypoints of a first
     path are drawn uniformly over the cells that are free, at altitudes uniform between the ground
-    and the top of the map; equal fitnesses are sorted by slot.
+    and the top of the map; equal fitnesses are sorted by slot. Added: the first population is the
+    best of ``initial_draws`` times as many paths.
 
     Parameters
     ----------
@@ -51,24 +52,29 @@ class FpgaGeneticPlanner:
         URL of the board; see :func:`host.board.open_board`.
     link_mode : str
         ``rank``, ``population`` or ``recipe``: what goes over the link. The result is the same.
+    initial_draws : int
+        Paths drawn and evaluated for each of the first population, 1 or more; the paper's is 1.
     open_board : callable, optional
         Returns the :class:`~host.chip.Chip` at a URL.
 
     Raises
     ------
     InputError
-        If there is no such link mode.
+        If there is no such link mode, or ``initial_draws`` is below 1.
     """
 
     def __init__(
-        self, *, board: str = "model:", link_mode: str = "rank",
+        self, *, board: str = "model:", link_mode: str = "rank", initial_draws: int = 4,
         open_board: Callable[[str], Chip] | None = None,
     ) -> None:
         names = [mode.name.lower() for mode in LinkMode]
         if link_mode not in names:
             raise InputError(f"The link mode must be one of {', '.join(names)}, not "
                              f"{link_mode!r}.")
+        if initial_draws < 1:
+            raise InputError(f"The initial draws must be 1 or more, not {initial_draws}.")
         self.board = board
+        self.initial_draws = initial_draws
         self.link_mode = LinkMode[link_mode.upper()]
         self._open_board = open_board
 
@@ -100,9 +106,9 @@ class FpgaGeneticPlanner:
             with run.phase("map"):
                 grid = ChipMap(config, evaluator.problem)
                 rng = np.random.default_rng(options.seed)
-                population = draw_population(grid, config, rng)
+                drawn = draw_paths(grid, config, rng, self.initial_draws * config.population)
             loop = _Loop(chip, grid, run, self.link_mode)
-            loop.start(population)
+            loop.start(drawn)
             try:
                 loop.breed()
             except JobError as error:
@@ -132,15 +138,18 @@ class _Loop:
         self._after: dict[str, int] = {}
         self._bytes_before = (0, 0)
 
-    def start(self, population: list[list[int]]) -> None:
-        """Load ``population`` and evaluate it."""
+    def start(self, drawn: list[list[int]]) -> None:
+        """Evaluate the paths ``drawn`` and load the best of them, best first."""
         run, chip = self._run, self._chip
+        fitness = self._evaluated(drawn)
+        with run.phase("sort"):
+            best = ranking(fitness)[: chip.config.population]
+        self._fitness = fitness[best]
         with run.phase("link"):
             self._before = chip.counters()
             self._bytes_before = self._traffic()
             chip.start(run.options.seed, self._grid.limits)
-            chip.load(population)
-        self._fitness = self._evaluated(population)
+            chip.load([drawn[number] for number in best])
         run.record(0, self._fitness)
 
     def breed(self) -> None:
@@ -203,13 +212,18 @@ class _Loop:
 
 
 def ranking(fitness: NDArray[np.float64]) -> list[int]:
-    """Slots from the best ``fitness`` (m,) to the worst; of equals, the lower slot first."""
-    order: list[int] = np.argsort(-fitness, kind="stable").tolist()
+    """QuickSort: slots from the best ``fitness`` (m,) to the worst; of equals, the lower first."""
+    # No two keys are equal, so that every machine sorts them alike.
+    keys = np.empty(len(fitness), dtype=[("worth", np.float64), ("slot", np.int64)])
+    keys["worth"], keys["slot"] = -fitness, np.arange(len(fitness))
+    order: list[int] = np.argsort(keys, kind="quicksort", order=("worth", "slot")).tolist()
     return order
 
 
-def draw_population(grid: ChipMap, config: Config, rng: np.random.Generator) -> list[list[int]]:
-    """Draw the first population: paths of two packed waypoints, none in the ground (section 3.1).
+def draw_paths(
+    grid: ChipMap, config: Config, rng: np.random.Generator, paths: int
+) -> list[list[int]]:
+    """Draw ``paths`` of two packed waypoints each, none in the ground (section 3.1).
 
     Raises
     ------
@@ -221,7 +235,7 @@ def draw_population(grid: ChipMap, config: Config, rng: np.random.Generator) -> 
     if not len(rows):
         raise InputError("Nothing of the map is free to fly over; lessen the no-fly zones or fill "
                          "the voids with --fill-voids.")
-    count = config.population * config.MIN_WAYPOINTS
+    count = paths * config.MIN_WAYPOINTS
     at = rng.integers(len(rows), size=count)
     ground = grid.heights[rows[at], columns[at]].astype(np.int64)
     altitude = rng.integers(ground + 1, top, endpoint=True)

@@ -9,7 +9,7 @@ from host.board import open_board
 from host.chip import unpack_waypoints
 from host.errors import InputError, JobError
 from host.planners.base import Options, Stop
-from host.planners.ga_fpga import FpgaGeneticPlanner, draw_population, ranking
+from host.planners.ga_fpga import FpgaGeneticPlanner, draw_paths, ranking
 from host.terrain import ChipMap
 from sim.model.core import Core
 from sim.model.mutation import Limits
@@ -49,13 +49,16 @@ def test_equals_the_model_of_the_core(evaluator, plan):
     grid = ChipMap(config, problem)
     core = Core(config)
     core.start(OPTIONS.seed, Limits(*grid.limits))
-    core.paths = draw_population(grid, config, np.random.default_rng(OPTIONS.seed))
+
+    def worth(path):
+        cells = grid.to_metres(unpack_waypoints(config, path))
+        return evaluator.evaluate(np.array([problem.start, *cells, problem.goal])).fitness
+
+    drawn = draw_paths(grid, config, np.random.default_rng(OPTIONS.seed), 4 * 32)
+    core.paths = sorted(drawn, key=lambda path: -worth(path))[:32]
     history = []
     for generation in range(OPTIONS.generations + 1):
-        fitness = np.array([
-            evaluator.evaluate(np.array([
-                problem.start, *grid.to_metres(unpack_waypoints(config, path)), problem.goal,
-            ])).fitness for path in core.paths])
+        fitness = np.array([worth(path) for path in core.paths])
         history.append([generation, fitness.max(), fitness.mean()])
         core.run(sorted(range(32), key=lambda slot, f=fitness: (-f[slot], slot)))
     assert np.array(plan(evaluator, "rank").history) == pytest.approx(np.array(history), rel=1e-12)
@@ -71,9 +74,9 @@ def test_link_modes_agree(evaluator, plan, mode):
 
 
 def test_evaluates_only_what_is_new(evaluator, plan):
-    assert plan(evaluator, "rank").evaluations == 32 + 40 * 22
-    assert plan(evaluator, "recipe").evaluations == 32 + 40 * 22
-    assert plan(evaluator, "population").evaluations == 32 + 40 * 32
+    assert plan(evaluator, "rank").evaluations == 128 + 40 * 22
+    assert plan(evaluator, "recipe").evaluations == 128 + 40 * 22
+    assert plan(evaluator, "population").evaluations == 128 + 40 * 32
 
 
 def test_bytes_fall_from_mode_to_mode(evaluator, plan):
@@ -124,7 +127,7 @@ def test_first_population_is_free_and_everywhere(evaluator):
     config = Config()
     grid = ChipMap(config, evaluator.problem)
     rng = np.random.default_rng(0)
-    paths = [path for _ in range(200) for path in draw_population(grid, config, rng)]
+    paths = draw_paths(grid, config, rng, 6400)
     assert {len(path) for path in paths} == {2}
     cells = np.concatenate([unpack_waypoints(config, path) for path in paths])
     x, y, altitude = cells.T
@@ -142,7 +145,7 @@ def test_refuses_a_map_without_a_free_cell(make_evaluator):
     grid = ChipMap(Config(), evaluator.problem)
     grid.heights[:] = Config().blocked_altitude
     with pytest.raises(InputError, match=r"^Nothing of the map is free to fly over; lessen the "):
-        draw_population(grid, Config(), np.random.default_rng(0))
+        draw_paths(grid, Config(), np.random.default_rng(0), 32)
 
 
 def test_equal_fitnesses_are_ranked_by_slot():
@@ -175,7 +178,7 @@ def test_other_boards_plan_too(evaluator):
         board="model:?population=16&children=10&survivors=4&elites=2&max_waypoints=5").plan(
         evaluator, Options(generations=60, population=16))
     assert max(len(path) for _, path in result.archive) <= 7
-    assert result.evaluations == 16 + 60 * 10
+    assert result.evaluations == 64 + 60 * 10
 
 
 def test_interrupt_returns_the_best_so_far(evaluator):
@@ -208,3 +211,17 @@ def test_lost_board_keeps_the_best_so_far(evaluator):
     assert (result.stopped_by, result.failure) == ("failure", "The board is lost.")
     assert (result.generations, result.hardware) == (4, None)
     assert result.evaluation.fitness == pytest.approx(result.history[-1][1])
+
+
+def test_first_population_is_the_best_of_those_drawn(evaluator):
+    options = Options(generations=1, seed=3)
+    one, four = (
+        FpgaGeneticPlanner(initial_draws=draws).plan(evaluator, options) for draws in (1, 4)
+    )
+    assert (one.evaluations, four.evaluations) == (32 + 22, 128 + 22)
+    assert four.history[0][2] > one.history[0][2]
+
+
+def test_refuses_no_initial_draws():
+    with pytest.raises(InputError, match=r"^The initial draws must be 1 or more, not 0\.$"):
+        FpgaGeneticPlanner(initial_draws=0)

@@ -174,6 +174,7 @@ class Counter(enum.StrEnum):
     CROSSOVER = "crossover"
     MUTATION = "mutation"
     UPDATE = "update"
+    #: Clocks in which an answer was being made or was on the line.
     TRANSMIT = "transmit"
     #: Most clocks from the first of the crossover to the new population, of one generation.
     LONGEST = "longest"

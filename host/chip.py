@@ -117,6 +117,11 @@ class Chip:
     ) -> None:
         self.close()
 
+    @property
+    def paths(self) -> list[list[int]]:
+        """The host's copy of the population: packed waypoints of every slot."""
+        return [list(path) for path in self._paths]
+
     def close(self) -> None:
         """Close the link, and the simulated board behind it if there is one."""
         self.link.close()

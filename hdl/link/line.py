@@ -33,6 +33,8 @@ class Line(wiring.Component):
         Pulses, in the order of :class:`hdl.protocol.StickyError`: FRAMING, OVERRUN, CRC, MALFORMED.
     busy : Out(1)
         A frame is coming in.
+    sending : Out(1)
+        A byte is going out, or waits to.
     bytes_received, bytes_sent : Out(48)
         Bytes on the line since reset, everything included; a byte counts when its stop bit is
         received, or its start bit is about to be sent.
@@ -54,6 +56,7 @@ class Line(wiring.Component):
                 "replies": In(stream.Signature(self._frame_transmitter.replies_layout)),
                 "errors": Out(4),
                 "busy": Out(1),
+                "sending": Out(1),
                 "bytes_received": Out(counters[Counter.BYTES_RECEIVED]),
                 "bytes_sent": Out(counters[Counter.BYTES_SENT]),
             }
@@ -72,6 +75,7 @@ class Line(wiring.Component):
             uart_receiver.rx.eq(self.rx),
             self.tx.eq(uart_transmitter.tx),
             self.busy.eq(frame_receiver.line_busy),
+            self.sending.eq(uart_transmitter.bytes.valid | ~uart_transmitter.bytes.ready),
             self.errors.eq(
                 Cat(
                     uart_receiver.framing_error,

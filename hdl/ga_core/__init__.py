@@ -1,0 +1,1 @@
+"""The genetic core: selection, crossover, mutation, population update and their control."""

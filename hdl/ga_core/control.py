@@ -1,0 +1,216 @@
+"""Control unit: turns one unit on at a time, and counts what each of them takes."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import Config
+from hdl.protocol import ChipState, Counter, counters_reply, status_reply
+
+
+__all__ = ["Control", "clocks_layout", "counters_layout"]
+
+# Which unit's clocks go to which counter and which field of the status.
+_GENERATION = {
+    ChipState.CROSSOVER: Counter.CROSSOVER,
+    ChipState.MUTATE: Counter.MUTATION,
+    ChipState.UPDATE: Counter.UPDATE,
+}
+_COUNTED = (
+    Counter.CLOCKS,
+    Counter.RECEIVE,
+    *_GENERATION.values(),
+    Counter.TRANSMIT,
+    Counter.LONGEST,
+    Counter.GENERATIONS,
+    Counter.REFUSED_MUTATIONS,
+)
+
+
+def clocks_layout(config: Config) -> data.StructLayout:
+    """Return the layout of the clocks of each unit in the latest generation."""
+    widths = dict(status_reply(config).fields)
+    return data.StructLayout({counter.value: widths[counter] for counter in _GENERATION.values()})
+
+
+def counters_layout(config: Config) -> data.StructLayout:
+    """Return the layout of all counters but those of bytes."""
+    widths = dict(counters_reply(config).fields)
+    return data.StructLayout({counter.value: widths[counter] for counter in _COUNTED})
+
+
+class Control(wiring.Component):
+    """Control unit of the chip.
+
+    Listens until a command is ``pending``, turns the receiving unit on to take it, then, for a
+    command to run a generation, the crossover, mutation and update units, and at last the
+    transmitting unit, which answers. A unit is on from its state's first clock to the clock in
+    which it says that it is over, both included; the next unit is on in the clock after that: no
+    hand-over takes a clock of its own.
+
+    A generation starts only when ``ready``: until then the receiving unit stays on and must hold
+    ``receive_over`` and ``generate``.
+
+    Source: *allaire-2008*, section 4.2. Differs in that the update has a state of its own, and that
+    a command may ask for something else than a generation.
+
+    Parameters
+    ----------
+    config : Config
+        Sizes of the chip.
+
+    Members
+    -------
+    pending : In(1)
+        A command waits to be received.
+    receive_on : Out(1)
+    receive_over : In(1)
+        The command has been taken. Ignored unless ``receive_on``.
+    generate : In(1)
+        With ``receive_over``: the command is to run a generation.
+    ready : In(1)
+        Everything that a generation needs is there.
+    crossover_on, mutation_on, update_on, transmit_on : Out(1)
+    crossover_over, mutation_over, update_over, transmit_over : In(1)
+        Each ignored unless its unit is on.
+    line_busy : In(1)
+        A frame is coming in; such clocks count as receiving.
+    line_sending : In(1)
+        An answer is going out; such clocks count as transmitting.
+    refused : In(range(mutators + 1))
+        Mutations that the generation's limits forbade; read in the last clock of the update.
+    restart : In(1)
+        Set ``generation`` to 0.
+    state : Out(ChipState)
+    history : Out(32)
+        The eight states entered last, 4 bits each, the latest lowest; LISTEN before the first.
+    generation : Out(32)
+        Generations since reset or ``restart``; modulo 2**32.
+    clocks : Out(StructLayout({"crossover": 16, "mutation": 16, "update": 16}))
+        Clocks of each unit in the latest generation; growing while it runs.
+    counters : Out(StructLayout({counter: 48, ...}))
+        Every :class:`hdl.protocol.Counter` but those of bytes, since reset. Each shows the clocks
+        before the present one.
+    """
+
+    def __init__(self, config):
+        if not isinstance(config, Config):
+            raise TypeError(f"Config must be a Config, not {config!r}")
+
+        self.config = config
+        status = dict(status_reply(config).fields)
+        super().__init__(
+            {
+                "pending": In(1),
+                "receive_on": Out(1),
+                "receive_over": In(1),
+                "generate": In(1),
+                "ready": In(1),
+                "crossover_on": Out(1),
+                "crossover_over": In(1),
+                "mutation_on": Out(1),
+                "mutation_over": In(1),
+                "update_on": Out(1),
+                "update_over": In(1),
+                "transmit_on": Out(1),
+                "transmit_over": In(1),
+                "line_busy": In(1),
+                "line_sending": In(1),
+                "refused": In(range(config.mutators + 1)),
+                "restart": In(1),
+                "state": Out(ChipState),
+                "history": Out(status["history"]),
+                "generation": Out(status["generation"]),
+                "clocks": Out(clocks_layout(config)),
+                "counters": Out(counters_layout(config)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        def enter(state):
+            m.d.sync += [
+                self.state.eq(state),
+                self.history.eq(Cat(C(state, 4), self.history)),
+            ]
+
+        units = {
+            ChipState.RECEIVE: self.receive_on,
+            ChipState.CROSSOVER: self.crossover_on,
+            ChipState.MUTATE: self.mutation_on,
+            ChipState.UPDATE: self.update_on,
+            ChipState.TRANSMIT: self.transmit_on,
+        }
+        for state, on in units.items():
+            m.d.comb += on.eq(self.state == state)
+
+        start = Signal()
+        done = Signal()
+        m.d.comb += [
+            start.eq(self.receive_on & self.receive_over & self.generate & self.ready),
+            done.eq(self.update_on & self.update_over),
+        ]
+
+        with m.Switch(self.state):
+            with m.Case(ChipState.LISTEN):
+                with m.If(self.pending):
+                    enter(ChipState.RECEIVE)
+            with m.Case(ChipState.RECEIVE):
+                with m.If(start):
+                    enter(ChipState.CROSSOVER)
+                with m.Elif(self.receive_over & ~self.generate):
+                    enter(ChipState.TRANSMIT)
+            with m.Case(ChipState.CROSSOVER):
+                with m.If(self.crossover_over):
+                    enter(ChipState.MUTATE)
+            with m.Case(ChipState.MUTATE):
+                with m.If(self.mutation_over):
+                    enter(ChipState.UPDATE)
+            with m.Case(ChipState.UPDATE):
+                with m.If(self.update_over):
+                    enter(ChipState.TRANSMIT)
+            with m.Case(ChipState.TRANSMIT):
+                with m.If(self.transmit_over):
+                    enter(ChipState.LISTEN)
+
+        with m.If(self.restart):
+            m.d.sync += self.generation.eq(0)
+        with m.Elif(done):
+            m.d.sync += self.generation.eq(self.generation + 1)
+
+        counters = self.counters
+        m.d.sync += [
+            counters[Counter.CLOCKS].eq(counters[Counter.CLOCKS] + 1),
+            counters[Counter.RECEIVE].eq(
+                counters[Counter.RECEIVE] + (self.receive_on | self.line_busy)
+            ),
+            counters[Counter.TRANSMIT].eq(
+                counters[Counter.TRANSMIT] + (self.transmit_on | self.line_sending)
+            ),
+            counters[Counter.GENERATIONS].eq(counters[Counter.GENERATIONS] + done),
+        ]
+        for state, counter in _GENERATION.items():
+            m.d.sync += counters[counter].eq(counters[counter] + units[state])
+            with m.If(start):
+                m.d.sync += self.clocks[counter].eq(0)
+            with m.Elif(units[state]):
+                m.d.sync += self.clocks[counter].eq(self.clocks[counter] + 1)
+
+        # Ahead by one: in the last clock of a generation it has that clock counted already.
+        elapsed = Signal.like(self.clocks.crossover, init=1)
+        longest = Signal(elapsed.shape())
+        with m.If(start):
+            m.d.sync += elapsed.eq(1)
+        with m.Else():
+            m.d.sync += elapsed.eq(
+                elapsed + (self.crossover_on | self.mutation_on | self.update_on)
+            )
+        with m.If(done):
+            refused = counters[Counter.REFUSED_MUTATIONS]
+            m.d.sync += refused.eq(refused + self.refused)
+            with m.If(elapsed > longest):
+                m.d.sync += longest.eq(elapsed)
+        m.d.comb += counters[Counter.LONGEST].eq(longest)
+
+        return m

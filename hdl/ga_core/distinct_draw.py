@@ -1,0 +1,144 @@
+"""Draws of different numbers, one a clock, without trial and error."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+
+
+__all__ = ["DistinctDraw"]
+
+
+class DistinctDraw(wiring.Component):
+    """Draws ``count`` different numbers of ``total``, every ordered choice as likely as any other.
+
+    Draw ``k`` picks ``d``, uniform below ``total - k``, among the numbers left, counted upwards:
+    the number is ``d`` plus the count of earlier numbers at or below it. With ``c_j`` the earlier
+    ones in order, that is the count of ``e_j = c_j - j`` that are at most ``d``. So a register file
+    holds the ``e_j``, compares all with ``d`` at once, and shifts to insert it: one draw, one
+    number, none rejected. Equals :class:`sim.model.selection.DistinctDraw`.
+
+    Takes one draw per clock; its number is the last in ``numbers`` :attr:`LATENCY` clocks later.
+
+    Parameters
+    ----------
+    total : int
+        Numbers to draw from, 2 or more.
+    count : int
+        Draws between two clears, 1..total.
+    draw_bits : int
+        Width of a raw draw, 2 or more. ``d`` is ``bits * (total - k) >> draw_bits``.
+    first : int
+        The lowest number, 0 or more; the highest is ``first + total - 1``.
+    best_of : int
+        Raw draws for one number, 1 or 2: the smaller ``d`` counts.
+
+    Members
+    -------
+    clear : In(1)
+        Put all numbers back, draws under way included; stronger than ``take``. ``numbers`` stays.
+    take : In(1)
+        Take ``bits``; at most ``count`` times between two clears. Clear as after reset.
+    bits : In(data.ArrayLayout(draw_bits, best_of))
+        Uniform raw draws.
+    numbers : Out(data.ArrayLayout(range(first + total), count))
+        The latest ``count`` numbers, the oldest first. Registers.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of its range.
+    """
+
+    #: Clocks from a draw to its number.
+    LATENCY = 5
+
+    def __init__(self, *, total, count, draw_bits, first=0, best_of=1):
+        if total < 2:
+            raise ValueError(f"Total must be 2 or more, not {total!r}")
+        if not 1 <= count <= total:
+            raise ValueError(f"Count must be from 1 to {total}, not {count!r}")
+        if draw_bits < 2:
+            raise ValueError(f"Width of a draw must be 2 bits or more, not {draw_bits!r}")
+        if first < 0:
+            raise ValueError(f"First number must be 0 or more, not {first!r}")
+        if best_of not in (1, 2):
+            raise ValueError(f"Draws for one number must be 1 or 2, not {best_of!r}")
+
+        self.total = total
+        self.count = count
+        self.draw_bits = draw_bits
+        self.first = first
+        self.best_of = best_of
+        super().__init__({
+            "clear": In(1),
+            "take": In(1),
+            "bits": In(data.ArrayLayout(draw_bits, best_of)),
+            "numbers": Out(data.ArrayLayout(range(first + total), count)),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+
+        # Whether each stage of the pipeline holds a draw.
+        valid = Signal(self.LATENCY - 1)
+        m.d.sync += valid.eq(Mux(self.clear, 0, Cat(self.take, valid)))
+
+        # Stages 1 and 2: one product of half the width a clock each, then their sum.
+        left = Signal(range(self.total + 1), init=self.total)
+        with m.If(self.clear):
+            m.d.sync += left.eq(left.init)
+        with m.Elif(self.take):
+            m.d.sync += left.eq(left - 1)
+
+        low_bits = self.draw_bits // 2
+        high_bits = self.draw_bits - low_bits
+        draws = []
+        for i in range(self.best_of):
+            low = Signal(len(left), name=f"low_{i}")
+            high = Signal(high_bits + len(left), name=f"high_{i}")
+            draw = Signal(range(self.total), name=f"draw_{i}")
+            m.d.sync += [
+                low.eq(self.bits[i][:low_bits] * left >> low_bits),
+                high.eq(self.bits[i][low_bits:] * left),
+                draw.eq((high + low) >> high_bits),
+            ]
+            draws.append(draw)
+
+        # Stage 3.
+        best = Signal(range(self.total))
+        if self.best_of == 1:
+            m.d.sync += best.eq(draws[0])
+        else:
+            m.d.sync += best.eq(Mux(draws[0] < draws[1], *draws))
+
+        # Stage 4. An empty entry is above every draw, and stays so as it shifts and sinks: before
+        # draw k it is at least total - k, and a draw is below that.
+        lowered = Array(
+            Signal(range(self.total + 1), init=self.total, name=f"lowered_{j}")
+            for j in range(self.count - 1)
+        )
+        below = Signal(self.count - 1)
+        m.d.comb += below.eq(Cat(entry <= best for entry in lowered))
+        for j, entry in enumerate(lowered):
+            with m.If(self.clear):
+                m.d.sync += entry.eq(entry.init)
+            with m.Elif(valid[2] & ~below[j]):
+                if j == 0:
+                    m.d.sync += entry.eq(best)
+                else:
+                    m.d.sync += entry.eq(Mux(below[j - 1], best, lowered[j - 1] - 1))
+
+        picked = Signal(range(self.first + self.total))
+        below_picked = Signal(self.count - 1)
+        m.d.sync += [
+            picked.eq(best + self.first),
+            below_picked.eq(below),
+        ]
+
+        # Stage 5.
+        number = Signal(range(self.first + self.total))
+        m.d.comb += number.eq(picked + sum(below_picked))
+        with m.If(valid[3] & ~self.clear):
+            m.d.sync += self.numbers.eq(Cat(self.numbers.as_value()[len(number):], number))
+
+        return m

@@ -1,0 +1,180 @@
+"""Works out, before a generation, what each mutator will do and where its waypoint will pass."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import Config
+from hdl.draws import DrawLayout
+from hdl.ga_core.multiplexer import chosen
+
+
+__all__ = ["MutationPlan", "plan_layout"]
+
+
+def plan_layout(config: Config) -> data.StructLayout:
+    """Return the layout of one mutator's plan.
+
+    ``length`` is that of the child, ``index`` the waypoint's there; ``parent`` and ``position`` say
+    which parent it comes from and its index there.
+    """
+    return data.StructLayout(
+        {
+            "child": config.child_bits,
+            "length": config.length_bits,
+            "index": config.index_bits,
+            "parent": range(config.crossovers),
+            "position": config.index_bits,
+        }
+    )
+
+
+class MutationPlan(wiring.Component):
+    """Plans the mutators' work, one mutator a clock, from the draws and the parents' lengths.
+
+    A pipeline, so that one multiplier and one multiplexer of lengths serve all mutators: the plan
+    of mutator ``i`` is there ``i + 5`` clocks after ``start``.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    start : In(1)
+        The inputs below are complete; they stay until the last plan is there.
+    clear : In(1)
+        Stop. Stronger than ``start``.
+    children : In(ArrayLayout(child_bits, mutators))
+        Child of each mutator.
+    draws : In(ArrayLayout(16, mutators))
+        Draw of each mutator's waypoint.
+    lengths : In(length_bits).array(crossovers)
+        Length of each parent.
+    valid : Out(1)
+    number : Out(range(mutators))
+        While ``valid``: the mutator whose plan this is.
+    plan : Out(plan_layout)
+
+    """
+
+    @staticmethod
+    def latency_of(config: Config) -> int:
+        """Return the clocks from ``start`` to the last plan."""
+        return config.mutators + 4
+
+    def __init__(self, config):
+        self.config = config
+        super().__init__(
+            {
+                "start": In(1),
+                "clear": In(1),
+                "children": In(data.ArrayLayout(config.child_bits, config.mutators)),
+                "draws": In(data.ArrayLayout(DrawLayout.OFFSET_BITS, config.mutators)),
+                "lengths": In(config.length_bits).array(config.crossovers),
+                "valid": Out(1),
+                "number": Out(range(config.mutators)),
+                "plan": Out(plan_layout(config)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+
+        def stage(name, valid, **fields):
+            """Register ``fields``, given as values, behind a ``valid`` that ``clear`` lowers."""
+            registers = {}
+            for field, value in {"valid": valid & ~self.clear, **fields}.items():
+                value = Value.cast(value)
+                registers[field] = Signal(
+                    value.shape(), name=f"{name}_{field}", reset_less=field != "valid"
+                )
+                m.d.sync += registers[field].eq(value)
+            return registers
+
+        number = Signal(range(config.mutators + 1), init=config.mutators)
+        running = number != config.mutators
+        with m.If(self.clear):
+            m.d.sync += number.eq(config.mutators)
+        with m.Elif(self.start):
+            m.d.sync += number.eq(0)
+        with m.Elif(running):
+            m.d.sync += number.eq(number + 1)
+
+        drawn = stage(
+            "drawn",
+            running,
+            number=number[: len(self.number)],
+            child=chosen(number, list(self.children)),
+            draw=chosen(number, list(self.draws)),
+        )
+
+        # Even children have the head of the first parent of their module, odd ones of the second.
+        first = Signal(range(config.crossovers))
+        second = Signal(range(config.crossovers))
+        odd = drawn["child"][0]
+        m.d.comb += [
+            first.eq(drawn["child"] >> 1),
+            second.eq(Mux(first == config.crossovers - 1, 0, first + 1)),
+        ]
+        looked_up = stage(
+            "looked_up",
+            drawn["valid"],
+            number=drawn["number"],
+            child=drawn["child"],
+            draw=drawn["draw"],
+            odd=odd,
+            first=first,
+            second=second,
+            first_length=chosen(first, self.lengths),
+            second_length=chosen(second, self.lengths),
+        )
+
+        head_length = Mux(looked_up["odd"], looked_up["second_length"], looked_up["first_length"])
+        tail_length = Mux(looked_up["odd"], looked_up["first_length"], looked_up["second_length"])
+        length = Signal(config.length_bits)
+        m.d.comb += length.eq((head_length >> 1) + ((tail_length + 1) >> 1))
+        joined = stage(
+            "joined",
+            looked_up["valid"],
+            number=looked_up["number"],
+            child=looked_up["child"],
+            draw=looked_up["draw"],
+            length=length,
+            head=head_length >> 1,
+            skipped=tail_length >> 1,
+            head_parent=Mux(looked_up["odd"], looked_up["second"], looked_up["first"]),
+            tail_parent=Mux(looked_up["odd"], looked_up["first"], looked_up["second"]),
+        )
+
+        index = Signal(config.index_bits)
+        m.d.comb += index.eq(joined["draw"] * joined["length"] >> DrawLayout.OFFSET_BITS)
+        aimed = stage(
+            "aimed",
+            joined["valid"],
+            number=joined["number"],
+            child=joined["child"],
+            length=joined["length"],
+            index=index,
+            head=joined["head"],
+            skipped=joined["skipped"],
+            head_parent=joined["head_parent"],
+            tail_parent=joined["tail_parent"],
+        )
+
+        in_head = Signal()
+        m.d.comb += [
+            in_head.eq(aimed["index"] < aimed["head"]),
+            self.valid.eq(aimed["valid"]),
+            self.number.eq(aimed["number"]),
+            self.plan.child.eq(aimed["child"]),
+            self.plan.length.eq(aimed["length"]),
+            self.plan.index.eq(aimed["index"]),
+            self.plan.parent.eq(Mux(in_head, aimed["head_parent"], aimed["tail_parent"])),
+            self.plan.position.eq(
+                Mux(in_head, aimed["index"], aimed["index"] - aimed["head"] + aimed["skipped"])
+            ),
+        ]
+
+        return m

@@ -1,0 +1,151 @@
+"""The random source: Trivium generators side by side, 64 bits of each a step."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+from amaranth.utils import ceil_log2
+
+from hdl.draws import LANES, SEED_BITS, WARM_UP_STEPS, WORD_BITS
+
+
+__all__ = ["RandomSource", "Trivium"]
+
+
+class Trivium(wiring.Component):
+    """One generator: 288 bits of state, 64 steps of the cipher at once.
+
+    The first of the 64 bits is the highest of ``word``; a path from state to state or to ``word``
+    is one XOR of five or six bits, whatever the number of bits a step.
+
+    Source: De Canniere and Preneel, *Trivium specifications*, 2005. Equals
+    :class:`sim.model.random_source.Trivium`, but for the warm-up, which is its user's business.
+
+    Parameters
+    ----------
+    iv : int
+        0..2**80 - 1, part of the loaded state.
+
+    Members
+    -------
+    load : In(1)
+        Load ``key`` and the IV. Stronger than ``step``. The state after reset is that of key 0.
+    key : In(64)
+        The lowest 64 of the cipher's 80 key bits; the others are 0.
+    step : In(1)
+        Advance.
+    word : Out(64)
+        What the step from the present state gives; combinational.
+
+    Raises
+    ------
+    ValueError
+        If ``iv`` is out of range.
+    """
+
+    load: In(1)
+    key: In(SEED_BITS)
+    step: In(1)
+    word: Out(WORD_BITS)
+
+    def __init__(self, iv):
+        if not isinstance(iv, int) or not 0 <= iv < 1 << 80:
+            raise ValueError(f"IV must be an integer from 0 to 2**80 - 1, not {iv!r}")
+
+        self.iv = iv
+        super().__init__()
+
+    def elaborate(self, platform):
+        m = Module()
+
+        # The newest bit of each register is its lowest.
+        a = Signal(93)
+        b = Signal(84, init=self.iv)
+        c = Signal(111, init=0b111 << 108)
+
+        def tap(register, age):
+            return register[age:age + WORD_BITS]
+
+        t1 = tap(a, 2) ^ tap(a, 29)
+        t2 = tap(b, 5) ^ tap(b, 20)
+        t3 = tap(c, 2) ^ tap(c, 47)
+        m.d.comb += self.word.eq(t1 ^ t2 ^ t3)
+
+        with m.If(self.load):
+            m.d.sync += [
+                a.eq(self.key),
+                b.eq(b.init),
+                c.eq(c.init),
+            ]
+        with m.Elif(self.step):
+            m.d.sync += [
+                a.eq(Cat(t3 ^ tap(c, 45) & tap(c, 46) ^ tap(a, 5), a)),
+                b.eq(Cat(t1 ^ tap(a, 27) & tap(a, 28) ^ tap(b, 14), b)),
+                c.eq(Cat(t2 ^ tap(b, 18) & tap(b, 19) ^ tap(c, 23), c)),
+            ]
+
+        return m
+
+
+class RandomSource(wiring.Component):
+    """All lanes: lane ``i`` has the seed as its key and ``i`` as its IV.
+
+    After ``load``, and after reset as if seed 0 had been loaded, the source warms up by itself: it
+    is ``ready`` again ``WARM_UP_STEPS + 1`` clocks after ``load``, 19. From then on the state moves
+    with ``step`` alone, so that it is a function of the seed and the number of steps. The update of
+    the state is invertible and no loaded state is 0: it never gets stuck.
+
+    Equals :class:`sim.model.random_source.RandomSource`.
+
+    Parameters
+    ----------
+    config : Config, optional
+        Not used, the source is the same in all; taken so that every top is made in one way.
+
+    Members
+    -------
+    seed : In(64)
+        Sampled with ``load``.
+    load : In(1)
+        Begin anew from ``seed``, at any time. Stronger than ``step``.
+    step : In(1)
+        Advance by one word of each lane. Ignored while not ``ready``.
+    words : Out(data.ArrayLayout(64, LANES))
+        The words of the step that ``step`` takes in this clock; combinational from the state. Means
+        nothing while not ``ready``.
+    ready : Out(1)
+        Warmed up.
+    """
+
+    seed: In(SEED_BITS)
+    load: In(1)
+    step: In(1)
+    words: Out(data.ArrayLayout(WORD_BITS, LANES))
+    ready: Out(1)
+
+    def __init__(self, config=None):
+        self.config = config
+        super().__init__()
+
+    def elaborate(self, platform):
+        m = Module()
+
+        # Counts up to its top bit: `ready` enables every register, and has to be early.
+        bits = ceil_log2(WARM_UP_STEPS)
+        warm_up = Signal(bits + 1, init=(1 << bits) - WARM_UP_STEPS)
+        m.d.comb += self.ready.eq(warm_up[-1])
+
+        for i in range(LANES):
+            m.submodules[f"lane_{i}"] = lane = Trivium(iv=i)
+            m.d.comb += [
+                lane.load.eq(self.load),
+                lane.key.eq(self.seed),
+                lane.step.eq(self.step | ~self.ready),
+                self.words[i].eq(lane.word),
+            ]
+
+        with m.If(self.load):
+            m.d.sync += warm_up.eq(warm_up.init)
+        with m.Elif(~self.ready):
+            m.d.sync += warm_up.eq(warm_up + 1)
+
+        return m

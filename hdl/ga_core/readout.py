@@ -1,0 +1,112 @@
+"""Reads paths out for the host, a waypoint at a time."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.ga_core.layouts import read_layout, waypoint_layout
+
+
+__all__ = ["ReadOut"]
+
+
+class ReadOut(wiring.Component):
+    """Turns the lock-step reading of the population into a stream of one path after another.
+
+    It rewinds the reading before each path and after the last; ``waypoint`` is the register into
+    which a ``step`` moves the next waypoint of ``slot``. Three clocks pass between two paths.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    reads : In(stream.Signature(read_layout))
+        ``count`` is 1 or more.
+    allow : In(1)
+        Whether ``reads`` is taken.
+    waypoints : Out(stream.Signature(waypoint_layout))
+    active : Out(1)
+        A read is under way: the population must not change.
+    slot : Out(slot_bits)
+        Slot being read.
+    length : In(length_bits)
+        Length of its path.
+    rewind : Out(1)
+    primed : In(1)
+        The reading has been rewound and can be stepped.
+    step : Out(1)
+    waypoint : In(waypoint_bits)
+    """
+
+    def __init__(self, config):
+        self.config = config
+        super().__init__(
+            {
+                "reads": In(stream.Signature(read_layout(config))),
+                "allow": In(1),
+                "waypoints": Out(stream.Signature(waypoint_layout(config))),
+                "active": Out(1),
+                "slot": Out(config.slot_bits),
+                "length": In(config.length_bits),
+                "rewind": Out(1),
+                "primed": In(1),
+                "step": Out(1),
+                "waypoint": In(config.waypoint_bits),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+        waypoints = self.waypoints
+
+        left = Signal(range(config.population + 1))
+        length = Signal(config.length_bits)
+        position = Signal(config.index_bits)
+        last = Signal()
+        final = Signal()
+        m.d.comb += [
+            waypoints.p.waypoint.eq(self.waypoint),
+            last.eq(position + 1 == length),
+            final.eq(last & (left == 1)),
+        ]
+        with m.If(self.step):
+            m.d.sync += [
+                waypoints.valid.eq(1),
+                waypoints.p.last.eq(last),
+                waypoints.p.final.eq(final),
+                position.eq(position + 1),
+            ]
+        with m.Elif(waypoints.ready):
+            m.d.sync += waypoints.valid.eq(0)
+
+        with m.FSM() as fsm:
+            m.d.comb += self.active.eq(~fsm.ongoing("Idle"))
+
+            with m.State("Idle"):
+                m.d.comb += self.reads.ready.eq(self.allow)
+                m.d.sync += [self.slot.eq(self.reads.p.slot), left.eq(self.reads.p.count)]
+                with m.If(self.reads.valid & self.allow):
+                    m.next = "Rewind"
+
+            with m.State("Rewind"):
+                m.d.comb += self.rewind.eq(1)
+                m.d.sync += [length.eq(self.length), position.eq(0)]
+                m.next = "Read"
+
+            with m.State("Read"):
+                m.d.comb += self.step.eq(self.primed & (~waypoints.valid | waypoints.ready))
+                with m.If(self.step & last):
+                    m.d.sync += [self.slot.eq(self.slot + 1), left.eq(left - 1)]
+                    m.next = "Rewind"
+                    with m.If(final):
+                        m.next = "Drain"
+
+            with m.State("Drain"):
+                m.d.comb += self.rewind.eq(1)
+                with m.If(waypoints.ready):
+                    m.next = "Idle"
+
+        return m

@@ -1,0 +1,183 @@
+"""The selection unit: draws a whole set while the generation before it runs."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import SurvivorSelection
+from hdl.draws import SEED_BITS, DrawLayout
+from hdl.ga_core.distinct_draw import DistinctDraw
+from hdl.ga_core.random_source import RandomSource
+
+
+__all__ = ["Selection"]
+
+
+class Selection(wiring.Component):
+    """Draws everything random about a generation.
+
+    The draws of a set are those of :class:`sim.model.selection.Selection`: crossover ranks
+    independent, P(r) = (2 (N - r) - 1) / N**2; survivors and children different. The random source
+    moves ``config.draw_steps`` steps a set and never otherwise, so that the set of generation ``g``
+    is a function of the seed and ``g``.
+
+    A set is ready :attr:`latency` clocks after ``next`` (14 in the default configuration), and
+    ``WARM_UP_STEPS + latency`` clocks after ``load``; without either, the set of generation 0 and
+    seed 0 is ready that many clocks after reset, less one.
+
+    Source: *allaire-2008*, sections 4.1 and 4.4: roulette by rank, fixed once for all. Differs: the
+    paper's addresses change every clock; here they are a set for each generation, so that a run
+    can be repeated. The smaller of two uniform draws has exactly the roulette's distribution.
+
+    Parameters
+    ----------
+    config : Config
+        Sizes of the chip.
+
+    Members
+    -------
+    seed : In(64)
+        Sampled with ``load``.
+    load : In(1)
+        Begin anew from ``seed``, at any time: the next set is that of generation 0.
+    next : In(1)
+        The set has been used: draw another. Ignored while not ``ready``.
+    ready : Out(1)
+        The outputs below are a whole set, and stay while this is high.
+    parents : Out(data.ArrayLayout(config.slot_bits, config.crossovers))
+        Rank of each parent, 0 the best.
+    survivors : Out(data.ArrayLayout(config.slot_bits, config.survivors))
+        Different ranks, ``elites`` to ``population - 1``.
+    children : Out(data.ArrayLayout(config.child_bits, config.mutators))
+        Different children, one for each mutator.
+    waypoints : Out(data.ArrayLayout(16, config.mutators))
+        Fraction of its child's length at which each mutator works.
+    offsets : Out(data.ArrayLayout(offset_layout, config.patches))
+        Signed ``x`` and ``y`` in cells and ``altitude`` in steps, each within the mutation box.
+
+    Attributes
+    ----------
+    latency : int
+        Clocks from ``next`` to ``ready``.
+    offset_layout : data.StructLayout
+        Of one offset.
+    """
+
+    def __init__(self, config):
+        self.config = config
+        self.draw_layout = DrawLayout(config)
+        self.latency = 1 + max(
+            config.crossovers + 1,
+            config.survivors + DistinctDraw.LATENCY,
+            config.mutators + DistinctDraw.LATENCY,
+            config.mutators + config.patches + 2,
+        )
+        self.boxes = {"x": config.box_cells, "y": config.box_cells, "altitude": config.box_steps}
+        self.offset_layout = data.StructLayout({
+            name: Shape.cast(range(-box, box + 1)) for name, box in self.boxes.items()
+        })
+        super().__init__({
+            "seed": In(SEED_BITS),
+            "load": In(1),
+            "next": In(1),
+            "ready": Out(1),
+            "parents": Out(data.ArrayLayout(config.slot_bits, config.crossovers)),
+            "survivors": Out(data.ArrayLayout(config.slot_bits, config.survivors)),
+            "children": Out(data.ArrayLayout(config.child_bits, config.mutators)),
+            "waypoints": Out(data.ArrayLayout(DrawLayout.OFFSET_BITS, config.mutators)),
+            "offsets": Out(data.ArrayLayout(self.offset_layout, config.patches)),
+        })
+
+    def elaborate(self, platform):
+        m = Module()
+        config, at = self.config, self.draw_layout
+
+        # Clocks since `next`, less one: step i of the source is taken in clock i.
+        clock = Signal(range(self.latency))
+        begin = Signal()
+        m.submodules.source = source = RandomSource()
+        m.d.comb += [
+            self.ready.eq(clock == self.latency - 1),
+            begin.eq(self.load | self.next & self.ready),
+            source.seed.eq(self.seed),
+            source.load.eq(self.load),
+            source.step.eq(clock < config.draw_steps),
+        ]
+        with m.If(begin):
+            m.d.sync += clock.eq(0)
+        with m.Elif(source.ready & ~self.ready):
+            m.d.sync += clock.eq(clock + 1)
+
+        # A register between the source and those who use its words, with a flag for each of them.
+        by_rank = config.survivor_selection is SurvivorSelection.RANK
+        selection_bits = Signal((at.survivor_second if by_rank else at.survivor_first)[1])
+        mutation_bits = Signal(max(at.waypoint[1], at.offsets[-1][1]))
+        takes_parent = Signal()
+        takes_survivor = Signal()
+        takes_child = Signal()
+        takes_offset = Signal()
+        mutators_end = config.mutators + config.patches
+        m.d.sync += [
+            selection_bits.eq(source.words[0]),
+            mutation_bits.eq(source.words[1]),
+            takes_parent.eq(source.ready & (clock < config.crossovers)),
+            takes_survivor.eq(source.ready & (clock < config.survivors)),
+            takes_child.eq(source.ready & (clock < config.mutators)),
+            takes_offset.eq((clock >= config.mutators) & (clock < mutators_end)),
+        ]
+
+        first = selection_bits[slice(*at.rank_first)]
+        second = selection_bits[slice(*at.rank_second)]
+        with m.If(takes_parent):
+            m.d.sync += _append(self.parents, Mux(first < second, first, second))
+
+        # Late enough to cover a draw that was in the register when a load came.
+        clear = Signal()
+        m.d.sync += clear.eq(begin)
+
+        m.submodules.survivor_draw = survivor_draw = DistinctDraw(
+            total=config.population - config.elites,
+            count=config.survivors,
+            draw_bits=DrawLayout.DISTINCT_BITS,
+            first=config.elites,
+            best_of=2 if by_rank else 1,
+        )
+        m.d.comb += [
+            survivor_draw.clear.eq(clear),
+            survivor_draw.take.eq(takes_survivor),
+            survivor_draw.bits.eq(selection_bits[at.survivor_first[0]:]),
+            self.survivors.eq(survivor_draw.numbers),
+        ]
+
+        m.submodules.child_draw = child_draw = DistinctDraw(
+            total=config.children,
+            count=config.mutators,
+            draw_bits=DrawLayout.DISTINCT_BITS,
+        )
+        m.d.comb += [
+            child_draw.clear.eq(clear),
+            child_draw.take.eq(takes_child),
+            child_draw.bits.eq(mutation_bits[slice(*at.child)]),
+            self.children.eq(child_draw.numbers),
+        ]
+        with m.If(takes_child):
+            m.d.sync += _append(self.waypoints, mutation_bits[slice(*at.waypoint)])
+
+        scaled = Signal(data.StructLayout({
+            name: range(2 * box + 1) for name, box in self.boxes.items()
+        }))
+        offset = Signal(self.offset_layout)
+        for (name, box), (low, high) in zip(self.boxes.items(), at.offsets, strict=True):
+            m.d.sync += scaled[name].eq(mutation_bits[low:high] * (2 * box + 1) >> (high - low))
+            m.d.comb += offset[name].eq(scaled[name] - box)
+        takes_scaled = Signal()
+        m.d.sync += takes_scaled.eq(takes_offset)
+        with m.If(takes_scaled):
+            m.d.sync += _append(self.offsets, offset.as_value())
+
+        return m
+
+
+def _append(items, item):
+    """Return the assignment that shifts ``item`` in behind the others and the first one out."""
+    return items.eq(Cat(items.as_value()[len(item):], item))

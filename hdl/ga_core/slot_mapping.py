@@ -1,0 +1,97 @@
+"""Turns the ranks drawn by the selection unit into slots while the ranking comes in."""
+
+from amaranth import *
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import Config
+from hdl.ga_core.layouts import ranking_layout
+from hdl.ga_core.multiplexer import chosen
+
+
+__all__ = ["SlotMapping", "carrier_layout", "carriers"]
+
+
+def carriers(config: Config) -> int:
+    """Return how many paths are read at once: elites, survivors, then crossover parents."""
+    return config.elites + config.survivors + config.crossovers
+
+
+def carrier_layout(config: Config) -> data.StructLayout:
+    """Return the layout of what a read port carries: the path of ``slot``, ``length`` waypoints."""
+    return data.StructLayout({"slot": config.slot_bits, "length": config.length_bits})
+
+
+class SlotMapping(wiring.Component):
+    """Gives each read port the slot and the length of the path whose rank it has.
+
+    The ports are those of the elites, whose ranks are fixed, of the survivors and of the parents. A
+    word of the ranking is worked in 3 clocks after it is taken, one a clock; nothing is left to do
+    when a generation starts.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    ranking : In(stream.Signature(ranking_layout))
+        Ranks upwards from 0, each with its slot.
+    allow : In(1)
+        Whether ``ranking`` is taken: the ranks below are complete.
+    clear : In(1)
+        What has been worked in is void.
+    parents : In(ArrayLayout(slot_bits, crossovers))
+    survivors : In(ArrayLayout(slot_bits, survivors))
+        Ranks drawn.
+    lengths : In(length_bits).array(population)
+        Length of the path in each slot.
+    carried : Out(carrier_layout).array(carriers)
+    mapped : Out(1)
+        Pulse, in the first clock in which ``carried`` is complete.
+    """
+
+    def __init__(self, config):
+        self.config = config
+        super().__init__(
+            {
+                "ranking": In(stream.Signature(ranking_layout(config))),
+                "allow": In(1),
+                "clear": In(1),
+                "parents": In(data.ArrayLayout(config.slot_bits, config.crossovers)),
+                "survivors": In(data.ArrayLayout(config.slot_bits, config.survivors)),
+                "lengths": In(config.length_bits).array(config.population),
+                "carried": Out(carrier_layout(config)).array(carriers(config)),
+                "mapped": Out(1),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+
+        word = Signal(ranking_layout(config))
+        taken = Signal()
+        m.d.comb += self.ranking.ready.eq(self.allow)
+        m.d.sync += [
+            word.eq(self.ranking.p),
+            taken.eq(self.ranking.valid & self.ranking.ready),
+        ]
+
+        # Each port compares while the length is looked up, and takes both in the clock after.
+        found = Signal(carrier_layout(config))
+        final = Signal()
+        m.d.sync += [
+            found.slot.eq(word.slot),
+            found.length.eq(chosen(word.slot, self.lengths)),
+            final.eq(taken & (word.rank == config.population - 1) & ~self.clear),
+            self.mapped.eq(final & ~self.clear),
+        ]
+        ranks = [*range(config.elites), *self.survivors, *self.parents]
+        for number, rank in enumerate(ranks):
+            hit = Signal(name=f"hit_{number}")
+            m.d.sync += hit.eq(taken & (word.rank == rank))
+            with m.If(hit):
+                m.d.sync += self.carried[number].eq(found)
+
+        return m

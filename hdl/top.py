@@ -1,0 +1,116 @@
+"""The whole chip: line, receiving and transmitting units, genetic core."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out, connect
+
+from hdl.config import Config
+from hdl.ga_core.core import Core
+from hdl.ga_core.receiving import ReceivingUnit
+from hdl.ga_core.transmitting import TransmittingUnit
+from hdl.link.line import Line
+from hdl.protocol import Counter
+
+
+__all__ = ["Planner"]
+
+
+class Planner(wiring.Component):
+    """The chip behind its UART; :mod:`hdl.protocol` says what it answers.
+
+    Source: *allaire-2008*, figure 6.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    clk, rst : In(1)
+        Clock, and reset, which acts one clock later: as a register it keeps simulators from
+        following it through the whole chip.
+    rx, tx : In(1), Out(1)
+        UART pins, 8N1, ``config.clocks_per_bit`` clocks per bit; high when idle.
+    """
+
+    clk: In(1)
+    rst: In(1)
+    rx: In(1, init=1)
+    tx: Out(1, init=1)
+
+    def __init__(self, config: Config):
+        if not isinstance(config, Config):
+            raise TypeError(f"Config must be a Config, not {config!r}")
+        self.config = config
+        super().__init__()
+
+    def elaborate(self, platform):
+        m = Module()
+
+        m.domains.sync = ClockDomain()
+        m.domains.unreset = ClockDomain(reset_less=True)
+        m.d.comb += [ClockSignal().eq(self.clk), ClockSignal("unreset").eq(self.clk)]
+        m.d.unreset += ResetSignal().eq(self.rst)
+
+        m.submodules.line = line = Line(self.config)
+        m.submodules.receiving = receiving = ReceivingUnit(self.config)
+        m.submodules.core = core = Core(self.config)
+        m.submodules.transmitting = transmitting = TransmittingUnit(self.config)
+
+        m.d.comb += [line.rx.eq(self.rx), self.tx.eq(line.tx)]
+        connect(m, line.requests, receiving.requests)
+        connect(m, receiving.starts, core.starts)
+        connect(m, receiving.writes, core.writes)
+        connect(m, receiving.ranking, core.ranking)
+        connect(m, transmitting.reads, core.reads)
+        connect(m, core.waypoints, transmitting.waypoints)
+        connect(m, transmitting.replies, line.replies)
+
+        # Hand-overs.
+        m.d.comb += [
+            core.line_busy.eq(line.busy),
+            core.line_sending.eq(line.sending),
+            core.pending.eq(receiving.pending),
+            receiving.on.eq(core.receive_on),
+            receiving.ranked.eq(core.ranked),
+            core.receive_over.eq(receiving.over),
+            core.generate.eq(receiving.generate),
+            transmitting.on.eq(core.transmit_on),
+            core.transmit_over.eq(transmitting.over),
+        ]
+
+        # What the answers tell.
+        m.d.comb += [
+            receiving.line_errors.eq(line.errors),
+            transmitting.answer.eq(receiving.answer),
+            transmitting.session.eq(receiving.session),
+            transmitting.status.state.eq(core.state),
+            transmitting.status.history.eq(core.history),
+            transmitting.status.errors.eq(receiving.errors),
+            transmitting.status.generation.eq(core.generation),
+            transmitting.counters[Counter.BYTES_RECEIVED].eq(line.bytes_received),
+            transmitting.counters[Counter.BYTES_SENT].eq(line.bytes_sent),
+        ]
+        for unit, _ in core.clocks.shape():
+            m.d.comb += transmitting.status[unit].eq(core.clocks[unit])
+        for counter, _ in core.counters.shape():
+            m.d.comb += transmitting.counters[counter].eq(core.counters[counter])
+
+        recipe = transmitting.recipe
+        for i, slot in enumerate(core.parents):
+            m.d.comb += recipe[f"parent_{i}"].eq(slot)
+        for i, slot in enumerate(core.survivors):
+            m.d.comb += [
+                recipe[f"survivor_{i}"].eq(slot),
+                transmitting.survivors[i].eq(slot),
+            ]
+        for i, mutation in enumerate(core.mutations):
+            m.d.comb += [
+                recipe[f"applied_{i}"].eq(mutation.applied),
+                recipe[f"child_{i}"].eq(mutation.child),
+                recipe[f"index_{i}"].eq(mutation.index),
+            ]
+        for i, waypoint in enumerate(core.patches):
+            m.d.comb += recipe[f"waypoint_{i}"].eq(waypoint)
+
+        return m

@@ -1,0 +1,75 @@
+"""Verilog of every top and unit: the text that simulations, boards and synthesis all use.
+
+``python -m hdl.verilog FOLDER`` writes those of :data:`SHIPPED`.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+
+from hdl.config import Config
+
+
+__all__ = ["SHIPPED", "TOPS", "export", "write_shipped"]
+
+#: Module and class of every component that can be exported by name; each takes a Config.
+TOPS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "planner": ("hdl.top", "Planner"),
+        "ga_core": ("hdl.ga_core.core", "Core"),
+        "uart": ("hdl.link.uart", "Uart"),
+        "frame_receiver": ("hdl.link.frame", "FrameReceiver"),
+        "frame_transmitter": ("hdl.link.frame", "FrameTransmitter"),
+        "random_source": ("hdl.ga_core.random_source", "RandomSource"),
+        "selection": ("hdl.ga_core.selection", "Selection"),
+        "population": ("hdl.ga_core.population", "Population"),
+        "crossover": ("hdl.ga_core.crossover", "Crossover"),
+        "mutation": ("hdl.ga_core.mutation", "Mutation"),
+        "control": ("hdl.ga_core.control", "Control"),
+        "receiving": ("hdl.ga_core.receiving", "ReceivingUnit"),
+        "transmitting": ("hdl.ga_core.transmitting", "TransmittingUnit"),
+    }
+)
+
+#: Tops that ``make verilog`` writes.
+SHIPPED = ("ga_core", "planner")
+
+
+def export(name: str, config: Config) -> str:
+    """Return the Verilog of ``name``: one self-contained text, the same for the same ``config``.
+
+    Ports are the members' names joined by ``__``, with ``clk`` and a synchronous ``rst``.
+
+    Raises
+    ------
+    ValueError
+        If there is no such top.
+    """
+    if name not in TOPS:
+        raise ValueError(f"Top must be one of {', '.join(TOPS)}, not {name!r}")
+    from amaranth.back import verilog
+
+    module, component = TOPS[name]
+    top = getattr(importlib.import_module(module), component)(config)
+    text: str = verilog.convert(top, name=name, emit_src=False)
+    return text
+
+
+def write_shipped(folder: Path, config: Config) -> list[Path]:
+    """Write every top of :data:`SHIPPED` to ``folder`` as ``NAME.v`` and return the files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    files = []
+    for name in SHIPPED:
+        file = folder / f"{name}.v"
+        file.write_text(export(name, config), encoding="utf-8")
+        files.append(file)
+    return files
+
+
+if __name__ == "__main__":
+    for written in write_shipped(Path(sys.argv[1]), Config()):
+        sys.stdout.write(f"{written}\n")

@@ -1,0 +1,80 @@
+# amaranth: UnusedElaboratable=no
+"""The crossover module against the model: every pair of lengths."""
+
+import itertools
+
+import pytest
+from amaranth.sim import Simulator
+
+from hdl.config import Config
+from hdl.ga_core.crossover import Crossover, parents_of
+from sim.model.crossover import crossover
+
+
+def breed(config, pairs):
+    """Return the children, as lists of heads and tails, and the clocks of each pair of parents."""
+    dut = Crossover(config)
+    bred = []
+
+    async def testbench(ctx):
+        for parents in pairs:
+            children = [({}, {}), ({}, {})]
+            for position in itertools.count():
+                ctx.set(dut.on, 1)
+                ctx.set(dut.position, position)
+                for port, path in zip(dut.parents, parents, strict=True):
+                    ctx.set(port.length, len(path))
+                    # What passes after the end of a path is something else.
+                    ctx.set(port.waypoint, path[position] if position < len(path) else 999)
+                for child, halves in enumerate(zip(dut.heads, dut.tails, strict=True)):
+                    for half, written in zip(halves, children[child], strict=True):
+                        if ctx.get(half.valid):
+                            assert ctx.get(half.at) not in written
+                            written[ctx.get(half.at)] = ctx.get(half.waypoint)
+                over = ctx.get(dut.over)
+                await ctx.delay(1e-8)
+                if over:
+                    break
+            bred.append((children, position + 1))
+            ctx.set(dut.on, 0)
+            assert not any(ctx.get(half.valid) for half in (*dut.heads, *dut.tails))
+            assert not ctx.get(dut.over)
+
+    simulator = Simulator(dut)
+    simulator.add_testbench(testbench)
+    simulator.run()
+    return bred
+
+
+@pytest.mark.parametrize("max_waypoints", [3, 5, 8])
+def test_every_pair_of_lengths(max_waypoints):
+    config = Config(max_waypoints=max_waypoints)
+    lengths = range(config.MIN_WAYPOINTS, max_waypoints + 1)
+    pairs = [
+        ([100 + i for i in range(first)], [200 + i for i in range(second)])
+        for first, second in itertools.product(lengths, lengths)
+    ]
+    for parents, (children, clocks) in zip(pairs, breed(config, pairs), strict=True):
+        assert clocks == max(map(len, parents))
+        joined = []
+        for head, tail in children:
+            # Without gaps from 0, and within the halves of a chromosome.
+            assert list(head) == list(range(len(head)))
+            assert list(tail) == list(range(len(tail)))
+            assert len(head) <= config.head_size
+            assert len(tail) <= config.tail_size
+            joined.append([*head.values(), *tail.values()])
+        assert joined == crossover(parents)[:2]
+
+
+def test_parents_are_a_ring_and_used_twice():
+    config = Config()
+    paths = [[2 * i, 2 * i + 1] for i in range(config.crossovers)]
+    for child, path in enumerate(crossover(paths)):
+        head, tail = parents_of(config, child)
+        assert path == [paths[head][0], paths[tail][1]]
+
+
+def test_wrong_config():
+    with pytest.raises(TypeError, match=r"^Config must be a Config, not 16$"):
+        Crossover(16)

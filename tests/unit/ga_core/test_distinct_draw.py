@@ -1,0 +1,135 @@
+# amaranth: UnusedElaboratable=no
+
+"""The drawing of different numbers against the model."""
+
+import itertools
+import random
+
+import pytest
+from amaranth.sim import Simulator
+
+from hdl.ga_core.distinct_draw import DistinctDraw
+from sim.model import selection as model
+
+
+CLEAR = "clear"
+IDLE = None
+LATENCY = DistinctDraw.LATENCY
+
+
+def run(dut, script):
+    """Drive ``CLEAR``, ``IDLE`` or raw draws clock by clock; return ``numbers`` of each clock."""
+    seen = []
+
+    async def testbench(ctx):
+        for entry in script:
+            takes = isinstance(entry, tuple)
+            ctx.set(dut.clear, entry == CLEAR)
+            ctx.set(dut.take, takes)
+            if takes:
+                ctx.set(dut.bits, list(entry))
+            seen.append(tuple(ctx.get(dut.numbers)))
+            await ctx.tick()
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(testbench)
+    simulator.run()
+    return seen
+
+
+def number(dut, pool, raw):
+    draws = [bits * pool.left >> dut.draw_bits for bits in raw]
+    return dut.first + pool.take(min(draws))
+
+
+def predict(dut, script):
+    """Return what ``numbers`` shall be in each clock of ``script``."""
+    pool = model.DistinctDraw(dut.total)
+    arrivals = {}
+    for clock, entry in enumerate(script):
+        if entry == CLEAR:
+            pool = model.DistinctDraw(dut.total)
+            for under_way in range(clock, clock + LATENCY):
+                arrivals.pop(under_way + 1, None)
+        elif entry is not IDLE:
+            arrivals[clock + LATENCY] = number(dut, pool, entry)
+
+    shown, expected = (0,) * dut.count, []
+    for clock in range(len(script)):
+        if clock in arrivals:
+            shown = (*shown[1:], arrivals[clock])
+        expected.append(shown)
+    return expected
+
+
+# Few bits, so that every sequence of raw draws can be tried; any d below total must be reachable.
+@pytest.mark.parametrize(
+    ("total", "count", "draw_bits", "best_of"),
+    [(5, 3, 3, 1), (4, 4, 2, 1), (3, 2, 2, 2), (2, 1, 3, 1)],
+)
+def test_every_sequence(total, count, draw_bits, best_of):
+    dut = DistinctDraw(total=total, count=count, draw_bits=draw_bits, best_of=best_of)
+    raws = list(itertools.product(range(1 << draw_bits), repeat=best_of))
+    sequences = list(itertools.product(raws, repeat=count))
+    script = []
+    for sequence in sequences:
+        script += [CLEAR, *sequence, *[IDLE] * LATENCY]
+    seen = run(dut, script)[count + LATENCY :: 1 + count + LATENCY]
+
+    expected = []
+    for sequence in sequences:
+        pool = model.DistinctDraw(total)
+        expected.append(tuple(number(dut, pool, raw) for raw in sequence))
+    assert seen == expected
+    assert set(seen) == set(itertools.permutations(range(total), count))
+
+
+@pytest.mark.parametrize(
+    ("total", "count", "first", "best_of"),
+    [(22, 5, 0, 1), (30, 8, 2, 1), (30, 8, 2, 2), (12, 12, 0, 1), (250, 9, 6, 1)],
+    ids=["children", "survivors", "survivors_by_rank", "all", "large"],
+)
+def test_every_clock_of_a_random_script(total, count, first, best_of):
+    """Draws one by one and back to back, and clears at any time."""
+    rng = random.Random(total + count)
+    dut = DistinctDraw(total=total, count=count, draw_bits=24, first=first, best_of=best_of)
+    script, taken = [], 0
+    for _ in range(60):
+        busy = rng.choice((0.5, 1.0))
+        for _ in range(rng.randrange(2 * count + LATENCY)):
+            if taken < count and rng.random() < busy:
+                # The ends of the range are where a product would go wrong.
+                raw = (0, (1 << 24) - 1, rng.getrandbits(24), rng.getrandbits(24))
+                script.append(tuple(rng.choices(raw, k=best_of)))
+                taken += 1
+            else:
+                script.append(IDLE)
+        script.append(CLEAR)
+        taken = 0
+
+    seen = run(dut, script)
+    assert seen == predict(dut, script)
+    assert max(map(max, seen)) == first + total - 1
+
+
+def test_latency():
+    dut = DistinctDraw(total=6, count=1, draw_bits=4)
+    seen = run(dut, [(15,), *[IDLE] * LATENCY])
+    assert seen == [(0,)] * LATENCY + [(5,)]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"total": 1}, "Total must be 2 or more, not 1"),
+        ({"count": 0}, "Count must be from 1 to 22, not 0"),
+        ({"count": 23}, "Count must be from 1 to 22, not 23"),
+        ({"draw_bits": 1}, "Width of a draw must be 2 bits or more, not 1"),
+        ({"first": -1}, "First number must be 0 or more, not -1"),
+        ({"best_of": 3}, "Draws for one number must be 1 or 2, not 3"),
+    ],
+)
+def test_refuses_bad_parameters(changes, message):
+    with pytest.raises(ValueError, match=f"^{message}$"):
+        DistinctDraw(**{"total": 22, "count": 5, "draw_bits": 24} | changes)

@@ -1,0 +1,283 @@
+# amaranth: UnusedElaboratable=no
+"""The population: host access, lock-step reading, copies, the update, pending mutations."""
+
+import itertools
+import random
+
+import pytest
+
+from hdl.config import Config, MutationKind
+from hdl.ga_core.crossover import parents_of
+from hdl.ga_core.population import Population
+from tests.streams import put, simulate
+
+
+SMALL = Config(
+    population=8,
+    children=4,
+    elites=2,
+    survivors=2,
+    perturbs=1,
+    inserts=2,
+    deletes=1,
+    max_waypoints=5,
+    map_size=16,
+    coarse_factor=4,
+    altitude_bits=4,
+)
+KEPT = SMALL.elites + SMALL.survivors
+#: Clocks from a read to its first waypoint, and between two paths.
+FIRST, BETWEEN = 5, 3
+
+
+def random_path(rng, config, length=None):
+    length = length or rng.randint(config.MIN_WAYPOINTS, config.max_waypoints)
+    return [rng.getrandbits(config.waypoint_bits) for _ in range(length)]
+
+
+async def load(ctx, dut, slot, path):
+    for index, waypoint in enumerate(path):
+        last = index == len(path) - 1
+        word = {"slot": slot, "index": index, "waypoint": waypoint, "last": last}
+        await put(ctx, dut.writes, word)
+
+
+async def read(ctx, dut, slot, count, pauses=(0,)):
+    """Return the paths of ``count`` slots."""
+    await put(ctx, dut.reads, {"slot": slot, "count": count})
+    paths = [[]]
+    ready = itertools.cycle(clock for pause in pauses for clock in [*[0] * pause, 1])
+    for _ in range(100 * count):
+        ctx.set(dut.read_waypoints.ready, next(ready))
+        _, _, valid, taken, word = await ctx.tick().sample(
+            dut.read_waypoints.valid, dut.read_waypoints.ready, dut.read_waypoints.payload
+        )
+        if valid and taken:
+            paths[-1].append(word.waypoint)
+            if word.final:
+                ctx.set(dut.read_waypoints.ready, 0)
+                assert word.last
+                return paths
+            if word.last:
+                paths.append([])
+    raise TimeoutError("No end of a read")
+
+
+async def settle(ctx, dut):
+    clocks = 0
+    while not ctx.get(dut.settled):
+        await ctx.tick()
+        clocks += 1
+        assert clocks < 20
+    return clocks
+
+
+async def breed(ctx, dut, paths, carried, mutations=(), patches=()):
+    """Read the paths of ``carried`` in lock step, so that children are bred, and update.
+
+    ``mutations`` are (number, child, index); returns the next population.
+    """
+    config = dut.config
+    kept = config.elites + config.survivors
+    ctx.set(dut.allow, 0)
+    for port, slot in zip(dut.carried, carried, strict=True):
+        ctx.set(port, {"slot": slot, "length": len(paths[slot])})
+    await settle(ctx, dut)
+
+    bred = [paths[slot] for slot in carried]
+    longest = max(map(len, bred))
+    ctx.set(dut.on, 1)
+    for clock in range(longest + 1):
+        assert ctx.get(dut.carrying) == (clock > 0)
+        if clock:
+            position = clock - 1
+            assert ctx.get(dut.position) == position
+            for port, path in zip(dut.waypoints, bred, strict=True):
+                if position < len(path):
+                    assert ctx.get(port) == path[position]
+        assert ctx.get(dut.over) == (clock == longest)
+        await ctx.tick()
+    ctx.set(dut.on, 0)
+
+    children = []
+    for child in range(config.children):
+        head, tail = (bred[kept + parent] for parent in parents_of(config, child))
+        children.append(head[: len(head) // 2] + tail[len(tail) // 2 :])
+    for port, patch in zip(dut.patches, patches, strict=False):
+        ctx.set(port, patch)
+    for number, child, index in mutations:
+        ctx.set(dut.mutations[number], {"applied": 1, "child": child, "index": index})
+        match config.mutations[number]:
+            case MutationKind.PERTURB:
+                children[child][index] = patches[number]
+            case MutationKind.INSERT:
+                children[child].insert(index + 1, patches[number])
+            case MutationKind.DELETE:
+                del children[child][index]
+
+    ctx.set(dut.update, 1)
+    await ctx.tick()
+    ctx.set(dut.update, 0)
+    ctx.set(dut.allow, 1)
+    for mutation in dut.mutations:
+        # An index without `applied` is no mutation.
+        ctx.set(mutation, {"applied": 0, "child": 1, "index": 1})
+    following = bred[:kept] + children
+    assert [ctx.get(length) for length in dut.lengths] == list(map(len, following))
+    assert await settle(ctx, dut) <= 3
+    return following
+
+
+def bench_of(function, config=SMALL):
+    """Run ``function(ctx, dut)`` as the only test bench."""
+    dut = Population(config)
+
+    async def testbench(ctx):
+        ctx.set(dut.allow, 1)
+        await function(ctx, dut)
+
+    simulate(dut, testbench)
+
+
+def test_reset():
+    async def bench(ctx, dut):
+        assert await read(ctx, dut, 0, SMALL.population) == [[0, 0]] * SMALL.population
+
+    bench_of(bench)
+
+
+@pytest.mark.parametrize("pauses", [(0,), (0, 1, 3)], ids=["steady", "stalled"])
+@pytest.mark.parametrize("max_waypoints", [3, 5, 8])
+def test_what_is_written_is_read(max_waypoints, pauses):
+    config = SMALL.replace(max_waypoints=max_waypoints)
+
+    async def bench(ctx, dut):
+        rng = random.Random(1)
+        paths = [[0, 0]] * config.population
+        for slot in rng.sample(range(config.population), config.population):
+            for _ in range(2):
+                paths[slot] = random_path(rng, config)
+                await load(ctx, dut, slot, paths[slot])
+            count = rng.randint(1, config.population - slot)
+            assert await read(ctx, dut, slot, count, pauses) == paths[slot : slot + count]
+            assert [ctx.get(length) for length in dut.lengths] == list(map(len, paths))
+        assert await read(ctx, dut, 0, config.population, pauses) == paths
+
+    bench_of(bench, config)
+
+
+def test_clocks_of_a_read():
+    dut = Population(SMALL)
+    words = []
+    rng = random.Random(2)
+    paths = [random_path(rng, SMALL) for _ in range(3)]
+    seen = []
+
+    async def testbench(ctx):
+        ctx.set(dut.allow, 1)
+        for slot, path in enumerate(paths):
+            await load(ctx, dut, slot, path)
+        await put(ctx, dut.reads, {"slot": 0, "count": 3})
+        clock = 1
+        # Neither stream is taken while a read is under way.
+        while not ctx.get(dut.writes.ready):
+            assert not ctx.get(dut.reads.ready)
+            assert not ctx.get(dut.settled)
+            if ctx.get(dut.read_waypoints.valid):
+                seen.append(clock)
+            await ctx.tick()
+            clock += 1
+        assert await settle(ctx, dut) <= 3
+
+    async def collector(ctx):
+        ctx.set(dut.read_waypoints.ready, 1)
+        while True:
+            _, _, valid, word = await ctx.tick().sample(
+                dut.read_waypoints.valid, dut.read_waypoints.payload
+            )
+            if valid:
+                words.append(word.waypoint)
+
+    simulate(dut, testbench, background=[collector])
+    assert words == list(itertools.chain(*paths))
+    expected = []
+    clock = FIRST
+    for path in paths:
+        expected += range(clock, clock + len(path))
+        clock += len(path) + BETWEEN
+    assert seen == expected
+
+
+def test_nothing_is_taken_unless_allowed():
+    async def bench(ctx, dut):
+        ctx.set(dut.allow, 0)
+        for flow in (dut.reads, dut.writes):
+            ctx.set(flow.valid, 1)
+        for _ in range(8):
+            assert not ctx.get(dut.reads.ready)
+            assert not ctx.get(dut.writes.ready)
+            await ctx.tick()
+        assert ctx.get(dut.settled)
+
+    bench_of(bench)
+
+
+def test_generations_without_mutations():
+    """Copies and children over several updates, so that both banks are read and written."""
+
+    async def bench(ctx, dut):
+        rng = random.Random(3)
+        paths = [random_path(rng, SMALL) for _ in range(SMALL.population)]
+        for slot, path in enumerate(paths):
+            await load(ctx, dut, slot, path)
+        for _ in range(6):
+            carried = rng.choices(range(SMALL.population), k=len(dut.carried))
+            paths = await breed(ctx, dut, paths, carried)
+            assert await read(ctx, dut, 0, SMALL.population) == paths
+
+    bench_of(bench)
+
+
+@pytest.mark.parametrize("number", range(4), ids=["perturb", "insert_0", "insert_1", "delete"])
+def test_every_index_of_a_mutation(number):
+    """One mutation at each index of a child, read once from its halves and once from a copy."""
+
+    async def bench(ctx, dut):
+        rng = random.Random(number)
+        # Halves of 2 and 2: a child of 4 waypoints, which may grow and shrink.
+        paths = [random_path(rng, SMALL, 4) for _ in range(SMALL.population)]
+        for index in range(4):
+            child = (index + number) % SMALL.children
+            for slot, path in enumerate(paths):
+                await load(ctx, dut, slot, path)
+            patches = [rng.getrandbits(SMALL.waypoint_bits) for _ in range(SMALL.patches)]
+            carried = rng.choices(range(SMALL.population), k=len(dut.carried))
+            mutated = await breed(ctx, dut, paths, carried, [(number, child, index)], patches)
+            assert await read(ctx, dut, KEPT + child, 1) == [mutated[KEPT + child]]
+            again = await breed(ctx, dut, mutated, [KEPT + child] * len(dut.carried))
+            assert await read(ctx, dut, 0, SMALL.population) == again
+
+    bench_of(bench)
+
+
+def test_loading_a_path_ends_its_mutation():
+    async def bench(ctx, dut):
+        rng = random.Random(7)
+        paths = [random_path(rng, SMALL, 4) for _ in range(SMALL.population)]
+        for slot, path in enumerate(paths):
+            await load(ctx, dut, slot, path)
+        patches = [rng.getrandbits(SMALL.waypoint_bits) for _ in range(SMALL.patches)]
+        mutations = [(0, 0, 1), (1, 1, 0), (2, 2, 3), (3, 3, 0)]
+        carried = rng.choices(range(SMALL.population), k=len(dut.carried))
+        paths = await breed(ctx, dut, paths, carried, mutations, patches)
+        for child in range(SMALL.children):
+            paths[KEPT + child] = random_path(rng, SMALL)
+            await load(ctx, dut, KEPT + child, paths[KEPT + child])
+            assert await read(ctx, dut, 0, SMALL.population) == paths
+
+    bench_of(bench)
+
+
+def test_wrong_config():
+    with pytest.raises(TypeError, match=r"^Config must be a Config, not \{\}$"):
+        Population({})

@@ -1,0 +1,130 @@
+"""The selection unit against the model, clock by clock."""
+
+import random
+
+import pytest
+from amaranth.hdl import Fragment
+from amaranth.sim import Simulator
+
+from hdl.config import Config, SurvivorSelection
+from hdl.draws import WARM_UP_STEPS
+from hdl.ga_core.selection import Selection
+from sim.model import selection as model
+from sim.model.random_source import RandomSource
+
+
+SMALL = Config(
+    population=8,
+    children=4,
+    elites=2,
+    survivors=2,
+    perturbs=1,
+    inserts=1,
+    deletes=1,
+    max_waypoints=4,
+    map_size=16,
+    coarse_factor=4,
+    altitude_bits=4,
+)
+# Each with the latency of its unit.
+CASES = {
+    "default": (Config(), 14),
+    "by_rank": (Config(survivor_selection=SurvivorSelection.RANK), 14),
+    "small": (SMALL, 9),
+    "small_by_rank": (SMALL.replace(survivor_selection=SurvivorSelection.RANK), 9),
+    "one_survivor": (SMALL.replace(children=6, elites=1, survivors=1, deletes=4), 12),
+    "many_survivors": (Config(survivors=20, children=8, elites=4), 26),
+    "many_mutators": (Config(perturbs=3, inserts=10, deletes=9), 38),
+    "largest": (Config(population=256, children=100, elites=148, map_size=4096), 52),
+}
+EACH_CASE = pytest.mark.parametrize(("config", "latency"), CASES.values(), ids=CASES)
+
+
+def outputs(ctx, dut):
+    """Return the present set as the model's draws."""
+    return model.Draws(
+        tuple(ctx.get(dut.parents)),
+        tuple(ctx.get(dut.survivors)),
+        tuple(ctx.get(dut.children)),
+        tuple(ctx.get(dut.waypoints)),
+        tuple((offset.x, offset.y, offset.altitude) for offset in ctx.get(dut.offsets)),
+    )
+
+
+def run(config, script):
+    """Drive ``(seed or None, next)`` clock by clock; return each clock's set, or None."""
+    dut = Selection(config)
+    seen = []
+
+    async def testbench(ctx):
+        for seed, following in script:
+            ctx.set(dut.load, seed is not None)
+            ctx.set(dut.seed, seed or 0)
+            ctx.set(dut.next, following)
+            seen.append(outputs(ctx, dut) if ctx.get(dut.ready) else None)
+            await ctx.tick()
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(testbench)
+    simulator.run()
+    return seen
+
+
+def predict(config, latency, script):
+    """Return what :func:`run` shall return."""
+    unit = model.Selection(config)
+    source, ready_at = RandomSource(0), WARM_UP_STEPS + latency - 1
+    draws = unit.draw(source)
+    expected = []
+    for clock, (seed, following) in enumerate(script):
+        ready = clock >= ready_at
+        expected.append(draws if ready else None)
+        if seed is not None:
+            source, ready_at = RandomSource(seed), clock + WARM_UP_STEPS + latency
+            draws = unit.draw(source)
+        elif following and ready:
+            ready_at = clock + latency
+            draws = unit.draw(source)
+    return expected
+
+
+@EACH_CASE
+def test_matches_model(config, latency):
+    """Sets used at once, later, and asked for too early; new seeds at any time."""
+    rng = random.Random(4)
+    script = []
+    for eager in (1.0, 0.05, 0.6):
+        script += [(None, rng.random() < eager) for _ in range(WARM_UP_STEPS + 6 * latency)]
+        for _ in range(10):
+            # Loads fall on all phases of a warm-up and a set.
+            script.append((rng.getrandbits(64), rng.random() < 0.5))
+            pause = rng.randrange(WARM_UP_STEPS + 2 * latency)
+            script += [(None, rng.random() < eager) for _ in range(pause)]
+    seen = run(config, script)
+    assert seen == predict(config, latency, script)
+    assert len(set(seen)) > 20
+
+
+@EACH_CASE
+def test_latency(config, latency):
+    first = WARM_UP_STEPS + latency - 1
+    script = [(None, 0)] * first + [(None, 1)] + [(None, 0)] * latency
+    ready = [draws is not None for draws in run(config, script)]
+    assert ready == [False] * first + [True] + [False] * (latency - 1) + [True]
+    dut = Selection(config)
+    Fragment.get(dut, None)
+    assert dut.latency == latency
+
+
+def test_default_set_is_ready_before_a_full_generation_ends():
+    config, latency = CASES["default"]
+    assert latency <= config.max_waypoints
+
+
+def test_offsets_reach_the_whole_box():
+    config = SMALL.replace(box_percent=100, inserts=2)
+    seen = run(config, [(None, 1)] * 1500)
+    offsets = [offset for draws in seen if draws is not None for offset in draws.offsets]
+    for steps in zip(*offsets, strict=True):
+        assert set(steps) == set(range(-8, 9))

@@ -1,0 +1,111 @@
+"""Slots and lengths of the read ports from a ranking."""
+
+import random
+
+import pytest
+from amaranth.sim import Simulator
+
+from hdl.config import Config
+from hdl.ga_core.slot_mapping import SlotMapping
+
+
+CONFIG = Config()
+#: Clocks from the last word of a ranking to ``mapped``.
+LATENCY = 3
+
+
+class Bench:
+    def __init__(self, ctx, dut, seed):
+        self.ctx, self.dut = ctx, dut
+        self.rng = random.Random(seed)
+        self.order = self.rng.sample(range(CONFIG.population), CONFIG.population)
+        self.parents = self.rng.choices(range(CONFIG.population), k=CONFIG.crossovers)
+        self.survivors = self.rng.sample(range(CONFIG.elites, CONFIG.population), CONFIG.survivors)
+        self.lengths = self.rng.choices(range(2, CONFIG.max_waypoints + 1), k=CONFIG.population)
+        ctx.set(dut.allow, 1)
+        ctx.set(dut.parents, self.parents)
+        ctx.set(dut.survivors, self.survivors)
+        for port, length in zip(dut.lengths, self.lengths, strict=True):
+            ctx.set(port, length)
+
+    async def rank(self, *, pause=0):
+        """Stream the ranking; return whether ``mapped`` was seen meanwhile."""
+        seen = False
+        for rank, slot in enumerate(self.order):
+            self.ctx.set(self.dut.ranking.valid, 1)
+            self.ctx.set(self.dut.ranking.payload, {"rank": rank, "slot": slot})
+            seen |= self.ctx.get(self.dut.mapped)
+            await self.ctx.tick()
+            self.ctx.set(self.dut.ranking.valid, 0)
+            # Nothing is taken from a stream that offers nothing.
+            self.ctx.set(self.dut.ranking.payload, {"rank": 0, "slot": 31})
+            for _ in range(pause):
+                seen |= self.ctx.get(self.dut.mapped)
+                await self.ctx.tick()
+        return seen
+
+    def check(self):
+        ranks = [*range(CONFIG.elites), *self.survivors, *self.parents]
+        for port, rank in zip(self.dut.carried, ranks, strict=True):
+            carried = self.ctx.get(port)
+            slot = self.order[rank]
+            assert (carried.slot, carried.length) == (slot, self.lengths[slot])
+
+
+def simulate(function):
+    dut = SlotMapping(CONFIG)
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-8)
+
+    async def testbench(ctx):
+        await function(ctx, dut)
+
+    simulator.add_testbench(testbench)
+    simulator.run()
+
+
+@pytest.mark.parametrize("pause", [0, 2])
+def test_ports_have_the_slots_of_their_ranks(pause):
+    async def bench(ctx, dut):
+        for seed in range(3):
+            unit = Bench(ctx, dut, seed)
+            assert not await unit.rank(pause=pause)
+            for _ in range(LATENCY - 1 - pause):
+                assert not ctx.get(dut.mapped)
+                await ctx.tick()
+            assert ctx.get(dut.mapped)
+            unit.check()
+            await ctx.tick()
+            assert not ctx.get(dut.mapped)
+
+    simulate(bench)
+
+
+def test_clear_before_the_end():
+    async def bench(ctx, dut):
+        unit = Bench(ctx, dut, 5)
+        for clocks in range(LATENCY - 1):
+            await unit.rank()
+            for _ in range(clocks):
+                await ctx.tick()
+            ctx.set(dut.clear, 1)
+            await ctx.tick()
+            ctx.set(dut.clear, 0)
+            for _ in range(LATENCY + 2):
+                assert not ctx.get(dut.mapped)
+                await ctx.tick()
+
+    simulate(bench)
+
+
+def test_nothing_is_taken_unless_allowed():
+    async def bench(ctx, dut):
+        ctx.set(dut.allow, 0)
+        ctx.set(dut.ranking.valid, 1)
+        ctx.set(dut.ranking.payload, {"rank": CONFIG.population - 1, "slot": 3})
+        for _ in range(6):
+            assert not ctx.get(dut.ranking.ready)
+            assert not ctx.get(dut.mapped)
+            await ctx.tick()
+
+    simulate(bench)

@@ -256,8 +256,9 @@ def _build(builds: BuildCache, sim: Simulator, text: str, top: str, *, waves: bo
         text,
         top,
         main=config.share_dir / "lib" / "verilator" / "verilator.cpp",
-        # All signals visible and writable: several times slower, and what a bench needs.
-        verilate_args=["--vpi", "--public-flat-rw", "--timescale", "1ns/1ps"],
+        # The ports visible and writable: several times slower, and what a bench needs.
+        verilate_args=["--vpi", "--timescale", "1ns/1ps"],
+        public=True,
         link_args=[f"-Wl,-rpath,{libraries}", f"-L{libraries}", "-lcocotbvpi_verilator"],
         optimize="-O1",  # The VPI is the bottleneck, and the compiler takes half the time.
         trace=waves,

@@ -129,6 +129,7 @@ def build_verilator(
     link_args: Sequence[str] = (),
     optimize: str = "-O2",
     trace: bool = False,
+    public: bool = False,
 ) -> Path:
     """Compile Verilog and the C++ around it into one program with Verilator.
 
@@ -150,6 +151,9 @@ def build_verilator(
         Level of the C++ compiler for the design.
     trace : bool
         Whether the program can write a VCD file.
+    public : bool
+        Whether VPI sees the variables of ``top``; those below it would make the program of a whole
+        chip take many minutes to build.
 
     Returns
     -------
@@ -161,13 +165,15 @@ def build_verilator(
     JobError
         If a tool is missing or refuses the design.
     """
-    options = [top, *CXX_FLAGS, optimize, str(trace), *verilate_args, "--", *link_args]
+    options = [top, *CXX_FLAGS, optimize, str(trace), str(public), *verilate_args, "--", *link_args]
     linked = map(str, objects)  # Named by their contents.
     key = digest([verilator_version(), verilog, main.read_bytes(), *options, *linked])
 
     def build(directory: Path) -> None:
         (directory / "design.v").write_text(verilog)
         work = directory / "work"
+        visible = directory / "public.vlt"
+        visible.write_text(f'`verilator_config\npublic_flat_rw -module "{top}" -var "*"\n')
         run_tool(
             [
                 verilator_command(),
@@ -190,6 +196,7 @@ def build_verilator(
                 "fast",
                 *(["--trace-vcd"] if trace else []),
                 *verilate_args,
+                *([visible] if public else []),
                 directory / "design.v",
             ],
             cwd=directory,

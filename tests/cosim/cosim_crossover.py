@@ -1,0 +1,65 @@
+"""The exported crossover module against the model: every pair of lengths, full-size waypoints."""
+
+import itertools
+import random
+
+import cocotb
+from cocotb.triggers import Timer
+
+from hdl.config import Config
+from sim.model.crossover import crossover
+
+
+TOP = "crossover"
+CONFIG = Config()
+
+
+async def breed(dut, parents):
+    """Let two paths pass; return the two children, each in the order of its halves."""
+    written = [({}, {}), ({}, {})]
+    longest = max(map(len, parents))
+    dut.on.value = 1
+    for position in range(longest):
+        dut.position.value = position
+        for number, path in enumerate(parents):
+            getattr(dut, f"parents__{number}__length").value = len(path)
+            # What passes after the end of a path is something else.
+            waypoint = path[position] if position < len(path) else 0x2AAAAAAA
+            getattr(dut, f"parents__{number}__waypoint").value = waypoint
+        await Timer(1, "ns")
+        for child, halves in enumerate(written):
+            for name, half in zip(("heads", "tails"), halves, strict=True):
+                port = f"{name}__{child}__"
+                if getattr(dut, f"{port}valid").value:
+                    at = getattr(dut, f"{port}at").value.to_unsigned()
+                    assert at not in half
+                    half[at] = getattr(dut, f"{port}waypoint").value.to_unsigned()
+        assert bool(dut.over.value) == (position == longest - 1)
+    for head, tail in written:
+        assert list(head) == list(range(len(head)))
+        assert list(tail) == list(range(len(tail)))
+        assert len(head) <= CONFIG.head_size
+        assert len(tail) <= CONFIG.tail_size
+    return [[*head.values(), *tail.values()] for head, tail in written]
+
+
+@cocotb.test()
+async def every_pair_of_lengths(dut):
+    """Match the model, and say that it is over with the longer parent."""
+    rng = random.Random(1)
+    lengths = range(CONFIG.MIN_WAYPOINTS, CONFIG.max_waypoints + 1)
+    for pair in itertools.product(lengths, lengths):
+        parents = [[rng.getrandbits(CONFIG.waypoint_bits) for _ in range(n)] for n in pair]
+        assert await breed(dut, parents) == crossover(parents)[:2], pair
+
+
+@cocotb.test()
+async def off(dut):
+    """Nothing is written, and nothing is over, while it is off."""
+    dut.on.value = 0
+    for position in range(CONFIG.max_waypoints):
+        dut.position.value = position
+        await Timer(1, "ns")
+        assert not dut.over.value
+        for name in ("heads__0", "heads__1", "tails__0", "tails__1"):
+            assert not getattr(dut, f"{name}__valid").value

@@ -1,0 +1,106 @@
+"""The exported frame receiver against the model: a byte in every clock, and at a line's pace."""
+
+import random
+
+import cocotb
+from cocotb.clock import Clock
+from cocotb.triggers import FallingEdge, ReadOnly
+
+from hdl.config import Config
+from hdl.framing import encode_frame
+from hdl.link.frame import FrameReceiver
+from hdl.protocol import StickyError
+from sim.model.frames import FrameReceiverModel
+from tests.faults import ByteFaults
+
+
+TOP = "frame_receiver"
+CONFIG = Config(receive_buffer=512)
+
+LAYOUT = FrameReceiver(CONFIG).requests_layout
+
+
+class Bench:
+    """Drives at falling edges and samples before the rising one."""
+
+    def __init__(self, dut, pauses):
+        self.dut = dut
+        self.pauses = pauses
+        self.frames = []
+        self.verdicts = []
+        self._body = bytearray()
+        self._wait = 0
+        self._idle = 0
+        self._kinds = {
+            dut.malformed: StickyError.MALFORMED,
+            dut.crc_error: StickyError.CRC,
+            dut.overrun: StickyError.OVERRUN,
+        }
+        for port in (dut.rst, dut.bytes__valid, dut.bytes__payload, dut.requests__ready):
+            port.value = 0
+        Clock(dut.clk, 10, unit="ns").start()
+
+    async def clock(self, value=None):
+        """Pass one clock, with a byte for the receiver or without."""
+        dut = self.dut
+        dut.bytes__valid.value = value is not None
+        dut.bytes__payload.value = value or 0
+        dut.requests__ready.value = self._wait == 0
+        await ReadOnly()
+        assert dut.bytes__ready.value
+        self.verdicts += [kind for pulse, kind in self._kinds.items() if pulse.value]
+        self._idle += 1
+        if dut.requests__valid.value:
+            self._idle = 0
+        if self._wait:
+            self._wait -= 1
+        elif dut.requests__valid.value:
+            self._take(LAYOUT.from_bits(dut.requests__payload.value.to_unsigned()))
+            self._wait = next(self.pauses)
+        await FallingEdge(dut.clk)
+
+    def _take(self, word):
+        self._body.append(word.data)
+        if word.last:
+            self.frames.append((bytes(self._body), bool(word.plain)))
+            self._body.clear()
+
+    async def feed(self, data, gap):
+        """Send bytes with ``gap`` clocks between two."""
+        for value in data:
+            await self.clock(value)
+            for _ in range(gap):
+                await self.clock()
+
+    async def settle(self):
+        """Wait until all bodies are out: longer than the receiver needs to offer one."""
+        self._idle = 0
+        while self._idle < 16:
+            await self.clock()
+
+
+@cocotb.test()
+@cocotb.parametrize((("gap", "longest_pause"), [(0, 0), (3, 2)]))
+async def frames_and_garbage(dut, gap, longest_pause):
+    """The same bodies and verdicts as the model's, whatever comes."""
+    rng = random.Random(5)
+    pauses = random.Random(6)
+    bench = Bench(dut, iter(lambda: pauses.randrange(longest_pause + 1), None))
+    model = FrameReceiverModel(CONFIG)
+    faults = ByteFaults(2e-3, random.Random(4))
+    await FallingEdge(dut.clk)
+    for length in (3, 4, 250, 252, 511, 512, 5):
+        body = bytes(rng.choice((0, *range(1, 256))) for _ in range(length))
+        for plain in (False, True):
+            frame = encode_frame(body, plain=plain)
+            data = frame + faults(frame) + b"\0" + rng.randbytes(length // 8) + b"\0"
+            expected = model.feed(data)
+            known = len(bench.frames)
+            await bench.feed(data, gap)
+            await bench.settle()
+            assert bench.frames[known:] == expected
+    assert bench.verdicts == model.verdicts
+    assert set(model.verdicts) == {StickyError.MALFORMED, StickyError.CRC, StickyError.OVERRUN}
+    await bench.feed(b"\0" + encode_frame(b"done"), gap)
+    await bench.settle()
+    assert bench.frames[-1] == (b"done", False)

@@ -1,0 +1,84 @@
+"""The exported frame transmitter against the codec of the host."""
+
+import itertools
+import random
+from functools import partial
+
+import cocotb
+from cocotb.clock import Clock
+from cocotb.triggers import FallingEdge, ReadOnly
+
+from hdl.config import Config
+from hdl.framing import encode_frame
+from hdl.link.frame import FrameTransmitter
+
+
+TOP = "frame_transmitter"
+CONFIG = Config()
+
+LAYOUT = FrameTransmitter(CONFIG).replies_layout
+
+
+class Bench:
+    """Drives at falling edges and samples before the rising one."""
+
+    def __init__(self, dut, pauses):
+        self.dut = dut
+        self.sent = bytearray()
+        self._pauses = itertools.cycle(pauses)
+        self._wait = next(self._pauses)
+        for port in (dut.rst, dut.replies__valid, dut.replies__payload, dut.bytes__ready):
+            port.value = 0
+        Clock(dut.clk, 10, unit="ns").start()
+
+    async def clock(self, word=None):
+        """Pass one clock, with a word of a reply or without; return whether it was taken."""
+        dut = self.dut
+        dut.replies__valid.value = word is not None
+        if word is not None:
+            dut.replies__payload.value = LAYOUT.const(word).as_bits()
+        dut.bytes__ready.value = self._wait == 0
+        await ReadOnly()
+        taken = bool(dut.replies__ready.value)
+        if self._wait:
+            self._wait -= 1
+        elif dut.bytes__valid.value:
+            self.sent.append(dut.bytes__payload.value.to_unsigned())
+            self._wait = next(self._pauses)
+        await FallingEdge(dut.clk)
+        return taken
+
+    async def until(self, condition, limit=20_000):
+        """Call ``condition`` once a clock until it holds."""
+        for _ in range(limit):
+            if await condition():
+                return
+        raise TimeoutError(f"Not within {limit} clocks")
+
+
+@cocotb.test()
+@cocotb.parametrize(pauses=[(0,), (0, 2, 1)], source_pauses=[(0,), (0, 0, 7)])
+async def bodies_of_all_lengths(dut, pauses, source_pauses):
+    """Bodies as long as replies may be, with runs without a zero longer than a block."""
+    rng = random.Random(6)
+    bench = Bench(dut, pauses)
+    between = itertools.cycle(source_pauses)
+    expected = b""
+    await FallingEdge(dut.clk)
+    for length in (3, 4, 249, 250, 251, 252, 506, 900):
+        plain = length % 2 == 0
+        zeros = rng.choice((0.0, 0.003, 0.2))
+        body = bytes(0 if rng.random() < zeros else rng.randrange(1, 256) for _ in range(length))
+        expected += encode_frame(body, plain=plain)
+        for at, value in enumerate(body):
+            for _ in range(next(between)):
+                await bench.clock()
+            word = {"data": value, "last": at == length - 1, "plain": plain}
+            await bench.until(partial(bench.clock, word))
+
+    async def all_sent():
+        await bench.clock()
+        return len(bench.sent) >= len(expected)
+
+    await bench.until(all_sent)
+    assert bytes(bench.sent) == expected

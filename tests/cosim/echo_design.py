@@ -1,0 +1,93 @@
+"""A small chip for the tests of the simulators: a UART that sends back what it receives."""
+
+from amaranth import *
+from amaranth.back import verilog
+from amaranth.lib import wiring
+from amaranth.lib.fifo import SyncFIFOBuffered
+from amaranth.lib.wiring import In, Out
+
+
+__all__ = ["UartEcho", "echo_verilog"]
+
+
+class UartEcho(wiring.Component):
+    """Sends every byte received, plus ``offset``, once per byte.
+
+    A frame starts 2 to 3 clocks after the middle of the stop bit of the byte it answers. Receiver
+    and sender run at the same rate, so that the buffer only bridges a stop bit's length.
+
+    Parameters
+    ----------
+    clocks_per_bit : int
+        UART divisor, clocks, 2 or more.
+    offset : int
+        Added to each byte, modulo 256.
+    bad_stop : bool
+        Whether to send a stop bit that is low: a chip with a fault, for tests of its detection.
+    """
+
+    rx: In(1, init=1)
+    tx: Out(1, init=1)
+
+    def __init__(self, clocks_per_bit, *, offset=0, bad_stop=False):
+        self.clocks_per_bit = clocks_per_bit
+        self.offset = offset
+        self.bad_stop = bad_stop
+        super().__init__()
+
+    def elaborate(self, platform):
+        m = Module()
+
+        m.submodules.bytes = fifo = SyncFIFOBuffered(width=8, depth=16)
+
+        line = Signal(2, init=0b11)
+        m.d.sync += line.eq(Cat(self.rx, line[0]))
+
+        rx_wait = Signal(range(2 * self.clocks_per_bit))
+        rx_left = Signal(range(11))
+        rx_bits = Signal(9)
+        with m.If(rx_left == 0):
+            with m.If(~line[1]):
+                m.d.sync += [rx_left.eq(10), rx_wait.eq(self.clocks_per_bit // 2 - 1)]
+        with m.Elif(rx_wait != 0):
+            m.d.sync += rx_wait.eq(rx_wait - 1)
+        with m.Else():
+            m.d.sync += [
+                rx_wait.eq(self.clocks_per_bit - 1),
+                rx_left.eq(rx_left - 1),
+                rx_bits.eq(Cat(rx_bits[1:], line[1])),
+            ]
+        m.d.comb += [
+            fifo.w_data.eq(rx_bits[1:]),
+            fifo.w_en.eq((rx_left == 1) & (rx_wait == 0)),
+        ]
+
+        tx_wait = Signal(range(self.clocks_per_bit))
+        tx_left = Signal(range(11))
+        tx_bits = Signal(10, init=0x3FF)
+        stop = 0 if self.bad_stop else 1
+        with m.If(tx_wait != 0):
+            m.d.sync += tx_wait.eq(tx_wait - 1)
+        with m.Elif(tx_left > 1):
+            m.d.sync += [
+                tx_left.eq(tx_left - 1),
+                tx_wait.eq(self.clocks_per_bit - 1),
+                tx_bits.eq(Cat(tx_bits[1:], C(1))),
+            ]
+        with m.Elif(fifo.r_rdy):
+            m.d.comb += fifo.r_en.eq(1)
+            m.d.sync += [
+                tx_left.eq(10),
+                tx_wait.eq(self.clocks_per_bit - 1),
+                tx_bits.eq(Cat(C(0), (fifo.r_data + self.offset)[:8], C(stop))),
+            ]
+        with m.Else():
+            m.d.sync += [tx_left.eq(0), tx_bits.eq(0x3FF)]
+        m.d.comb += self.tx.eq(tx_bits[0])
+
+        return m
+
+
+def echo_verilog(clocks_per_bit=4, **options):
+    """Return the Verilog of a :class:`UartEcho`, module ``uart_echo``."""
+    return verilog.convert(UartEcho(clocks_per_bit, **options), name="uart_echo", emit_src=False)

@@ -1,0 +1,300 @@
+import os
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+import serial
+
+from host.errors import InputError, JobError
+from sim.board import SimulatedBoard, build_program, open_simulated
+from tests.cosim.echo_design import echo_verilog
+
+
+pytestmark = pytest.mark.cosim
+
+ROOT = Path(__file__).resolve().parents[2]
+CLOCKS_PER_BIT = 4
+
+
+@pytest.fixture(scope="session")
+def echo():
+    """The Verilated echo chip."""
+    return build_program("verilator", echo_verilog(CLOCKS_PER_BIT), "uart_echo", CLOCKS_PER_BIT)
+
+
+def gone(pid, within_s=5.0):
+    """Wait until no process has this id, or only one that waits to be collected."""
+    deadline = time.monotonic() + within_s
+    while time.monotonic() < deadline:
+        try:
+            state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+        except FileNotFoundError:
+            return True
+        if state == "Z":
+            return True
+        time.sleep(0.01)
+    return False
+
+
+def exchange(port, data):
+    """Send ``data`` from a thread while its echo is read, as full duplex as the line is."""
+    writer = threading.Thread(target=port.write, args=(data,))
+    writer.start()
+    received = port.read(len(data))
+    writer.join()
+    return received
+
+
+@pytest.mark.parametrize("clocks_per_bit", [4, 7])
+def test_echo(simulator, clocks_per_bit):
+    data = random.Random(1).randbytes({"verilator": 20_000, "icarus": 300}[simulator])
+    with (
+        open_simulated(
+            f"sim:?sim={simulator}",
+            lambda divisor: echo_verilog(divisor, offset=1),
+            top="uart_echo",
+            clocks_per_bit=clocks_per_bit,
+        ) as board,
+        board.open(timeout=30) as port,
+    ):
+        expected = bytes((byte + 1) & 0xFF for byte in data)
+        assert exchange(port, data) == expected
+        board.close()
+        assert board.log().endswith("0 line errors\n")
+
+
+def test_line_runs_at_full_rate(echo):
+    # Back to back, a byte takes 10 bits, and its echo comes a byte and a few clocks later.
+    with SimulatedBoard(echo, idle_clocks=0) as board, board.open(timeout=30) as port:
+        start = board.clocks()
+        port.write(bytes(1000))
+        port.read(1000)
+        port.close()
+        assert board.wait(10) == 0
+        used = int(board.log().split()[1]) - start
+    frames = 1000 * 10 * CLOCKS_PER_BIT
+    # The bridge looks up every 64 clocks, creeps before the first byte, and ends between two looks.
+    assert frames <= used <= frames + 64 * 100
+
+
+def test_real_divisor():
+    with (
+        open_simulated(
+            "sim:?clocks_per_bit=868", echo_verilog, top="uart_echo", clocks_per_bit=4
+        ) as board,
+        board.open(timeout=30) as port,
+    ):
+        assert exchange(port, b"\x00\xff\x55\xaa\x01") == b"\x00\xff\x55\xaa\x01"
+        assert board.clocks() >= 5 * 10 * 868
+
+
+def test_pyserial_reaches_it(echo):
+    with SimulatedBoard(echo) as board, serial.serial_for_url(board.url, timeout=10) as port:
+        port.write(b"hello")
+        assert port.read(5) == b"hello"
+
+
+def test_pseudo_terminal(echo):
+    every_byte = bytes(range(256))  # Raw: no byte is a control character.
+    with SimulatedBoard(echo, pty=True) as board:
+        for _ in range(2):  # The board stays when the terminal is closed.
+            with serial.Serial(board.url, timeout=10) as port:
+                assert exchange(port, every_byte) == every_byte
+        with pytest.raises(
+            JobError, match=rf"^The simulated board serves a terminal; open {board.url} instead\.$"
+        ):
+            board.open()
+
+
+def test_slow_reader_loses_nothing(echo):
+    data = random.Random(2).randbytes(60_000)
+    with SimulatedBoard(echo) as board, board.open(timeout=30) as port:
+        port.write(data)
+        time.sleep(0.3)
+        assert port.read(len(data)) == data
+
+
+def test_ends_with_its_client(echo):
+    with SimulatedBoard(echo) as board:
+        board.open().close()
+        assert board.wait(10) == 0
+        with pytest.raises(
+            JobError, match=r"^The simulated board ended with status 0: \d+ clocks in .* errors\.$"
+        ):
+            board.check()
+
+
+def test_keeps_its_state_for_the_next_client(echo):
+    with SimulatedBoard(echo, keep=True) as board:
+        clocks = 0
+        for text in (b"first", b"second"):
+            with board.open(timeout=10) as port:
+                assert exchange(port, text) == text
+                assert board.clocks() > clocks
+                clocks = board.clocks()
+        assert board.wait(0.2) is None
+
+
+def processor_seconds(pid):
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def test_idle_board_creeps(echo):
+    with SimulatedBoard(echo, idle_clocks=10_000) as board, board.open(timeout=10) as port:
+        exchange(port, b"x")
+        time.sleep(0.1)  # 10,000 clocks take a few milliseconds.
+        used, clocks = processor_seconds(board.pid), board.clocks()
+        time.sleep(0.5)
+        assert processor_seconds(board.pid) - used <= 0.1
+        assert 64 <= board.clocks() - clocks <= 64 * 100
+        start = time.monotonic()
+        assert exchange(port, b"y") == b"y"  # And wakes at once.
+        assert time.monotonic() - start < 0.5
+
+
+def test_killed_simulator(echo):
+    with SimulatedBoard(echo) as board, board.open(timeout=10) as port:
+        os.kill(board.pid, signal.SIGKILL)
+        sentence = r"^The simulated board ended with signal SIGKILL: it printed nothing\.$"
+        with pytest.raises(JobError, match=sentence):
+            port.read()
+        with pytest.raises(JobError, match=sentence):
+            board.clocks()
+        with pytest.raises(JobError, match=sentence):
+            board.open()
+
+
+def test_hanging_simulator_is_ended(echo):
+    with SimulatedBoard(echo, timeout_s=5) as board:
+        os.kill(board.pid, signal.SIGSTOP)
+        board.timeout_s = 0.2
+        with pytest.raises(
+            JobError, match=r"^The simulated board did not answer for 0\.2 s and was ended\.$"
+        ):
+            board.clocks()
+        assert gone(board.pid)
+
+
+def test_terminated_simulator_sums_up(simulator):
+    program = build_program(simulator, echo_verilog(CLOCKS_PER_BIT), "uart_echo", CLOCKS_PER_BIT)
+    with SimulatedBoard(program) as board:
+        os.kill(board.pid, signal.SIGTERM)
+        assert board.wait(10) == 0
+        assert "bytes to the chip" in board.log()
+
+
+def test_close_leaves_no_process(simulator):
+    program = build_program(simulator, echo_verilog(CLOCKS_PER_BIT), "uart_echo", CLOCKS_PER_BIT)
+    board = SimulatedBoard(program)
+    board.close()
+    board.close()
+    assert gone(board.pid)
+
+
+def test_forgotten_board_ends(echo):
+    board = SimulatedBoard(echo)
+    pid = board.pid
+    del board
+    assert gone(pid)
+
+
+ORPHAN = """
+import os, signal, sys
+from sim.board import SimulatedBoard, build_program
+from tests.cosim.echo_design import echo_verilog
+board = SimulatedBoard(build_program(sys.argv[1], echo_verilog(4), "uart_echo", 4))
+print(board.pid, flush=True)
+os.kill(os.getpid(), getattr(signal, sys.argv[2]))
+"""
+
+
+@pytest.mark.parametrize("name", ["SIGKILL", "SIGTERM"])
+def test_dies_with_its_parent(simulator, name):
+    done = subprocess.run(
+        [sys.executable, "-c", ORPHAN, simulator, name],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        check=False,
+    )
+    assert done.returncode == -getattr(signal, name)
+    assert gone(int(done.stdout))
+
+
+def test_busy_address(echo):
+    with SimulatedBoard(echo) as board:
+        address = board.url.removeprefix("socket://")
+        with pytest.raises(
+            JobError,
+            match=rf"^The simulated board ended with status 2: cannot listen on {address}: "
+            r"Address already in use\.$",
+        ):
+            SimulatedBoard(echo, listen=address)
+
+
+def test_waveform(simulator, tmp_path):
+    trace = tmp_path / "board.vcd"
+    with (
+        open_simulated(
+            f"sim:?sim={simulator}&trace={trace}",
+            echo_verilog,
+            top="uart_echo",
+            clocks_per_bit=CLOCKS_PER_BIT,
+        ) as board,
+        board.open(timeout=30) as port,
+    ):
+        assert exchange(port, b"\x5a") == b"\x5a"
+        board.close()
+    assert "$enddefinitions" in trace.read_text()
+    assert "rx_bits" in trace.read_text()
+
+
+def test_framing_errors_are_reported():
+    verilog = echo_verilog(CLOCKS_PER_BIT, bad_stop=True)
+    program = build_program("verilator", verilog, "uart_echo", CLOCKS_PER_BIT)
+    with SimulatedBoard(program) as board, board.open(timeout=0.2) as port:
+        port.write(b"a")
+        assert port.read() == b""
+        board.close()
+        log = board.log().splitlines()
+    assert log[0].startswith("simulator: a framing error on the chip's tx at clock ")
+    assert log[-1].endswith("1 bytes to the chip, 0 bytes from it, 1 line errors")
+
+
+def test_refused_design(simulator):
+    with pytest.raises(JobError, match=r"^(Icarus Verilog|Verilator) failed with status \d+: .*"):
+        build_program(simulator, "module uart_echo(input clk; endmodule", "uart_echo", 4)
+
+
+def test_unknown_option_starts_nothing():
+    with pytest.raises(InputError, match=r"^The simulated board has no option 'fast'; "):
+        open_simulated("sim:?fast=1", echo_verilog, top="uart_echo", clocks_per_bit=4)
+
+
+LINE_TEST = ROOT / "tests" / "cosim" / "uart_line.cpp"
+
+
+@pytest.mark.parametrize("clocks_per_bit", [2, 3, 4, 33, 868])
+def test_line_levels(tmp_path_factory, clocks_per_bit):
+    """Every level of the driven line, and what the sampler makes of the same line."""
+    program = tmp_path_factory.getbasetemp() / "uart_line"
+    if not program.exists():
+        include = ROOT / "sim" / "board"
+        command = ["g++", "-std=c++20", "-Wall", "-Wextra", "-Werror", f"-I{include}"]
+        subprocess.run([*command, LINE_TEST, "-o", program], check=True)
+    data = b"\x00\xff\x55\xa7"
+    idle = 3
+    printed = subprocess.run(
+        [program, str(clocks_per_bit), data.hex()], capture_output=True, text=True, check=True
+    ).stdout.split()
+    bits = "".join("0" + f"{byte:08b}"[::-1] + "1" for byte in data)
+    levels = "".join(bit * clocks_per_bit for bit in bits) + "1" * idle
+    assert printed[0] == levels
+    assert printed[1] == data.hex()
+    # Half a start bit is a glitch; ten bits of 0 are a frame without its stop.
+    assert printed[2:] == ["glitch", "framing"]

@@ -1,0 +1,29 @@
+"""The UART bench at divisors other than its own: the smallest, and 115,200 baud at 100 MHz."""
+
+import pytest
+from amaranth.back import verilog
+
+from hdl.config import Config
+from hdl.link.uart import Uart
+from sim.exported import cached_verilog
+from sim.runner import BENCHES, run
+
+
+pytestmark = pytest.mark.cosim
+
+
+@pytest.mark.parametrize("clocks_per_bit", [4, 868])
+def test_uart(clocks_per_bit, simulator):
+    config = Config(clocks_per_bit=clocks_per_bit)
+    text = cached_verilog(
+        lambda: verilog.convert(Uart(config), name="uart", emit_src=False), "uart", repr(config)
+    )
+    result = run(
+        simulator,
+        text,
+        "uart",
+        BENCHES / "cosim_uart.py",
+        env={"CLOCKS_PER_BIT": str(clocks_per_bit)},
+        label=f"uart-{clocks_per_bit}-{simulator}",
+    )
+    assert result.tests == 6

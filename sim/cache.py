@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import hashlib
+import logging
 import os
 import shutil
 import tempfile
@@ -13,6 +14,8 @@ from pathlib import Path
 
 
 __all__ = ["BuildCache", "build_root", "digest"]
+
+_LOG = logging.getLogger(__name__)
 
 
 def build_root() -> Path:
@@ -72,6 +75,7 @@ class BuildCache:
         self.root.mkdir(parents=True, exist_ok=True)
         with self._locked(key):
             if not final.is_dir():
+                _LOG.info("building %s; it is kept for the next time", key.rpartition("-")[0])
                 partial = Path(tempfile.mkdtemp(prefix=f"{key}.", dir=self.root))
                 try:
                     build(partial)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import logging
 import os
 import re
 import sys
@@ -31,6 +32,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     debug = "--debug" in arguments
+    logging.basicConfig(format="pathgene: %(message)s")
+    logging.getLogger("sim").setLevel(logging.INFO)
     try:
         parsed = build_parser().parse_args(_join_numbers(arguments))
         if parsed.command is None:

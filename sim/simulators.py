@@ -214,7 +214,8 @@ def build_verilator(
                 "VM_GLOBAL_FAST=",  # Compiled once for all designs, below.
                 *_MAKE_VARIABLES,
                 f"OPT_FAST={_STANDARD} {optimize}",
-                f"OPT_SLOW={_STANDARD} -O1",
+                # Run once. Optimizing the table of public signals takes the compiler 10 minutes.
+                f"OPT_SLOW={_STANDARD} -O0",
             ],
             cwd=directory,
             what="Compiling the simulated chip",

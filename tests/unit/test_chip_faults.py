@@ -1,4 +1,4 @@
-"""The chip's client over a line that flips, drops, inserts and repeats bytes and loses delimiters."""
+"""The client of the chip over a line with faults: bytes flipped, lost, put in, repeated, merged."""
 
 import random
 

@@ -97,7 +97,7 @@ class Chip:
         If what answers is of another protocol version or build.
     """
 
-    def __init__(self, link: Link, *, verify_every: int = 64) -> None:
+    def __init__(self, link: Link, *, verify_every: int = 256) -> None:
         self.link = link
         self._verify_every = verify_every
         self._paths: list[list[int]] = []

@@ -1,0 +1,140 @@
+"""The exported control unit: hand-overs without a clock between, and counters."""
+
+import random
+
+import cocotb
+from cocotb.clock import Clock
+from cocotb.triggers import FallingEdge
+
+from hdl.config import Config
+from hdl.ga_core.control import clocks_layout, counters_layout
+from hdl.protocol import ChipState, Counter
+
+
+TOP = "control"
+CONFIG = Config()
+
+GENERATION = {
+    ChipState.CROSSOVER: Counter.CROSSOVER,
+    ChipState.MUTATE: Counter.MUTATION,
+    ChipState.UPDATE: Counter.UPDATE,
+}
+UNITS = {
+    ChipState.RECEIVE: "receive",
+    ChipState.CROSSOVER: "crossover",
+    ChipState.MUTATE: "mutation",
+    ChipState.UPDATE: "update",
+    ChipState.TRANSMIT: "transmit",
+}
+INPUTS = ("pending", "generate", "ready", "line_busy", "line_sending", "refused", "restart")
+
+
+class Bench:
+    """Plays all units, and counts beside the control unit."""
+
+    def __init__(self, dut):
+        self.dut = dut
+        self.counters = dict.fromkeys((name for name, _ in counters_layout(CONFIG)), 0)
+        self.history = ChipState.LISTEN.value
+        self.state = ChipState.LISTEN
+        for name in (*INPUTS, *(f"{unit}_over" for unit in UNITS.values())):
+            dut[name].value = 0
+
+    async def reset(self):
+        self.dut.rst.value = 1
+        Clock(self.dut.clk, 10, unit="ns").start()
+        await FallingEdge(self.dut.clk)
+        await FallingEdge(self.dut.clk)
+        self.dut.rst.value = 0
+
+    async def clock(self, *, busy=False, sending=False):
+        """Pass a clock, with bytes on the line or without; all before it must be counted."""
+        dut = self.dut
+        dut.line_busy.value = busy
+        dut.line_sending.value = sending
+        assert dut.state.value.to_unsigned() == self.state
+        for state, unit in UNITS.items():
+            assert int(dut[f"{unit}_on"].value) == (state is self.state)
+        counters = counters_layout(CONFIG).from_bits(dut.counters.value.to_unsigned())
+        assert {name: counters[name] for name in self.counters} == self.counters
+        assert dut.history.value.to_unsigned() == self.history
+        self.counters[Counter.CLOCKS] += 1
+        self.counters[Counter.RECEIVE] += self.state is ChipState.RECEIVE or busy
+        self.counters[Counter.TRANSMIT] += self.state is ChipState.TRANSMIT or sending
+        if self.state in GENERATION:
+            self.counters[GENERATION[self.state]] += 1
+        await FallingEdge(dut.clk)
+
+    def enter(self, state):
+        self.state = state
+        self.history = (self.history << 4 | state) & 0xFFFFFFFF
+
+    async def run(self, state, clocks):
+        """Be in ``state`` for ``clocks``; its unit is over in the last."""
+        self.enter(state)
+        over = self.dut[f"{UNITS[state]}_over"]
+        for left in range(clocks, 0, -1):
+            over.value = left == 1
+            await self.clock()
+        over.value = 0
+
+
+@cocotb.test()
+async def random_commands(dut):
+    """Units of random lengths, frames on the line meanwhile, and new seeds."""
+    rng = random.Random(6)
+    bench = Bench(dut)
+    await bench.reset()
+    dut.ready.value = 1
+    generation = 0
+    for _ in range(120):
+        for _ in range(rng.randrange(3)):
+            if rng.random() < 0.1:
+                dut.restart.value = 1
+                generation = 0
+            await bench.clock(busy=rng.random() < 0.5, sending=rng.random() < 0.5)
+            dut.restart.value = 0
+        dut.pending.value = 1
+        await bench.clock()
+        dut.pending.value = 0
+
+        generates = rng.random() < 0.7
+        dut["generate"].value = generates
+        await bench.run(ChipState.RECEIVE, rng.randint(1, 9))
+        dut["generate"].value = 0
+        if generates:
+            clocks = [rng.randint(1, 30) for _ in GENERATION]
+            refused = rng.randrange(CONFIG.mutators + 1)
+            dut.refused.value = refused
+            for state, length in zip(GENERATION, clocks, strict=True):
+                await bench.run(state, length)
+            generation += 1
+            bench.counters[Counter.GENERATIONS] += 1
+            bench.counters[Counter.REFUSED_MUTATIONS] += refused
+            bench.counters[Counter.LONGEST] = max(bench.counters[Counter.LONGEST], sum(clocks))
+            latest = clocks_layout(CONFIG).from_bits(dut.clocks.value.to_unsigned())
+            assert [latest.crossover, latest.mutation, latest.update] == clocks
+        await bench.run(ChipState.TRANSMIT, rng.randint(1, 9))
+        bench.enter(ChipState.LISTEN)
+        assert dut.generation.value.to_unsigned() == generation
+    await bench.clock()
+
+
+@cocotb.test()
+async def waits_for_the_draws(dut):
+    """A generation starts in the clock after its draws are there, and waiting is receiving."""
+    bench = Bench(dut)
+    await bench.reset()
+    dut.pending.value = 1
+    await bench.clock()
+    dut.pending.value = 0
+    bench.enter(ChipState.RECEIVE)
+    dut["generate"].value = 1
+    dut.receive_over.value = 1
+    for _ in range(20):
+        await bench.clock()
+    dut.ready.value = 1
+    await bench.clock()
+    bench.enter(ChipState.CROSSOVER)
+    await bench.clock()
+    assert bench.counters[Counter.RECEIVE] == 21

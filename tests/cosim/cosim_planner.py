@@ -1,0 +1,234 @@
+"""The whole exported chip at its UART pins, driven by the host's own code, against the model.
+
+CHIP in the environment chooses the configuration: ``small``, or ``default`` for the paper's sizes.
+"""
+
+import itertools
+import os
+import random
+
+import cocotb
+from cocotb.clock import Clock
+from cocotb.simtime import get_sim_time
+from cocotb.task import bridge, resume
+from cocotb.triggers import Event, FallingEdge, First, Timer
+
+from hdl.config import Config
+from hdl.framing import encode_frame
+from hdl.protocol import Command, LinkMode, StickyError
+from host.chip import Chip
+from host.link import Link, LinkError
+from sim.model.chip import ChipModel
+from sim.model.port import ModelPort
+from tests.chips import SMALL, Pair
+
+
+TOP = "planner"
+CONFIG = {"small": SMALL, "default": Config(clocks_per_bit=4)}[os.environ.get("CHIP", "small")]
+
+CLOCK_NS = 10
+BIT_NS = CLOCK_NS * CONFIG.clocks_per_bit
+BYTE_NS = 10 * BIT_NS
+#: Longer than the chip is ever silent: a generation and the checksum of a population.
+TIMEOUT_S = (40 * BYTE_NS + 4 * CLOCK_NS * CONFIG.population * CONFIG.max_waypoints) * 1e-9
+
+
+class Pins:
+    """A serial port at the pins of the chip, for host code in a thread.
+
+    Time is that of the simulation: a call returns when what it did is over there.
+
+    Parameters
+    ----------
+    dut : cocotb handle
+        The chip; its clock is started and it is reset here.
+    """
+
+    def __init__(self, dut):
+        self.timeout = None
+        self.closed = False
+        #: Applied to each write: what the line makes of it.
+        self.fault = bytes
+        self._dut = dut
+        self._received = bytearray()
+        self._arrived = Event()
+        self._now_ns = 0
+        self.read = resume(self._read)
+        self.write = resume(self._write)
+        self.hold_low = resume(self._hold_low)
+        self.reset = resume(self._reset)
+
+    async def power_up(self):
+        self._dut.rx.value = 1
+        Clock(self._dut.clk, CLOCK_NS, unit="ns").start()
+        await self._reset()
+        cocotb.start_soon(self._collect())
+
+    @property
+    def in_waiting(self):
+        return len(self._received)
+
+    def now_s(self):
+        """Return the seconds that had been simulated at the end of the latest call."""
+        return self._now_ns * 1e-9
+
+    def close(self):
+        self.closed = True
+
+    async def _reset(self):
+        self._dut.rst.value = 1
+        await Timer(3 * CLOCK_NS, "ns")
+        self._dut.rst.value = 0
+        await Timer(CLOCK_NS, "ns")
+
+    async def _collect(self):
+        """Take bytes off ``tx``: the only code that runs while the chip works by itself."""
+        tx = self._dut.tx
+        while True:
+            if tx.value:
+                await FallingEdge(tx)
+            await Timer(BIT_NS // 2, "ns")
+            value = 0
+            for bit in range(8):
+                await Timer(BIT_NS, "ns")
+                value |= int(tx.value) << bit
+            await Timer(BIT_NS, "ns")
+            assert tx.value == 1, "a byte without a stop bit"
+            self._received.append(value)
+            self._arrived.set()
+
+    async def _read(self, size):
+        deadline = get_sim_time("ns") + self.timeout * 1e9
+        while len(self._received) < size:
+            left = round(deadline - get_sim_time("ns"))
+            if left <= 0:
+                break
+            self._arrived.clear()
+            await First(self._arrived.wait(), Timer(left, "ns"))
+        self._now_ns = get_sim_time("ns")
+        part = bytes(self._received[:size])
+        del self._received[:size]
+        return part
+
+    async def _write(self, data):
+        for value in self.fault(bytes(data)):
+            bits = (0, *(value >> bit & 1 for bit in range(8)), 1)
+            for level, run in itertools.groupby(bits):
+                self._dut.rx.value = level
+                await Timer(BIT_NS * len(list(run)), "ns")
+        self._now_ns = get_sim_time("ns")
+        return len(data)
+
+    async def _hold_low(self, bits):
+        self._dut.rx.value = 0
+        await Timer(bits * BIT_NS, "ns")
+        self._dut.rx.value = 1
+        await Timer(2 * BIT_NS, "ns")
+
+
+def with_host(test):
+    """Run ``test``, a function of the pins and a pair of chips, in a thread beside the simulation."""
+
+    async def run(dut):
+        pins = Pins(dut)
+        await pins.power_up()
+
+        def host():
+            board = Chip(Link(pins, timeout_s=TIMEOUT_S, attempts=4, clock=pins.now_s))
+            model = Chip(Link(ModelPort(ChipModel(CONFIG)), timeout_s=1, attempts=1))
+            test(pins, Pair(board, model))
+            board.close()
+            assert pins.closed
+
+        await bridge(host)()
+
+    run.__name__ = run.__qualname__ = test.__name__
+    run.__doc__ = test.__doc__
+    return cocotb.test(run)
+
+
+@with_host
+def every_command(pins, chips):
+    """The host's commands in all link modes; populations, status and counters."""
+    assert chips.board.info == chips.model.info
+    # The memories keep what they hold over a reset; here they have been written never.
+    assert chips.board.read(0, CONFIG.population) == [[0, 0]] * CONFIG.population
+    assert chips.model.read(0, CONFIG.population) == [[0, 0]] * CONFIG.population
+    chips.start()
+    for mode in (LinkMode.RECIPE, LinkMode.RANK, LinkMode.POPULATION, LinkMode.RECIPE):
+        chips.step(mode)
+    counters = chips.check()
+    assert counters["generations"] == 4
+    assert counters["longest"] <= CONFIG.max_waypoints + 8
+    assert counters["clocks"] >= counters["receive"] > 0
+    assert counters["clocks"] >= counters["transmit"] > 0
+
+
+@with_host
+def damaged_frames(pins, chips):
+    """Frames lost, damaged and doubled on their way: each command is executed once."""
+    rng = random.Random(7)
+    chips.start()
+    traffic = chips.board.link.traffic
+
+    def flip(data):
+        at = rng.randrange(1, len(data))
+        return data[:at] + bytes((data[at] ^ 1 << rng.randrange(8),)) + data[at + 1 :]
+
+    for number, damage in enumerate((flip, lambda data: b"", lambda data: data[:-3])):
+        repeated = traffic.frames_repeated
+
+        def once(data, damage=damage):
+            pins.fault = bytes
+            return damage(data)
+
+        pins.fault = once
+        chips.step(LinkMode.RANK if number == 0 else LinkMode.RECIPE)
+        assert traffic.frames_repeated == repeated + 1
+    pins.fault = lambda data: data * 2
+    chips.step(LinkMode.RECIPE)
+    pins.fault = bytes
+    assert chips.board.status()["generation"] == 4
+    assert chips.board.read(0, CONFIG.population) == chips.paths
+
+
+@with_host
+def garbage_and_break(pins, chips):
+    """Whatever comes, the chip answers afterwards, and tells what it has seen."""
+    rng = random.Random(8)
+    chips.start()
+    pins.write(b"\7" * 5 + b"\0")
+    pins.write(rng.randbytes(40) + b"\0")
+    pins.write(encode_frame(b"\1\2\3\4\5")[:-2] + b"\x55\0")
+    pins.write(encode_frame(bytes(CONFIG.receive_buffer + 3)))
+    pins.hold_low(25)
+    chips.board.link.session = None
+    chips.board.link.reopen()
+    errors = StickyError(chips.board.status()["errors"])
+    assert errors == (
+        StickyError.FRAMING | StickyError.OVERRUN | StickyError.CRC | StickyError.MALFORMED
+    )
+    chips.board.clear_errors()
+    assert chips.board.status()["errors"] == 0
+    chips.step(LinkMode.RANK)
+
+
+@with_host
+def reset_in_an_answer(pins, chips):
+    """After a reset the chip is told from the one before, and works anew."""
+    link = chips.board.link
+    pins.write(encode_frame(bytes((0, 0, Command.INFO)), plain=True))
+    pins.timeout = TIMEOUT_S
+    assert len(pins.read(2)) == 2  # The answer has begun.
+    pins.reset()
+    # One message for a chip that was reset and one that another host has opened.
+    try:
+        link.request(Command.STATUS)
+    except LinkError as error:
+        assert str(error) == "The board was reset or taken by another host: open it again."
+    else:
+        raise AssertionError("The reset went unnoticed")
+    chips.board = Chip(Link(pins, timeout_s=TIMEOUT_S, attempts=4, clock=pins.now_s))
+    assert chips.board.info["session"] == 0
+    chips.start()
+    chips.step(LinkMode.RECIPE)

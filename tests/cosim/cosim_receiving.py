@@ -1,0 +1,190 @@
+# amaranth: UnusedElaboratable=no
+"""The exported receiving unit against the model: every kind of request, whole or broken."""
+
+import random
+
+import cocotb
+from cocotb.clock import Clock
+from cocotb.triggers import FallingEdge, RisingEdge
+from drivers import Stream
+
+from hdl.config import Config
+from hdl.framing import FrameSplitter, decode_frame, encode_frame
+from hdl.ga_core.receiving import AnswerKind, ReceivingUnit, answer_layout, request_layout
+from hdl.protocol import Command, LinkMode, Status, StickyError, start_request
+from sim.model.chip import ChipModel
+from sim.model.frames import FrameReceiverModel
+from tests.fuzz import Fuzz
+
+
+TOP = "receiving"
+CONFIG = Config()
+
+UNIT = ReceivingUnit(CONFIG)
+KINDS = {
+    Command.STATUS: AnswerKind.STATUS,
+    Command.COUNTERS: AnswerKind.COUNTERS,
+    Command.READ: AnswerKind.PATHS,
+}
+GENERATE_KINDS = {
+    LinkMode.POPULATION: AnswerKind.PATHS,
+    LinkMode.RANK: AnswerKind.CHILDREN,
+    LinkMode.RECIPE: AnswerKind.RECIPE,
+}
+
+
+class Bench:
+    """Hands bodies to the unit as the control unit does."""
+
+    def __init__(self, dut, *, stalled):
+        self.dut = dut
+        rng = random.Random(2)
+        pauses = (lambda: rng.choice((0, 0, 1, 4))) if stalled else (lambda: 0)
+        self.requests = Stream(dut, "requests", request_layout, dut.clk, pauses)
+        self.requests.idle(driven=True)
+        self.collected = {}
+        for name in ("starts", "writes", "ranking"):
+            layout = UNIT.signature.members[name].signature.members["payload"].shape
+            stream = Stream(dut, name, layout, dut.clk, pauses)
+            stream.idle(driven=False)
+            self.collected[name] = []
+            cocotb.start_soon(self._collect(stream, self.collected[name]))
+        dut.on.value = 0
+        dut.ranked.value = 1
+        dut.line_errors.value = 0
+
+    async def _collect(self, stream, into):
+        while True:
+            into.append(await stream.get())
+
+    async def reset(self):
+        self.dut.rst.value = 1
+        Clock(self.dut.clk, 10, unit="ns").start()
+        await FallingEdge(self.dut.clk)
+        await FallingEdge(self.dut.clk)
+        self.dut.rst.value = 0
+
+    async def hand_over(self, body, plain):
+        """Return the answer to a body, and whether a generation is to run."""
+        dut = self.dut
+        for taken in self.collected.values():
+            taken.clear()
+        dut.on.value = 1
+        last = len(body) - 1
+        await self.requests.put(
+            *({"data": byte, "last": at == last, "plain": plain} for at, byte in enumerate(body))
+        )
+        if not dut.over.value:
+            await RisingEdge(dut.over)
+            await FallingEdge(dut.clk)
+        generates = bool(dut["generate"].value)
+        dut.on.value = 0
+        await FallingEdge(dut.clk)
+        await FallingEdge(dut.clk)
+        return answer_layout.from_bits(dut.answer.value.to_unsigned()), generates
+
+
+def expected_kind(body, plain, answer):
+    """Return what the unit must ask the transmitting unit for, given the model's answer."""
+    if not answer:
+        return AnswerKind.SILENCE
+    if plain:
+        return AnswerKind.INFO
+    if answer[2] != Status.OK:
+        return AnswerKind.EMPTY
+    if body[2] == Command.GENERATE:
+        return GENERATE_KINDS[body[3]]
+    return KINDS.get(body[2], AnswerKind.EMPTY)
+
+
+@cocotb.test()
+@cocotb.parametrize(stalled=[False, True])
+async def random_requests(dut, stalled):
+    """The same statuses, orders to the core and sticky errors as the model's."""
+    bench = Bench(dut, stalled=stalled)
+    await bench.reset()
+    fuzz = Fuzz(CONFIG, seed=4 + stalled)
+    receiver = FrameReceiverModel(CONFIG)
+    model = ChipModel(CONFIG)
+    refused = generations = 0
+    while fuzz.frames < 200:
+        batch, _, _ = fuzz.batch()
+        for body, plain in receiver.feed(batch):
+            paths = [list(path) for path in model.core.paths]
+            generation = model.core.generation
+            answer = b""
+            for encoded in FrameSplitter().feed(model.feed(encode_frame(body, plain=plain))):
+                answer, _ = decode_frame(encoded)
+            told, generates = await bench.hand_over(body, plain)
+
+            kind = expected_kind(body, plain, answer)
+            assert told.kind == kind, (body, kind)
+            if kind is not AnswerKind.SILENCE:
+                assert bytes((told.session, told.sequence, told.status)) == answer[:3], body
+                assert told.plain == plain
+            if kind is AnswerKind.PATHS and body[2] == Command.READ:
+                assert bytes((told.slot, told.count)) == body[3:]
+            elif kind is AnswerKind.PATHS:
+                assert (told.slot, told.count) == (0, CONFIG.population)
+            elif kind is AnswerKind.CHILDREN:
+                assert (told.slot, told.count) == (10, 22)
+
+            executes = model.core.generation > generation
+            generations += executes
+            refused += kind is AnswerKind.EMPTY and answer[2] >= Status.UNKNOWN_COMMAND
+            assert generates == executes, body
+            check_orders(bench.collected, body, answer, generates)
+            if body[2] == Command.WRITE and answer[2:3] == bytes((Status.OK,)):
+                assert written(bench.collected["writes"], paths) == model.core.paths
+            if body[2] == Command.CLEAR and answer[2] == Status.OK:
+                assert dut.errors.value == 0
+    assert refused > 5
+    assert generations > 20
+    assert dut.session.value.to_unsigned() > 0
+
+
+def check_orders(collected, body, answer, generates):
+    """A START orders once what it says, a generation its ranking, and a refusal neither."""
+    accepted = answer[2:3] == bytes((Status.OK,))
+    starts = [(s.seed, s.x, s.y, s.altitude) for s in collected["starts"]]
+    if starts:
+        values = start_request(CONFIG).unpack(body[3:])
+        assert accepted
+        assert starts == [tuple(values.values())]
+    if generates:
+        order = list(body[4:]) or list(range(CONFIG.population))
+        assert [(r.rank, r.slot) for r in collected["ranking"]] == list(enumerate(order))
+    elif accepted:
+        assert collected["ranking"] == []
+
+
+def written(writes, paths):
+    """Return ``paths`` after the orders to write."""
+    paths = [list(path) for path in paths]
+    path = []
+    for word in writes:
+        assert word.index == len(path)
+        path.append(word.waypoint)
+        if word.last:
+            paths[word.slot] = path
+            path = []
+    assert path == []
+    return paths
+
+
+@cocotb.test()
+async def line_errors_stick(dut):
+    """Each of the line's errors stays until it is cleared, a refusal besides them."""
+    bench = Bench(dut, stalled=False)
+    await bench.reset()
+    for number, error in enumerate(list(StickyError)[:4]):
+        dut.line_errors.value = 1 << number
+        await FallingEdge(dut.clk)
+        dut.line_errors.value = 0
+        await FallingEdge(dut.clk)
+        assert dut.errors.value.to_unsigned() == error.value
+        if error is StickyError.CRC:
+            await bench.hand_over(bytes((0, number, 99)), False)
+            assert dut.errors.value.to_unsigned() == (error | StickyError.REFUSED).value
+        await bench.hand_over(bytes((0, number, Command.CLEAR)), False)
+        assert dut.errors.value == 0

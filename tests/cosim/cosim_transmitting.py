@@ -1,0 +1,184 @@
+# amaranth: UnusedElaboratable=no
+"""The exported transmitting unit: bodies of every kind, at the widths of the real chip."""
+
+import itertools
+import random
+import zlib
+
+import cocotb
+from cocotb.clock import Clock
+from cocotb.triggers import FallingEdge, RisingEdge
+from drivers import Stream
+
+from hdl.config import Config
+from hdl.ga_core.receiving import AnswerKind, answer_layout, request_layout
+from hdl.ga_core.transmitting import TransmittingUnit
+from hdl.protocol import (
+    Layout,
+    Status,
+    counters_reply,
+    info_reply,
+    info_values,
+    pack_paths,
+    recipe_reply,
+    status_reply,
+    survivors_reply,
+)
+from tests.chips import random_paths
+
+
+TOP = "transmitting"
+CONFIG = Config()
+
+UNIT = TransmittingUnit(CONFIG)
+RECIPE = Layout(recipe_reply(CONFIG).fields[:-1])
+KEPT = CONFIG.elites + CONFIG.survivors
+
+
+def packed(layout, values):
+    """Return the bits of a port of ``layout``."""
+    return layout.const(values).as_value().value
+
+
+class Bench:
+    """Gives the unit random registers and paths, and says what must be sent of them."""
+
+    def __init__(self, dut, *, stalled):
+        self.dut = dut
+        self.rng = random.Random(3)
+        pauses = (lambda: self.rng.choice((0, 0, 1, 5))) if stalled else (lambda: 0)
+        self.replies = Stream(dut, "replies", request_layout, dut.clk, pauses)
+        self.replies.idle(driven=False)
+        self.reads = Stream(dut, "reads", UNIT.read_layout, dut.clk, pauses)
+        self.reads.idle(driven=False)
+        self.waypoints = Stream(dut, "waypoints", UNIT.waypoint_layout, dut.clk, pauses)
+        self.waypoints.idle(driven=True)
+        self.asked = []
+        dut.on.value = 0
+        self.draw()
+
+    async def reset(self):
+        self.dut.rst.value = 1
+        Clock(self.dut.clk, 10, unit="ns").start()
+        await FallingEdge(self.dut.clk)
+        await FallingEdge(self.dut.clk)
+        self.dut.rst.value = 0
+        cocotb.start_soon(self._read_out())
+
+    def draw(self):
+        """Set all registers to something else."""
+        dut, rng = self.dut, self.rng
+
+        def fields(layout):
+            return {name: rng.getrandbits(width) for name, width in layout.fields}
+
+        self.paths = random_paths(CONFIG, rng)
+        self.session = rng.randrange(256)
+        self.status = fields(status_reply(CONFIG))
+        self.counters = fields(counters_reply(CONFIG))
+        self.recipe = fields(RECIPE)
+        self.survivors = [rng.randrange(CONFIG.population) for _ in range(CONFIG.survivors)]
+        dut.session.value = self.session
+        dut.status.value = packed(UNIT.status_layout, self.status)
+        dut.counters.value = packed(UNIT.counters_layout, self.counters)
+        dut.recipe.value = packed(UNIT.recipe_layout, self.recipe)
+        dut.survivors.value = packed(UNIT.survivors_layout, self.survivors)
+
+    async def _read_out(self):
+        while True:
+            read = await self.reads.get()
+            self.asked.append((read.slot, read.count))
+            words = [
+                {"waypoint": waypoint, "last": at == len(path) - 1, "final": 0}
+                for path in self.paths[read.slot : read.slot + read.count]
+                for at, waypoint in enumerate(path)
+            ]
+            words[-1]["final"] = 1
+            await self.waypoints.put(*words)
+
+    def expected(self, kind, slot, count):
+        """Return the payload of an answer and the slots that must be read for it."""
+        if kind is AnswerKind.INFO:
+            payload = info_reply(CONFIG).pack(session=self.session, **info_values(CONFIG))
+            return payload, []
+        if kind is AnswerKind.STATUS:
+            return status_reply(CONFIG).pack(**self.status), []
+        if kind is AnswerKind.COUNTERS:
+            return counters_reply(CONFIG).pack(**self.counters), []
+        if kind is AnswerKind.PATHS:
+            return pack_paths(CONFIG, self.paths[slot : slot + count]), [(slot, count)]
+        if kind is AnswerKind.CHILDREN:
+            named = {f"survivor_{i}": slot for i, slot in enumerate(self.survivors)}
+            payload = survivors_reply(CONFIG).pack(**named)
+            return payload + pack_paths(CONFIG, self.paths[KEPT:]), [(KEPT, CONFIG.children)]
+        if kind is AnswerKind.RECIPE:
+            checksum = zlib.crc32(pack_paths(CONFIG, self.paths))
+            payload = recipe_reply(CONFIG).pack(**self.recipe, checksum=checksum)
+            return payload, [(0, CONFIG.population)]
+        return b"", []
+
+    async def check(self, kind, slot=0, count=0):
+        """Let the unit send one answer, and compare it."""
+        dut, rng = self.dut, self.rng
+        answer = {
+            "kind": kind,
+            "session": rng.randrange(256),
+            "sequence": rng.randrange(256),
+            "status": rng.choice(list(Status)) if kind is AnswerKind.EMPTY else Status.OK,
+            "plain": kind is AnswerKind.INFO,
+            "slot": KEPT if kind is AnswerKind.CHILDREN else slot,
+            "count": CONFIG.children if kind is AnswerKind.CHILDREN else count,
+        }
+        dut.answer.value = packed(answer_layout, answer)
+        self.asked.clear()
+        dut.on.value = 1
+        body = b""
+        if kind is not AnswerKind.SILENCE:
+            sent = await self.replies.get_until("last")
+            body = bytes(byte.data for byte in sent)
+            assert {byte.plain for byte in sent} == {answer["plain"]}
+        if not dut.over.value:
+            await RisingEdge(dut.over)
+            await FallingEdge(dut.clk)
+        dut.on.value = 0
+        await FallingEdge(dut.clk)
+        assert not dut.replies__valid.value
+
+        payload, asked = self.expected(kind, slot, count)
+        if kind is not AnswerKind.SILENCE:
+            payload = bytes(answer[name] for name in ("session", "sequence", "status")) + payload
+        assert body == payload
+        assert self.asked == asked
+
+
+@cocotb.test()
+@cocotb.parametrize(stalled=[False, True])
+async def every_kind_after_every_other(dut, stalled):
+    """No answer leaves anything behind for the next."""
+    bench = Bench(dut, stalled=stalled)
+    await bench.reset()
+    kinds = list(AnswerKind)
+    short = [kind for kind in kinds if kind not in (AnswerKind.PATHS, AnswerKind.CHILDREN)]
+    for one, other in [*itertools.product(short, short), *itertools.pairwise(kinds * 2)]:
+        for kind in (one, other):
+            slot = bench.rng.randrange(CONFIG.population)
+            await bench.check(kind, slot, min(CONFIG.population - slot, bench.rng.randint(1, 4)))
+        bench.draw()
+    await bench.check(AnswerKind.PATHS, 0, CONFIG.population)
+
+
+@cocotb.test()
+async def first_byte_and_rate(dut):
+    """The first byte 2 clocks after the unit is turned on, then a byte a clock."""
+    bench = Bench(dut, stalled=False)
+    await bench.reset()
+    dut.answer.value = packed(answer_layout, {"kind": AnswerKind.COUNTERS, "session": 1})
+    size = 3 + counters_reply(CONFIG).size
+    dut.on.value = 1
+    dut.replies__ready.value = 1
+    valid = []
+    while not dut.over.value:
+        valid.append(int(dut.replies__valid.value))
+        await FallingEdge(dut.clk)
+    assert valid == [0] * 2 + [1] * size
+    dut.on.value = 0

@@ -1,0 +1,178 @@
+"""The simulated board against the software model, both behind the same host code."""
+
+import os
+import re
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+from hdl.config import Config
+from hdl.protocol import LinkMode, Status, StickyError
+from host.board import open_board, start_simulated
+from host.chip import Chip
+from host.errors import JobError
+from host.link import Link, LinkTimeoutError
+from tests.chips import SMALL, Pair, board_url
+from tests.fuzz import Fuzz
+
+
+pytestmark = pytest.mark.cosim
+
+DEFAULT = Config(clocks_per_bit=4)
+#: The longest paths that the papers mention, in a small population.
+LONG_PATHS = SMALL.replace(max_waypoints=20)
+
+
+@pytest.fixture
+def pair():
+    """Opens a simulated board and the model of the same chip; closes both."""
+    opened = []
+
+    def open_pair(config, seed=1, **options):
+        for url in (board_url("sim", config, **options), board_url("model", config)):
+            opened.append(open_board(url))
+        return Pair(*opened, seed)
+
+    yield open_pair
+    for chip in opened:
+        chip.close()
+
+
+def test_default_chip_for_sixty_generations(pair):
+    """Generation by generation the same population, and the clocks that the model foretells."""
+    chips = pair(DEFAULT)
+    chips.start()
+    for _ in range(60):
+        chips.step()
+    counters = chips.check()
+    assert counters["generations"] == 60
+    assert counters["mutation"] == 2 * 60
+    assert counters["update"] == 60
+    assert counters["longest"] <= DEFAULT.max_waypoints + 8
+
+
+@pytest.mark.parametrize("mode", LinkMode)
+def test_default_chip_in_every_mode(pair, mode):
+    chips = pair(DEFAULT, seed=2)
+    for _ in range(2):
+        chips.start()
+        for _ in range(4):
+            chips.step(mode)
+        chips.check()
+
+
+@pytest.mark.parametrize("config", [SMALL, LONG_PATHS], ids=["small", "long-paths"])
+def test_other_chips_in_every_mode(pair, config):
+    chips = pair(config, seed=3)
+    for _ in range(3):
+        chips.start()
+        for mode in LinkMode:
+            for _ in range(10):
+                chips.step(mode)
+        chips.check()
+
+
+def test_icarus_agrees(pair, icarus):
+    chips = pair(SMALL, seed=4, sim="icarus")
+    chips.start()
+    for mode in LinkMode:
+        chips.step(mode)
+    chips.check()
+
+
+def keep_full(chips):
+    """Lengthen every path that a deletion has shortened."""
+    full = chips.config.max_waypoints
+    for slot, path in enumerate(chips.paths):
+        if len(path) < full:
+            chips.load(slot, [path + path[: full - len(path)]])
+
+
+@pytest.mark.parametrize(
+    ("config", "generations"), [(DEFAULT, 60), (LONG_PATHS, 60)], ids=["default", "long-paths"]
+)
+def test_clocks_of_full_length_parents(pair, config, generations):
+    """At most ``max_waypoints + 8`` clocks from the accepted command to the new population."""
+    chips = pair(config, seed=5)
+    chips.start(config.max_waypoints)
+    for _ in range(generations):
+        chips.step(LinkMode.RECIPE)
+        keep_full(chips)
+    counters = chips.check()
+    # Measured on the chip: 4 clocks more than the waypoints of the longest path.
+    assert counters["longest"] == config.max_waypoints + 4 <= config.max_waypoints + 8
+    assert counters["crossover"] == generations * (config.max_waypoints + 1)
+
+
+def test_random_frames_get_the_answers_of_the_model():
+    """Whole, broken, repeated and damaged frames, and garbage between them; byte for byte."""
+    fuzz = Fuzz(SMALL, seed=1)
+    with start_simulated(board_url("sim", SMALL)) as board, board.open(timeout=5) as port:
+        while fuzz.frames < 3000:
+            fuzz.exchange(port)
+        port.timeout = 0.1
+        assert port.read() == b""
+    assert min(fuzz.statuses.values()) > 20, fuzz.statuses
+    assert fuzz.dropped == {StickyError.MALFORMED, StickyError.CRC, StickyError.OVERRUN}
+    assert set(fuzz.statuses) == set(Status)
+
+
+def children():
+    """Processes of ours, ended ones included."""
+    found = set()
+    for task in Path("/proc/self/task").iterdir():
+        found.update(map(int, (task / "children").read_text().split()))
+    return found
+
+
+def test_killed_board_is_told_in_a_sentence():
+    before = children()
+    chip = open_board(board_url("sim", SMALL))
+    (simulator,) = children() - before
+    chip.load([[1, 2]] * SMALL.population)
+    order = list(range(SMALL.population))
+    chip.step(order)
+    os.kill(simulator, signal.SIGKILL)
+    sentence = r"^The simulated board ended with signal SIGKILL: it printed nothing\.$"
+    with pytest.raises(JobError, match=sentence):
+        chip.step(order)
+    with pytest.raises(JobError):
+        chip.step(order)
+    chip.close()
+    assert children() <= before
+
+
+def test_stopped_board_is_given_up():
+    before = children()
+    with start_simulated(board_url("sim", SMALL)) as board:
+        chip = Chip(Link(board.open(), timeout_s=0.2, attempts=3))
+        chip.load([[1, 2]] * SMALL.population)
+        os.kill(board.pid, signal.SIGSTOP)
+        sentence = (
+            "The board did not answer GENERATE in 3 attempts of 0.2 s: "
+            "check its power, the cable and the line rate."
+        )
+        begun = time.monotonic()
+        with pytest.raises(LinkTimeoutError, match=f"^{re.escape(sentence)}$"):
+            chip.step(list(range(SMALL.population)))
+        assert 0.6 <= time.monotonic() - begun < 3
+    assert children() <= before
+
+
+def test_stopped_board_goes_on_when_it_is_let():
+    """What was sent to it meanwhile, several times over, is done once."""
+    model = open_board(board_url("model", SMALL))
+    with start_simulated(board_url("sim", SMALL)) as board:
+        chips = Pair(Chip(Link(board.open(), timeout_s=0.1, attempts=3)), model)
+        chips.start()
+        chips.step()
+        os.kill(board.pid, signal.SIGSTOP)
+        with pytest.raises(LinkTimeoutError):
+            chips.board.step(range(SMALL.population))
+        os.kill(board.pid, signal.SIGCONT)
+        chips.board.link.reopen()
+        chips.model.step(range(SMALL.population))
+        assert chips.board.read(0, 8) == chips.model.read(0, 8)
+        assert chips.board.status()["generation"] == 2

@@ -1,0 +1,220 @@
+"""Frames for a chip, good ones and broken ones, drawn at random, and the model's answers to them.
+
+Where the chip is allowed to differ from the model, the draws keep away: a refused WRITE may change
+waypoints, so all are written anew after one; and what tells of bytes on the line is asked for when
+there are none.
+"""
+
+import random
+
+from hdl.framing import FrameSplitter, decode_frame, encode_frame
+from hdl.protocol import (
+    BODY_HEADER_BYTES,
+    Command,
+    LinkMode,
+    Status,
+    counters_reply,
+    pack_paths,
+    read_request,
+    start_request,
+    write_request,
+)
+from sim.model.chip import ChipModel
+from sim.model.frames import FrameReceiverModel
+from tests.chips import LINE_CLOCKS, random_path, random_paths
+from tests.faults import ByteFaults
+
+
+__all__ = ["Fuzz"]
+
+#: Commands whose answers tell of bytes on the line.
+_ALONE = (Command.STATUS, Command.COUNTERS)
+_WEIGHTS = {
+    Command.GENERATE: 30,
+    Command.WRITE: 25,
+    Command.READ: 15,
+    Command.START: 7,
+    Command.STATUS: 6,
+    Command.COUNTERS: 6,
+    Command.CLEAR: 5,
+    Command.INFO: 3,
+    Command.OPEN: 3,
+}
+
+
+class Fuzz:
+    """Draws what goes to a chip, and knows what must come back.
+
+    Parameters
+    ----------
+    config : Config
+    seed : int
+
+    Attributes
+    ----------
+    frames : int
+        Frames drawn, broken ones included.
+    statuses : dict of Status to int
+        How often each was answered.
+    dropped : set of StickyError
+        Why frames were dropped.
+    """
+
+    def __init__(self, config, seed):
+        self.config = config
+        self.frames = 0
+        self.statuses = dict.fromkeys(Status, 0)
+        self.dropped = set()
+        self._model = ChipModel(config)
+        self._receiver = FrameReceiverModel(config)
+        self._rng = random.Random(seed)
+        self._faults = ByteFaults(0.01, self._rng)
+        self._session = self._expected = 0
+        self._rewrite = False
+        self._held = None
+        self._unended = 0
+
+    def exchange(self, port):
+        """Send one batch to ``port``, a serial port with a chip behind it; compare the answers."""
+        batch, expected, counters = self.batch()
+        port.write(batch)
+        answers = port.read(len(expected))
+        if counters:
+            answers, expected = self._without_clocks(answers), self._without_clocks(expected)
+        assert answers == expected, (
+            f"in frame {self.frames}: to {batch.hex(' ')} the answer {answers.hex(' ')}, "
+            f"not {expected.hex(' ')}"
+        )
+
+    def batch(self):
+        """Return bytes that fit in the chip's receive buffer, the model's answers to them, and
+        whether they ask for the counters.
+        """
+        batch, answers = b"", b""
+        while True:
+            data, alone = piece = self._held or self._draw()
+            self._held = None
+            if batch and (alone or self._unended + len(batch + data) > self.config.receive_buffer):
+                self._held = piece
+                alone = None
+                break
+            batch += data
+            answers += self._answers(data)
+            if alone or self._rewrite or self._rng.random() < 0.2:
+                break
+        *ended, begun = batch.split(b"\0")
+        self._unended = len(begun) + (0 if ended else self._unended)
+        return batch, answers, alone == Command.COUNTERS
+
+    def _without_clocks(self, answers):
+        """Return ``answers`` without counts of clocks that depend on the line."""
+        layout = counters_reply(self.config)
+        told = b""
+        for body, plain in _bodies(answers):
+            header, reply = body[:BODY_HEADER_BYTES], body[BODY_HEADER_BYTES:]
+            if len(reply) == layout.size:
+                reply = layout.pack(**layout.unpack(reply) | dict.fromkeys(LINE_CLOCKS, 0))
+            told += encode_frame(header + reply, plain=plain)
+        return told
+
+    def _answers(self, data):
+        """Feed the model, and follow session and sequence numbers by its answers."""
+        answers = self._model.feed(data)
+        self._receiver.feed(data)
+        self.dropped.update(self._receiver.verdicts)
+        for (session, sequence, status, *_), plain in _bodies(answers):
+            self.statuses[Status(status)] += 1
+            if plain:
+                continue
+            if status == Status.OK and session != self._session:
+                self._session, self._expected = session, 0
+            elif status == Status.OK and sequence == self._expected:
+                self._expected = (sequence + 1) % 256
+            elif status == Status.OUT_OF_ORDER:
+                self._expected = sequence
+            elif status in (Status.BAD_LENGTH, Status.BAD_VALUE):
+                self._rewrite = True
+        return answers
+
+    def _draw(self):
+        """Return a few bytes, mostly a frame, and its command if it has to go alone."""
+        rng = self._rng
+        self.frames += 1
+        if self._rewrite:
+            self._rewrite = False
+            body = self._body(Command.WRITE, self._paths(0, self.config.population))
+            # The delimiter ends what a broken frame has left on the line.
+            return b"\0" + encode_frame(body), None
+        if rng.random() < 0.05:
+            return bytes(rng.choices((0, 1, 2, *range(256)), k=rng.randrange(1, 12))), None
+
+        code = rng.choices(list(_WEIGHTS), _WEIGHTS.values())[0]
+        body = self._body(code, self._payload(code))
+        if rng.random() < 0.25:
+            body = self._broken(body)
+        data = encode_frame(body, plain=(code == Command.INFO) != (rng.random() < 0.03))
+        alone = body[2] if body[2] in _ALONE else None
+        if not alone and rng.random() < 0.1:
+            data = self._faults(data)
+        elif not alone and rng.random() < 0.05:
+            data *= 2
+        return data, alone
+
+    def _body(self, code, payload):
+        session, sequence = self._session, self._expected
+        if code == Command.OPEN:
+            session = (session + 1) % 256
+        return bytes((session, sequence, code)) + payload
+
+    def _payload(self, code):
+        config, rng = self.config, self._rng
+        if code == Command.START:
+            return start_request(config).pack(
+                seed=rng.getrandbits(64),
+                x=rng.randrange(config.map_size),
+                y=rng.randrange(config.map_size),
+                altitude=rng.randrange(config.blocked_altitude),
+            )
+        slot = rng.randrange(config.population)
+        count = rng.randint(1, config.population - slot)
+        if code == Command.WRITE:
+            return self._paths(slot, min(count, 3))
+        if code == Command.READ:
+            return read_request(config).pack(slot=slot, count=count)
+        if code == Command.GENERATE:
+            mode = rng.choice(list(LinkMode))
+            order = rng.sample(range(config.population), config.population)
+            return bytes((mode, *(() if mode is LinkMode.POPULATION else order)))
+        return b""
+
+    def _paths(self, slot, count):
+        paths = [random_path(self.config, self._rng) for _ in range(count)]
+        return write_request(self.config).pack(slot=slot) + pack_paths(self.config, paths)
+
+    def _broken(self, body):
+        """Return ``body`` with one thing wrong, or merely another."""
+        rng = self._rng
+        session, sequence, code = body[:BODY_HEADER_BYTES]
+        payload = body[BODY_HEADER_BYTES:]
+        match rng.randrange(7):
+            case 0:
+                session = rng.choice((session - 1, session + 1, rng.randrange(256))) % 256
+            case 1:
+                sequence = (sequence + rng.choice((-127, -128, -2, 1, 128, 129))) % 256
+            case 2 | 3:  # As if the answer had been lost.
+                sequence = (sequence - 1) % 256
+            case 4:
+                code = rng.choice((0, rng.randrange(12), rng.randrange(256)))
+            case 5:
+                length = rng.choice((0, len(payload) - 1, len(payload) + 1, rng.randrange(300)))
+                payload = (payload + rng.randbytes(300))[: max(0, length)]
+            case 6:
+                changed = bytearray(payload or b"\0")
+                at = rng.randrange(len(changed))
+                changed[at] = rng.choice((changed[at] ^ 1 << rng.randrange(8), rng.randrange(256)))
+                payload = bytes(changed)
+        return bytes((session, sequence, code)) + payload
+
+
+def _bodies(answers):
+    return [decode_frame(encoded) for encoded in FrameSplitter().feed(answers)]

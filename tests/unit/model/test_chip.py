@@ -1,0 +1,347 @@
+"""The model of the whole chip: the rules of the order, and what it makes of anything else."""
+
+import random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hdl.config import Config
+from hdl.framing import FrameSplitter, decode_frame, encode_frame
+from hdl.protocol import (
+    BODY_HEADER_BYTES,
+    ChipState,
+    Command,
+    Counter,
+    LinkMode,
+    Status,
+    StickyError,
+    counters_reply,
+    generate_request,
+    info_reply,
+    info_values,
+    pack_paths,
+    read_request,
+    recipe_reply,
+    start_request,
+    status_reply,
+    survivors_reply,
+    unpack_paths,
+)
+from sim.model.chip import ChipModel
+from sim.model.core import Core
+from sim.model.mutation import Limits
+from tests.chips import SMALL, random_paths
+
+
+START = start_request(SMALL)
+GOOD_START = START.pack(seed=0x0123456789ABCDEF, x=15, y=3, altitude=14)
+ORDER = [3, 0, 7, 1, 2, 6, 5, 4]
+
+
+def ask(chip, body, *, plain=False):
+    """Return the body of the one answer to ``body``, or None."""
+    answers = FrameSplitter().feed(chip.feed(encode_frame(bytes(body), plain=plain)))
+    if not answers:
+        return None
+    (answer,) = answers
+    told, answer_plain = decode_frame(answer)
+    assert answer_plain == plain
+    return told
+
+
+class Session:
+    """A host that numbers its commands and wants them executed."""
+
+    def __init__(self, config=SMALL):
+        self.chip = ChipModel(config)
+        assert ask(self.chip, (1, 0, Command.OPEN)) == bytes((1, 0, Status.OK))
+        self.sequence = 0
+
+    def __call__(self, command, payload=b""):
+        answer = ask(self.chip, bytes((1, self.sequence, command)) + payload)
+        assert answer[:3] == bytes((1, self.sequence, Status.OK))
+        self.sequence = (self.sequence + 1) % 256
+        return answer[3:]
+
+
+@pytest.fixture
+def host():
+    return Session()
+
+
+def test_information_comes_plain_and_without_a_session():
+    chip = ChipModel(SMALL)
+    for session in (0, 1):
+        answer = ask(chip, (99, 7, Command.INFO), plain=True)
+        assert answer[:3] == bytes((99, 7, Status.OK))
+        assert info_reply(SMALL).unpack(answer[3:]) == info_values(SMALL) | {"session": session}
+        ask(chip, (1, 0, Command.OPEN))
+    for code in Command:
+        answer = ask(chip, (1, 0, code), plain=True)
+        assert (answer is None) == (code is not Command.INFO)
+
+
+@pytest.mark.parametrize(
+    ("code", "payload", "status"),
+    [
+        (0, b"", Status.UNKNOWN_COMMAND),
+        (200, b"abc", Status.UNKNOWN_COMMAND),
+        (Command.INFO, b"", Status.UNKNOWN_COMMAND),
+        (Command.STATUS, b"\0", Status.BAD_LENGTH),
+        (Command.COUNTERS, b"\0", Status.BAD_LENGTH),
+        (Command.CLEAR, b"abc", Status.BAD_LENGTH),
+        (Command.START, b"", Status.BAD_LENGTH),
+        (Command.START, GOOD_START[:-1], Status.BAD_LENGTH),
+        (Command.START, GOOD_START + b"\0", Status.BAD_LENGTH),
+        (Command.START, START.pack(seed=0, x=16, y=0, altitude=0), Status.BAD_VALUE),
+        (Command.START, START.pack(seed=0, x=0, y=16, altitude=0), Status.BAD_VALUE),
+        (Command.START, START.pack(seed=0, x=0, y=0, altitude=15), Status.BAD_VALUE),
+        (Command.READ, b"\0", Status.BAD_LENGTH),
+        (Command.READ, b"\0\1\0", Status.BAD_LENGTH),
+        (Command.READ, b"\0\0", Status.BAD_VALUE),
+        (Command.READ, b"\7\2", Status.BAD_VALUE),
+        (Command.READ, b"\xff\xff", Status.BAD_VALUE),
+        (Command.WRITE, b"", Status.BAD_LENGTH),
+        (Command.WRITE, b"\0", Status.BAD_LENGTH),
+        (Command.WRITE, b"\0\1", Status.BAD_LENGTH),
+        (Command.WRITE, b"\0\1\0\0", Status.BAD_LENGTH),
+        (Command.WRITE, b"\0\1\0", Status.BAD_VALUE),  # No last waypoint.
+        (Command.WRITE, b"\0" + pack_paths(SMALL, [[1]]), Status.BAD_VALUE),
+        (Command.WRITE, b"\0" + pack_paths(SMALL, [[1] * 6]), Status.BAD_VALUE),
+        (Command.WRITE, b"\7" + pack_paths(SMALL, [[1, 2], [1, 2]]), Status.BAD_VALUE),
+        (Command.WRITE, b"\x08" + pack_paths(SMALL, [[1, 2]]), Status.BAD_VALUE),
+        (Command.GENERATE, b"", Status.BAD_LENGTH),
+        (Command.GENERATE, b"\3", Status.BAD_VALUE),
+        (Command.GENERATE, b"\0\0", Status.BAD_LENGTH),
+        (Command.GENERATE, bytes((1, *ORDER[:-1])), Status.BAD_LENGTH),
+        (Command.GENERATE, bytes((1, *ORDER, 0, 1)), Status.BAD_LENGTH),
+        (Command.GENERATE, bytes((2, *ORDER[:-1], 8)), Status.BAD_VALUE),
+        (Command.GENERATE, bytes((2, *ORDER[:-1], 3)), Status.BAD_VALUE),
+    ],
+)
+def test_refused(host, code, payload, status):
+    """A refusal is told, remembered, uses up no sequence number, and changes nothing."""
+    host(Command.WRITE, b"\0" + pack_paths(SMALL, random_paths(SMALL, random.Random(1))))
+    before = [list(path) for path in host.chip.core.paths]
+    answer = ask(host.chip, bytes((1, host.sequence, code)) + payload)
+    assert answer == bytes((1, host.sequence, status))
+    assert host.chip.core.paths == before
+    assert host.chip.core.generation == 0
+    told = status_reply(SMALL).unpack(host(Command.STATUS))
+    assert told["errors"] == StickyError.REFUSED
+    host(Command.CLEAR)
+    assert status_reply(SMALL).unpack(host(Command.STATUS))["errors"] == 0
+
+
+def test_order_of_commands():
+    status = Command.STATUS
+    script = [
+        ((5, 0, status), (5, 0, Status.NO_SESSION)),  # No such session.
+        ((0, 0, status), (0, 0, Status.OK)),  # Session 0 is open after reset.
+        ((2, 0, Command.OPEN), (2, 0, Status.NO_SESSION)),  # Not the next.
+        ((1, 0, Command.OPEN), (1, 0, Status.OK)),
+        ((0, 1, status), (0, 1, Status.NO_SESSION)),  # The session before.
+        ((1, 0, status), (1, 0, Status.OK)),
+        ((1, 0, status), (1, 0, Status.OK)),  # Asked again.
+        ((1, 1, status), (1, 1, Status.OK)),
+        ((1, 0, Command.OPEN), (1, 0, Status.OK)),  # Open already.
+        ((1, 0, status), (1, 0, Status.DUPLICATE)),  # Two back.
+        ((1, 3, status), (1, 2, Status.OUT_OF_ORDER)),  # One too far.
+        ((1, 0x82, status), (1, 2, Status.OUT_OF_ORDER)),  # Can just be told from behind.
+        ((1, 0x83, status), (1, 0x83, Status.DUPLICATE)),
+        ((1, 2, status), (1, 2, Status.OK)),
+    ]
+    chip = ChipModel(SMALL)
+    for body, header in script:
+        assert ask(chip, body)[:3] == bytes(header), body
+
+
+def test_numbers_wrap(host):
+    for _ in range(300):
+        host(Command.STATUS)
+    for session in [*range(2, 256), 0, 1]:
+        assert ask(host.chip, (session, 3, Command.OPEN)) == bytes((session, 3, Status.OK))
+    assert ask(host.chip, (1, 0, Command.STATUS))[2] == Status.OK
+
+
+def test_repeated_commands_change_nothing(host):
+    chip = host.chip
+    rng = random.Random(2)
+
+    def again(command, payload):
+        return ask(chip, bytes((1, (host.sequence - 1) % 256, command)) + payload)[3:]
+
+    host(Command.START, GOOD_START)
+    again(Command.START, START.pack(seed=1, x=1, y=1, altitude=1))
+    assert chip.core.limits == Limits(15, 3, 14)
+    paths = random_paths(SMALL, rng)
+    host(Command.WRITE, b"\0" + pack_paths(SMALL, paths))
+    again(Command.WRITE, b"\0" + pack_paths(SMALL, random_paths(SMALL, rng)))
+    assert chip.core.paths == paths
+
+    rank = host(Command.GENERATE, bytes((LinkMode.RANK, *ORDER)))
+    assert again(Command.GENERATE, bytes((LinkMode.RANK, *ORDER))) == rank
+    # The answer may be asked for in another mode.
+    recipe = again(Command.GENERATE, bytes((LinkMode.RECIPE, *ORDER)))
+    values = recipe_reply(SMALL).unpack(recipe)
+    assert values["checksum"] == chip.core.checksum()
+    assert [values[f"survivor_{i}"] for i in range(2)] == list(rank[:2])
+    whole = again(Command.GENERATE, bytes((LinkMode.POPULATION,)))
+    assert unpack_paths(SMALL, whole) == chip.core.paths
+    assert chip.core.generation == 1
+
+
+def test_generations_are_those_of_the_core(host):
+    rng = random.Random(3)
+    core = Core(SMALL)
+    core.start(0x0123456789ABCDEF, Limits(15, 3, 14))
+    core.paths = random_paths(SMALL, rng)
+    host(Command.START, GOOD_START)
+    host(Command.WRITE, b"\0" + pack_paths(SMALL, core.paths))
+    for number in range(12):
+        mode = LinkMode(number % 3)
+        order = list(range(8)) if mode is LinkMode.POPULATION else rng.sample(range(8), 8)
+        payload = bytes((mode,)) + (b"" if mode is LinkMode.POPULATION else bytes(order))
+        assert len(payload) == generate_request(SMALL, mode).size
+        reply = host(Command.GENERATE, payload)
+        done = core.run(order)
+        if mode is LinkMode.POPULATION:
+            assert unpack_paths(SMALL, reply) == core.paths
+        elif mode is LinkMode.RANK:
+            size = survivors_reply(SMALL).size
+            assert tuple(reply[:size]) == done.survivors
+            assert unpack_paths(SMALL, reply[size:]) == core.paths[4:]
+        else:
+            values = recipe_reply(SMALL).unpack(reply)
+            assert tuple(values[f"parent_{i}"] for i in range(2)) == done.parents
+            assert tuple(values[f"survivor_{i}"] for i in range(2)) == done.survivors
+            for i, mutated in enumerate(done.mutations):
+                assert values[f"applied_{i}"] == mutated.applied
+                assert values[f"child_{i}"] == mutated.child
+                assert values[f"index_{i}"] == mutated.index
+                assert values.get(f"waypoint_{i}", 0) == mutated.waypoint
+            assert values["checksum"] == core.checksum()
+    slots = read_request(SMALL).pack(slot=2, count=5)
+    assert unpack_paths(SMALL, host(Command.READ, slots)) == core.paths[2:7]
+
+
+def test_status_tells_the_states_and_the_latest_clocks(host):
+    host(Command.WRITE, b"\0" + pack_paths(SMALL, [[1] * 5] * 8))
+    host(Command.GENERATE, bytes((LinkMode.RANK, *ORDER)))
+    told = status_reply(SMALL).unpack(host(Command.STATUS))
+    listen, receive, crossover, mutate, update, transmit = ChipState
+    history = (receive, crossover, mutate, update, transmit, listen, receive, transmit)
+    assert told["history"] == int("".join(f"{state:x}" for state in history), 16)
+    assert told["state"] == ChipState.TRANSMIT
+    assert told["generation"] == 1
+    assert (told["crossover"], told["mutation"], told["update"]) == (6, 2, 1)
+
+
+def test_counters(host):
+    host(Command.WRITE, b"\0" + pack_paths(SMALL, [[1] * 5] * 8))
+    host(Command.GENERATE, bytes((LinkMode.RANK, *ORDER)))
+    before = counters_reply(SMALL).unpack(host(Command.COUNTERS))
+    assert before["generations"] == 1
+    assert (before["crossover"], before["mutation"], before["update"]) == (6, 2, 1)
+    assert before["longest"] == 9
+    assert before["refused_mutations"] == 1  # No path of 5 can grow.
+    after = counters_reply(SMALL).unpack(host(Command.COUNTERS))
+    # COBS adds 2 bytes to 3 of header, and 4 of CRC.
+    assert after["bytes_received"] - before["bytes_received"] == 9
+    assert after["bytes_sent"] - before["bytes_sent"] == 9 + counters_reply(SMALL).size
+    assert after["receive"] - before["receive"] == 9 * 10 * SMALL.clocks_per_bit
+    assert after["clocks"] == after["receive"] + after["transmit"] + 9
+    assert set(after) == set(Counter)
+
+
+def by_the_rules(chip, body, plain, open_session, expected):
+    """Feed ``body``; check its answer, and return the session and number expected next."""
+    session, sequence, code = body[:3]
+    answer = ask(chip, body, plain=plain)
+    if plain:
+        assert (answer is None) == (code != Command.INFO)
+        return open_session, expected
+    told_session, told_sequence, status = answer[:3]
+    status = Status(status)
+    assert told_session == session
+    assert status is Status.OK or len(answer) == BODY_HEADER_BYTES
+    if code == Command.OPEN:
+        assert (told_sequence, len(answer)) == (sequence, 3)
+        opens = session == (open_session + 1) % 256
+        assert (status is Status.OK) == (opens or session == open_session)
+        return (session, 0) if opens else (open_session, expected)
+    if session != open_session:
+        assert (status, told_sequence) == (Status.NO_SESSION, sequence)
+    elif sequence == expected:
+        assert status not in (Status.DUPLICATE, Status.OUT_OF_ORDER, Status.NO_SESSION)
+        assert told_sequence == sequence
+        if status is Status.OK:
+            return open_session, (expected + 1) % 256
+    elif sequence == (expected - 1) % 256:
+        assert status not in (Status.DUPLICATE, Status.OUT_OF_ORDER, Status.NO_SESSION)
+        assert told_sequence == sequence
+    elif (expected - sequence) % 256 in range(2, 128):
+        assert (status, told_sequence) == (Status.DUPLICATE, sequence)
+    else:
+        assert (status, told_sequence) == (Status.OUT_OF_ORDER, expected)
+    return open_session, expected
+
+
+near = st.sampled_from([0, 1, 255])
+bodies = st.builds(
+    lambda session, sequence, code, payload: bytes((session, sequence, code)) + payload,
+    st.one_of(near, st.integers(0, 255)),
+    st.one_of(near, st.integers(0, 255)),
+    st.one_of(st.sampled_from(Command), st.integers(0, 255)),
+    st.one_of(
+        st.binary(max_size=60),
+        st.just(GOOD_START),
+        st.permutations(range(8)).map(lambda order: bytes((1, *order))),
+        st.permutations(range(8)).map(lambda order: bytes((2, *order))),
+        st.just(b"\0" + pack_paths(SMALL, [[1, 2]])),
+    ),
+)
+
+
+@given(st.lists(st.tuples(bodies, st.booleans() | st.just(False)), max_size=30))
+def test_any_bodies_are_answered_by_the_rules(script):
+    chip = ChipModel(SMALL)
+    state = 0, 0
+    for body, plain in script:
+        state = by_the_rules(chip, body, plain, *state)
+    # It can be used as before.
+    session = (state[0] + 1) % 256
+    assert ask(chip, (session, 0, Command.OPEN)) == bytes((session, 0, Status.OK))
+    whole = read_request(SMALL).pack(slot=0, count=8)
+    answer = ask(chip, bytes((session, 0, Command.READ)) + whole)
+    assert len(unpack_paths(SMALL, answer[3:])) == 8
+
+
+@given(st.lists(st.binary(max_size=40), max_size=20))
+def test_any_bytes_leave_it_answering(pieces):
+    chip = ChipModel(SMALL)
+    for piece in pieces:
+        chip.feed(piece)
+    answers = FrameSplitter().feed(
+        chip.feed(b"\0" + encode_frame(bytes((0, 0, Command.INFO)), plain=True))
+    )
+    body, plain = decode_frame(answers[-1])
+    assert plain
+    assert body[:3] == bytes((0, 0, Status.OK))
+
+
+def test_bodies_may_come_in_pieces():
+    chip, other = ChipModel(SMALL), ChipModel(SMALL)
+    data = b"".join(
+        encode_frame(bytes((0, sequence, Command.READ, 0, 3))) for sequence in range(5)
+    )
+    whole = chip.feed(data)
+    assert whole
+    assert b"".join(other.feed(bytes((value,))) for value in data) == whole
+
+
+def test_default_chip_starts_with_the_shortest_paths():
+    host = Session(Config())
+    paths = host(Command.READ, read_request(Config()).pack(slot=0, count=32))
+    assert unpack_paths(Config(), paths) == [[0, 0]] * 32

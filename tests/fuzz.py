@@ -21,7 +21,7 @@ from hdl.protocol import (
 )
 from sim.model.chip import ChipModel
 from sim.model.frames import FrameReceiverModel
-from tests.chips import LINE_CLOCKS, random_path, random_paths
+from tests.chips import LINE_CLOCKS, random_path
 from tests.faults import ByteFaults
 
 
@@ -87,8 +87,9 @@ class Fuzz:
         )
 
     def batch(self):
-        """Return bytes that fit in the chip's receive buffer, the model's answers to them, and
-        whether they ask for the counters.
+        """Return bytes that fit in the receive buffer, the model's answers, and a flag.
+
+        The flag says that they ask for the counters.
         """
         batch, answers = b"", b""
         while True:

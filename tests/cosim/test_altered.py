@@ -127,8 +127,12 @@ def test_comparison_fails(name, tmp_path, open_chip):
     assert chips.board.info == chips.model.info  # As the chip sees it, it is the same.
     chips.start()
     with pytest.raises(AssertionError):
-        for _ in range(20):
-            chips.step(LinkMode.RECIPE)
+        breed(chips)
+
+
+def breed(chips):
+    for _ in range(20):
+        chips.step(LinkMode.RECIPE)
 
 
 def planned(evaluator, chip):

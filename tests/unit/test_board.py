@@ -100,13 +100,11 @@ def test_wrong_urls(url, sentence):
 
 @pytest.mark.parametrize("url", ["/dev/no such device", "nosuchscheme://x", "", "socket://"])
 def test_boards_that_cannot_be_opened(url):
-    start, end = f"No board can be opened at {url!r} (", (
-        "); give model:, sim:, a serial device or a URL of pyserial."
-    )
     with pytest.raises(InputError) as caught:
         open_board(url)
-    assert str(caught.value).startswith(start)
-    assert str(caught.value).endswith(end)
+    sentence = str(caught.value)
+    assert sentence.startswith(f"No board can be opened at {url!r} (")
+    assert sentence.endswith("); give model:, sim:, a serial device or a URL of pyserial.")
 
 
 def test_the_model():

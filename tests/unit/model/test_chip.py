@@ -333,9 +333,7 @@ def test_any_bytes_leave_it_answering(pieces):
 
 def test_bodies_may_come_in_pieces():
     chip, other = ChipModel(SMALL), ChipModel(SMALL)
-    data = b"".join(
-        encode_frame(bytes((0, sequence, Command.READ, 0, 3))) for sequence in range(5)
-    )
+    data = b"".join(encode_frame(bytes((0, sequence, Command.READ, 0, 3))) for sequence in range(5))
     whole = chip.feed(data)
     assert whole
     assert b"".join(other.feed(bytes((value,))) for value in data) == whole

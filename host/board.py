@@ -20,10 +20,9 @@ __all__ = ["open_board", "split_config", "start_simulated"]
 
 #: UART divisor of simulated boards: as few clocks as the receiver allows, so that bytes are cheap.
 _SIMULATED_CLOCKS_PER_BIT = 4
-#: Times that a frame is sent in all before a board is given up.
-_ATTEMPTS = 12
-#: Longest silence of a board, in seconds, before a frame is sent again.
-_TIMEOUT_S = {"model": 0.01, "sim": 5.0, "icarus": 120.0, "serial": 0.25}
+#: Longest silence of a board, in seconds, before a frame is sent again, and how often it is sent
+#: before the board is given up.
+_PATIENCE = {"model": (0.01, 12), "sim": (5.0, 3), "icarus": (120.0, 3), "serial": (0.25, 12)}
 
 
 def open_board(url: str) -> Chip:
@@ -48,16 +47,17 @@ def open_board(url: str) -> Chip:
     scheme, colon, _ = url.partition(":")
     if colon and scheme == "model":
         port = _open_model(url)
-        timeout_s = _TIMEOUT_S["model"]
+        timeout_s, attempts = _PATIENCE["model"]
     elif colon and scheme == "sim":
         board = start_simulated(url)
         port = _OwnedPort(board)
-        timeout_s = _TIMEOUT_S["icarus" if board.program.simulator == "icarus" else "sim"]
+        is_slow = board.program.simulator == "icarus"
+        timeout_s, attempts = _PATIENCE["icarus" if is_slow else "sim"]
     else:
         port = _open_serial(url)
-        timeout_s = _TIMEOUT_S["serial"]
+        timeout_s, attempts = _PATIENCE["serial"]
     try:
-        return Chip(Link(port, timeout_s=timeout_s, attempts=_ATTEMPTS))
+        return Chip(Link(port, timeout_s=timeout_s, attempts=attempts))
     except LinkTimeoutError:
         port.close()
         raise InputError(

@@ -1,8 +1,8 @@
 """Frames for a chip, good ones and broken ones, drawn at random, and the model's answers to them.
 
 Where the chip is allowed to differ from the model, the draws keep away: a refused WRITE may change
-waypoints, so all are written anew after one; and what tells of bytes on the line is asked for when
-there are none.
+waypoints, so all are written anew after one; and what depends on the bytes that have come while
+earlier commands were executed goes alone.
 """
 
 import random
@@ -27,8 +27,8 @@ from tests.faults import ByteFaults
 
 __all__ = ["Fuzz"]
 
-#: Commands whose answers tell of bytes on the line.
-_ALONE = (Command.STATUS, Command.COUNTERS)
+#: Commands that depend on which bytes have come until they are executed.
+_ALONE = (Command.STATUS, Command.COUNTERS, Command.CLEAR)
 _WEIGHTS = {
     Command.GENERATE: 30,
     Command.WRITE: 25,

@@ -8,7 +8,9 @@ import os
 import re
 import sys
 import traceback
+import warnings
 from collections.abc import Sequence
+from typing import TextIO
 
 from host.cli.parser import build_parser
 from host.errors import InputError, PathgeneError
@@ -34,6 +36,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     debug = "--debug" in arguments
     logging.basicConfig(format="pathgene: %(message)s")
     logging.getLogger("sim").setLevel(logging.INFO)
+    warnings.showwarning = _warn
     try:
         parsed = build_parser().parse_args(_join_numbers(arguments))
         if parsed.command is None:
@@ -56,6 +59,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         _complain(f"Internal error, {type(error).__name__}: {error}; "
                   "--debug shows where, please report it.", debug)
         return 1
+
+
+def _warn(
+    message: Warning | str, category: type[Warning], filename: str, lineno: int,
+    file: TextIO | None = None, line: str | None = None,
+) -> None:
+    print(f"pathgene: {message}", file=sys.stderr)
 
 
 def _complain(sentence: str, debug: bool) -> None:

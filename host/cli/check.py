@@ -73,16 +73,18 @@ def _summary(file: Path) -> dict[str, Any] | None:
 def _take_options(args: argparse.Namespace, summary: dict[str, Any], file: Path) -> None:
     """Fill in what was not given from the summary; the grid beside it comes before its source."""
     try:
+        source = summary["terrain"]
+        grid = file.with_name("terrain.npz")
+        is_grid = args.terrain is None and grid.exists()
         if args.terrain is None:
-            grid = file.with_name("terrain.npz")
-            source = summary["terrain"]
-            args.terrain = str(grid) if grid.exists() else source["source"]
-            if not grid.exists():
-                args.fill_voids = args.fill_voids or source["fill_voids"]
-                args.cell = args.cell or (source["cell_m"] and tuple(source["cell_m"]))
-        args.wind = args.wind or tuple(summary["wind"])
-        args.ds = args.ds or summary["ds_m"]
-    except (KeyError, TypeError):
+            args.terrain = str(grid) if is_grid else source["source"]
+        if not is_grid:
+            args.fill_voids = args.fill_voids or bool(source["fill_voids"])
+        if args.cell is None and source["cell_m"] and Path(args.terrain).suffix == ".npy":
+            args.cell = tuple(map(float, source["cell_m"]))
+        args.wind = args.wind or tuple(map(float, summary["wind"]))
+        args.ds = float(summary["ds_m"]) if args.ds is None else args.ds
+    except (KeyError, TypeError, ValueError):
         raise InputError(f"{file}: the summary does not say how its path was evaluated; give "
                          "--terrain and the other options.") from None
 
@@ -114,7 +116,10 @@ def _zones(
     given = load_zones(args, terrain)
     if given or summary is None:
         return given
-    return tuple(zone_from_dict(zone) for zone in summary.get("nofly", []))
+    zones = summary.get("nofly", [])
+    if not isinstance(zones, list):
+        raise InputError(f"{args.path}: nofly must be a list of zones, not {zones!r}.")
+    return tuple(zone_from_dict(zone) for zone in zones)
 
 
 def _check_ends(args: argparse.Namespace, problem: Problem) -> None:

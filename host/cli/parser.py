@@ -55,8 +55,8 @@ def build_parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="pathgene", allow_abbrev=False,
         description="Plan UAV paths over terrain with a genetic algorithm in hardware.",
-        epilog="Example: pathgene plan --terrain canyon --start 800,800,900 "
-               "--goal 14000,14000,1500 --out out",
+        epilog="Example: pathgene plan --terrain canyon --agl "
+               "--start 300,300,60 --goal 4700,4600,60 --out out",
     )
     parser.add_argument("--version", action="version", version=f"pathgene {_version()}")
     parser.set_defaults(command=None)

@@ -6,7 +6,7 @@ import argparse
 import contextlib
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -42,13 +42,14 @@ def run(args: argparse.Namespace) -> int:
 
     stop = Stop()
     progress = Progress(sys.stderr, options.generations)
-    with _ending(stop), contextlib.closing(progress):
-        result = planner.plan(evaluator, options, progress, stop)
-
     board = (args.board or _BOARD) if "board" in PLANNERS[args.planner].options else None
-    summary = summarise(evaluator, result, planner=args.planner, board=board, seed=args.seed,
-                        source=source_of(args))
-    written = write_report(directory, evaluator, result, summary, warn=note)
+    with _ending(stop) as keep_all:
+        with contextlib.closing(progress):
+            result = planner.plan(evaluator, options, progress, stop)
+        keep_all()
+        summary = summarise(evaluator, result, planner=args.planner, board=board, seed=args.seed,
+                            source=source_of(args))
+        written = write_report(directory, evaluator, result, summary, warn=note)
     if args.json:
         print_json(summary)
     else:
@@ -66,17 +67,25 @@ def _own_options(args: argparse.Namespace) -> dict[str, Any]:
 
 
 @contextlib.contextmanager
-def _ending(stop: Stop) -> Iterator[None]:
-    """Let the first Ctrl-C of the block request ``stop``; a second one ends it at once."""
+def _ending(stop: Stop) -> Iterator[Callable[[], None]]:
+    """Let the first Ctrl-C of the block request ``stop``; a second one ends it at once.
+
+    Yields a function to call when there are results to write: from then on Ctrl-C is too late.
+    """
+    writing = False
 
     def handle(_signal: int, _frame: object) -> None:
-        if stop.requested:
+        if stop.requested and not writing:
             raise KeyboardInterrupt
         stop.request()
 
+    def keep_all() -> None:
+        nonlocal writing
+        writing = True
+
     before = signal.signal(signal.SIGINT, handle)
     try:
-        yield
+        yield keep_all
     finally:
         signal.signal(signal.SIGINT, before)
 

@@ -231,10 +231,10 @@ class Run:
     def stopped_by(self) -> str | None:
         """The first stop criterion met, or None to go on."""
         options = self.options
-        if self.failure is not None:
-            return "failure"
         if self.stop is not None and self.stop.requested:
             return "interrupt"
+        if self.failure is not None:
+            return "failure"
         if options.target_fitness is not None and self._best >= options.target_fitness:
             return "target-fitness"
         if self.history and self.history[-1][0] >= options.generations:

@@ -136,7 +136,6 @@ class _Loop:
         self._start, self._goal = np.array([problem.start]), np.array([problem.goal])
         self._before: dict[str, int] = {}
         self._after: dict[str, int] = {}
-        self._bytes_before = (0, 0)
 
     def start(self, drawn: list[list[int]]) -> None:
         """Evaluate the paths ``drawn`` and load the best of them, best first."""
@@ -147,7 +146,6 @@ class _Loop:
         self._fitness = fitness[best]
         with run.phase("link"):
             self._before = chip.counters()
-            self._bytes_before = self._traffic()
             chip.start(run.options.seed, self._grid.limits)
             chip.load([drawn[number] for number in best])
         run.record(0, self._fitness)
@@ -183,10 +181,6 @@ class _Loop:
         """What the chip's counter ``name`` went up by; 0 for a unit the chip does not have."""
         return self._after.get(name, 0) - self._before.get(name, 0)
 
-    def _traffic(self) -> tuple[int, int]:
-        traffic = self._chip.link.traffic
-        return traffic.bytes_to_board, traffic.bytes_from_board
-
     def units_clocks(self) -> int:
         """Clocks in which the chip's units bred."""
         return sum(map(self.counted, ("crossover", "mutation", "update")))
@@ -194,19 +188,18 @@ class _Loop:
     def hardware(self) -> dict[str, Any]:
         """The block ``hardware`` of a summary."""
         chip = self._chip
-        to_board, from_board = self._traffic()
         return {
             "clock_hz": chip.config.clock_hz,
             "build_id": f"{chip.config.build_id:08x}",
             "link_mode": self._mode.name.lower(),
             "map": self._grid.report(),
             "cycles": {name: self.counted(counter) for name, counter in _CYCLES.items()},
-            "bytes": {"to_board": to_board - self._bytes_before[0],
-                      "from_board": from_board - self._bytes_before[1]},
+            "bytes": {"to_board": self.counted("bytes_received"),
+                      "from_board": self.counted("bytes_sent")},
             "frames": {"repeated": chip.link.traffic.frames_repeated,
                        "damaged": chip.link.traffic.frames_damaged},
             "generations": self.counted("generations"),
-            "longest_generation_cycles": self._after["longest"],
+            "longest_generation_cycles_since_reset": self._after["longest"],
             "refused_mutations": self.counted("refused_mutations"),
         }
 

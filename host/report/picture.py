@@ -73,7 +73,8 @@ def draw(scene: Scene) -> Figure:
     aspect = (columns - 1) * terrain.dx_m / ((rows - 1) * terrain.dy_m)
     figure, (plan, bar, profile, convergence) = _layout(aspect)
 
-    samples = scene.evaluator.track(scene.path).sample(scene.evaluator.ds_m / FINE)
+    # Where the verdict samples, so that the picture does not contradict it.
+    samples, _ = scene.evaluator.track(scene.path).midpoints(scene.evaluator.ds_m / FINE)
     trouble = _trouble(scene.evaluator, samples)
     legend = plan_view.draw(plan, bar, scene.evaluator.problem, scene.path, samples, trouble)
     _draw_profile(profile, scene, samples, trouble)

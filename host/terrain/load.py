@@ -128,7 +128,7 @@ def _from_array(
     path: Path, elevation: NDArray[Any], cell: tuple[float, float], fill_voids: bool,
 ) -> Terrain:
     terrain = Terrain(str(path), elevation, *cell)
-    heights = terrain.elevation
+    heights = np.where(terrain.elevation == raster.UNDECLARED_VOID, np.nan, terrain.elevation)
     if fill_voids:
         # From the north, as a raster is filled: the interpolation depends on the direction.
         heights = raster.fill(heights[::-1])[::-1]

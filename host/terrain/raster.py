@@ -21,8 +21,8 @@ __all__ = ["Raster", "fill", "north_up", "read"]
 
 Floats = NDArray[np.float64]
 
-# SRTM's mark of a void: survives in files that declare another value, or none, and is no height.
-_UNDECLARED_VOID = -32768.0
+#: SRTM's mark of a void: survives in files that declare another value, or none, and is no height.
+UNDECLARED_VOID = -32768.0
 
 # Metres per unit of height, by what files call it.
 _VERTICAL_UNITS_M = {
@@ -84,7 +84,7 @@ def read(path: Path) -> Raster:
         raise InputError(f"{path}: cannot be read as a raster of heights; give a GeoTIFF, an SRTM "
                          ".hgt, another format that GDAL reads, or a .npy or .npz file.") from None
     heights = band.data.astype(np.float64)
-    void = np.ma.getmaskarray(band) | ~np.isfinite(heights) | (heights == _UNDECLARED_VOID)
+    void = np.ma.getmaskarray(band) | ~np.isfinite(heights) | (heights == UNDECLARED_VOID)
     heights[void] = np.nan
     return Raster(path.stem, str(path), (heights * scale + offset) * unit_m, transform, crs)
 

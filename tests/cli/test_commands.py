@@ -77,3 +77,33 @@ def test_verilog(capsys, tmp_path):
     assert report["build_id"] == f"{config.build_id:08x}"
     output_of(capsys, *options)
     assert file.read_bytes() == text
+
+
+def test_check_takes_the_options_of_a_summary(capsys, tmp_path):
+    """Also when the terrain is given: how it was filled, its cells, the step."""
+    ny, nx = 40, 60
+    heights = np.full((ny, nx), 100.0)
+    heights[:, 25:30] = np.nan  # A river of voids across the way.
+    file = tmp_path / "river.npy"
+    np.save(file, heights)
+    out = tmp_path / "out"
+    ends = ["--start", "100,1000,200", "--goal", "2800,1000,200"]
+    options = ["--cell", "50", "--fill-voids", "--ds", "20", "--generations", "3"]
+    planned = json.loads(
+        output_of(capsys, "plan", "--json", "--terrain", file, *ends, *options, "--out", out)
+    )
+    checked = json.loads(
+        output_of(capsys, "check", "--json", "--terrain", file, "--path", out / "summary.json")
+    )
+    for key in ("fitness", "penalty", "cost", "feasible", "ds_m"):
+        assert checked[key] == planned[key], key
+    assert planned["feasible"]
+
+    summary = json.loads((out / "summary.json").read_text())
+    broken = tmp_path / "broken.json"
+    broken.write_text(json.dumps(summary | {"nofly": None}))
+    assert main(["check", "--terrain", str(file), "--path", str(broken)]) == 2
+    assert capsys.readouterr().err == (
+        f"pathgene: {broken}: nofly must be a list of zones, not None.\n"
+    )
+    assert main(["check", "--ds", "0", "--path", str(out / "summary.json")]) == 2

@@ -30,8 +30,8 @@ CONFIG = {"small": SMALL, "default": Config(clocks_per_bit=4)}[os.environ.get("C
 CLOCK_NS = 10
 BIT_NS = CLOCK_NS * CONFIG.clocks_per_bit
 BYTE_NS = 10 * BIT_NS
-#: Longer than the chip is ever silent: a generation and the checksum of a population.
-TIMEOUT_S = (40 * BYTE_NS + 4 * CLOCK_NS * CONFIG.population * CONFIG.max_waypoints) * 1e-9
+#: Longer than the chip is silent; a try, 8 times as long, has to last for a window of frames.
+TIMEOUT_S = CONFIG.receive_buffer * BYTE_NS / 4 * 1e-9
 
 
 class Pins:

@@ -54,10 +54,10 @@ def test_first_criterion_met_stops(evaluator):
     run = Run(evaluator, Options(generations=1, target_fitness=1.0), stop=stop)
     run.record(1, run.fitness(paths_of(evaluator, FREE)))
     assert run.stopped_by() == "target-fitness"
-    stop.request()
-    assert run.stopped_by() == "interrupt"
     run.failure = "The board is lost."
     assert run.stopped_by() == "failure"
+    stop.request()
+    assert run.stopped_by() == "interrupt"
 
 
 def test_time_limit(evaluator):

@@ -111,7 +111,7 @@ def test_hardware_is_what_the_chip_counted(evaluator):
     assert hardware["cycles"]["feasibility"] == 0
     clocks = sum(hardware["cycles"][name] for name in units)
     assert result.seconds["board"] == clocks / hardware["clock_hz"]
-    assert hardware["longest_generation_cycles"] <= Config().max_waypoints + 8
+    assert hardware["longest_generation_cycles_since_reset"] <= Config().max_waypoints + 8
     assert hardware["map"]["limits"] == [60, 40, 4094]
 
 

@@ -314,3 +314,14 @@ class TestRefusals:
         np.savez(file, elevation=HEIGHTS[0], dx_m=1, dy_m=1)
         assert refusal(file) == (
             f"{file}: the heights must be a grid of rows and columns, but have 1 dimensions.")
+
+    def test_undeclared_voids_are_no_heights(self, tmp_path):
+        heights = np.array([[1, -32768, 3], [4, 5, 6]], dtype=np.int16)
+        np.save(tmp_path / "made.npy", heights)
+        np.savez(tmp_path / "made.npz", elevation=heights, dx_m=10, dy_m=10)
+        for terrain in (
+            load(tmp_path / "made.npy", cell=(10.0, 10.0)),
+            load(tmp_path / "made.npz"),
+        ):
+            assert terrain.voids.tolist() == [[False, True, False], [False] * 3]
+            assert (terrain.lowest, terrain.highest) == (1.0, 6.0)

@@ -106,7 +106,8 @@ async def random_requests(dut, stalled):
     fuzz = Fuzz(CONFIG, seed=4 + stalled)
     receiver = FrameReceiverModel(CONFIG)
     model = ChipModel(CONFIG)
-    refused = generations = 0
+    refused = generations = session = expected = 0
+    sticky = StickyError(0)
     while fuzz.frames < 200:
         batch, _, _ = fuzz.batch()
         for body, plain in receiver.feed(batch):
@@ -131,16 +132,25 @@ async def random_requests(dut, stalled):
 
             executes = model.core.generation > generation
             generations += executes
-            refused += kind is AnswerKind.EMPTY and answer[2] >= Status.UNKNOWN_COMMAND
             assert generates == executes, body
             check_orders(bench.collected, body, answer, generates)
             if body[2] == Command.WRITE and answer[2:3] == bytes((Status.OK,)):
                 assert written(bench.collected["writes"], paths) == model.core.paths
-            if body[2] == Command.CLEAR and answer[2] == Status.OK:
-                assert dut.errors.value == 0
+
+            if not plain and answer[2] == Status.OK:
+                if body[2] == Command.OPEN:
+                    session, expected = body[0], expected if body[0] == session else 0
+                elif body[1] == expected:
+                    expected = (expected + 1) % 256
+                    sticky = StickyError(0) if body[2] == Command.CLEAR else sticky
+            elif not plain and answer[2] >= Status.UNKNOWN_COMMAND:
+                sticky |= StickyError.REFUSED
+                refused += 1
+            assert dut.errors.value.to_unsigned() == sticky.value
+            assert dut.session.value.to_unsigned() == session
     assert refused > 5
     assert generations > 20
-    assert dut.session.value.to_unsigned() > 0
+    assert session > 0
 
 
 def check_orders(collected, body, answer, generates):

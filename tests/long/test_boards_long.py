@@ -69,7 +69,7 @@ def test_ten_thousand_generations_of_full_length_parents(pair):
 
 def test_icarus_for_fifty_generations(pair, icarus):
     chips = pair(DEFAULT, seed=14, sim="icarus")
-    chips.start()
+    chips.start(2)  # As short as a run begins: this takes minutes.
     for _ in range(50):
         chips.step()
     chips.check()

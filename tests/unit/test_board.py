@@ -197,7 +197,7 @@ def babbling(peer):
 
 @pytest.mark.parametrize("answer", [silent, babbling])
 def test_what_does_not_answer_as_a_board(listener, monkeypatch, answer):
-    monkeypatch.setitem(board._TIMEOUT_S, "serial", 0.01)
+    monkeypatch.setitem(board._PATIENCE, "serial", (0.01, 12))
     url = listener(answer)
     sentence = (
         f"Nothing answers at '{url}' as a board would; check the address, the baud rate and "

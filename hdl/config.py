@@ -12,7 +12,7 @@ import json
 from dataclasses import dataclass
 
 
-__all__ = ["Config", "MutationKind", "SurvivorSelection"]
+__all__ = ["CheckerBuild", "Config", "MutationKind", "SurvivorSelection"]
 
 
 class MutationKind(enum.IntEnum):
@@ -33,6 +33,19 @@ class SurvivorSelection(enum.StrEnum):
     UNIFORM = "uniform"
     #: Linear ranking among those left: the better of two uniform draws.
     RANK = "rank"
+
+
+class CheckerBuild(enum.StrEnum):
+    """How paths are checked against the map (*allaire two-tier*)."""
+
+    #: No map on the chip.
+    NONE = "none"
+    #: The paper's: a cell a clock, two segments in the detailed map, the others in the coarse one.
+    TWO_TIER = "two-tier"
+    #: Every segment in the detailed map, several cells a clock.
+    PARALLEL = "parallel"
+    #: As parallel, but only where a safe test in the coarse map hits.
+    HIERARCHICAL = "hierarchical"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,6 +76,14 @@ class Config:
         Edge of the mutation box in percent of the map's edge (*allaire-2008*, section 3.4.1).
     survivor_selection : SurvivorSelection
         See there.
+    checker : CheckerBuild
+        See there. All fields below up to ``redraws`` matter only where there is one.
+    lanes : int
+        Cells checked each clock: 1, 2, 4, 8 or 16; 1 in the two-tier build.
+    memory_latency : int
+        Clocks from an address to the data of the map's memory, 1 or 2.
+    redraws : int
+        Further draws of a new waypoint that lies in the ground, 0..7.
     clock_hz : int
         Clock of the chip in hertz, reported to the host.
     clocks_per_bit : int
@@ -92,18 +113,24 @@ class Config:
     altitude_bits: int = 12
     box_percent: int = 15
     survivor_selection: SurvivorSelection = SurvivorSelection.UNIFORM
+    checker: CheckerBuild = CheckerBuild.NONE
+    lanes: int = 8
+    memory_latency: int = 2
+    redraws: int = 2
     clock_hz: int = 100_000_000
     clocks_per_bit: int = 33
     receive_buffer: int = 2048
 
     #: Fewest transitional waypoints of a path (*allaire-2008*, section 3.1).
     MIN_WAYPOINTS = 2
+    #: Segments of a path that the two-tier build checks in the detailed map.
+    DETAILED_SEGMENTS = 2
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
-            if field.name == "survivor_selection":
-                object.__setattr__(self, field.name, SurvivorSelection(value))
+            if field.name in _CHOICES:
+                object.__setattr__(self, field.name, _CHOICES[field.name](value))
             elif not isinstance(value, int) or isinstance(value, bool):
                 raise TypeError(f"Config.{field.name} must be an integer, not {value!r}")
 
@@ -137,6 +164,11 @@ class Config:
         )
         self._check("altitude_bits", "from 4 to 16", 4 <= self.altitude_bits <= 16)
         self._check("box_percent", "from 1 to 100", 1 <= self.box_percent <= 100)
+        self._check("lanes", "1, 2, 4, 8 or 16", _is_power(self.lanes, 1, 16))
+        if self.checker is CheckerBuild.TWO_TIER:
+            self._check("lanes", "1 in the two-tier build", self.lanes == 1)
+        self._check("memory_latency", "1 or 2", 1 <= self.memory_latency <= 2)
+        self._check("redraws", "from 0 to 7", 0 <= self.redraws <= 7)
         self._check("clock_hz", "from 1 to 4294967295", 1 <= self.clock_hz < 1 << 32)
         self._check("clocks_per_bit", "from 4 to 65535", 4 <= self.clocks_per_bit < 1 << 16)
         self._check(
@@ -219,6 +251,41 @@ class Config:
         return (self.waypoint_bits + 1 + 7) // 8
 
     @property
+    def bank_edge(self) -> int:
+        """Banks of the map along x and along y: bank (x mod this, y mod this) holds (x, y)."""
+        return max(1, self.lanes // 2)
+
+    @property
+    def read_ports(self) -> int:
+        """Read ports of each bank that the checker uses."""
+        return min(2, self.lanes)
+
+    @property
+    def max_segments(self) -> int:
+        """Segments of the longest path, from the aircraft to the goal."""
+        return self.max_waypoints + 1
+
+    @property
+    def segment_bits(self) -> int:
+        """Width of the number of a segment, 0 the first."""
+        return (self.max_segments - 1).bit_length()
+
+    @property
+    def segment_cells_bits(self) -> int:
+        """Width of a number of cells of one segment, 0..map_size."""
+        return self.coordinate_bits + 1
+
+    @property
+    def path_cells_bits(self) -> int:
+        """Width of a number of cells of one path."""
+        return (self.max_segments * self.map_size).bit_length()
+
+    @property
+    def coarse_bits(self) -> int:
+        """Width of x and of y in coarse cells."""
+        return self.coordinate_bits - (self.coarse_factor - 1).bit_length()
+
+    @property
     def blocked_altitude(self) -> int:
         """The altitude that marks ground no path may cross; a waypoint is always below it."""
         return (1 << self.altitude_bits) - 1
@@ -247,6 +314,9 @@ class Config:
     def replace(self, **changes: object) -> Config:
         """Return a copy with ``changes``, checked like any other."""
         return dataclasses.replace(self, **changes)  # type: ignore[arg-type]  # Checked at once.
+
+
+_CHOICES = {"survivor_selection": SurvivorSelection, "checker": CheckerBuild}
 
 
 def _is_power(value: int, low: int, high: int) -> bool:

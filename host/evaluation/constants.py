@@ -24,8 +24,9 @@ Totals = tuple[float, float, float, float]
 class Constants(NamedTuple):
     """What stays the same from path to path. Metres, newtons, seconds, radians.
 
-    ``rows`` and ``columns`` are the shape of the rasters; ``zones``, ``bilinear`` and ``isa`` are
-    0 or 1; ``burn_per_m`` is sfc / eta, 1/m; ``utopia_area_m2`` is a_utopia * l_utopia.
+    ``rows`` and ``columns`` are the shape of the rasters; ``sampled``, ``zones``, ``bilinear`` and
+    ``isa`` are 0 or 1; ``burn_per_m`` is sfc / eta, 1/m; ``utopia_area_m2`` is
+    a_utopia * l_utopia. Where ``sampled`` is 0 no part is looked at: d_ut and d_nf are 0.
     """
 
     dx_m: float
@@ -33,6 +34,7 @@ class Constants(NamedTuple):
     rows: int
     columns: int
     ds_m: float
+    sampled: int
     zones: int
     bilinear: int
     isa: int

@@ -194,6 +194,23 @@ class Evaluator:
         fitness: NDArray[np.float64] = self._population(paths, lengths, self._constants)[2]
         return fitness
 
+    def fitness_counted(
+        self, paths: NDArray[np.float64], lengths: NDArray[np.integer[Any]],
+        counted_m: NDArray[np.float64],
+    ) -> NDArray[np.float64]:
+        """As :meth:`fitness`, with d_ut + d_nf counted elsewhere instead of sampled here.
+
+        Parameters
+        ----------
+        paths, lengths
+            As for :meth:`fitness`.
+        counted_m : (m,) float64, metres
+            Distance of each path under the terrain and in no-fly zones, 0 or more.
+        """
+        blind = self._constants._replace(sampled=0)
+        fitness: NDArray[np.float64] = self._population(paths, lengths, blind, counted_m)[2]
+        return fitness
+
     def penalty_cost(
         self, paths: NDArray[np.float64], lengths: NDArray[np.integer[Any]], *, fine: bool = False,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -234,6 +251,7 @@ class Evaluator:
 
     def _population(
         self, paths: NDArray[np.float64], lengths: NDArray[np.integer[Any]], constants: Constants,
+        counted_m: NDArray[np.float64] | None = None,
     ) -> NDArray[np.float64]:
         """Penalty, cost and fitness as the rows of a (3, m) array."""
         paths = np.ascontiguousarray(paths, dtype=np.float64)
@@ -243,6 +261,10 @@ class Evaluator:
         count = len(paths)
         if points.shape != (count,):
             raise ValueError(f"Lengths must have shape {(count,)!r}, not {points.shape!r}")
+        counted = np.zeros(count) if counted_m is None else np.asarray(counted_m, dtype=np.float64)
+        if counted.shape != (count,):
+            raise ValueError(f"Counted distances must have shape {(count,)!r}, not "
+                             f"{counted.shape!r}")
         out = np.empty((3, count))
         if count == 0:
             return out
@@ -253,7 +275,7 @@ class Evaluator:
 
         def run(first: int) -> None:
             evaluate_share(paths, points, first, shares, self._ground, self._nofly, constants,
-                           out[0], out[1], out[2])
+                           counted, out[0], out[1], out[2])
 
         if shares == 1:
             run(0)
@@ -271,7 +293,7 @@ def _constants(problem: "Problem", ds_m: float, bilinear: bool, isa: bool) -> Co
     best = utopia(problem.start, problem.goal, uav, problem.wind, isa=isa)
     return Constants(
         dx_m=float(terrain.dx_m), dy_m=float(terrain.dy_m), rows=rows, columns=columns, ds_m=ds_m,
-        zones=int(problem.nofly_raster.any()), bilinear=int(bilinear), isa=int(isa),
+        sampled=1, zones=int(problem.nofly_raster.any()), bilinear=int(bilinear), isa=int(isa),
         turn_radius_m=uav.turn_radius_m, max_climb_rad=math.radians(uav.max_climb_deg),
         max_descent_rad=math.radians(uav.max_descent_deg), weight=uav.weight_N,
         airspeed_m_s=uav.cruise_speed_m_s, wing_area_m2=uav.wing_area_m2,

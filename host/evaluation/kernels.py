@@ -359,10 +359,11 @@ def path_terms(
         if length > 0.0:
             total = add_piece(c, total, c.weight - total[2], run, rise, length, za, zb,
                               ux, uy, 1.0, 0.0)
-            parts = math.ceil(length / c.ds_m)
-            hit, zone = count_straight(ground, nofly, c, (xa, ya, za), (xb, yb, zb), parts)
-            under_m += hit * (length / parts)
-            nofly_m += zone * (length / parts)
+            if c.sampled:
+                parts = math.ceil(length / c.ds_m)
+                hit, zone = count_straight(ground, nofly, c, (xa, ya, za), (xb, yb, zb), parts)
+                under_m += hit * (length / parts)
+                nofly_m += zone * (length / parts)
 
         # The arc at its end.
         if cut_stop > 0.0:
@@ -371,10 +372,12 @@ def path_terms(
             length = math.hypot(run, rise)
             total = add_piece(c, total, c.weight - total[2], run, rise, length, zb, zb + rise,
                               ux, uy, side, angle)
-            parts = math.ceil(length / c.ds_m)
-            hit, zone = count_arc(ground, nofly, c, (xb, yb, zb), ux, uy, side, angle, rise, parts)
-            under_m += hit * (length / parts)
-            nofly_m += zone * (length / parts)
+            if c.sampled:
+                parts = math.ceil(length / c.ds_m)
+                hit, zone = count_arc(ground, nofly, c, (xb, yb, zb), ux, uy, side, angle, rise,
+                                      parts)
+                under_m += hit * (length / parts)
+                nofly_m += zone * (length / parts)
 
         xa, ya, za = path[i + 1, 0], path[i + 1, 1], path[i + 1, 2]
         ax, ay, az, run_a = bx, by, bz, run_b
@@ -398,9 +401,12 @@ def fitness_of(penalty: float, cost: float) -> float:
 
 @compiled
 def penalty_cost(
-    path: Floats, n: int, ground: Floats, nofly: Flags, c: Constants,
+    path: Floats, n: int, ground: Floats, nofly: Flags, c: Constants, counted_m: float,
 ) -> tuple[float, float]:
-    """Penalty, equation (1), and cost, equation (2); infinite for what is no path."""
+    """Penalty, equation (1), and cost, equation (2); infinite for what is no path.
+
+    ``counted_m`` is added to d_ut + d_nf: what was counted elsewhere where nothing is sampled here.
+    """
     for i in range(n):
         for axis in range(3):
             if not abs(path[i, axis]) <= COORDINATE_LIMIT_M:
@@ -408,7 +414,7 @@ def penalty_cost(
     length, altitude, fuel, steep, under, zone, impossible = path_terms(path, n, ground, nofly, c)
     if not length > 0.0:
         return math.inf, math.inf
-    penalty = under + zone + steep
+    penalty = under + zone + counted_m + steep
     if n > 2:
         penalty += impossible / (n - 2) * length
     cost = 0.5 * altitude / c.utopia_area_m2 + 0.5 * fuel / c.utopia_fuel
@@ -418,12 +424,13 @@ def penalty_cost(
 @compiled
 def evaluate_share(
     paths: Floats, lengths: NDArray[np.int64], first: int, stride: int, ground: Floats,
-    nofly: Flags, c: Constants, penalty: Floats, cost: Floats, fitness: Floats,
+    nofly: Flags, c: Constants, counted_m: Floats, penalty: Floats, cost: Floats, fitness: Floats,
 ) -> None:
     """Evaluate every ``stride``-th path from ``first`` on; holds no lock, so shares run at once.
 
-    ``paths`` is (m, max_n, 3); results go to ``penalty``, ``cost`` and ``fitness``, (m,) each.
+    ``paths`` is (m, max_n, 3), ``counted_m`` (m,) as for :func:`penalty_cost`; results go to
+    ``penalty``, ``cost`` and ``fitness``, (m,) each.
     """
     for i in range(first, paths.shape[0], stride):
-        penalty[i], cost[i] = penalty_cost(paths[i], lengths[i], ground, nofly, c)
+        penalty[i], cost[i] = penalty_cost(paths[i], lengths[i], ground, nofly, c, counted_m[i])
         fitness[i] = fitness_of(penalty[i], cost[i])

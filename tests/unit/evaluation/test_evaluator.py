@@ -43,6 +43,23 @@ def test_population_is_its_paths(problem, threads, count):
     assert fine.tolist() == pytest.approx([terms.penalty_fine for terms in single], rel=1e-14)
 
 
+def test_distances_may_be_counted_elsewhere(problem):
+    evaluator = Evaluator(problem)
+    paths, lengths = population(problem, 40)
+    single = [evaluator.evaluate(path[:n]) for path, n in zip(paths, lengths, strict=True)]
+    sampled = np.array([terms.distance_under_terrain_m + terms.distance_in_nofly_m
+                        for terms in single])
+    assert np.count_nonzero(sampled) > 0
+    np.testing.assert_allclose(evaluator.fitness_counted(paths, lengths, sampled),
+                               [terms.fitness for terms in single], rtol=1e-12)
+    others = [1 / (1 + terms.penalty - own) if terms.penalty > own else 1 + 1 / (1 + terms.cost)
+              for terms, own in zip(single, sampled, strict=True)]
+    np.testing.assert_allclose(evaluator.fitness_counted(paths, lengths, np.zeros(40)), others,
+                               rtol=1e-9)
+    with pytest.raises(ValueError, match="Counted distances must have shape"):
+        evaluator.fitness_counted(paths, lengths, sampled[1:])
+
+
 def test_population_takes_other_layouts_and_kinds(problem):
     evaluator = Evaluator(problem)
     paths, lengths = population(problem, 20)

@@ -1,0 +1,178 @@
+"""The Verilated collision checker as a program that runs at full speed, without a link."""
+
+from __future__ import annotations
+
+import struct
+import subprocess
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.errors import JobError
+from sim.cache import BuildCache, build_root
+from sim.exported import exported_verilog
+from sim.simulators import build_verilator
+
+
+if TYPE_CHECKING:
+    from hdl.config import Config
+
+__all__ = ["CheckerBatch", "VerilatedChecker"]
+
+_MAIN = Path(__file__).with_name("checker_main.cpp")
+_WRITE, _CHECK, _LOOK_UP = 1, 2, 3
+
+Point = Sequence[int]
+Fields = dict[str, int]
+
+
+@dataclass(frozen=True)
+class CheckerBatch:
+    """What became of a batch of paths.
+
+    Attributes
+    ----------
+    verdicts : list of dict
+        Fields of ``verdict_layout`` of each path.
+    entries : list of list of dict
+        Fields of ``count_layout`` of each path.
+    offered : list of int
+        Clock in which each verdict was first offered; that of the first point is 1.
+    clocks : int
+        Clocks from the first point to the transfer of the last verdict.
+    """
+
+    verdicts: list[Fields]
+    entries: list[list[Fields]]
+    offered: list[int]
+    clocks: int
+
+
+class VerilatedChecker:
+    """The checker of one configuration, simulated by Verilator in a process of its own.
+
+    Parameters
+    ----------
+    config : Config
+        Of a build with a checker.
+
+    Raises
+    ------
+    JobError
+        If a tool is missing; from every method, if the simulation ends before its answer.
+    """
+
+    def __init__(self, config: Config) -> None:
+        from hdl.feasibility.layouts import cell_layout, count_layout, point_layout, verdict_layout
+
+        self.config = config
+        self._cell, self._point = cell_layout(config), point_layout(config)
+        self._verdict, self._count = verdict_layout(config), count_layout(config)
+        program = build_verilator(
+            BuildCache(build_root() / "sim"),
+            exported_verilog("checker", config),
+            "checker",
+            main=_MAIN,
+        )
+        self._process = subprocess.Popen(
+            [str(program)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the process."""
+        for pipe in (self._process.stdin, self._process.stdout):
+            if pipe is not None:
+                pipe.close()
+        self._process.terminate()
+        self._process.wait()
+
+    def write(self, heights: NDArray[np.integer], x: int = 0, y: int = 0) -> None:
+        """Write a rectangle of the map, ``heights`` [y, x] in altitude steps, from ``x, y`` on."""
+        rows, columns = heights.shape
+        bits = self.config.coordinate_bits
+        ys, xs = np.mgrid[y : y + rows, x : x + columns].astype(np.uint64)
+        words = xs | ys << np.uint64(bits) | heights.astype(np.uint64) << np.uint64(2 * bits)
+        words.flat[-1] |= np.uint64(1 << 2 * bits + self.config.altitude_bits)
+        self._send(_WRITE, words.size, payload=words.ravel())
+
+    def check(
+        self, paths: Iterable[Sequence[Point]], *, count: bool = False, stall: int = 0
+    ) -> CheckerBatch:
+        """Check ``paths`` back to back, each 2 or more points ``x, y, altitude``.
+
+        With ``stall`` above 0 the answers are taken in one clock of so many only.
+        """
+        batch = [self._packed(path) for path in paths]
+        words = np.concatenate(batch)
+        self._send(_CHECK, int(count), stall, words.size, payload=words, after=(len(batch),))
+        width = _numbers(self._verdict.size)
+        raw = self._receive(len(batch) * (width + 1)).reshape(len(batch), width + 1)
+        verdicts = [_unpack(self._verdict, row[:width]) for row in raw]
+        total = int(self._receive(1)[0])
+        width = _numbers(self._count.size)
+        counts = self._receive(total * width).reshape(total, width)
+        rows = iter([_unpack(self._count, row) for row in counts])
+        entries = [[next(rows) for _ in range(verdict["entries"])] for verdict in verdicts]
+        if next(rows, None) is not None:
+            raise JobError("The checker offered more counts than its verdicts announce.")
+        return CheckerBatch(verdicts, entries, raw[:, -1].tolist(), int(self._receive(1)[0]))
+
+    def look_up(self, cells: Sequence[tuple[int, int]], latency: int) -> list[int]:
+        """Return the altitude at each of ``cells`` (x, y), read one a clock."""
+        words = np.array([x | y << 32 for x, y in cells], dtype=np.uint64)
+        self._send(_LOOK_UP, latency, words.size, payload=words)
+        altitudes: list[int] = self._receive(len(cells)).tolist()
+        return altitudes
+
+    def _packed(self, path: Sequence[Point]) -> NDArray[np.uint64]:
+        bits = self.config.coordinate_bits
+        points = np.asarray(path, dtype=np.uint64)
+        words: NDArray[np.uint64] = (
+            points[:, 0] | points[:, 1] << np.uint64(bits) | points[:, 2] << np.uint64(2 * bits)
+        )
+        words[-1] |= np.uint64(1 << 2 * bits + self.config.altitude_bits)
+        return words
+
+    def _send(self, *before: int, payload: NDArray[np.uint64], after: tuple[int, ...] = ()) -> None:
+        assert self._process.stdin is not None
+        try:
+            self._process.stdin.write(struct.pack(f"<{len(before)}Q", *before))
+            self._process.stdin.write(payload.astype("<u8").tobytes())
+            self._process.stdin.write(struct.pack(f"<{len(after)}Q", *after))
+            self._process.stdin.flush()
+        except OSError:
+            raise JobError("The simulated checker ended; see what it printed.") from None
+
+    def _receive(self, numbers: int) -> NDArray[np.uint64]:
+        assert self._process.stdout is not None
+        data = self._process.stdout.read(8 * numbers)
+        if len(data) != 8 * numbers:
+            raise JobError("The simulated checker ended; see what it printed.")
+        return np.frombuffer(data, dtype="<u8").astype(np.uint64)
+
+
+def _numbers(bits: int) -> int:
+    # As large as the C++ type of the port: 8, 16, 32 or 64 bits, or 32-bit words.
+    return max(1, -(-bits // 64))
+
+
+def _unpack(layout: object, row: NDArray[np.uint64]) -> Fields:
+    packed = sum(int(number) << 64 * i for i, number in enumerate(row))
+    constant = layout.from_bits(packed & ((1 << layout.size) - 1))  # type: ignore[attr-defined]
+    return {name: int(constant[name]) for name, _ in layout}  # type: ignore[attr-defined]

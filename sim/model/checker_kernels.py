@@ -1,0 +1,228 @@
+"""The collision check of whole batches of paths, compiled.
+
+The same integers as :func:`sim.model.checker.check_path`, found without a division per cell: x and
+y advance by the remainders of their sides (*Bresenham*), the altitude by its rise times the length.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from hdl.config import CheckerBuild, Config
+from sim.model.checker import Heights, Point, TerrainModel, Verdict, check_points
+
+
+__all__ = ["Batch", "Verdicts", "check_batch", "check_paths"]
+
+Integers = npt.NDArray[np.int64]
+
+#: What the kernel says of each path, in the order of its columns.
+_COLLISION, _SEGMENT, _X, _Y, _COARSE, _CELLS = range(6)
+#: A segment number that none reaches.
+_NEVER = np.iinfo(np.int64).max
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Paths one after the other.
+
+    Parameters
+    ----------
+    points : ndarray
+        ``(points, 3)`` int64: x, y, altitude step. They are taken to be on the map.
+    starts : ndarray
+        ``(paths + 1,)`` int64: where each path begins, and where the last one ends. Each has two
+        points or more.
+    """
+
+    points: Integers
+    starts: Integers
+
+    @classmethod
+    def of(cls, config: Config, paths: Iterable[Sequence[Point]]) -> Batch:
+        """Return the batch of ``paths``.
+
+        Raises
+        ------
+        ValueError
+            If one of them is no path of ``config``: see :func:`sim.model.checker.check_points`.
+        """
+        listed = [np.asarray(path, dtype=np.int64) for path in paths]
+        for path in listed:
+            check_points(config, path.tolist())
+        empty = np.empty((0, 3), dtype=np.int64)
+        starts = np.cumsum([0, *map(len, listed)], dtype=np.int64)
+        return cls(np.concatenate([empty, *listed]), starts)
+
+    def __len__(self) -> int:
+        return len(self.starts) - 1
+
+
+@dataclass(frozen=True)
+class Verdicts:
+    """What became of each path of a batch: the members of a :class:`Verdict`, one row a path.
+
+    Attributes
+    ----------
+    collision, coarse : ndarray of bool
+    segment, x, y, cells : ndarray of int64
+    colliding : ndarray of int64, or None
+        ``(segments, 2)``: colliding cells of terrain and blocked ones of every segment of the
+        batch, path after path; None unless they were counted.
+    """
+
+    collision: npt.NDArray[np.bool_]
+    segment: Integers
+    x: Integers
+    y: Integers
+    coarse: npt.NDArray[np.bool_]
+    cells: Integers
+    colliding: Integers | None
+
+
+def check_batch(
+    config: Config, terrain: TerrainModel, batch: Batch, count: bool = False
+) -> Verdicts:
+    """Check every path of a batch, as :func:`sim.model.checker.check_path` does.
+
+    Raises
+    ------
+    ValueError
+        If ``config`` has no checker.
+    """
+    if config.checker is CheckerBuild.NONE:
+        raise ValueError(f"Config.checker must name a build, not {config.checker.value!r}")
+    is_tiered = config.checker is CheckerBuild.TWO_TIER
+    found = np.zeros((len(batch), 6), dtype=np.int64)
+    segments = len(batch.points) - len(batch) if count else 0
+    colliding = np.zeros((segments, 2), dtype=np.int64)
+    _check(
+        terrain.heights,
+        terrain.coarse,
+        (config.coarse_factor - 1).bit_length(),
+        config.DETAILED_SEGMENTS if is_tiered else _NEVER,
+        config.blocked_altitude,
+        count,
+        batch.points,
+        batch.starts,
+        found,
+        colliding,
+    )
+    return Verdicts(
+        collision=found[:, _COLLISION] != 0,
+        segment=found[:, _SEGMENT],
+        x=found[:, _X],
+        y=found[:, _Y],
+        coarse=found[:, _COARSE] != 0,
+        cells=found[:, _CELLS],
+        colliding=colliding if count else None,
+    )
+
+
+def check_paths(
+    config: Config, terrain: TerrainModel, paths: Sequence[Sequence[Point]], count: bool = False
+) -> list[Verdict]:
+    """Return what :func:`sim.model.checker.check_path` says of each of ``paths``.
+
+    Raises
+    ------
+    ValueError
+        As it does.
+    """
+    batch = Batch.of(config, paths)
+    found = check_batch(config, terrain, batch, count)
+    verdicts = []
+    for path in range(len(batch)):
+        collision = bool(found.collision[path])
+        entries: tuple[tuple[int, int, int], ...] = ()
+        if found.colliding is not None:
+            # One segment fewer than points, in each path before this one, too.
+            rows = found.colliding[batch.starts[path] - path : batch.starts[path + 1] - path - 1]
+            entries = tuple(
+                (segment, int(below), int(inside))
+                for segment, (below, inside) in enumerate(rows)
+                if below or inside
+            )
+        verdicts.append(
+            Verdict(
+                collision=collision,
+                over=not collision,
+                segment=int(found.segment[path]),
+                x=int(found.x[path]),
+                y=int(found.y[path]),
+                coarse=bool(found.coarse[path]),
+                cells=int(found.cells[path]),
+                entries=entries,
+            )
+        )
+    return verdicts
+
+
+@njit(cache=True, nogil=True)
+def _check(
+    heights: Heights,
+    maxima: Heights,
+    coarse_shift: int,
+    detailed_segments: int,
+    blocked: int,
+    count: bool,
+    points: Integers,
+    starts: Integers,
+    found: Integers,
+    colliding: Integers,
+) -> None:
+    """Fill a row of ``found`` for each path, and one of ``colliding`` for each segment."""
+    for path in range(len(starts) - 1):
+        first = starts[path]
+        verdict = found[path]
+        for at in range(first, starts[path + 1] - 1):
+            segment = at - first
+            ground, shift = heights, 0
+            if segment >= detailed_segments:
+                ground, shift = maxima, coarse_shift
+            x, y, z = points[at, 0] >> shift, points[at, 1] >> shift, points[at, 2]
+            dx = (points[at + 1, 0] >> shift) - x
+            dy = (points[at + 1, 1] >> shift) - y
+            dz = points[at + 1, 2] - z
+            length = max(abs(dx), abs(dy))
+            if length == 0:
+                z, dz = min(z, z + dz), 0
+            # Altitudes are multiples of 1/scale; the remainders of x and y, of 1/(2 scale).
+            scale = max(length, 1)
+            altitude = z * scale
+            across = along = scale
+            for _ in range(length + 1):
+                if not verdict[_COLLISION]:
+                    verdict[_CELLS] += 1
+                height = np.int64(ground[y, x])
+                if altitude <= height * scale:
+                    if not verdict[_COLLISION]:
+                        verdict[_COLLISION] = 1
+                        verdict[_SEGMENT], verdict[_X], verdict[_Y] = segment, x, y
+                        verdict[_COARSE] = segment >= detailed_segments
+                    if not count:
+                        break
+                    colliding[at - path, 1 if height == blocked else 0] += 1
+                altitude += dz
+                across += 2 * dx
+                along += 2 * dy
+                # Neither moves by more than a cell at a time.
+                if across >= 2 * scale:
+                    across -= 2 * scale
+                    x += 1
+                elif across < 0:
+                    across += 2 * scale
+                    x -= 1
+                if along >= 2 * scale:
+                    along -= 2 * scale
+                    y += 1
+                elif along < 0:
+                    along += 2 * scale
+                    y -= 1
+            if verdict[_COLLISION] and not count:
+                break

@@ -1,0 +1,80 @@
+"""The testing trajectory is what the paper says of its own (*allaire two-tier*, section 4)."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from hdl.config import CheckerBuild
+from host.feasibility.files import pad
+from host.feasibility.trajectory import TESTING_TRAJECTORY, canyon_map
+from sim.model.checker import (
+    TerrainModel,
+    Verdict,
+    check_path,
+    paper_clocks,
+    segment_cells,
+    to_coarse,
+    walk,
+)
+from tests.checking import FULL
+
+
+FIRST, SECOND, THIRD = SEGMENTS = list(itertools.pairwise(TESTING_TRAJECTORY))
+
+
+@pytest.fixture(scope="module")
+def terrain():
+    terrain = TerrainModel(FULL)
+    terrain.write(0, 0, pad(canyon_map(), FULL))
+    return terrain
+
+
+def clearances(ground, segment):
+    return [float(altitude - int(ground[y, x])) for x, y, altitude in walk(*segment)]
+
+
+def coarse_clearances(terrain, segment):
+    ends = tuple(to_coarse(FULL, point) for point in segment)
+    return clearances(terrain.coarse, ends)
+
+
+def test_the_map_is_the_canyon_with_a_blocked_border(terrain):
+    canyon = terrain.heights[:500, :500]
+    assert (canyon.min(), canyon.max()) == (0, 3500)
+    assert (terrain.heights[500:] == 4095).all()
+    assert (terrain.heights[:, 500:] == 4095).all()
+    assert np.array_equal(canyon, canyon_map())
+
+
+def test_its_segments_have_the_papers_cells():
+    assert [segment_cells(*segment) for segment in SEGMENTS] == [55, 100, 94]
+    assert segment_cells(*(to_coarse(FULL, point) for point in THIRD)) == 6
+    # The first two cover about 2,500 m of cells of 16 m.
+    lengths = [np.hypot(b[0] - a[0], b[1] - a[1]) for a, b in (FIRST, SECOND)]
+    assert sum(lengths) * 16 == pytest.approx(2500, rel=0.2)
+
+
+def test_it_is_free_in_every_detailed_cell(terrain):
+    """And goes close to the ground, yet not so close that a rounding could decide."""
+    lowest = min(min(clearances(terrain.heights, segment)) for segment in SEGMENTS)
+    assert 20 < lowest < 30
+    for build in (CheckerBuild.PARALLEL, CheckerBuild.HIERARCHICAL):
+        verdict = check_path(FULL.replace(checker=build), terrain, TESTING_TRAJECTORY)
+        assert verdict == Verdict(False, True, 0, 0, 0, False, cells=55 + 100 + 94)
+
+
+def test_its_third_segment_meets_the_mountain_in_its_sixth_coarse_cell(terrain):
+    *before, at_the_goal = coarse_clearances(terrain, THIRD)
+    assert len(before) == 5
+    assert min(before) > 20
+    assert at_the_goal < -20
+    verdict = check_path(FULL, terrain, TESTING_TRAJECTORY)
+    assert verdict == Verdict(True, False, 2, 10, 10, True, cells=55 + 100 + 6)
+    counted = check_path(FULL, terrain, TESTING_TRAJECTORY, count=True)
+    assert counted.entries == ((2, 1, 0),)
+
+
+def test_it_takes_the_papers_clocks(terrain):
+    verdict = check_path(FULL, terrain, TESTING_TRAJECTORY)
+    assert paper_clocks(verdict.cells, segments=verdict.segment + 1) == 171

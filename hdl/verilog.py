@@ -32,6 +32,8 @@ TOPS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "control": ("hdl.ga_core.control", "Control"),
         "receiving": ("hdl.ga_core.receiving", "ReceivingUnit"),
         "transmitting": ("hdl.ga_core.transmitting", "TransmittingUnit"),
+        "checker": ("hdl.feasibility.checker", "Checker"),
+        "feasibility": ("hdl.feasibility.feasibility", "Feasibility"),
     }
 )
 

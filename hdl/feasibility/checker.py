@@ -1,0 +1,158 @@
+"""The collision checker: paths in, verdicts out."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out, connect, flipped
+
+from hdl.config import CheckerBuild, Config
+from hdl.feasibility.layouts import cell_layout, count_layout, point_layout, verdict_layout
+from hdl.feasibility.parallel import ParallelWalker
+from hdl.feasibility.results import Results
+
+
+__all__ = ["Checker"]
+
+
+class Checker(wiring.Component):
+    """Compares the segments of paths with the map (*allaire two-tier*, section 3).
+
+    A segment passes as many cells as its longer side has, both ends included: of its n + 1 cells,
+    the one after k is its start and k/n of the way, halves rounded up, and collides unless the
+    exact altitude there is above the ground. A segment within a cell is at the lower of its ends.
+    ``config.checker`` names which map a segment is compared with and how many cells a clock can be;
+    see the walkers. A path is followed up to its first colliding cell or to its end.
+
+    Paths may follow each other without a gap, and are checked without one; the verdict of one does
+    not wait for the next. The verdict is offered one clock after the walker's step that decides it.
+    Latencies are told by the walkers.
+
+    Parameters
+    ----------
+    config : Config
+        Has a checker.
+
+    Members
+    -------
+    count : In(1)
+        Also count colliding cells: paths are then walked to their end. Steady while ``busy``.
+    points : In(stream.Signature(point_layout))
+        A path is its 2..max_waypoints + 2 points from the aircraft to the goal; ``last`` marks it.
+    verdicts : Out(stream.Signature(verdict_layout))
+        One a path, in order. If it is not taken, checks go on for some paths, and none is lost.
+    counts : Out(stream.Signature(count_layout))
+        When counting, for each segment with colliding cells: as many as the verdict of the path
+        says, the first of those not yet transferred offered no later than that.
+    busy : Out(1)
+        A path has been taken and its verdict has not been transferred.
+    collision, over : Out(1)
+        Flags of the paper, for one path at a time. They rise in the clock in which the verdict is
+        offered: the one if it collides, the other if it does not; when counting, ``collision``
+        rises with the first hit. Both clear with the first point of a path.
+    writes : In(stream.Signature(cell_layout))
+        Cells of the map; ``last`` ends a rectangle, of which the builds with a coarse map make the
+        coarse one follow. Taken only while not ``busy``. Cells never written hold anything.
+    lookup_valid : In(1)
+    lookup_x, lookup_y : In(coordinate_bits)
+        With ``lookup_valid``, a cell: one a clock, but not while ``busy`` nor with a write.
+    lookup_altitude : Out(altitude_bits)
+        The ground there, ``config.lookup_latency`` clocks later.
+
+    Raises
+    ------
+    TypeError
+        If ``config`` is no Config.
+    ValueError
+        If it has no checker.
+    """
+
+    def __init__(self, config):
+        if not isinstance(config, Config):
+            raise TypeError(f"Config must be a Config, not {config!r}")
+        if config.checker is CheckerBuild.NONE:
+            raise ValueError(f"Config.checker must name a build, not {config.checker.value!r}")
+
+        self.config = config
+        super().__init__(
+            {
+                "count": In(1),
+                "points": In(stream.Signature(point_layout(config))),
+                "verdicts": Out(stream.Signature(verdict_layout(config))),
+                "counts": Out(stream.Signature(count_layout(config))),
+                "busy": Out(1),
+                "collision": Out(1),
+                "over": Out(1),
+                "writes": In(stream.Signature(cell_layout(config))),
+                "lookup_valid": In(1),
+                "lookup_x": In(config.coordinate_bits),
+                "lookup_y": In(config.coordinate_bits),
+                "lookup_altitude": Out(config.altitude_bits),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        m.submodules.walker = walker = self._walker()
+        m.submodules.results = results = Results(self.config)
+        connect(m, flipped(self.points), walker.points)
+        connect(m, results.verdicts, flipped(self.verdicts))
+        connect(m, results.counts, flipped(self.counts))
+
+        # The point after the last one is the first of a path.
+        inside = Signal()
+        first = Signal()
+        m.d.comb += first.eq(self.points.valid & self.points.ready & ~inside)
+        with m.If(self.points.valid & self.points.ready):
+            m.d.sync += inside.eq(~self.points.p.last)
+
+        m.d.comb += [
+            walker.count.eq(self.count),
+            walker.room.eq(results.room),
+            walker.segment_room.eq(results.segment_room),
+            walker.drop.eq(results.drop),
+            walker.idle.eq(~self.busy),
+            walker.lookup_valid.eq(self.lookup_valid),
+            walker.lookup_x.eq(self.lookup_x),
+            walker.lookup_y.eq(self.lookup_y),
+            self.lookup_altitude.eq(walker.lookup_altitude),
+            results.count.eq(self.count),
+            results.taken.eq(first),
+            results.begins.eq(walker.begins),
+            results.segment_begins.eq(walker.segment_begins),
+            results.step.eq(walker.step),
+        ]
+
+        # A walker's own reasons to wait are in its `ready`.
+        m.d.comb += [
+            walker.writes.p.eq(self.writes.p),
+            walker.writes.valid.eq(self.writes.valid & ~self.busy),
+            self.writes.ready.eq(walker.writes.ready & ~self.busy),
+        ]
+
+        # Those taken at once are at most those with a place for their verdict, and those between
+        # the points and there.
+        paths = Signal(range(64))
+        m.d.sync += paths.eq(paths + first - (self.verdicts.valid & self.verdicts.ready))
+        m.d.comb += self.busy.eq(paths.any())
+
+        with m.If(first):
+            m.d.sync += [self.collision.eq(0), self.over.eq(0)]
+        with m.If(results.hit):
+            m.d.sync += self.collision.eq(1)
+        with m.If(results.free):
+            m.d.sync += self.over.eq(1)
+
+        return m
+
+    def _walker(self):
+        match self.config.checker:
+            case CheckerBuild.TWO_TIER:
+                from hdl.feasibility.sequential import TwoTierWalker
+
+                return TwoTierWalker(self.config)
+            case CheckerBuild.HIERARCHICAL:
+                from hdl.feasibility.hierarchical import HierarchicalWalker
+
+                return HierarchicalWalker(self.config)
+            case _:
+                return ParallelWalker(self.config)

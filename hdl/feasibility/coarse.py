@@ -1,0 +1,182 @@
+"""The coarse map: highest cell of every block of the detailed map, kept up to date."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.feasibility.terrain_bank import TerrainBank
+
+
+__all__ = ["CoarseMap"]
+
+
+class CoarseMap(wiring.Component):
+    """Memory of the maxima of blocks of ``coarse_factor`` x ``coarse_factor`` cells.
+
+    It watches the cells that are written to the detailed map and keeps the blocks that they span.
+    After the last one of a rectangle it reads every cell of those blocks again, a cell a clock, and
+    writes their maxima: so a maximum also comes down where its cell did. That takes
+    ``coarse_factor`` squared clocks a block, and ``scan_latency + 2`` more in all: so many clocks
+    ``busy`` is high, from that after the last cell on.
+
+    Source: *allaire two-tier*, section 3.1.1.
+
+    Parameters
+    ----------
+    config : Config
+    ports : int
+        Read ports, 1 or 2.
+    scan_latency : int
+        Clocks from ``scanning`` to its ``scanned``, 1 or more.
+
+    Members
+    -------
+    written : In(1)
+        A cell is being written to the detailed map; not while ``busy``.
+    cell : In(StructLayout)
+        Its ``x`` and ``y``; ``last``: it ends a rectangle.
+    busy : Out(1)
+        Blocks are being read.
+    scanning : Out(1)
+        Read cell ``scan_x``, ``scan_y`` of the detailed map.
+    scan_x, scan_y : Out(coordinate_bits)
+    scanned : In(altitude_bits)
+        Altitude of the cell that was asked for ``scan_latency`` clocks ago, every write that came
+        before ``busy`` included.
+    x, y : In(coarse_bits).array(ports)
+        Block to be read, not while ``busy``.
+    altitudes : Out(altitude_bits).array(ports)
+        Its maximum, ``memory_latency`` clocks later: anything until the block was scanned. See
+        :class:`hdl.feasibility.terrain_bank.TerrainBank`.
+
+    Raises
+    ------
+    ValueError
+        If ``ports`` or ``scan_latency`` is out of its range.
+    """
+
+    def __init__(self, config, *, ports, scan_latency):
+        if ports not in (1, 2):
+            raise ValueError(f"Read ports must be 1 or 2, not {ports!r}")
+        if scan_latency < 1:
+            raise ValueError(f"Latency of a scan must be 1 or more, not {scan_latency!r}")
+
+        self.config = config
+        self.ports = ports
+        self.scan_latency = scan_latency
+        super().__init__(
+            {
+                "written": In(1),
+                "cell": In(
+                    data.StructLayout(
+                        {"x": config.coordinate_bits, "y": config.coordinate_bits, "last": 1}
+                    )
+                ),
+                "busy": Out(1),
+                "scanning": Out(1),
+                "scan_x": Out(config.coordinate_bits),
+                "scan_y": Out(config.coordinate_bits),
+                "scanned": In(config.altitude_bits),
+                "x": In(config.coarse_bits).array(ports),
+                "y": In(config.coarse_bits).array(ports),
+                "altitudes": Out(config.altitude_bits).array(ports),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+        bits = config.coordinate_bits - config.coarse_bits
+
+        # Blocks written to since the last rectangle ended.
+        block_x, block_y = self.cell.x >> bits, self.cell.y >> bits
+        fresh = Signal(init=1)
+        west, east, south, north = (
+            Signal(config.coarse_bits, name=name) for name in ("west", "east", "south", "north")
+        )
+        with m.If(self.written):
+            m.d.sync += fresh.eq(self.cell.last)
+            with m.If(fresh | (block_x < west)):
+                m.d.sync += west.eq(block_x)
+            with m.If(fresh | (block_x > east)):
+                m.d.sync += east.eq(block_x)
+            with m.If(fresh | (block_y < south)):
+                m.d.sync += south.eq(block_y)
+            with m.If(fresh | (block_y > north)):
+                m.d.sync += north.eq(block_y)
+
+        # A clock for these to settle, then the cells: through a block, then to the next one.
+        starting = Signal()
+        m.d.sync += starting.eq(self.written & self.cell.last)
+        at_x, at_y = Signal(config.coarse_bits), Signal(config.coarse_bits)
+        inner_x, inner_y = Signal(bits), Signal(bits)
+        block_ends = Signal()
+        m.d.comb += [
+            self.scan_x.eq(Cat(inner_x, at_x)),
+            self.scan_y.eq(Cat(inner_y, at_y)),
+            block_ends.eq(Cat(inner_x, inner_y).all()),
+        ]
+        with m.If(starting):
+            m.d.sync += [
+                self.scanning.eq(1),
+                at_x.eq(west),
+                at_y.eq(south),
+                Cat(inner_x, inner_y).eq(0),
+            ]
+        with m.Elif(self.scanning):
+            m.d.sync += Cat(inner_x, inner_y).eq(Cat(inner_x, inner_y) + 1)
+            with m.If(block_ends):
+                m.d.sync += at_x.eq(Mux(at_x == east, west, at_x + 1))
+                with m.If(at_x == east):
+                    m.d.sync += at_y.eq(at_y + 1)
+                    with m.If(at_y == north):
+                        m.d.sync += self.scanning.eq(0)
+
+        # What comes back, with the block it belongs to.
+        block = {"x": config.coarse_bits, "y": config.coarse_bits}
+        asked = Signal(data.StructLayout({"valid": 1, "first": 1, "last": 1, **block}))
+        m.d.comb += [
+            asked.valid.eq(self.scanning),
+            asked.first.eq(~Cat(inner_x, inner_y).any()),
+            asked.last.eq(block_ends),
+            asked.x.eq(at_x),
+            asked.y.eq(at_y),
+        ]
+        under_way = [starting, self.scanning]
+        for clock in range(self.scan_latency):
+            following = Signal.like(asked, name=f"asked_{clock}")
+            m.d.sync += following.eq(asked)
+            asked = following
+            under_way.append(asked.valid)
+
+        highest = Signal(config.altitude_bits)
+        writing = Signal()
+        row = Signal(2 * config.coarse_bits)
+        m.d.sync += [
+            writing.eq(asked.valid & asked.last),
+            row.eq(Cat(asked.x, asked.y)),
+        ]
+        with m.If(asked.valid & (asked.first | (self.scanned > highest))):
+            m.d.sync += highest.eq(self.scanned)
+        m.d.comb += self.busy.eq(Cat(under_way).any() | writing)
+
+        m.submodules.blocks = blocks = TerrainBank(
+            rows=1 << len(row),
+            width=config.altitude_bits,
+            latency=config.memory_latency,
+            ports=self.ports,
+        )
+        port = blocks.a
+        m.d.comb += [
+            port.write_enable.eq(writing),
+            port.write_data.eq(highest),
+            port.address.eq(Mux(writing, row, Cat(self.x[0], self.y[0]))),
+            self.altitudes[0].eq(port.data),
+        ]
+        if self.ports == 2:
+            m.d.comb += [
+                blocks.b.address.eq(Cat(self.x[1], self.y[1])),
+                self.altitudes[1].eq(blocks.b.data),
+            ]
+
+        return m

@@ -1,0 +1,169 @@
+"""Path feasibility check with the interface of *allaire two-tier*."""
+
+from amaranth import *
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out, connect, flipped
+from amaranth.utils import ceil_log2
+
+from hdl.config import Config
+from hdl.feasibility.checker import Checker
+from hdl.feasibility.layouts import cell_layout, count_layout, verdict_layout
+
+
+__all__ = ["Feasibility", "place_layout"]
+
+
+def place_layout(config: Config) -> data.StructLayout:
+    """Return the layout of a place in cells and altitude steps."""
+    return data.StructLayout(
+        {
+            "x": config.coordinate_bits,
+            "y": config.coordinate_bits,
+            "altitude": config.altitude_bits,
+        }
+    )
+
+
+class Feasibility(wiring.Component):
+    """Checks the path in a path memory, one at a time.
+
+    The aircraft is given to the checker in the clock of ``enable``, and a point in each clock after
+    it. So the flags rise as many clocks after ``enable`` as ``verdict.cycles`` says, less one.
+
+    Source: *allaire two-tier*, section 3.1. Differs: the verdict besides the flags, the counts, and
+    a way to write the map.
+
+    Parameters
+    ----------
+    config : Config
+        Has a checker.
+
+    Members
+    -------
+    enable : In(1)
+        Start a check; not looked at while ``busy``. ``aircraft``, ``goal`` and ``waypoint_count``
+        count in this clock; ``path_address`` and the first waypoint do from the clock before on.
+    aircraft, goal : In(place_layout)
+    waypoint_count : In(length_bits)
+        Waypoints between them, 0..max_waypoints.
+    path_address : In(address_bits)
+        Address of the first of these.
+    read_address : Out(address_bits)
+        To the path memory, of ``population * max_waypoints`` waypoints.
+    waypoint : In(place_layout)
+        The waypoint at the ``read_address`` of the previous clock.
+    count : In(1)
+        As of the checker.
+    busy : Out(1)
+        A check is under way: from the clock after ``enable`` up to that in which a flag rises.
+    collision, over : Out(1)
+        Flags; see :class:`hdl.feasibility.checker.Checker`. They stay until the next check.
+    verdict : Out(verdict_layout)
+        From the clock on in which it is offered, until the next is.
+    counts : Out(stream.Signature(count_layout))
+    writes : In(stream.Signature(cell_layout))
+        As of the checker. A check that is enabled after the last cell of a rectangle waits until
+        the coarse map is up to date.
+    """
+
+    def __init__(self, config: Config):
+        self.checker = Checker(config)
+        self.config = config
+        place = place_layout(config)
+        self.address_bits = ceil_log2(config.population * config.max_waypoints)
+        super().__init__(
+            {
+                "enable": In(1),
+                "aircraft": In(place),
+                "goal": In(place),
+                "waypoint_count": In(config.length_bits),
+                "path_address": In(self.address_bits),
+                "read_address": Out(self.address_bits),
+                "waypoint": In(place),
+                "count": In(1),
+                "busy": Out(1),
+                "collision": Out(1),
+                "over": Out(1),
+                "verdict": Out(verdict_layout(config)),
+                "counts": Out(stream.Signature(count_layout(config))),
+                "writes": In(stream.Signature(cell_layout(config))),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.checker = checker = self.checker
+        place = place_layout(self.config)
+
+        connect(m, checker.counts, flipped(self.counts))
+        connect(m, flipped(self.writes), checker.writes)
+        m.d.comb += [
+            checker.count.eq(self.count),
+            self.collision.eq(checker.collision),
+            self.over.eq(checker.over),
+        ]
+
+        held = Signal(verdict_layout(self.config))
+        m.d.comb += [
+            checker.verdicts.ready.eq(1),
+            self.verdict.eq(Mux(checker.verdicts.valid, checker.verdicts.p, held)),
+        ]
+        m.d.sync += held.eq(self.verdict)
+
+        # The waypoint after `ahead` is at the memory's output, and stays there by its address.
+        point = Signal(place)
+        start, finish, ahead = Signal(place), Signal(place), Signal(place)
+        fetched = Signal(self.address_bits)
+        left = Signal(self.config.length_bits)
+        moves = Signal()
+        m.d.comb += [
+            checker.points.p.x.eq(point.x),
+            checker.points.p.y.eq(point.y),
+            checker.points.p.altitude.eq(point.altitude),
+            moves.eq(checker.points.valid & checker.points.ready),
+            self.read_address.eq(fetched + moves),
+        ]
+        m.d.sync += fetched.eq(self.read_address)
+        with m.If(moves):
+            m.d.sync += ahead.eq(self.waypoint)
+
+        with m.FSM() as states:
+            m.d.comb += self.busy.eq(~states.ongoing("Idle"))
+            with m.State("Idle"):
+                m.d.comb += [
+                    point.eq(self.aircraft),
+                    checker.points.valid.eq(self.enable),
+                    self.read_address.eq(self.path_address + moves),
+                ]
+                m.d.sync += [
+                    start.eq(self.aircraft),
+                    finish.eq(self.goal),
+                    left.eq(self.waypoint_count),
+                ]
+                with m.If(moves):
+                    m.next = "Waypoints"
+                with m.Elif(self.enable):
+                    m.next = "Aircraft"
+
+            with m.State("Aircraft"):
+                m.d.comb += [point.eq(start), checker.points.valid.eq(1)]
+                with m.If(moves):
+                    m.next = "Waypoints"
+
+            with m.State("Waypoints"):
+                m.d.comb += [
+                    point.eq(Mux(left.any(), ahead, finish)),
+                    checker.points.valid.eq(1),
+                    checker.points.p.last.eq(~left.any()),
+                ]
+                with m.If(moves):
+                    m.d.sync += left.eq(left - 1)
+                    with m.If(~left.any()):
+                        m.next = "Checking"
+
+            # A path that collides early is decided before all of its points are taken.
+            with m.State("Checking"):
+                with m.If(~checker.busy | checker.verdicts.valid):
+                    m.next = "Idle"
+
+        return m

@@ -1,0 +1,106 @@
+"""Which of the cells of a group collides first."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+from amaranth.utils import exact_log2
+
+from hdl.config import Config
+from hdl.feasibility.lanes import group_layout
+
+
+__all__ = ["FirstHit"]
+
+
+class FirstHit(wiring.Component):
+    """Finds the first colliding cell of a group, and counts them all; one clock later.
+
+    Along a segment the lanes follow each other from that of the group's first cell on, around to
+    the one before it, or the other way if it descends.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    group : In(group_layout)
+    hits, blocked : In(lanes)
+        Lanes whose cells collide, and those of them that are blocked.
+    hit : Out(1)
+    before : Out(range(lanes))
+    x, y : Out(coordinate_bits)
+    terrain, nofly : Out(range(lanes + 1))
+        See :func:`hdl.feasibility.walker.step_layout`.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        super().__init__(
+            {
+                "group": In(group_layout(config)),
+                "hits": In(config.lanes),
+                "blocked": In(config.lanes),
+                "hit": Out(1),
+                "before": Out(range(config.lanes)),
+                "x": Out(config.coordinate_bits),
+                "y": Out(config.coordinate_bits),
+                "terrain": Out(range(config.lanes + 1)),
+                "nofly": Out(range(config.lanes + 1)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config, group = self.config, self.group
+        lanes, lane_bits = config.lanes, exact_log2(config.lanes)
+
+        # Mirrored if it descends, lane numbers rise along the segment, but for those that have
+        # gone around and are the later ones.
+        start = group.major[:lane_bits]
+        mirrored, late = Signal(lanes), Signal(lanes)
+        m.d.comb += mirrored.eq(Mux(group.descending, self.hits[::-1], self.hits))
+        for number in range(lanes):
+            opposite = lanes - 1 - number
+            m.d.comb += late[number].eq(Mux(group.descending, start < opposite, start > number))
+        chosen = Signal(lanes)
+        early = mirrored & ~late
+        m.d.comb += chosen.eq(Mux(early.any(), _lowest(early), _lowest(mirrored & late)))
+
+        first = Signal(lanes, reset_less=True)
+        places = [Signal(lane_bits, name=f"place_{n}", reset_less=True) for n in range(lanes)]
+        now = Signal.like(group, reset_less=True)
+        m.d.sync += [
+            now.eq(group),
+            first.eq(Mux(group.descending, chosen[::-1], chosen)),
+            self.hit.eq(self.hits.any()),
+            self.terrain.eq(sum(self.hits & ~self.blocked)),
+            self.nofly.eq(sum(self.blocked)),
+            *(
+                place.eq(Mux(group.descending, start - number, number - start))
+                for number, place in enumerate(places)
+            ),
+        ]
+
+        major, minor = (Signal(config.coordinate_bits, name=n) for n in ("major", "minor"))
+        m.d.comb += [
+            self.before.eq(_selected(first, places)),
+            minor.eq(_selected(first, now.minors)),
+            major.eq(Mux(now.descending, now.major - self.before, now.major + self.before)),
+            self.x.eq(Mux(now.steep, minor, major)),
+            self.y.eq(Mux(now.steep, major, minor)),
+        ]
+
+        return m
+
+
+def _lowest(flags):
+    return flags & (~flags + 1)[: len(flags)]
+
+
+def _selected(flags, items):
+    """Return the item of the flag that is set, 0 of none."""
+    result = Const(0)
+    for flag, item in zip(flags, items, strict=True):
+        result |= Mux(flag, item, 0)
+    return result

@@ -1,0 +1,144 @@
+"""The lanes: a group of neighbouring cells of a segment in every clock."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+from amaranth.utils import exact_log2
+
+from hdl.config import Config
+from hdl.feasibility.reciprocal import Precision
+from hdl.feasibility.set_up import segment_layout, token_layout
+from hdl.feasibility.slopes import motion_layout
+from hdl.feasibility.terrain_memory import lane_layout, lane_row_bits
+
+
+__all__ = ["Lanes", "group_layout"]
+
+
+def group_layout(config: Config) -> data.StructLayout:
+    """Return the layout of a group: the cells of one clock.
+
+    ``steep``, ``descending`` as of its segment; ``major`` (of its first cell), ``minors`` (of all
+    lanes), ``cells`` (how many it has).
+    """
+    return data.StructLayout(
+        {
+            "steep": 1,
+            "descending": 1,
+            "major": config.coordinate_bits,
+            "minors": data.ArrayLayout(config.coordinate_bits, config.lanes),
+            "cells": range(config.lanes + 1),
+        }
+    )
+
+
+class Lanes(wiring.Component):
+    """Walks segments, ``lanes`` cells of one a clock.
+
+    Lane c has the cells whose major coordinate is c mod ``lanes``. Which of its cells is in the
+    first group depends on where the segment starts, so that each group but the last is full: a
+    segment of n cells takes n / ``lanes`` clocks, rounded up. Everything else is sums: all lanes
+    gain the same in a clock, see :class:`hdl.feasibility.reciprocal.Precision`.
+
+    ``group`` and ``lanes`` are there in the clock after that of their token in ``launched``.
+
+    Source: *allaire two-tier*, section 5.3. Differs: its reference has several walkers, each with a
+    part of the segment.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    launched : In(token_layout)
+    segment : In(segment_layout)
+    starts : In(motion_layout).array(lanes)
+    step : In(motion_layout)
+        Of the segment that ``launched`` starts.
+    token : Out(token_layout)
+        ``launched``, a clock later.
+    group : Out(group_layout)
+    lanes : Out(lane_layout).array(lanes)
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        super().__init__(
+            {
+                "launched": In(token_layout(config)),
+                "segment": In(segment_layout(config)),
+                "starts": In(motion_layout(config)).array(config.lanes),
+                "step": In(motion_layout(config)),
+                "token": Out(token_layout(config)),
+                "group": Out(group_layout(config)),
+                "lanes": Out(lane_layout(config)).array(config.lanes),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config, segment, token = self.config, self.segment, self.token
+        precision = Precision.of(config)
+        fractions = {"minor": precision.minor, "rise": precision.rise}
+        lane_bits = exact_log2(config.lanes)
+        starts = self.launched.starts
+
+        m.d.sync += token.eq(self.launched)
+
+        # Of the last group only the lanes up to the end of the segment have a cell.
+        rest = Signal(lane_bits, reset_less=True)
+        step = Signal(motion_layout(config), reset_less=True)
+        steep, descending = Signal(reset_less=True), Signal(reset_less=True)
+        major = Signal(config.coordinate_bits, reset_less=True)
+        with m.If(starts):
+            m.d.sync += [
+                rest.eq(segment.length),
+                step.eq(self.step),
+                steep.eq(segment.steep),
+                descending.eq(segment.descending),
+                major.eq(segment.major),
+            ]
+        with m.Else():
+            m.d.sync += major.eq(Mux(descending, major - config.lanes, major + config.lanes))
+        m.d.comb += [
+            self.group.steep.eq(steep),
+            self.group.descending.eq(descending),
+            self.group.major.eq(major),
+            self.group.cells.eq(Mux(token.ends_segment, rest + 1, config.lanes)),
+        ]
+
+        first = segment.major[:lane_bits]
+        for number, (lane, start) in enumerate(zip(self.lanes, self.starts, strict=True)):
+            motion = Signal(motion_layout(config), name=f"motion_{number}", reset_less=True)
+            row = Signal(lane_row_bits(config), name=f"row_{number}", reset_less=True)
+            in_last = Signal(name=f"in_last_{number}", reset_less=True)
+            with m.If(starts):
+                begin = segment.major[lane_bits:]
+                m.d.sync += [
+                    motion.eq(start),
+                    row.eq(
+                        Mux(
+                            segment.descending,
+                            begin - (first < number),
+                            begin + (first > number),
+                        )
+                    ),
+                    in_last.eq(segment.places[number] <= segment.length[:lane_bits]),
+                ]
+            with m.Else():
+                m.d.sync += [
+                    *(motion[axis].eq(motion[axis] + step[axis]) for axis in fractions),
+                    row.eq(Mux(descending, row - 1, row + 1)),
+                ]
+
+            minor = motion.minor[precision.minor :]
+            m.d.comb += [
+                self.group.minors[number].eq(minor),
+                lane.valid.eq(token.valid & (in_last | ~token.ends_segment)),
+                lane.row.eq(row),
+                lane.minor.eq(minor),
+                lane.ceiling.eq(motion.rise[precision.rise :]),
+            ]
+
+        return m

@@ -1,0 +1,153 @@
+"""The parallel build: every segment in the detailed map, several cells a clock."""
+
+from amaranth import *
+from amaranth.lib import memory, wiring
+from amaranth.lib.wiring import connect, flipped
+
+from hdl.config import Config
+from hdl.feasibility.delay import delayed
+from hdl.feasibility.first_hit import FirstHit
+from hdl.feasibility.lanes import Lanes
+from hdl.feasibility.set_up import TAG_BITS, SetUp
+from hdl.feasibility.slopes import Slopes
+from hdl.feasibility.terrain_memory import TerrainMemory
+from hdl.feasibility.walker import walker_signature
+
+
+__all__ = ["ParallelWalker"]
+
+
+class ParallelWalker(wiring.Component):
+    """Walks all segments in the detailed map, ``lanes`` cells a clock.
+
+    A segment of n cells takes n / ``lanes`` clocks, rounded up, and segments and paths follow each
+    other without a gap as long as the next point is there and no path is dropped. A lone path of G
+    such clocks is decided ``G + memory_latency + 9`` clocks after its first point is taken, that
+    clock included, if its points come in successive clocks; its verdict is offered in the next one:
+    after ``G + 12`` clocks with a latency of 2. From a point to its segment's first group it takes
+    5 clocks: two in the set-up, three for slopes. From a group to its step it takes
+    ``memory_latency + 3``: comparison, bank, first hit.
+
+    In the clock of ``drop`` the group of that clock is still read. The points left of that path are
+    taken, one a clock.
+
+    Source: *allaire two-tier*, section 5.3.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    Those of :func:`hdl.feasibility.walker.walker_signature`.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        super().__init__(walker_signature(config))
+
+    def elaborate(self, platform):
+        m = Module()
+        config, step = self.config, self.step
+        drop_tag = Signal(TAG_BITS)
+
+        m.submodules.set_up = set_up = SetUp(config)
+        m.submodules.slopes = slopes = Slopes(config)
+        m.submodules.lanes = lanes = Lanes(config)
+        m.submodules.terrain = terrain = TerrainMemory(config)
+        m.submodules.first_hit = first_hit = FirstHit(config)
+        connect(m, flipped(self.points), set_up.points)
+        m.d.comb += [
+            set_up.room.eq(self.room),
+            set_up.segment_room.eq(self.segment_room),
+            set_up.drop.eq(self.drop),
+            set_up.drop_tag.eq(drop_tag),
+            self.begins.eq(set_up.begins),
+            self.segment_begins.eq(set_up.segment_begins),
+            slopes.segment.eq(set_up.segment),
+        ]
+
+        # A path that is dropped while it is being launched is not walked.
+        launched = set_up.token
+        for clock in (1, 2):
+            following = Signal.like(launched, name=f"launched_{clock}")
+            m.d.sync += following.eq(launched)
+            if clock == 2:
+                dropped = self.drop & (launched.tag == drop_tag)
+                m.d.sync += following.valid.eq(launched.valid & ~dropped)
+            launched = following
+        dropped = self.drop & (launched.tag == drop_tag)
+        m.d.comb += [
+            lanes.launched.eq(launched),
+            lanes.launched.valid.eq(launched.valid & ~dropped),
+            lanes.segment.eq(delayed(m, set_up.segment, 2, "segment")),
+            lanes.step.eq(slopes.step),
+            *(into.eq(start) for into, start in zip(lanes.starts, slopes.starts, strict=True)),
+        ]
+
+        m.d.comb += [
+            terrain.steep.eq(lanes.group.steep),
+            terrain.walking.eq(lanes.token.valid),
+            *(into.eq(lane) for into, lane in zip(terrain.lanes, lanes.lanes, strict=True)),
+            self.writes.ready.eq(1),
+            terrain.write_enable.eq(self.writes.valid),
+            terrain.write_x.eq(self.writes.p.x),
+            terrain.write_y.eq(self.writes.p.y),
+            terrain.write_altitude.eq(self.writes.p.altitude),
+            terrain.lookup_valid.eq(self.lookup_valid),
+            terrain.lookup_x.eq(self.lookup_x),
+            terrain.lookup_y.eq(self.lookup_y),
+            self.lookup_altitude.eq(terrain.lookup_altitude),
+        ]
+
+        # Addresses given for each path that is under way, the group of this clock included.
+        m.submodules.reads = reads = memory.Memory(
+            shape=config.path_cells_bits + 1, depth=1 << TAG_BITS, init=[]
+        )
+        write, read = reads.write_port(), reads.read_port(domain="comb")
+        given, before = (Signal(config.path_cells_bits + 1, name=n) for n in ("given", "before"))
+        m.d.comb += [
+            given.eq(Mux(lanes.token.first, 0, before) + lanes.group.cells),
+            write.addr.eq(lanes.token.tag),
+            write.data.eq(given),
+            write.en.eq(lanes.token.valid),
+        ]
+        with m.If(lanes.token.valid):
+            m.d.sync += before.eq(given)
+
+        # What goes along while the memory answers.
+        latency = config.memory_latency + 2
+        group = delayed(m, lanes.group, latency, "group")
+        cells = delayed(m, group.cells, 1, "cells")
+        token = lanes.token
+        for clock in range(latency + 1):
+            following = Signal.like(token, name=f"token_{clock}")
+            m.d.sync += following.eq(token)
+            token = following
+
+        is_reading = Signal()
+        m.d.comb += [
+            drop_tag.eq(token.tag),
+            first_hit.group.eq(group),
+            first_hit.hits.eq(terrain.hits),
+            first_hit.blocked.eq(terrain.blocked),
+            read.addr.eq(token.tag),
+            is_reading.eq(lanes.token.valid & (lanes.token.tag == token.tag)),
+        ]
+        m.d.comb += [
+            step.valid.eq(token.valid),
+            step.first.eq(token.first),
+            step.ends_segment.eq(token.ends_segment),
+            step.ends_path.eq(token.ends_path),
+            step.segment.eq(token.segment),
+            step.cells.eq(cells),
+            step.hit.eq(first_hit.hit),
+            step.before.eq(first_hit.before),
+            step.x.eq(first_hit.x),
+            step.y.eq(first_hit.y),
+            step.terrain.eq(first_hit.terrain),
+            step.nofly.eq(first_hit.nofly),
+            step.reads.eq(Mux(is_reading, given, read.data)),
+        ]
+
+        return m

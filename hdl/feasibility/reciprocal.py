@@ -1,0 +1,125 @@
+"""Slopes without a divider: reciprocals of lengths, and the bits that they need."""
+
+from dataclasses import dataclass
+
+from amaranth import *
+from amaranth.lib import memory, wiring
+from amaranth.lib.wiring import In, Out
+from amaranth.utils import exact_log2
+
+from hdl.config import Config
+
+
+__all__ = ["Precision", "Reciprocals"]
+
+
+@dataclass(frozen=True)
+class Precision:
+    """Fractions of the numbers from which cells are found, and why they suffice.
+
+    Let b be the bits of a coordinate, a those of an altitude, and the map have L cells or more for
+    L lanes. A segment of length n < 2^b has cells k = 0..n. With k = j + L g, j < L, cell k takes
+
+        v(k) = v0 + floor(j d r) + g floor(L d r),   r = floor((2^F - 1) / n) / 2^F
+
+    where d is the signed difference of a coordinate or altitude, and floor cuts to a unit u. So
+
+    - r is below 1/n by more than 0 and at most 2^-F; k d r errs by less than E = 2^(c - F), where
+      k |d| < 2^c: c = 2b for a coordinate, since |d| <= n, and c = a + b for an altitude.
+    - Each floor takes off less than u, and there are 1 + g <= 2^b / L of them: less than T.
+
+    Coordinates. ``floor((2 k d + n) / (2 n))`` is ``floor(w)`` for every w from the exact
+    ``k d / n + 1/2``, which is a multiple of 1/(2n), to less than 1/(2n) more. With e added to it,
+    v(k) is off by more than e - E - T and less than e + E. With E = 2^-(b+3), T = 2^-(b+2) and
+    e = E + T that is above 0 and below 2^-(b+1) < 1/(2n). So F = 3b + 3, and u = L 2^-(2b+2).
+
+    Altitudes. ``ceil(z + k d / n)`` is ``floor(w)`` for every w less than z + 1 + k d / n by more
+    than 0 and at most 1/n. With 1 - e added, v(k) is off by more than -E - T - e and less than
+    E - e. With E = e = 2^-(b+2) and T = 2^-(b+1) that is below 0 and above -2^-b > -1/n. So
+    F = a + 2b + 2, and u = L 2^-(2b+1).
+
+    A map smaller than 2L counts as one for half as many lanes as it has cells along an edge. All is
+    tested for every n, d and k of maps of up to 512 cells, and 12 bits of altitude.
+
+    Attributes
+    ----------
+    reciprocal : int
+        F, the greater of the two: fraction bits of a reciprocal, which is below 1.
+    minor, rise : int
+        Fraction bits of the minor coordinate and of the altitude: -log2(u).
+    minor_bias, rise_bias : int
+        What is added to them at the start, in units u: 1/2 + e, and 1 - e.
+    """
+
+    reciprocal: int
+    minor: int
+    rise: int
+    minor_bias: int
+    rise_bias: int
+
+    @classmethod
+    def of(cls, config: Config) -> "Precision":
+        """Return the precision for ``config``."""
+        b, a = config.coordinate_bits, config.altitude_bits
+        spare = b - 1 - min(exact_log2(config.lanes), b - 1)
+        minor, rise = b + 3 + spare, b + 2 + spare
+        return cls(
+            reciprocal=max(3 * b + 3, a + 2 * b + 2),
+            minor=minor,
+            rise=rise,
+            minor_bias=(1 << minor - 1) + (3 << spare),
+            rise_bias=(1 << rise) - (1 << spare),
+        )
+
+    def of_length(self, length: int) -> int:
+        """Return the reciprocal of ``length``, 0 of 0, in units of 2^-``reciprocal``."""
+        return ((1 << self.reciprocal) - 1) // length if length else 0
+
+
+class Reciprocals(wiring.Component):
+    """Table of the reciprocals of two lengths at once, 2 clocks after they are given.
+
+    On a target it is one memory of dual-port block RAMs with their output registers.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    lengths : In(coordinate_bits).array(2)
+    load : In(1)
+        Take ``lengths``.
+    move : In(1)
+        Have ``reciprocals`` of those that were taken last.
+    reciprocals : Out(Precision.reciprocal).array(2)
+        In units of 2^-``Precision.reciprocal``.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        self.precision = Precision.of(config)
+        super().__init__(
+            {
+                "lengths": In(config.coordinate_bits).array(2),
+                "load": In(1),
+                "move": In(1),
+                "reciprocals": Out(self.precision.reciprocal).array(2),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        m.submodules.table = table = memory.Memory(
+            shape=self.precision.reciprocal,
+            depth=self.config.map_size,
+            init=[self.precision.of_length(length) for length in range(self.config.map_size)],
+        )
+        for length, reciprocal in zip(self.lengths, self.reciprocals, strict=True):
+            port = table.read_port()
+            m.d.comb += [port.addr.eq(length), port.en.eq(self.load)]
+            with m.If(self.move):
+                m.d.sync += reciprocal.eq(port.data)
+
+        return m

@@ -1,0 +1,146 @@
+"""The two-tier build: a cell a clock, near the aircraft in the detailed map, then in the coarse."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import connect
+
+from hdl.feasibility.coarse import CoarseMap
+from hdl.feasibility.sequential_compare import SequentialCompare
+from hdl.feasibility.sequential_setup import SequentialSetup
+from hdl.feasibility.sequential_walk import SequentialWalker
+from hdl.feasibility.terrain_bank import TerrainBank
+from hdl.feasibility.walker import walker_signature
+
+
+__all__ = ["TwoTierWalker"]
+
+
+class TwoTierWalker(wiring.Component):
+    """Walks the first two segments of a path in the detailed map, all others in the coarse one.
+
+    With a source that always has the next point, the first cell of a path is visited 4 clocks after
+    its first point is taken, one cell a clock after that, segments and paths following each other
+    without a gap; the step of a cell comes ``memory_latency + 3`` clocks after its visit. So a path
+    of c cells is decided ``c + memory_latency + 6`` clocks after its first point is taken, that
+    clock included, and its verdict is offered in the next one.
+
+    In the clock of ``drop`` one more address is given, and counted. The points left of that path
+    are taken, one a clock.
+
+    Points and writes wait while the coarse map is rebuilt: see
+    :class:`hdl.feasibility.coarse.CoarseMap`.
+
+    Source: *allaire two-tier*, section 3. Differs: the set-up of segments and paths overlaps the
+    walk, and altitudes are compared exactly.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    Those of :func:`hdl.feasibility.walker.walker_signature`.
+    """
+
+    def __init__(self, config):
+        self.config = config
+        super().__init__(walker_signature(config))
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+
+        m.submodules.setup = setup = SequentialSetup(config)
+        m.submodules.line = line = SequentialWalker(config)
+        m.submodules.compare = compare = SequentialCompare(config)
+        m.submodules.detailed = detailed = TerrainBank(
+            rows=config.map_size**2,
+            width=config.altitude_bits,
+            latency=config.memory_latency,
+            ports=1,
+        )
+        m.submodules.coarse = coarse = CoarseMap(
+            config, ports=1, scan_latency=config.lookup_latency
+        )
+
+        visit = line.visit
+        connect(m, setup.segments, line.segments)
+        m.d.comb += [
+            setup.points.p.eq(self.points.p),
+            setup.points.valid.eq(self.points.valid & ~coarse.busy),
+            self.points.ready.eq(setup.points.ready & ~coarse.busy),
+            line.room.eq(self.room),
+            line.segment_room.eq(self.segment_room),
+            self.begins.eq(line.begins),
+            self.segment_begins.eq(line.segment_begins),
+            compare.visiting.eq(line.visiting),
+            compare.visit.eq(visit),
+            compare.level.eq(line.level),
+        ]
+
+        # All other accesses pass one register, so that the walk has the shortest way to the memory.
+        write = self.writes.p
+        written = Signal()
+        m.d.comb += [
+            self.writes.ready.eq(self.idle & ~coarse.busy),
+            written.eq(self.writes.valid & self.writes.ready),
+            coarse.written.eq(written),
+            coarse.cell.x.eq(write.x),
+            coarse.cell.y.eq(write.y),
+            coarse.cell.last.eq(write.last),
+        ]
+        address = Signal(2 * config.coordinate_bits, reset_less=True)
+        with m.If(coarse.scanning):
+            m.d.sync += address.eq(Cat(coarse.scan_x, coarse.scan_y))
+        with m.Elif(written):
+            m.d.sync += address.eq(Cat(write.x, write.y))
+        with m.Else():
+            m.d.sync += address.eq(Cat(self.lookup_x, self.lookup_y))
+        port = detailed.a
+        m.d.sync += [port.write_enable.eq(written), port.write_data.eq(write.altitude)]
+        m.d.comb += [
+            port.address.eq(Mux(line.visiting, Cat(visit.x, visit.y), address)),
+            coarse.x[0].eq(visit.x),
+            coarse.y[0].eq(visit.y),
+        ]
+
+        # Which map answers; to look-ups and scans, which never meet a walk, the detailed one.
+        from_coarse = line.visiting & visit.coarse
+        for clock in range(config.memory_latency):
+            earlier = Signal(name=f"from_coarse_{clock}", reset_less=True)
+            m.d.sync += earlier.eq(from_coarse)
+            from_coarse = earlier
+        ground = Signal(config.altitude_bits, reset_less=True)
+        m.d.sync += ground.eq(Mux(from_coarse, coarse.altitudes[0], port.data))
+        m.d.comb += [
+            compare.ground.eq(ground),
+            self.lookup_altitude.eq(ground),
+            coarse.scanned.eq(ground),
+        ]
+
+        tested, step = compare.tested, self.step
+        passed = Signal(config.path_cells_bits)
+        drop = Signal()
+        m.d.comb += [
+            drop.eq(self.drop & tested.open),
+            line.drop.eq(drop),
+            compare.drop.eq(drop),
+            step.valid.eq(compare.valid),
+            step.first.eq(tested.visit.first),
+            step.ends_segment.eq(tested.visit.ends_segment),
+            step.ends_path.eq(tested.visit.ends_path),
+            step.segment.eq(tested.visit.segment),
+            step.coarse.eq(tested.visit.coarse),
+            step.x.eq(tested.visit.x),
+            step.y.eq(tested.visit.y),
+            step.cells.eq(1),
+            step.hit.eq(tested.hit),
+            step.before.eq(0),
+            step.terrain.eq(tested.hit & ~tested.blocked),
+            step.nofly.eq(tested.hit & tested.blocked),
+            step.reads.eq(Mux(tested.visit.first, 0, passed) + 1 + tested.reads),
+        ]
+        with m.If(compare.valid):
+            m.d.sync += passed.eq(Mux(tested.visit.first, 0, passed) + 1)
+
+        return m

@@ -1,0 +1,116 @@
+"""Where the lanes start on a segment, and how far they go in a clock."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+from amaranth.utils import exact_log2
+
+from hdl.config import Config
+from hdl.feasibility.delay import delayed
+from hdl.feasibility.reciprocal import Precision
+from hdl.feasibility.set_up import segment_layout
+
+
+__all__ = ["Slopes", "motion_layout"]
+
+# Bits of a reciprocal that one multiplier takes, beside its sign: 18 x 18 bits signed on a target.
+_PART = 17
+
+
+def motion_layout(config: Config) -> data.StructLayout:
+    """Return the layout of two numbers in units of :class:`hdl.feasibility.reciprocal.Precision`.
+
+    ``minor`` and ``rise``: coordinate and altitude, modulo the edge of the map and the number of
+    altitudes.
+    """
+    precision = Precision.of(config)
+    return data.StructLayout(
+        {
+            "minor": config.coordinate_bits + precision.minor,
+            "rise": config.altitude_bits + precision.rise,
+        }
+    )
+
+
+class Slopes(wiring.Component):
+    """Multiplies slopes, a segment a clock.
+
+    A slope is a difference times the reciprocal of the length. The cell that a lane starts with is
+    found by a product of its own, of its place along the segment with the difference, and so needs
+    no sum of slopes. ``starts`` and ``step`` follow 2 clocks after ``segment``, and are there for
+    one clock: small multiples, products, and then the sum of their parts in the same clock in which
+    the lanes take it.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    segment : In(segment_layout)
+    starts : Out(motion_layout).array(lanes)
+        The cell of each lane, from which lanes past the end of the segment would go on.
+    step : Out(motion_layout)
+        What all lanes gain in a clock.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        self.precision = Precision.of(config)
+        super().__init__(
+            {
+                "segment": In(segment_layout(config)),
+                "starts": Out(motion_layout(config)).array(config.lanes),
+                "step": Out(motion_layout(config)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config, precision, segment = self.config, self.precision, self.segment
+        lane_bits = exact_log2(config.lanes)
+
+        reciprocal = delayed(m, segment.reciprocal, 1, "reciprocal")
+        minor = delayed(m, segment.minor, 2, "minor")
+        altitude = delayed(m, segment.altitude, 2, "altitude")
+        biases = {
+            "minor": Cat(Const(precision.minor_bias, precision.minor), minor),
+            "rise": Cat(Const(precision.rise_bias, precision.rise), altitude),
+        }
+        fractions = {"minor": precision.minor, "rise": precision.rise}
+        for axis, difference in (("minor", segment.across), ("rise", segment.rise)):
+            shift = precision.reciprocal - fractions[axis]
+            slope = delayed(m, difference, 1, f"{axis}_gain")
+            product = self._product(m, slope, reciprocal, shift - lane_bits, 0, f"{axis}_step")
+            m.d.comb += self.step[axis].eq(product)
+            for lane, (place, start) in enumerate(zip(segment.places, self.starts, strict=True)):
+                # Of adders: a multiplier for three bits would be slower.
+                multiple = sum(
+                    (Mux(bit, difference << i, 0) for i, bit in enumerate(place)), Const(0, 1)
+                )
+                multiple = delayed(m, multiple.as_signed(), 1, f"{axis}_multiple_{lane}")
+                name = f"{axis}_{lane}"
+                product = self._product(m, multiple, reciprocal, shift, biases[axis], name)
+                m.d.comb += start[axis].eq(product)
+
+        return m
+
+    def _product(self, m, factor, reciprocal, shift, bias, name):
+        """Return ``bias + floor(factor * reciprocal / 2**shift)``, a clock later."""
+        if len(reciprocal) <= _PART:
+            whole = Signal(signed(len(factor) + len(reciprocal) + 1), name=name, reset_less=True)
+            m.d.sync += whole.eq(factor * reciprocal)
+            return (whole >> shift) + bias
+
+        low, high = reciprocal[:_PART], reciprocal[_PART:]
+        parts = []
+        for part, suffix in ((low, "low"), (high, "high")):
+            product = Signal(
+                signed(len(factor) + len(part) + 1), name=f"{name}_{suffix}", reset_less=True
+            )
+            m.d.sync += product.eq(factor * Cat(part, Const(0, 1)).as_signed())
+            parts.append(product)
+        if shift <= _PART:
+            return (parts[0] >> shift) + (parts[1] << (_PART - shift)) + bias
+        rest = shift - _PART
+        return (((parts[0] >> _PART) + parts[1]) >> rest) + bias

@@ -1,0 +1,180 @@
+"""The detailed map in banks, and what compares it with the cells of the lanes."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+from amaranth.utils import exact_log2
+
+from hdl.config import Config
+from hdl.feasibility.delay import delayed
+from hdl.feasibility.terrain_bank import TerrainBank
+from hdl.ga_core.multiplexer import chosen
+
+
+__all__ = ["TerrainMemory", "lane_layout", "lane_row_bits"]
+
+
+def lane_row_bits(config: Config) -> int:
+    """Width of a major coordinate divided by the number of lanes."""
+    return max(0, config.coordinate_bits - exact_log2(config.lanes))
+
+
+def lane_layout(config: Config) -> data.StructLayout:
+    """Return the layout of the cell of one lane.
+
+    ``valid`` (there is one), ``row`` (its major coordinate divided by the number of lanes, of which
+    the remainder is the number of the lane), ``minor`` (its other coordinate), and ``ceiling``, the
+    highest altitude of the ground there under a path that passes: collides if the ground is at
+    ``ceiling`` or above.
+    """
+    return data.StructLayout(
+        {
+            "valid": 1,
+            "row": lane_row_bits(config),
+            "minor": config.coordinate_bits,
+            "ceiling": config.altitude_bits,
+        }
+    )
+
+
+class TerrainMemory(wiring.Component):
+    """Map of which each lane tests a cell in every clock.
+
+    Cell (x, y) lies in bank (x mod B, y mod B), with B = ``bank_edge``. Lane c has cells whose
+    coordinate along the major axis of the segment is c mod ``lanes``. So in a clock the first B
+    lanes, which use the first port of the banks, all are in other columns of banks (or rows, if the
+    segment is steep), and so are the other B lanes, which use the second port: none waits for
+    another, and each bank port has two lanes that it can belong to.
+
+    What comes from a bank is compared there with the altitude of the lane. The latency from a cell
+    to ``hits`` is ``memory_latency + 2``: compare, and find the lane's bank.
+
+    Source: *allaire two-tier*, section 5.3.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    steep : In(1)
+        The major axis is y, else x.
+    lanes : In(lane_layout).array(lanes)
+    walking : In(1)
+        The lanes have cells: accesses below do not reach the memory.
+    hits : Out(lanes)
+        Lanes whose cell collides.
+    blocked : Out(lanes)
+        Lanes whose cell holds ``blocked_altitude``, and so collides, too.
+    write_enable : In(1)
+    write_x, write_y : In(coordinate_bits)
+    write_altitude : In(altitude_bits)
+        A cell to be written; it is read from the next clock on.
+    lookup_valid : In(1)
+    lookup_x, lookup_y : In(coordinate_bits)
+        A cell to be looked up; not in the clock of a write.
+    lookup_altitude : Out(altitude_bits)
+        What is there, ``config.lookup_latency`` clocks later. Writes and look-ups get to the memory
+        one clock after they are given.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        xy, z = config.coordinate_bits, config.altitude_bits
+        super().__init__(
+            {
+                "steep": In(1),
+                "lanes": In(lane_layout(config)).array(config.lanes),
+                "walking": In(1),
+                "hits": Out(config.lanes),
+                "blocked": Out(config.lanes),
+                "write_enable": In(1),
+                "write_x": In(xy),
+                "write_y": In(xy),
+                "write_altitude": In(z),
+                "lookup_valid": In(1),
+                "lookup_x": In(xy),
+                "lookup_y": In(xy),
+                "lookup_altitude": Out(z),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+        latency, top = config.memory_latency, config.blocked_altitude
+        edge, ports = config.bank_edge, config.read_ports
+        bank_bits = exact_log2(edge)
+        row_bits = config.coordinate_bits - bank_bits
+
+        access_x, access_y = (Signal(config.coordinate_bits, name=f"access_{n}") for n in "xy")
+        written = Signal(config.altitude_bits, reset_less=True)
+        m.d.sync += written.eq(self.write_altitude)
+        with m.If(self.write_enable):
+            m.d.sync += [access_x.eq(self.write_x), access_y.eq(self.write_y)]
+        with m.Elif(self.lookup_valid):
+            m.d.sync += [access_x.eq(self.lookup_x), access_y.eq(self.lookup_y)]
+
+        # Rows of each lane in the bank it is in, and what it compares: in time for the last
+        # register before the comparison, which is at the bank.
+        across, along, ceilings = [], [], []
+        for number, lane in enumerate(self.lanes):
+            major = Cat(Const(number, exact_log2(config.lanes)), lane.row)[bank_bits:][:row_bits]
+            minor = lane.minor[bank_bits:]
+            across.append(Cat(major, minor))
+            along.append(Cat(minor, major))
+            ceilings.append(delayed(m, lane.ceiling, latency - 1, f"ceiling_{number}"))
+        steep = [delayed(m, self.steep, clocks, f"steep_{clocks}") for clocks in range(latency + 2)]
+
+        # Of the bank in column x and row y: data of the first port, and both ports' comparisons.
+        ground = [[None] * edge for _ in range(edge)]
+        hits, tops = ([[[None] * edge for _ in range(edge)] for _ in range(ports)] for _ in "ht")
+        for x in range(edge):
+            for y in range(edge):
+                m.submodules[f"bank_{x}_{y}"] = bank = TerrainBank(
+                    rows=1 << 2 * row_bits,
+                    width=config.altitude_bits,
+                    latency=latency,
+                    ports=ports,
+                )
+                written_here = Signal(name=f"written_{x}_{y}")
+                m.d.sync += written_here.eq(
+                    self.write_enable
+                    & (self.write_x[:bank_bits] == x)
+                    & (self.write_y[:bank_bits] == y)
+                )
+                m.d.comb += [bank.a.write_enable.eq(written_here), bank.a.write_data.eq(written)]
+                for port, member in enumerate([bank.a, bank.b] if ports == 2 else [bank.a]):
+                    by_x, by_y = port * edge + x, port * edge + y
+                    address = Mux(self.steep, along[by_y], across[by_x])
+                    if port == 0:
+                        access = Cat(access_x[bank_bits:], access_y[bank_bits:])
+                        address = Mux(self.walking, address, access)
+                        ground[x][y] = member.data
+                    m.d.comb += member.address.eq(address)
+
+                    name = f"{x}_{y}_{port}"
+                    ceiling = Signal(config.altitude_bits, name=f"at_{name}", reset_less=True)
+                    hit = Signal(name=f"hit_{name}", reset_less=True)
+                    is_top = Signal(name=f"top_{name}", reset_less=True)
+                    m.d.sync += [
+                        ceiling.eq(Mux(steep[latency - 1], ceilings[by_y], ceilings[by_x])),
+                        hit.eq(member.data >= ceiling),
+                        is_top.eq(member.data == top),
+                    ]
+                    hits[port][x][y], tops[port][x][y] = hit, is_top
+
+        for number, lane in enumerate(self.lanes):
+            port, column = divmod(number, edge)
+            valid = delayed(m, lane.valid, latency + 1, f"valid_{number}")
+            bank = delayed(m, lane.minor[:bank_bits], latency + 1, f"bank_{number}")
+            for flags, out in ((hits[port], self.hits), (tops[port], self.blocked)):
+                level = chosen(bank, flags[column])
+                upright = chosen(bank, [flags[x][column] for x in range(edge)])
+                m.d.sync += out[number].eq(valid & Mux(steep[latency + 1], upright, level))
+
+        at_x = delayed(m, access_x[:bank_bits], latency, "at_x")
+        at_y = delayed(m, access_y[:bank_bits], latency, "at_y")
+        m.d.sync += self.lookup_altitude.eq(chosen(at_x, [chosen(at_y, row) for row in ground]))
+
+        return m

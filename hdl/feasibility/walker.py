@@ -1,0 +1,102 @@
+"""What the checker needs of a walker: the part that differs between its builds."""
+
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import Config
+from hdl.feasibility.layouts import cell_layout, point_layout
+
+
+__all__ = ["step_layout", "walker_signature"]
+
+
+def step_layout(config: Config) -> data.StructLayout:
+    """Return the layout of the progress of one clock, all 0 but for ``valid`` where that is 0.
+
+    ``valid``
+        There is a step; the other fields count only then.
+    ``first``, ``ends_segment``, ``ends_path``
+        It is the first of its path, the last of its segment, the last of its path. The last of a
+        path ends a segment as well.
+    ``segment``
+        Number of the segment in its path.
+    ``cells``
+        Cells of the path that it passes, 0..map_size.
+    ``hit``, ``before``
+        One of these cells collides; number of them before the first that does.
+    ``x``, ``y``, ``coarse``
+        That first one, in the cells of its map, and whether this is the coarse map.
+    ``terrain``, ``nofly``
+        Number of its cells that collide with terrain, and with what is blocked.
+    ``reads``
+        Addresses that the memories are given for this path, should this be its last step or bring
+        its ``drop``.
+    """
+    return data.StructLayout(
+        {
+            "valid": 1,
+            "first": 1,
+            "ends_segment": 1,
+            "ends_path": 1,
+            "segment": config.segment_bits,
+            "cells": config.segment_cells_bits,
+            "hit": 1,
+            "before": config.segment_cells_bits,
+            "x": config.coordinate_bits,
+            "y": config.coordinate_bits,
+            "coarse": 1,
+            "terrain": config.segment_cells_bits,
+            "nofly": config.segment_cells_bits,
+            "reads": config.path_cells_bits + 1,
+        }
+    )
+
+
+def walker_signature(config: Config) -> wiring.Signature:
+    """Return the signature of a walker: it turns paths into reads of its map, and these into steps.
+
+    Members
+    -------
+    count : In(1)
+        The whole path is to be walked, whatever it hits. Steady while a path is under way.
+    points : In(stream.Signature(point_layout))
+        The points of the paths, one path after the other.
+    room, segment_room : In(1)
+        There is a place for the verdict of one more path, and for the count of one more segment.
+    begins, segment_begins : Out(1)
+        That place is taken; only while there is one. Once for each path and segment, no later than
+        in the clock before its first step. All segments of a path that is not dropped begin.
+    step : Out(step_layout)
+        Progress. There is no back-pressure.
+    drop : In(1)
+        In the clock of a step: the rest of its path is not wanted. Steps of it may still come; they
+        are not looked at. An address given for it in this clock counts among ``reads``; from the
+        next clock on there is none.
+    idle : In(1)
+        No path is under way.
+    writes : In(stream.Signature(cell_layout))
+        Cells of the map, see :class:`hdl.feasibility.checker.Checker`. Taken only while ``idle``.
+    lookup_valid : In(1)
+    lookup_x, lookup_y : In(coordinate_bits)
+        With ``lookup_valid``, cell to be looked up: while ``idle`` and nothing is written.
+    lookup_altitude : Out(altitude_bits)
+        Its altitude, ``config.lookup_latency`` clocks later.
+    """
+    return wiring.Signature(
+        {
+            "count": In(1),
+            "points": In(stream.Signature(point_layout(config))),
+            "room": In(1),
+            "segment_room": In(1),
+            "begins": Out(1),
+            "segment_begins": Out(1),
+            "step": Out(step_layout(config)),
+            "drop": In(1),
+            "idle": In(1),
+            "writes": In(stream.Signature(cell_layout(config))),
+            "lookup_valid": In(1),
+            "lookup_x": In(config.coordinate_bits),
+            "lookup_y": In(config.coordinate_bits),
+            "lookup_altitude": Out(config.altitude_bits),
+        }
+    )

@@ -1,0 +1,152 @@
+# amaranth: UnusedElaboratable=no
+"""The coarse map: maxima that rise and fall with rectangles, and how long that takes."""
+
+import itertools
+import random
+from collections import deque
+
+import numpy as np
+import pytest
+
+from hdl.config import Config
+from hdl.feasibility.coarse import CoarseMap
+from sim.model.checker import TerrainModel
+from tests.streams import simulate
+
+
+CONFIG = Config(checker="two-tier", lanes=1, map_size=16, coarse_factor=4, altitude_bits=4)
+
+
+class Bench:
+    """A coarse map beside a detailed one that answers after ``scan_latency`` clocks."""
+
+    def __init__(self, config, ports=1, scan_latency=3):
+        self.config = config
+        self.dut = CoarseMap(config, ports=ports, scan_latency=scan_latency)
+        self.terrain = TerrainModel(config)
+        self.scans = 0
+
+    async def answer(self, ctx):
+        answers = deque([None] * self.dut.scan_latency)
+        while True:
+            dut = self.dut
+            _, _, scanning, x, y = await ctx.tick().sample(dut.scanning, dut.scan_x, dut.scan_y)
+            answers.append((x, y) if scanning else None)
+            answers.popleft()
+            self.scans += scanning
+            # The answer to the oldest is there in the clock that begins now.
+            cell = answers[0]
+            ctx.set(dut.scanned, int(self.terrain.heights[cell[::-1]]) if cell else 5)
+
+    async def write(self, ctx, x, y, rows):
+        """Write a rectangle; return the clocks after its last cell in which the map is busy."""
+        rows = np.asarray(rows)
+        self.terrain.write(x, y, rows)
+        cells = list(itertools.product(range(rows.shape[0]), range(rows.shape[1])))
+        for number, (row, column) in enumerate(cells):
+            assert not ctx.get(self.dut.busy)
+            ctx.set(self.dut.written, 1)
+            last = number == len(cells) - 1
+            ctx.set(self.dut.cell, {"x": x + column, "y": y + row, "last": last})
+            await ctx.tick()
+        ctx.set(self.dut.written, 0)
+        for clocks in itertools.count():
+            if not ctx.get(self.dut.busy):
+                return clocks
+            await ctx.tick()
+
+    async def check(self, ctx):
+        """Compare every block, at each port, one a clock."""
+        edge = 1 << self.config.coarse_bits
+        blocks = list(itertools.product(range(edge), repeat=2))
+        latency = self.config.memory_latency
+        for clock in range(len(blocks) + latency):
+            if clock >= latency:
+                x, y = blocks[clock - latency]
+                for number, altitude in enumerate(self.dut.altitudes):
+                    read = (edge - 1 - x if number else x, y)
+                    assert ctx.get(altitude) == self.terrain.coarse[read[::-1]]
+            if clock < len(blocks):
+                x, y = blocks[clock]
+                for number in range(self.dut.ports):
+                    ctx.set(self.dut.x[number], edge - 1 - x if number else x)
+                    ctx.set(self.dut.y[number], y)
+            await ctx.tick()
+
+    def run(self, function):
+        async def testbench(ctx):
+            edge = self.config.map_size
+            await self.write(ctx, 0, 0, np.zeros((edge, edge), dtype=int))
+            await function(ctx)
+
+        simulate(self.dut, testbench, background=[self.answer])
+
+
+@pytest.mark.parametrize("memory_latency", [1, 2])
+@pytest.mark.parametrize(("ports", "scan_latency"), [(1, 1), (2, 4)])
+def test_rises_and_falls(ports, scan_latency, memory_latency):
+    bench = Bench(CONFIG.replace(memory_latency=memory_latency), ports, scan_latency)
+
+    async def function(ctx):
+        await bench.check(ctx)
+        for x, y, cells in (
+            (5, 6, [[9]]),  # Raises one block,
+            (6, 6, [[7]]),  # does not lower it beside that cell,
+            (5, 6, [[3]]),  # lowers it, but not to the new cell,
+            (6, 6, [[0]]),  # and now to it.
+            (2, 3, [[15, 1, 2], [1, 1, 8], [1, 1, 1]]),  # Over the corner of four.
+            (2, 3, [[0, 0, 0], [0, 0, 0], [0, 0, 0]]),
+        ):
+            await bench.write(ctx, x, y, cells)
+            await bench.check(ctx)
+        assert bench.terrain.coarse.max() == 3
+
+    bench.run(function)
+
+
+def test_random_rectangles():
+    rng = random.Random(20)
+    bench = Bench(CONFIG.replace(map_size=8, coarse_factor=2))
+
+    async def function(ctx):
+        for _ in range(60):
+            x, y = rng.randrange(8), rng.randrange(8)
+            width, height = rng.randint(1, 8 - x), rng.randint(1, 8 - y)
+            altitudes = [[rng.randrange(16) for _ in range(width)] for _ in range(height)]
+            await bench.write(ctx, x, y, altitudes)
+            await bench.check(ctx)
+
+    bench.run(function)
+
+
+@pytest.mark.parametrize("scan_latency", [1, 4])
+def test_reads_touched_blocks_only(scan_latency):
+    bench = Bench(CONFIG, scan_latency=scan_latency)
+
+    async def function(ctx):
+        for x, y, columns, rows, blocks in (
+            (0, 0, 1, 1, 1),
+            (3, 3, 2, 2, 4),
+            (4, 8, 8, 1, 2),
+            (15, 1, 1, 15, 4),
+        ):
+            bench.scans = 0
+            cells = blocks * CONFIG.coarse_factor**2
+            busy = await bench.write(ctx, x, y, np.ones((rows, columns), dtype=int))
+            assert busy == cells + scan_latency + 2
+            assert bench.scans == cells
+            await bench.check(ctx)
+
+    bench.run(function)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"ports": 3, "scan_latency": 1}, r"^Read ports must be 1 or 2, not 3$"),
+        ({"ports": 1, "scan_latency": 0}, r"^Latency of a scan must be 1 or more, not 0$"),
+    ],
+)
+def test_refuses(parameters, message):
+    with pytest.raises(ValueError, match=message):
+        CoarseMap(CONFIG, **parameters)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import random
 
+import numpy as np
+
 from bench.report import Options, Report
+from hdl.config import CheckerBuild
 from hdl.protocol import LinkMode
 from host.board import open_board
 
@@ -12,29 +15,49 @@ from host.board import open_board
 __all__ = ["run"]
 
 _GENERATIONS = 60
+# A chip with a map: its size changes no clock of a generation, but the time to upload it.
+_WITH_MAP = "sim:?checker=parallel&map_size=64&clocks_per_bit=4"
 # Table 1 of allaire-2008, per 60 generations at 100 MHz, in clocks per generation.
 _PAPER = {"selection and crossover": 8.85e-6, "mutation": 18e-6, "population update": 600e-9}
 _PAPER_HZ, _PAPER_GENERATIONS = 100e6, 60
 
 
 def run(options: Options) -> Report:
-    """Run 60 generations of full-length paths, then of a planner's lengths, in every mode."""
+    """Run 60 generations of full-length paths, then of a planner's lengths, in every mode.
+
+    Also on a chip with a map of random altitudes, whose ground holds every other new waypoint.
+    """
     report = Report(
         f"A generation on the simulated board, mean of {_GENERATIONS}, clocks",
-        ("unit", "paths of 16", "paths of 2 to 7", "paper"),
+        (
+            "unit",
+            "paths of 16",
+            "paths of 2 to 7",
+            "paths of 16, with a map",
+            "paths of 2 to 7, with a map",
+            "paper",
+        ),
     )
-    full, _ = _measure((16, 16), LinkMode.RANK)
-    short, _ = _measure((2, 7), LinkMode.RANK)
+    measured = [
+        _measure(lengths, LinkMode.RANK, url)[0]
+        for url in ("sim:", _WITH_MAP)
+        for lengths in ((16, 16), (2, 7))
+    ]
     for unit, counter in (
         ("selection and crossover", "crossover"),
         ("mutation", "mutation"),
         ("population update", "update"),
     ):
         paper = _PAPER[unit] * _PAPER_HZ / _PAPER_GENERATIONS
-        report.rows.append((unit, full[counter], short[counter], paper))
-    total = [sum(row[i] for row in report.rows) for i in (1, 2, 3)]
+        report.rows.append((unit, *(means[counter] for means in measured), paper))
+    total = [sum(row[i] for row in report.rows) for i in range(1, len(report.columns))]
     report.rows.append(("together", *total))
-    report.rows.append(("longest generation", full["longest"], short["longest"], "-"))
+    report.rows.append(("longest generation", *(means["longest"] for means in measured), "-"))
+    report.notes.append(
+        f"With a map, {measured[2]['redrawn']:.2f} new waypoints of a generation of paths of 16 "
+        f"were drawn again because of the ground, and {measured[2]['left_out']:.2f} mutations left "
+        "out."
+    )
 
     sent = {mode: _measure((2, 7), mode)[1] for mode in LinkMode}
     whole = sum(sent[LinkMode.POPULATION])
@@ -48,14 +71,19 @@ def run(options: Options) -> Report:
 
 
 def _measure(
-    lengths: tuple[int, int], mode: LinkMode
+    lengths: tuple[int, int], mode: LinkMode, url: str = "sim:"
 ) -> tuple[dict[str, float], tuple[float, float]]:
-    """Return mean clocks of each counter and mean bytes both ways, per generation."""
+    """Return the mean increase of each counter and mean bytes both ways, per generation."""
     rng = random.Random(1)
-    with open_board("sim:") as chip:
+    with open_board(url) as chip:
         config = chip.config
+        has_map = config.checker is not CheckerBuild.NONE
+        if has_map:
+            shape = (config.map_size, config.map_size)
+            chip.upload_map(np.random.default_rng(1).integers(0, config.blocked_altitude, shape))
         highest = config.map_size - 1
-        chip.start(1, (highest, highest, config.blocked_altitude - 1))
+        limits = (highest, highest, config.blocked_altitude - 1)
+        chip.start(1, limits, avoid_ground=has_map)
         totals: dict[str, float] = {}
         to_board = from_board = 0
         longest = 0
@@ -73,7 +101,7 @@ def _measure(
             to_board += traffic.bytes_to_board - bytes_before[0]
             from_board += traffic.bytes_from_board - bytes_before[1]
             after = chip.counters()
-            for name in ("crossover", "mutation", "update"):
+            for name in ("crossover", "mutation", "update", "redrawn", "left_out"):
                 totals[name] = totals.get(name, 0) + after[name] - before[name]
             longest = max(longest, after["longest"])
         means = {name: total / _GENERATIONS for name, total in totals.items()}

@@ -301,9 +301,23 @@ class Config:
         return max(1, (1 << self.altitude_bits) * self.box_percent // 200)
 
     @property
+    def candidates(self) -> int:
+        """Draws of each new waypoint: the first, and where there is a map further ones."""
+        return 1 if self.checker is CheckerBuild.NONE else 1 + self.redraws
+
+    @property
+    def lookup_latency(self) -> int:
+        """Clocks from a cell's x and y to the altitude that the checker has there.
+
+        The memory's, a register before it and one behind the multiplexer of its banks.
+        """
+        return self.memory_latency + 2
+
+    @property
     def draw_steps(self) -> int:
         """Steps of the random source per generation: see :class:`sim.model.selection.Draws`."""
-        return max(self.crossovers, self.survivors, self.mutators + self.patches)
+        mutation = self.mutators + self.patches * self.candidates
+        return max(self.crossovers, self.survivors, mutation)
 
     @property
     def build_id(self) -> int:

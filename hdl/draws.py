@@ -37,7 +37,8 @@ class DrawLayout:
     Step ``i`` of a generation carries, in the selection word, the two draws of crossover rank ``i``
     and the two of survivor ``i``; in the mutation word, the child and the waypoint of mutator
     ``i``.
-    The steps after the last mutator carry the offsets of new waypoints, one each.
+    The steps after the last mutator carry the offsets of new waypoints, one each: those of the
+    first candidate of every patch, then of the second of every patch, and so on.
     """
 
     config: Config

@@ -24,6 +24,8 @@ _COUNTED = (
     Counter.LONGEST,
     Counter.GENERATIONS,
     Counter.REFUSED_MUTATIONS,
+    Counter.REDRAWN,
+    Counter.LEFT_OUT,
 )
 
 
@@ -34,7 +36,7 @@ def clocks_layout(config: Config) -> data.StructLayout:
 
 
 def counters_layout(config: Config) -> data.StructLayout:
-    """Return the layout of all counters but those of bytes."""
+    """Return the layout of all counters but those of the line and of the checker."""
     widths = dict(counters_reply(config).fields)
     return data.StructLayout({counter.value: widths[counter] for counter in _COUNTED})
 
@@ -43,10 +45,10 @@ class Control(wiring.Component):
     """Control unit of the chip.
 
     Listens until a command is ``pending``, turns the receiving unit on to take it, then, for a
-    command to run a generation, the crossover, mutation and update units, and at last the
-    transmitting unit, which answers. A unit is on from its state's first clock to the clock in
-    which it says that it is over, both included; the next unit is on in the clock after that: no
-    hand-over takes a clock of its own.
+    command to run a generation, the crossover, mutation and update units, or, for one to check
+    paths, the checking unit, and at last the transmitting unit, which answers. A unit is on from
+    its state's first clock to the clock in which it says that it is over, both included; the next
+    unit is on in the clock after that: no hand-over takes a clock of its own.
 
     A generation starts only when ``ready``: until then the receiving unit stays on and must hold
     ``receive_over`` and ``generate``.
@@ -67,20 +69,26 @@ class Control(wiring.Component):
     receive_over : In(1)
         The command has been taken. Ignored unless ``receive_on``.
     generate : In(1)
-        With ``receive_over``: the command is to run a generation.
+    check : In(1)
+        With ``receive_over``: the command is to run a generation, or to check paths; not both.
     ready : In(1)
         Everything that a generation needs is there.
-    crossover_on, mutation_on, update_on, transmit_on : Out(1)
-    crossover_over, mutation_over, update_over, transmit_over : In(1)
+    crossover_on, mutation_on, update_on, check_on, transmit_on : Out(1)
+    crossover_over, mutation_over, update_over, check_over, transmit_over : In(1)
         Each ignored unless its unit is on.
     line_busy : In(1)
         A frame is coming in; such clocks count as receiving.
     line_sending : In(1)
         An answer is going out; such clocks count as transmitting.
     refused : In(range(mutators + 1))
-        Mutations that the generation's limits forbade; read in the last clock of the update.
+        Mutations that a limit on the length forbade.
+    redrawn : In(range(patches * candidates))
+        Candidates that took the place of one in the ground.
+    left_out : In(range(patches + 1))
+        Mutations that had no candidate above the ground. These three are those of the present
+        generation, and read in the last clock of the update.
     restart : In(1)
-        Set ``generation`` to 0.
+        Set ``generation`` and the counter of the longest generation to 0.
     state : Out(ChipState)
     history : Out(32)
         The eight states entered last, 4 bits each, the latest lowest; LISTEN before the first.
@@ -89,8 +97,8 @@ class Control(wiring.Component):
     clocks : Out(StructLayout({"crossover": 16, "mutation": 16, "update": 16}))
         Clocks of each unit in the latest generation; growing while it runs.
     counters : Out(StructLayout({counter: 48, ...}))
-        Every :class:`hdl.protocol.Counter` but those of bytes, since reset. Each shows the clocks
-        before the present one.
+        Every :class:`hdl.protocol.Counter` but those of the line and of the checker, since reset,
+        the longest generation since ``restart``. Each shows the clocks before the present one.
     """
 
     def __init__(self, config):
@@ -105,6 +113,7 @@ class Control(wiring.Component):
                 "receive_on": Out(1),
                 "receive_over": In(1),
                 "generate": In(1),
+                "check": In(1),
                 "ready": In(1),
                 "crossover_on": Out(1),
                 "crossover_over": In(1),
@@ -112,11 +121,15 @@ class Control(wiring.Component):
                 "mutation_over": In(1),
                 "update_on": Out(1),
                 "update_over": In(1),
+                "check_on": Out(1),
+                "check_over": In(1),
                 "transmit_on": Out(1),
                 "transmit_over": In(1),
                 "line_busy": In(1),
                 "line_sending": In(1),
                 "refused": In(range(config.mutators + 1)),
+                "redrawn": In(range(config.patches * config.candidates)),
+                "left_out": In(range(config.patches + 1)),
                 "restart": In(1),
                 "state": Out(ChipState),
                 "history": Out(status["history"]),
@@ -140,6 +153,7 @@ class Control(wiring.Component):
             ChipState.CROSSOVER: self.crossover_on,
             ChipState.MUTATE: self.mutation_on,
             ChipState.UPDATE: self.update_on,
+            ChipState.CHECK: self.check_on,
             ChipState.TRANSMIT: self.transmit_on,
         }
         for state, on in units.items():
@@ -159,6 +173,8 @@ class Control(wiring.Component):
             with m.Case(ChipState.RECEIVE):
                 with m.If(start):
                     enter(ChipState.CROSSOVER)
+                with m.Elif(self.receive_over & self.check):
+                    enter(ChipState.CHECK)
                 with m.Elif(self.receive_over & ~self.generate):
                     enter(ChipState.TRANSMIT)
             with m.Case(ChipState.CROSSOVER):
@@ -169,6 +185,9 @@ class Control(wiring.Component):
                     enter(ChipState.UPDATE)
             with m.Case(ChipState.UPDATE):
                 with m.If(self.update_over):
+                    enter(ChipState.TRANSMIT)
+            with m.Case(ChipState.CHECK):
+                with m.If(self.check_over):
                     enter(ChipState.TRANSMIT)
             with m.Case(ChipState.TRANSMIT):
                 with m.If(self.transmit_over):
@@ -207,10 +226,16 @@ class Control(wiring.Component):
                 elapsed + (self.crossover_on | self.mutation_on | self.update_on)
             )
         with m.If(done):
-            refused = counters[Counter.REFUSED_MUTATIONS]
-            m.d.sync += refused.eq(refused + self.refused)
-            with m.If(elapsed > longest):
-                m.d.sync += longest.eq(elapsed)
+            for counter, count in (
+                (Counter.REFUSED_MUTATIONS, self.refused),
+                (Counter.REDRAWN, self.redrawn),
+                (Counter.LEFT_OUT, self.left_out),
+            ):
+                m.d.sync += counters[counter].eq(counters[counter] + count)
+        with m.If(self.restart):
+            m.d.sync += longest.eq(0)
+        with m.Elif(done & (elapsed > longest)):
+            m.d.sync += longest.eq(elapsed)
         m.d.comb += counters[Counter.LONGEST].eq(longest)
 
         return m

@@ -4,9 +4,10 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.config import Config
+from hdl.config import CheckerBuild, Config
 from hdl.ga_core.control import Control, clocks_layout, counters_layout
 from hdl.ga_core.layouts import (
+    limits_layout,
     mutation_layout,
     ranking_layout,
     read_layout,
@@ -14,7 +15,7 @@ from hdl.ga_core.layouts import (
     waypoint_layout,
     write_layout,
 )
-from hdl.ga_core.mutation import Mutation, limits_layout
+from hdl.ga_core.mutation import Mutation
 from hdl.ga_core.population import Population
 from hdl.ga_core.selection import Selection
 from hdl.ga_core.slot_mapping import SlotMapping
@@ -28,7 +29,14 @@ class Core(wiring.Component):
     """The genetic core; equal to :class:`sim.model.core.Core` bit for bit and clock for clock.
 
     A generation takes the clocks of the longest path that is kept or bred, plus 4: 20 for paths of
-    16 waypoints. ``ranking`` comes before it, after all ``starts`` and ``writes``, which make an
+    16 waypoints. With a map, new waypoints in the ground are refused, one look at the map a clock,
+    while the waypoints pass: no further clocks where paths are long. Only if that takes longer, a
+    generation takes ``n + config.lookup_latency + 6`` clocks, where ``n``, at most ``patches *
+    candidates``, is how many candidates it took to decide all new waypoints: 13 in the default
+    sizes if no first candidate lies in the ground, and at most 19. (Three redraws would keep within
+    the 24 clocks that are asked for; seven of them may take 34.)
+
+    ``ranking`` comes before a generation, after all ``starts`` and ``writes``, which make an
     earlier one void, as does a generation; ranks come upwards from 0, and each slot once.
 
     ``starts``, ``writes``, ``ranking`` and ``reads`` are taken only while no generation runs;
@@ -43,23 +51,24 @@ class Core(wiring.Component):
 
     Members
     -------
-    starts : In(stream.Signature({"seed": 64, "x": 16, "y": 16, "altitude": 16}))
-        Seed of the random source and highest values of new waypoints, which must be within the map;
-        the number of the generation becomes 0. The population stays.
+    starts : In(stream.Signature(start_layout))
+        Seed of the random source, highest values of new waypoints, which must be within the map,
+        and whether those in the ground are refused, which matters only with a map. The number of
+        the generation and the longest become 0. The population stays.
     writes : In(stream.Signature({"slot", "index", "waypoint", "last": 1}))
         A waypoint for a slot of the present population; ``last`` sets the length of the path.
     ranking : In(stream.Signature({"rank", "slot"}))
         Slot of each rank, 0 the best.
     ranked : Out(1)
         A whole ranking has been worked in: a generation may start. It is high ``mutators + 9``
-        clocks after the last rank, if no read is under way.
+        clocks after the last rank, with a map ``mutators + patches + 14``, if no read is under way.
     reads : In(stream.Signature({"slot", "count"}))
         Consecutive slots to read out.
     waypoints : Out(stream.Signature({"waypoint", "last": 1, "final": 1}))
         Their waypoints; ``last`` marks the end of a path, ``final`` that of the last one.
         The first is there 5 clocks after a read is taken, then one a clock, 3 clocks between paths.
-    pending, receive_on, receive_over, generate, transmit_on, transmit_over, line_busy,
-    line_sending
+    pending, receive_on, receive_over, generate, check, check_on, check_over, transmit_on,
+    transmit_over, line_busy, line_sending
         See :class:`hdl.ga_core.control.Control`.
     state, history, generation, clocks, counters
         See there; ``generation`` counts from the latest of ``starts``.
@@ -70,6 +79,8 @@ class Core(wiring.Component):
         What each mutator did in the latest generation.
     patches : Out(waypoint_bits).array(patches)
         The waypoints that the perturbing, then the inserting mutators made; 0 if not applied.
+    lookup_valid, lookup_x, lookup_y, lookup_altitude
+        Only with a map: see :class:`hdl.ga_core.patcher.Patcher`. Only while a generation runs.
     """
 
     def __init__(self, config):
@@ -77,6 +88,12 @@ class Core(wiring.Component):
             raise TypeError(f"Config must be a Config, not {config!r}")
 
         self.config = config
+        lookup = {
+            "lookup_valid": Out(1),
+            "lookup_x": Out(config.coordinate_bits),
+            "lookup_y": Out(config.coordinate_bits),
+            "lookup_altitude": In(config.altitude_bits),
+        }
         super().__init__(
             {
                 "starts": In(stream.Signature(start_layout(config))),
@@ -89,6 +106,9 @@ class Core(wiring.Component):
                 "receive_on": Out(1),
                 "receive_over": In(1),
                 "generate": In(1),
+                "check": In(1),
+                "check_on": Out(1),
+                "check_over": In(1),
                 "transmit_on": Out(1),
                 "transmit_over": In(1),
                 "line_busy": In(1),
@@ -102,6 +122,7 @@ class Core(wiring.Component):
                 "survivors": Out(config.slot_bits).array(config.survivors),
                 "mutations": Out(mutation_layout(config)).array(config.mutators),
                 "patches": Out(config.waypoint_bits).array(config.patches),
+                **(lookup if config.checker is not CheckerBuild.NONE else {}),
             }
         )
 
@@ -178,14 +199,36 @@ class Core(wiring.Component):
 
         parents = mapping.carried[kept:]
         passing = population.waypoints[kept:]
+        if config.checker is CheckerBuild.NONE:
+            m.d.comb += [
+                mutation.offsets.eq(selection.offsets),
+                mutation.carrying.eq(population.carrying),
+                mutation.position.eq(population.position),
+            ]
+        else:
+            avoid_ground = Signal()
+            with m.If(started):
+                m.d.sync += avoid_ground.eq(self.starts.p.avoid_ground)
+            m.d.comb += [
+                mutation.settled.eq(population.settled),
+                population.peek.eq(mutation.peek),
+                population.peek_position.eq(mutation.peek_position),
+                mutation.run.eq(control.crossover_on | control.mutation_on),
+                mutation.avoid.eq(avoid_ground),
+                mutation.offset.eq(selection.offsets[0]),
+                selection.offset_taken.eq(mutation.offset_taken),
+                self.lookup_valid.eq(mutation.lookup_valid),
+                self.lookup_x.eq(mutation.lookup_x),
+                self.lookup_y.eq(mutation.lookup_y),
+                mutation.lookup_altitude.eq(self.lookup_altitude),
+                control.redrawn.eq(mutation.redrawn),
+                control.left_out.eq(mutation.left_out),
+            ]
         m.d.comb += [
             mutation.start.eq(mapping.mapped),
             mutation.children.eq(selection.children),
             mutation.draws.eq(selection.waypoints),
-            mutation.offsets.eq(selection.offsets),
             mutation.limits.eq(limits),
-            mutation.carrying.eq(population.carrying),
-            mutation.position.eq(population.position),
             mutation.on.eq(control.mutation_on),
             *_each(mutation.lengths, (parent.length for parent in parents)),
             *_each(mutation.waypoints, passing),
@@ -205,6 +248,8 @@ class Core(wiring.Component):
             "pending",
             "receive_over",
             "generate",
+            "check",
+            "check_over",
             "transmit_over",
             "line_busy",
             "line_sending",
@@ -212,6 +257,7 @@ class Core(wiring.Component):
             m.d.comb += getattr(control, name).eq(getattr(self, name))
         for name in (
             "receive_on",
+            "check_on",
             "transmit_on",
             "state",
             "history",

@@ -48,9 +48,9 @@ class Crossover(wiring.Component):
     parents : In(parent_signature).array(2)
     heads, tails : Out(half_signature).array(2)
         Written to each child: the first gets the head of the first parent and the tail of the
-        second, the second the others.
-    over : Out(1)
-        These are the last waypoints of both parents, or past them.
+        second, the second the others. Combinational; ``valid`` and ``at`` depend on ``on``,
+        ``position`` and the lengths alone, so that they can be worked out before the waypoints are
+        there.
     """
 
     def __init__(self, config):
@@ -65,7 +65,6 @@ class Crossover(wiring.Component):
                 "parents": In(parent_signature(config)).array(2),
                 "heads": Out(half_signature(config)).array(2),
                 "tails": Out(half_signature(config)).array(2),
-                "over": Out(1),
             }
         )
 
@@ -89,10 +88,5 @@ class Crossover(wiring.Component):
                 tail.at.eq(self.position - middle),
                 tail.waypoint.eq(parent.waypoint),
             ]
-        m.d.comb += self.over.eq(
-            self.on
-            & (self.position + 1 >= self.parents[0].length)
-            & (self.position + 1 >= self.parents[1].length)
-        )
 
         return m

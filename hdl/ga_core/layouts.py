@@ -1,5 +1,9 @@
-"""Payloads of the streams between the receiving unit, the core and the transmitting unit."""
+"""Payloads of the streams between the receiving unit, the core and the transmitting unit.
 
+And what the core's own units tell each other.
+"""
+
+from amaranth.hdl import Shape
 from amaranth.lib import data
 
 from hdl.config import Config
@@ -7,7 +11,9 @@ from hdl.protocol import start_request
 
 
 __all__ = [
+    "limits_layout",
     "mutation_layout",
+    "offset_layout",
     "ranking_layout",
     "read_layout",
     "start_layout",
@@ -17,7 +23,7 @@ __all__ = [
 
 
 def start_layout(config: Config) -> data.StructLayout:
-    """Seed of the random source and highest values of new waypoints."""
+    """Seed, highest values of new waypoints, and whether those in the ground are refused."""
     return data.StructLayout(dict(start_request(config).fields))
 
 
@@ -48,8 +54,25 @@ def waypoint_layout(config: Config) -> data.StructLayout:
     return data.StructLayout({"waypoint": config.waypoint_bits, "last": 1, "final": 1})
 
 
+def limits_layout(config: Config) -> data.StructLayout:
+    """Highest x, y and altitude of a new waypoint."""
+    return data.StructLayout(
+        {
+            "x": config.coordinate_bits,
+            "y": config.coordinate_bits,
+            "altitude": config.altitude_bits,
+        }
+    )
+
+
+def offset_layout(config: Config) -> data.StructLayout:
+    """Signed distance of a new waypoint from the one it is made of, within the mutation box."""
+    boxes = {"x": config.box_cells, "y": config.box_cells, "altitude": config.box_steps}
+    return data.StructLayout(
+        {axis: Shape.cast(range(-box, box + 1)) for axis, box in boxes.items()}
+    )
+
+
 def mutation_layout(config: Config) -> data.StructLayout:
     """What one mutator did."""
-    return data.StructLayout(
-        {"applied": 1, "child": config.child_bits, "index": config.index_bits}
-    )
+    return data.StructLayout({"applied": 1, "child": config.child_bits, "index": config.index_bits})

@@ -4,137 +4,43 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config, MutationKind
+from hdl.config import CheckerBuild, Config, MutationKind
 from hdl.draws import DrawLayout
-from hdl.ga_core.layouts import mutation_layout
-from hdl.ga_core.multiplexer import chosen
-from hdl.ga_core.mutation_plan import MutationPlan, plan_layout
+from hdl.ga_core.layouts import limits_layout, mutation_layout, offset_layout
+from hdl.ga_core.mover import Mover
+from hdl.ga_core.mutation_plan import MutationPlan
+from hdl.ga_core.mutator import Mutator
+from hdl.ga_core.patcher import Patcher
 
 
-__all__ = ["Mutation", "Mutator", "limits_layout", "offset_layout"]
+__all__ = ["Mutation"]
 
-
-def offset_layout(config: Config) -> data.StructLayout:
-    """Return the layout of the signed distance of a new waypoint from the one it is made of."""
-    boxes = {"x": config.box_cells, "y": config.box_cells, "altitude": config.box_steps}
-    return data.StructLayout(
-        {axis: Shape.cast(range(-box, box + 1)) for axis, box in boxes.items()}
-    )
-
-
-def limits_layout(config: Config) -> data.StructLayout:
-    """Return the layout of the highest x, y and altitude of a new waypoint."""
-    return data.StructLayout(
-        {
-            "x": config.coordinate_bits,
-            "y": config.coordinate_bits,
-            "altitude": config.altitude_bits,
-        }
-    )
-
-
-class Mutator(wiring.Component):
-    """One mutator.
-
-    Takes its plan, then the waypoint it works on, as that passes through the port of a parent. In
-    the first of the two clocks with ``on`` it moves the waypoint, in the second it keeps it within
-    the limits and says what it did.
-
-    Source: *allaire-2008*, section 4.6.
-
-    Parameters
-    ----------
-    config : Config
-    kind : MutationKind
-
-    Members
-    -------
-    planned : In(1)
-        ``plan`` is this mutator's.
-    plan : In(plan_layout)
-    offset : In(offset_layout)
-    limits : In(limits_layout)
-    carrying : In(1)
-    position : In(index_bits)
-    waypoints : In(waypoint_bits).array(crossovers)
-        While ``carrying``: waypoint of each parent at ``position``.
-    on : In(1)
-    second : In(1)
-        With ``on``: this is the second clock.
-    done : Out(mutation_layout)
-    patch : Out(waypoint_bits)
-        The new waypoint; 0 if there is none. Both are steady from one second clock to the next.
-    """
-
-    def __init__(self, config, kind):
-        self.config = config
-        self.kind = MutationKind(kind)
-        super().__init__(
-            {
-                "planned": In(1),
-                "plan": In(plan_layout(config)),
-                "offset": In(offset_layout(config)),
-                "limits": In(limits_layout(config)),
-                "carrying": In(1),
-                "position": In(config.index_bits),
-                "waypoints": In(config.waypoint_bits).array(config.crossovers),
-                "on": In(1),
-                "second": In(1),
-                "done": Out(mutation_layout(config)),
-                "patch": Out(config.waypoint_bits),
-            }
-        )
-
-    def elaborate(self, platform):
-        m = Module()
-        config = self.config
-
-        allowed = {
-            MutationKind.PERTURB: C(1),
-            MutationKind.INSERT: self.plan.length < config.max_waypoints,
-            MutationKind.DELETE: self.plan.length > config.MIN_WAYPOINTS,
-        }
-        applied = Signal()
-        plan = Signal.like(self.plan)
-        with m.If(self.planned):
-            m.d.sync += [plan.eq(self.plan), applied.eq(allowed[self.kind])]
-
-        with m.If(self.on & self.second):
-            m.d.sync += [
-                self.done.applied.eq(applied),
-                self.done.child.eq(plan.child),
-                self.done.index.eq(plan.index),
-            ]
-
-        if self.kind is not MutationKind.DELETE:
-            axes = limits_layout(config)
-            passed = Signal(axes, reset_less=True)
-            with m.If(self.carrying & (self.position == plan.position)):
-                m.d.sync += passed.eq(chosen(plan.parent, self.waypoints))
-
-            patch = Signal(axes)
-            for axis in ("x", "y", "altitude"):
-                total = passed[axis] + self.offset[axis]
-                moved = Signal(total.shape(), name=f"moved_{axis}", reset_less=True)
-                m.d.sync += moved.eq(total)
-                with m.If(moved < 0):
-                    m.d.comb += patch[axis].eq(0)
-                with m.Elif(moved > self.limits[axis]):
-                    m.d.comb += patch[axis].eq(self.limits[axis])
-                with m.Else():
-                    m.d.comb += patch[axis].eq(moved)
-            with m.If(self.on & self.second):
-                m.d.sync += self.patch.eq(Mux(applied, patch, 0))
-
-        return m
+#: Members that pass through to the unit that makes new waypoints on a chip with a map.
+_MAP_INPUTS = ("settled", "run", "avoid", "offset", "lookup_altitude")
+_MAP_OUTPUTS = (
+    "peek",
+    "peek_position",
+    "offset_taken",
+    "lookup_valid",
+    "lookup_x",
+    "lookup_y",
+)
 
 
 class Mutation(wiring.Component):
     """All mutators of the chip, working at once.
 
-    Before a generation it plans: ``planned`` is high :attr:`latency` clocks after ``start``. During
-    the crossover the mutators take the waypoints they work on off the ports. The mutation itself
-    takes two clocks. What a limit on the length forbids is not done, and counted in ``refused``.
+    Before a generation it plans: ``planned`` is high :attr:`latency` clocks after ``start``. What a
+    limit on the length forbids is not done, and counted in ``refused``.
+
+    Without a map, the mutators take the waypoints they work on off the ports during the crossover.
+    The mutation itself takes two clocks.
+
+    With a map, these waypoints are read ahead, after the planning, and :class:`Patcher` looks for
+    new ones above the ground. The mutation takes two clocks, or more until ``n +
+    config.lookup_latency + 5`` clocks have passed since ``run`` rose, where ``n`` is how many
+    candidates, in the order in which they are looked up, it takes to decide all new waypoints. What
+    has no candidate above the ground is not done, and counted in ``left_out``.
 
     Source: *allaire-2008*, section 4.6.
 
@@ -150,31 +56,50 @@ class Mutation(wiring.Component):
         A plan under way is void. Stronger than ``start``.
     children : In(ArrayLayout(child_bits, mutators))
     draws : In(ArrayLayout(16, mutators))
-    offsets : In(ArrayLayout(offset_layout, patches))
         From the selection unit.
     lengths : In(length_bits).array(crossovers)
         Length of each parent.
     planned : Out(1)
         Pulse: a generation may start.
     limits : In(limits_layout)
-    carrying : In(1)
-    position : In(index_bits)
     waypoints : In(waypoint_bits).array(crossovers)
-        While ``carrying``: waypoint of each parent at ``position``.
+        Present waypoint of each parent.
     on : In(1)
     over : Out(1)
-        In the second clock with ``on``.
+        In the last clock with ``on``.
     mutations : Out(mutation_layout).array(mutators)
         Of the latest generation, from the clock after ``over`` on.
     patches : Out(waypoint_bits).array(patches)
         New waypoints, from then on.
     refused : Out(range(mutators + 1))
-        Mutations not applied.
+        Mutations that a limit on the length forbade.
+
+    Without a map:
+
+    offsets : In(ArrayLayout(offset_layout, patches))
+        From the selection unit; must stay until ``over``.
+    carrying : In(1)
+    position : In(index_bits)
+        While ``carrying``: that of ``waypoints``.
+
+    With a map:
+
+    run : In(1)
+        High from the first clock of the crossover to ``over``.
+    settled, peek, peek_position
+        See :class:`hdl.ga_core.population.Population`.
+    offset, offset_taken, avoid, lookup_valid, lookup_x, lookup_y, lookup_altitude
+        See :class:`hdl.ga_core.patcher.Patcher`.
+    redrawn : Out(range(patches * candidates))
+        Candidates that took the place of one in the ground.
+    left_out : Out(range(patches + 1))
+        Mutations not applied because all their candidates were in the ground.
 
     Attributes
     ----------
     latency : int
-        Clocks from ``start`` to ``planned``.
+        Clocks from ``start`` to ``planned``. With a map, later by the clocks in which the
+        population was not ``settled`` after the planning.
     """
 
     def __init__(self, config):
@@ -182,25 +107,47 @@ class Mutation(wiring.Component):
             raise TypeError(f"Config must be a Config, not {config!r}")
 
         self.config = config
+        self.avoids_ground = config.checker is not CheckerBuild.NONE
         self.latency = MutationPlan.latency_of(config) + 1
+        if self.avoids_ground:
+            self.latency += Patcher.latency_of(config)
+            members = {
+                "run": In(1),
+                "settled": In(1),
+                "peek": Out(1),
+                "peek_position": Out(config.index_bits),
+                "offset": In(offset_layout(config)),
+                "offset_taken": Out(1),
+                "avoid": In(1),
+                "lookup_valid": Out(1),
+                "lookup_x": Out(config.coordinate_bits),
+                "lookup_y": Out(config.coordinate_bits),
+                "lookup_altitude": In(config.altitude_bits),
+                "redrawn": Out(range(config.patches * config.candidates)),
+                "left_out": Out(range(config.patches + 1)),
+            }
+        else:
+            members = {
+                "offsets": In(data.ArrayLayout(offset_layout(config), config.patches)),
+                "carrying": In(1),
+                "position": In(config.index_bits),
+            }
         super().__init__(
             {
                 "start": In(1),
                 "clear": In(1),
                 "children": In(data.ArrayLayout(config.child_bits, config.mutators)),
                 "draws": In(data.ArrayLayout(DrawLayout.OFFSET_BITS, config.mutators)),
-                "offsets": In(data.ArrayLayout(offset_layout(config), config.patches)),
                 "lengths": In(config.length_bits).array(config.crossovers),
                 "planned": Out(1),
                 "limits": In(limits_layout(config)),
-                "carrying": In(1),
-                "position": In(config.index_bits),
                 "waypoints": In(config.waypoint_bits).array(config.crossovers),
                 "on": In(1),
                 "over": Out(1),
                 "mutations": Out(mutation_layout(config)).array(config.mutators),
                 "patches": Out(config.waypoint_bits).array(config.patches),
                 "refused": Out(range(config.mutators + 1)),
+                **members,
             }
         )
 
@@ -217,29 +164,81 @@ class Mutation(wiring.Component):
         ]
         for target, length in zip(plan.lengths, self.lengths, strict=True):
             m.d.comb += target.eq(length)
-        m.d.sync += self.planned.eq(plan.valid & (plan.number == config.mutators - 1) & ~self.clear)
+        complete = Signal()
+        m.d.sync += complete.eq(plan.valid & (plan.number == config.mutators - 1) & ~self.clear)
 
-        m.d.sync += self.over.eq(self.on & ~self.over)
-
+        mutators = []
         for number, kind in enumerate(config.mutations):
             m.submodules[f"mutator_{number}"] = mutator = Mutator(config, kind)
+            mutators.append(mutator)
             m.d.comb += [
                 mutator.planned.eq(plan.valid & (plan.number == number)),
                 mutator.plan.eq(plan.plan),
-                mutator.limits.eq(self.limits),
-                mutator.carrying.eq(self.carrying),
-                mutator.position.eq(self.position),
-                mutator.on.eq(self.on),
-                mutator.second.eq(self.over),
+                mutator.store.eq(self.on & self.over),
                 self.mutations[number].eq(mutator.done),
             ]
-            for target, waypoint in zip(mutator.waypoints, self.waypoints, strict=True):
-                m.d.comb += target.eq(waypoint)
             if kind is not MutationKind.DELETE:
-                m.d.comb += [
-                    mutator.offset.eq(self.offsets[number]),
-                    self.patches[number].eq(mutator.patch),
-                ]
+                m.d.comb += self.patches[number].eq(mutator.patch)
+
+        if self.avoids_ground:
+            self._search(m, mutators, complete)
+        else:
+            self._move(m, mutators, complete)
+        return m
+
+    def _move(self, m, mutators, complete):
+        """Move each waypoint once, as it passes."""
+        m.d.comb += self.planned.eq(complete)
+        m.d.sync += self.over.eq(self.on & ~self.over)
+        for number, mutator in enumerate(mutators[: self.config.patches]):
+            m.submodules[f"mover_{number}"] = mover = Mover(self.config)
+            m.d.comb += [
+                mover.plan.eq(mutator.kept),
+                mover.offset.eq(self.offsets[number]),
+                mover.limits.eq(self.limits),
+                mover.carrying.eq(self.carrying),
+                mover.position.eq(self.position),
+                mutator.made.eq(1),
+                mutator.waypoint.eq(mover.moved),
+            ]
+            for target, waypoint in zip(mover.waypoints, self.waypoints, strict=True):
+                m.d.comb += target.eq(waypoint)
         m.d.comb += self.refused.eq(sum(~mutation.applied for mutation in self.mutations))
 
-        return m
+    def _search(self, m, mutators, complete):
+        """Look for new waypoints above the ground."""
+        m.submodules.patcher = patcher = Patcher(self.config)
+        m.d.comb += [
+            patcher.fetch.eq(complete),
+            patcher.clear.eq(self.clear),
+            patcher.limits.eq(self.limits),
+            self.planned.eq(patcher.fetched),
+        ]
+        for name in _MAP_INPUTS:
+            m.d.comb += getattr(patcher, name).eq(getattr(self, name))
+        for name in _MAP_OUTPUTS:
+            m.d.comb += getattr(self, name).eq(getattr(patcher, name))
+        for target, waypoint in zip(patcher.waypoints, self.waypoints, strict=True):
+            m.d.comb += target.eq(waypoint)
+
+        patching = mutators[: self.config.patches]
+        for number, mutator in enumerate(patching):
+            m.d.comb += [
+                patcher.plans[number].eq(mutator.kept),
+                patcher.needed[number].eq(mutator.allowed),
+                mutator.made.eq(patcher.found[number]),
+                mutator.waypoint.eq(patcher.patches[number]),
+            ]
+
+        # What is allowed changes with the next plans; what was, stays for the counters.
+        forbidden = [~mutator.allowed for mutator in mutators]
+        missing = [
+            mutator.allowed & ~found for mutator, found in zip(patching, patcher.found, strict=True)
+        ]
+        m.d.sync += self.over.eq(self.on & ~self.over & patcher.decided)
+        with m.If(self.on & self.over):
+            m.d.sync += [
+                self.refused.eq(sum(forbidden)),
+                self.left_out.eq(sum(missing)),
+                self.redrawn.eq(patcher.redrawn),
+            ]

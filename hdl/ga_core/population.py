@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.config import Config, MutationKind
+from hdl.config import CheckerBuild, Config, MutationKind
 from hdl.ga_core.chromosome import (
     Chromosome,
     ReadIndex,
@@ -15,7 +15,7 @@ from hdl.ga_core.chromosome import (
 )
 from hdl.ga_core.crossover import Crossover, parents_of
 from hdl.ga_core.layouts import mutation_layout, read_layout, waypoint_layout, write_layout
-from hdl.ga_core.multiplexer import chosen
+from hdl.ga_core.multiplexer import chosen, gated
 from hdl.ga_core.readout import ReadOut
 from hdl.ga_core.slot_mapping import carrier_layout, carriers
 
@@ -73,7 +73,16 @@ class Population(wiring.Component):
     read_waypoints : Out(stream.Signature(waypoint_layout))
         See :class:`hdl.ga_core.readout.ReadOut`. A waypoint is offered 5 clocks after a read is
         taken.
+    peek : In(1)
+        Only with a map: pass the waypoints at ``peek_position``, which are in ``waypoints``
+        :attr:`PEEK_LATENCY` clocks later. May rise only while ``settled``, and stays for all
+        positions that are wanted; 6 clocks after the last of them the population is ``settled``
+        again. No read is taken meanwhile.
+    peek_position : In(index_bits)
     """
+
+    #: Clocks from ``peek`` to its ``waypoints``: position, index, slot, port.
+    PEEK_LATENCY = 4
 
     def __init__(self, config):
         if not isinstance(config, Config):
@@ -81,6 +90,7 @@ class Population(wiring.Component):
 
         self.config = config
         ports = carriers(config)
+        peeks = {"peek": In(1), "peek_position": In(config.index_bits)}
         super().__init__(
             {
                 "carried": In(carrier_layout(config)).array(ports),
@@ -100,6 +110,7 @@ class Population(wiring.Component):
                 "writes": In(stream.Signature(write_layout(config))),
                 "reads": In(stream.Signature(read_layout(config))),
                 "read_waypoints": Out(stream.Signature(waypoint_layout(config))),
+                **(peeks if config.checker is not CheckerBuild.NONE else {}),
             }
         )
 
@@ -113,18 +124,21 @@ class Population(wiring.Component):
         with m.If(self.update):
             m.d.sync += bank.eq(~bank)
 
-        # Host writes pass through the ports too: each memory then has one writer.
+        # Host writes pass through the ports too: each memory then has one writer. What reaches all
+        # slots comes from registers, here and below: so long a wire leaves no time for more.
         write = self.writes.p
         writing = Signal()
-        written_slot = Signal(config.slot_bits)
+        written = Signal(write.shape(), reset_less=True)
+        written_length = Signal(config.length_bits, reset_less=True)
         written_tail = Signal()
         written_at = Signal(half)
         taken = Signal()
+        peeking = Signal()
         m.submodules.readout = readout = ReadOut(config)
         connect(m, flipped(self.reads), readout.reads)
         connect(m, readout.waypoints, flipped(self.read_waypoints))
         m.d.comb += [
-            readout.allow.eq(self.allow),
+            readout.allow.eq(self.allow & ~peeking),
             readout.length.eq(chosen(readout.slot, self.lengths)),
             readout.waypoint.eq(self.waypoints[0]),
             self.writes.ready.eq(self.allow & ~readout.active),
@@ -133,7 +147,8 @@ class Population(wiring.Component):
         m.d.sync += writing.eq(taken)
         with m.If(taken):
             m.d.sync += [
-                written_slot.eq(write.slot),
+                written.eq(write),
+                written_length.eq(write.index + 1),
                 written_tail.eq(write.index >= config.head_size),
                 written_at.eq(
                     Mux(
@@ -149,42 +164,65 @@ class Population(wiring.Component):
         rewind = Signal()
         advance = Signal()
         step = Signal()
+        looking = Signal()
+        peeked = Signal()
         m.d.comb += [
-            rewind.eq(self.update | writing | readout.rewind),
-            readout.primed.eq(ahead >= 2),
-            step.eq(self.on | readout.step),
+            rewind.eq(self.update | writing | readout.rewind | peeked),
+            step.eq(self.on | readout.step | looking),
             advance.eq(step | ~readout.primed),
-            self.settled.eq((ahead == 2) & ~writing & ~readout.active),
+            self.settled.eq((ahead == 2) & ~writing & ~readout.active & ~looking),
         ]
+        with m.If(advance):
+            m.d.sync += [ahead.eq(ahead + 1), readout.primed.eq(readout.primed | (ahead != 0))]
+        if config.checker is not CheckerBuild.NONE:
+            # The reading jumps, and the three registers behind the position take what is there;
+            # with the last of them it rewinds.
+            looked = Signal(self.PEEK_LATENCY - 2)
+            m.d.sync += [
+                looked.eq(Cat(self.peek, looked)),
+                looking.eq(self.peek | looked.any()),
+                peeked.eq(looked[-1] & ~looked[-2]),
+            ]
+            m.d.comb += peeking.eq(self.peek | looking)
+            with m.If(self.peek):
+                m.d.sync += ahead.eq(self.peek_position)
         with m.If(rewind):
-            m.d.sync += ahead.eq(0)
-        with m.Elif(advance):
-            m.d.sync += ahead.eq(ahead + 1)
+            m.d.sync += [ahead.eq(0), readout.primed.eq(0)]
 
-        begun = Signal()
-        m.d.sync += begun.eq(self.on)
-        m.d.comb += self.carrying.eq(self.on & begun)
-        with m.If(self.carrying):
-            m.d.sync += self.position.eq(self.position + 1)
+        # All about a position but its waypoints is worked out a clock early, and kept in registers;
+        # whether a path ends there, even two clocks early. `second` is two past `following`.
+        running = Signal()
+        following = Signal(config.index_bits)
+        second = Signal(position_bits(config), init=2)
+        ended = Signal(len(self.carried))
+        m.d.comb += running.eq(self.on & ~self.over)
+        m.d.sync += [
+            self.carrying.eq(running),
+            self.position.eq(following),
+            self.over.eq(running & ended.all()),
+        ]
+        with m.If(running):
+            m.d.sync += [
+                following.eq(following + 1),
+                second.eq(second + 1),
+                ended.eq(Cat(path.length <= second for path in self.carried)),
+            ]
         with m.Else():
-            m.d.sync += self.position.eq(0)
+            m.d.sync += [following.eq(0), second.eq(2), ended.eq(0)]
 
-        overs = [self.position + 1 >= path.length for path in self.carried[:kept]]
         heads = []
         tails = []
         for number in range(config.crossovers):
             m.submodules[f"crossover_{number}"] = module = Crossover(config)
-            m.d.comb += [module.on.eq(self.carrying), module.position.eq(self.position)]
+            m.d.comb += [module.on.eq(running), module.position.eq(following)]
             parents = parents_of(config, 2 * number)
             for port, parent in zip(module.parents, parents, strict=True):
                 m.d.comb += [
                     port.waypoint.eq(self.waypoints[kept + parent]),
                     port.length.eq(self.carried[kept + parent].length),
                 ]
-            overs.append(module.over)
             heads += module.heads
             tails += module.tails
-        m.d.comb += self.over.eq(self.carrying & Cat(overs).all())
 
         # All slots but the children's keep their paths in order: one index serves them.
         m.submodules.kept_index = kept_index = ReadIndex(config)
@@ -194,33 +232,35 @@ class Population(wiring.Component):
             kept_index.head.eq(config.head_size),
         ]
 
-        ended = Signal()
-        m.d.comb += ended.eq(taken & write.last)
+        written_bank = Signal()
+        m.d.sync += written_bank.eq(bank ^ ~writing)
 
         slots = []
         for number in range(config.population):
             m.submodules[f"slot_{number}"] = slot = Chromosome(config)
             slots.append(slot)
 
+            addressed = Signal(name=f"addressed_{number}")
             rewritten = Signal(name=f"rewritten_{number}")
-            m.d.comb += rewritten.eq(ended & (write.slot == number))
+            m.d.comb += [
+                addressed.eq(writing & (written.slot == number)),
+                rewritten.eq(addressed & written.last),
+            ]
             with m.If(rewritten):
-                m.d.sync += self.lengths[number].eq(write.index + 1)
+                m.d.sync += self.lengths[number].eq(written_length)
             if number < kept:
                 index = kept_index
-                head, tail = self._copy(m, number)
+                head, tail = self._copy(m, number, running, following)
             else:
                 index = self._child(m, number - kept, rewritten)
                 m.d.comb += [index.advance.eq(advance), index.position.eq(ahead)]
                 head, tail = heads[number - kept], tails[number - kept]
 
-            addressed = Signal(name=f"addressed_{number}")
             m.d.comb += [
-                addressed.eq(writing & (written_slot == number)),
                 slot.advance.eq(advance),
                 slot.bank.eq(bank),
                 slot.source.eq(index.source),
-                slot.written.eq(bank ^ ~writing),
+                slot.written.eq(written_bank),
             ]
             for target, patch in zip(slot.patches, self.patches, strict=True):
                 m.d.comb += target.eq(patch)
@@ -228,47 +268,48 @@ class Population(wiring.Component):
                 (slot.head, head, ~written_tail),
                 (slot.tail, tail, written_tail),
             ):
-                m.d.comb += [
+                m.d.comb += target.waypoint.eq(source.waypoint)
+                m.d.sync += [
                     target.valid.eq(Mux(writing, addressed & addressed_half, source.valid)),
                     target.at.eq(Mux(writing, written_at, source.at)),
-                    target.waypoint.eq(source.waypoint),
                 ]
 
+        # Only the first port, from which the host reads, has to hold a waypoint.
+        read_select = Signal(config.population, reset_less=True)
+        m.d.sync += read_select.eq(1 << readout.slot)
         for number, waypoint in enumerate(self.waypoints):
             port = Signal(config.waypoint_bits, name=f"port_{number}", reset_less=True)
             m.d.comb += waypoint.eq(port)
-            selected = Signal(config.slot_bits, name=f"selected_{number}")
-            m.d.comb += selected.eq(self.carried[number].slot)
+            select = self.carried[number].select
+            moves = C(1)
             if number == 0:
-                with m.If(readout.active):
-                    m.d.comb += selected.eq(readout.slot)
-            with m.If(taken):
-                m.d.sync += port.eq(write.waypoint)
-            with m.Elif(step):
-                m.d.sync += port.eq(chosen(selected, [slot.waypoint for slot in slots]))
+                select = Mux(readout.active, read_select, select)
+                moves = step
+            passing = gated(select, [slot.waypoint for slot in slots])
+            with m.If(writing):
+                m.d.sync += port.eq(written.waypoint)
+            with m.Elif(moves):
+                m.d.sync += port.eq(passing)
 
         return m
 
-    def _copy(self, m, number):
-        """Copy the path of a port to the slot of the same number."""
+    def _copy(self, m, number, running, following):
+        """Copy the path of a port to the slot of the same number.
+
+        Whether and where to write is that of the next clock's waypoint.
+        """
         config, carried = self.config, self.carried[number]
 
         head = half_signature(config).create(path=(f"head_{number}",))
         tail = half_signature(config).create(path=(f"tail_{number}",))
+        inside = Signal(name=f"inside_{number}")
         m.d.comb += [
-            head.valid.eq(
-                self.carrying
-                & (self.position < carried.length)
-                & (self.position < config.head_size)
-            ),
-            head.at.eq(self.position),
+            inside.eq(running & (following < carried.length)),
+            head.valid.eq(inside & (following < config.head_size)),
+            head.at.eq(following),
             head.waypoint.eq(self.waypoints[number]),
-            tail.valid.eq(
-                self.carrying
-                & (self.position < carried.length)
-                & (self.position >= config.head_size)
-            ),
-            tail.at.eq(self.position - config.head_size),
+            tail.valid.eq(inside & (following >= config.head_size)),
+            tail.at.eq(following - config.head_size),
             tail.waypoint.eq(self.waypoints[number]),
         ]
         with m.If(self.update):
@@ -303,13 +344,14 @@ class Population(wiring.Component):
             name=f"middle_{child}",
         )
         pending = Signal(pending_layout(config), name=f"pending_{child}")
+        joined = Signal(config.length_bits, name=f"joined_{child}")
+        m.d.sync += joined.eq((head_parent >> 1) + ((tail_parent + 1) >> 1))
         length = self.lengths[kept + child]
         with m.If(self.update):
             m.d.sync += [
                 head.eq(head_parent >> 1),
-                length.eq(
-                    (head_parent >> 1) + ((tail_parent + 1) >> 1) + bred.insert - bred.delete
-                ),
+                # One less is all ones more.
+                length.eq(joined + (bred.insert | bred.delete.replicate(len(length)))),
                 pending.eq(bred),
             ]
         with m.Elif(rewritten):

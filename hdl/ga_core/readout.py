@@ -16,6 +16,9 @@ class ReadOut(wiring.Component):
     It rewinds the reading before each path and after the last; ``waypoint`` is the register into
     which a ``step`` moves the next waypoint of ``slot``. Three clocks pass between two paths.
 
+    A waypoint that is not taken moves aside to let one more in: so a ``step`` does not depend on
+    ``waypoints.ready`` in the same clock, which would have to reach the whole population.
+
     Parameters
     ----------
     config : Config
@@ -68,27 +71,46 @@ class ReadOut(wiring.Component):
         last = Signal()
         final = Signal()
         m.d.comb += [
-            waypoints.p.waypoint.eq(self.waypoint),
             last.eq(position + 1 == length),
             final.eq(last & (left == 1)),
         ]
+
+        # The waypoint in the register, and the one before it, if it has moved aside.
+        loaded = Signal()
+        present = Signal(waypoint_layout(config))
+        ends = Signal()
+        ends_all = Signal()
+        full = Signal()
+        aside = Signal(waypoint_layout(config), reset_less=True)
+        m.d.comb += [
+            present.waypoint.eq(self.waypoint),
+            present.last.eq(ends),
+            present.final.eq(ends_all),
+            waypoints.valid.eq(loaded | full),
+            waypoints.p.eq(Mux(full, aside, present)),
+        ]
+        with m.If(full):
+            with m.If(waypoints.ready):
+                m.d.sync += full.eq(0)
+        with m.Else():
+            m.d.sync += aside.eq(present)
+            with m.If(self.step):
+                m.d.sync += [loaded.eq(1), full.eq(loaded & ~waypoints.ready)]
+            with m.Elif(waypoints.ready):
+                m.d.sync += loaded.eq(0)
         with m.If(self.step):
             m.d.sync += [
-                waypoints.valid.eq(1),
-                waypoints.p.last.eq(last),
-                waypoints.p.final.eq(final),
+                ends.eq(last),
+                ends_all.eq(final),
                 position.eq(position + 1),
             ]
-        with m.Elif(waypoints.ready):
-            m.d.sync += waypoints.valid.eq(0)
 
-        with m.FSM() as fsm:
-            m.d.comb += self.active.eq(~fsm.ongoing("Idle"))
-
+        with m.FSM():
             with m.State("Idle"):
                 m.d.comb += self.reads.ready.eq(self.allow)
                 m.d.sync += [self.slot.eq(self.reads.p.slot), left.eq(self.reads.p.count)]
                 with m.If(self.reads.valid & self.allow):
+                    m.d.sync += self.active.eq(1)
                     m.next = "Rewind"
 
             with m.State("Rewind"):
@@ -97,7 +119,7 @@ class ReadOut(wiring.Component):
                 m.next = "Read"
 
             with m.State("Read"):
-                m.d.comb += self.step.eq(self.primed & (~waypoints.valid | waypoints.ready))
+                m.d.comb += self.step.eq(self.primed & ~full)
                 with m.If(self.step & last):
                     m.d.sync += [self.slot.eq(self.slot + 1), left.eq(left - 1)]
                     m.next = "Rewind"
@@ -106,7 +128,8 @@ class ReadOut(wiring.Component):
 
             with m.State("Drain"):
                 m.d.comb += self.rewind.eq(1)
-                with m.If(waypoints.ready):
+                with m.If(waypoints.ready & waypoints.p.final):
+                    m.d.sync += self.active.eq(0)
                     m.next = "Idle"
 
         return m

@@ -4,9 +4,10 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import SurvivorSelection
+from hdl.config import CheckerBuild, SurvivorSelection
 from hdl.draws import SEED_BITS, DrawLayout
 from hdl.ga_core.distinct_draw import DistinctDraw
+from hdl.ga_core.layouts import offset_layout
 from hdl.ga_core.random_source import RandomSource
 
 
@@ -21,7 +22,8 @@ class Selection(wiring.Component):
     moves ``config.draw_steps`` steps a set and never otherwise, so that the set of generation ``g``
     is a function of the seed and ``g``.
 
-    A set is ready :attr:`latency` clocks after ``next`` (14 in the default configuration), and
+    A set is ready :attr:`latency` clocks after ``next`` (14 in the default configuration, 17 with a
+    map), and
     ``WARM_UP_STEPS + latency`` clocks after ``load``; without either, the set of generation 0 and
     seed 0 is ready that many clocks after reset, less one.
 
@@ -43,7 +45,7 @@ class Selection(wiring.Component):
     next : In(1)
         The set has been used: draw another. Ignored while not ``ready``.
     ready : Out(1)
-        The outputs below are a whole set, and stay while this is high.
+        The outputs below are a whole set, and stay while this is high and no offset is taken.
     parents : Out(data.ArrayLayout(config.slot_bits, config.crossovers))
         Rank of each parent, 0 the best.
     survivors : Out(data.ArrayLayout(config.slot_bits, config.survivors))
@@ -52,15 +54,17 @@ class Selection(wiring.Component):
         Different children, one for each mutator.
     waypoints : Out(data.ArrayLayout(16, config.mutators))
         Fraction of its child's length at which each mutator works.
-    offsets : Out(data.ArrayLayout(offset_layout, config.patches))
-        Signed ``x`` and ``y`` in cells and ``altitude`` in steps, each within the mutation box.
+    offsets : Out(data.ArrayLayout(offset_layout, config.patches * config.candidates))
+        Signed ``x`` and ``y`` in cells and ``altitude`` in steps, each within the mutation box, of
+        the first candidate of every patch, then of the second, and so on.
+    offset_taken : In(1)
+        Only with a map: the first of ``offsets`` has been used, the others take a place each, until
+        the next set. Only while ``ready``.
 
     Attributes
     ----------
     latency : int
         Clocks from ``next`` to ``ready``.
-    offset_layout : data.StructLayout
-        Of one offset.
     """
 
     def __init__(self, config):
@@ -70,12 +74,10 @@ class Selection(wiring.Component):
             config.crossovers + 1,
             config.survivors + DistinctDraw.LATENCY,
             config.mutators + DistinctDraw.LATENCY,
-            config.mutators + config.patches + 2,
+            config.mutators + config.patches * config.candidates + 2,
         )
         self.boxes = {"x": config.box_cells, "y": config.box_cells, "altitude": config.box_steps}
-        self.offset_layout = data.StructLayout({
-            name: Shape.cast(range(-box, box + 1)) for name, box in self.boxes.items()
-        })
+        offsets = data.ArrayLayout(offset_layout(config), config.patches * config.candidates)
         super().__init__({
             "seed": In(SEED_BITS),
             "load": In(1),
@@ -85,7 +87,8 @@ class Selection(wiring.Component):
             "survivors": Out(data.ArrayLayout(config.slot_bits, config.survivors)),
             "children": Out(data.ArrayLayout(config.child_bits, config.mutators)),
             "waypoints": Out(data.ArrayLayout(DrawLayout.OFFSET_BITS, config.mutators)),
-            "offsets": Out(data.ArrayLayout(self.offset_layout, config.patches)),
+            "offsets": Out(offsets),
+            **({} if config.checker is CheckerBuild.NONE else {"offset_taken": In(1)}),
         })
 
     def elaborate(self, platform):
@@ -97,16 +100,15 @@ class Selection(wiring.Component):
         begin = Signal()
         m.submodules.source = source = RandomSource()
         m.d.comb += [
-            self.ready.eq(clock == self.latency - 1),
             begin.eq(self.load | self.next & self.ready),
             source.seed.eq(self.seed),
             source.load.eq(self.load),
             source.step.eq(clock < config.draw_steps),
         ]
         with m.If(begin):
-            m.d.sync += clock.eq(0)
+            m.d.sync += [clock.eq(0), self.ready.eq(0)]
         with m.Elif(source.ready & ~self.ready):
-            m.d.sync += clock.eq(clock + 1)
+            m.d.sync += [clock.eq(clock + 1), self.ready.eq(clock == self.latency - 2)]
 
         # A register between the source and those who use its words, with a flag for each of them.
         by_rank = config.survivor_selection is SurvivorSelection.RANK
@@ -116,14 +118,14 @@ class Selection(wiring.Component):
         takes_survivor = Signal()
         takes_child = Signal()
         takes_offset = Signal()
-        mutators_end = config.mutators + config.patches
+        offsets_end = config.mutators + config.patches * config.candidates
         m.d.sync += [
             selection_bits.eq(source.words[0]),
             mutation_bits.eq(source.words[1]),
             takes_parent.eq(source.ready & (clock < config.crossovers)),
             takes_survivor.eq(source.ready & (clock < config.survivors)),
             takes_child.eq(source.ready & (clock < config.mutators)),
-            takes_offset.eq((clock >= config.mutators) & (clock < mutators_end)),
+            takes_offset.eq((clock >= config.mutators) & (clock < offsets_end)),
         ]
 
         first = selection_bits[slice(*at.rank_first)]
@@ -166,13 +168,17 @@ class Selection(wiring.Component):
         scaled = Signal(data.StructLayout({
             name: range(2 * box + 1) for name, box in self.boxes.items()
         }))
-        offset = Signal(self.offset_layout)
+        offset = Signal(offset_layout(config))
         for (name, box), (low, high) in zip(self.boxes.items(), at.offsets, strict=True):
             m.d.sync += scaled[name].eq(mutation_bits[low:high] * (2 * box + 1) >> (high - low))
             m.d.comb += offset[name].eq(scaled[name] - box)
         takes_scaled = Signal()
         m.d.sync += takes_scaled.eq(takes_offset)
-        with m.If(takes_scaled):
+        shifts = takes_scaled
+        if config.checker is not CheckerBuild.NONE:
+            # What comes in at the other end means nothing.
+            shifts = takes_scaled | self.offset_taken
+        with m.If(shifts):
             m.d.sync += _append(self.offsets, offset.as_value())
 
         return m

@@ -18,8 +18,13 @@ def carriers(config: Config) -> int:
 
 
 def carrier_layout(config: Config) -> data.StructLayout:
-    """Return the layout of what a read port carries: the path of ``slot``, ``length`` waypoints."""
-    return data.StructLayout({"slot": config.slot_bits, "length": config.length_bits})
+    """Return the layout of what a read port carries: the path of ``slot``, ``length`` waypoints.
+
+    ``select`` is ``slot`` decoded: the bit of that number alone is set.
+    """
+    return data.StructLayout(
+        {"slot": config.slot_bits, "length": config.length_bits, "select": config.population}
+    )
 
 
 class SlotMapping(wiring.Component):
@@ -83,6 +88,7 @@ class SlotMapping(wiring.Component):
         final = Signal()
         m.d.sync += [
             found.slot.eq(word.slot),
+            found.select.eq(1 << word.slot),
             found.length.eq(chosen(word.slot, self.lengths)),
             final.eq(taken & (word.rank == config.population - 1) & ~self.clear),
             self.mapped.eq(final & ~self.clear),

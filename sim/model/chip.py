@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-from hdl.config import Config
+from hdl.config import CheckerBuild, Config
 from hdl.framing import encode_frame
 from hdl.protocol import (
     BODY_HEADER_BYTES,
@@ -30,7 +31,11 @@ from hdl.protocol import (
 from sim.model.core import Core, Generation
 from sim.model.frames import FrameReceiverModel
 from sim.model.mutation import Limits
+from sim.model.refusal import RefusedError, expect
 
+
+if TYPE_CHECKING:
+    from sim.model.checking import CheckingModel
 
 __all__ = ["ChipModel"]
 
@@ -38,18 +43,11 @@ __all__ = ["ChipModel"]
 _LINE_BITS = 10
 
 
-class _RefusedError(Exception):
-    """The command is answered with this status and changes nothing else."""
-
-    def __init__(self, status: Status) -> None:
-        self.status = status
-
-
 class ChipModel:
     """Answers requests as the chip does.
 
-    The core's clocks are the chip's to the clock. The clocks of receiving and transmitting are
-    those of the bytes on the line; the chip adds a few per command.
+    The clocks of core and checker are the chip's to the clock. The clocks of receiving and
+    transmitting are those of the bytes on the line; the chip adds a few per command.
 
     Parameters
     ----------
@@ -59,11 +57,14 @@ class ChipModel:
     ----------
     core : Core
         Population and random source; tests compare it with the gateware's.
+    checking : CheckingModel or None
+        The checker, of a chip that has one.
     """
 
     def __init__(self, config: Config) -> None:
         self.config = config
-        self.core = Core(config)
+        self.checking = _checking(config)
+        self.core = Core(config, self.checking.terrain if self.checking else None)
         self._receiver = FrameReceiverModel(config)
         self._session = 0
         self._expected = 0
@@ -80,6 +81,13 @@ class ChipModel:
             Command.COUNTERS: self._count,
             Command.CLEAR: self._clear,
         }
+        if self.checking:
+            self._commands |= {
+                Command.MAP: self.checking.write,
+                Command.CHECK: self._check,
+                Command.CHECK_PATHS: self._check_paths,
+                Command.RESULTS: self.checking.results,
+            }
 
     def feed(self, data: bytes) -> bytes:
         """Receive ``data`` from the line and return what the chip sends in answer."""
@@ -127,9 +135,9 @@ class ChipModel:
         try:
             execute = self._commands.get(code)
             if execute is None:
-                raise _RefusedError(Status.UNKNOWN_COMMAND)
+                raise RefusedError(Status.UNKNOWN_COMMAND)
             reply = execute(payload, ahead == 255)
-        except _RefusedError as refused:
+        except RefusedError as refused:
             self._errors |= StickyError.REFUSED
             return bytes((session, sequence, refused.status))
         if ahead == 0:
@@ -143,7 +151,7 @@ class ChipModel:
         return Status.OK if session == self._session else Status.NO_SESSION
 
     def _status(self, payload: bytes, repeated: bool) -> bytes:
-        _expect(not payload, Status.BAD_LENGTH)
+        expect(not payload, Status.BAD_LENGTH)
         latest = self._latest
         # The registers are read when the answer is made.
         states = (ChipState.TRANSMIT, *self._states[:7])
@@ -159,46 +167,48 @@ class ChipModel:
 
     def _start(self, payload: bytes, repeated: bool) -> bytes:
         layout = start_request(self.config)
-        _expect(len(payload) == layout.size, Status.BAD_LENGTH)
+        expect(len(payload) == layout.size, Status.BAD_LENGTH)
         values = layout.unpack(payload)
         highest = self.config.map_size - 1
-        _expect(values["x"] <= highest and values["y"] <= highest, Status.BAD_VALUE)
-        _expect(values["altitude"] < self.config.blocked_altitude, Status.BAD_VALUE)
+        expect(values["x"] <= highest and values["y"] <= highest, Status.BAD_VALUE)
+        expect(values["altitude"] < self.config.blocked_altitude, Status.BAD_VALUE)
+        expect(not values["avoid_ground"] or self.checking is not None, Status.BAD_VALUE)
         if not repeated:
             limits = Limits(values["x"], values["y"], values["altitude"])
-            self.core.start(values["seed"], limits)
+            self.core.start(values["seed"], limits, bool(values["avoid_ground"]))
+            self._counters[Counter.LONGEST] = 0
         return b""
 
     def _write(self, payload: bytes, repeated: bool) -> bytes:
         header = write_request(self.config).size
-        _expect(len(payload) > header, Status.BAD_LENGTH)
-        _expect((len(payload) - header) % self.config.waypoint_bytes == 0, Status.BAD_LENGTH)
+        expect(len(payload) > header, Status.BAD_LENGTH)
+        expect((len(payload) - header) % self.config.waypoint_bytes == 0, Status.BAD_LENGTH)
         slot = payload[0]
         try:
             paths = unpack_paths(self.config, payload[header:])
         except ValueError:
-            raise _RefusedError(Status.BAD_VALUE) from None
-        _expect(slot + len(paths) <= self.config.population, Status.BAD_VALUE)
+            raise RefusedError(Status.BAD_VALUE) from None
+        expect(slot + len(paths) <= self.config.population, Status.BAD_VALUE)
         if not repeated:
             self.core.paths[slot : slot + len(paths)] = paths
         return b""
 
     def _read(self, payload: bytes, repeated: bool) -> bytes:
         layout = read_request(self.config)
-        _expect(len(payload) == layout.size, Status.BAD_LENGTH)
+        expect(len(payload) == layout.size, Status.BAD_LENGTH)
         slot, count = payload
-        _expect(count >= 1 and slot + count <= self.config.population, Status.BAD_VALUE)
+        expect(count >= 1 and slot + count <= self.config.population, Status.BAD_VALUE)
         return pack_paths(self.config, self.core.paths[slot : slot + count])
 
     def _generate(self, payload: bytes, repeated: bool) -> bytes:
-        _expect(len(payload) > 0, Status.BAD_LENGTH)
-        _expect(payload[0] in tuple(LinkMode), Status.BAD_VALUE)
+        expect(len(payload) > 0, Status.BAD_LENGTH)
+        expect(payload[0] in tuple(LinkMode), Status.BAD_VALUE)
         mode = LinkMode(payload[0])
-        _expect(len(payload) == generate_request(self.config, mode).size, Status.BAD_LENGTH)
+        expect(len(payload) == generate_request(self.config, mode).size, Status.BAD_LENGTH)
         if not repeated:
             slots = list(range(self.config.population))
             order = slots if mode is LinkMode.POPULATION else list(payload[1:])
-            _expect(sorted(order) == slots, Status.BAD_VALUE)
+            expect(sorted(order) == slots, Status.BAD_VALUE)
             self._run(order)
         if mode is LinkMode.POPULATION:
             return pack_paths(self.config, self.core.paths)
@@ -224,8 +234,9 @@ class ChipModel:
         longest = sum(clocks for _, _, clocks in spent)
         self._counters[Counter.LONGEST] = max(self._counters[Counter.LONGEST], longest)
         self._counters[Counter.GENERATIONS] += 1
-        refused = sum(not mutated.applied for mutated in latest.mutations)
-        self._counters[Counter.REFUSED_MUTATIONS] += refused
+        self._counters[Counter.REFUSED_MUTATIONS] += latest.refused
+        self._counters[Counter.REDRAWN] += latest.redrawn
+        self._counters[Counter.LEFT_OUT] += latest.left_out
 
     def _recipe(self) -> bytes:
         layout = recipe_reply(self.config)
@@ -242,18 +253,42 @@ class ChipModel:
         values["checksum"] = self.core.checksum()
         return layout.pack(**values)
 
+    def _check(self, payload: bytes, repeated: bool) -> bytes:
+        assert self.checking is not None
+        reply = self.checking.check(payload, repeated)
+        self._note_check(repeated)
+        return reply
+
+    def _check_paths(self, payload: bytes, repeated: bool) -> bytes:
+        assert self.checking is not None
+        reply = self.checking.check_paths(self.core.paths, payload, repeated)
+        self._note_check(repeated)
+        return reply
+
+    def _note_check(self, repeated: bool) -> None:
+        assert self.checking is not None
+        if not repeated:
+            self._enter(ChipState.CHECK)
+            spent = self.checking.counters[Counter.FEASIBILITY]
+            self._counters[Counter.CLOCKS] += spent - self._counters[Counter.FEASIBILITY]
+            self._counters |= self.checking.counters
+
     def _count(self, payload: bytes, repeated: bool) -> bytes:
-        _expect(not payload, Status.BAD_LENGTH)
+        expect(not payload, Status.BAD_LENGTH)
         wrapped = {name.value: count & ((1 << 48) - 1) for name, count in self._counters.items()}
         return counters_reply(self.config).pack(**wrapped)
 
     def _clear(self, payload: bytes, repeated: bool) -> bytes:
-        _expect(not payload, Status.BAD_LENGTH)
+        expect(not payload, Status.BAD_LENGTH)
         if not repeated:
             self._errors = self._receiver.errors = StickyError(0)
         return b""
 
 
-def _expect(holds: bool, status: Status) -> None:
-    if not holds:
-        raise _RefusedError(status)
+def _checking(config: Config) -> CheckingModel | None:
+    if config.checker is CheckerBuild.NONE:
+        return None
+    # Compiles its kernels: chips without a checker do not wait for that.
+    from sim.model.checking import CheckingModel
+
+    return CheckingModel(config)

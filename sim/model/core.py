@@ -5,13 +5,17 @@ from __future__ import annotations
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from hdl.config import Config
+from hdl.config import CheckerBuild, Config
 from sim.model.crossover import crossover
 from sim.model.mutation import Limits, Mutated, Mutation
 from sim.model.random_source import RandomSource
 from sim.model.selection import Draws, Selection
 
+
+if TYPE_CHECKING:
+    from sim.model.checker import TerrainModel
 
 __all__ = ["Core", "Generation"]
 
@@ -36,6 +40,21 @@ class Generation:
     mutation_clocks: int
     update_clocks: int
 
+    @property
+    def redrawn(self) -> int:
+        """Further draws of new waypoints, because of the ground."""
+        return sum(mutated.redraws for mutated in self.mutations)
+
+    @property
+    def left_out(self) -> int:
+        """Mutations not applied because of the ground."""
+        return sum(mutated.left_out for mutated in self.mutations)
+
+    @property
+    def refused(self) -> int:
+        """Mutations that a limit on the length forbade."""
+        return sum(not mutated.applied for mutated in self.mutations) - self.left_out
+
 
 class Core:
     """The genetic core.
@@ -43,34 +62,50 @@ class Core:
     Slots of the population after a generation: the elites, best first; the survivors in the order
     drawn; the children. A path is a list of packed waypoints.
 
+    Parameters
+    ----------
+    config : Config
+    terrain : TerrainModel, optional
+        The map on the chip: there must be one where ``config.checker`` says so.
+
     Attributes
     ----------
     paths : list of list of int
         Content of every slot.
     generation : int
         Generations since :meth:`start`.
+    limits : Limits
+    avoid_ground : bool
+        As :meth:`start` set them.
     """
 
     #: Clocks of the mutators after the last waypoint has passed: move and clamp, then store.
     MUTATION_CLOCKS = 2
     #: Clocks of the population update (*allaire-2008*, section 4.4).
     UPDATE_CLOCKS = 1
+    #: Clocks, besides those of a lookup, from a candidate to the state after its mutation: move,
+    #: clamp, compare, decide, store.
+    CANDIDATE_CLOCKS = 5
 
-    def __init__(self, config: Config) -> None:
+    def __init__(self, config: Config, terrain: TerrainModel | None = None) -> None:
         self.config = config
         self.paths: list[list[int]] = [[0] * config.MIN_WAYPOINTS for _ in range(config.population)]
         self.generation = 0
         self.limits = Limits(config.map_size - 1, config.map_size - 1, config.blocked_altitude - 1)
         self._selection = Selection(config)
-        self._mutation = Mutation(config)
+        self._mutation = Mutation(config, terrain)
         self._source: RandomSource | None = None
         self._draws: Draws | None = None
         self.start(0, self.limits)
 
-    def start(self, seed: int, limits: Limits) -> None:
-        """Seed the random source, set the limits of new waypoints, count from generation 0."""
+    def start(self, seed: int, limits: Limits, avoid_ground: bool = False) -> None:
+        """Seed the random source, set the limits of new waypoints, count from generation 0.
+
+        ``avoid_ground``: whether new waypoints in the ground are refused; without a map, none is.
+        """
         self._source = RandomSource(seed)
         self.limits = limits
+        self.avoid_ground = avoid_ground
         self.generation = 0
         self._draws = self._selection.draw(self._source)
 
@@ -91,16 +126,32 @@ class Core:
         bred = [self.paths[slot] for slot in parents]
 
         children = crossover(bred)
-        mutations = self._mutation.mutate(children, draws, self.limits)
+        mutations = self._mutation.mutate(children, draws, self.limits, self.avoid_ground)
         self.paths = kept + children
         self.generation += 1
         self._draws = self._selection.draw(self._source)
 
         # All paths are read in lock step; a waypoint read is written one clock later.
-        longest = max(map(len, kept + bred))
-        return Generation(
-            parents, survivors, mutations, longest + 1, self.MUTATION_CLOCKS, self.UPDATE_CLOCKS
+        crossover_clocks = max(map(len, kept + bred)) + 1
+        mutation_clocks = max(
+            self.MUTATION_CLOCKS, self._candidates_clocks(mutations) - crossover_clocks
         )
+        return Generation(
+            parents, survivors, mutations, crossover_clocks, mutation_clocks, self.UPDATE_CLOCKS
+        )
+
+    def _candidates_clocks(self, mutations: list[Mutated]) -> int:
+        """Clocks from the start of a generation until all new waypoints are stored."""
+        config = self.config
+        if config.checker is CheckerBuild.NONE:
+            return 0
+        # One candidate a clock, in rounds of one for each patch, up to the last one that matters.
+        candidates = max(
+            mutated.redraws * config.patches + number + 1
+            for number, mutated in enumerate(mutations[: config.patches])
+            if mutated.applied or mutated.left_out
+        )
+        return candidates + config.lookup_latency + self.CANDIDATE_CLOCKS
 
     def checksum(self) -> int:
         """CRC-32 of the population as :meth:`hdl.protocol.pack_paths` sends it, slot by slot."""

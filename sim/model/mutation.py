@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from hdl.config import Config, MutationKind
+from hdl.config import CheckerBuild, Config, MutationKind
 from sim.model.selection import Draws
 
+
+if TYPE_CHECKING:
+    from sim.model.checker import TerrainModel
 
 __all__ = ["Limits", "Mutated", "Mutation", "clamp"]
 
@@ -28,13 +32,17 @@ class Mutated:
     ----------
     kind : MutationKind
     applied : bool
-        False when the limits on the length forbade it.
+        False when the limits on the length forbade it, or it was left out.
     child : int
         Number of the child, 0..children - 1.
     index : int
         Waypoint moved, removed, or after which one was added; counted before the change.
     waypoint : int
         The new waypoint, packed; 0 for a deletion and for what was not applied.
+    redraws : int
+        Further draws of the new waypoint, because those before them were in the ground.
+    left_out : bool
+        All draws of the new waypoint were in the ground.
     """
 
     kind: MutationKind
@@ -42,6 +50,8 @@ class Mutated:
     child: int
     index: int
     waypoint: int
+    redraws: int = 0
+    left_out: bool = False
 
 
 def clamp(value: int, high: int) -> int:
@@ -50,42 +60,90 @@ def clamp(value: int, high: int) -> int:
 
 
 class Mutation:
-    """All mutators of the chip."""
+    """All mutators of the chip.
 
-    def __init__(self, config: Config) -> None:
+    Parameters
+    ----------
+    config : Config
+    terrain : TerrainModel, optional
+        The map on the chip: there must be one where ``config.checker`` says so.
+
+    Raises
+    ------
+    ValueError
+        If there is a map and should be none, or the other way round.
+    """
+
+    def __init__(self, config: Config, terrain: TerrainModel | None = None) -> None:
+        if (terrain is None) != (config.checker is CheckerBuild.NONE):
+            raise ValueError(
+                f"Config.checker must be none without a map and not with one, not {config.checker}"
+            )
         self._config = config
+        self._terrain = terrain
 
-    def mutate(self, children: list[list[int]], draws: Draws, limits: Limits) -> list[Mutated]:
+    def mutate(
+        self,
+        children: list[list[int]],
+        draws: Draws,
+        limits: Limits,
+        avoid_ground: bool = False,
+    ) -> list[Mutated]:
         """Change ``children`` as ``draws`` say, and return what each mutator did.
 
-        The mutators work on different children, so their order does not matter.
+        The mutators work on different children, so their order does not matter. With
+        ``avoid_ground`` a new waypoint is the first of its candidates that is above the ground; if
+        none is, nothing is done. Otherwise, or without a map, it is the first candidate.
         """
-        config = self._config
         done = []
-        for number, kind in enumerate(config.mutations):
+        for number, kind in enumerate(self._config.mutations):
             child = draws.children[number]
             path = children[child]
             index = draws.waypoints[number] * len(path) >> 16
-            waypoint = 0
             if kind is MutationKind.DELETE:
-                applied = len(path) > config.MIN_WAYPOINTS
+                applied = len(path) > self._config.MIN_WAYPOINTS
                 if applied:
                     del path[index]
+                done.append(Mutated(kind, applied, child, index, 0))
+            elif kind is MutationKind.INSERT and len(path) == self._config.max_waypoints:
+                done.append(Mutated(kind, False, child, index, 0))
             else:
-                applied = kind is MutationKind.PERTURB or len(path) < config.max_waypoints
-                if applied:
-                    waypoint = self._moved(path[index], draws.offsets[number], limits)
-                    if kind is MutationKind.PERTURB:
-                        path[index] = waypoint
-                    else:
-                        path.insert(index + 1, waypoint)
-            done.append(Mutated(kind, applied, child, index, waypoint))
+                candidates = self._candidates(path[index], number, draws, limits)
+                if not avoid_ground:
+                    del candidates[1:]
+                grounded = [avoid_ground and self._is_grounded(each) for each in candidates]
+                if all(grounded):
+                    redraws = len(candidates) - 1
+                    done.append(Mutated(kind, False, child, index, 0, redraws, left_out=True))
+                    continue
+                redraws = grounded.index(False)
+                waypoint = candidates[redraws]
+                if kind is MutationKind.PERTURB:
+                    path[index] = waypoint
+                else:
+                    path.insert(index + 1, waypoint)
+                done.append(Mutated(kind, True, child, index, waypoint, redraws))
         return done
 
+    def _candidates(self, waypoint: int, number: int, draws: Draws, limits: Limits) -> list[int]:
+        offsets = draws.offsets[number :: self._config.patches]
+        return [self._moved(waypoint, offset, limits) for offset in offsets]
+
     def _moved(self, waypoint: int, offset: tuple[int, int, int], limits: Limits) -> int:
+        x, y, altitude = self._unpacked(waypoint)
+        x = clamp(x + offset[0], limits.x)
+        y = clamp(y + offset[1], limits.y)
+        altitude = clamp(altitude + offset[2], limits.altitude)
+        bits = self._config.coordinate_bits
+        return x | y << bits | altitude << 2 * bits
+
+    def _is_grounded(self, waypoint: int) -> bool:
+        if self._terrain is None:
+            return False
+        x, y, altitude = self._unpacked(waypoint)
+        return altitude <= int(self._terrain.heights[y, x])
+
+    def _unpacked(self, waypoint: int) -> tuple[int, int, int]:
         bits = self._config.coordinate_bits
         mask = (1 << bits) - 1
-        x = clamp((waypoint & mask) + offset[0], limits.x)
-        y = clamp((waypoint >> bits & mask) + offset[1], limits.y)
-        altitude = clamp((waypoint >> 2 * bits) + offset[2], limits.altitude)
-        return x | y << bits | altitude << 2 * bits
+        return waypoint & mask, waypoint >> bits & mask, waypoint >> 2 * bits

@@ -35,7 +35,8 @@ class Draws:
     waypoints : tuple of int
         16 bits for each mutator: its waypoint is ``bits * length >> 16``.
     offsets : tuple of (int, int, int)
-        Steps in x, y and altitude for each mutator that makes a waypoint, each within the box.
+        Steps in x, y and altitude, each within the box: of the first candidate of each mutator that
+        makes a waypoint, then of their second ones, up to ``config.candidates``.
     """
 
     parents: tuple[int, ...]
@@ -108,7 +109,8 @@ class Selection:
 
         boxes = (config.box_cells, config.box_cells, config.box_steps)
         offsets = []
-        for word in second[config.mutators : config.mutators + config.patches]:
+        offsets_end = config.mutators + config.patches * config.candidates
+        for word in second[config.mutators : offsets_end]:
             x, y, altitude = (
                 _below(word, at, 2 * box + 1) - box
                 for at, box in zip(layout.offsets, boxes, strict=True)

@@ -6,13 +6,13 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
 
-from hdl.config import Config
+from hdl.config import CheckerBuild, Config
 from hdl.ga_core.control import clocks_layout, counters_layout
 from hdl.protocol import ChipState, Counter
 
 
 TOP = "control"
-CONFIG = Config()
+CONFIG = Config(checker=CheckerBuild.PARALLEL)
 
 GENERATION = {
     ChipState.CROSSOVER: Counter.CROSSOVER,
@@ -24,9 +24,21 @@ UNITS = {
     ChipState.CROSSOVER: "crossover",
     ChipState.MUTATE: "mutation",
     ChipState.UPDATE: "update",
+    ChipState.CHECK: "check",
     ChipState.TRANSMIT: "transmit",
 }
-INPUTS = ("pending", "generate", "ready", "line_busy", "line_sending", "refused", "restart")
+INPUTS = (
+    "pending",
+    "generate",
+    "check",
+    "ready",
+    "line_busy",
+    "line_sending",
+    "refused",
+    "redrawn",
+    "left_out",
+    "restart",
+)
 
 
 class Bench:
@@ -93,24 +105,36 @@ async def random_commands(dut):
                 dut.restart.value = 1
                 generation = 0
             await bench.clock(busy=rng.random() < 0.5, sending=rng.random() < 0.5)
+            if dut.restart.value:
+                bench.counters[Counter.LONGEST] = 0
             dut.restart.value = 0
         dut.pending.value = 1
         await bench.clock()
         dut.pending.value = 0
 
-        generates = rng.random() < 0.7
-        dut["generate"].value = generates
+        order = rng.choices(("generate", "check", None), (6, 2, 2))[0]
+        if order:
+            dut[order].value = 1
         await bench.run(ChipState.RECEIVE, rng.randint(1, 9))
-        dut["generate"].value = 0
-        if generates:
+        if order:
+            dut[order].value = 0
+        if order == "check":
+            await bench.run(ChipState.CHECK, rng.randint(1, 30))
+        if order == "generate":
             clocks = [rng.randint(1, 30) for _ in GENERATION]
-            refused = rng.randrange(CONFIG.mutators + 1)
-            dut.refused.value = refused
+            told = {
+                Counter.REFUSED_MUTATIONS: (dut.refused, rng.randrange(CONFIG.mutators + 1)),
+                Counter.REDRAWN: (dut.redrawn, rng.randrange(CONFIG.patches * CONFIG.redraws + 1)),
+                Counter.LEFT_OUT: (dut.left_out, rng.randrange(CONFIG.patches + 1)),
+            }
+            for port, count in told.values():
+                port.value = count
             for state, length in zip(GENERATION, clocks, strict=True):
                 await bench.run(state, length)
             generation += 1
             bench.counters[Counter.GENERATIONS] += 1
-            bench.counters[Counter.REFUSED_MUTATIONS] += refused
+            for counter, (_, count) in told.items():
+                bench.counters[counter] += count
             bench.counters[Counter.LONGEST] = max(bench.counters[Counter.LONGEST], sum(clocks))
             latest = clocks_layout(CONFIG).from_bits(dut.clocks.value.to_unsigned())
             assert [latest.crossover, latest.mutation, latest.update] == clocks

@@ -104,7 +104,8 @@ class Bench:
         dut = self.dut
         carried = self.rng.choices(range(CONFIG.population), k=PORTS)
         for port, slot in enumerate(carried):
-            self.drive("carried", port, {"slot": slot, "length": len(self.paths[slot])})
+            length = len(self.paths[slot])
+            self.drive("carried", port, {"slot": slot, "length": length, "select": 1 << slot})
         if not dut.settled.value:
             await RisingEdge(dut.settled)
             await FallingEdge(dut.clk)

@@ -47,7 +47,7 @@ ALTERATIONS = {
         "Mux(first < second, second, first)",
     ),
     "offset-subtracted": (
-        "ga_core/mutation.py",
+        "ga_core/mover.py",
         "passed[axis] + self.offset[axis]",
         1,
         "passed[axis] - self.offset[axis]",

@@ -6,17 +6,18 @@ import random
 import pytest
 from amaranth.sim import Simulator
 
-from hdl.config import Config
+from hdl.config import CheckerBuild, Config
 from hdl.ga_core.control import Control
 from hdl.protocol import ChipState, Counter
 
 
-LISTEN, RECEIVE, CROSSOVER, MUTATE, UPDATE, TRANSMIT = ChipState
+LISTEN, RECEIVE, CROSSOVER, MUTATE, UPDATE, TRANSMIT, CHECK = ChipState
 ON = {
     RECEIVE: "receive_on",
     CROSSOVER: "crossover_on",
     MUTATE: "mutation_on",
     UPDATE: "update_on",
+    CHECK: "check_on",
     TRANSMIT: "transmit_on",
 }
 
@@ -45,8 +46,8 @@ class Bench:
             await self.tick()
         self.ctx.set(over, 0)
 
-    async def command(self, clocks, *, generate=True, refused=0):
-        """Take one command whose units take ``clocks`` (in state order)."""
+    async def command(self, clocks, *, generate=True, refused=0, redrawn=0, left_out=0):
+        """Take one command whose units take ``clocks``, from RECEIVE to TRANSMIT."""
         ctx, dut = self.ctx, self.dut
         self.check(LISTEN)
         ctx.set(dut.pending, 1)
@@ -54,6 +55,8 @@ class Bench:
         ctx.set(dut.pending, 0)
         ctx.set(dut.generate, generate)
         ctx.set(dut.refused, refused)
+        ctx.set(dut.redrawn, redrawn)
+        ctx.set(dut.left_out, left_out)
         await self.stay(RECEIVE, clocks[0], dut.receive_over)
         ctx.set(dut.generate, 0)
         if generate:
@@ -63,13 +66,27 @@ class Bench:
         await self.stay(TRANSMIT, clocks[4], dut.transmit_over)
         self.check(LISTEN)
 
+    async def check_paths(self, clocks):
+        """Take one command to check paths."""
+        ctx, dut = self.ctx, self.dut
+        self.check(LISTEN)
+        ctx.set(dut.pending, 1)
+        await self.tick()
+        ctx.set(dut.pending, 0)
+        ctx.set(dut.check, 1)
+        await self.stay(RECEIVE, clocks[0], dut.receive_over)
+        ctx.set(dut.check, 0)
+        await self.stay(CHECK, clocks[1], dut.check_over)
+        await self.stay(TRANSMIT, clocks[2], dut.transmit_over)
+        self.check(LISTEN)
+
     def counters(self):
         counters = self.ctx.get(self.dut.counters)
         return {name: counters[name] for name, _ in self.dut.counters.shape()}
 
 
 def simulate(bench):
-    dut = Control(Config())
+    dut = Control(Config(checker=CheckerBuild.PARALLEL))
     simulator = Simulator(dut)
     simulator.add_clock(1e-8)
 
@@ -83,7 +100,7 @@ def simulate(bench):
 
 def test_a_generation_goes_through_all_units():
     async def bench(unit, ctx, dut):
-        await unit.command([3, 17, 2, 1, 5], refused=2)
+        await unit.command([3, 17, 2, 1, 5], refused=2, redrawn=6, left_out=3)
         assert ctx.get(dut.history) == 0x00_123450
         assert ctx.get(dut.generation) == 1
         clocks = ctx.get(dut.clocks)
@@ -98,6 +115,8 @@ def test_a_generation_goes_through_all_units():
             Counter.LONGEST: 20,
             Counter.GENERATIONS: 1,
             Counter.REFUSED_MUTATIONS: 2,
+            Counter.REDRAWN: 6,
+            Counter.LEFT_OUT: 3,
         }
 
     simulate(bench)
@@ -105,11 +124,25 @@ def test_a_generation_goes_through_all_units():
 
 def test_another_command_goes_past_the_generation():
     async def bench(unit, ctx, dut):
-        await unit.command([2, 0, 0, 0, 4], generate=False, refused=5)
+        await unit.command([2, 0, 0, 0, 4], generate=False, refused=5, redrawn=1, left_out=1)
         assert ctx.get(dut.history) == 0x00000_150
         assert ctx.get(dut.generation) == 0
         counters = unit.counters()
         assert counters.pop(Counter.CLOCKS) == 7
+        assert counters.pop(Counter.RECEIVE) == 2
+        assert counters.pop(Counter.TRANSMIT) == 4
+        assert set(counters.values()) == {0}
+
+    simulate(bench)
+
+
+def test_a_check_goes_past_the_generation():
+    async def bench(unit, ctx, dut):
+        await unit.check_paths([2, 30, 4])
+        assert ctx.get(dut.history) == 0x0000_1650
+        assert ctx.get(dut.generation) == 0
+        counters = unit.counters()
+        assert counters.pop(Counter.CLOCKS) == 37
         assert counters.pop(Counter.RECEIVE) == 2
         assert counters.pop(Counter.TRANSMIT) == 4
         assert set(counters.values()) == {0}
@@ -128,10 +161,15 @@ def test_counters_of_random_commands():
                 await unit.tick()
                 ctx.set(dut.restart, 0)
                 generations = 0
+                counters[Counter.LONGEST] = 0
             clocks = [rng.randint(1, 6) for _ in range(5)]
             generate = rng.random() < 0.7
-            refused = rng.randrange(6)
-            await unit.command(clocks, generate=generate, refused=refused)
+            told = {
+                Counter.REFUSED_MUTATIONS: ("refused", rng.randrange(6)),
+                Counter.REDRAWN: ("redrawn", rng.randrange(7)),
+                Counter.LEFT_OUT: ("left_out", rng.randrange(4)),
+            }
+            await unit.command(clocks, generate=generate, **dict(told.values()))
             counters[Counter.RECEIVE] += clocks[0]
             counters[Counter.TRANSMIT] += clocks[4]
             if generate:
@@ -140,13 +178,32 @@ def test_counters_of_random_commands():
                 counters[Counter.MUTATION] += clocks[2]
                 counters[Counter.UPDATE] += clocks[3]
                 counters[Counter.GENERATIONS] += 1
-                counters[Counter.REFUSED_MUTATIONS] += refused
+                for counter, (_, count) in told.items():
+                    counters[counter] += count
                 counters[Counter.LONGEST] = max(counters[Counter.LONGEST], sum(clocks[1:4]))
                 latest = ctx.get(dut.clocks)
                 assert [latest.crossover, latest.mutation, latest.update] == clocks[1:4]
             counters[Counter.CLOCKS] = unit.clocks
             assert unit.counters() == counters
             assert ctx.get(dut.generation) == generations
+
+    simulate(bench)
+
+
+def test_longest_generation_since_restart():
+    async def bench(unit, ctx, dut):
+        for clocks, longest in (([1, 60, 2, 1, 1], 63), ([1, 9, 2, 1, 1], 63)):
+            await unit.command(clocks)
+            assert unit.counters()[Counter.LONGEST] == longest
+        ctx.set(dut.restart, 1)
+        await unit.tick()
+        ctx.set(dut.restart, 0)
+        assert unit.counters()[Counter.LONGEST] == 0
+        for clocks, longest in (([1, 5, 2, 1, 1], 8), ([1, 9, 2, 1, 1], 12)):
+            await unit.command(clocks)
+            assert unit.counters()[Counter.LONGEST] == longest
+        # The others go on.
+        assert unit.counters()[Counter.GENERATIONS] == 4
 
     simulate(bench)
 
@@ -199,7 +256,13 @@ def test_answer_going_out_counts_as_transmitting():
 
 def test_over_of_a_unit_that_is_off_does_nothing():
     async def bench(unit, ctx, dut):
-        overs = [dut.crossover_over, dut.mutation_over, dut.update_over, dut.transmit_over]
+        overs = [
+            dut.crossover_over,
+            dut.mutation_over,
+            dut.update_over,
+            dut.check_over,
+            dut.transmit_over,
+        ]
         for over in (*overs, dut.receive_over, dut.generate):
             ctx.set(over, 1)
         for _ in range(5):

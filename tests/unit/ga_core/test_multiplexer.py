@@ -1,10 +1,10 @@
-"""The tree of multiplexers: every number of inputs."""
+"""The multiplexers: every number of inputs."""
 
 import pytest
 from amaranth.hdl import Module, Signal
 from amaranth.sim import Simulator
 
-from hdl.ga_core.multiplexer import chosen
+from hdl.ga_core.multiplexer import chosen, gated
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 5, 8, 11, 32])
@@ -19,6 +19,25 @@ def test_every_index(count):
     async def testbench(ctx):
         for i in range(count):
             ctx.set(index, i)
+            assert ctx.get(out) == 40 - i
+
+    simulator = Simulator(m)
+    simulator.add_testbench(testbench)
+    simulator.run()
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 32])
+def test_every_bit_of_a_selection(count):
+    items = [Signal(6, init=40 - i, name=f"item_{i}") for i in range(count)]
+    select = Signal(count)
+    out = Signal(6)
+    m = Module()
+    m.d.comb += out.eq(gated(select, items))
+
+    async def testbench(ctx):
+        assert ctx.get(out) == 0
+        for i in range(count):
+            ctx.set(select, 1 << i)
             assert ctx.get(out) == 40 - i
 
     simulator = Simulator(m)

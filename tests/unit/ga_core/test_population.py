@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from hdl.config import Config, MutationKind
+from hdl.config import CheckerBuild, Config, MutationKind
 from hdl.ga_core.crossover import parents_of
 from hdl.ga_core.population import Population
 from tests.streams import put, simulate
@@ -81,7 +81,7 @@ async def breed(ctx, dut, paths, carried, mutations=(), patches=()):
     kept = config.elites + config.survivors
     ctx.set(dut.allow, 0)
     for port, slot in zip(dut.carried, carried, strict=True):
-        ctx.set(port, {"slot": slot, "length": len(paths[slot])})
+        ctx.set(port, {"slot": slot, "length": len(paths[slot]), "select": 1 << slot})
     await settle(ctx, dut)
 
     bred = [paths[slot] for slot in carried]
@@ -258,6 +258,101 @@ def test_every_index_of_a_mutation(number):
             assert await read(ctx, dut, 0, SMALL.population) == again
 
     bench_of(bench)
+
+
+def test_waypoints_are_read_ahead():
+    """At any positions, pending mutations included; then all passes as if nothing had been read."""
+    config = SMALL.replace(checker=CheckerBuild.PARALLEL)
+
+    async def bench(ctx, dut):
+        rng = random.Random(8)
+        paths = [random_path(rng, config, 4) for _ in range(config.population)]
+        for slot, path in enumerate(paths):
+            await load(ctx, dut, slot, path)
+        patches = [rng.getrandbits(config.waypoint_bits) for _ in range(config.patches)]
+        mutations = [(0, 0, 1), (1, 1, 0), (2, 2, 3), (3, 3, 0)]
+        for count in (1, 2, 3, 8):
+            carried = rng.choices(range(config.population), k=len(dut.carried))
+            paths = await breed(ctx, dut, paths, carried, mutations, patches)
+            mutations = []
+
+            carried = rng.choices(range(config.population), k=len(dut.carried))
+            for port, slot in zip(dut.carried, carried, strict=True):
+                ctx.set(port, {"slot": slot, "length": len(paths[slot]), "select": 1 << slot})
+            ctx.set(dut.reads.valid, 1)
+            ctx.set(dut.reads.payload, {"slot": 1, "count": 2})
+            positions = [rng.randrange(config.max_waypoints) for _ in range(count)]
+            for clock in range(count + 5):
+                ctx.set(dut.peek, clock < count)
+                if clock < count:
+                    ctx.set(dut.peek_position, positions[clock])
+                assert ctx.get(dut.settled) == (clock == 0)
+                # The read waits for the first waypoints no longer than for those asked for.
+                assert ctx.get(dut.reads.ready) == (clock >= count + Population.PEEK_LATENCY - 1)
+                if ctx.get(dut.reads.ready):
+                    ctx.set(dut.reads.valid, 0)
+                if Population.PEEK_LATENCY <= clock < count + Population.PEEK_LATENCY:
+                    position = positions[clock - Population.PEEK_LATENCY]
+                    for port, slot in zip(dut.waypoints, carried, strict=True):
+                        if position < len(paths[slot]):
+                            assert ctx.get(port) == paths[slot][position]
+                await ctx.tick()
+            assert await settle(ctx, dut) == 0
+            assert await read(ctx, dut, 0, config.population) == paths
+
+    bench_of(bench, config)
+
+
+def test_read_after_reading_ahead():
+    """A read that has waited for it, and one that comes in any clock after."""
+    config = SMALL.replace(checker=CheckerBuild.PARALLEL)
+
+    async def bench(ctx, dut):
+        rng = random.Random(9)
+        paths = [random_path(rng, config) for _ in range(config.population)]
+        for slot, path in enumerate(paths):
+            await load(ctx, dut, slot, path)
+        for wait in range(9):
+            await settle(ctx, dut)
+            ctx.set(dut.peek, 1)
+            ctx.set(dut.peek_position, wait % config.max_waypoints)
+            await ctx.tick()
+            ctx.set(dut.peek, 0)
+            for _ in range(wait):
+                await ctx.tick()
+            assert await read(ctx, dut, 2, 3) == paths[2:5]
+
+    bench_of(bench, config)
+
+
+def test_write_ends_reading_ahead():
+    """In any clock of it."""
+    config = SMALL.replace(checker=CheckerBuild.PARALLEL)
+
+    async def bench(ctx, dut):
+        rng = random.Random(10)
+        paths = [random_path(rng, config) for _ in range(config.population)]
+        for slot, path in enumerate(paths):
+            await load(ctx, dut, slot, path)
+        for wait in range(9):
+            await settle(ctx, dut)
+            for clock in range(wait):
+                ctx.set(dut.peek, clock < 3)
+                await ctx.tick()
+            # The last waypoint that is read ahead may go with the first that is written.
+            ctx.set(dut.peek, wait < 3)
+            slot = rng.randrange(config.population)
+            paths[slot] = random_path(rng, config)
+            last = len(paths[slot]) - 1
+            for index, waypoint in enumerate(paths[slot]):
+                word = {"slot": slot, "index": index, "waypoint": waypoint, "last": index == last}
+                await put(ctx, dut.writes, word)
+                ctx.set(dut.peek, 0)
+            carried = rng.choices(range(config.population), k=len(dut.carried))
+            paths = await breed(ctx, dut, paths, carried)
+            assert await read(ctx, dut, 0, config.population) == paths
+
+    bench_of(bench, config)
 
 
 def test_loading_a_path_ends_its_mutation():

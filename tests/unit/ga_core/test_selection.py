@@ -1,12 +1,13 @@
 """The selection unit against the model, clock by clock."""
 
+import dataclasses
 import random
 
 import pytest
 from amaranth.hdl import Fragment
 from amaranth.sim import Simulator
 
-from hdl.config import Config, SurvivorSelection
+from hdl.config import CheckerBuild, Config, SurvivorSelection
 from hdl.draws import WARM_UP_STEPS
 from hdl.ga_core.selection import Selection
 from sim.model import selection as model
@@ -35,6 +36,8 @@ CASES = {
     "one_survivor": (SMALL.replace(children=6, elites=1, survivors=1, deletes=4), 12),
     "many_survivors": (Config(survivors=20, children=8, elites=4), 26),
     "many_mutators": (Config(perturbs=3, inserts=10, deletes=9), 38),
+    "with_map": (Config(checker=CheckerBuild.PARALLEL), 17),
+    "most_redraws": (SMALL.replace(checker=CheckerBuild.PARALLEL, redraws=7), 22),
     "largest": (Config(population=256, children=100, elites=148, map_size=4096), 52),
 }
 EACH_CASE = pytest.mark.parametrize(("config", "latency"), CASES.values(), ids=CASES)
@@ -120,6 +123,41 @@ def test_latency(config, latency):
 def test_default_set_is_ready_before_a_full_generation_ends():
     config, latency = CASES["default"]
     assert latency <= config.max_waypoints
+
+
+def test_offsets_are_taken():
+    """One a clock or with pauses, all or some of them; the next set is whole again."""
+    config = SMALL.replace(checker=CheckerBuild.PARALLEL, inserts=2, deletes=1, redraws=3)
+    dut = Selection(config)
+    rng = random.Random(5)
+    unit, source = model.Selection(config), RandomSource(0)
+
+    async def testbench(ctx):
+        for pause in (0, 0, 0.5, 0.5, 0.9):
+            while not ctx.get(dut.ready):
+                await ctx.tick()
+            expected = unit.draw(source)
+            assert outputs(ctx, dut) == expected
+            left = list(expected.offsets)
+            for _ in range(rng.randint(1, len(left))):
+                while rng.random() < pause:
+                    await ctx.tick()
+                offset = ctx.get(dut.offsets)[0]
+                assert (offset.x, offset.y, offset.altitude) == left.pop(0)
+                ctx.set(dut.offset_taken, 1)
+                await ctx.tick()
+                ctx.set(dut.offset_taken, 0)
+                drawn = outputs(ctx, dut)
+                assert list(drawn.offsets[: len(left)]) == left
+                assert dataclasses.replace(drawn, offsets=expected.offsets) == expected
+            ctx.set(dut.next, 1)
+            await ctx.tick()
+            ctx.set(dut.next, 0)
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(testbench)
+    simulator.run()
 
 
 def test_offsets_reach_the_whole_box():

@@ -50,6 +50,7 @@ class Bench:
             carried = self.ctx.get(port)
             slot = self.order[rank]
             assert (carried.slot, carried.length) == (slot, self.lengths[slot])
+            assert carried.select == 1 << slot
 
 
 def simulate(function):

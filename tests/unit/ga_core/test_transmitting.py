@@ -6,11 +6,12 @@ import zlib
 
 import pytest
 
-from hdl.config import Config
-from hdl.ga_core.receiving import AnswerKind
+from hdl.commands.layouts import AnswerKind
+from hdl.config import CheckerBuild, Config
 from hdl.ga_core.transmitting import TransmittingUnit
 from hdl.protocol import (
     Status,
+    check_reply,
     counters_reply,
     info_reply,
     info_values,
@@ -167,3 +168,76 @@ def test_recipe_sums_up_the_whole_population(pauses):
 def test_configuration_is_checked():
     with pytest.raises(TypeError, match=r"^Configuration must be a Config, not None$"):
         TransmittingUnit(None)
+
+
+def checked_answers(kind, *, checked, slot=0, count=0, pauses=(0,)):
+    """Return two bodies sent for ``kind``, the totals, and what was asked of the results."""
+    rng = random.Random(3)
+    unit = TransmittingUnit(CONFIG.replace(checker=CheckerBuild.PARALLEL))
+    totals = random_fields(check_reply(CONFIG), rng)
+    replies, bodies, reads = [], [], []
+
+    async def bench(ctx):
+        ctx.set(unit.totals, totals)
+        ctx.set(unit.checked, checked)
+        header = dict(zip(("session", "sequence", "status"), HEADER, strict=True))
+        ctx.set(unit.answer, {**header, "kind": kind, "plain": 0, "slot": slot, "count": count})
+        for _ in range(2):
+            ctx.set(unit.on, 1)
+            await ctx.tick().until(unit.over)
+            ctx.set(unit.on, 0)
+            await ctx.tick().repeat(5)
+            assert [byte.last for byte in replies] == [0] * (len(replies) - 1) + [1]
+            bodies.append(bytes(byte.data for byte in replies))
+            replies.clear()
+
+    async def serve(ctx):
+        """Each result is its number and a byte more."""
+        while True:
+            ctx.set(unit.result_reads.ready, 1)
+            _, _, valid, read = await ctx.tick().sample(
+                unit.result_reads.valid, unit.result_reads.payload
+            )
+            ctx.set(unit.result_reads.ready, 0)
+            if not valid:
+                continue
+            reads.append((read.path, read.count))
+            data = [byte for path in range(read.count) for byte in (read.path + path, 0xEE)]
+            for at, byte in enumerate(data):
+                for _ in range(rng.randrange(3)):
+                    await ctx.tick()
+                await put(ctx, unit.records, {"data": byte, "last": at == len(data) - 1})
+
+    async def collect_replies(ctx):
+        await collect(ctx, unit.replies, replies, pauses)
+
+    simulate(unit, bench, background=(serve, collect_replies))
+    assert bodies[0] == bodies[1]
+    return bodies[0], check_reply(CONFIG).pack(**totals), reads
+
+
+@PAUSES
+@pytest.mark.parametrize("checked", [1, 8])
+def test_checked_paths(checked, pauses):
+    body, totals, reads = checked_answers(AnswerKind.CHECKED, checked=checked, pauses=pauses)
+    assert body == HEADER + totals + bytes(
+        byte for path in range(checked) for byte in (path, 0xEE)
+    )
+    assert reads == [(0, checked)] * 2
+
+
+def test_totals_alone():
+    """When they are asked for, and when nothing has been checked."""
+    body, totals, reads = checked_answers(AnswerKind.TOTALS, checked=8)
+    assert (body, reads) == (HEADER + totals, [])
+    body, totals, reads = checked_answers(AnswerKind.CHECKED, checked=0)
+    assert (body, reads) == (HEADER + totals, [])
+
+
+@PAUSES
+def test_results_alone(pauses):
+    body, _, reads = checked_answers(
+        AnswerKind.RESULTS, checked=8, slot=5, count=3, pauses=pauses
+    )
+    assert body == HEADER + bytes((5, 0xEE, 6, 0xEE, 7, 0xEE))
+    assert reads == [(5, 3)] * 2

@@ -35,8 +35,12 @@ from tests.chips import SMALL, random_paths
 
 
 START = start_request(SMALL)
-GOOD_START = START.pack(seed=0x0123456789ABCDEF, x=15, y=3, altitude=14)
 ORDER = [3, 0, 7, 1, 2, 6, 5, 4]
+GOOD_START = START.pack(seed=0x0123456789ABCDEF, x=15, y=3, altitude=14, avoid_ground=0)
+
+
+def start(x, y, altitude, avoid_ground=0):
+    return START.pack(seed=0, x=x, y=y, altitude=altitude, avoid_ground=avoid_ground)
 
 
 def ask(chip, body, *, plain=False):
@@ -94,9 +98,9 @@ def test_information_comes_plain_and_without_a_session():
         (Command.START, b"", Status.BAD_LENGTH),
         (Command.START, GOOD_START[:-1], Status.BAD_LENGTH),
         (Command.START, GOOD_START + b"\0", Status.BAD_LENGTH),
-        (Command.START, START.pack(seed=0, x=16, y=0, altitude=0), Status.BAD_VALUE),
-        (Command.START, START.pack(seed=0, x=0, y=16, altitude=0), Status.BAD_VALUE),
-        (Command.START, START.pack(seed=0, x=0, y=0, altitude=15), Status.BAD_VALUE),
+        (Command.START, start(16, 0, 0), Status.BAD_VALUE),
+        (Command.START, start(0, 16, 0), Status.BAD_VALUE),
+        (Command.START, start(0, 0, 15), Status.BAD_VALUE),
         (Command.READ, b"\0", Status.BAD_LENGTH),
         (Command.READ, b"\0\1\0", Status.BAD_LENGTH),
         (Command.READ, b"\0\0", Status.BAD_VALUE),
@@ -173,7 +177,7 @@ def test_repeated_commands_change_nothing(host):
         return ask(chip, bytes((1, (host.sequence - 1) % 256, command)) + payload)[3:]
 
     host(Command.START, GOOD_START)
-    again(Command.START, START.pack(seed=1, x=1, y=1, altitude=1))
+    again(Command.START, START.pack(seed=1, x=1, y=1, altitude=1, avoid_ground=0))
     assert chip.core.limits == Limits(15, 3, 14)
     paths = random_paths(SMALL, rng)
     host(Command.WRITE, b"\0" + pack_paths(SMALL, paths))
@@ -230,7 +234,7 @@ def test_status_tells_the_states_and_the_latest_clocks(host):
     host(Command.WRITE, b"\0" + pack_paths(SMALL, [[1] * 5] * 8))
     host(Command.GENERATE, bytes((LinkMode.RANK, *ORDER)))
     told = status_reply(SMALL).unpack(host(Command.STATUS))
-    listen, receive, crossover, mutate, update, transmit = ChipState
+    listen, receive, crossover, mutate, update, transmit, _ = ChipState
     history = (receive, crossover, mutate, update, transmit, listen, receive, transmit)
     assert told["history"] == int("".join(f"{state:x}" for state in history), 16)
     assert told["state"] == ChipState.TRANSMIT
@@ -253,6 +257,16 @@ def test_counters(host):
     assert after["receive"] - before["receive"] == 9 * 10 * SMALL.clocks_per_bit
     assert after["clocks"] == after["receive"] + after["transmit"] + 9
     assert set(after) == set(Counter)
+
+
+def test_the_longest_generation_is_counted_from_the_start(host):
+    longest = []
+    for length in (5, 2):
+        host(Command.START, GOOD_START)
+        host(Command.WRITE, b"\0" + pack_paths(SMALL, [[1] * length] * 8))
+        host(Command.GENERATE, bytes((LinkMode.RANK, *ORDER)))
+        longest.append(counters_reply(SMALL).unpack(host(Command.COUNTERS))["longest"])
+    assert longest == [9, 6]
 
 
 def by_the_rules(chip, body, plain, open_session, expected):

@@ -1,5 +1,6 @@
 """The model of the genetic core against the definition, operator by operator."""
 
+import dataclasses
 import random
 from collections import Counter
 
@@ -7,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hdl.config import Config, MutationKind
+from hdl.config import CheckerBuild, Config, MutationKind
+from sim.model.checker import TerrainModel
 from sim.model.core import Core
 from sim.model.crossover import crossover
 from sim.model.mutation import Limits, Mutation, clamp
@@ -167,12 +169,137 @@ def test_new_waypoints_stay_in_the_box_and_the_limits():
             assert altitude <= 2000
 
 
-def test_draws_depend_on_seed_and_generation_alone():
-    config = Config()
+WITH_MAP = Config(checker=CheckerBuild.PARALLEL)
+
+
+def flat(config, altitude):
+    """A map all of whose cells are at one altitude."""
+    terrain = TerrainModel(config)
+    terrain.write(0, 0, [[altitude] * config.map_size] * config.map_size)
+    return terrain
+
+
+def test_mutations_above_the_ground_by_hand():
+    terrain = flat(WITH_MAP, 0)
+    terrain.write(99, 100, [[1000, 1001, 1000]])
+    children = [[waypoint(100, 100, 1000)] * 3 for _ in range(22)]
+    draws = Draws(
+        parents=(0,) * 11,
+        survivors=tuple(range(2, 10)),
+        children=(2, 4, 6, 7, 9),
+        waypoints=(0, 21846, 0, 0, 0),
+        # Of the first candidate of the three, of their second, of their third.
+        offsets=(
+            *((0, 0, 1), (1, 0, 0), (0, 0, 0)),
+            *((0, 0, 2), (-1, 0, 0), (0, 0, -9)),
+            *((0, 0, 3), (0, 1, -1000), (0, 0, 1)),
+        ),
+    )
+    limits = Limits(511, 511, 4094)
+    before = [list(child) for child in children]
+    for avoid_ground, altitudes in ((True, (1002, None, None)), (False, (1001, 1000, 1000))):
+        children = [list(child) for child in before]
+        done = Mutation(WITH_MAP, terrain).mutate(children, draws, limits, avoid_ground)
+        assert [mutated.applied for mutated in done[3:]] == [True, True]
+        for mutated, altitude, child in zip(done, altitudes, (2, 4, 6), strict=False):
+            assert mutated.applied == (altitude is not None)
+            assert mutated.left_out == (altitude is None)
+            if altitude is None:
+                assert mutated.waypoint == 0
+                assert children[child] == before[child]
+            else:
+                assert mutated.waypoint >> 18 == altitude
+                assert mutated.waypoint in children[child]
+        redraws = [mutated.redraws for mutated in done]
+        # At the ground is in it: the third candidate of the second mutator, at 0 over 0, too.
+        assert redraws == ([1, 2, 2, 0, 0] if avoid_ground else [0] * 5)
+
+
+@pytest.mark.parametrize("redraws", [0, 2, 7])
+def test_first_candidates_are_those_without_a_map(redraws):
+    """Where the ground does not matter, and where no ground is high enough to matter."""
+    config = WITH_MAP.replace(redraws=redraws)
+    rng = random.Random(13)
+    limits = Limits(400, 511, 4000)
+    for altitude, avoid_ground in ((4095, False), (0, True)):
+        core = Core(config, flat(config, altitude))
+        core.start(rng.getrandbits(64), limits, avoid_ground)
+        for _ in range(30):
+            draws = core._draws
+            paths = random_paths(config, rng)
+            # No altitude comes near 0.
+            paths = [[waypoint | 1 << 29 for waypoint in path] for path in paths]
+            core.paths = paths
+            order = rng.sample(range(32), 32)
+            done = core.run(order)
+            children = crossover([paths[order[rank]] for rank in draws.parents])
+            first = dataclasses.replace(draws, offsets=draws.offsets[:3])
+            assert done.mutations == Mutation(Config()).mutate(children, first, limits)
+            assert core.paths[10:] == children
+            assert not done.left_out
+            assert not done.redrawn
+
+
+def test_no_new_waypoint_in_the_ground():
+    """Random maps: whatever is applied is above them, and the first such candidate at that."""
+    config = WITH_MAP
+    rng = random.Random(14)
+    terrain = TerrainModel(config)
+    core = Core(config, terrain)
+    seen = Counter()
+    limits = Limits(511, 511, 4094)
+    for generation in range(60):
+        if generation % 20 == 0:
+            terrain.write(0, 0, [[rng.randrange(4096) for _ in range(512)] for _ in range(512)])
+            core.start(generation, limits, avoid_ground=True)
+        core.paths = random_paths(config, rng)
+        done = core.run(rng.sample(range(32), 32))
+        for mutated in done.mutations[:3]:
+            new = mutated.waypoint
+            if mutated.applied:
+                assert new >> 18 > terrain.heights[new >> 9 & 511, new & 511]
+            else:
+                assert new == 0
+            seen[mutated.applied, mutated.left_out, mutated.redraws] += 1
+        assert done.left_out == sum(mutated.left_out for mutated in done.mutations)
+        assert done.redrawn == sum(mutated.redraws for mutated in done.mutations)
+        assert done.refused + done.left_out == sum(not each.applied for each in done.mutations)
+        clocks = done.crossover_clocks + done.mutation_clocks + done.update_clocks
+        assert clocks <= config.max_waypoints + 8
+    assert {(True, False, 0), (True, False, 1), (True, False, 2), (False, True, 2)} <= set(seen)
+
+
+@pytest.mark.parametrize(
+    ("length", "altitude", "clocks"), [(2, 0, 13), (2, 4095, 19), (16, 0, 20), (16, 4095, 20)]
+)
+def test_clocks_with_a_map(length, altitude, clocks):
+    """Three candidates or nine, one a clock, and ten more; or four more than the longest path."""
+    core = Core(WITH_MAP, flat(WITH_MAP, altitude))
+    core.start(1, core.limits, avoid_ground=True)
+    core.paths = [[waypoint(i, i, 2000) for i in range(length)] for _ in range(32)]
+    done = core.run(range(32))
+    assert (done.left_out > 0) == (altitude > 0)
+    assert done.crossover_clocks == length + 1
+    assert done.crossover_clocks + done.mutation_clocks + done.update_clocks == clocks
+
+
+def test_a_map_where_there_is_none_and_none_where_there_is_one():
+    with pytest.raises(ValueError, match=r"^Config\.checker must be none without a map and not"):
+        Core(WITH_MAP)
+    with pytest.raises(ValueError, match=r"^Config\.checker must be none without a map and not"):
+        Core(Config(), TerrainModel(WITH_MAP))
+
+
+@pytest.mark.parametrize("config", [Config(), WITH_MAP], ids=["no map", "map"])
+def test_draws_depend_on_seed_and_generation_alone(config):
     rng = random.Random(9)
-    one, other = Core(config), Core(config)
+    one, other = (
+        Core(config, None if config.checker is CheckerBuild.NONE else TerrainModel(config))
+        for _ in range(2)
+    )
     for core in (one, other):
-        core.start(1234, core.limits)
+        # Whether candidates are refused, and how many it takes, draws nothing more or less.
+        core.start(1234, core.limits, avoid_ground=core is one)
     other.paths = random_paths(config, rng)
     order = list(range(32))
     for generation in range(50):

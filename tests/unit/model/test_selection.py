@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from hdl.config import Config, SurvivorSelection
+from hdl.config import CheckerBuild, Config, SurvivorSelection
 from hdl.draws import DrawLayout
 from sim.model.random_source import RandomSource
 from sim.model.random_stream import RandomStream
@@ -34,6 +34,7 @@ SMALL = Config(
     altitude_bits=4,
 )
 LARGE = Config(population=256, children=240, elites=8)
+WITH_MAP = Config(checker=CheckerBuild.PARALLEL)
 
 #: Below this a sample is taken to contradict its distribution. Seeds are fixed: no test is flaky.
 P_VALUE = 1e-4
@@ -182,7 +183,7 @@ def test_ordered_choices_are_equally_likely(total, count):
     assert likeliest * choices < 1 + Fraction(1, 10_000)
 
 
-@pytest.mark.parametrize("config", [SMALL, DEFAULT, BY_RANK, LARGE])
+@pytest.mark.parametrize("config", [SMALL, DEFAULT, BY_RANK, LARGE, WITH_MAP])
 def test_steps_depend_on_nothing_drawn(config):
     """So the state at the start of a generation is a function of the seed and its number."""
     unit = Selection(config)
@@ -214,6 +215,24 @@ def test_extreme_words_stay_in_range():
     assert highest.waypoints == (65535,) * 5
     assert lowest.offsets == ((-38, -38, -307),) * 3
     assert highest.offsets == ((38, 38, 307),) * 3
+
+
+def test_candidates_come_in_rounds_after_all_else():
+    """A step each; what comes before them is that of a chip without a map."""
+    assert (DEFAULT.candidates, DEFAULT.draw_steps) == (1, 11)
+    for redraws, steps in ((0, 11), (1, 11), (2, 14), (7, 29)):
+        config = WITH_MAP.replace(redraws=redraws)
+        assert (config.candidates, config.draw_steps) == (1 + redraws, steps)
+        # The offset in x of step i of the highest words: i cells from the lowest.
+        scale = (1 << 16) // 77 + 1
+        words = [(i, (i * scale) << DrawLayout(config).offsets[0][0]) for i in range(steps)]
+        drawn = Selection(config).draw(Script(words))
+        expected = [step - 38 for step in range(5, 5 + 3 * (1 + redraws))]
+        assert [x for x, _, _ in drawn.offsets] == expected
+        without = Selection(DEFAULT).draw(Script(words))
+        assert drawn.offsets[:3] == without.offsets
+        for name in ("parents", "survivors", "children", "waypoints"):
+            assert getattr(drawn, name) == getattr(without, name)
 
 
 # --- Sampled -------------------------------------------------------------------------------------
@@ -273,6 +292,17 @@ def test_offsets(default_sample):
         for column in (*steps.T, steps.ravel()):
             counts = np.bincount(column + box, minlength=2 * box + 1)
             assert_follows(counts, frequencies(2 * box + 1, 16))
+
+
+def test_candidates_are_independent_of_each_other():
+    """Every candidate has the distribution of the first, whatever that of the round before is."""
+    x = sample(WITH_MAP, seed=2024, generations=4_000)["offsets"][:, :, 0]
+    assert x.shape == (4_000, 9)
+    for column in x.T:
+        assert_follows(np.bincount(column + 38, minlength=77), frequencies(77, 16))
+    coarse = (x + 38) // 11
+    shares = np.add.reduceat(frequencies(77, 16), range(0, 77, 11)) / (1 << 16)
+    assert_follows(pairs(coarse[:, :6], coarse[:, 3:], 7), np.outer(shares, shares))
 
 
 def test_units_are_independent_of_each_other(default_sample):

@@ -1,0 +1,21 @@
+"""How the commands of the model say no."""
+
+from __future__ import annotations
+
+from hdl.protocol import Status
+
+
+__all__ = ["RefusedError", "expect"]
+
+
+class RefusedError(Exception):
+    """The command is answered with this status and changes nothing else."""
+
+    def __init__(self, status: Status) -> None:
+        self.status = status
+
+
+def expect(holds: bool, status: Status) -> None:
+    """Refuse the command with ``status`` unless ``holds``."""
+    if not holds:
+        raise RefusedError(status)

@@ -1,0 +1,245 @@
+"""Drives the genetic core in the Amaranth simulator, with its model beside it."""
+
+import collections
+import itertools
+import random
+
+from amaranth.sim import Simulator
+
+from hdl.config import CheckerBuild
+from hdl.ga_core.core import Core
+from hdl.protocol import ChipState
+from sim.model import core as model
+from sim.model.checker import TerrainModel
+from sim.model.mutation import Limits
+
+
+__all__ = ["Driver", "fill", "ranked_after", "shuffled", "simulate"]
+
+
+class Driver:
+    """Drives a core, and the model beside it, in one test bench.
+
+    Where there is a map, it answers the core's lookups; what the core did not ask for is anything.
+
+    Parameters
+    ----------
+    ctx : amaranth.sim.SimulatorContext
+    dut : Core
+    rng : random.Random
+    pauses : iterable of int
+        Clocks before each word of a stream, for ever.
+
+    Attributes
+    ----------
+    lookups : list of (int, int)
+        Cells that the latest generation looked up.
+    """
+
+    LIMIT = 400
+
+    def __init__(self, ctx, dut, rng, pauses=(0,)):
+        self.ctx, self.dut, self.rng = ctx, dut, rng
+        self.config = dut.config
+        self.has_map = dut.config.checker is not CheckerBuild.NONE
+        self.terrain = TerrainModel(dut.config) if self.has_map else None
+        self.model = model.Core(dut.config, self.terrain)
+        self.lookups = []
+        self.looked_up = collections.deque([None] * (dut.config.lookup_latency - 1))
+        self.garbage = random.Random(0)
+        self.pauses = itertools.cycle(pauses)
+        self.clocks = 0
+
+    async def tick(self):
+        self.clocks += 1
+        if self.has_map:
+            self.look_up()
+            await self.ctx.tick()
+            cell = self.looked_up.popleft()
+            altitude = self.garbage.getrandbits(self.config.altitude_bits)
+            if cell is not None:
+                altitude = int(self.terrain.heights[cell[1], cell[0]])
+            self.ctx.set(self.dut.lookup_altitude, altitude)
+        else:
+            await self.ctx.tick()
+
+    def look_up(self):
+        ctx, dut = self.ctx, self.dut
+        cell = None
+        if ctx.get(dut.lookup_valid):
+            assert ctx.get(dut.state) in (ChipState.CROSSOVER, ChipState.MUTATE, ChipState.UPDATE)
+            cell = ctx.get(dut.lookup_x), ctx.get(dut.lookup_y)
+            self.lookups.append(cell)
+        self.looked_up.append(cell)
+
+    def survey(self, lowest=0, highest=None):
+        """Give every cell of the map a random altitude."""
+        size = self.config.map_size
+        highest = self.config.blocked_altitude if highest is None else highest
+        self.terrain.write(
+            0, 0, [[self.rng.randint(lowest, highest) for _ in range(size)] for _ in range(size)]
+        )
+
+    async def put(self, stream, payload):
+        for _ in range(next(self.pauses)):
+            await self.tick()
+        self.ctx.set(stream.valid, 1)
+        self.ctx.set(stream.payload, payload)
+        for _ in range(self.LIMIT):
+            ready = self.ctx.get(stream.ready)
+            await self.tick()
+            if ready:
+                break
+        else:
+            raise TimeoutError(f"No transfer of {payload!r}")
+        self.ctx.set(stream.valid, 0)
+
+    async def start(self, seed, *, limits=None, avoid_ground=False):
+        """Start a run, with random limits unless they are given."""
+        config = self.config
+        limits = limits or Limits(
+            self.rng.randrange(config.map_size),
+            self.rng.randrange(config.map_size),
+            self.rng.randrange(config.blocked_altitude),
+        )
+        self.model.start(seed, limits, avoid_ground)
+        await self.put(
+            self.dut.starts,
+            {
+                "seed": seed,
+                "x": limits.x,
+                "y": limits.y,
+                "altitude": limits.altitude,
+                "avoid_ground": avoid_ground,
+            },
+        )
+
+    def path(self, length=None):
+        config = self.config
+        length = length or self.rng.randint(config.MIN_WAYPOINTS, config.max_waypoints)
+        return [self.rng.getrandbits(config.waypoint_bits) for _ in range(length)]
+
+    async def load(self, slot, path):
+        self.model.paths[slot] = path
+        for index, waypoint in enumerate(path):
+            await self.put(
+                self.dut.writes,
+                {
+                    "slot": slot,
+                    "index": index,
+                    "waypoint": waypoint,
+                    "last": index == len(path) - 1,
+                },
+            )
+
+    async def read(self, slot, count):
+        await self.put(self.dut.reads, {"slot": slot, "count": count})
+        ctx, waypoints = self.ctx, self.dut.waypoints
+        paths = [[]]
+        for _ in range(self.LIMIT * count):
+            pause = next(self.pauses)
+            for _ in range(pause):
+                await self.tick()
+            ctx.set(waypoints.ready, 1)
+            while not ctx.get(waypoints.valid):
+                await self.tick()
+            word = ctx.get(waypoints.payload)
+            await self.tick()
+            ctx.set(waypoints.ready, 0)
+            paths[-1].append(word.waypoint)
+            if word.final:
+                assert word.last
+                return paths
+            if word.last:
+                paths.append([])
+        raise TimeoutError("No end of a read")
+
+    async def check_population(self):
+        assert await self.read(0, self.config.population) == self.model.paths
+
+    async def rank(self, order):
+        for rank, slot in enumerate(order):
+            await self.put(self.dut.ranking, {"rank": rank, "slot": slot})
+
+    async def enter(self, state):
+        for _ in range(self.LIMIT):
+            if self.ctx.get(self.dut.state) == state:
+                return
+            await self.tick()
+        raise TimeoutError(f"Never in {state!r}")
+
+    async def generate(self, order):
+        """Run a generation, and check all that it says it did."""
+        ctx, dut = self.ctx, self.dut
+        self.lookups.clear()
+        ctx.set(dut.pending, 1)
+        await self.enter(ChipState.RECEIVE)
+        ctx.set(dut.pending, 0)
+        await self.rank(order)
+        ctx.set(dut.receive_over, 1)
+        ctx.set(dut.generate, 1)
+        await self.enter(ChipState.CROSSOVER)
+        ctx.set(dut.receive_over, 0)
+        ctx.set(dut.generate, 0)
+        started = self.clocks
+        await self.enter(ChipState.TRANSMIT)
+        elapsed = self.clocks - started
+        ctx.set(dut.transmit_over, 1)
+        await self.enter(ChipState.LISTEN)
+        ctx.set(dut.transmit_over, 0)
+
+        expected = self.model.run(order)
+        assert tuple(ctx.get(slot) for slot in dut.parents) == expected.parents
+        assert tuple(ctx.get(slot) for slot in dut.survivors) == expected.survivors
+        for mutation, mutated in zip(dut.mutations, expected.mutations, strict=True):
+            done = ctx.get(mutation)
+            assert (done.applied, done.child, done.index) == (
+                mutated.applied,
+                mutated.child,
+                mutated.index,
+            )
+        for patch, mutated in zip(dut.patches, expected.mutations, strict=False):
+            assert ctx.get(patch) == mutated.waypoint
+        clocks = ctx.get(dut.clocks)
+        assert (clocks.crossover, clocks.mutation, clocks.update) == (
+            expected.crossover_clocks,
+            expected.mutation_clocks,
+            expected.update_clocks,
+        )
+        assert elapsed == sum((clocks.crossover, clocks.mutation, clocks.update))
+        if not self.has_map:
+            assert elapsed <= self.config.max_waypoints + 4
+        assert ctx.get(dut.generation) == self.model.generation
+        return expected
+
+
+def simulate(config, bench):
+    dut = Core(config)
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-8)
+
+    async def testbench(ctx):
+        await bench(ctx, dut)
+
+    simulator.add_testbench(testbench)
+    simulator.run()
+
+
+def shuffled(rng, config):
+    return rng.sample(range(config.population), config.population)
+
+
+async def fill(driver, length=None):
+    """Load a random path into every slot."""
+    for slot in range(driver.config.population):
+        await driver.load(slot, driver.path(length))
+
+
+async def ranked_after(driver):
+    """Return the clocks from the last word of a ranking to ``ranked``."""
+    clocks = 1
+    while not driver.ctx.get(driver.dut.ranked):
+        await driver.tick()
+        clocks += 1
+        assert clocks < 50
+    return clocks

@@ -1,0 +1,246 @@
+"""The commands of the checker in the model of the chip."""
+
+import random
+
+import pytest
+
+from hdl.protocol import (
+    CheckFlag,
+    Command,
+    Counter,
+    PathResult,
+    Status,
+    check_paths_request,
+    check_reply,
+    counters_reply,
+    map_request,
+    pack_cells,
+    pack_paths,
+    read_request,
+    results_request,
+    start_request,
+    status_reply,
+    unpack_results,
+)
+from sim.model.checker import check_path
+from sim.model.checker_clocks import batch_clocks
+from sim.model.chip import ChipModel
+from tests.chips import CHECKING, random_path, random_paths
+from tests.unit.model.test_chip import Session, ask
+
+
+MAP = map_request(CHECKING)
+TOTALS = check_reply(CHECKING)
+
+
+def rectangle(x, y, width, height, cells):
+    return MAP.pack(x=x, y=y, width=width, height=height) + pack_cells(CHECKING, cells)
+
+
+def check(flags, path):
+    return bytes((flags,)) + pack_paths(CHECKING, [path])
+
+
+def check_paths(slot, count, flags, start=0x123, goal=0xABC):
+    return check_paths_request(CHECKING).pack(
+        slot=slot, count=count, flags=flags, start=start, goal=goal
+    )
+
+
+@pytest.fixture
+def host():
+    """A chip with random ground in the lower half of its altitudes, and some blocked cells."""
+    host = Session(CHECKING)
+    rng = random.Random(1)
+    heights = [rng.choice((rng.randrange(8), rng.randrange(8), 1)) for _ in range(256)]
+    for at in rng.sample(range(256), 4):
+        heights[at] = 15
+    host(Command.MAP, rectangle(0, 0, 16, 16, heights))
+    assert host.chip.checking.terrain.heights.reshape(-1).tolist() == heights
+    return host
+
+
+def points_of(path):
+    return [(word & 15, word >> 4 & 15, word >> 8 & 15) for word in path]
+
+
+def results_of(host, paths, counting):
+    """What the definition of the checker says of ``paths``, and the sums."""
+    results, cells = [], 0
+    for path in paths:
+        said = check_path(CHECKING, host.chip.checking.terrain, points_of(path), counting)
+        cells += said.cells
+        results.append(
+            PathResult(True, said.segment, (said.x, said.y), said.coarse, said.cells, said.entries)
+            if said.collision
+            else PathResult()
+        )
+    clocks = batch_clocks(
+        CHECKING, host.chip.checking.terrain, [points_of(path) for path in paths], counting
+    )
+    totals = {
+        "cycles": sum(cycles for cycles, _ in clocks),
+        "reads": sum(reads for _, reads in clocks),
+        "cells": cells,
+    }
+    return results, totals
+
+
+@pytest.mark.parametrize("flags", [CheckFlag(0), CheckFlag.COUNT])
+def test_one_path(host, flags):
+    rng = random.Random(2)
+    collisions = 0
+    for length in [2, 3, 7] * 10:
+        path = random_path(CHECKING, rng, length)
+        reply = host(Command.CHECK, check(flags, path))
+        results, totals = results_of(host, [path], bool(flags))
+        assert TOTALS.unpack(reply[: TOTALS.size]) == totals
+        assert unpack_results(CHECKING, reply[TOTALS.size :]) == results
+        collisions += results[0].collision
+    assert 5 < collisions < 30
+
+
+@pytest.mark.parametrize("flags", [CheckFlag(0), CheckFlag.COUNT])
+def test_paths_of_the_population(host, flags):
+    rng = random.Random(3)
+    paths = random_paths(CHECKING, rng)
+    host(Command.WRITE, b"\0" + pack_paths(CHECKING, paths))
+    for slot, count in ((0, 8), (3, 2), (7, 1)):
+        start, goal = random_path(CHECKING, rng, 2)
+        reply = host(Command.CHECK_PATHS, check_paths(slot, count, flags, start, goal))
+        asked = [[start, *path, goal] for path in paths[slot : slot + count]]
+        results, totals = results_of(host, asked, bool(flags))
+        assert TOTALS.unpack(reply[: TOTALS.size]) == totals
+        assert unpack_results(CHECKING, reply[TOTALS.size :]) == results
+
+
+def test_the_latest_results_can_be_asked_for_again(host):
+    host(Command.WRITE, b"\0" + pack_paths(CHECKING, random_paths(CHECKING, random.Random(4))))
+    brief = host(Command.CHECK_PATHS, check_paths(1, 6, CheckFlag.COUNT | CheckFlag.BRIEF))
+    assert len(brief) == TOTALS.size
+
+    def results(path, count):
+        return host(Command.RESULTS, results_request(CHECKING).pack(path=path, count=count))
+
+    every = unpack_results(CHECKING, results(0, 6))
+    assert len(every) == 6
+    assert any(result.entries for result in every)
+    for path, count in ((0, 1), (2, 3), (5, 1)):
+        assert unpack_results(CHECKING, results(path, count)) == every[path : path + count]
+    # The answer to the same command in its long form, had the short one been lost.
+    host(Command.CHECK_PATHS, check_paths(1, 6, CheckFlag.COUNT | CheckFlag.BRIEF))
+    sequence = (host.sequence - 1) % 256
+    body = bytes((1, sequence, Command.CHECK_PATHS)) + check_paths(1, 6, CheckFlag.COUNT)
+    answer = ask(host.chip, body)
+    assert unpack_results(CHECKING, answer[3 + TOTALS.size :]) == every
+
+
+def test_repeated_commands_change_nothing(host):
+    def again(command, payload):
+        return ask(host.chip, bytes((1, (host.sequence - 1) % 256, command)) + payload)[2:]
+
+    before = host.chip.checking.terrain.heights.tolist()
+    host(Command.MAP, rectangle(3, 3, 1, 1, [before[3][3]]))
+    assert again(Command.MAP, rectangle(0, 0, 2, 1, [15, 15])) == bytes((Status.OK,))
+    assert host.chip.checking.terrain.heights.tolist() == before
+
+    host(Command.CHECK, check(CheckFlag.COUNT, [0x400, 0x4FF]))
+    counters = counters_reply(CHECKING).unpack(host(Command.COUNTERS))
+    assert counters[Counter.PATHS] == 1
+    first = host(Command.CHECK, check(CheckFlag.COUNT, [0x400, 0x4FF]))
+    assert again(Command.CHECK, check(CheckFlag.COUNT, [0x300, 0x311])) == b"\0" + first
+    host(Command.STATUS)
+    # Of another command, a check that is answered again tells of the latest check.
+    assert again(Command.CHECK, check(CheckFlag.COUNT, [0x300, 0x311])) == b"\0" + first
+    counters = counters_reply(CHECKING).unpack(host(Command.COUNTERS))
+    assert counters[Counter.PATHS] == 2
+
+
+def test_counters_and_states(host):
+    paths = random_paths(CHECKING, random.Random(5))
+    host(Command.WRITE, b"\0" + pack_paths(CHECKING, paths))
+    spent = {"cycles": 0, "reads": 0, "cells": 0}
+    for _ in range(2):
+        reply = host(Command.CHECK_PATHS, check_paths(0, 8, 0))
+        for name, value in TOTALS.unpack(reply[: TOTALS.size]).items():
+            spent[name] += value
+    told = status_reply(CHECKING).unpack(host(Command.STATUS))
+    # The latest lowest: transmit, receive, listen, transmit, check, receive, listen, transmit.
+    assert told["history"] == 0x50165015
+    counters = counters_reply(CHECKING).unpack(host(Command.COUNTERS))
+    assert counters[Counter.FEASIBILITY] == spent["cycles"] > 0
+    assert counters[Counter.READS] == spent["reads"] > 0
+    assert counters[Counter.CELLS] == spent["cells"] > 0
+    assert counters[Counter.PATHS] == 16
+
+
+@pytest.mark.parametrize(
+    ("payload", "written"),
+    [
+        (rectangle(2, 3, 4, 3, range(7)), 7),
+        (rectangle(2, 3, 4, 3, range(4)), 4),
+        (rectangle(2, 3, 4, 3, [1]), 1 + 1),  # A cell is half a byte here.
+        (rectangle(2, 3, 4, 3, []), 0),
+        (rectangle(2, 3, 4, 3, range(12)) + b"\7", 12),
+    ],
+)
+def test_a_map_of_a_wrong_length_is_written_as_far_as_it_goes(host, payload, written):
+    expected = host.chip.checking.terrain.heights.tolist()
+    cells = [*range(12)] if written > 2 else [1, 0]
+    for number in range(written):
+        expected[3 + number // 4][2 + number % 4] = cells[number]
+    if written == 7:
+        expected[4][5] = 0  # The padding is a cell, too.
+    answer = ask(host.chip, bytes((1, host.sequence, Command.MAP)) + payload)
+    assert answer[2] == Status.BAD_LENGTH
+    assert host.chip.checking.terrain.heights.tolist() == expected
+
+
+@pytest.mark.parametrize(
+    ("code", "payload", "status"),
+    [
+        (Command.MAP, b"", Status.BAD_LENGTH),
+        (Command.MAP, rectangle(0, 0, 1, 1, [])[:-1], Status.BAD_LENGTH),
+        (Command.MAP, rectangle(0, 0, 0, 1, [1]), Status.BAD_VALUE),
+        (Command.MAP, rectangle(0, 0, 1, 0, [1]), Status.BAD_VALUE),
+        (Command.MAP, rectangle(15, 0, 2, 1, [1, 2]), Status.BAD_VALUE),
+        (Command.MAP, rectangle(0, 15, 1, 2, [1, 2]), Status.BAD_VALUE),
+        (Command.MAP, rectangle(1, 0, 0xFFFF, 1, [1]), Status.BAD_VALUE),
+        (Command.CHECK, b"", Status.BAD_LENGTH),
+        (Command.CHECK, b"\0", Status.BAD_LENGTH),
+        (Command.CHECK, b"\0\0\0\0", Status.BAD_LENGTH),
+        (Command.CHECK, check(4, [1, 2]), Status.BAD_VALUE),
+        (Command.CHECK, check(0, [1]), Status.BAD_VALUE),
+        (Command.CHECK, check(0, [1] * 8), Status.BAD_VALUE),
+        (Command.CHECK, check(0, [1, 2]) + pack_paths(CHECKING, [[1, 2]]), Status.BAD_VALUE),
+        (Command.CHECK_PATHS, check_paths(0, 1, 0)[:-1], Status.BAD_LENGTH),
+        (Command.CHECK_PATHS, check_paths(0, 1, 0) + b"\0", Status.BAD_LENGTH),
+        (Command.CHECK_PATHS, check_paths(0, 0, 0), Status.BAD_VALUE),
+        (Command.CHECK_PATHS, check_paths(7, 2, 0), Status.BAD_VALUE),
+        (Command.CHECK_PATHS, check_paths(0, 1, 4), Status.BAD_VALUE),
+        (Command.RESULTS, b"\0", Status.BAD_LENGTH),
+        (Command.RESULTS, b"\0\0", Status.BAD_VALUE),
+        (Command.RESULTS, b"\0\1", Status.BAD_VALUE),  # Nothing has been checked.
+    ],
+)
+def test_refused(host, code, payload, status):
+    before = host.chip.checking.terrain.heights.tolist()
+    answer = ask(host.chip, bytes((1, host.sequence, code)) + payload)
+    assert answer == bytes((1, host.sequence, status))
+    assert host.chip.checking.terrain.heights.tolist() == before
+    host(Command.READ, read_request(CHECKING).pack(slot=0, count=8))
+
+
+@pytest.mark.parametrize("code", [Command.MAP, Command.CHECK, Command.CHECK_PATHS, Command.RESULTS])
+def test_without_a_checker_its_commands_are_unknown(code):
+    chip = ChipModel(CHECKING.replace(checker="none"))
+    assert ask(chip, bytes((0, 0, code)) + bytes(11))[2] == Status.UNKNOWN_COMMAND
+
+
+def test_only_a_chip_with_a_checker_avoids_the_ground(host):
+    layout = start_request(CHECKING)
+    payload = layout.pack(seed=0, x=1, y=1, altitude=1, avoid_ground=1)
+    host(Command.START, payload)
+    assert host.chip.core.avoid_ground
+    chip = ChipModel(CHECKING.replace(checker="none"))
+    assert ask(chip, bytes((0, 0, Command.START)) + payload)[2] == Status.BAD_VALUE

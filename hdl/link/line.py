@@ -6,6 +6,7 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 
 from hdl.config import Config
 from hdl.link.frame import FrameReceiver, FrameTransmitter
+from hdl.link.skid import SkidBuffer
 from hdl.link.uart import UartReceiver, UartTransmitter
 from hdl.protocol import Counter, counters_reply
 
@@ -71,6 +72,10 @@ class Line(wiring.Component):
         m.submodules.frame_receiver = frame_receiver = self._frame_receiver
         m.submodules.frame_transmitter = frame_transmitter = self._frame_transmitter
 
+        # Whoever takes requests and makes replies is a large machine on either side of a `ready`.
+        m.submodules.request_buffer = request_buffer = SkidBuffer(frame_receiver.requests_layout)
+        m.submodules.reply_buffer = reply_buffer = SkidBuffer(frame_transmitter.replies_layout)
+
         m.d.comb += [
             uart_receiver.rx.eq(self.rx),
             self.tx.eq(uart_transmitter.tx),
@@ -86,8 +91,10 @@ class Line(wiring.Component):
             ),
         ]
         connect(m, uart_receiver.bytes, frame_receiver.bytes)
-        connect(m, frame_receiver.requests, flipped(self.requests))
-        connect(m, flipped(self.replies), frame_transmitter.replies)
+        connect(m, frame_receiver.requests, request_buffer.words)
+        connect(m, request_buffer.passed, flipped(self.requests))
+        connect(m, flipped(self.replies), reply_buffer.words)
+        connect(m, reply_buffer.passed, frame_transmitter.replies)
         connect(m, frame_transmitter.bytes, uart_transmitter.bytes)
 
         with m.If(uart_receiver.bytes.valid):

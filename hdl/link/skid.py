@@ -1,0 +1,53 @@
+"""A stream whose ``ready`` comes from a register."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+
+__all__ = ["SkidBuffer"]
+
+
+class SkidBuffer(wiring.Component):
+    """Ends a chain of ``ready`` signals: takes one word more than it can pass on, and keeps it.
+
+    An empty buffer passes words through in the same clock, and its ``ready`` is high whatever
+    comes after it; so it costs no clock, and a stream without a pause stays one.
+
+    Parameters
+    ----------
+    shape : ShapeLike
+        Shape of a word.
+
+    Members
+    -------
+    words : In(stream.Signature(shape))
+        ``ready`` is a register.
+    passed : Out(stream.Signature(shape))
+        The same words. ``valid`` and ``payload`` are one multiplexer behind those of ``words``.
+    """
+
+    def __init__(self, shape):
+        self.shape = shape
+        super().__init__(
+            {"words": In(stream.Signature(shape)), "passed": Out(stream.Signature(shape))}
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        empty = Signal(init=1)
+        kept = Signal(self.shape, reset_less=True)
+        m.d.comb += [
+            self.words.ready.eq(empty),
+            self.passed.valid.eq(self.words.valid | ~empty),
+            self.passed.payload.eq(Mux(empty, self.words.payload, kept)),
+        ]
+        with m.If(self.passed.ready):
+            m.d.sync += empty.eq(1)
+        with m.Elif(self.words.valid):
+            m.d.sync += empty.eq(0)
+        with m.If(empty):
+            m.d.sync += kept.eq(self.words.payload)
+
+        return m

@@ -1,0 +1,45 @@
+"""Real boards: pins, device, clock and configuration of each, one file a board.
+
+A board file holds one :class:`hdl.boards.board.Board` called ``BOARD`` and no logic;
+:mod:`hdl.boards.chip` puts the planner behind its pins, :mod:`hdl.boards.build` makes the
+bitstream.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+
+if TYPE_CHECKING:
+    from hdl.boards.board import Board
+
+
+__all__ = ["BOARDS", "find_board"]
+
+#: Module of every board, by the name that `make bitstream BOARD=` takes.
+BOARDS: Mapping[str, str] = MappingProxyType(
+    {
+        "ulx3s-85f": "hdl.boards.ulx3s_85f",
+        "ulx3s-45f": "hdl.boards.ulx3s_45f",
+        "ecpix5-85f": "hdl.boards.ecpix5_85f",
+        "icebreaker": "hdl.boards.icebreaker",
+        "arty-a7-100": "hdl.boards.arty_a7_100",
+    }
+)
+
+
+def find_board(name: str) -> Board:
+    """Return the board of that name.
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    if name not in BOARDS:
+        raise ValueError(f"Board must be one of {', '.join(BOARDS)}, not {name!r}")
+    board: Board = importlib.import_module(BOARDS[name]).BOARD
+    return board

@@ -1,0 +1,19 @@
+"""Digilent Arty A7-100: a build script for Vivado, which has to be there."""
+
+from amaranth_boards.arty_a7 import ArtyA7_100Platform
+
+from hdl.boards.board import Board
+from hdl.boards.pll import Series7Pll
+from hdl.config import CheckerBuild, Config
+
+
+__all__ = ["BOARD"]
+
+BOARD = Board(
+    name="arty-a7-100",
+    platform=ArtyA7_100Platform,
+    # 100 MHz to 100 MHz; its USB bridge is an FT2232H.
+    pll=Series7Pll(clkfbout_mult=10, clkout0_divide=10),
+    reset=("button", 0),
+    sizes=Config(checker=CheckerBuild.PARALLEL, lanes=8),
+)

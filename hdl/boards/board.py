@@ -1,0 +1,78 @@
+"""What a board file says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from amaranth.build import Platform
+
+from hdl.boards.pll import Pll
+from hdl.config import Config
+
+
+__all__ = ["Board"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Board:
+    """A board and the chip that is put on it.
+
+    Parameters
+    ----------
+    name : str
+        As in :data:`hdl.boards.BOARDS`.
+    platform : callable
+        Makes its Amaranth platform: device, package, speed grade, pins, default clock.
+    pll : Pll
+        Makes the chip's clock of the platform's default clock.
+    baud : int
+        Of the UART, at most what the board's bridge can do.
+    reset : (str, int)
+        Resource of a pin that resets the chip while it is high.
+    sizes : Config
+        Of the chip; ``clock_hz`` and ``clocks_per_bit`` there do not count.
+    overrides : mapping
+        Options of the platform's tools: see the documentation of the Amaranth platform.
+
+    Raises
+    ------
+    ValueError
+        If the divisor of the UART would be more than 1.25 % off, or the PLL breaks a limit.
+    """
+
+    name: str
+    platform: Callable[[], Platform]
+    pll: Pll
+    baud: int = 3_000_000
+    reset: tuple[str, int]
+    sizes: Config = field(default_factory=Config)
+    overrides: Mapping[str, str] = field(default_factory=dict)
+
+    #: What the divisor may be off; the receiver bears 2 %, and the other end is off as well.
+    BAUD_TOLERANCE = 0.0125
+
+    def __post_init__(self) -> None:
+        clocks = self.clock_hz / self.baud
+        if abs(round(clocks) / clocks - 1) > self.BAUD_TOLERANCE:
+            raise ValueError(
+                f"Board.baud must divide the clock of {self.clock_hz} Hz within "
+                f"{self.BAUD_TOLERANCE:.2%}, not {self.baud!r}"
+            )
+
+    @property
+    def reference_hz(self) -> int:
+        """Frequency of the board's oscillator."""
+        return round(self.platform().default_clk_frequency)
+
+    @property
+    def clock_hz(self) -> int:
+        """Frequency of the chip."""
+        return self.pll.output_hz(self.reference_hz)
+
+    @property
+    def config(self) -> Config:
+        """Configuration of the chip, with the clock and the divisor of this board."""
+        return self.sizes.replace(
+            clock_hz=self.clock_hz, clocks_per_bit=round(self.clock_hz / self.baud)
+        )

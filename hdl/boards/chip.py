@@ -1,0 +1,62 @@
+"""The planner behind the pins of a board."""
+
+from amaranth import *
+from amaranth.lib import io, wiring
+from amaranth.lib.cdc import FFSynchronizer
+
+from hdl.boards.board import Board
+from hdl.top import Planner
+
+
+__all__ = ["Chip"]
+
+
+class Chip(wiring.Component):
+    """The whole bitstream: the board's PLL, a reset, and :class:`hdl.top.Planner` at the UART.
+
+    The chip is held in reset until the PLL has locked, and while the board's reset pin is high;
+    reset ends in step with the clock.
+
+    Parameters
+    ----------
+    board : Board
+    """
+
+    def __init__(self, board: Board):
+        if not isinstance(board, Board):
+            raise TypeError(f"Board must be a Board, not {board!r}")
+        self.board = board
+        super().__init__({})
+
+    def elaborate(self, platform):
+        m = Module()
+        board = self.board
+
+        clock = Signal()
+        locked = Signal()
+        board.pll.connect(m, platform.request(platform.default_clk, dir="-"), clock, locked)
+        platform.add_clock_constraint(clock, board.clock_hz)
+        m.domains.board = ClockDomain(reset_less=True)
+        m.d.comb += ClockSignal("board").eq(clock)
+
+        name, number = board.reset
+        # The bridge may have lines besides these two.
+        lines = {line.name: "-" for line in platform.lookup("uart", 0).ios}
+        uart = platform.request("uart", 0, dir=lines)
+        m.submodules.rx = rx = io.Buffer("i", uart.rx)
+        m.submodules.tx = tx = io.Buffer("o", uart.tx)
+        m.submodules.button = button = io.Buffer("i", platform.request(name, number, dir="-"))
+
+        # Low when the chip is configured, so that it starts in reset.
+        running = Signal()
+        m.submodules.running = FFSynchronizer(locked & ~button.i, running, o_domain="board")
+
+        m.submodules.planner = planner = Planner(board.config)
+        m.d.comb += [
+            planner.clk.eq(clock),
+            planner.rst.eq(~running),
+            planner.rx.eq(rx.i),
+            tx.o.eq(planner.tx),
+        ]
+
+        return m

@@ -1,0 +1,35 @@
+"""LambdaConcept ECPIX-5 with an LFE5UM5G-85F of speed grade 8: the full design, faster."""
+
+from amaranth.build import Attrs, Pins, Resource
+from amaranth_boards.ecpix5 import ECPIX585Platform
+
+from hdl.boards.board import Board
+from hdl.boards.pll import Ecp5Pll
+from hdl.config import CheckerBuild, Config
+
+
+__all__ = ["BOARD"]
+
+
+class _Platform(ECPIX585Platform):
+    """With a reset pin that is high when active, as on the other boards: pin 1 of PMOD 0."""
+
+    resources = [
+        *ECPIX585Platform.resources,
+        Resource(
+            "reset_pin",
+            0,
+            Pins("1", dir="i", conn=("pmod", 0)),
+            Attrs(IO_TYPE="LVCMOS33", PULLMODE="DOWN"),
+        ),
+    ]
+
+
+BOARD = Board(
+    name="ecpix5-85f",
+    platform=_Platform,
+    # 100 MHz to 120 MHz; its USB bridge is an FT2232H.
+    pll=Ecp5Pll(input_divider=5, feedback_divider=6, output_divider=5),
+    reset=("reset_pin", 0),
+    sizes=Config(checker=CheckerBuild.PARALLEL, lanes=8),
+)

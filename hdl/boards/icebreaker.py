@@ -1,0 +1,35 @@
+"""1BitSquared iCEBreaker with an iCE40 UP5K: the two-tier checker and a map in its SPRAM."""
+
+from amaranth.build import Attrs, Pins, Resource
+from amaranth_boards.icebreaker import ICEBreakerPlatform
+
+from hdl.boards.board import Board
+from hdl.boards.pll import Ice40Pll
+from hdl.config import CheckerBuild, Config
+
+
+__all__ = ["BOARD"]
+
+
+class _Platform(ICEBreakerPlatform):
+    """With the first button of its break-off PMOD, high when pressed."""
+
+    resources = [
+        *ICEBreakerPlatform.resources,
+        Resource(
+            "reset_pin",
+            0,
+            Pins("9", dir="i", conn=("pmod", 2)),
+            Attrs(IO_STANDARD="SB_LVCMOS"),
+        ),
+    ]
+
+
+BOARD = Board(
+    name="icebreaker",
+    platform=_Platform,
+    # 12 MHz to 15 MHz; its USB bridge is an FT2232H.
+    pll=Ice40Pll(divf=79, divq=6),
+    reset=("reset_pin", 0),
+    sizes=Config(checker=CheckerBuild.TWO_TIER, lanes=1, map_size=256),
+)

@@ -1,0 +1,19 @@
+"""Radiona ULX3S with an LFE5U-45F of speed grade 6: a smaller map, in 108 block RAMs."""
+
+from amaranth_boards.ulx3s import ULX3S_45F_Platform
+
+from hdl.boards.board import Board
+from hdl.boards.pll import Ecp5Pll
+from hdl.config import CheckerBuild, Config
+
+
+__all__ = ["BOARD"]
+
+BOARD = Board(
+    name="ulx3s-45f",
+    platform=ULX3S_45F_Platform,
+    # 25 MHz to 75 MHz; its USB bridge, an FT231X, goes up to 3 Mbaud.
+    pll=Ecp5Pll(feedback_divider=3, output_divider=8),
+    reset=("button_fire", 0),
+    sizes=Config(checker=CheckerBuild.PARALLEL, lanes=4, map_size=256),
+)

@@ -1,0 +1,19 @@
+"""Radiona ULX3S with an LFE5U-85F of speed grade 6: the full design."""
+
+from amaranth_boards.ulx3s import ULX3S_85F_Platform
+
+from hdl.boards.board import Board
+from hdl.boards.pll import Ecp5Pll
+from hdl.config import CheckerBuild, Config
+
+
+__all__ = ["BOARD"]
+
+BOARD = Board(
+    name="ulx3s-85f",
+    platform=ULX3S_85F_Platform,
+    # 25 MHz to 100 MHz; its USB bridge, an FT231X, goes up to 3 Mbaud.
+    pll=Ecp5Pll(feedback_divider=4, output_divider=6),
+    reset=("button_fire", 0),
+    sizes=Config(checker=CheckerBuild.PARALLEL, lanes=8),
+)

@@ -1,0 +1,109 @@
+# amaranth: UnusedElaboratable=no
+"""Every board: the chip it is given, its PLL, and the sources that its tools get."""
+
+import dataclasses
+
+import pytest
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.boards import BOARDS, chip, find_board
+from hdl.boards.board import Board
+from hdl.boards.build import prepare
+from hdl.boards.chip import Chip
+from hdl.boards.pll import Ecp5Pll, Ice40Pll, Series7Pll
+from hdl.config import CheckerBuild
+
+
+#: What the tools must be told about the device.
+DEVICES = {
+    "ulx3s-85f": ["--85k", "--package", "CABGA381", "--speed", "6"],
+    "ulx3s-45f": ["--45k", "--package", "CABGA381", "--speed", "6"],
+    "ecpix5-85f": ["--um5g-85k", "--package", "CABGA554", "--speed", "8"],
+    "icebreaker": ["--up5k", "--package", "sg48"],
+}
+
+
+class Wire(wiring.Component):
+    """In the planner's place, which takes long to elaborate; its clock and reset are used."""
+
+    clk: In(1)
+    rst: In(1)
+    rx: In(1)
+    tx: Out(1)
+
+    def __init__(self, config):
+        super().__init__()
+
+    def elaborate(self, platform):
+        m = Module()
+        m.domains.sync = ClockDomain()
+        m.d.comb += [ClockSignal().eq(self.clk), ResetSignal().eq(self.rst)]
+        m.d.sync += self.tx.eq(self.rx)
+        return m
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_clock_and_divisor(name):
+    board = find_board(name)
+    assert board.name == name
+    config = board.config
+    assert config.clock_hz == board.clock_hz
+    assert abs(config.clock_hz / config.clocks_per_bit / board.baud - 1) < 0.0125
+    assert config.replace(clock_hz=100_000_000, clocks_per_bit=33) == board.sizes
+
+
+@pytest.mark.parametrize("name", ["ulx3s-85f", "ecpix5-85f"])
+def test_full_design(name):
+    config = find_board(name).config
+    assert (config.checker, config.map_size, config.altitude_bits) == (
+        CheckerBuild.PARALLEL,
+        512,
+        12,
+    )
+    assert config.lanes >= 8
+    assert config.clock_hz >= 100_000_000
+    # The vendor's 1,024 rows of 18 bits hold 4,096 rows of 4 bits: 192 of the 208 of an 85F.
+    rows = config.map_size**2 // config.bank_edge**2
+    assert config.bank_edge**2 * (rows // 4096) * (config.altitude_bits // 4) == 192
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_sources(name, tmp_path, monkeypatch):
+    monkeypatch.setattr(chip, "Planner", Wire)
+    board = find_board(name)
+    commands = prepare(board, tmp_path)
+    if name not in DEVICES:
+        assert commands == [["vivado", "-mode", "batch", "-log", "chip.log", "-source", "chip.tcl"]]
+        assert "-part xc7a100ticsg324-1L" in (tmp_path / "chip.tcl").read_text()
+        netlist = (tmp_path / "chip.v").read_text()
+    else:
+        synthesis, routing, *_ = commands
+        assert synthesis == ["yosys", "-q", "-l", "chip.rpt", "chip.ys"]
+        assert routing[0].startswith("nextpnr-")
+        assert " ".join(DEVICES[name]) in " ".join(routing)
+        netlist = (tmp_path / "chip.il").read_text()
+    pll = {Ecp5Pll: "EHXPLLL", Ice40Pll: "SB_PLL40_PAD", Series7Pll: "PLLE2_BASE"}
+    assert netlist.count(pll[type(board.pll)]) == 1
+
+
+def test_chip_takes_a_board():
+    with pytest.raises(TypeError, match=r"^Board must be a Board, not 'ulx3s'$"):
+        Chip("ulx3s")
+
+
+def test_no_such_board():
+    names = ", ".join(BOARDS)
+    with pytest.raises(ValueError, match=rf"^Board must be one of {names}, not 'ulx3s'$"):
+        find_board("ulx3s")
+
+
+def test_divisor_too_far_off():
+    board = find_board("ulx3s-85f")
+    with pytest.raises(
+        ValueError,
+        match=r"^Board.baud must divide the clock of 100000000 Hz within 1.25%, not 12000000$",
+    ):
+        dataclasses.replace(board, baud=12_000_000)
+    assert isinstance(dataclasses.replace(board, baud=1_000_000), Board)

@@ -8,6 +8,7 @@ from importlib import metadata
 from typing import NoReturn
 
 from host.errors import InputError
+from host.feasibility import MODES
 from host.planners import DEFAULT, PLANNERS
 
 
@@ -63,6 +64,7 @@ def build_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")
     _add_plan(commands)
     _add_check(commands)
+    _add_feasible(commands)
     _add_board(commands)
     _add_terrain(commands)
     _add_planners(commands)
@@ -135,6 +137,9 @@ def _add_plan(commands: argparse._SubParsersAction[_Parser]) -> None:
                             "(default model:)")
     group.add_argument("--link-mode", choices=("rank", "population", "recipe"),
                        help="what goes over the link each generation (default rank)")
+    group.add_argument("--feasibility", choices=("host", "board"),
+                       help="who counts the distance under the terrain during the search; the "
+                            "report is always the host's (default host)")
     group.add_argument("--initial-draws", type=int, metavar="N",
                        help="paths drawn for each of the first population, of which the best go "
                             "on (default 4; the paper's is 1)")
@@ -161,6 +166,29 @@ def _add_check(commands: argparse._SubParsersAction[_Parser]) -> None:
                         help="GeoJSON, CSV with the header x,y,z, or a summary.json, which also "
                              "says what is not given here")
     _add_problem(parser, ends_required=False)
+
+
+def _add_feasible(commands: argparse._SubParsersAction[_Parser]) -> None:
+    parser = _command(
+        commands, "feasible", "feasible:run", "Check a path against a map, as the chip does",
+        "pathgene feasible --map canyon.npy --path path.csv --board sim: --mode parallel")
+    parser.add_argument("--map", metavar="FILE", required=True,
+                        help=".npy of integers [y, x], row 0 the south: altitude steps, the top "
+                             "one no-fly; cells that a smaller map lacks are no-fly")
+    parser.add_argument("--path", metavar="FILE", required=True,
+                        help="CSV with the header x,y,z of whole cells and altitude steps, the "
+                             "aircraft first, the goal last")
+    parser.add_argument("--board", metavar="URL", default="model:",
+                        help="as for pathgene plan; model: and sim: are built for the mode "
+                             "(default %(default)s)")
+    parser.add_argument("--mode", choices=tuple(MODES),
+                        help="two segments in the detailed map and the others in the coarse one, "
+                             "all in the detailed one, the same several cells a clock, or the "
+                             "same where the coarse map is hit (default the board's, two-tier "
+                             "for model: and sim:)")
+    parser.add_argument("--count", action="store_true",
+                        help="walk the whole path and count colliding cells of each segment, "
+                             "terrain and no-fly apart")
 
 
 def _add_board(commands: argparse._SubParsersAction[_Parser]) -> None:

@@ -26,8 +26,10 @@ from host.report.write import write_report
 __all__ = ["run"]
 
 _BOARD = "model:"
+# After Ctrl-C, the longest wait for the end of a generation: a board may hang.
+_GRACE_S = 1.0
 # Options that only some planners have.
-_OWN = ("board", "link_mode", "initial_draws", "max_waypoints")
+_OWN = ("board", "link_mode", "feasibility", "initial_draws", "max_waypoints")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -68,9 +70,10 @@ def _own_options(args: argparse.Namespace) -> dict[str, Any]:
 
 @contextlib.contextmanager
 def _ending(stop: Stop) -> Iterator[Callable[[], None]]:
-    """Let the first Ctrl-C of the block request ``stop``; a second one ends it at once.
+    """Let the first Ctrl-C of the block request ``stop``, and end a search that does not heed it.
 
-    Yields a function to call when there are results to write: from then on Ctrl-C is too late.
+    A second Ctrl-C does not wait for that. Yields a function to call when there are results to
+    write: from then on Ctrl-C is too late.
     """
     writing = False
 
@@ -78,16 +81,23 @@ def _ending(stop: Stop) -> Iterator[Callable[[], None]]:
         if stop.requested and not writing:
             raise KeyboardInterrupt
         stop.request()
+        signal.setitimer(signal.ITIMER_REAL, _GRACE_S)
+
+    def hurry(_signal: int, _frame: object) -> None:
+        if not stop.heeded:
+            raise KeyboardInterrupt
 
     def keep_all() -> None:
         nonlocal writing
         writing = True
 
-    before = signal.signal(signal.SIGINT, handle)
+    before = signal.signal(signal.SIGINT, handle), signal.signal(signal.SIGALRM, hurry)
     try:
         yield keep_all
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGINT, before[0])
+        signal.signal(signal.SIGALRM, before[1])
 
 
 def _status(result: Result) -> int:

@@ -60,6 +60,7 @@ PLANNERS: Mapping[str, Entry] = {
         options={
             "board": "URL of the board",
             "link_mode": "what goes over the link: rank, population or recipe",
+            "feasibility": "host or board: who counts the distance under the terrain",
             "initial_draws": "paths drawn for each of the first population; the best go on",
         },
         constructor=_ga_fpga,

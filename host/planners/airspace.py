@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
-from host.evaluation.track import nearest_nodes
 from host.problem import Problem
 
 
@@ -58,7 +57,7 @@ class Airspace:
     def is_free(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which of ``points``, (n, 3) float64 metres, are in the box and over free ground: (n,)."""
         inside = ((points >= self.low) & (points <= self.high)).all(axis=1)
-        floor = self._floor[nearest_nodes(self.terrain, points[:, 0], points[:, 1])]
+        floor = self._floor[self.terrain.nearest_nodes(points[:, 0], points[:, 1])]
         free: NDArray[np.bool_] = inside & (points[:, 2] >= floor)
         return free
 

@@ -70,10 +70,22 @@ class Options:
 
 
 class Stop:
-    """A request to end, from a signal or another thread."""
+    """A request to end, from a signal or another thread.
+
+    A signal handler that raises :class:`KeyboardInterrupt` after the request also ends the
+    generation under way, which may wait long for a board.
+
+    Attributes
+    ----------
+    requested : bool
+        Whether :meth:`request` has been called.
+    heeded : bool
+        Whether the planner has ended its search, and is about to return what it found.
+    """
 
     def __init__(self) -> None:
         self.requested = False
+        self.heeded = False
 
     def request(self) -> None:
         """Ask the planner to return after the generation under way."""
@@ -190,8 +202,13 @@ class Run:
             spent = time.perf_counter() - started
             self.seconds[name] = self.seconds.get(name, 0.0) + spent
 
-    def fitness(self, paths: Sequence[Path]) -> NDArray[np.float64]:
+    def fitness(
+        self, paths: Sequence[Path], *, counted_m: NDArray[np.float64] | None = None,
+    ) -> NDArray[np.float64]:
         """Evaluate ``paths``, (n, 3) float64 metres each, ends included, and keep the best.
+
+        With ``counted_m``, (m,) metres, d_ut + d_nf are these, and nothing is kept: what was
+        counted elsewhere is no candidate before it is evaluated in full.
 
         Returns
         -------
@@ -203,8 +220,13 @@ class Run:
             padded = np.zeros((len(paths), int(lengths.max()), 3))
             for row, path in zip(padded, paths, strict=True):
                 row[: len(path)] = path
-            fitness = self.evaluator.fitness(padded, lengths)
+            if counted_m is None:
+                fitness = self.evaluator.fitness(padded, lengths)
+            else:
+                fitness = self.evaluator.fitness_counted(padded, lengths, counted_m)
         self.evaluations += len(paths)
+        if counted_m is not None:
+            return fitness
         for value, path in zip(fitness.tolist(), paths, strict=True):
             if value > self._best or (value > 1 and value > self._worst_kept):
                 self._keep(value, path)
@@ -243,6 +265,21 @@ class Run:
         if limit is not None and time.perf_counter() - self._started >= limit:
             return "time-limit"
         return None
+
+    @contextlib.contextmanager
+    def search(self) -> Iterator[None]:
+        """Run the block, all generations; an interrupt after a requested stop ends no more than it.
+
+        Without a generation 0 there is nothing to return, and the interrupt goes on.
+        """
+        try:
+            yield
+        except KeyboardInterrupt:
+            if self.stop is None or not self.stop.requested or not self.history:
+                raise
+        finally:
+            if self.stop is not None:
+                self.stop.heeded = True
 
     def result(self) -> Result:
         """Choose the path to report and return it with the record."""

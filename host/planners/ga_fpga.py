@@ -8,11 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hdl.config import CheckerBuild
 from hdl.protocol import LinkMode
+from host.board import known_config, open_board
 from host.chip import Chip, pack_waypoints, unpack_waypoints
 from host.errors import InputError, JobError
 from host.evaluation import Evaluator
 from host.planners.base import Options, Progress, Result, Run, Stop
+from host.planners.counting import BoardCounts
 from host.terrain import ChipMap
 
 
@@ -22,6 +25,9 @@ if TYPE_CHECKING:
 __all__ = ["FpgaGeneticPlanner", "draw_paths", "ranking"]
 
 Path = NDArray[np.float64]
+
+# All first draws are evaluated at once: this many fill some hundred megabytes.
+_MOST_DRAWS = 1000
 
 # Counters of the chip under the names of a summary.
 _CYCLES = {
@@ -53,27 +59,36 @@ class FpgaGeneticPlanner:
     link_mode : str
         ``rank``, ``population`` or ``recipe``: what goes over the link. The result is the same.
     initial_draws : int
-        Paths drawn and evaluated for each of the first population, 1 or more; the paper's is 1.
+        Paths drawn and evaluated for each of the first population, 1 to 1000; the paper's is 1.
+    feasibility : str
+        ``host``: the host samples d_ut and d_nf along the smoothed path. ``board``: the chip's
+        collision checker counts them along the straight path (see
+        :class:`host.planners.counting.BoardCounts`), and its mutations refuse points in the ground.
     open_board : callable, optional
         Returns the :class:`~host.chip.Chip` at a URL.
 
     Raises
     ------
     InputError
-        If there is no such link mode, or ``initial_draws`` is below 1.
+        If there is no such link mode or way of feasibility, or ``initial_draws`` is outside its
+        range.
     """
 
     def __init__(
         self, *, board: str = "model:", link_mode: str = "rank", initial_draws: int = 4,
-        open_board: Callable[[str], Chip] | None = None,
+        feasibility: str = "host", open_board: Callable[[str], Chip] | None = None,
     ) -> None:
         names = [mode.name.lower() for mode in LinkMode]
         if link_mode not in names:
             raise InputError(f"The link mode must be one of {', '.join(names)}, not "
                              f"{link_mode!r}.")
-        if initial_draws < 1:
-            raise InputError(f"The initial draws must be 1 or more, not {initial_draws}.")
+        if not 1 <= initial_draws <= _MOST_DRAWS:
+            raise InputError(f"The initial draws must be from 1 to {_MOST_DRAWS}, not "
+                             f"{initial_draws}.")
+        if feasibility not in ("host", "board"):
+            raise InputError(f"The feasibility must be host or board, not {feasibility!r}.")
         self.board = board
+        self.on_board = feasibility == "board"
         self.initial_draws = initial_draws
         self.link_mode = LinkMode[link_mode.upper()]
         self._open_board = open_board
@@ -96,59 +111,81 @@ class FpgaGeneticPlanner:
         JobError
             If the board cannot be started, or is lost before anything was evaluated.
         """
+        # Before a simulated board is built, if its URL says enough.
+        if self._open_board is None and (known := known_config(self.board)) is not None:
+            _check(known, evaluator, options, self.on_board)
         with self._open() as chip:
             config = chip.config
-            if options.population not in (None, config.population):
-                raise InputError(f"The population of this board is {config.population}, not "
-                                 f"{options.population}; leave out --population or build another "
-                                 "board.")
+            _check(config, evaluator, options, self.on_board)
             run = Run(evaluator, options, progress, stop)
             with run.phase("map"):
                 grid = ChipMap(config, evaluator.problem)
                 rng = np.random.default_rng(options.seed)
                 drawn = draw_paths(grid, config, rng, self.initial_draws * config.population)
-            loop = _Loop(chip, grid, run, self.link_mode)
+            loop = _Loop(chip, grid, run, self.link_mode, self.on_board)
             loop.start(drawn)
             try:
-                loop.breed()
+                with run.search():
+                    loop.breed()
+                    run.hardware = loop.hardware()
+                    run.seconds["board"] = loop.units_clocks() / config.clock_hz
             except JobError as error:
                 # What was found before the board was lost is worth a report.
                 run.failure = str(error)
-            else:
-                run.hardware = loop.hardware()
-                run.seconds["board"] = loop.units_clocks() / config.clock_hz
             return run.result()
 
     def _open(self) -> Chip:
-        if self._open_board is None:
-            from host.board import open_board
+        return (self._open_board or open_board)(self.board)
 
-            return open_board(self.board)
-        return self._open_board(self.board)
+
+def _check(config: Config, evaluator: Evaluator, options: Options, on_board: bool) -> None:
+    """Refuse what a chip of ``config`` cannot do."""
+    if on_board and config.checker is CheckerBuild.NONE:
+        raise InputError("This board has no collision checker; leave out --feasibility board, or "
+                         "use one that was built with a checker.")
+    if options.population not in (None, config.population):
+        raise InputError(f"The population of this board is {config.population}, not "
+                         f"{options.population}; leave out --population or build another board.")
+    ChipMap(config, evaluator.problem)
 
 
 class _Loop:
     """The generations of one run."""
 
-    def __init__(self, chip: Chip, grid: ChipMap, run: Run, mode: LinkMode) -> None:
+    def __init__(
+        self, chip: Chip, grid: ChipMap, run: Run, mode: LinkMode, on_board: bool,
+    ) -> None:
         problem = run.evaluator.problem
         self._chip, self._grid, self._run, self._mode = chip, grid, run, mode
         self._start, self._goal = np.array([problem.start]), np.array([problem.goal])
-        self._before: dict[str, int] = {}
         self._after: dict[str, int] = {}
+        with run.phase("link"):
+            self._before = chip.counters()
+            chip.start(run.options.seed, grid.limits, avoid_ground=on_board)
+        self._counts = BoardCounts(chip, grid, run) if on_board else None
 
     def start(self, drawn: list[list[int]]) -> None:
         """Evaluate the paths ``drawn`` and load the best of them, best first."""
         run, chip = self._run, self._chip
-        fitness = self._evaluated(drawn)
+        size = chip.config.population
+        if self._counts is None:
+            fitness = self._evaluated(drawn)
+        else:
+            parts = []
+            for first in range(0, len(drawn), size):
+                part = drawn[first : first + size]
+                with run.phase("link"):
+                    chip.load(part)
+                parts.append(self._evaluated(part))
+            fitness = np.concatenate(parts)
         with run.phase("sort"):
-            best = ranking(fitness)[: chip.config.population]
+            best = ranking(fitness)[:size]
         self._fitness = fitness[best]
+        self._settled = np.zeros(size, dtype=np.bool_)
+        loaded = [drawn[number] for number in best]
         with run.phase("link"):
-            self._before = chip.counters()
-            chip.start(run.options.seed, self._grid.limits)
-            chip.load([drawn[number] for number in best])
-        run.record(0, self._fitness)
+            chip.load(loaded)
+        self._record(0, loaded)
 
     def breed(self) -> None:
         """Run generations until a stop criterion is met."""
@@ -161,21 +198,36 @@ class _Loop:
                 step = self._chip.step(order, self._mode)
             # Elites and survivors keep their fitness where the chip tells which they are.
             kept = [] if step.origin is None else list(step.origin)
-            fresh = self._evaluated(step.paths[len(kept) :])
+            fresh = self._evaluated(step.paths[len(kept) :], slot=len(kept))
             self._fitness = np.concatenate((self._fitness[kept], fresh))
+            self._settled = np.concatenate((self._settled[kept], np.zeros(len(fresh), np.bool_)))
             generation += 1
-            run.record(generation, self._fitness)
+            self._record(generation, step.paths)
         with run.phase("link"):
             self._after = self._chip.counters()
 
-    def _evaluated(self, packed: Sequence[Sequence[int]]) -> NDArray[np.float64]:
-        config, grid = self._chip.config, self._grid
+    def _record(self, generation: int, packed: Sequence[Sequence[int]]) -> None:
+        """Note a generation, whose paths lie ``packed`` in the chip's slots."""
+        if self._counts is not None:
+            self._counts.settle(self._fitness, self._settled,
+                                lambda slot: self._metres([packed[slot]])[0])
+        self._run.record(generation, self._fitness)
+
+    def _evaluated(self, packed: Sequence[Sequence[int]], slot: int = 0) -> NDArray[np.float64]:
+        """Fitness of paths; with counts, of those in the chip's slots from ``slot`` on."""
         with self._run.phase("evaluation"):
-            lengths = [len(path) for path in packed]
-            cells = unpack_waypoints(config, [waypoint for path in packed for waypoint in path])
-            points = np.split(grid.to_metres(cells), np.cumsum(lengths)[:-1])
-            paths = [np.concatenate((self._start, inner, self._goal)) for inner in points]
-        return self._run.fitness(paths)
+            paths = self._metres(packed)
+        if self._counts is None:
+            return self._run.fitness(paths)
+        return self._counts.fitness(paths, slot)
+
+    def _metres(self, packed: Sequence[Sequence[int]]) -> list[Path]:
+        """Paths in metres, start and goal included."""
+        config, grid = self._chip.config, self._grid
+        lengths = [len(path) for path in packed]
+        cells = unpack_waypoints(config, [waypoint for path in packed for waypoint in path])
+        points = np.split(grid.to_metres(cells), np.cumsum(lengths)[:-1])
+        return [np.concatenate((self._start, inner, self._goal)) for inner in points]
 
     def counted(self, name: str) -> int:
         """What the chip's counter ``name`` went up by; 0 for a unit the chip does not have."""
@@ -188,7 +240,7 @@ class _Loop:
     def hardware(self) -> dict[str, Any]:
         """The block ``hardware`` of a summary."""
         chip = self._chip
-        return {
+        hardware = {
             "clock_hz": chip.config.clock_hz,
             "build_id": f"{chip.config.build_id:08x}",
             "link_mode": self._mode.name.lower(),
@@ -199,9 +251,14 @@ class _Loop:
             "frames": {"repeated": chip.link.traffic.frames_repeated,
                        "damaged": chip.link.traffic.frames_damaged},
             "generations": self.counted("generations"),
-            "longest_generation_cycles_since_reset": self._after["longest"],
+            "longest_generation_cycles": self._after["longest"],
             "refused_mutations": self.counted("refused_mutations"),
         }
+        if self._counts is not None:
+            of_chip = ("paths", "cells", "reads", "redrawn", "left_out")
+            hardware["feasibility"] = (
+                {name: self.counted(name) for name in of_chip} | self._counts.report())
+        return hardware
 
 
 def ranking(fitness: NDArray[np.float64]) -> list[int]:

@@ -27,6 +27,9 @@ _ELITE_SHARE = 0.05             # Of the population, kept for being best (sectio
 _MUTATION_RATE = 0.05           # Chance of a child to be mutated, in one of five ways (3.4).
 _BOX_SHARE = 0.15               # Edge of the mutation box by the edge of the map (3.4.1).
 _SHARP_TURN_RAD = math.radians(45)
+# Beyond these a generation takes minutes, and soon all memory.
+_LARGEST_POPULATION = 100_000
+_MOST_WAYPOINTS = 1000
 _DRAWS = 8                      # Bound on draws of a waypoint that is not in the ground.
 
 
@@ -46,7 +49,7 @@ class PcGeneticPlanner:
     Parameters
     ----------
     max_waypoints : int
-        Most transitional waypoints of a path, 3 or more.
+        Most transitional waypoints of a path, 3 to 1000.
     mutation_rate : float
         Chance of a child to be mutated, 0 to 1.
 
@@ -57,9 +60,9 @@ class PcGeneticPlanner:
     """
 
     def __init__(self, *, max_waypoints: int = 20, mutation_rate: float = _MUTATION_RATE) -> None:
-        if max_waypoints < 3:
-            raise InputError(f"The most waypoints of a path must be 3 or more, not "
-                             f"{max_waypoints}.")
+        if not 3 <= max_waypoints <= _MOST_WAYPOINTS:
+            raise InputError(f"The most waypoints of a path must be from 3 to {_MOST_WAYPOINTS}, "
+                             f"not {max_waypoints}.")
         if not 0 <= mutation_rate <= 1:
             raise InputError(f"The mutation rate must be from 0 to 1, not {mutation_rate:g}.")
         self.max_waypoints = max_waypoints
@@ -74,11 +77,12 @@ class PcGeneticPlanner:
         Raises
         ------
         InputError
-            If the population is smaller than 8, or nothing of the map is free to fly over.
+            If the population is not from 8 to 100,000, or nothing of the map is free to fly over.
         """
         count = POPULATION if options.population is None else options.population
-        if count < 8:
-            raise InputError(f"The population of ga-pc must be 8 or more, not {count}.")
+        if not 8 <= count <= _LARGEST_POPULATION:
+            raise InputError(f"The population of ga-pc must be from 8 to {_LARGEST_POPULATION}, "
+                             f"not {count}.")
         problem = evaluator.problem
         rng = np.random.default_rng(options.seed)
         space = Airspace(problem)
@@ -93,14 +97,15 @@ class PcGeneticPlanner:
         fitness = evaluate(paths)
         generation = 0
         run.record(generation, fitness)
-        while run.stopped_by() is None:
-            with run.phase("breeding"):
-                children = self._children(paths, fitness, space, rng)
-                kept = _kept(fitness, count - len(children), rng)
-            paths = [*(paths[i] for i in kept), *children]
-            fitness = np.concatenate((fitness[kept], evaluate(children)))
-            generation += 1
-            run.record(generation, fitness)
+        with run.search():
+            while run.stopped_by() is None:
+                with run.phase("breeding"):
+                    children = self._children(paths, fitness, space, rng)
+                    kept = _kept(fitness, count - len(children), rng)
+                paths = [*(paths[i] for i in kept), *children]
+                fitness = np.concatenate((fitness[kept], evaluate(children)))
+                generation += 1
+                run.record(generation, fitness)
         return run.result()
 
     def _children(

@@ -1,5 +1,7 @@
 """The genetic algorithm on the chip, run against the software model of the board."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from hdl.protocol import LinkMode
 from host.board import open_board
 from host.chip import unpack_waypoints
 from host.errors import InputError, JobError
+from host.planners import ga_fpga
 from host.planners.base import Options, Stop
 from host.planners.ga_fpga import FpgaGeneticPlanner, draw_paths, ranking
 from host.terrain import ChipMap
@@ -111,7 +114,7 @@ def test_hardware_is_what_the_chip_counted(evaluator):
     assert hardware["cycles"]["feasibility"] == 0
     clocks = sum(hardware["cycles"][name] for name in units)
     assert result.seconds["board"] == clocks / hardware["clock_hz"]
-    assert hardware["longest_generation_cycles_since_reset"] <= Config().max_waypoints + 8
+    assert hardware["longest_generation_cycles"] <= Config().max_waypoints + 8
     assert hardware["map"]["limits"] == [60, 40, 4094]
 
 
@@ -194,6 +197,42 @@ def test_interrupt_returns_the_best_so_far(evaluator):
     assert result.hardware["generations"] == 3
 
 
+def interrupted_at(generation, request=lambda: None):
+    """Opens a model that is waited for in vain from ``generation`` on, until an interrupt."""
+
+    def opened(url):
+        chip = open_board(url)
+        step = chip.step
+
+        def hang(order, mode):
+            if chip.status()["generation"] == generation:
+                request()
+                raise KeyboardInterrupt
+            return step(order, mode)
+
+        chip.step = hang
+        return chip
+
+    return opened
+
+
+def test_interrupt_of_a_hanging_board_returns_the_best_so_far(evaluator):
+    stop = Stop()
+    planner = FpgaGeneticPlanner(open_board=interrupted_at(4, stop.request))
+    result = planner.plan(evaluator, OPTIONS, stop=stop)
+    assert (result.stopped_by, result.failure) == ("interrupt", None)
+    assert (result.generations, result.hardware) == (4, None)
+    assert result.evaluation.fitness == pytest.approx(result.history[-1][1])
+    assert stop.heeded
+
+
+@pytest.mark.parametrize("stop", [None, Stop()])
+def test_interrupt_without_a_request_goes_on(evaluator, stop):
+    planner = FpgaGeneticPlanner(open_board=interrupted_at(4))
+    with pytest.raises(KeyboardInterrupt):
+        planner.plan(evaluator, OPTIONS, stop=stop)
+
+
 def test_lost_board_keeps_the_best_so_far(evaluator):
     def opened(url):
         chip = open_board(url)
@@ -222,6 +261,22 @@ def test_first_population_is_the_best_of_those_drawn(evaluator):
     assert four.history[0][2] > one.history[0][2]
 
 
-def test_refuses_no_initial_draws():
-    with pytest.raises(InputError, match=r"^The initial draws must be 1 or more, not 0\.$"):
-        FpgaGeneticPlanner(initial_draws=0)
+@pytest.mark.parametrize("draws", [0, 1001])
+def test_refuses_too_few_and_too_many_initial_draws(draws):
+    sentence = rf"^The initial draws must be from 1 to 1000, not {draws}\.$"
+    with pytest.raises(InputError, match=sentence):
+        FpgaGeneticPlanner(initial_draws=draws)
+
+
+@pytest.mark.parametrize(("board", "options", "altitude", "sentence"), [
+    ("sim:", Options(population=16), 200, "The population of this board is 32, not 16; "),
+    ("sim:?population=16&children=10&survivors=4", Options(population=32), 200,
+     "The population of this board is 16, not 32; "),
+    ("sim:", Options(), 900, "The start's altitude of 900 m is above the "),
+])
+def test_what_the_url_forbids_is_refused_before_a_board_is_opened(
+        make_evaluator, monkeypatch, board, options, altitude, sentence):
+    monkeypatch.setattr(ga_fpga, "open_board", lambda url: pytest.fail("was opened"))
+    with pytest.raises(InputError, match=f"^{re.escape(sentence)}"):
+        FpgaGeneticPlanner(board=board).plan(
+            make_evaluator(start=(500, 500, altitude), goal=(5500, 700, altitude)), options)

@@ -104,7 +104,9 @@ def test_smooth_turn_leaves_the_path_where_the_new_waypoint_is_not_free():
 
 
 @pytest.mark.parametrize(("options", "sentence"), [
-    ({"max_waypoints": 2}, "The most waypoints of a path must be 3 or more, not 2."),
+    ({"max_waypoints": 2}, "The most waypoints of a path must be from 3 to 1000, not 2."),
+    ({"max_waypoints": 10**9},
+     "The most waypoints of a path must be from 3 to 1000, not 1000000000."),
     ({"mutation_rate": 1.5}, "The mutation rate must be from 0 to 1, not 1.5."),
 ])
 def test_parameters_are_checked(options, sentence):
@@ -145,5 +147,7 @@ def test_population_and_stop_criteria(evaluator):
     target = PcGeneticPlanner().plan(evaluator, Options(target_fitness=1.01))
     assert target.stopped_by == "target-fitness"
     assert target.history[-1][1] >= 1.01 > target.history[-2][1]
-    with pytest.raises(InputError, match=r"^The population of ga-pc must be 8 or more, not 7\.$"):
-        PcGeneticPlanner().plan(evaluator, Options(population=7))
+    for count in (7, 100_001):
+        sentence = rf"^The population of ga-pc must be from 8 to 100000, not {count}\.$"
+        with pytest.raises(InputError, match=sentence):
+            PcGeneticPlanner().plan(evaluator, Options(population=count))

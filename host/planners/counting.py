@@ -1,0 +1,142 @@
+"""Distances under the terrain and in no-fly zones, counted by a chip's collision checker."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.chip import Chip, pack_waypoints
+from host.evaluation.geometry import smooth
+from host.evaluation.track import SmoothedTrack
+from host.planners.base import Run
+from host.terrain import ChipMap
+
+
+__all__ = ["BoardCounts"]
+
+Path = NDArray[np.float64]
+
+# Turning radius that leaves a path what it is before smoothing, metres.
+_NO_RADIUS_M = 1e-6
+
+
+class BoardCounts:
+    """The collision checker of a chip as a part of the fitness.
+
+    The chip counts the colliding cells of every segment of the straight path; d_ut + d_nf of the
+    penalty is their number times the segment's horizontal metres per cell (*allaire two-tier*,
+    section 3.2, in count mode). Arcs, climb and cost stay the host's. As the smoothed track is not
+    the straight path, and a line passes more cells than the checker reads, a path is no champion
+    before the host has evaluated it in full: see :meth:`settle`.
+
+    Parameters
+    ----------
+    chip : Chip
+        With a collision checker; its map is written here.
+    grid : ChipMap
+        The terrain on it.
+    run : Run
+        Evaluates and keeps the record.
+    """
+
+    def __init__(self, chip: Chip, grid: ChipMap, run: Run) -> None:
+        problem = run.evaluator.problem
+        self._chip, self._grid, self._run = chip, grid, run
+        ends = np.array([problem.start, problem.goal])
+        self._start, self._goal = pack_waypoints(chip.config, grid.to_cells(ends))
+        self._counted = self._in_full = self._samples = self._claimed = 0
+        self._refuted: Counter[str] = Counter()
+        with run.phase("link"):
+            chip.upload_map(grid.heights)
+
+    def fitness(self, paths: Sequence[Path], slot: int) -> NDArray[np.float64]:
+        """Fitness of the paths in consecutive slots of the chip, with the chip's counts.
+
+        Parameters
+        ----------
+        paths : sequence of (n, 3) float64
+            The same paths in metres, ends included.
+        slot : int
+            Slot of the first.
+
+        Returns
+        -------
+        ndarray
+            (m,) float64, 0..2.
+        """
+        with self._run.phase("link"):
+            checked = self._chip.check_population(
+                self._start, self._goal, slot=slot, count=len(paths), counting=True
+            )
+        counted_m = np.zeros(len(paths))
+        for number, (path, verdict) in enumerate(zip(paths, checked.verdicts, strict=True)):
+            for segment, terrain, nofly in verdict.entries:
+                counted_m[number] += (terrain + nofly) * self._metres_per_cell(path, segment)
+        self._counted += len(paths)
+        self._samples += sum(map(self._samples_of, paths))
+        return self._run.fitness(paths, counted_m=counted_m)
+
+    def settle(
+        self, fitness: NDArray[np.float64], settled: NDArray[np.bool_],
+        path_at: Callable[[int], Path],
+    ) -> None:
+        """Evaluate in full the best of a population until the best is one that has been.
+
+        Parameters
+        ----------
+        fitness : (m,) float64
+            Changed in place.
+        settled : (m,) bool
+            Which have been evaluated in full; changed in place.
+        path_at : callable
+            Returns the path in a slot, (n, 3) float64 metres, ends included.
+        """
+        while not settled[best := int(np.argmax(fitness))]:
+            claimed = fitness[best] > 1
+            path = path_at(best)
+            fitness[best] = self._run.fitness([path])[0]
+            settled[best] = True
+            self._in_full += 1
+            self._claimed += int(claimed)
+            if claimed and fitness[best] <= 1:
+                self._refuted[self._cause(path)] += 1
+
+    def report(self) -> dict[str, Any]:
+        """What was counted, what that saved, and what the full evaluation did not confirm.
+
+        ``host_samples_saved`` are points of the straight paths at ``ds`` that the host did not look
+        up. Of the paths that the counts called feasible and the host then evaluated,
+        ``refuted_by`` gives how many it called infeasible, and why: ``turn_arcs`` where only the
+        smoothed track collides, ``between_cells`` where the straight path does, too.
+        """
+        return {
+            "counted_on_board": self._counted,
+            "evaluated_in_full": self._in_full,
+            "host_samples_saved": self._samples,
+            "claimed_feasible": self._claimed,
+            "refuted_by": {name: self._refuted[name] for name in ("turn_arcs", "between_cells")},
+        }
+
+    def _metres_per_cell(self, path: Path, segment: int) -> float:
+        ends = path[segment : segment + 2]
+        cells = self._grid.to_cells(ends)
+        across = int(np.abs(cells[1, :2] - cells[0, :2]).max()) + 1
+        return float(np.hypot(*(ends[1, :2] - ends[0, :2]))) / across
+
+    def _samples_of(self, path: Path) -> int:
+        lengths = np.sqrt((np.diff(path, axis=0) ** 2).sum(axis=1))
+        return int(np.ceil(lengths / self._run.evaluator.ds_m).sum())
+
+    def _cause(self, path: Path) -> str:
+        evaluator = self._run.evaluator
+        problem = evaluator.problem
+        straight = smooth(path, _NO_RADIUS_M)
+        track = SmoothedTrack(straight.pieces, problem.terrain, evaluator.bilinear)
+        samples, _ = track.midpoints(evaluator.ds_m)
+        under = (samples.clearance < 0) | np.isnan(samples.ground)
+        inside = problem.nofly_raster[problem.terrain.nearest_nodes(samples.x, samples.y)]
+        return "between_cells" if (under | inside).any() else "turn_arcs"

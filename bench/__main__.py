@@ -17,6 +17,7 @@ from host.errors import PathgeneError
 #: Every benchmark and what it measures.
 NAMES = {
     "generation": "clocks of a generation beside the paper's, bytes of the three link modes",
+    "feasibility": "clocks of the collision checker's builds beside the paper's",
     "simulation": "clocks per second of the simulated board",
     "model": "generations per second of the software model",
     "evaluation": "evaluations per second of one core",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import socket
 
 from host.board import open_board, start_simulated
 from host.cli.output import note, print_json, print_pairs
@@ -34,7 +35,8 @@ def info(args: argparse.Namespace) -> int:
 
 def serve(args: argparse.Namespace) -> int:
     """Serve a simulated board until Ctrl-C or until it ends."""
-    _check_address(args.listen)
+    if not args.pty:
+        _check_address(args.listen)
     if args.board.partition(":")[0] != "sim":
         raise InputError(f"Only a simulated board can be served, sim: with its options, not "
                          f"{args.board!r}.")
@@ -53,6 +55,15 @@ def serve(args: argparse.Namespace) -> int:
 
 
 def _check_address(text: str) -> None:
+    """Refuse an address at which nothing can listen now, before a simulator is built."""
     host, _, port = text.rpartition(":")
     if not (host and port.isascii() and port.isdigit() and int(port) <= 65535):
         raise InputError(f"The address to listen at must be HOST:PORT, not {text!r}.")
+    try:
+        with socket.socket() as trial:
+            trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            trial.bind((host, int(port)))
+    except OSError as error:
+        reason = error.strerror or "unknown reason"
+        raise InputError(f"Nothing can listen at {text!r} ({reason}); give another "
+                         "--listen.") from None

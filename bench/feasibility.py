@@ -1,0 +1,128 @@
+"""Clocks of the collision checker's builds, beside the paper's, by the simulated gateware."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.report import Options, Report
+from hdl.config import CheckerBuild, Config
+from host.feasibility.files import pad
+from host.feasibility.trajectory import TESTING_TRAJECTORY, canyon_map
+from sim.harness import VerilatedChecker
+from sim.model.checker import Point, TerrainModel, paper_clocks, segment_cells
+from sim.model.checker_clocks import batch_clocks
+
+
+__all__ = ["run"]
+
+#: Every build, with its cells a clock.
+_BUILDS = (
+    (CheckerBuild.TWO_TIER, 1),
+    *((CheckerBuild.PARALLEL, lanes) for lanes in (1, 2, 4, 8, 16)),
+    (CheckerBuild.HIERARCHICAL, 8),
+)
+# Table 2 and section 5.1.3 of allaire two-tier, in clocks of 8 ns.
+_PAPER_CLOCKS, _PAPER_CLOCK_S, _PAPER_CELLS_PER_US = 171, 8e-9, 100.0
+_PAPER_CELLS = 55 + 100 + 6
+_PATHS = 400
+
+Path = Sequence[Point]
+
+
+def run(options: Options) -> Report:
+    """Check the testing trajectory, then queues of paths over open ground and over the canyon."""
+    report = Report(
+        "Collision checker on the simulated gateware",
+        (
+            "build",
+            "lanes",
+            "testing trajectory, clocks",
+            "predicted",
+            "microseconds",
+            "reads",
+            "cells per clock, open ground",
+            "clocks per path, canyon",
+        ),
+    )
+    report.rows.append(
+        (
+            "paper",
+            1,
+            _PAPER_CLOCKS,
+            paper_clocks(_PAPER_CELLS, segments=3),
+            _PAPER_CLOCKS * _PAPER_CLOCK_S * 1e6,
+            _PAPER_CELLS,
+            _PAPER_CELLS_PER_US * 1e6 * _PAPER_CLOCK_S,
+            "-",
+        )
+    )
+    canyon = pad(canyon_map(), Config())
+    level = np.zeros_like(canyon)
+    rng = np.random.default_rng(2011)
+    mixed = [_mixed(rng) for _ in range(_PATHS)]
+    flights = [_flight(rng, canyon) for _ in range(_PATHS)]
+    free: dict[str, int] = {}
+    for build, lanes in _BUILDS:
+        config = Config(checker=build, lanes=lanes)
+        terrain = TerrainModel(config)
+        terrain.write(0, 0, canyon)
+        [(predicted, _)] = batch_clocks(config, terrain, [TESTING_TRAJECTORY])
+        with VerilatedChecker(config) as checker:
+            checker.write(canyon)
+            trajectory = checker.check([TESTING_TRAJECTORY]).verdicts[0]
+            over_canyon = checker.check(flights).verdicts
+            checker.write(level)
+            over_level = checker.check(mixed).verdicts
+        free[build] = sum(not verdict["collision"] for verdict in over_canyon)
+        cells = sum(verdict["cells"] for verdict in over_level)
+        report.rows.append(
+            (
+                build.value,
+                lanes,
+                trajectory["cycles"],
+                predicted,
+                trajectory["cycles"] / config.clock_hz * 1e6,
+                trajectory["reads"],
+                cells / sum(verdict["cycles"] for verdict in over_level),
+                sum(verdict["cycles"] for verdict in over_canyon) / _PATHS,
+            )
+        )
+    cells_of = [segment_cells(*ends) for ends in itertools.pairwise(TESTING_TRAJECTORY)]
+    report.notes += [
+        f"Testing trajectory: segments of {', '.join(map(str, cells_of))} cells. The two-tier "
+        "build stops at the sixth coarse cell of the third, as the paper's does; the others find "
+        "it free. Predicted is what the software models of the clocks say; microseconds are those "
+        "of 125 MHz for the paper and of 100 MHz for the rest.",
+        f"Open ground: a queue of {_PATHS} paths of 1 to 17 segments, each of 1 to 101 cells, "
+        "all free.",
+        f"Canyon: a queue of {_PATHS} paths of 2 to 16 waypoints from 500 to 2500 m above the "
+        f"ground, free: {', '.join(f'{count} {build}' for build, count in free.items())}.",
+    ]
+    return report
+
+
+def _mixed(rng: np.random.Generator) -> Path:
+    """A path of short and long segments in every direction, above ground of altitude 0."""
+    edge = Config().map_size - 1
+    steps = rng.integers(-100, 101, (rng.integers(2, 19), 2))
+    steps[0] = rng.integers(0, edge + 1, 2)
+    across = np.cumsum(steps, axis=0)
+    # Mirrored at the edges of the map.
+    across = edge - np.abs(across % (2 * edge) - edge)
+    return [(int(x), int(y), int(rng.integers(1, 4095))) for x, y in across]
+
+
+def _flight(rng: np.random.Generator, heights: NDArray[np.uint16]) -> Path:
+    """A path from the south-west to the north-east of the canyon, over the ground at its points."""
+    waypoints = int(rng.integers(2, 17))
+    along = np.sort(rng.uniform(30, 470, waypoints + 2))
+    across = np.stack([along, along], axis=1) + rng.integers(-40, 41, (waypoints + 2, 2))
+    points = across.clip(0, 499).astype(int)
+    return [
+        (int(x), int(y), min(4094, int(heights[y, x]) + int(rng.integers(500, 2500))))
+        for x, y in points
+    ]

@@ -1,0 +1,83 @@
+"""``pathgene feasible``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdl.config import Config
+from host.board import open_board
+from host.checks import Checked
+from host.chip import pack_waypoints
+from host.cli.output import print_json
+from host.feasibility.board import ordered, require
+from host.feasibility.files import read_map, read_points
+
+
+__all__ = ["run"]
+
+
+def run(args: argparse.Namespace) -> int:
+    """Check a path on a board and print its verdict: a collision is a result, no failure."""
+    url, config = ordered(args.board, args.mode)
+    # Before a board is built for it, which may take a minute.
+    files = _read(args, config) if config is not None else None
+    with open_board(url) as chip:
+        require(chip.config, args.mode, args.board)
+        heights, points = files or _read(args, chip.config)
+        chip.upload_map(heights, progress=_shown_on(sys.stderr))
+        checked = chip.check_path(pack_waypoints(chip.config, points), counting=args.count)
+    report = _report(checked)
+    if args.count:
+        report["colliding"] = _colliding(checked, segments=len(points) - 1)
+    if args.json:
+        print_json(report)
+    else:
+        print(json.dumps(report))
+    return 0
+
+
+def _read(args: argparse.Namespace, config: Config) -> tuple[NDArray[np.uint16], NDArray[np.int64]]:
+    return read_map(Path(args.map), config), read_points(Path(args.path), config)
+
+
+def _shown_on(stream: TextIO) -> Callable[[int, int], None] | None:
+    """Show how far the upload is, where somebody watches: it takes a minute on a slow line."""
+    if not stream.isatty():
+        return None
+
+    def show(done: int, cells: int) -> None:
+        stream.write(f"\r\x1b[Kmap {100 * done // cells} %" + "\n" * (done == cells))
+        stream.flush()
+
+    return show
+
+
+def _report(checked: Checked) -> dict[str, Any]:
+    verdict = checked.verdicts[0]
+    hit = verdict.collision
+    return {
+        "collision": hit,
+        "over": not hit,
+        "segment": verdict.segment,
+        "cell": list(verdict.cell) if verdict.cell is not None else None,
+        "map": ("coarse" if verdict.coarse else "detailed") if hit else None,
+        "cells": checked.cells,
+        "reads": checked.reads,
+        "cycles": checked.cycles,
+    }
+
+
+def _colliding(checked: Checked, segments: int) -> list[list[int]]:
+    """Colliding cells of terrain and blocked ones, of every segment."""
+    counts = [[0, 0] for _ in range(segments)]
+    for segment, terrain, nofly in checked.verdicts[0].entries:
+        counts[segment] = [terrain, nofly]
+    return counts

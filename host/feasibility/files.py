@@ -1,0 +1,93 @@
+"""Maps and paths in cells and altitude steps, from files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdl.config import Config
+from host.errors import InputError
+from host.report.tables import read_csv
+
+
+__all__ = ["pad", "read_map", "read_points"]
+
+
+def read_map(file: Path, config: Config) -> NDArray[np.uint16]:
+    """Return the heights of a ``.npy`` file on the whole map of a chip: see :func:`pad`.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or holds anything but a filled array ``[y, x]`` of integers that
+        are altitudes, no larger than the map.
+    """
+    try:
+        # Not numpy.load: that also reads what is no array.
+        with file.open("rb") as opened:
+            heights = np.lib.format.read_array(opened, allow_pickle=False)
+    except OSError as error:
+        raise InputError(
+            f"Cannot read the map {str(file)!r} ({error.strerror or error})."
+        ) from None
+    except (ValueError, EOFError):
+        raise InputError(
+            f"{file}: cannot be read as a numpy array; write it with numpy.save."
+        ) from None
+    if heights.ndim != 2 or heights.size == 0 or not np.issubdtype(heights.dtype, np.integer):
+        raise InputError(
+            f"{file}: a map must be a filled array [y, x] of integers, not of shape "
+            f"{heights.shape} of {heights.dtype}."
+        )
+    edge, top = config.map_size, config.blocked_altitude
+    if max(heights.shape) > edge:
+        raise InputError(
+            f"{file}: the map has {heights.shape[1]} x {heights.shape[0]} cells, but the board's "
+            f"has {edge} x {edge}; cut it, or give a simulated board a larger map_size."
+        )
+    if heights.min() < 0 or heights.max() > top:
+        raise InputError(
+            f"{file}: altitudes must be from 0 to {top}, not {heights.min()} to {heights.max()}."
+        )
+    return pad(heights, config)
+
+
+def pad(heights: NDArray[np.integer], config: Config) -> NDArray[np.uint16]:
+    """Return ``heights`` [y, x] on a whole map, whose other cells in north and east are blocked."""
+    padded = np.full((config.map_size,) * 2, config.blocked_altitude, dtype=np.uint16)
+    padded[: heights.shape[0], : heights.shape[1]] = heights
+    return padded
+
+
+def read_points(file: Path, config: Config) -> NDArray[np.int64]:
+    """Return the points of a path, (n, 3) cells and altitude steps, the aircraft first.
+
+    Raises
+    ------
+    InputError
+        If the file is no CSV of points with the header ``x,y,z``, a number in it is not whole, a
+        point is off the map of ``config``, or the path has more waypoints than it holds.
+    """
+    points = read_csv(file)
+    most = config.max_waypoints
+    if len(points) - 2 > most:
+        raise InputError(
+            f"{file}: the path has {len(points) - 2} waypoints between the aircraft and the goal, "
+            f"but the board holds {most}; leave some out, or give a simulated board a larger "
+            "max_waypoints."
+        )
+    highest = (config.map_size - 1, config.map_size - 1, config.blocked_altitude)
+    for number, point in enumerate(points, start=1):
+        text = ",".join(f"{value:g}" for value in point)
+        if (point != np.floor(point)).any():
+            raise InputError(
+                f"{file}: point {number} must be whole cells and altitude steps, not {text}."
+            )
+        if (point < 0).any() or (point > highest).any():
+            raise InputError(
+                f"{file}: point {number} must be from 0,0,0 to "
+                f"{','.join(map(str, highest))}, not {text}."
+            )
+    return points.astype(np.int64)

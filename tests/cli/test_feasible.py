@@ -1,0 +1,366 @@
+"""``pathgene feasible``: the checker's verdict on files of cells and altitude steps."""
+
+import json
+import re
+import sys
+from urllib.parse import urlencode
+
+import numpy as np
+import pytest
+
+import host.cli.feasible
+from hdl.config import Config
+from host.cli import main
+from host.feasibility import MODES
+from host.feasibility.board import ordered
+from host.feasibility.files import pad
+from host.feasibility.trajectory import TESTING_TRAJECTORY, canyon_map
+from sim.model.checker import TerrainModel, check_path
+from sim.model.checker_clocks import batch_clocks
+
+
+# --- Files ---------------------------------------------------------------------------------------
+
+
+def write_path(file, points):
+    file.write_text("x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in points))
+    return file
+
+
+@pytest.fixture(scope="module")
+def canyon(tmp_path_factory):
+    """Options of the testing trajectory over its canyon."""
+    folder = tmp_path_factory.mktemp("canyon")
+    np.save(folder / "canyon.npy", canyon_map())
+    path = write_path(folder / "path.csv", TESTING_TRAJECTORY)
+    return "--map", folder / "canyon.npy", "--path", path
+
+
+@pytest.fixture
+def level(tmp_path):
+    """Options of a path over 40 x 30 level cells at 100, with one blocked cell and one peak."""
+    heights = np.full((30, 40), 100, dtype=np.int32)
+    heights[5, 10], heights[5, 20] = 4095, 900
+    np.save(tmp_path / "level.npy", heights)
+    path = write_path(tmp_path / "path.csv", [(2, 5, 500), (25, 5, 500), (25, 25, 500)])
+    return "--map", tmp_path / "level.npy", "--path", path
+
+
+def feasible(capsys, *arguments):
+    """What the command prints, which is one object with or without ``--json``."""
+    command = ["feasible", *map(str, arguments)]
+    assert main(command) == 0
+    line = capsys.readouterr().out
+    assert main([*command, "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert line.count("\n") == 1
+    assert json.loads(line) == printed
+    return printed
+
+
+def refused(capsys, *arguments):
+    """The sentence of a command that must fail with status 2."""
+    assert main(["feasible", *map(str, arguments)]) == 2
+    output = capsys.readouterr()
+    assert output.out == ""
+    assert output.err.startswith("pathgene: ")
+    assert output.err.count("\n") == 1
+    return output.err.removeprefix("pathgene: ").rstrip("\n")
+
+
+# --- Verdicts ------------------------------------------------------------------------------------
+
+KEYS = ["collision", "over", "segment", "cell", "map", "cells", "reads", "cycles"]
+
+
+def test_the_testing_trajectory_in_two_tiers(canyon, capsys):
+    printed = feasible(capsys, *canyon)
+    assert list(printed) == KEYS
+    assert printed["collision"] is True
+    assert printed["over"] is False
+    assert (printed["segment"], printed["cell"], printed["map"]) == (2, [10, 10], "coarse")
+    assert printed["cells"] == 55 + 100 + 6
+    assert printed["cycles"] <= 171
+    assert feasible(capsys, *canyon, "--mode", "two-tier") == printed
+
+
+@pytest.mark.parametrize("mode", ["detailed", "parallel", "hierarchical"])
+def test_the_testing_trajectory_in_detail(canyon, capsys, mode):
+    printed = feasible(capsys, *canyon, "--mode", mode)
+    assert list(printed) == KEYS
+    assert printed["collision"] is False
+    assert printed["over"] is True
+    assert [printed[name] for name in ("segment", "cell", "map")] == [None] * 3
+    assert printed["cells"] == 55 + 100 + 94
+
+
+def test_modes_differ_in_their_clocks_only(canyon, capsys):
+    """A cell a clock against eight, and the paper's stop at the coarse mountain."""
+    clocks = {mode: feasible(capsys, *canyon, "--mode", mode)["cycles"] for mode in MODES}
+    assert clocks["parallel"] <= 44
+    assert clocks["parallel"] < clocks["two-tier"] <= 171 < clocks["detailed"]
+    assert feasible(capsys, *canyon, "--board", "model:?checker=parallel&lanes=16")["cycles"] <= 30
+
+
+def test_counts_of_every_segment(level, capsys):
+    """The third of the path that lies beyond the map given is as blocked as a no-fly cell."""
+    printed = feasible(capsys, *level, "--count", "--mode", "detailed")
+    assert list(printed) == [*KEYS, "colliding"]
+    assert (printed["segment"], printed["cell"], printed["map"]) == (0, [10, 5], "detailed")
+    assert printed["cells"] == 9
+    assert printed["colliding"] == [[1, 1], [0, 0]]
+    assert printed["reads"] >= 24 + 21
+
+    stopped = feasible(capsys, *level, "--mode", "detailed")
+    assert [stopped[key] for key in KEYS[:6]] == [printed[key] for key in KEYS[:6]]
+    assert stopped["reads"] < printed["reads"]
+
+
+def test_a_smaller_map_is_padded_with_no_fly(level, tmp_path, capsys):
+    path = write_path(tmp_path / "long.csv", [(0, 29, 200), (0, 31, 200), (41, 31, 200)])
+    printed = feasible(capsys, *level[:3], path, "--mode", "parallel", "--count")
+    assert (printed["segment"], printed["cell"], printed["cells"]) == (0, [0, 30], 2)
+    assert printed["colliding"] == [[0, 2], [0, 42]]
+
+
+SMALL = {"map_size": 32, "coarse_factor": 4, "altitude_bits": 6, "max_waypoints": 5}
+
+
+def small_board(scheme, **options):
+    return f"{scheme}:?{urlencode(SMALL | options)}"
+
+
+def small_cases(folder, cases):
+    """Yield the options of random small jobs, and their map and path."""
+    rng = np.random.default_rng(3)
+    for _ in range(cases):
+        heights = rng.integers(0, 12, rng.integers(8, 33, 2))
+        heights[rng.random(heights.shape) < 0.01] = 63
+        np.save(folder / "map.npy", heights)
+        points = rng.integers((0, 0, 5), (*heights.shape[::-1], 63), (rng.integers(2, 8), 3))
+        path = [tuple(map(int, point)) for point in points]
+        file = write_path(folder / "path.csv", path)
+        yield ("--map", folder / "map.npy", "--path", file, "--count"), heights, path
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_matches_the_model(tmp_path, capsys, mode):
+    """On a small board whose sizes stand in its URL."""
+    board = small_board("model", lanes=1)
+    config = Config(**SMALL | MODES[mode] | {"lanes": 1})
+    collisions = 0
+    for options, heights, path in small_cases(tmp_path, 12):
+        terrain = TerrainModel(config)
+        terrain.write(0, 0, pad(heights, config))
+        expected = check_path(config, terrain, path, count=True)
+        [(cycles, reads)] = batch_clocks(config, terrain, [path], count=True)
+        printed = feasible(capsys, *options, "--board", board, "--mode", mode)
+        hit = expected.collision
+        counts = {segment: kinds for segment, *kinds in expected.entries}
+        assert printed == {
+            "collision": hit,
+            "over": expected.over,
+            "segment": expected.segment if hit else None,
+            "cell": [expected.x, expected.y] if hit else None,
+            "map": ("coarse" if expected.coarse else "detailed") if hit else None,
+            "cells": expected.cells,
+            "reads": reads,
+            "cycles": cycles,
+            "colliding": [counts.get(segment, [0, 0]) for segment in range(len(path) - 1)],
+        }
+        collisions += hit
+    assert 0 < collisions < 12
+
+
+@pytest.mark.cosim
+@pytest.mark.parametrize(
+    "mode",
+    [pytest.param(mode, marks=[] if mode == "parallel" else pytest.mark.long) for mode in MODES],
+)
+def test_the_gateware_says_what_the_model_says(tmp_path, capsys, mode):
+    """Clocks and reads, too, by way of the link."""
+    for options, _, _ in small_cases(tmp_path, 5):
+        printed = [
+            feasible(capsys, *options, "--board", small_board(scheme), "--mode", mode)
+            for scheme in ("model", "sim")
+        ]
+        assert printed[0] == printed[1]
+
+
+def test_a_terminal_sees_how_far_the_upload_is(level, capsys, monkeypatch):
+    assert main(["feasible", *map(str, level)]) == 0
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    assert main(["feasible", *map(str, level)]) == 0
+    shown = [int(percent) for percent in re.findall(r"map (\d+) %", capsys.readouterr().err)]
+    assert len(shown) > 2
+    assert shown == sorted(shown)
+    assert shown[-1] == 100
+
+
+# --- Boards --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("url", "mode", "order", "build"),
+    [
+        ("model:", None, "model:?checker=two-tier&lanes=1", ("two-tier", 1)),
+        ("sim:", "parallel", "sim:?checker=parallel", ("parallel", 8)),
+        ("sim:?sim=icarus", "detailed", "sim:?checker=parallel&lanes=1&sim=icarus",
+         ("parallel", 1)),
+        ("model:?lanes=16", "parallel", "model:?checker=parallel&lanes=16", ("parallel", 16)),
+        ("model:?checker=parallel", None, "model:?checker=parallel", ("parallel", 8)),
+        ("model:?checker=parallel", "detailed", "model:?checker=parallel&lanes=1",
+         ("parallel", 1)),
+        ("model:?checker=two-tier", None, "model:?checker=two-tier&lanes=1", ("two-tier", 1)),
+        ("sim:?checker=hierarchical", "hierarchical", "sim:?checker=hierarchical",
+         ("hierarchical", 8)),
+    ],
+)  # fmt: skip
+def test_boards_are_built_for_their_mode(url, mode, order, build):
+    ordered_url, config = ordered(url, mode)
+    assert ordered_url == order
+    assert (config.checker, config.lanes) == build
+
+
+def test_a_real_board_is_what_it_is(level, capsys, monkeypatch):
+    """Its own sizes judge the files, and its own build the mode."""
+    is_closed = []
+    real = host.cli.feasible.open_board
+    served = "model:?checker=parallel&lanes=4&map_size=64&max_waypoints=3"
+
+    def attached(url):
+        assert url == "/dev/ttyUSB0"
+        chip = real(served)
+        close = chip.close
+        monkeypatch.setattr(chip, "close", lambda: (is_closed.append(True), close()))
+        return chip
+
+    monkeypatch.setattr(host.cli.feasible, "open_board", attached)
+    board = "--board", "/dev/ttyUSB0"
+    printed = feasible(capsys, *level, *board)
+    assert (printed["cell"], printed["cells"]) == ([10, 5], 9)
+    assert feasible(capsys, *level, *board, "--mode", "parallel") == printed
+    assert refused(capsys, *level, *board, "--mode", "two-tier") == (
+        "The board at '/dev/ttyUSB0' has the parallel checker of 4 lanes, which does not serve "
+        "--mode two-tier; leave --mode out."
+    )
+    long = write_path(level[3].with_name("long.csv"), [(1, 1, 400 + i) for i in range(6)])
+    assert "has 4 waypoints" in refused(capsys, *level[:3], long, *board)
+    served = "model:?map_size=64"
+    assert refused(capsys, *level, *board) == (
+        "The board at '/dev/ttyUSB0' has no collision checker; use a bitstream with one, or model:."
+    )
+    assert len(is_closed) == 7
+
+
+# --- Bad input -----------------------------------------------------------------------------------
+
+
+def array(name, values):
+    def make(folder):
+        np.save(folder / name, values)
+
+    return make
+
+
+def text(name, content):
+    def make(folder):
+        (folder / name).write_text(content)
+
+    return make
+
+
+@pytest.mark.parametrize(
+    ("name", "make", "sentence"),
+    [
+        ("no.npy", lambda folder: None, "Cannot read the map '{}' (No such file or directory)."),
+        (".", lambda folder: None, "Cannot read the map '{}' (Is a directory)."),
+        ("t.npy", text("t.npy", "no array"),
+         "{}: cannot be read as a numpy array; write it with numpy.save."),
+        ("e.npy", text("e.npy", ""),
+         "{}: cannot be read as a numpy array; write it with numpy.save."),
+        ("o.npy", array("o.npy", np.array([[None]])),
+         "{}: cannot be read as a numpy array; write it with numpy.save."),
+        ("f.npy", array("f.npy", np.zeros((3, 4))),
+         "{}: a map must be a filled array [y, x] of integers, not of shape (3, 4) of float64."),
+        ("f.npy", array("f.npy", np.zeros(9, int)),
+         "{}: a map must be a filled array [y, x] of integers, not of shape (9,) of int64."),
+        ("f.npy", array("f.npy", np.zeros((0, 9), int)),
+         "{}: a map must be a filled array [y, x] of integers, not of shape (0, 9) of int64."),
+        ("w.npy", array("w.npy", np.zeros((9, 513), int)),
+         "{}: the map has 513 x 9 cells, but the board's has 512 x 512; cut it, or give a "
+         "simulated board a larger map_size."),
+        ("h.npy", array("h.npy", np.array([[7, 4096]])),
+         "{}: altitudes must be from 0 to 4095, not 7 to 4096."),
+        ("h.npy", array("h.npy", np.array([[-1, 3]], np.int8)),
+         "{}: altitudes must be from 0 to 4095, not -1 to 3."),
+    ],
+)  # fmt: skip
+def test_bad_maps(level, tmp_path, capsys, name, make, sentence):
+    make(tmp_path)
+    said = refused(capsys, "--map", tmp_path / name, *level[2:])
+    assert said == sentence.replace("{}", str(tmp_path / name))
+
+
+@pytest.mark.parametrize(
+    ("rows", "sentence"),
+    [
+        ("a,b,c\n1,2,3\n", "{}: the first line must be the header x,y,z."),
+        ("x,y,z\n1,2,3\n", "{}: a path needs two rows or more, the start first and the goal last."),
+        ("x,y,z\n1,2,3\n1,2\n", "{}, line 3: must be three finite numbers x,y,z, not '1,2'."),
+        ("x,y,z\n1,2,3\n1,2.5,3\n",
+         "{}: point 2 must be whole cells and altitude steps, not 1,2.5,3."),
+        ("x,y,z\n-1,2,3\n1,2,3\n",
+         "{}: point 1 must be from 0,0,0 to 511,511,4095, not -1,2,3."),
+        ("x,y,z\n1,2,3\n1,512,3\n",
+         "{}: point 2 must be from 0,0,0 to 511,511,4095, not 1,512,3."),
+        ("x,y,z\n1,2,3\n1,2,1e300\n",
+         "{}: point 2 must be from 0,0,0 to 511,511,4095, not 1,2,1e+300."),
+        ("x,y,z\n" + "1,2,3\n" * 19,
+         "{}: the path has 17 waypoints between the aircraft and the goal, but the board holds 16; "
+         "leave some out, or give a simulated board a larger max_waypoints."),
+    ],
+)  # fmt: skip
+def test_bad_paths(level, tmp_path, capsys, rows, sentence):
+    file = tmp_path / "bad.csv"
+    file.write_text(rows)
+    said = refused(capsys, *level[:3], file)
+    assert said == sentence.replace("{}", str(file))
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--mode", "sideways"], "Argument --mode: invalid choice: 'sideways' (choose from "),
+        (["--board", "model:?checker=none"],
+         "The board at 'model:?checker=none' has no collision checker; "),
+        (["--board", "model:?checker=round"], "'round' is not a valid CheckerBuild; "),
+        (["--board", "model:?checker=parallel", "--mode", "two-tier"],
+         "The board at 'model:?checker=parallel' has the parallel checker of 1 lane, "
+         "which does not serve --mode two-tier; leave --mode out."),
+        (["--board", "model:?lanes=8", "--mode", "detailed"],
+         "The board at 'model:?lanes=8' has the parallel checker of 8 lanes, which does not serve "
+         "--mode detailed; leave --mode out."),
+        (["--board", "model:?lanes=8"], "Config.lanes must be 1 in the two-tier build, not 8; "),
+        (["--board", "/dev/nowhere"], "No board can be opened at '/dev/nowhere' ("),
+    ],
+)  # fmt: skip
+def test_bad_boards(level, capsys, options, sentence):
+    assert refused(capsys, *level, *options).startswith(sentence)
+
+
+def test_files_are_judged_before_a_board_is_built(level, tmp_path, capsys, monkeypatch):
+    def opened(url):
+        raise AssertionError(url)
+
+    monkeypatch.setattr(host.cli.feasible, "open_board", opened)
+    assert refused(capsys, *level[:3], tmp_path / "no.csv", "--board", "sim:").startswith(
+        "Cannot read the path "
+    )
+
+
+def test_map_and_path_are_required(capsys):
+    assert refused(capsys) == (
+        "The following arguments are required: --map, --path; see pathgene feasible --help."
+    )

@@ -1,10 +1,12 @@
-"""The whole chip: line, receiving and transmitting units, genetic core."""
+"""The whole chip: line, receiving and transmitting units, genetic core, collision checker."""
 
 from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, connect
 
-from hdl.config import Config
+from hdl.config import CheckerBuild, Config
+from hdl.feasibility.checker import Checker
+from hdl.feasibility.checking import CheckingUnit
 from hdl.ga_core.core import Core
 from hdl.ga_core.receiving import ReceivingUnit
 from hdl.ga_core.transmitting import TransmittingUnit
@@ -18,7 +20,9 @@ __all__ = ["Planner"]
 class Planner(wiring.Component):
     """The chip behind its UART; :mod:`hdl.protocol` says what it answers.
 
-    Source: *allaire-2008*, figure 6.
+    Source: *allaire-2008*, figure 6; where ``config`` has a checker, with the processor of *allaire
+    two-tier* beside the core, which hands it its paths and asks it for the ground under new
+    waypoints.
 
     Parameters
     ----------
@@ -62,9 +66,12 @@ class Planner(wiring.Component):
         connect(m, receiving.starts, core.starts)
         connect(m, receiving.writes, core.writes)
         connect(m, receiving.ranking, core.ranking)
-        connect(m, transmitting.reads, core.reads)
-        connect(m, core.waypoints, transmitting.waypoints)
         connect(m, transmitting.replies, line.replies)
+        if self.config.checker is CheckerBuild.NONE:
+            connect(m, transmitting.reads, core.reads)
+            connect(m, core.waypoints, transmitting.waypoints)
+        else:
+            self._add_checker(m, core, receiving, transmitting)
 
         # Hand-overs.
         m.d.comb += [
@@ -114,3 +121,49 @@ class Planner(wiring.Component):
             m.d.comb += recipe[f"waypoint_{i}"].eq(waypoint)
 
         return m
+
+    def _add_checker(self, m, core, receiving, transmitting):
+        """Add the checker, between the core and the units that take commands and answer them."""
+        m.submodules.checker = checker = Checker(self.config)
+        m.submodules.checking = checking = CheckingUnit(self.config)
+
+        connect(m, receiving.cells, checker.writes)
+        connect(m, receiving.points, checking.points)
+        connect(m, checking.paths, checker.points)
+        connect(m, checker.verdicts, checking.verdicts)
+        connect(m, checker.counts, checking.counts)
+        connect(m, transmitting.result_reads, checking.result_reads)
+        connect(m, checking.records, transmitting.records)
+        m.d.comb += [
+            core.check.eq(receiving.check),
+            checking.on.eq(core.check_on),
+            core.check_over.eq(checking.over),
+            checking.forget.eq(receiving.forget),
+            checking.checks.eq(receiving.checks),
+            checker.count.eq(checking.counting),
+            receiving.checked.eq(checking.checked),
+            transmitting.checked.eq(checking.checked),
+            transmitting.totals.eq(checking.totals),
+            checker.lookup_valid.eq(core.lookup_valid),
+            checker.lookup_x.eq(core.lookup_x),
+            checker.lookup_y.eq(core.lookup_y),
+            core.lookup_altitude.eq(checker.lookup_altitude),
+        ]
+        for counter, _ in checking.counters.shape():
+            m.d.comb += transmitting.counters[counter].eq(checking.counters[counter])
+
+        # One of them at a time has paths read out: the one that is on.
+        with m.If(core.check_on):
+            self._read_out(m, core, checking)
+        with m.Else():
+            self._read_out(m, core, transmitting)
+
+    def _read_out(self, m, core, unit):
+        m.d.comb += [
+            core.reads.valid.eq(unit.reads.valid),
+            core.reads.payload.eq(unit.reads.payload),
+            unit.reads.ready.eq(core.reads.ready),
+            unit.waypoints.valid.eq(core.waypoints.valid),
+            unit.waypoints.payload.eq(core.waypoints.payload),
+            core.waypoints.ready.eq(unit.waypoints.ready),
+        ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Self
@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.config import Config, MutationKind
+from hdl.config import CheckerBuild, Config, MutationKind
 from hdl.protocol import (
     VERSION,
     Command,
@@ -30,6 +30,7 @@ from hdl.protocol import (
     unpack_paths,
     write_request,
 )
+from host.checks import Checked, check_points, check_slots, map_frames
 from host.errors import InputError
 from host.link import Link
 
@@ -38,6 +39,8 @@ __all__ = ["Chip", "Step", "pack_waypoints", "unpack_waypoints"]
 
 #: Bytes of waypoints in one frame of a transfer: short enough to survive a bad line.
 _TRANSFER_BYTES = 128
+#: Frames of the map between two reports of progress.
+_FRAMES_PER_REPORT = 64
 
 
 @dataclass(frozen=True)
@@ -100,7 +103,8 @@ class Chip:
     def __init__(self, link: Link, *, verify_every: int = 256) -> None:
         self.link = link
         self._verify_every = verify_every
-        self._paths: list[list[int]] = []
+        # The host's copy of the population. None: unknown, as before the first load.
+        self._paths: list[list[int]] | None = None
         self._steps = 0
         self.info = self._ask_info()
         self.config = self._checked_config()
@@ -119,12 +123,20 @@ class Chip:
 
     @property
     def paths(self) -> list[list[int]]:
-        """The host's copy of the population: packed waypoints of every slot."""
-        return [list(path) for path in self._paths]
+        """Packed waypoints of every slot: the host's copy, read from the chip if there is none.
+
+        There is none before the first :meth:`load` of all slots, and after a call that failed.
+        """
+        return [list(path) for path in self._known()]
 
     def close(self) -> None:
         """Close the link, and the simulated board behind it if there is one."""
         self.link.close()
+
+    def _known(self) -> list[list[int]]:
+        if self._paths is None:
+            self._paths = self.read(0, self.config.population)
+        return self._paths
 
     def _ask_info(self) -> dict[str, int]:
         reply = self.link.info()
@@ -139,7 +151,13 @@ class Chip:
         return layout.unpack(reply)
 
     def _checked_config(self) -> Config:
-        config = config_from_info(self.info)
+        try:
+            config = config_from_info(self.info)
+        except ValueError as error:
+            raise InputError(
+                f"The board is of no build that this release knows ({error}): load a bitstream of "
+                "this release."
+            ) from None
         if config.build_id != self.info["build_id"]:
             raise InputError(
                 f"The board was built as {self.info['build_id']:08x}, but what it says of itself "
@@ -150,7 +168,9 @@ class Chip:
     def _ask(self, command: Command, layout: Layout) -> dict[str, int]:
         return layout.unpack(self.link.request(command))
 
-    def start(self, seed: int, limits: tuple[int, int, int]) -> None:
+    def start(
+        self, seed: int, limits: tuple[int, int, int], *, avoid_ground: bool = False
+    ) -> None:
         """Seed the random source and begin at generation 0.
 
         Parameters
@@ -159,11 +179,14 @@ class Chip:
             0..2**64 - 1.
         limits : tuple of int
             Highest x and y cell and altitude step of a new waypoint.
+        avoid_ground : bool
+            Whether the chip draws a new waypoint again that lies in the ground of its map, and
+            leaves it out after as many draws as it was built for.
         """
         x, y, altitude = limits
-        self.link.request(
-            Command.START, start_request(self.config).pack(seed=seed, x=x, y=y, altitude=altitude)
-        )
+        layout = start_request(self.config)
+        request = layout.pack(seed=seed, x=x, y=y, altitude=altitude, avoid_ground=avoid_ground)
+        self.link.request(Command.START, request)
         self._steps = 0
 
     def load(self, paths: Sequence[Sequence[int]], slot: int = 0) -> None:
@@ -179,11 +202,14 @@ class Chip:
             part += packed
         if part:
             requests.append((Command.WRITE, write_request(config).pack(slot=at) + part))
+        # Nobody knows what a transfer that fails has written.
+        before, self._paths = self._paths, None
         self.link.transfer(requests)
-        if len(paths) == config.population:
-            self._paths = [list(path) for path in paths]
-        else:
-            self._paths[slot : slot + len(paths)] = [list(path) for path in paths]
+        loaded = [list(path) for path in paths]
+        if len(loaded) == config.population:
+            self._paths = loaded
+        elif before is not None:
+            self._paths = [*before[:slot], *loaded, *before[slot + len(loaded) :]]
 
     def read(self, slot: int, count: int) -> list[list[int]]:
         """Return the packed paths of ``count`` slots from ``slot`` on."""
@@ -193,6 +219,101 @@ class Chip:
             for first in range(slot, slot + count, 2)
         ]
         return unpack_paths(self.config, b"".join(self.link.transfer(requests)))
+
+    def upload_map(
+        self,
+        heights: NDArray[np.integer],
+        x: int = 0,
+        y: int = 0,
+        *,
+        progress: Callable[[int, int], object] | None = None,
+    ) -> None:
+        """Write a rectangle of the chip's map; one that failed can simply be sent again.
+
+        Parameters
+        ----------
+        heights : ndarray
+            ``(rows, columns)`` integers, altitude steps, row 0 the southernmost; the highest step
+            marks a cell that no path may cross.
+        x, y : int
+            Cell of ``heights[0, 0]``.
+        progress : callable, optional
+            Called now and then with the cells written so far and all cells.
+
+        Raises
+        ------
+        InputError
+            If the chip has no map.
+        ValueError
+            If ``heights`` is no such array, or leaves the map.
+        """
+        self._require_checker()
+        frames = list(map_frames(self.config, heights, x, y))
+        cells = sum(size for _, size in frames)
+        done = 0
+        for first in range(0, len(frames), _FRAMES_PER_REPORT):
+            part = frames[first : first + _FRAMES_PER_REPORT]
+            self.link.transfer([(Command.MAP, payload) for payload, _ in part])
+            done += sum(size for _, size in part)
+            if progress:
+                progress(done, cells)
+
+    def check_path(self, points: Sequence[int], *, counting: bool = False) -> Checked:
+        """Check one path against the chip's map.
+
+        Parameters
+        ----------
+        points : sequence of int
+            Packed waypoints: the aircraft, 0 to ``max_waypoints`` waypoints, the goal.
+        counting : bool
+            Count the colliding cells of every segment, instead of stopping at the first.
+
+        Raises
+        ------
+        InputError
+            If the chip has no map.
+        """
+        self._require_checker()
+        return check_points(self.config, self.link, points, counting=counting)
+
+    def check_population(
+        self,
+        start: int,
+        goal: int,
+        *,
+        slot: int = 0,
+        count: int | None = None,
+        counting: bool = False,
+    ) -> Checked:
+        """Check paths that are on the chip against its map, without sending them.
+
+        Parameters
+        ----------
+        start, goal : int
+            Where each path begins and ends, as packed waypoints.
+        slot, count : int
+            First slot and number of slots, by default all from the first on.
+        counting : bool
+            As for :meth:`check_path`.
+
+        Raises
+        ------
+        InputError
+            If the chip has no map.
+        """
+        self._require_checker()
+        if count is None:
+            count = self.config.population - slot
+        return check_slots(
+            self.config, self.link, start, goal, slot=slot, count=count, counting=counting
+        )
+
+    def _require_checker(self) -> None:
+        if self.config.checker is CheckerBuild.NONE:
+            raise InputError(
+                "The board has no collision checker: use one that was built with checker=parallel, "
+                "hierarchical or two-tier."
+            )
 
     def counters(self) -> dict[str, int]:
         """Return every :class:`hdl.protocol.Counter` by name: clocks and bytes since reset."""
@@ -224,32 +345,36 @@ class Chip:
         config = self.config
         order = list(order)
         if mode is LinkMode.POPULATION:
-            self.load([self._paths[slot] for slot in order])
+            known = self._known()
+            self.load([known[slot] for slot in order])
             order = list(range(config.population))
             request = generate_request(config, mode).pack(mode=mode)
         else:
             named = {f"slot_{rank}": slot for rank, slot in enumerate(order)}
             request = generate_request(config, mode).pack(mode=mode, **named)
 
+        before, self._paths = self._known(), None
         # A long answer may never survive a bad line; a recipe does, and tells as much.
         recipe_only = bytes((LinkMode.RECIPE,)) + bytes(order)
         reply = self.link.request(Command.GENERATE, request, shorter=recipe_only)
         self._steps += 1
         if len(reply) == recipe_reply(config).size:
-            return self._rebuild(order, recipe_reply(config).unpack(reply))
+            return self._rebuild(before, order, recipe_reply(config).unpack(reply))
         if mode is LinkMode.POPULATION:
             self._paths = unpack_paths(config, reply)
-            return Step(self._paths, None)
+            return Step(self.paths, None)
 
         size = survivors_reply(config).size
         origin = (*order[: config.elites], *reply[:size])
         children = unpack_paths(config, reply[size:])
-        self._paths = [self._paths[slot] for slot in origin] + children
-        return Step(self._paths, origin)
+        self._paths = [before[slot] for slot in origin] + children
+        return Step(self.paths, origin)
 
-    def _rebuild(self, order: Sequence[int], recipe: dict[str, int]) -> Step:
-        """Repeat what ``recipe`` says on this side's copy of the population."""
-        config, paths = self.config, self._paths
+    def _rebuild(
+        self, paths: list[list[int]], order: Sequence[int], recipe: dict[str, int]
+    ) -> Step:
+        """Repeat what ``recipe`` says on ``paths``, the population before it."""
+        config = self.config
         parents = [paths[recipe[f"parent_{i}"]] for i in range(config.crossovers)]
         children = []
         for one, other in zip(parents, parents[1:] + parents[:1], strict=True):
@@ -273,4 +398,4 @@ class Chip:
         rebuilt_wrong = zlib.crc32(pack_paths(config, self._paths)) != recipe["checksum"]
         if rebuilt_wrong or self._steps % self._verify_every == 0:
             self._paths = self.read(0, config.population)
-        return Step(self._paths, origin)
+        return Step(self.paths, origin)

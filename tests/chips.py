@@ -4,11 +4,12 @@ import dataclasses
 import random
 from urllib.parse import urlencode
 
-from hdl.config import Config
+from hdl.config import CheckerBuild, Config
 from hdl.protocol import Counter, LinkMode
 
 
 __all__ = [
+    "CHECKING",
     "LINE_CLOCKS",
     "SMALL",
     "Pair",
@@ -33,6 +34,9 @@ SMALL = Config(
     clocks_per_bit=4,
     receive_buffer=256,
 )
+
+#: The same chip with the paper's checker: what the link does with one is the same for all of them.
+CHECKING = SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1)
 
 #: Counters in which the model leaves out the few clocks that the chip takes per command.
 LINE_CLOCKS = (Counter.CLOCKS, Counter.RECEIVE, Counter.TRANSMIT)

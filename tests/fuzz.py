@@ -7,18 +7,28 @@ earlier commands were executed goes alone.
 
 import random
 
+import numpy as np
+
+from hdl.config import CheckerBuild
 from hdl.framing import FrameSplitter, decode_frame, encode_frame
 from hdl.protocol import (
     BODY_HEADER_BYTES,
+    CheckFlag,
     Command,
     LinkMode,
     Status,
+    check_paths_request,
+    check_request,
     counters_reply,
+    map_request,
+    pack_cells,
     pack_paths,
     read_request,
+    results_request,
     start_request,
     write_request,
 )
+from host.checks import map_frames
 from sim.model.chip import ChipModel
 from sim.model.frames import FrameReceiverModel
 from tests.chips import LINE_CLOCKS, random_path
@@ -39,6 +49,13 @@ _WEIGHTS = {
     Command.CLEAR: 5,
     Command.INFO: 3,
     Command.OPEN: 3,
+}
+#: Besides those, where there is a checker.
+_CHECKER_WEIGHTS = {
+    Command.MAP: 8,
+    Command.CHECK: 10,
+    Command.CHECK_PATHS: 10,
+    Command.RESULTS: 4,
 }
 
 
@@ -69,6 +86,13 @@ class Fuzz:
         self._receiver = FrameReceiverModel(config)
         self._rng = random.Random(seed)
         self._faults = ByteFaults(0.01, self._rng)
+        self._weights = dict(_WEIGHTS)
+        self._map = []  # What the chip must be told before it can be asked.
+        if config.checker is not CheckerBuild.NONE:
+            self._weights |= _CHECKER_WEIGHTS
+            edge, top = config.map_size, config.blocked_altitude
+            heights = np.random.default_rng(seed).integers(0, top // 2, (edge, edge))
+            self._map = [payload for payload, _ in map_frames(config, heights, 0, 0)]
         self._session = self._expected = 0
         self._rewrite = False
         self._held = None
@@ -141,6 +165,8 @@ class Fuzz:
         """Return a few bytes, mostly a frame, and its command if it has to go alone."""
         rng = self._rng
         self.frames += 1
+        if self._map:
+            return encode_frame(self._body(Command.MAP, self._map.pop())), None
         if self._rewrite:
             self._rewrite = False
             body = self._body(Command.WRITE, self._paths(0, self.config.population))
@@ -149,7 +175,7 @@ class Fuzz:
         if rng.random() < 0.05:
             return bytes(rng.choices((0, 1, 2, *range(256)), k=rng.randrange(1, 12))), None
 
-        code = rng.choices(list(_WEIGHTS), _WEIGHTS.values())[0]
+        code = rng.choices(list(self._weights), self._weights.values())[0]
         body = self._body(code, self._payload(code))
         if rng.random() < 0.25:
             body = self._broken(body)
@@ -175,7 +201,10 @@ class Fuzz:
                 x=rng.randrange(config.map_size),
                 y=rng.randrange(config.map_size),
                 altitude=rng.randrange(config.blocked_altitude),
+                avoid_ground=bool(self._weights.keys() & _CHECKER_WEIGHTS) and rng.random() < 0.5,
             )
+        if code in _CHECKER_WEIGHTS:
+            return self._checker_payload(code)
         slot = rng.randrange(config.population)
         count = rng.randint(1, config.population - slot)
         if code == Command.WRITE:
@@ -187,6 +216,28 @@ class Fuzz:
             order = rng.sample(range(config.population), config.population)
             return bytes((mode, *(() if mode is LinkMode.POPULATION else order)))
         return b""
+
+    def _checker_payload(self, code):
+        config, rng = self.config, self._rng
+        flags = rng.choices((0, CheckFlag.COUNT, CheckFlag.BRIEF, 3), (4, 4, 1, 1))[0]
+        if code == Command.MAP:
+            x, y = (rng.randrange(config.map_size) for _ in "xy")
+            width, height = (rng.randint(1, min(6, config.map_size - at)) for at in (x, y))
+            top = rng.choice((config.blocked_altitude // 2, config.blocked_altitude))
+            cells = [rng.randint(0, top) for _ in range(width * height)]
+            header = map_request(config).pack(x=x, y=y, width=width, height=height)
+            return header + pack_cells(config, cells)
+        if code == Command.CHECK:
+            path = random_path(config, rng, rng.randint(2, config.max_waypoints + 2))
+            return check_request(config).pack(flags=flags) + pack_paths(config, [path])
+        slot = rng.randrange(config.population)
+        count = rng.randint(1, config.population - slot)
+        if code == Command.RESULTS:
+            return results_request(config).pack(path=slot // 2, count=min(count, 2))
+        start, goal = random_path(config, rng, 2)
+        return check_paths_request(config).pack(
+            slot=slot, count=count, flags=flags, start=start, goal=goal
+        )
 
     def _paths(self, slot, count):
         paths = [random_path(self.config, self._rng) for _ in range(count)]
@@ -205,7 +256,7 @@ class Fuzz:
             case 2 | 3:  # As if the answer had been lost.
                 sequence = (sequence - 1) % 256
             case 4:
-                code = rng.choice((0, rng.randrange(12), rng.randrange(256)))
+                code = rng.choice((0, rng.randrange(16), rng.randrange(256)))
             case 5:
                 length = rng.choice((0, len(payload) - 1, len(payload) + 1, rng.randrange(300)))
                 payload = (payload + rng.randbytes(300))[: max(0, length)]

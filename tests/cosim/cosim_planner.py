@@ -1,6 +1,7 @@
 """The whole exported chip at its UART pins, driven by the host's own code, against the model.
 
-CHIP in the environment chooses the configuration: ``small``, or ``default`` for the paper's sizes.
+CHIP in the environment chooses the configuration: ``small``, with a collision checker, or
+``default`` for the paper's sizes.
 """
 
 import itertools
@@ -8,24 +9,25 @@ import os
 import random
 
 import cocotb
+import numpy as np
 import pytest
 from cocotb.clock import Clock
 from cocotb.simtime import get_sim_time
 from cocotb.task import bridge, resume
 from cocotb.triggers import Event, FallingEdge, First, Timer
 
-from hdl.config import Config
+from hdl.config import CheckerBuild, Config
 from hdl.framing import encode_frame
 from hdl.protocol import Command, LinkMode, StickyError
 from host.chip import Chip
 from host.link import Link, LinkError
 from sim.model.chip import ChipModel
 from sim.model.port import ModelPort
-from tests.chips import SMALL, Pair
+from tests.chips import CHECKING, Pair, random_path
 
 
 TOP = "planner"
-CONFIG = {"small": SMALL, "default": Config(clocks_per_bit=4)}[os.environ.get("CHIP", "small")]
+CONFIG = {"small": CHECKING, "default": Config(clocks_per_bit=4)}[os.environ.get("CHIP", "small")]
 
 CLOCK_NS = 10
 BIT_NS = CLOCK_NS * CONFIG.clocks_per_bit
@@ -163,6 +165,35 @@ def every_command(pins, chips):
     assert counters["longest"] <= CONFIG.max_waypoints + 8
     assert counters["clocks"] >= counters["receive"] > 0
     assert counters["clocks"] >= counters["transmit"] > 0
+
+
+@with_host
+def map_and_checks(pins, chips):
+    """The checker's commands; each is executed once, though all frames come twice."""
+    if CONFIG.checker is CheckerBuild.NONE:
+        return
+    rng = np.random.default_rng(9)
+    edge = CONFIG.map_size
+    heights = rng.choice(
+        (0, 2, 12, CONFIG.blocked_altitude), (edge, edge), p=(0.7, 0.2, 0.06, 0.04)
+    )
+    for chip in (chips.board, chips.model):
+        chip.upload_map(heights)
+    chips.start()
+    told = []
+    pins.fault = lambda data: data * 2
+    for counting in (False, True):
+        path = random_path(CONFIG, chips.rng, CONFIG.max_waypoints + 2)
+        start, goal = random_path(CONFIG, chips.rng, 2)
+        for chip in (chips.board, chips.model):
+            told.append(chip.check_path(path, counting=counting))
+            told.append(chip.check_population(start, goal, counting=counting))
+    pins.fault = bytes
+    assert told[0:2] + told[4:6] == told[2:4] + told[6:8]
+    assert any(verdict.collision for checked in told for verdict in checked.verdicts)
+    counters = chips.board.counters()
+    assert counters["paths"] == 2 * (1 + CONFIG.population)
+    assert counters["feasibility"] == sum(checked.cycles for checked in told[0:2] + told[4:6])
 
 
 @with_host

@@ -8,23 +8,34 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge
 from drivers import Stream
 
-from hdl.config import Config
+from hdl.commands.layouts import AnswerKind, answer_layout, request_layout
+from hdl.config import CheckerBuild, Config
 from hdl.framing import FrameSplitter, decode_frame, encode_frame
-from hdl.ga_core.receiving import AnswerKind, ReceivingUnit, answer_layout, request_layout
-from hdl.protocol import Command, LinkMode, Status, StickyError, start_request
+from hdl.ga_core.receiving import ReceivingUnit
+from hdl.protocol import (
+    CheckFlag,
+    Command,
+    Counter,
+    LinkMode,
+    Status,
+    StickyError,
+    check_paths_request,
+    start_request,
+)
 from sim.model.chip import ChipModel
 from sim.model.frames import FrameReceiverModel
 from tests.fuzz import Fuzz
 
 
 TOP = "receiving"
-CONFIG = Config()
+CONFIG = Config(checker=CheckerBuild.PARALLEL, map_size=32, coarse_factor=4)
 
 UNIT = ReceivingUnit(CONFIG)
 KINDS = {
     Command.STATUS: AnswerKind.STATUS,
     Command.COUNTERS: AnswerKind.COUNTERS,
     Command.READ: AnswerKind.PATHS,
+    Command.RESULTS: AnswerKind.RESULTS,
 }
 GENERATE_KINDS = {
     LinkMode.POPULATION: AnswerKind.PATHS,
@@ -43,7 +54,7 @@ class Bench:
         self.requests = Stream(dut, "requests", request_layout, dut.clk, pauses)
         self.requests.idle(driven=True)
         self.collected = {}
-        for name in ("starts", "writes", "ranking"):
+        for name in ("starts", "writes", "ranking", "cells", "points"):
             layout = UNIT.signature.members[name].signature.members["payload"].shape
             stream = Stream(dut, name, layout, dut.clk, pauses)
             stream.idle(driven=False)
@@ -52,6 +63,7 @@ class Bench:
         dut.on.value = 0
         dut.ranked.value = 1
         dut.line_errors.value = 0
+        dut.checked.value = 0
 
     async def _collect(self, stream, into):
         while True:
@@ -65,7 +77,7 @@ class Bench:
         self.dut.rst.value = 0
 
     async def hand_over(self, body, plain):
-        """Return the answer to a body, and whether a generation is to run."""
+        """Return the answer to a body, whether a generation is to run, and what is to check."""
         dut = self.dut
         for taken in self.collected.values():
             taken.clear()
@@ -78,10 +90,12 @@ class Bench:
             await RisingEdge(dut.over)
             await FallingEdge(dut.clk)
         generates = bool(dut["generate"].value)
+        checks = UNIT.check_layout.from_bits(dut.checks.value.to_unsigned())
+        checks = checks if dut.check.value else None
         dut.on.value = 0
         await FallingEdge(dut.clk)
         await FallingEdge(dut.clk)
-        return answer_layout.from_bits(dut.answer.value.to_unsigned()), generates
+        return answer_layout.from_bits(dut.answer.value.to_unsigned()), generates, checks
 
 
 def expected_kind(body, plain, answer):
@@ -94,6 +108,9 @@ def expected_kind(body, plain, answer):
         return AnswerKind.EMPTY
     if body[2] == Command.GENERATE:
         return GENERATE_KINDS[body[3]]
+    if body[2] in (Command.CHECK, Command.CHECK_PATHS):
+        flags = body[3] if body[2] == Command.CHECK else body[5]
+        return AnswerKind.TOTALS if flags & CheckFlag.BRIEF else AnswerKind.CHECKED
     return KINDS.get(body[2], AnswerKind.EMPTY)
 
 
@@ -106,24 +123,27 @@ async def random_requests(dut, stalled):
     fuzz = Fuzz(CONFIG, seed=4 + stalled)
     receiver = FrameReceiverModel(CONFIG)
     model = ChipModel(CONFIG)
-    refused = generations = session = expected = 0
+    refused = generations = checks_done = session = expected = 0
     sticky = StickyError(0)
-    while fuzz.frames < 200:
+    while fuzz.frames < 300:
         batch, _, _ = fuzz.batch()
         for body, plain in receiver.feed(batch):
             paths = [list(path) for path in model.core.paths]
             generation = model.core.generation
+            heights = model.checking.terrain.heights.copy()
+            checked = model.checking.counters[Counter.PATHS]
+            dut.checked.value = model.checking.checked
             answer = b""
             for encoded in FrameSplitter().feed(model.feed(encode_frame(body, plain=plain))):
                 answer, _ = decode_frame(encoded)
-            told, generates = await bench.hand_over(body, plain)
+            told, generates, checks = await bench.hand_over(body, plain)
 
             kind = expected_kind(body, plain, answer)
             assert told.kind == kind, (body, kind)
             if kind is not AnswerKind.SILENCE:
                 assert bytes((told.session, told.sequence, told.status)) == answer[:3], body
                 assert told.plain == plain
-            if kind is AnswerKind.PATHS and body[2] == Command.READ:
+            if (kind is AnswerKind.PATHS and body[2] == Command.READ) or kind is AnswerKind.RESULTS:
                 assert bytes((told.slot, told.count)) == body[3:]
             elif kind is AnswerKind.PATHS:
                 assert (told.slot, told.count) == (0, CONFIG.population)
@@ -134,6 +154,15 @@ async def random_requests(dut, stalled):
             generations += executes
             assert generates == executes, body
             check_orders(bench.collected, body, answer, generates)
+            for cell in bench.collected["cells"]:
+                heights[cell.y, cell.x] = cell.altitude
+            assert (heights == model.checking.terrain.heights).all(), body
+            assert [cell.last for cell in bench.collected["cells"]][-1:] in ([], [1])
+            paths_checked = model.checking.counters[Counter.PATHS] - checked
+            assert (checks is not None) == (paths_checked > 0), body
+            if checks is not None:
+                check_checks(checks, bench.collected["points"], body, paths_checked)
+                checks_done += 1
             if body[2] == Command.WRITE and answer[2:3] == bytes((Status.OK,)):
                 assert written(bench.collected["writes"], paths) == model.core.paths
 
@@ -150,13 +179,14 @@ async def random_requests(dut, stalled):
             assert dut.session.value.to_unsigned() == session
     assert refused > 5
     assert generations > 20
+    assert checks_done > 10
     assert session > 0
 
 
 def check_orders(collected, body, answer, generates):
     """A START orders once what it says, a generation its ranking, and a refusal neither."""
     accepted = answer[2:3] == bytes((Status.OK,))
-    starts = [(s.seed, s.x, s.y, s.altitude) for s in collected["starts"]]
+    starts = [(s.seed, s.x, s.y, s.altitude, s.avoid_ground) for s in collected["starts"]]
     if starts:
         values = start_request(CONFIG).unpack(body[3:])
         assert accepted
@@ -166,6 +196,22 @@ def check_orders(collected, body, answer, generates):
         assert [(r.rank, r.slot) for r in collected["ranking"]] == list(enumerate(order))
     elif accepted:
         assert collected["ranking"] == []
+
+
+def check_checks(checks, points, body, paths):
+    """A check is of the points, or the slots, and counts as the request says."""
+    assert checks.batch == (body[2] == Command.CHECK_PATHS)
+    if checks.batch:
+        asked = check_paths_request(CONFIG).unpack(body[3:])
+        assert checks.counting == asked.pop("flags") & CheckFlag.COUNT
+        assert {name: checks[name] for name in asked} == asked
+        assert checks.count == paths
+    else:
+        assert checks.counting == body[3] & CheckFlag.COUNT
+        packed = [UNIT.point_layout.const(point).as_value().value for point in points]
+        size, last = CONFIG.waypoint_bytes, 1 << CONFIG.waypoint_bits
+        assert b"".join(word.to_bytes(size, "little") for word in packed) == body[4:]
+        assert [bool(word & last) for word in packed] == [False] * (len(packed) - 1) + [True]
 
 
 def written(writes, paths):

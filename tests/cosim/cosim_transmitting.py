@@ -10,12 +10,13 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge
 from drivers import Stream
 
-from hdl.config import Config
-from hdl.ga_core.receiving import AnswerKind, answer_layout, request_layout
+from hdl.commands.layouts import AnswerKind, answer_layout, request_layout
+from hdl.config import CheckerBuild, Config
 from hdl.ga_core.transmitting import TransmittingUnit
 from hdl.protocol import (
     Layout,
     Status,
+    check_reply,
     counters_reply,
     info_reply,
     info_values,
@@ -28,7 +29,7 @@ from tests.chips import random_paths
 
 
 TOP = "transmitting"
-CONFIG = Config()
+CONFIG = Config(checker=CheckerBuild.PARALLEL)
 
 UNIT = TransmittingUnit(CONFIG)
 RECIPE = Layout(recipe_reply(CONFIG).fields[:-1])
@@ -53,6 +54,10 @@ class Bench:
         self.reads.idle(driven=False)
         self.waypoints = Stream(dut, "waypoints", UNIT.waypoint_layout, dut.clk, pauses)
         self.waypoints.idle(driven=True)
+        self.result_reads = Stream(dut, "result_reads", UNIT.result_read_layout, dut.clk, pauses)
+        self.result_reads.idle(driven=False)
+        self.records = Stream(dut, "records", UNIT.record_layout, dut.clk, pauses)
+        self.records.idle(driven=True)
         self.asked = []
         dut.on.value = 0
         self.draw()
@@ -64,6 +69,7 @@ class Bench:
         await FallingEdge(self.dut.clk)
         self.dut.rst.value = 0
         cocotb.start_soon(self._read_out())
+        cocotb.start_soon(self._serve_results())
 
     def draw(self):
         """Set all registers to something else."""
@@ -77,11 +83,17 @@ class Bench:
         self.status = fields(status_reply(CONFIG))
         self.counters = fields(counters_reply(CONFIG))
         self.recipe = fields(RECIPE)
+        self.totals = fields(check_reply(CONFIG))
+        # Of each path of the latest check; at times there was none.
+        paths = rng.choice((0, 1, CONFIG.population))
+        self.results = [rng.randbytes(rng.randint(1, 80)) for _ in range(paths)]
         self.survivors = [rng.randrange(CONFIG.population) for _ in range(CONFIG.survivors)]
         dut.session.value = self.session
         dut.status.value = packed(UNIT.status_layout, self.status)
         dut.counters.value = packed(UNIT.counters_layout, self.counters)
         dut.recipe.value = packed(UNIT.recipe_layout, self.recipe)
+        dut.totals.value = packed(UNIT.totals_layout, self.totals)
+        dut.checked.value = len(self.results)
         dut.survivors.value = packed(UNIT.survivors_layout, self.survivors)
 
     async def _read_out(self):
@@ -95,6 +107,16 @@ class Bench:
             ]
             words[-1]["final"] = 1
             await self.waypoints.put(*words)
+
+    async def _serve_results(self):
+        while True:
+            read = await self.result_reads.get()
+            self.asked.append((read.path, read.count))
+            data = b"".join(self.results[read.path : read.path + read.count])
+            last = len(data) - 1
+            await self.records.put(
+                *({"data": byte, "last": at == last} for at, byte in enumerate(data))
+            )
 
     def expected(self, kind, slot, count):
         """Return the payload of an answer and the slots that must be read for it."""
@@ -115,11 +137,23 @@ class Bench:
             checksum = zlib.crc32(pack_paths(CONFIG, self.paths))
             payload = recipe_reply(CONFIG).pack(**self.recipe, checksum=checksum)
             return payload, [(0, CONFIG.population)]
+        if kind in (AnswerKind.TOTALS, AnswerKind.CHECKED):
+            payload = check_reply(CONFIG).pack(**self.totals)
+            if kind is AnswerKind.TOTALS or not self.results:
+                return payload, []
+            return payload + b"".join(self.results), [(0, len(self.results))]
+        if kind is AnswerKind.RESULTS:
+            return b"".join(self.results[slot : slot + count]), [(slot, count)]
         return b"", []
 
     async def check(self, kind, slot=0, count=0):
         """Let the unit send one answer, and compare it."""
         dut, rng = self.dut, self.rng
+        if kind is AnswerKind.RESULTS:  # Asked for only where there are any.
+            if not self.results:
+                return
+            slot = rng.randrange(len(self.results))
+            count = rng.randint(1, len(self.results) - slot)
         answer = {
             "kind": kind,
             "session": rng.randrange(256),
@@ -158,7 +192,8 @@ async def every_kind_after_every_other(dut, stalled):
     bench = Bench(dut, stalled=stalled)
     await bench.reset()
     kinds = list(AnswerKind)
-    short = [kind for kind in kinds if kind not in (AnswerKind.PATHS, AnswerKind.CHILDREN)]
+    long = (AnswerKind.PATHS, AnswerKind.CHILDREN, AnswerKind.CHECKED, AnswerKind.RESULTS)
+    short = [kind for kind in kinds if kind not in long]
     for one, other in [*itertools.product(short, short), *itertools.pairwise(kinds * 2)]:
         for kind in (one, other):
             slot = bench.rng.randrange(CONFIG.population)

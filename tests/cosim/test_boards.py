@@ -1,11 +1,15 @@
 """The simulated board against the software model, both behind the same host code."""
 
+import json
 import os
 import re
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from hdl.config import Config
@@ -20,6 +24,7 @@ from tests.fuzz import Fuzz
 
 pytestmark = pytest.mark.cosim
 
+ROOT = Path(__file__).resolve().parents[2]
 DEFAULT = Config(clocks_per_bit=4)
 #: The longest paths that the papers mention, in a small population.
 LONG_PATHS = SMALL.replace(max_waypoints=20)
@@ -159,6 +164,32 @@ def test_stopped_board_is_given_up():
             chip.step(list(range(SMALL.population)))
         assert 0.6 <= time.monotonic() - begun < 3
     assert children() <= before
+
+
+def test_ctrl_c_does_not_wait_for_a_stopped_board(tmp_path):
+    """The best so far is written at once, and the simulator ends with its host."""
+    terrain = tmp_path / "plain.npz"
+    np.savez(terrain, elevation=np.zeros((21, 21)), dx_m=100.0, dy_m=100.0)
+    command = [sys.executable, "-m", "host", "plan", "--terrain", terrain, "--agl", "--start",
+               "100,100,50", "--goal", "1900,1900,50", "--board", board_url("sim", SMALL),
+               "--generations", "1000000", "--out", tmp_path / "out"]  # fmt: skip
+    with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
+        while not process.stderr.readline().startswith("generation 0/"):
+            assert process.poll() is None
+        (simulator,) = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+        os.kill(int(simulator), signal.SIGSTOP)
+        time.sleep(0.5)
+        begun = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        error = process.communicate(timeout=60)[1]
+        # A second for the board, and the picture's time; the board alone would take 15 s.
+        assert time.monotonic() - begun < 8
+    assert process.returncode == 130
+    assert error.splitlines()[-1] == "pathgene: Interrupted; what was best so far is written."
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert (summary["stopped_by"], summary["hardware"]) == ("interrupt", None)
+    assert summary["seconds"]["link"] > 1
+    assert not Path(f"/proc/{simulator}").exists()
 
 
 def test_stopped_board_goes_on_when_it_is_let():

@@ -12,7 +12,16 @@ from sim.runner import BENCHES, run
 pytestmark = pytest.mark.cosim
 
 
-@pytest.mark.parametrize("clocks_per_bit", [4, 868])
+@pytest.mark.parametrize(
+    ("simulator", "clocks_per_bit"),
+    [
+        ("icarus", 4),
+        ("verilator", 4),
+        ("verilator", 868),
+        pytest.param("icarus", 868, marks=pytest.mark.long),
+    ],
+    indirect=["simulator"],
+)
 def test_uart(clocks_per_bit, simulator):
     config = Config(clocks_per_bit=clocks_per_bit)
     text = cached_verilog(

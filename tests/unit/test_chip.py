@@ -134,6 +134,38 @@ def test_load_of_some_slots(chip, port):
     assert chip.step(range(8)).paths == port.chip.core.paths
 
 
+@pytest.mark.parametrize("mode", LinkMode)
+@pytest.mark.parametrize("slots", [(), (0, 3), (2, 4), (6, 2)], ids=str)
+def test_a_step_before_a_whole_load_reads_the_chip(port, mode, slots):
+    opened(port).load(random_paths(SMALL, random.Random(7)))
+    before = [list(path) for path in port.chip.core.paths]
+    chip = opened(port)
+    chip.start(5, LIMITS)
+    if slots:
+        slot, count = slots
+        fresh = random_paths(SMALL, random.Random(8))[:count]
+        chip.load(fresh, slot)
+        before[slot : slot + count] = fresh
+    assert chip.paths == port.chip.core.paths == before
+    assert chip.step(range(8), mode).paths == port.chip.core.paths
+
+
+@pytest.mark.parametrize("mode", LinkMode)
+def test_a_step_is_the_caller_s_to_change(chip, port, mode):
+    step = chip.step(range(8), mode)
+    step.paths[0][0] ^= 1
+    step.paths.pop()
+    assert chip.paths == port.chip.core.paths
+    assert chip.step(range(8), LinkMode.RANK).paths == port.chip.core.paths
+
+
+def test_after_a_refused_load_the_copy_is_read_again(chip, port):
+    with pytest.raises(RefusedError, match=r"WRITE with BAD_VALUE"):
+        chip.load([[1, 2], [3, 4, 5]], slot=7)
+    assert chip.paths == port.chip.core.paths
+    assert port.count(Command.READ) == 4
+
+
 def test_load_of_nothing_sends_nothing(chip, port):
     sent = len(port.commands)
     chip.load([])

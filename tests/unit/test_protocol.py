@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hdl import protocol
-from hdl.config import Config, SurvivorSelection
-from hdl.protocol import Layout, LinkMode
+from hdl.config import CheckerBuild, Config, SurvivorSelection
+from hdl.protocol import Layout, LinkMode, PathResult
 
 
 CONFIG = Config()
@@ -17,6 +17,11 @@ CONFIGS = [
     CONFIG,
     Config(max_waypoints=20, survivor_selection=SurvivorSelection.RANK),
     Config(population=8, children=4, survivors=2, inserts=1, deletes=1, max_waypoints=5),
+    *(
+        Config(checker=build, lanes=1, memory_latency=1, redraws=3)
+        for build in CheckerBuild
+        if build is not CheckerBuild.NONE
+    ),
 ]
 
 
@@ -59,6 +64,14 @@ def test_every_layout_returns_what_it_packed(config):
         protocol.counters_reply(config),
         protocol.survivors_reply(config),
         protocol.recipe_reply(config),
+        protocol.map_request(config),
+        protocol.check_request(config),
+        protocol.check_paths_request(config),
+        protocol.results_request(config),
+        protocol.check_reply(config),
+        protocol.path_record(config),
+        protocol.hit_record(config),
+        protocol.entry_record(config),
     ]
     for layout in layouts:
         values = {name: rng.getrandbits(width) for name, width in layout.fields}
@@ -72,6 +85,19 @@ def test_info_tells_the_configuration(config):
     told = layout.unpack(layout.pack(**values))
     assert protocol.config_from_info(told) == config
     assert (told["version"], told["build_id"]) == (protocol.VERSION, config.build_id)
+
+
+def test_a_checker_that_is_not_known_is_refused():
+    values = protocol.info_values(CONFIG) | {"session": 7, "checker": 4}
+    with pytest.raises(ValueError, match=r"^Checker must be below 4, not 4$"):
+        protocol.config_from_info(values)
+
+
+def test_checkers_are_numbered():
+    numbers = {"none": 0, "two-tier": 1, "parallel": 2, "hierarchical": 3}
+    for build, number in numbers.items():
+        config = Config(checker=build, lanes=1)
+        assert protocol.info_values(config)["checker"] == number
 
 
 def test_version_and_build_never_move():
@@ -107,6 +133,53 @@ def test_paths_survive_the_link(paths):
 def test_broken_paths_are_refused(payload, sentence):
     with pytest.raises(ValueError, match=sentence):
         protocol.unpack_paths(CONFIG, payload)
+
+
+@pytest.mark.parametrize("bits", range(4, 17))
+@given(st.data())
+def test_cells_survive_the_link(bits, data):
+    config = Config(altitude_bits=bits)
+    cells = data.draw(st.lists(st.integers(0, (1 << bits) - 1), max_size=40))
+    packed = protocol.pack_cells(config, cells)
+    assert len(packed) == -(-len(cells) * bits // 8)
+    assert protocol.unpack_cells(config, packed)[: len(cells)] == cells
+
+
+def test_cells_have_nothing_between_them():
+    assert protocol.pack_cells(CONFIG, [0xABC, 0x123, 0xFFF]) == bytes.fromhex("bc3a12ff0f")
+
+
+entries = st.lists(
+    st.tuples(st.integers(0, 16), st.integers(0, 512), st.integers(0, 512)), max_size=17
+).map(tuple)
+hits = st.builds(
+    PathResult,
+    st.just(True),
+    st.integers(0, 16),
+    st.tuples(st.integers(0, 511), st.integers(0, 511)),
+    st.booleans(),
+    st.integers(1, 17 * 512),
+    entries,
+)
+
+
+@given(st.lists(st.just(PathResult()) | hits, max_size=10))
+def test_results_survive_the_link(results):
+    packed = protocol.pack_results(CONFIG, results)
+    assert protocol.unpack_results(CONFIG, packed) == results
+    # A free path takes a byte, a hit 5 more, an entry 4.
+    assert len(packed) == sum(
+        1 + 5 * result.collision + 4 * len(result.entries) for result in results
+    )
+
+
+def test_torn_results_are_refused():
+    hit = PathResult(True, 3, (100, 200), False, 70, ((3, 5, 0),))
+    packed = protocol.pack_results(CONFIG, [hit])
+    assert protocol.unpack_results(CONFIG, packed) == [hit]
+    for size in range(1, len(packed)):
+        with pytest.raises(ValueError, match=f"^Results must be whole, not end after {size} byte"):
+            protocol.unpack_results(CONFIG, packed[:size])
 
 
 def test_versions_do_not_mix():

@@ -1,0 +1,1 @@
+"""What the receiving unit does with the payload of each command, one unit per kind."""

@@ -1,0 +1,114 @@
+"""Takes the order of the slots of a GENERATE."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.commands.layouts import payload_members
+from hdl.config import Config
+from hdl.ga_core.layouts import ranking_layout
+from hdl.protocol import Status
+
+
+__all__ = ["OrderTaker"]
+
+
+class OrderTaker(wiring.Component):
+    """Hands the order of the slots to the core, and waits until it has been worked in.
+
+    A byte is taken a clock, as long as the core takes ranks. An order that is no permutation of the
+    slots is refused.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    on, repeated, bytes, ended, over, status
+        See :func:`hdl.commands.layouts.payload_members`.
+    identity : In(1)
+        Nothing follows: the slots are in order already.
+    ranking : Out(stream of rank, slot)
+        The slots from the best path to the worst.
+    ranked : In(1)
+        The core has worked the ranking in.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        self.ranking_layout = ranking_layout(config)
+        super().__init__(
+            {
+                **payload_members(),
+                "identity": In(1),
+                "ranking": Out(stream.Signature(self.ranking_layout)),
+                "ranked": In(1),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+        byte = self.bytes.payload
+        taken = byte[: config.slot_bits]
+
+        rank = Signal(range(config.population + 1))
+        seen = Signal(config.population)
+        bad_value = Signal()
+        complete = Signal()
+        m.d.comb += [
+            complete.eq(rank == config.population),
+            self.ranking.p.rank.eq(rank),
+            self.ranking.p.slot.eq(Mux(self.identity, rank, byte)),
+        ]
+
+        def settle(status):
+            m.d.comb += [self.over.eq(1), self.status.eq(status)]
+
+        with m.FSM():
+            with m.State("Order"):
+                with m.If(~self.on):
+                    m.d.sync += [rank.eq(0), seen.eq(0), bad_value.eq(0)]
+                with m.Elif(self.identity):
+                    m.d.comb += self.ranking.valid.eq(self.ended & ~self.repeated)
+                    with m.If(~self.ended):
+                        settle(Status.BAD_LENGTH)
+                    with m.Elif(self.repeated):
+                        settle(Status.OK)
+                    with m.Elif(self.ranking.ready):
+                        m.d.sync += rank.eq(rank + 1)
+                        with m.If(rank == config.population - 1):
+                            m.next = "Ranked"
+                with m.Elif(self.ended):
+                    with m.If(~complete):
+                        settle(Status.BAD_LENGTH)
+                    with m.Elif(self.repeated):
+                        settle(Status.OK)
+                    with m.Elif(bad_value):
+                        settle(Status.BAD_VALUE)
+                    with m.Else():
+                        m.next = "Ranked"
+                with m.Elif(complete):
+                    with m.If(self.bytes.valid):  # One byte too many.
+                        settle(Status.BAD_LENGTH)
+                with m.Else():
+                    m.d.comb += [
+                        self.ranking.valid.eq(self.bytes.valid & ~self.repeated),
+                        self.bytes.ready.eq(self.ranking.ready | self.repeated),
+                    ]
+                    with m.If(self.bytes.valid & self.bytes.ready):
+                        m.d.sync += [
+                            rank.eq(rank + 1),
+                            seen.bit_select(taken, 1).eq(1),
+                            bad_value.eq(
+                                bad_value | (byte >= config.population) | seen.bit_select(taken, 1)
+                            ),
+                        ]
+
+            with m.State("Ranked"):
+                with m.If(self.ranked):
+                    settle(Status.OK)
+                    m.next = "Order"
+
+        return m

@@ -1,0 +1,96 @@
+"""Takes the paths of a WRITE."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out, connect, flipped
+
+from hdl.commands.layouts import payload_members
+from hdl.commands.words import WaypointWords
+from hdl.config import Config
+from hdl.ga_core.layouts import write_layout
+from hdl.protocol import Status
+
+
+__all__ = ["PathWriter"]
+
+
+class PathWriter(wiring.Component):
+    """Writes paths into consecutive slots.
+
+    It is over in the clock after the last waypoint was written. Paths of a wrong length, or past
+    the last slot, are refused; waypoints before what is wrong have been written by then.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    on, repeated, bytes, ended, over, status
+        See :func:`hdl.commands.layouts.payload_members`.
+    slot : In(8)
+        The first slot.
+    writes : Out(stream of slot, index, waypoint, last)
+        Waypoints for the present population.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        self.write_layout = write_layout(config)
+        super().__init__(
+            {
+                **payload_members(),
+                "slot": In(8),
+                "writes": Out(stream.Signature(self.write_layout)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+
+        m.submodules.words = words = WaypointWords(config)
+        word = words.words
+        connect(m, flipped(self.bytes), words.bytes)
+
+        path = Signal(9)  # Whole paths so far.
+        slot = Signal(10)
+        index = Signal(range(config.max_waypoints + 1))
+        any_word = Signal()
+        bad_value = Signal()
+        wrong = Signal()
+        m.d.comb += [
+            words.on.eq(self.on),
+            slot.eq(self.slot + path),
+            wrong.eq(
+                (slot >= config.population)
+                | (index >= config.max_waypoints)
+                | (word.p.last & (index < config.MIN_WAYPOINTS - 1))
+                | bad_value
+            ),
+            self.writes.p.slot.eq(slot),
+            self.writes.p.index.eq(index),
+            self.writes.p.waypoint.eq(word.p.waypoint),
+            self.writes.p.last.eq(word.p.last),
+            self.writes.valid.eq(word.valid & ~wrong & ~self.repeated),
+            word.ready.eq(wrong | self.repeated | self.writes.ready),
+        ]
+        with m.If(~self.on):
+            m.d.sync += [path.eq(0), index.eq(0), any_word.eq(0), bad_value.eq(0)]
+        with m.Elif(word.valid & word.ready):
+            m.d.sync += [any_word.eq(1), bad_value.eq(wrong)]
+            with m.If(word.p.last):
+                m.d.sync += [index.eq(0), path.eq(path + 1)]
+            with m.Elif(~wrong):
+                m.d.sync += index.eq(index + 1)
+
+        m.d.comb += [
+            self.over.eq(self.on & self.ended & ~word.valid),
+            self.status.eq(Status.OK),
+        ]
+        with m.If(words.partial | ~any_word):
+            m.d.comb += self.status.eq(Status.BAD_LENGTH)
+        with m.Elif(bad_value | (index != 0)):
+            m.d.comb += self.status.eq(Status.BAD_VALUE)
+
+        return m

@@ -1,0 +1,75 @@
+"""Takes the points of a CHECK."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import Out, connect, flipped
+
+from hdl.commands.layouts import payload_members
+from hdl.commands.words import WaypointWords
+from hdl.config import Config
+from hdl.feasibility.layouts import point_layout
+from hdl.protocol import Status
+
+
+__all__ = ["PointTaker"]
+
+
+class PointTaker(wiring.Component):
+    """Hands on the points of one path, of which there are 2 to ``max_waypoints + 2``.
+
+    It is over in the clock after the last point was taken. Any other number of points is refused;
+    those before what is wrong have been handed on by then.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    on, repeated, bytes, ended, over, status
+        See :func:`hdl.commands.layouts.payload_members`.
+    points : Out(stream of x, y, altitude, last)
+        At most as many as a path may have, and none after a ``last`` one.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        self.point_layout = point_layout(config)
+        super().__init__({**payload_members(), "points": Out(stream.Signature(self.point_layout))})
+
+    def elaborate(self, platform):
+        m = Module()
+        most = self.config.max_waypoints + 2
+
+        m.submodules.words = words = WaypointWords(self.config)
+        word = words.words
+        connect(m, flipped(self.bytes), words.bytes)
+
+        count = Signal(range(most + 1))
+        finished = Signal()
+        bad_value = Signal()
+        wrong = Signal()
+        m.d.comb += [
+            words.on.eq(self.on),
+            wrong.eq(finished | (count == most) | (word.p.last & (count == 0)) | bad_value),
+            self.points.p.eq(word.p),
+            self.points.valid.eq(word.valid & ~wrong & ~self.repeated),
+            word.ready.eq(wrong | self.repeated | self.points.ready),
+        ]
+        with m.If(~self.on):
+            m.d.sync += [count.eq(0), finished.eq(0), bad_value.eq(0)]
+        with m.Elif(word.valid & word.ready):
+            m.d.sync += [bad_value.eq(wrong), finished.eq(finished | word.p.last)]
+            with m.If(~wrong):
+                m.d.sync += count.eq(count + 1)
+
+        m.d.comb += [
+            self.over.eq(self.on & self.ended & ~word.valid),
+            self.status.eq(Status.OK),
+        ]
+        with m.If(words.partial | ((count == 0) & ~bad_value)):
+            m.d.comb += self.status.eq(Status.BAD_LENGTH)
+        with m.Elif(bad_value | ~finished):
+            m.d.comb += self.status.eq(Status.BAD_VALUE)
+
+        return m

@@ -1,0 +1,163 @@
+"""Points for the collision checker: of one path, or of paths out of the population."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out, connect, flipped
+
+from hdl.commands.layouts import check_layout
+from hdl.config import Config
+from hdl.feasibility.layouts import point_layout
+from hdl.ga_core.layouts import read_layout, waypoint_layout
+from hdl.link.ring import CommitRing
+
+
+__all__ = ["PathSource"]
+
+
+class PathSource(wiring.Component):
+    """Offers the checker a point in every clock, from the first to the last of a check.
+
+    The population's read-out has a clock between two paths in which it has no waypoint, besides the
+    two for the goal and the next aircraft. The points therefore go through a buffer, which is let
+    out when there are as many points in it as paths still to be read could fall behind.
+
+    The first point of one path is offered 4 clocks after the unit is turned on, that of a batch
+    ``13 + count * 5 / 4`` clocks at most.
+
+    The buffer is one block RAM on the target.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    forget : In(1)
+        Points given and not checked are void. Not while ``on``.
+    points : In(stream.Signature(point_layout))
+        Those of one path. There is room for a path after ``forget``; not taken while ``on``.
+    on : In(1)
+        A check runs, until the checker has all its points.
+    checks : In(check_layout)
+        What is to be checked, steady while ``on``. Of one path, its points have been given.
+    reads : Out(stream.Signature(read_layout))
+        Slots to be read out of the population.
+    waypoints : In(stream.Signature(waypoint_layout))
+        Their waypoints.
+    paths : Out(stream.Signature(point_layout))
+        Points for the checker; ``last`` marks each goal.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        self.point_layout = point_layout(config)
+        # Room for one path, and for the backlog of a batch with some more to keep ahead.
+        rows = max(2 * config.population, config.max_waypoints + 2)
+        self.depth = 1 << (rows - 1).bit_length()
+        super().__init__(
+            {
+                "forget": In(1),
+                "points": In(stream.Signature(self.point_layout)),
+                "on": In(1),
+                "checks": In(check_layout(config)),
+                "reads": Out(stream.Signature(read_layout(config))),
+                "waypoints": In(stream.Signature(waypoint_layout(config))),
+                "paths": Out(stream.Signature(self.point_layout)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        checks = self.checks
+
+        m.submodules.ring = ring = CommitRing(self.point_layout, self.depth)
+        connect(m, ring.words, flipped(self.paths))
+
+        tail = Signal.like(ring.committed)
+        committed = Signal.like(ring.committed)
+        waiting = Signal.like(ring.committed)
+        room = Signal()
+        point = Signal(self.point_layout)
+        write = Signal()
+        put = Signal()
+        let_out = Signal()
+        m.d.comb += [
+            ring.committed.eq(committed),
+            waiting.eq(tail - ring.fetched),
+            room.eq(~waiting[-1]),
+            put.eq(write & room),
+            ring.write_enable.eq(put),
+            ring.write_row.eq(tail),
+            ring.write_data.eq(point),
+        ]
+        with m.If(put):
+            m.d.sync += tail.eq(tail + 1)
+        with m.Elif(self.forget):
+            m.d.sync += tail.eq(committed)
+        with m.If(let_out):
+            m.d.sync += committed.eq(tail)
+
+        flowing = Signal()
+        final = Signal()
+        m.d.comb += [
+            self.reads.p.slot.eq(checks.slot),
+            self.reads.p.count.eq(checks.count),
+        ]
+
+        with m.FSM():
+            with m.State("Off"):
+                m.d.sync += flowing.eq(0)
+                m.d.comb += [
+                    point.eq(self.points.p),
+                    write.eq(self.points.valid & ~self.on),
+                    self.points.ready.eq(room & ~self.on),
+                ]
+                with m.If(self.on):
+                    with m.If(checks.batch):
+                        m.next = "Ask"
+                    with m.Else():
+                        m.next = "All"
+
+            with m.State("Ask"):
+                m.d.comb += self.reads.valid.eq(1)
+                with m.If(self.reads.ready):
+                    m.next = "Read"
+
+            with m.State("Read"):
+                with m.If(self.waypoints.valid):
+                    m.next = "Aircraft"
+
+            with m.State("Aircraft"):
+                m.d.comb += [point.eq(checks.start), write.eq(1)]
+                with m.If(room):
+                    m.next = "Waypoints"
+
+            with m.State("Waypoints"):
+                m.d.comb += [
+                    point.eq(self.waypoints.p.waypoint),
+                    write.eq(self.waypoints.valid),
+                    self.waypoints.ready.eq(room),
+                ]
+                m.d.sync += final.eq(self.waypoints.p.final)
+                with m.If(put & self.waypoints.p.last):
+                    m.next = "Goal"
+
+            with m.State("Goal"):
+                m.d.comb += [point.eq(Cat(checks.goal, 1)), write.eq(1)]
+                with m.If(room):
+                    m.next = "Aircraft"
+                    with m.If(final):
+                        m.next = "All"
+
+            with m.State("All"):
+                m.d.comb += let_out.eq(1)
+                with m.If(~self.on):
+                    m.next = "Off"
+
+        # Each path still to come may cost a clock.
+        with m.If(waiting >= checks.count):
+            m.d.sync += flowing.eq(self.on & checks.batch)
+        with m.If(flowing):
+            m.d.comb += let_out.eq(1)
+
+        return m

@@ -1,0 +1,190 @@
+"""Results of the latest check, for the host to read."""
+
+from amaranth import *
+from amaranth.lib import data, memory, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.commands.layouts import struct
+from hdl.config import Config
+from hdl.feasibility.layouts import count_layout, verdict_layout
+from hdl.protocol import check_reply, entry_record, hit_record, path_record
+
+
+__all__ = ["ResultStore", "record_layout"]
+
+
+def record_layout(config: Config) -> data.StructLayout:
+    """One byte of the results; ``last`` ends what was asked for."""
+    return data.StructLayout({"data": 8, "last": 1})
+
+
+class ResultStore(wiring.Component):
+    """Keeps what the checker says of up to a population of paths, and serves it byte by byte.
+
+    Verdicts and counts are taken in every clock, so that the link never holds the checker up: there
+    is room for an entry of every segment of every path. Which entries are a verdict's is told by
+    their number alone, in whatever clocks the two streams come.
+
+    On the target, counts take a block RAM for each 1024 rows of 18 bits (two for 32 paths of 17
+    segments), and verdicts ``population`` rows of two to four more or of distributed memory, as
+    synthesis likes it.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    clear : In(1)
+        A check begins: what is held is void.
+    verdicts : In(stream.Signature(verdict_layout))
+    counts : In(stream.Signature(count_layout))
+        Always ready.
+    paths : Out(9)
+        Verdicts held.
+    complete : Out(1)
+        Their entries have all come.
+    totals : Out(struct of check_reply)
+        Sums over the verdicts held.
+    reads : In(stream.Signature({"path": 8, "count": 9}))
+        Paths to serve, of those held: the first, and how many, 1 or more.
+    records : Out(stream.Signature(record_layout))
+        Their results as :mod:`hdl.protocol.results` has them. The first byte is offered 3 clocks
+        after a read is taken; then a byte a clock, with 2 clocks before each entry and path.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        self.totals_layout = struct(check_reply(config))
+        self.read_layout = data.StructLayout({"path": 8, "count": 9})
+        super().__init__(
+            {
+                "clear": In(1),
+                "verdicts": In(stream.Signature(verdict_layout(config))),
+                "counts": In(stream.Signature(count_layout(config))),
+                "paths": Out(9),
+                "complete": Out(1),
+                "totals": Out(self.totals_layout),
+                "reads": In(stream.Signature(self.read_layout)),
+                "records": Out(stream.Signature(record_layout(config))),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+        verdict, count = self.verdicts.p, self.counts.p
+
+        rows = config.population * config.max_segments
+        hit = hit_record(config)
+        names = [name for name, _ in hit.fields]
+        verdict_row = data.StructLayout(
+            {"first": range(rows), "collision": 1, "entries": 7, **dict(hit.fields)}
+        )
+        m.submodules.verdict_rows = verdict_rows = memory.Memory(
+            shape=verdict_row, depth=config.population, init=[]
+        )
+        m.submodules.entry_rows = entry_rows = memory.Memory(
+            shape=struct(entry_record(config)), depth=rows, init=[]
+        )
+
+        # Entries that have come, and those that the verdicts have told of.
+        come = Signal(range(rows + 1))
+        told = Signal(range(rows + 1))
+        verdict_write = verdict_rows.write_port()
+        entry_write = entry_rows.write_port()
+        m.d.comb += [
+            self.verdicts.ready.eq(1),
+            self.counts.ready.eq(1),
+            self.complete.eq(come == told),
+            verdict_write.en.eq(self.verdicts.valid),
+            verdict_write.addr.eq(self.paths),
+            verdict_write.data.first.eq(told),
+            verdict_write.data.collision.eq(verdict.collision),
+            verdict_write.data.entries.eq(verdict.entries),
+            *(verdict_write.data[name].eq(verdict[name]) for name in names),
+            entry_write.en.eq(self.counts.valid),
+            entry_write.addr.eq(come),
+            *(entry_write.data[name].eq(count[name]) for name, _ in entry_record(config).fields),
+        ]
+        with m.If(self.verdicts.valid):
+            m.d.sync += [
+                self.paths.eq(self.paths + 1),
+                told.eq(told + verdict.entries),
+                *(self.totals[name].eq(self.totals[name] + verdict[name])
+                  for name, _ in check_reply(config).fields),
+            ]  # fmt: skip
+        with m.If(self.counts.valid):
+            m.d.sync += come.eq(come + 1)
+        with m.If(self.clear):
+            m.d.sync += [self.paths.eq(0), self.totals.eq(0), come.eq(0), told.eq(0)]
+
+        self._serve(m, verdict_rows.read_port(), entry_rows.read_port())
+        return m
+
+    def _serve(self, m, verdict_read, entry_read):
+        """Send the results asked for."""
+        config = self.config
+        path, hit, entry = path_record(config), hit_record(config), entry_record(config)
+        result = verdict_read.data
+
+        number = Signal(8)
+        paths = Signal(9)  # Left, with the one being sent.
+        entries = Signal(7)  # Of this path, left.
+        fields = Signal(8 * max(path.size + hit.size, entry.size))
+        left = Signal(range(path.size + hit.size + entry.size))  # Bytes of the fields.
+        ends = Signal()
+        m.d.comb += [
+            verdict_read.addr.eq(number),
+            self.records.p.data.eq(fields[:8]),
+            ends.eq((left == 1) & (entries == 0)),
+            self.records.p.last.eq(ends & (paths == 1)),
+        ]
+        row = Signal.like(entry_read.addr)
+        m.d.comb += entry_read.addr.eq(row)
+
+        with m.FSM():
+            with m.State("Idle"):
+                m.d.comb += self.reads.ready.eq(1)
+                m.d.sync += [number.eq(self.reads.p.path), paths.eq(self.reads.p.count)]
+                with m.If(self.reads.valid):
+                    m.next = "Path"
+
+            with m.State("Path"):
+                m.next = "Verdict"
+
+            with m.State("Verdict"):
+                m.d.sync += [
+                    fields.eq(
+                        Cat(
+                            result.collision,
+                            result.entries,
+                            *(result[name] for name, _ in hit.fields),
+                        )
+                    ),
+                    left.eq(Mux(result.collision, path.size + hit.size, path.size)),
+                    entries.eq(result.entries),
+                    row.eq(result.first),
+                    number.eq(number + 1),
+                ]
+                m.next = "Bytes"
+
+            with m.State("Bytes"):
+                m.d.comb += self.records.valid.eq(1)
+                with m.If(self.records.ready):
+                    m.d.sync += [fields.eq(fields >> 8), left.eq(left - 1)]
+                    with m.If(ends):
+                        m.d.sync += paths.eq(paths - 1)
+                        m.next = "Path"
+                        with m.If(paths == 1):
+                            m.next = "Idle"
+                    with m.Elif(left == 1):
+                        m.next = "Entry"
+
+            with m.State("Entry"):
+                m.d.sync += [row.eq(row + 1), entries.eq(entries - 1)]
+                m.next = "Counts"
+
+            with m.State("Counts"):
+                m.d.sync += [fields.eq(entry_read.data), left.eq(entry.size)]
+                m.next = "Bytes"

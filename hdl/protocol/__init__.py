@@ -1,0 +1,117 @@
+"""The one definition of what host and chip say to each other. Pure Python.
+
+Frame
+-----
+``COBS(body | CRC-32) 0x00``. The body is at least 3 bytes: session, sequence, code, then a payload.
+The CRC (IEEE 802.3, as in zlib; least significant byte first) has each byte XORed with
+:data:`VERSION`, so that ends of different versions do not understand each other by accident. Frames
+about :data:`Command.INFO` are *plain*: their CRC is not XORed and their layout never changes, so
+that every host can ask any chip for its version.
+
+Order
+-----
+A host opens the session after the chip's present one, modulo 256 (:data:`Command.OPEN`); this sets
+the expected sequence number to 0. Opening the present session changes nothing, opening any other is
+answered with :data:`Status.NO_SESSION`, so a frame from the past cannot do it. Every other command
+but ``INFO`` carries the session and the next sequence number, modulo 256. The chip
+
+- executes the command with the expected number, answers, and expects the next;
+- answers the one before that again without executing it again (the answer was lost);
+- answers :data:`Status.DUPLICATE` to the 126 before that one, :data:`Status.OUT_OF_ORDER` to
+  others;
+- answers :data:`Status.NO_SESSION` to another session, and nothing to a damaged frame.
+
+A refused command (an error as status) is not counted as executed: its number stays the expected
+one. A GENERATE that is answered again may ask for another :class:`LinkMode` than the first time,
+and a check for :data:`CheckFlag.BRIEF`, so that a host can do with a short answer where long ones
+get damaged. A command is executed exactly once and in order, whatever the line loses, damages,
+repeats or reorders. A host may have several commands unanswered as long as their bodies with CRCs
+fit in :attr:`hdl.config.Config.receive_buffer`; an answer confirms every command up to its own.
+
+The answer has the command's session and sequence, a :class:`Status` as code, and the payload of the
+reply; a status other than ``OK`` has none.
+
+Payloads are fields of whole bits, least significant first, the first field lowest, padded with
+zeros to bytes. Waypoints are ``waypoint_bytes`` each: x, y, altitude, then a bit that marks the
+last of its path. Cells of the map are ``altitude_bits`` each, with nothing between them.
+"""
+
+from hdl.protocol.codes import (
+    CheckFlag,
+    ChipState,
+    Command,
+    Counter,
+    LinkMode,
+    Status,
+    StickyError,
+)
+from hdl.protocol.frame import BODY_HEADER_BYTES, CRC_BYTES, DELIMITER, VERSION, frame_crc
+from hdl.protocol.layout import Layout
+from hdl.protocol.messages import (
+    check_paths_request,
+    check_reply,
+    check_request,
+    config_from_info,
+    counters_reply,
+    entry_record,
+    generate_request,
+    hit_record,
+    info_reply,
+    info_values,
+    map_request,
+    open_request,
+    path_record,
+    read_request,
+    recipe_reply,
+    results_request,
+    start_request,
+    status_reply,
+    survivors_reply,
+    write_request,
+)
+from hdl.protocol.paths import pack_cells, pack_paths, unpack_cells, unpack_paths
+from hdl.protocol.results import PathResult, pack_results, unpack_results
+
+
+__all__ = [
+    "BODY_HEADER_BYTES",
+    "CRC_BYTES",
+    "DELIMITER",
+    "VERSION",
+    "CheckFlag",
+    "ChipState",
+    "Command",
+    "Counter",
+    "Layout",
+    "LinkMode",
+    "PathResult",
+    "Status",
+    "StickyError",
+    "check_paths_request",
+    "check_reply",
+    "check_request",
+    "config_from_info",
+    "counters_reply",
+    "entry_record",
+    "frame_crc",
+    "generate_request",
+    "hit_record",
+    "info_reply",
+    "info_values",
+    "map_request",
+    "open_request",
+    "pack_cells",
+    "pack_paths",
+    "pack_results",
+    "path_record",
+    "read_request",
+    "recipe_reply",
+    "results_request",
+    "start_request",
+    "status_reply",
+    "survivors_reply",
+    "unpack_cells",
+    "unpack_paths",
+    "unpack_results",
+    "write_request",
+]

@@ -1,0 +1,145 @@
+"""Codes of commands, answers, states, errors and counters."""
+
+from __future__ import annotations
+
+import enum
+
+
+__all__ = ["CheckFlag", "ChipState", "Command", "Counter", "LinkMode", "Status", "StickyError"]
+
+
+class Command(enum.IntEnum):
+    """Code of a request."""
+
+    #: What the chip is: :func:`info_reply`. Plain, and needs no session.
+    INFO = 1
+    #: Open the session named in the header; the expected sequence number becomes 0.
+    OPEN = 2
+    #: State, generation, sticky errors: :func:`status_reply`.
+    STATUS = 3
+    #: Seed, limits, generation 0: :func:`start_request`.
+    START = 4
+    #: Paths into consecutive slots: :func:`write_request`, then the waypoints.
+    WRITE = 5
+    #: One generation: :func:`generate_request`; the reply depends on the :class:`LinkMode`.
+    GENERATE = 6
+    #: Paths of consecutive slots: :func:`read_request`; the reply is their waypoints.
+    READ = 7
+    #: Clocks and bytes since reset: :func:`counters_reply`.
+    COUNTERS = 8
+    #: Clear the sticky errors.
+    CLEAR = 9
+    #: A rectangle of the map: :func:`map_request`, then its cells. This and the next three are
+    #: unknown to a chip without a checker.
+    MAP = 10
+    #: One path against the map: :func:`check_request`, then its points, from the aircraft to the
+    #: goal, in the form of a path; the reply is :func:`check_reply`, then the results.
+    CHECK = 11
+    #: Paths of consecutive slots against the map: :func:`check_paths_request`; reply as CHECK's.
+    CHECK_PATHS = 12
+    #: Results of the latest check once more: :func:`results_request`; the reply is the results.
+    RESULTS = 13
+
+
+class Status(enum.IntEnum):
+    """Code of an answer."""
+
+    OK = 0
+    #: Executed long ago; nothing was done, nothing is sent again.
+    DUPLICATE = 1
+    #: Not the next command; the sequence number in the answer is the expected one.
+    OUT_OF_ORDER = 2
+    #: Another session is open, or none.
+    NO_SESSION = 3
+    #: No such command.
+    UNKNOWN_COMMAND = 4
+    #: The payload is shorter or longer than the command's.
+    BAD_LENGTH = 5
+    #: A value is outside its range: slot, number of paths, waypoint count, order not a permutation.
+    BAD_VALUE = 6
+
+
+class LinkMode(enum.IntEnum):
+    """What a generation's request and reply carry."""
+
+    #: The population is sorted already; the reply is the whole new population.
+    POPULATION = 0
+    #: The request carries the order of the slots; the reply the survivors' slots and the children.
+    RANK = 1
+    #: As above; the reply says what was done (:func:`recipe_reply`), and no waypoint but new ones.
+    RECIPE = 2
+
+
+class CheckFlag(enum.IntFlag):
+    """What a check does and answers."""
+
+    #: Count the colliding cells of every segment instead of stopping at the first.
+    COUNT = 1
+    #: Answer :func:`check_reply` only.
+    BRIEF = 2
+
+
+class ChipState(enum.IntEnum):
+    """State of the control unit (*allaire-2008*, section 4.2)."""
+
+    LISTEN = 0
+    RECEIVE = 1
+    CROSSOVER = 2
+    MUTATE = 3
+    UPDATE = 4
+    TRANSMIT = 5
+    #: The collision checker is on.
+    CHECK = 6
+
+
+class StickyError(enum.IntFlag):
+    """Errors the chip has seen since the last CLEAR."""
+
+    #: A byte without a stop bit.
+    FRAMING = 1
+    #: A frame was dropped because the receive buffer was full.
+    OVERRUN = 2
+    #: A frame's CRC was wrong.
+    CRC = 4
+    #: A frame was too short, or its COBS code broken.
+    MALFORMED = 8
+    #: A command was answered with a status of BAD_LENGTH, BAD_VALUE or UNKNOWN_COMMAND.
+    REFUSED = 16
+
+
+class Counter(enum.StrEnum):
+    """Counters of the chip since reset, in the order of :func:`counters_reply`."""
+
+    #: Clocks.
+    CLOCKS = "clocks"
+    #: Clocks in which a frame was coming in or a command was being taken.
+    RECEIVE = "receive"
+    #: Clocks of each unit.
+    CROSSOVER = "crossover"
+    MUTATION = "mutation"
+    UPDATE = "update"
+    #: Clocks in which an answer was being made or was on the line.
+    TRANSMIT = "transmit"
+    #: Most clocks from the first of the crossover to the new population, of one generation since
+    #: the latest START.
+    LONGEST = "longest"
+    #: Generations executed.
+    GENERATIONS = "generations"
+    #: Mutations that a limit on the length forbade.
+    REFUSED_MUTATIONS = "refused_mutations"
+    #: Bytes on the line, both ways, delimiters and damaged frames included.
+    BYTES_RECEIVED = "bytes_received"
+    BYTES_SENT = "bytes_sent"
+    #: Clocks of the collision checker, from the first point of a path, or from the verdict before
+    #: it, to its verdict.
+    FEASIBILITY = "feasibility"
+    #: Cells checked, each path's up to the one that hits first.
+    CELLS = "cells"
+    #: Addresses that the checker gave to the map's memory.
+    READS = "reads"
+    #: Paths checked.
+    PATHS = "paths"
+    #: New waypoints that lay in the ground and were drawn again.
+    REDRAWN = "redrawn"
+    #: Mutations left out because every draw lay in the ground.
+    LEFT_OUT = "left_out"

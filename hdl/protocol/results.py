@@ -1,0 +1,103 @@
+"""Results of the collision checker as they go over the link."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from hdl.config import Config
+from hdl.protocol.messages import entry_record, hit_record, path_record
+
+
+__all__ = ["PathResult", "pack_results", "unpack_results"]
+
+
+@dataclass(frozen=True)
+class PathResult:
+    """What became of one path.
+
+    Attributes
+    ----------
+    collision : bool
+        Whether it collides. If not, what follows is None, and empty.
+    segment : int or None
+        Segment that hits first, 0 the one from the aircraft.
+    cell : tuple of int, or None
+        x and y of the cell that hits first, in cells of its map.
+    coarse : bool or None
+        Whether that cell is one of the coarse map.
+    cells : int or None
+        Cells checked up to that one, which is counted, too.
+    entries : tuple of (int, int, int)
+        Of a check that counts, for each segment with colliding cells: its number, its cells in
+        terrain, its blocked cells.
+    """
+
+    collision: bool = False
+    segment: int | None = None
+    cell: tuple[int, int] | None = None
+    coarse: bool | None = None
+    cells: int | None = None
+    entries: tuple[tuple[int, int, int], ...] = ()
+
+
+def pack_results(config: Config, results: Iterable[PathResult]) -> bytes:
+    """Return ``results`` as they go over the link."""
+    path, hit, entry = path_record(config), hit_record(config), entry_record(config)
+    parts = []
+    for result in results:
+        parts.append(path.pack(collision=result.collision, entries=len(result.entries)))
+        if result.collision:
+            assert result.segment is not None
+            assert result.cell is not None
+            assert result.coarse is not None
+            assert result.cells is not None
+            x, y = result.cell
+            parts.append(
+                hit.pack(segment=result.segment, coarse=result.coarse, x=x, y=y, cells=result.cells)
+            )
+        for segment, terrain, nofly in result.entries:
+            parts.append(entry.pack(segment=segment, terrain=terrain, nofly=nofly))
+    return b"".join(parts)
+
+
+def unpack_results(config: Config, payload: bytes) -> list[PathResult]:
+    """Return the results in ``payload``, the inverse of :func:`pack_results`.
+
+    Raises
+    ------
+    ValueError
+        If it ends inside a result.
+    """
+    path, hit, entry = path_record(config), hit_record(config), entry_record(config)
+    at = 0
+
+    def take(size: int) -> bytes:
+        nonlocal at
+        if at + size > len(payload):
+            raise ValueError(f"Results must be whole, not end after {len(payload)} bytes")
+        at += size
+        return payload[at - size : at]
+
+    results = []
+    while at < len(payload):
+        record = path.unpack(take(path.size))
+        where = hit.unpack(take(hit.size)) if record["collision"] else None
+        entries = []
+        for _ in range(record["entries"]):
+            values = entry.unpack(take(entry.size))
+            entries.append((values["segment"], values["terrain"], values["nofly"]))
+        if where is None:
+            results.append(PathResult(entries=tuple(entries)))
+        else:
+            results.append(
+                PathResult(
+                    collision=True,
+                    segment=where["segment"],
+                    cell=(where["x"], where["y"]),
+                    coarse=bool(where["coarse"]),
+                    cells=where["cells"],
+                    entries=tuple(entries),
+                )
+            )
+    return results

@@ -1,0 +1,113 @@
+"""Ground, paths and a third opinion for the tests of the collision checker."""
+
+import numpy as np
+
+from hdl.config import CheckerBuild, Config
+from sim.model.checker import TerrainModel
+from sim.model.checker_kernels import Batch, Verdicts
+
+
+#: A map of which every segment can be tried.
+TINY = Config(
+    max_waypoints=4,
+    map_size=8,
+    coarse_factor=2,
+    altitude_bits=4,
+    checker=CheckerBuild.TWO_TIER,
+    lanes=1,
+)
+FULL = Config(checker=CheckerBuild.TWO_TIER, lanes=1)
+
+BUILDS = tuple(build for build in CheckerBuild if build is not CheckerBuild.NONE)
+
+
+def ground(config, rng, *, peaks=0.002, blocked=0.001):
+    """Low rough ground of a quarter of the altitudes, with peaks and blocked cells strewn in."""
+    edge, top = config.map_size, config.blocked_altitude
+    heights = rng.integers(0, top // 4 + 1, (edge, edge))
+    strewn = rng.random((edge, edge))
+    heights[strewn < peaks] = rng.integers(top // 2, top, np.count_nonzero(strewn < peaks))
+    heights[strewn > 1 - blocked] = top
+    terrain = TerrainModel(config)
+    terrain.write(0, 0, heights)
+    return terrain
+
+
+def random_batch(config, rng, paths, points=None):
+    """Paths of ``points`` points each, or of every number: long, short and standing segments."""
+    most = config.max_waypoints + 2
+    lengths = np.full(paths, points) if points else rng.integers(2, most + 1, paths)
+    total, edge, top = int(lengths.sum()), config.map_size, config.blocked_altitude
+    drawn = np.stack([rng.integers(0, edge, total), rng.integers(0, edge, total)], axis=1)
+    # Every third point stays near the one before it.
+    near = rng.integers(-2, 3, (total, 2)) + np.roll(drawn, 1, axis=0)
+    drawn = np.where(rng.random((total, 1)) < 1 / 3, near.clip(0, edge - 1), drawn)
+    altitudes = rng.integers(top // 4, top + 1, (total, 1))
+    starts = np.concatenate([[0], np.cumsum(lengths)])
+    return Batch(np.concatenate([drawn, altitudes], axis=1), starts)
+
+
+def paths_of(batch):
+    """The paths of a batch as :func:`sim.model.checker.check_path` takes them."""
+    points = [tuple(point) for point in batch.points.tolist()]
+    return [points[i:j] for i, j in zip(batch.starts[:-1], batch.starts[1:], strict=True)]
+
+
+def closed_form(config, terrain, batch):
+    """All cells of a batch at once, by the formula: another way to :func:`check_batch`, counting.
+
+    Memory goes with the number of cells.
+    """
+    number = np.diff(batch.starts)
+    path = np.repeat(np.arange(len(batch)), number - 1)
+    first = np.arange(len(path)) + path  # The point that each segment leaves.
+    segment = first - batch.starts[path]
+    is_coarse = (config.checker is CheckerBuild.TWO_TIER) & (segment >= config.DETAILED_SEGMENTS)
+    factor = np.where(is_coarse, config.coarse_factor, 1)[:, None]
+    (x0, y0), (x1, y1) = ((batch.points[at, :2] // factor).T for at in (first, first + 1))
+    z0, z1 = batch.points[first, 2], batch.points[first + 1, 2]
+    n = np.maximum(np.abs(x1 - x0), np.abs(y1 - y0))
+    z0 = np.where(n == 0, np.minimum(z0, z1), z0)
+    n1 = np.maximum(n, 1)
+
+    begin = np.concatenate([[0], np.cumsum(n + 1)])
+    of = np.repeat(np.arange(len(n)), n + 1)
+    k = np.arange(begin[-1]) - begin[of]
+    x = x0[of] + (2 * k * (x1 - x0)[of] + n1[of]) // (2 * n1[of])
+    y = y0[of] + (2 * k * (y1 - y0)[of] + n1[of]) // (2 * n1[of])
+    edge = len(terrain.coarse)
+    coarse_height = terrain.coarse[np.minimum(y, edge - 1), np.minimum(x, edge - 1)]
+    height = np.where(is_coarse[of], coarse_height, terrain.heights[y, x]).astype(np.int64)
+    hit = z0[of] * n1[of] + k * (z1 - z0)[of] <= height * n1[of]
+
+    is_blocked = height == config.blocked_altitude
+    colliding = np.stack(
+        [np.bincount(of[hit & kind], minlength=len(n)) for kind in (~is_blocked, is_blocked)],
+        axis=1,
+    )
+    path_begin = begin[batch.starts[:-1] - np.arange(len(batch))]
+    at = np.minimum.reduceat(np.where(hit, np.arange(len(hit)), len(hit)), path_begin)
+    collision = at < len(hit)
+    at = np.where(collision, at, 0)
+
+    def where_hit(values):
+        return np.where(collision, values[at], 0)
+
+    path_end = np.append(path_begin[1:], begin[-1])
+    return Verdicts(
+        collision=collision,
+        segment=where_hit(segment[of]),
+        x=where_hit(x),
+        y=where_hit(y),
+        coarse=where_hit(is_coarse[of]).astype(bool),
+        cells=np.where(collision, at + 1, path_end) - path_begin,
+        colliding=colliding,
+    )
+
+
+def assert_same(one, other):
+    """Two :class:`Verdicts` are the same in every member, but for counts that one lacks."""
+    for name in ("collision", "segment", "x", "y", "coarse", "cells"):
+        assert np.array_equal(getattr(one, name), getattr(other, name)), name
+    if one.colliding is not None and other.colliding is not None:
+        assert np.array_equal(one.colliding, other.colliding)

@@ -1,0 +1,115 @@
+"""Simulated boards with a collision checker against the software model of the same chip."""
+
+import random
+
+import numpy as np
+import pytest
+
+from hdl.config import CheckerBuild
+from hdl.protocol import LinkMode, StickyError
+from host.board import open_board, start_simulated
+from tests.chips import SMALL, Pair, board_url, random_path
+from tests.fuzz import Fuzz
+
+
+pytestmark = pytest.mark.cosim
+
+CHIPS = {
+    "two-tier": SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
+    "parallel": SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4),
+    "hierarchical": SMALL.replace(checker=CheckerBuild.HIERARCHICAL, lanes=2),
+}
+CHIP = pytest.mark.parametrize("config", CHIPS.values(), ids=CHIPS)
+
+
+@pytest.fixture
+def pair():
+    """Opens a simulated board and the model of the same chip, both with a map; closes both."""
+    opened = []
+
+    def open_pair(config, **options):
+        for url in (board_url("sim", config, **options), board_url("model", config)):
+            opened.append(open_board(url))
+        chips = Pair(*opened)
+        upload(chips, np.random.default_rng(1), config.map_size, config.map_size)
+        return chips
+
+    yield open_pair
+    for chip in opened:
+        chip.close()
+
+
+def upload(chips, rng, rows, columns, x=0, y=0):
+    """Write low ground with peaks and blocked cells into both."""
+    heights = rng.choice((0, 1, 2, 9, 15), (rows, columns), p=(0.5, 0.3, 0.16, 0.03, 0.01))
+    for chip in (chips.board, chips.model):
+        chip.upload_map(heights, x, y)
+
+
+def check_all(chips, counting):
+    """Have one path and the population checked; compare all that is said, clocks included."""
+    config, rng = chips.config, chips.rng
+    path = random_path(config, rng, rng.randint(2, config.max_waypoints + 2))
+    start, goal = random_path(config, rng, 2)
+    told, expected = (
+        (chip.check_path(path, counting=counting),
+         chip.check_population(start, goal, counting=counting))
+        for chip in (chips.board, chips.model)
+    )  # fmt: skip
+    assert told == expected, (path, start, goal)
+    return told
+
+
+@CHIP
+def test_every_verdict_and_clock_is_the_models(pair, config):
+    """While paths evolve and the map changes under them."""
+    chips = pair(config)
+    rng = np.random.default_rng(2)
+    chips.start()
+    collisions = paths = 0
+    for number in range(12):
+        one, every = check_all(chips, counting=bool(number % 2))
+        collisions += sum(verdict.collision for verdict in one.verdicts + every.verdicts)
+        paths += 1 + config.population
+        chips.step(LinkMode.RANK)
+        upload(chips, rng, 4, 6, int(rng.integers(11)), int(rng.integers(13)))
+    counters = chips.check()
+    assert counters["paths"] == paths
+    assert 0.1 * paths < collisions < paths
+    assert counters["feasibility"] > 0
+
+
+@CHIP
+def test_new_waypoints_keep_off_the_ground(pair, config):
+    chips = pair(config)
+    rng = random.Random(3)
+    highest = config.map_size - 1
+    for chip in (chips.board, chips.model):
+        chip.start(7, (highest, highest, 4), avoid_ground=True)
+    chips.load(0, [random_path(config, rng) for _ in range(config.population)])
+    for _ in range(15):
+        chips.step(LinkMode.RECIPE)
+    counters = chips.check()
+    assert counters["redrawn"] > 0
+    assert counters["left_out"] > 0
+
+
+def test_icarus_agrees(pair, icarus):
+    chips = pair(CHIPS["parallel"], sim="icarus")
+    chips.start()
+    for counting in (False, True):
+        check_all(chips, counting)
+    chips.check()
+
+
+def test_random_frames_get_the_answers_of_the_model():
+    """Whole, broken, repeated and damaged frames of every command; byte for byte."""
+    config = CHIPS["parallel"]
+    fuzz = Fuzz(config, seed=1)
+    with start_simulated(board_url("sim", config)) as board, board.open(timeout=5) as port:
+        while fuzz.frames < 3000:
+            fuzz.exchange(port)
+        port.timeout = 0.1
+        assert port.read() == b""
+    assert min(fuzz.statuses.values()) > 20, fuzz.statuses
+    assert StickyError.CRC in fuzz.dropped

@@ -1,0 +1,90 @@
+# amaranth: UnusedElaboratable=no
+"""The check with the paper's interface: a path memory, enable, flags."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from hdl.config import CheckerBuild, Config
+from hdl.feasibility.feasibility import Feasibility
+from sim.model.checker import check_path
+from sim.model.checker_clocks import batch_clocks
+from tests.checking import ground, paths_of, random_batch
+from tests.streams import simulate
+from tests.unit.feasibility.checks import upload
+
+
+CONFIG = Config(
+    max_waypoints=4,
+    map_size=16,
+    coarse_factor=2,
+    altitude_bits=6,
+    checker=CheckerBuild.PARALLEL,
+    lanes=4,
+)
+
+
+def place(point):
+    return dict(zip(("x", "y", "altitude"), point, strict=True))
+
+
+@pytest.mark.parametrize("count", [False, True], ids=["first", "count"])
+def test_equals_model(count):
+    rng = np.random.default_rng(5)
+    terrain = ground(CONFIG, rng, peaks=0.03, blocked=0.01)
+    paths = paths_of(random_batch(CONFIG, rng, 24))
+    dut = Feasibility(CONFIG)
+    memory = {}
+    flags = []
+
+    async def path_memory(ctx):
+        address = 0
+        while True:
+            _, _, address = await ctx.tick().sample(dut.read_address)
+            ctx.set(dut.waypoint, place(memory.get(address, (0, 0, 0))))
+
+    async def bench(ctx):
+        ctx.set(dut.counts.ready, 1)
+        ctx.set(dut.count, count)
+        await upload(ctx, dut, terrain.heights)
+        for path in paths:
+            aircraft, *waypoints, goal = path
+            address = int(rng.integers(0, 100))
+            memory.clear()
+            memory.update(enumerate(waypoints, start=address))
+            ctx.set(dut.path_address, address)
+            await ctx.tick().repeat(2)
+            assert not ctx.get(dut.busy)
+            ctx.set(dut.aircraft, place(aircraft))
+            ctx.set(dut.goal, place(goal))
+            ctx.set(dut.waypoint_count, len(waypoints))
+            ctx.set(dut.enable, 1)
+            await ctx.tick()
+            # Nothing but the path memory counts any more.
+            ctx.set(dut.enable, 0)
+            ctx.set(dut.aircraft, place((1, 2, 3)))
+            ctx.set(dut.goal, place((3, 2, 1)))
+            ctx.set(dut.waypoint_count, 3)
+            ctx.set(dut.path_address, 77)
+            assert not ctx.get(dut.collision | dut.over)
+            model = check_path(CONFIG, terrain, path, count)
+            ((cycles, reads),) = batch_clocks(CONFIG, terrain, [path], count)
+            if not count:
+                clocks = 1
+                while not ctx.get(dut.collision | dut.over):
+                    assert ctx.get(dut.busy)
+                    await ctx.tick()
+                    clocks += 1
+                assert clocks == cycles - 1  # From the clock of `enable`, number 1 of `cycles`.
+            while ctx.get(dut.busy):
+                await ctx.tick()
+            flags.append((ctx.get(dut.collision), ctx.get(dut.over)))
+            assert flags[-1] == (model.collision, model.over)
+            verdict = ctx.get(dut.verdict)
+            assert (verdict.segment, verdict.x, verdict.y) == (model.segment, model.x, model.y)
+            assert (verdict.cells, verdict.reads, verdict.cycles) == (model.cells, reads, cycles)
+            assert verdict.entries == len(model.entries)
+
+    simulate(dut, bench, background=[path_memory])
+    assert set(flags) == set(itertools.permutations((0, 1)))

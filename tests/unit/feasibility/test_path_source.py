@@ -1,0 +1,164 @@
+# amaranth: UnusedElaboratable=no
+"""The points that the checker is offered: all of them, in order, and one in every clock."""
+
+import random
+
+import pytest
+from amaranth.hdl import Module
+from amaranth.lib import wiring
+from amaranth.lib.wiring import connect
+
+from hdl.config import Config
+from hdl.feasibility.path_source import PathSource
+from hdl.ga_core.core import Core
+from tests.chips import random_path
+from tests.streams import put, simulate
+
+
+CONFIG = Config(
+    population=16,
+    children=8,
+    elites=2,
+    survivors=6,
+    inserts=1,
+    deletes=1,
+    max_waypoints=5,
+    map_size=16,
+    coarse_factor=4,
+    altitude_bits=4,
+)
+START, GOAL = 0x5A3, 0xC0F
+
+
+class Chip(wiring.Component):
+    """The source with the population that it reads."""
+
+    def __init__(self):
+        self.core = Core(CONFIG)
+        self.source = PathSource(CONFIG)
+        super().__init__({})
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.core = self.core
+        m.submodules.source = self.source
+        connect(m, self.source.reads, self.core.reads)
+        connect(m, self.core.waypoints, self.source.waypoints)
+        return m
+
+
+def words(path):
+    """A path as x, y, altitude and last of each of its points."""
+    return [
+        (word & 15, word >> 4 & 15, word >> 8, at == len(path) - 1) for at, word in enumerate(path)
+    ]
+
+
+def offered(paths, orders, *, busy=lambda clock: False, limit=4000):
+    """Load ``paths``, carry out ``orders``, and return for each what came and when.
+
+    An order is a slot and a count, or the points of one path, or such points with None: they are
+    given, but not checked. Of each order come the points, the clock of each since the source was
+    turned on, and the clocks in which one was wanted after the first and none was there.
+    """
+    chip = Chip()
+    source = chip.source
+    outcomes = []
+
+    async def bench(ctx):
+        for slot, path in enumerate(paths):
+            for index, waypoint in enumerate(path):
+                last = index == len(path) - 1
+                word = {"slot": slot, "index": index, "waypoint": waypoint, "last": last}
+                await put(ctx, chip.core.writes, word)
+        for first, second in orders:
+            if not isinstance(first, int):
+                ctx.set(source.forget, 1)
+                await ctx.tick()
+                ctx.set(source.forget, 0)
+                for x, y, altitude, last in words(first):
+                    point = {"x": x, "y": y, "altitude": altitude, "last": last}
+                    await put(ctx, source.points, point, limit=1)
+                if second is None:
+                    continue
+                checks, ends = {"batch": 0}, 1
+            else:
+                checks = {"batch": 1, "slot": first, "count": second, "start": START, "goal": GOAL}
+                ends = second
+            outcomes.append(await one(ctx, checks, ends))
+
+    async def one(ctx, checks, ends):
+        points, clocks, missed = [], [], 0
+        ctx.set(source.checks, checks)
+        ctx.set(source.on, 1)
+        for clock in range(limit):
+            ready = not busy(clock)
+            ctx.set(source.paths.ready, ready)
+            _, _, valid, point = await ctx.tick().sample(source.paths.valid, source.paths.payload)
+            if valid and ready:
+                points.append((point.x, point.y, point.altitude, point.last))
+                clocks.append(clock)
+                ends -= point.last
+            missed += ready and not valid and bool(points) and ends > 0
+            if ends == 0:
+                break
+        assert ends == 0
+        ctx.set(source.paths.ready, 1)
+        for _ in range(10):  # Nothing comes after the last goal.
+            _, _, valid = await ctx.tick().sample(source.paths.valid)
+            assert not valid
+        ctx.set(source.on, 0)
+        await ctx.tick().repeat(3)
+        return points, clocks, missed
+
+    simulate(chip, bench)
+    return outcomes
+
+
+def batch_of(paths):
+    return [point for path in paths for point in words([START, *path, GOAL])]
+
+
+def paths_of(length, seed=1):
+    rng = random.Random(seed)
+    return [random_path(CONFIG, rng, length) for _ in range(CONFIG.population)]
+
+
+@pytest.mark.parametrize("length", [2, None])
+def test_a_point_in_every_clock(length):
+    """However short the paths are, and wherever the checker held the points up."""
+    paths = paths_of(length)
+    late = random.Random(2)
+    stop = set(late.sample(range(60), 20)) | set(range(70, 140))
+    steady = offered(paths, [(0, 16), (3, 1), (15, 1), (4, 9)])
+    held = offered(paths, [(0, 16)], busy=lambda clock: clock in stop)
+    asked = [(0, 16), (3, 1), (15, 1), (4, 9), (0, 16)]
+    for (slot, count), (points, clocks, missed) in zip(asked, steady + held, strict=True):
+        assert points == batch_of(paths[slot : slot + count])
+        assert missed == 0
+        assert clocks[0] <= 13 + count * 5 / 4
+
+
+def test_one_path():
+    orders = [(path, "check") for path in paths_of(None)]
+    for (path, _), (points, clocks, missed) in zip(orders, offered([], orders), strict=True):
+        assert points == words(path)
+        assert missed == 0
+        assert clocks == list(range(4, 4 + len(path)))
+
+
+def test_points_that_are_not_checked_are_forgotten():
+    """As of commands refused after some of their points."""
+    paths = paths_of(3)
+    orders = []
+    for number in range(20):
+        orders += [([1] * (number % 6 + 2), None), (paths[number % 16], "check"), (number % 16, 1)]
+    outcomes = [points for points, _, _ in offered(paths, orders)]
+    assert outcomes[::2] == [words(paths[number % 16]) for number in range(20)]
+    assert outcomes[1::2] == [batch_of([paths[number % 16]]) for number in range(20)]
+
+
+def test_the_longest_path_fits():
+    path = list(range(CONFIG.max_waypoints + 2))
+    [(points, _, _)] = offered([], [(path, "check")])
+    assert points == words(path)

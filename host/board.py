@@ -16,10 +16,13 @@ from host.link import Link, LinkTimeoutError
 if TYPE_CHECKING:
     from sim.board import SimulatedBoard
 
-__all__ = ["open_board", "split_config", "start_simulated"]
+__all__ = ["known_config", "open_board", "split_config", "start_simulated"]
 
+_FIELDS = tuple(field.name for field in dataclasses.fields(Config))
 #: UART divisor of simulated boards: as few clocks as the receiver allows, so that bytes are cheap.
 _SIMULATED_CLOCKS_PER_BIT = 4
+#: Bits of a byte on the line: start, eight data bits, stop.
+_LINE_BITS = 10
 #: Longest silence of a board, in seconds, before a frame is sent again, and how often it is sent
 #: before the board is given up.
 _PATIENCE = {"model": (0.01, 12), "sim": (5.0, 3), "icarus": (120.0, 3), "serial": (0.25, 12)}
@@ -56,6 +59,8 @@ def open_board(url: str) -> Chip:
     else:
         port = _open_serial(url)
         timeout_s, attempts = _PATIENCE["serial"]
+        # What the host's system buffers of a full window is still to go over the line.
+        timeout_s += _LINE_BITS * Config().receive_buffer / port.baudrate
     try:
         return Chip(Link(port, timeout_s=timeout_s, attempts=attempts))
     except LinkTimeoutError:
@@ -83,11 +88,10 @@ def split_config(url: str, default: Config) -> tuple[str, Config]:
         If a value breaks a rule of the configuration.
     """
     place, _, query = url.partition("?")
-    fields = {field.name: field.default for field in dataclasses.fields(Config)}
     changes: dict[str, object] = {}
     rest = []
     for name, value in parse_qsl(query, keep_blank_values=True):
-        if name in fields:
+        if name in _FIELDS:
             changes[name] = int(value) if value.isascii() and value.isdigit() else value
         else:
             rest.append((name, value))
@@ -96,6 +100,21 @@ def split_config(url: str, default: Config) -> tuple[str, Config]:
     except (TypeError, ValueError) as error:
         raise InputError(f"{error}; see the options in {url!r}.") from None
     return (f"{place}?{urlencode(rest)}" if rest else place), config
+
+
+def known_config(url: str) -> Config | None:
+    """Return the configuration that the board at ``url`` will have, if the URL alone says it.
+
+    Raises
+    ------
+    InputError
+        If a value breaks a rule of the configuration.
+    """
+    return _split_simulated(url)[1] if url.startswith(("model:", "sim:")) else None
+
+
+def _split_simulated(url: str) -> tuple[str, Config]:
+    return split_config(url, Config(clocks_per_bit=_SIMULATED_CLOCKS_PER_BIT))
 
 
 def start_simulated(url: str, **options: Any) -> SimulatedBoard:
@@ -111,7 +130,14 @@ def start_simulated(url: str, **options: Any) -> SimulatedBoard:
     # The host runs without the simulator's package, except to simulate.
     board = importlib.import_module("sim.board")
     exported = importlib.import_module("sim.exported")
-    rest, config = split_config(url, Config(clocks_per_bit=_SIMULATED_CLOCKS_PER_BIT))
+    rest, config = _split_simulated(url)
+    known = [name for name in board.BoardOptions.__dataclass_fields__ if name not in _FIELDS]
+    for name, _ in parse_qsl(rest.partition("?")[2], keep_blank_values=True):
+        if name not in known:
+            raise InputError(
+                f"The simulated board has no option {name!r}; choose from {', '.join(known)} and "
+                f"the fields of the configuration, {', '.join(_FIELDS)}."
+            )
     simulated: SimulatedBoard = board.open_simulated(
         rest,
         lambda divisor: exported.exported_verilog(
@@ -149,9 +175,12 @@ class _OwnedPort:
 def _open_model(url: str) -> Any:
     chip = importlib.import_module("sim.model.chip")
     port = importlib.import_module("sim.model.port")
-    rest, config = split_config(url, Config(clocks_per_bit=_SIMULATED_CLOCKS_PER_BIT))
+    rest, config = _split_simulated(url)
     if rest != "model:":
-        raise InputError(f"The model takes only fields of the configuration, not {rest!r}.")
+        raise InputError(
+            f"The model takes only fields of the configuration, not {rest!r}; they are "
+            f"{', '.join(_FIELDS)}."
+        )
     return port.ModelPort(chip.ChipModel(config))
 
 

@@ -90,7 +90,8 @@ class Link:
     Every command is executed exactly once and in order, and every call ends, whatever happens on
     the line: a wait ends with a good frame, after ``timeout_s`` of silence, or after 8 times that
     if bytes keep coming; then what has no answer is sent again; and after ``attempts`` waits in a
-    row that brought nothing new, :class:`LinkTimeoutError` is raised.
+    row that brought nothing new, :class:`LinkTimeoutError` is raised. The time in which the port
+    takes what is written is no part of a wait.
 
     A session ends with any error but the refusal of a :meth:`request`, and with an interrupt:
     whether the last command was executed is then unknown. :meth:`reopen` begins the next session.
@@ -279,7 +280,9 @@ class Link:
         silences = 0
         deadline = self._deadline()
         while window.confirmed < len(requests):
+            before = self._clock()
             self._fill(session, requests, window, silences)
+            deadline += self._clock() - before
             confirmed = window.confirmed
             frames = self._receive(deadline)
             for body, plain in frames:
@@ -313,12 +316,14 @@ class Link:
 
     def _ask(self, header: bytes, command: Command, *, plain: bool) -> bytes:
         """Send a command that stands outside the order; return its answer from the status on."""
+        question = header + bytes([command])
         for attempt in range(self.attempts):
-            self._send(header + bytes([command]), repeated=attempt > 0, flush=True, plain=plain)
+            self._send(question, repeated=attempt > 0, flush=True, plain=plain)
             deadline = self._deadline()
             while frames := self._receive(deadline):
                 for body, is_plain in frames:
-                    if is_plain == plain and body[: len(header)] == header:
+                    # No chip answers so: the question itself is what a line echoes.
+                    if body != question and is_plain == plain and body[: len(header)] == header:
                         return body[len(header) :]
         raise self._timeout(command)
 

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from host.errors import InputError
 from host.evaluation.reference import utopia
-from host.evaluation.track import ground_below, nearest_nodes
 from host.nofly import Zone, raster
 from host.uav import Uav
 
@@ -50,7 +49,7 @@ class Problem:
         Constant wind, x and y, m/s; slower than the aircraft.
     ds_m : float
         Sampling step of the distances under the terrain and in no-fly zones; half the smaller side
-        of a cell by default, a millimetre at least.
+        of a cell by default, a millimetre at least, the straight way from start to goal at most.
 
     Raises
     ------
@@ -71,7 +70,8 @@ class Problem:
         for name, count in (("start", 3), ("goal", 3), ("wind", 2)):
             object.__setattr__(self, name, _numbers(name, getattr(self, name), count))
         object.__setattr__(self, "nofly", tuple(self.nofly))
-        ds_m = 0.5 * min(self.terrain.dx_m, self.terrain.dy_m) if self.ds_m is None else self.ds_m
+        half_a_cell_m = 0.5 * min(self.terrain.dx_m, self.terrain.dy_m)
+        ds_m = half_a_cell_m if self.ds_m is None else self.ds_m
         object.__setattr__(self, "ds_m", float(ds_m))
         if not (math.isfinite(self.ds_m) and self.ds_m > 0):
             raise InputError(f"The sampling step must be a positive number of metres, not "
@@ -84,6 +84,10 @@ class Problem:
             self._check_place(name, getattr(self, name))
         if self.start == self.goal:
             raise InputError("Start and goal are the same point; move one of them.")
+        way_m = math.dist(self.start, self.goal)
+        if self.ds_m > max(way_m, half_a_cell_m):
+            raise InputError(f"The sampling step of {self.ds_m:g} m is longer than the way from "
+                             f"start to goal, {way_m:g} m; lessen it.")
         if not math.hypot(*self.wind) < self.uav.cruise_speed_m_s:
             raise InputError(
                 f"A wind of {math.hypot(*self.wind):g} m/s is not below the airspeed of "
@@ -125,7 +129,7 @@ class Problem:
         if z < ground:
             raise InputError(f"The {name} at an altitude of {z:g} m is inside the ground, which is "
                              f"at {ground:g} m there; raise it.")
-        if self.nofly_raster[nearest_nodes(self.terrain, np.array([x]), np.array([y]))][0]:
+        if self.nofly_raster[self.terrain.nearest_nodes(x, y)]:
             raise InputError(f"The {name} at ({x:g}, {y:g}) is inside a no-fly zone; move it or "
                              f"the zone.")
 
@@ -150,8 +154,8 @@ def _check_on_map(name: str, terrain: "Terrain", x: float, y: float) -> None:
 
 
 def _ground(name: str, terrain: "Terrain", x: float, y: float) -> float:
-    (ground,) = ground_below(terrain, np.array([x]), np.array([y]))
+    ground = float(terrain.ground(x, y))
     if math.isnan(ground):
         raise InputError(f"The {name} at ({x:g}, {y:g}) is over a void of the terrain; move it, or "
                          f"fill the voids with --fill-voids.")
-    return float(ground)
+    return ground

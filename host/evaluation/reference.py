@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from host.errors import InputError
 from host.evaluation.fuel import SEA_LEVEL_DENSITY_KG_M3, air_density, air_distance, fuel_burned
 from host.evaluation.geometry import Piece, Straight, smooth
-from host.evaluation.track import SmoothedTrack, nearest_nodes
+from host.evaluation.track import SmoothedTrack
 from host.uav import Uav
 
 
@@ -75,7 +75,7 @@ def evaluate(
                 & (at.y >= 0) & (at.y <= (rows - 1) * problem.terrain.dy_m))
     void = np.isnan(at.ground)
     under = float(part[outside | void | (at.z < at.ground)].sum())
-    in_zone = problem.nofly_raster[nearest_nodes(problem.terrain, at.x, at.y)]
+    in_zone = problem.nofly_raster[problem.terrain.nearest_nodes(at.x, at.y)]
     nofly = float(part[in_zone].sum())
 
     penalty = under + nofly + steep

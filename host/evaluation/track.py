@@ -13,7 +13,7 @@ from host.evaluation.geometry import Piece
 if TYPE_CHECKING:
     from host.terrain import Terrain
 
-__all__ = ["Samples", "SmoothedTrack", "ground_below", "nearest_nodes"]
+__all__ = ["Samples", "SmoothedTrack", "ground_below"]
 
 
 @dataclass(frozen=True)
@@ -109,16 +109,6 @@ class SmoothedTrack:
         return Samples(along, x, y, z, ground, z - ground)
 
 
-def nearest_nodes(
-    terrain: "Terrain", x: NDArray[np.float64], y: NDArray[np.float64],
-) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Row and column of the node nearest to each point: round half up, clamped to the map."""
-    rows, columns = terrain.elevation.shape
-    row = np.clip(np.floor(y / terrain.dy_m + 0.5), 0, rows - 1).astype(np.intp)
-    column = np.clip(np.floor(x / terrain.dx_m + 0.5), 0, columns - 1).astype(np.intp)
-    return row, column
-
-
 def ground_below(
     terrain: "Terrain", x: NDArray[np.float64], y: NDArray[np.float64], *, bilinear: bool = False,
 ) -> NDArray[np.float64]:
@@ -127,7 +117,7 @@ def ground_below(
     With ``bilinear``, a void is wherever one of the four nodes that weigh in is a void.
     """
     if not bilinear:
-        ground: NDArray[np.float64] = terrain.elevation[nearest_nodes(terrain, x, y)]
+        ground: NDArray[np.float64] = terrain.elevation[terrain.nearest_nodes(x, y)]
         return ground
     rows, columns = terrain.elevation.shape
     gx = np.clip(x / terrain.dx_m, 0, columns - 1)

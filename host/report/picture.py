@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from host.evaluation import Evaluation, Evaluator, Samples
 from host.evaluation.evaluator import FINE
-from host.evaluation.track import nearest_nodes
 from host.report import plan_view
 from host.report.files import replacing
 from host.report.palette import BEST, GROUND, MEAN, NOFLY, PATH, TEXT, TROUBLE, VOID, halo
@@ -25,12 +24,13 @@ from host.report.palette import BEST, GROUND, MEAN, NOFLY, PATH, TEXT, TROUBLE, 
 __all__ = ["Scene", "draw", "write"]
 
 _WIDE = 2.2                         # Maps wider than this by height lie above the two graphs.
+_NARROWEST, _WIDEST = 0.28, 6.5     # Frames of maps narrower than these have room beside the map.
 # Inches: width of the figure, and the margins that titles, labels and legend need.
 _WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 13.2, 0.85, 0.35, 1.25, 1.0
 # Right of the title, where no line can run through it.
 _LEGEND: dict[str, Any] = {
     "loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "fontsize": 9, "frameon": False,
-    "borderpad": 0.3, "borderaxespad": 0.0}
+    "borderpad": 0.3, "borderaxespad": 0.0, "handlelength": 1.4, "columnspacing": 1.1}
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def draw(scene: Scene) -> Figure:
     """Return the figure: the map beside the two graphs, or above them if it is wide."""
     terrain = scene.evaluator.problem.terrain
     rows, columns = terrain.elevation.shape
-    aspect = (columns - 1) * terrain.dx_m / ((rows - 1) * terrain.dy_m)
+    aspect = columns * terrain.dx_m / (rows * terrain.dy_m)
     figure, (plan, bar, profile, convergence) = _layout(aspect)
 
     # Where the verdict samples, so that the picture does not contradict it.
@@ -78,7 +78,7 @@ def draw(scene: Scene) -> Figure:
     trouble = _trouble(scene.evaluator, samples)
     legend = plan_view.draw(plan, bar, scene.evaluator.problem, scene.path, samples, trouble)
     _draw_profile(profile, scene, samples, trouble)
-    _draw_convergence(convergence, scene.history)
+    _draw_convergence(convergence, scene.history, scene.evaluation.fitness)
 
     width, height = figure.get_size_inches()
     figure.legend(handles=legend, loc="center", ncols=len(legend), fontsize=10, frameon=False,
@@ -91,6 +91,7 @@ def draw(scene: Scene) -> Figure:
 
 def _layout(aspect: float) -> tuple[Figure, list[Axes]]:
     """The figure and the axes of map, colour bar, profile and convergence; sizes in inches."""
+    aspect = min(max(aspect, _NARROWEST), _WIDEST)
     if aspect > _WIDE:
         map_width = min(_WIDTH - _LEFT - 1.0, 4.0 * aspect)
         map_height = map_width / aspect
@@ -122,7 +123,7 @@ def _layout(aspect: float) -> tuple[Figure, list[Axes]]:
 def _trouble(evaluator: Evaluator, samples: Samples) -> NDArray[np.bool_]:
     """Which samples are under the ground, over a void or in a no-fly zone."""
     problem = evaluator.problem
-    zone = problem.nofly_raster[nearest_nodes(problem.terrain, samples.x, samples.y)]
+    zone = problem.nofly_raster[problem.terrain.nearest_nodes(samples.x, samples.y)]
     trouble: NDArray[np.bool_] = np.isnan(samples.ground) | (samples.clearance < 0) | zone
     return trouble
 
@@ -142,7 +143,7 @@ def _draw_profile(
 
     axes.fill_between(along, low - 10 * margin, ground, color=GROUND, linewidth=0, zorder=2)
     axes.plot(along, ground, color="#5b4a38", linewidth=0.8, zorder=3)
-    zone = problem.nofly_raster[nearest_nodes(problem.terrain, samples.x, samples.y)]
+    zone = problem.nofly_raster[problem.terrain.nearest_nodes(samples.x, samples.y)]
     _shade(axes, along, zone, NOFLY)
     _shade(axes, along, np.isnan(ground), VOID)
     axes.plot(along, samples.z, color=PATH, linewidth=2, zorder=5, path_effects=halo(1.5))
@@ -177,36 +178,42 @@ def _mark_clearance(
               clip_on=False)
     left, right = axes.get_xlim()
     share = (x - left) / (right - left)
+    half = 1.2 * axes.figure.dpi / axes.get_window_extent().width   # Inches of half the text.
     axes.annotate(
         f"minimum clearance {clearance_m:,.1f} m", (x, z),
-        xytext=(min(max(share, 0.2), 0.8), 0.93), textcoords="axes fraction", ha="center",
+        xytext=(min(max(share, half), 1 - half), 0.93), textcoords="axes fraction", ha="center",
         va="top", fontsize=9.5, color=TEXT, zorder=9,
         bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "alpha": 0.85, "linewidth": 0},
         arrowprops={"arrowstyle": "-", "color": TEXT, "linewidth": 0.8, "shrinkB": 4})
 
 
-def _draw_convergence(axes: Axes, history: Sequence[Sequence[float]]) -> None:
-    """Best and mean fitness over the generations, with the border of feasibility."""
+def _draw_convergence(axes: Axes, history: Sequence[Sequence[float]], chosen: float) -> None:
+    """Best and mean fitness over the generations, with the border of feasibility.
+
+    The best may be ``chosen`` not: where it is not feasible between the samples.
+    """
+    axes.axhline(1, color=TEXT, linewidth=1, linestyle=(0, (4, 3)), zorder=2,
+                 label="feasible above 1")
     if history:
         generation, best, mean = np.array(history, dtype=np.float64).T
         axes.plot(generation, mean, color=MEAN, linewidth=1.1, zorder=3,
-                  label="population mean")
+                  label="mean")
         axes.plot(generation, best, color=BEST, linewidth=2.2, zorder=4, drawstyle="steps-post",
-                  label="best so far")
+                  label="best")
         last = max(1.0, float(generation[-1]))
         axes.set_xlim(0, last)
         axes.set_ylim(0, max(1.25, 1.12 * float(best.max())))
-        axes.text(0.985 * last, float(best[-1]) + 0.03, f"best {best[-1]:.4f}", color=BEST,
+        text = f"best {best[-1]:.4f}"
+        if f"{chosen:.4f}" != f"{best[-1]:.4f}":
+            text += f", chosen {chosen:.4f}"
+        axes.text(0.985 * last, float(best[-1]) + 0.03, text, color=BEST,
                   fontsize=10, weight="bold", ha="right", va="bottom")
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-        axes.legend(ncols=2, **_LEGEND)
     else:
         axes.set_ylim(0, 2)
         axes.text(0.5, 0.25, "a given path: nothing was searched", transform=axes.transAxes,
                   ha="center", color=MEAN)
-    axes.axhline(1, color=TEXT, linewidth=1, linestyle=(0, (4, 3)), zorder=2)
-    axes.text(0.985, 0.985, "feasible above 1", transform=axes.get_yaxis_transform(), fontsize=9,
-              ha="right", va="top", color=TEXT, zorder=5, path_effects=halo(2))
+    axes.legend(ncols=3, **_LEGEND)
     _finish(axes, "Convergence", "generation", "fitness")
 
 

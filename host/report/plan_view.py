@@ -9,11 +9,17 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LightSource, Normalize, to_rgb
 from matplotlib.lines import Line2D
-from matplotlib.offsetbox import AnchoredOffsetbox, AuxTransformBox, TextArea, VPacker
+from matplotlib.offsetbox import (
+    AnchoredOffsetbox,
+    AuxTransformBox,
+    DrawingArea,
+    HPacker,
+    TextArea,
+    VPacker,
+)
 from matplotlib.patches import Circle as CirclePatch
-from matplotlib.patches import Patch, PathPatch, Rectangle
+from matplotlib.patches import FancyArrow, Patch, PathPatch, Rectangle
 from matplotlib.path import Path as Outline
-from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from host.evaluation import Samples
@@ -27,6 +33,10 @@ if TYPE_CHECKING:
 __all__ = ["axis_unit", "draw", "nice_length"]
 
 _LARGEST_RASTER = 1600              # Nodes per side that a picture of this size can show.
+# Where scale and north may stand, the better places first; this far from the path is far enough.
+_PLACES = ("upper left", "upper right", "lower left", "lower right", "center left", "center right",
+           "upper center", "lower center")
+_FAR_INCHES = 0.4
 
 
 def draw(
@@ -40,7 +50,7 @@ def draw(
     Parameters
     ----------
     axes : Axes
-        Has the aspect of the map.
+        Has the aspect of the map; where it is less narrow, the map lies in its south-west.
     bar : Axes
         For the colours of the heights.
     problem : Problem
@@ -72,9 +82,7 @@ def draw(
         axes.plot(east, north, marker=marker, markersize=size, color=colour, zorder=9,
                   markeredgecolor=TEXT, markeredgewidth=1.2, linestyle="")
 
-    corners = _quiet_corners(axes, np.stack((x, y), axis=1))
-    _draw_scale_bar(axes, corners[0], unit_m)
-    _draw_north(axes, corners[1])
+    _draw_scale_and_north(axes, np.stack((x, y), axis=1), unit_m)
     axes.set_title("Plan view", loc="left", fontsize=11.5, weight="bold", color=TEXT)
     axes.set_xlabel(f"east ({unit})", color=TEXT)
     axes.set_ylabel(f"north ({unit})", color=TEXT)
@@ -109,8 +117,18 @@ def _draw_land(axes: Axes, bar: Axes, problem: Problem, unit_m: float) -> bool:
     extent = (-half[0], east + half[0], -half[1], north + half[1])
     axes.imshow(np.clip(image, 0, 1), origin="lower", extent=extent, interpolation="bilinear",
                 zorder=1)
-    axes.set_xlim(extent[:2])
-    axes.set_ylim(extent[2:])
+    box = axes.get_window_extent()
+    width, height = extent[1] - extent[0], extent[3] - extent[2]
+    wider = box.width / box.height / (width / height)
+    if wider > 1.01:
+        width *= wider
+    elif wider < 0.99:
+        height /= wider
+    axes.set(xlim=(extent[0], extent[0] + width), ylim=(extent[2], extent[2] + height),
+             facecolor="#f3f4f5")
+    axes.add_patch(Rectangle(
+        (extent[0], extent[2]), extent[1] - extent[0], extent[3] - extent[2], fill=False,
+        edgecolor=TEXT, linewidth=0.8, zorder=3))
     if voids.any():
         hatched = axes.contourf(
             np.linspace(0, east, land.shape[1]), np.linspace(0, north, land.shape[0]),
@@ -152,43 +170,38 @@ def nice_length(span: float) -> float:
     return max(step * power for step in (1, 2, 5) if step * power <= span / 4)
 
 
-def _quiet_corners(axes: Axes, points: NDArray[np.float64]) -> list[tuple[int, int]]:
-    """Corners of the map as (right, top) flags, those farthest from the path first."""
-    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-    box = Bbox.from_extents(left, bottom, right, top)
-    unit = (points - (box.x0, box.y0)) / (box.width, box.height)
-    corners = [(0, 0), (1, 0), (0, 1), (1, 1)]
-
-    def distance(corner: tuple[int, int]) -> float:
-        return float(np.hypot(*(unit - corner).T).min())
-
-    return sorted(corners, key=lambda corner: -round(distance(corner), 2))
-
-
-def _draw_scale_bar(axes: Axes, corner: tuple[int, int], unit_m: float) -> None:
-    left, right = axes.get_xlim()
+def _draw_scale_and_north(axes: Axes, points: NDArray[np.float64], unit_m: float) -> None:
+    """Draw a scale bar and an arrow to the north where they are farthest from ``points``."""
+    (left, right), window = axes.get_xlim(), axes.get_window_extent()
+    per_inch = (right - left) * axes.figure.dpi / window.width
     length = nice_length(right - left)
     metres = length * unit_m
     label = f"{metres / 1000:g} km" if metres >= 1000 else f"{metres:g} m"
     bar = AuxTransformBox(axes.transData)
-    bar.add_artist(Rectangle((0, 0), length, 0.006 * (right - left), color=TEXT))
+    bar.add_artist(Rectangle((0, 0), length, 0.032 * per_inch, color=TEXT))
     text = TextArea(label, textprops={"fontsize": 9.5, "color": TEXT})
-    place = ("lower ", "upper ")[corner[1]] + ("left", "right")[corner[0]]
+    scale = VPacker(children=[text, bar], align="center", pad=0, sep=4)
+    arrow = DrawingArea(10, 18)
+    arrow.add_artist(FancyArrow(5, 0, 0, 18, width=2.2, head_width=9, head_length=9,
+                                length_includes_head=True, color=TEXT, linewidth=0))
+    name = TextArea("N", textprops={"fontsize": 10, "weight": "bold", "color": TEXT})
+    north = VPacker(children=[arrow, name], align="center", pad=0, sep=2)
     box = AnchoredOffsetbox(
-        place, child=VPacker(children=[text, bar], align="center", pad=0, sep=4),
+        _PLACES[0], child=HPacker(children=[scale, north], align="center", pad=0, sep=10),
         pad=0.5, borderpad=0.9)
     box.patch.set(linewidth=0, alpha=0.85, boxstyle="round,pad=0,rounding_size=0.3")
     box.set_zorder(10)
     axes.add_artist(box)
 
+    seen = axes.transData.transform(points)
 
-def _draw_north(axes: Axes, corner: tuple[int, int]) -> None:
-    x, y = (0.94 if corner[0] else 0.06), (0.89 if corner[1] else 0.05)
-    axes.annotate("", (x, y + 0.065), (x, y), xycoords="axes fraction", zorder=11,
-                  arrowprops={"arrowstyle": "-|>,head_length=0.7,head_width=0.35", "color": TEXT,
-                              "linewidth": 2.2, "path_effects": halo(1.2)})
-    axes.text(x, y - 0.005, "N", transform=axes.transAxes, ha="center", va="top", fontsize=11,
-              weight="bold", color=TEXT, zorder=11, path_effects=halo(1.5))
+    def distance(place: str) -> float:
+        box.loc = AnchoredOffsetbox.codes[place]
+        around = box.get_window_extent()
+        outside = np.maximum(np.maximum(around.min - seen, seen - around.max), 0)
+        return min(float(np.hypot(*outside.T).min()) / axes.figure.dpi, _FAR_INCHES)
+
+    box.loc = AnchoredOffsetbox.codes[max(_PLACES, key=distance)]
 
 
 def _legend(problem: Problem, voids: bool, trouble: bool) -> list[Line2D | Patch]:

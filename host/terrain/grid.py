@@ -113,11 +113,21 @@ class Terrain:
         float or ndarray
             Metres, NaN over a void; a float for two scalars.
         """
-        rows, columns = self.shape
-        ix = _nearest(x, self.dx_m, columns)
-        iy = _nearest(y, self.dy_m, rows)
-        heights = self.elevation[iy, ix]
+        heights = self.elevation[self.nearest_nodes(x, y)]
         return float(heights) if heights.ndim == 0 else heights
+
+    def nearest_nodes(
+        self, x: ArrayLike, y: ArrayLike
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Row and column of the node nearest to each point, halves rounded up, clamped to the map.
+
+        Parameters
+        ----------
+        x, y : array_like
+            Metres in the local frame.
+        """
+        rows, columns = self.shape
+        return _nearest(y, self.dy_m, rows), _nearest(x, self.dx_m, columns)
 
     def to_local(self, lat: ArrayLike, lon: ArrayLike) -> tuple[Any, Any]:
         """Local metres (x, y) of WGS84 latitude and longitude in degrees, scalars or arrays.

@@ -166,6 +166,9 @@ def load(name_or_toml: str | Path) -> Uav:
     text = str(name_or_toml)
     if text in names():
         return parse(resources.files(__name__).joinpath(f"{text}.toml").read_text("utf-8"), text)
+    if not text.endswith(".toml") and Path(text).exists():
+        raise InputError(f"The name of a UAV file must end in .toml, unlike {text!r}; shipped are "
+                         f"{', '.join(names())}.")
     if not text.endswith(".toml"):
         raise InputError(f"There is no UAV {text!r}; give one of {', '.join(names())}, or a .toml "
                          f"file.")

@@ -223,6 +223,7 @@ def _end(process: subprocess.Popen[bytes]) -> None:
     """End a simulator and everything it started: politely, then by force."""
     if process.poll() is None:
         process.terminate()
+        process.send_signal(signal.SIGCONT)  # One that is stopped would not hear of it.
         try:
             process.wait(2.0)
         except subprocess.TimeoutExpired:

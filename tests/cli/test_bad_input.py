@@ -55,7 +55,10 @@ def refused(capsys, *arguments):
     ([*ENDS, "--wind", "-30,0"], "A wind of 30 m/s is not below the airspeed of "),
     ([*ENDS, "--ds", "-1"], "The sampling step must be a positive number of metres, not -1."),
     ([*ENDS, "--ds", "nan"], "The sampling step must be a positive number of metres, not nan."),
-    ([*ENDS, "--cell", "30"], ""),
+    ([*ENDS, "--ds", "1e9"],
+     "The sampling step of 1e+09 m is longer than the way from start to goal, "),
+    ([*ENDS, "--cell", "30"],
+     "{hills}: the file says how large its cells are; leave out --cell."),
     ([*ENDS, "--seed", "-1"], "The seed must be from 0 to 2**64 - 1, not -1."),
     ([*ENDS, "--generations", "0"], "The number of generations must be 1 or more, not 0."),
     ([*ENDS, "--time-limit", "nan"],
@@ -63,14 +66,20 @@ def refused(capsys, *arguments):
     ([*ENDS, "--target-fitness", "inf"], "The target fitness must be a finite number, not inf."),
     ([*ENDS, "--population", "40"], "The population of this board is 32, not 40; "),
     ([*ENDS, "--population", "4", "--planner", "ga-pc"],
-     "The population of ga-pc must be 8 or more, not 4."),
+     "The population of ga-pc must be from 8 to 100000, not 4."),
+    ([*ENDS, "--population", "1000000000", "--planner", "ga-pc"],
+     "The population of ga-pc must be from 8 to 100000, not 1000000000."),
+    ([*ENDS, "--initial-draws", "1000000000"],
+     "The initial draws must be from 1 to 1000, not 1000000000."),
+    ([*ENDS, "--uav", __file__], "The name of a UAV file must end in .toml, unlike "),
     ([*ENDS, "--board", "/dev/nowhere"], "No board can be opened at '/dev/nowhere' ("),
     ([*ENDS, "--board", "model:?population=33"], "Config.population must be a power of two "),
     ([*ENDS, "--board", "model:?speed=9"], "The model takes only fields of the configuration, "),
 ])
 def test_plan(hills, tmp_path, capsys, options, sentence):
     out = tmp_path / "out"
-    assert refused(capsys, "plan", "--terrain", hills, *options, "--out", out).startswith(sentence)
+    said = refused(capsys, "plan", "--terrain", hills, *options, "--out", out)
+    assert said.startswith(sentence.replace("{hills}", str(hills)))
     assert not out.exists() or not list(out.iterdir())
 
 
@@ -109,6 +118,13 @@ def test_board_that_does_not_answer(hills, capsys, tmp_path):
         url = f"socket://127.0.0.1:{server.getsockname()[1]}"
         assert main(["board", "info", "--board", url]) == 2
         assert "Nothing answers at" in capsys.readouterr().err
+
+
+def test_address_that_is_busy(capsys):
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"127.0.0.1:{server.getsockname()[1]}"
+        assert refused(capsys, "board", "serve", "--listen", address) == (
+            f"Nothing can listen at {address!r} (Address already in use); give another --listen.")
 
 
 @pytest.mark.parametrize(("name", "content", "sentence"), [
@@ -151,6 +167,8 @@ def test_check_with_another_start(hills, tmp_path, capsys):
      "The address to listen at must be HOST:PORT, not '5000'."),
     (["board", "serve", "--listen", "localhost:70000"],
      "The address to listen at must be HOST:PORT, not 'localhost:70000'."),
+    (["board", "serve", "--listen", "no.such.host.invalid:0"],
+     "Nothing can listen at 'no.such.host.invalid:0' ("),
     (["board", "info", "--board", "/dev/nowhere"], "No board can be opened at '/dev/nowhere' ("),
     (["verilog", "--top", "engine", "--out", "x.v"], "There is no top 'engine'; the tops are "),
     (["verilog", "--top", "planner", "--out", "x.v", "--set", "wings=2"],

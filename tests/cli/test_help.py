@@ -1,10 +1,15 @@
 """Help, versions and usage errors."""
 
+import json
+import shlex
 import time
 
+import numpy as np
 import pytest
+import rasterio
 
 from host.cli import main
+from host.cli.parser import build_parser
 
 
 COMMANDS = [(), ("plan",), ("check",), ("board",), ("board", "serve"), ("board", "info"),
@@ -12,22 +17,77 @@ COMMANDS = [(), ("plan",), ("check",), ("board",), ("board", "serve"), ("board",
             ("planners",), ("verilog",)]
 
 
-@pytest.mark.parametrize("command", COMMANDS, ids=" ".join)
-def test_every_command_has_help_with_an_example(command, capsys):
+def example(command, capsys):
+    """Arguments of the example in the help of a command."""
     with pytest.raises(SystemExit) as caught:
         main([*command, "--help"])
     assert caught.value.code == 0
-    text = capsys.readouterr().out
-    assert "Example: pathgene " + " ".join(command) in " ".join(text.split())
+    *_, text = " ".join(capsys.readouterr().out.split()).partition("Example: pathgene ")
+    return shlex.split(text)
 
 
-@pytest.mark.parametrize("command", [c for c in COMMANDS if c not in ((), ("board",),
-                                                                      ("terrain",))],
-                         ids=" ".join)
-def test_every_command_speaks_json(command, capsys):
-    with pytest.raises(SystemExit):
-        main([*command, "--help"])
-    assert "--json" in capsys.readouterr().out
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    """A directory with what the examples name: a tile of 15 km, and a path over it."""
+    place = tmp_path_factory.mktemp("place")
+    y, x = np.mgrid[:151, :151]
+    with rasterio.open(
+        place / "tile.tif", "w", driver="GTiff", width=151, height=151, count=1, dtype="float32",
+        crs="EPSG:32632", transform=rasterio.Affine(100, 0, 600_000, 0, -100, 5_100_000),
+    ) as raster:
+        raster.write((300 + 100 * np.sin(x / 20) * np.cos(y / 15)).astype(np.float32), 1)
+    (place / "path.csv").write_text("x,y,z\n1200,1200,600\n7000,9000,600\n14000,14000,600\n")
+    return place
+
+
+@pytest.mark.parametrize("command", [
+    pytest.param(command, marks=[pytest.mark.long] if command == ("verilog",) else [],
+                 id=" ".join(command)) for command in COMMANDS])
+def test_the_example_of_every_command_runs(command, place, capsys, monkeypatch):
+    arguments = example(command, capsys)
+    assert tuple(arguments[: len(command)]) == command
+    if command == ("board", "serve"):   # Serves until Ctrl-C: tests/cosim runs it.
+        assert build_parser().parse_args(arguments).listen == "127.0.0.1:5000"
+        return
+    monkeypatch.chdir(place)
+    # The model for boards that take long to build, or are not here.
+    arguments = ["model:" if word in ("sim:", "/dev/ttyUSB0") else word for word in arguments]
+    if command == ("check",):           # It may run before the plan whose path it names.
+        arguments[arguments.index("out/path.geojson")] = "path.csv"
+    assert main(arguments) == 0
+    output = capsys.readouterr().out
+    assert output
+    if "--json" in arguments:
+        json.loads(output)
+    for option in ("--out", "--trace"):
+        if option in arguments:
+            assert (place / arguments[arguments.index(option) + 1]).exists()
+
+
+# Of each command that prints something, arguments that are quick.
+JSON = [
+    "plan --terrain tile.tif --agl --start 1200,1200,100 --goal 14000,14000,100 --generations 5",
+    "check --terrain tile.tif --path path.csv",
+    "board info",
+    "terrain list",
+    "terrain info tile.tif",
+    "terrain synth canyon --out canyon.npz",
+    "planners",
+    "verilog --top crossover --out crossover.v",
+]
+
+
+@pytest.mark.parametrize("line", JSON)
+def test_every_command_speaks_json(line, place, capsys, monkeypatch):
+    monkeypatch.chdir(place)
+    assert main([*line.split(), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)
+
+
+def test_no_command_is_without_json():
+    spoken = {tuple(line.split()[: len(command)]) for line in JSON for command in COMMANDS}
+    groups = {(), ("board",), ("terrain",)}
+    assert set(COMMANDS) - groups - {("board", "serve")} <= spoken
 
 
 def test_help_answers_at_once(pathgene):

@@ -40,7 +40,7 @@ def test_a_thousand_generations_over_a_bad_line(faults, rate, seed):
     info = info_reply(config).unpack(link.info())
     link.open(info["session"], credit=info["receive_buffer"])
 
-    assert link.request(Command.START, bytes(8) + b"\xff\1\xff\1\x80\x0c") == b""
+    assert link.request(Command.START, bytes(8) + b"\xff\1\xff\1\x80\x0c\0") == b""
     twin.core.start(0, Limits(511, 511, 0xC80))
     for generation in range(1, 1001):
         order = rng.sample(range(config.population), config.population)

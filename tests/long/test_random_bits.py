@@ -1,6 +1,7 @@
 """Dieharder over the raw bits of the random source: all draws of each clock, in port order.
 
-An hour and more. The published record is of these seeds.
+An hour and more; ``make test-long`` installs Debian's package where it may. The
+published record is of these seeds.
 """
 
 import shutil

@@ -1,6 +1,7 @@
 """Boards by URL; those that are simulated are in tests/cosim/test_boards.py."""
 
 import contextlib
+import dataclasses
 import os
 import re
 import socket
@@ -11,7 +12,7 @@ import pytest
 
 from hdl.config import Config, SurvivorSelection
 from host import board
-from host.board import open_board, split_config, start_simulated
+from host.board import known_config, open_board, split_config, start_simulated
 from host.errors import InputError
 from host.link import LinkError
 from sim.model.chip import ChipModel
@@ -19,6 +20,7 @@ from tests.chips import SMALL, board_url
 
 
 DEFAULT = Config(clocks_per_bit=4)
+FIELDS = ", ".join(field.name for field in dataclasses.fields(Config))
 
 
 @pytest.mark.parametrize(
@@ -41,6 +43,19 @@ DEFAULT = Config(clocks_per_bit=4)
 )
 def test_configuration_in_the_url(url, rest, changes):
     assert split_config(url, DEFAULT) == (rest, DEFAULT.replace(**changes))
+
+
+@pytest.mark.parametrize(
+    ("url", "config"),
+    [
+        ("model:", DEFAULT),
+        ("sim:?sim=icarus&max_waypoints=20", DEFAULT.replace(max_waypoints=20)),
+        ("/dev/ttyUSB0?baud=9600", None),
+        ("socket://localhost:5000", None),
+    ],
+)
+def test_configuration_known_beforehand(url, config):
+    assert known_config(url) == config
 
 
 def test_every_field_is_an_option():
@@ -72,13 +87,17 @@ def test_every_field_is_an_option():
         ),
         (
             "model:?speed=9",
-            "The model takes only fields of the configuration, not 'model:?speed=9'.",
+            "The model takes only fields of the configuration, not 'model:?speed=9'; they are "
+            f"{FIELDS}.",
         ),
-        ("model:x", "The model takes only fields of the configuration, not 'model:x'."),
+        (
+            "model:x",
+            f"The model takes only fields of the configuration, not 'model:x'; they are {FIELDS}.",
+        ),
         (
             "sim:?speed=9",
-            "The simulated board has no option 'speed'; choose from sim, clocks_per_bit, "
-            "idle_clocks, trace.",
+            "The simulated board has no option 'speed'; choose from sim, idle_clocks, trace and "
+            f"the fields of the configuration, {FIELDS}.",
         ),
         (
             "/dev/ttyUSB0?baud=fast",
@@ -195,7 +214,12 @@ def babbling(peer):
         peer.sendall(b"login: ")
 
 
-@pytest.mark.parametrize("answer", [silent, babbling])
+def echoing(peer):
+    while data := peer.recv(4096):
+        peer.sendall(data)
+
+
+@pytest.mark.parametrize("answer", [silent, babbling, echoing])
 def test_what_does_not_answer_as_a_board(listener, monkeypatch, answer):
     monkeypatch.setitem(board._PATIENCE, "serial", (0.01, 12))
     url = listener(answer)
@@ -205,6 +229,18 @@ def test_what_does_not_answer_as_a_board(listener, monkeypatch, answer):
     )
     with pytest.raises(InputError, match=f"^{re.escape(sentence)}$"):
         open_board(url)
+
+
+def test_a_port_that_echoes(monkeypatch):
+    monkeypatch.setitem(board._PATIENCE, "serial", (0.01, 2))
+    with pytest.raises(InputError, match=r"^Nothing answers at 'loop://' as a board would; "):
+        open_board("loop://")
+
+
+def test_a_slow_line_is_given_the_time_of_what_is_buffered(listener):
+    url = listener(lambda peer: serve(ChipModel(SMALL), peer.recv, peer.sendall))
+    with open_board(f"{url}?baud=9600") as chip:
+        assert chip.link.timeout_s == pytest.approx(0.25 + 10 * 2048 / 9600)
 
 
 def test_a_board_that_hangs_up(listener):

@@ -282,6 +282,42 @@ def test_no_board_at_all():
     assert clock() == 2.0
 
 
+def test_the_time_of_writing_is_no_wait():
+    """A slow port that takes longer to write than a try lasts: nothing is sent twice for it."""
+    link, chip, clock = connect()
+    write = link._transport.write
+
+    def slow(data):
+        clock.now_s += 3.0
+        return write(data)
+
+    link._transport.write = slow
+    link.open(link.info()[0], credit=CONFIG.receive_buffer)
+    commands = [(Command.WRITE, bytes([n]) * 40) for n in range(10)]
+    assert link.transfer(commands) == [payload for _, payload in commands]
+    assert link.request(Command.STATUS) == b""
+    assert chip.executed == [*commands, (Command.STATUS, b"")]
+    assert link.traffic.frames_repeated == 0
+
+
+@pytest.mark.parametrize("command", ["info", "open"])
+def test_an_echo_is_no_answer(command):
+    clock = VirtualClock()
+    link = Link(FaultyTransport(bytes, clock), timeout_s=0.25, attempts=3, clock=clock)
+    asked = link.info if command == "info" else lambda: link.open(41, credit=256)
+    with pytest.raises(LinkTimeoutError, match=rf"did not answer {command.upper()} in 3 attempts"):
+        asked()
+    assert 0.75 <= clock() < 0.76
+
+
+def test_a_board_that_answers_after_an_echo():
+    chip = Recorder()
+    clock = VirtualClock()
+    link = Link(FaultyTransport(lambda data: data + chip(data), clock), clock=clock)
+    link.open(link.info()[0], credit=256)
+    assert (link.session, chip.session) == (42, 42)
+
+
 def test_a_babbling_board_is_given_up():
     clock = VirtualClock()
     port = FaultyTransport(lambda data: b"", clock)
@@ -434,7 +470,7 @@ def test_generations_over_a_bad_line_are_those_of_the_core():
     info = info_reply(config).unpack(link.info())
     link.open(info["session"], credit=info["receive_buffer"])
 
-    seed = bytes(range(8)) + b"\xff\1\xff\1\x80\x0c"
+    seed = bytes(range(8)) + b"\xff\1\xff\1\x80\x0c\0"
     assert link.request(Command.START, seed) == b""
     twin.core.start(int.from_bytes(seed[:8], "little"), Limits(511, 511, 0xC80))
     for _ in range(60):

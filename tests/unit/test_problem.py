@@ -76,6 +76,8 @@ def test_on_the_ground_is_not_inside_it():
     ({"ds_m": 0}, r"^The sampling step must be a positive number of metres, not 0\.$"),
     ({"ds_m": -3.0}, r"^The sampling step must be a positive number of metres, not -3\.$"),
     ({"ds_m": math.nan}, r"^The sampling step must be a positive number of metres, not nan\.$"),
+    ({"ds_m": 1e4}, r"^The sampling step of 10000 m is longer than the way from start to goal, "
+                    r"[\d.]+ m; lessen it\.$"),
     ({"ds_m": 1e-4}, r"^The sampling step must be at least 0\.001 m, not 0\.0001 m\.$"),
     ({"start": (-0.1, 0, 200)}, (r"^The start at \(-0\.1, 0\) is outside the map, which reaches "
                                  r"from \(0, 0\) to \(1500, 1500\) m\.$")),

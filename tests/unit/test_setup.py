@@ -52,6 +52,11 @@ def test_nothing_is_done_at_first(tree):
         ("plan", "test", False),
         ("test", "plan", True),
         ("test", "test", True),
+        ("test", "synth", False),
+        ("synth", "test", True),
+        ("test", "long", False),
+        ("long", "test", True),
+        ("long", "long", True),
     ],
 )
 def test_a_level_includes_those_before(tree, done, asked, expected):
@@ -98,7 +103,7 @@ def test_wrong_level(tree):
         check=False,
     )
     assert done.returncode == 2
-    assert done.stderr == "Usage: python3 tools/setup.py [plan|test]\n"
+    assert done.stderr == "Usage: python3 tools/setup.py [plan|test|synth|long]\n"
 
 
 def test_a_missing_tool_is_named(tree, tmp_path):
@@ -116,6 +121,22 @@ def test_a_missing_tool_is_named(tree, tmp_path):
     assert done.stderr == (
         "setup: g++ and make missing to build the simulated board; "
         "install the Debian package g++ make.\n"
+    )
+
+
+def test_a_tool_of_few_tests_may_be_missing(tree, tmp_path):
+    code = "import install; install.require_for_tests('dieharder', 'for a battery')"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tree / "tools",
+        env={"PATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stderr == (
+        "setup: dieharder missing for a battery; install the Debian package dieharder. "
+        "Until then the tests with it are skipped.\n"
     )
 
 

@@ -5,12 +5,15 @@ import math
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 from matplotlib.image import imread
 from matplotlib.legend import Legend
+from matplotlib.offsetbox import AnchoredOffsetbox
 from matplotlib.text import Text
 
-from host.report import palette
+from host.report import palette, plan_view
 from host.report.picture import Scene, draw, write
 from host.report.plan_view import axis_unit, nice_length
 
@@ -19,6 +22,8 @@ WORLDS = {
     "square": {"shape": (61, 61)},
     "tall": {"shape": (90, 25)},
     "very tall": {"shape": (120, 16)},
+    "tall ribbon": {"shape": (900, 30)},
+    "wide ribbon": {"shape": (30, 900)},
     "wide": {"shape": (25, 90)},
     "slightly wide": {"shape": (31, 61)},
     "alps": {"shape": (61, 61), "side_m": 900.0, "relief": 4000.0},
@@ -106,6 +111,40 @@ def test_says_what_it_shows(scene, figure):
     assert ("no-fly zone" in shown) == bool(scene.evaluator.problem.nofly)
     if scene.history:
         assert f"best {scene.history[-1][1]:.4f}" in shown
+
+
+def test_scale_and_north_cover_no_end_of_the_path(scene, figure):
+    (box,) = figure.axes[0].findobj(AnchoredOffsetbox)
+    window = box.get_window_extent()
+    assert {text.get_text() for text in box.findobj(Text)} >= {"N"}
+    assert figure.axes[0].get_window_extent().padded(1).containsx(window.x0)
+    unit_m = axis_unit(max(scene.evaluator.problem.terrain.width_m,
+                           scene.evaluator.problem.terrain.height_m))[0]
+    for end in scene.path[[0, -1], :2] / unit_m:
+        x, y = figure.axes[0].transData.transform(end)
+        assert not window.padded(10).contains(x, y)
+
+
+@pytest.mark.parametrize("free", [(0, 0), (0, 1), (1, 0), (1, 1)])
+def test_scale_and_north_keep_away_from_a_path_through_three_corners(free):
+    figure = Figure(figsize=(6, 5))
+    FigureCanvasAgg(figure)
+    axes = figure.add_axes((0.1, 0.1, 0.8, 0.8), xlim=(0, 6), ylim=(0, 5))
+    x, y = free
+    corners = np.array([(1 - x, y), (1 - x, 1 - y), (x, 1 - y)]) * (5.7, 4.7) + 0.15
+    along = np.linspace(corners[:-1], corners[1:], 200).reshape(-1, 2)
+    plan_view._draw_scale_and_north(axes, along, 1000.0)
+    (box,) = axes.findobj(AnchoredOffsetbox)
+    window = box.get_window_extent().padded(20)
+    assert not any(window.contains(*point) for point in axes.transData.transform(along))
+
+
+def test_says_when_the_best_was_not_chosen(make_run):
+    evaluator, result = make_run()
+    history = [[0, 1.5, 1.0], [1, result.evaluation.fitness + 0.25, 1.0]]
+    figure = draw(Scene(evaluator, result.path, result.evaluation, history, "", ""))
+    best, chosen = history[-1][1], result.evaluation.fitness
+    assert f"best {best:.4f}, chosen {chosen:.4f}" in [t.get_text() for t in figure.findobj(Text)]
 
 
 def test_png(make_run, tmp_path):

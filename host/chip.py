@@ -168,9 +168,7 @@ class Chip:
     def _ask(self, command: Command, layout: Layout) -> dict[str, int]:
         return layout.unpack(self.link.request(command))
 
-    def start(
-        self, seed: int, limits: tuple[int, int, int], *, avoid_ground: bool = False
-    ) -> None:
+    def start(self, seed: int, limits: tuple[int, int, int], *, avoid_ground: bool = False) -> None:
         """Seed the random source and begin at generation 0.
 
         Parameters

@@ -9,6 +9,8 @@
 //                number of counts, their payloads, clocks from the first point to the last verdict
 //   3 n word*n            looks up n cells (x | y << 32); answers n altitudes
 //
+// Verilator spells the double underscore of a port ___05F.
+//
 // A payload of more than 64 bits takes as many numbers as it needs.
 
 #include <cstdint>
@@ -61,13 +63,13 @@ public:
 
     void write(const std::vector<Number>& cells) {
         for (const auto cell : cells) {
-            top_->writes__payload = cell;
-            top_->writes__valid = 1;
+            top_->writes___05Fpayload = cell;
+            top_->writes___05Fvalid = 1;
             settle();
-            wait([&] { return top_->writes__ready; });
+            wait([&] { return top_->writes___05Fready; });
             clock();
         }
-        top_->writes__valid = 0;
+        top_->writes___05Fvalid = 0;
         settle();
     }
 
@@ -78,41 +80,42 @@ public:
         Number random = 88172645463325252ULL;
         bool offered = false;
         top_->count = count;
-        while (finished < paths) {
+        // To the last point: those of a dropped path are still to be taken.
+        while (finished < paths || next < points.size()) {
             random ^= random << 13, random ^= random >> 7, random ^= random << 17;
             const bool take = stall == 0 || random % stall == 0;
-            top_->points__valid = next < points.size();
-            if (next < points.size()) top_->points__payload = points[next];
-            top_->verdicts__ready = take;
-            top_->counts__ready = take;
+            top_->points___05Fvalid = next < points.size();
+            if (next < points.size()) top_->points___05Fpayload = points[next];
+            top_->verdicts___05Fready = take;
+            top_->counts___05Fready = take;
             settle();
-            const bool moved = top_->points__valid && top_->points__ready;
+            const bool moved = top_->points___05Fvalid && top_->points___05Fready;
             if (taken > 0 || moved) ++clocks;
-            if (top_->verdicts__valid && !offered) {
+            if (top_->verdicts___05Fvalid && !offered) {
                 offered = true;
-                for (const auto number : read_port(top_->verdicts__payload)) verdicts.push_back(number);
+                for (const auto number : read_port(top_->verdicts___05Fpayload)) verdicts.push_back(number);
                 verdicts.push_back(clocks);
             }
-            if (top_->verdicts__valid && take) ++finished, offered = false;
-            if (top_->counts__valid && take) {
+            if (top_->verdicts___05Fvalid && take) ++finished, offered = false;
+            if (top_->counts___05Fvalid && take) {
                 ++entries;
-                for (const auto number : read_port(top_->counts__payload)) counts.push_back(number);
+                for (const auto number : read_port(top_->counts___05Fpayload)) counts.push_back(number);
             }
             if (moved) ++next, ++taken;
             clock();
             if (clocks > limit_) give_up("a verdict");
         }
         // The counts of the last path may still be on their way.
-        top_->points__valid = 0;
-        top_->verdicts__ready = 0;
-        top_->counts__ready = 1;
+        top_->points___05Fvalid = 0;
+        top_->verdicts___05Fready = 0;
+        top_->counts___05Fready = 1;
         settle();
-        while (top_->counts__valid) {
+        while (top_->counts___05Fvalid) {
             ++entries;
-            for (const auto number : read_port(top_->counts__payload)) counts.push_back(number);
+            for (const auto number : read_port(top_->counts___05Fpayload)) counts.push_back(number);
             clock();
         }
-        top_->counts__ready = 0;
+        top_->counts___05Fready = 0;
         settle();
         verdicts.push_back(entries);
         verdicts.insert(verdicts.end(), counts.begin(), counts.end());

@@ -158,7 +158,9 @@ class _Pipeline:
             self._columns_free = clock
             cells += segment_cells(start, stop)
             if self._count:
-                self._freed.append(self._cells_free + self._answer + (2 if number in counted else 1))
+                self._freed.append(
+                    self._cells_free + self._answer + (2 if number in counted else 1)
+                )
         if hit is None:
             step = self._cells_free + self._answer
         else:

@@ -145,9 +145,7 @@ def test_paths(pauses):
 
 @PAUSES
 def test_children(pauses):
-    (body,), registers, paths, reads = answers(
-        AnswerKind.CHILDREN, slot=4, count=4, pauses=pauses
-    )
+    (body,), registers, paths, reads = answers(AnswerKind.CHILDREN, slot=4, count=4, pauses=pauses)
     named = {f"survivor_{i}": slot for i, slot in enumerate(registers["survivors"])}
     expected = HEADER + survivors_reply(CONFIG).pack(**named) + pack_paths(CONFIG, paths[4:])
     assert body == expected
@@ -220,9 +218,7 @@ def checked_answers(kind, *, checked, slot=0, count=0, pauses=(0,)):
 @pytest.mark.parametrize("checked", [1, 8])
 def test_checked_paths(checked, pauses):
     body, totals, reads = checked_answers(AnswerKind.CHECKED, checked=checked, pauses=pauses)
-    assert body == HEADER + totals + bytes(
-        byte for path in range(checked) for byte in (path, 0xEE)
-    )
+    assert body == HEADER + totals + bytes(byte for path in range(checked) for byte in (path, 0xEE))
     assert reads == [(0, checked)] * 2
 
 
@@ -236,8 +232,6 @@ def test_totals_alone():
 
 @PAUSES
 def test_results_alone(pauses):
-    body, _, reads = checked_answers(
-        AnswerKind.RESULTS, checked=8, slot=5, count=3, pauses=pauses
-    )
+    body, _, reads = checked_answers(AnswerKind.RESULTS, checked=8, slot=5, count=3, pauses=pauses)
     assert body == HEADER + bytes((5, 0xEE, 6, 0xEE, 7, 0xEE))
     assert reads == [(5, 3)] * 2

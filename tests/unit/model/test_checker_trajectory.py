@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from hdl.config import CheckerBuild
+from hdl.config import CheckerBuild, Config
 from host.feasibility.files import pad
 from host.feasibility.trajectory import TESTING_TRAJECTORY, canyon_map
 from sim.model.checker import (
@@ -17,6 +17,7 @@ from sim.model.checker import (
     to_coarse,
     walk,
 )
+from sim.model.checker_clocks import batch_clocks
 from tests.checking import FULL
 
 
@@ -73,6 +74,24 @@ def test_its_third_segment_meets_the_mountain_in_its_sixth_coarse_cell(terrain):
     assert verdict == Verdict(True, False, 2, 10, 10, True, cells=55 + 100 + 6)
     counted = check_path(FULL, terrain, TESTING_TRAJECTORY, count=True)
     assert counted.entries == ((2, 1, 0),)
+
+
+@pytest.mark.parametrize(
+    ("build", "lanes", "most"),
+    [("two-tier", 1, 171), ("parallel", 8, 44), ("parallel", 16, 30), ("hierarchical", 8, 44)],
+)
+def test_no_build_takes_more_clocks_than_promised(terrain, build, lanes, most):
+    config = FULL.replace(checker=build, lanes=lanes)
+    [(cycles, reads)] = batch_clocks(config, terrain, [TESTING_TRAJECTORY])
+    assert cycles <= most
+    # The hierarchical build is there to read less, the others read every cell once.
+    cells = check_path(config, terrain, TESTING_TRAJECTORY).cells
+    assert reads < cells if build == "hierarchical" else reads == cells
+
+
+def test_a_chip_without_a_checker_has_no_clocks(terrain):
+    with pytest.raises(ValueError, match=r"^Config.checker must name a build, not 'none'$"):
+        batch_clocks(Config(), terrain, [TESTING_TRAJECTORY])
 
 
 def test_it_takes_the_papers_clocks(terrain):

@@ -1,0 +1,106 @@
+"""The two builds with a coarse map at full speed, under Verilator: every segment, long queues."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from hdl.config import CheckerBuild, Config
+from sim.harness import VerilatedChecker
+from sim.model.checker import TerrainModel, check_path
+from sim.model.checker_clocks import batch_clocks
+from tests.checking import TINY, ground, paths_of, random_batch
+from tests.unit.feasibility.checks import summary
+
+
+pytestmark = pytest.mark.cosim
+
+BUILDS = [CheckerBuild.TWO_TIER, CheckerBuild.HIERARCHICAL]
+
+
+def check(checker, terrain, paths, *, count=False, stall=0):
+    """Compare a queue with the model, clocks and reads included; return the verdicts."""
+    config = checker.config
+    batch = checker.check(paths, count=count, stall=stall)
+    found = []
+    for verdict, entries in zip(batch.verdicts, batch.entries, strict=True):
+        fields = ("segment", "x", "y", "coarse", "cells")
+        segment, x, y, coarse, cells = (verdict[field] for field in fields)
+        entries = tuple((entry["segment"], entry["terrain"], entry["nofly"]) for entry in entries)
+        found.append((bool(verdict["collision"]), segment, x, y, bool(coarse), cells, entries))
+    full = config
+    if config.checker is CheckerBuild.HIERARCHICAL:
+        full = config.replace(checker=CheckerBuild.PARALLEL)
+    assert found == [summary(check_path(full, terrain, path, count)) for path in paths]
+    if not stall:
+        clocks = [(verdict["cycles"], verdict["reads"]) for verdict in batch.verdicts]
+        assert clocks == batch_clocks(config, terrain, paths, count)
+    return batch.verdicts
+
+
+def load(checker, terrain):
+    checker.write(terrain.heights)
+
+
+@pytest.mark.parametrize("build", BUILDS)
+def test_every_segment_of_a_tiny_map(build):
+    """All pairs of cells as first, second and third segment of a path: both tiers, all slopes."""
+    config = TINY.replace(checker=build)
+    rng = np.random.default_rng(1)
+    cells = list(itertools.product(range(config.map_size), repeat=2))
+    with VerilatedChecker(config) as checker:
+        terrain = ground(config, rng, peaks=0.1, blocked=0.03)
+        load(checker, terrain)
+        for before in range(3):
+            paths = []
+            for start, stop in itertools.product(cells, repeat=2):
+                z = rng.integers(4, 15, 2)
+                paths.append([(*start, 15)] * before + [(*start, int(z[0])), (*stop, int(z[1]))])
+            verdicts = check(checker, terrain, paths)
+            assert 0.2 < np.mean([verdict["collision"] for verdict in verdicts]) < 0.9
+
+
+@pytest.mark.parametrize(
+    ("build", "lanes", "factor", "latency"),
+    [
+        (CheckerBuild.TWO_TIER, 1, 16, 1),
+        (CheckerBuild.HIERARCHICAL, 1, 16, 2),
+        pytest.param(CheckerBuild.HIERARCHICAL, 2, 4, 1, marks=pytest.mark.long),
+        pytest.param(CheckerBuild.HIERARCHICAL, 4, 2, 2, marks=pytest.mark.long),
+        pytest.param(CheckerBuild.HIERARCHICAL, 8, 8, 1, marks=pytest.mark.long),
+        pytest.param(CheckerBuild.HIERARCHICAL, 16, 4, 2, marks=pytest.mark.long),
+    ],
+)
+def test_queues_over_a_changing_map(build, lanes, factor, latency):
+    """Queues, counted and not, stalled and not, between partial uploads that raise and lower."""
+    config = Config(
+        map_size=64,
+        altitude_bits=8,
+        coarse_factor=factor,
+        checker=build,
+        lanes=lanes,
+        memory_latency=latency,
+    )
+    rng = np.random.default_rng(lanes)
+    edge, top = config.map_size, config.blocked_altitude
+    terrain = TerrainModel(config)
+    with VerilatedChecker(config) as checker:
+        terrain.write(0, 0, rng.integers(0, top // 4, (edge, edge)))
+        load(checker, terrain)
+        for turn in range(20):
+            x, y = rng.integers(0, edge - 1, 2).tolist()
+            width, height = rng.integers(1, 20, 2).tolist()
+            altitudes = rng.integers(0, top // 4, (min(height, edge - y), min(width, edge - x)))
+            if turn % 3:
+                altitudes[rng.random(altitudes.shape) < 0.1 * (turn % 3)] = rng.integers(
+                    top // 2, top
+                )
+                altitudes[rng.random(altitudes.shape) < 0.02] = top
+            terrain.write(x, y, altitudes)
+            checker.write(altitudes, x, y)
+            paths = paths_of(random_batch(config, rng, 60))
+            check(checker, terrain, paths)
+            check(checker, terrain, paths, count=True)
+            check(checker, terrain, paths, count=bool(turn % 2), stall=2 + turn)
+            for path in paths[:5]:
+                check(checker, terrain, [path], count=bool(turn % 2))

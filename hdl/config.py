@@ -113,7 +113,7 @@ class Config:
     altitude_bits: int = 12
     box_percent: int = 15
     survivor_selection: SurvivorSelection = SurvivorSelection.UNIFORM
-    checker: CheckerBuild = CheckerBuild.NONE
+    checker: CheckerBuild = CheckerBuild.PARALLEL
     lanes: int = 8
     memory_latency: int = 2
     redraws: int = 2

@@ -38,7 +38,7 @@ TOPS: Mapping[str, tuple[str, str]] = MappingProxyType(
 )
 
 #: Tops that ``make verilog`` writes.
-SHIPPED = ("ga_core", "planner")
+SHIPPED = ("ga_core", "feasibility", "planner")
 
 
 def export(name: str, config: Config) -> str:

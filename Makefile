@@ -49,8 +49,9 @@ help:
 	@echo "                (TERRAIN= START= GOAL= NOFLY_CIRCLES= BOARD= SEED= OUT=)"
 	@echo "make setup      install all that the other targets need, once"
 	@echo "make test       all tests (WORKERS= PYTEST_ARGS=)"
-	@echo "make test-long  the same with the long random and soak runs"
+	@echo "make test-long  the same with the long random and soak runs: hours"
 	@echo "make verilog    synthesizable Verilog of every top, in build/verilog/"
+	@echo "make bitstream  place and route for a real board, with open tools (BOARD=ulx3s-85f)"
 	@echo "make sim        cocotb benches on Icarus and Verilator (SIM= BENCH= WAVES=1)"
 	@echo "make bench      measure every speed claim (BENCH=)"
 	@echo "make lint       ruff, mypy, Verilator's lint of the generated Verilog"
@@ -69,17 +70,28 @@ plan: setup-plan
 		$(foreach circle,$(NOFLY_CIRCLES),--nofly-circle "$(circle)") \
 		--board "$(BOARD)" --seed "$(SEED)" --out "$(OUT)"
 
+.PHONY: setup-long
+setup-long:
+	$(call SET_UP,long)
+
 .PHONY: test test-long
 test: setup
 	@$(IN_ROOT) "$(BIN)/python" -m pytest -n $(WORKERS) --dist worksteal $(PYTEST_ARGS)
 
-test-long: setup
+test-long: setup-long
 	@$(IN_ROOT) "$(BIN)/python" -m pytest -n $(WORKERS) --dist worksteal -m "long or not long" \
 		$(PYTEST_ARGS)
 
 .PHONY: verilog
 verilog: setup-plan
 	@$(IN_ROOT) "$(BIN)/python" -m hdl.verilog build/verilog
+
+.PHONY: setup-synth bitstream
+setup-synth:
+	$(call SET_UP,synth)
+
+bitstream: setup-synth
+	@$(IN_ROOT) "$(BIN)/python" -m hdl.boards.build "$(BOARD)"
 
 .PHONY: sim
 sim: setup

@@ -12,6 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from hdl.config import Config
+from hdl.memories import without_contents
 
 
 __all__ = ["SHIPPED", "TOPS", "export", "write_shipped"]
@@ -32,7 +33,7 @@ TOPS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "control": ("hdl.ga_core.control", "Control"),
         "receiving": ("hdl.ga_core.receiving", "ReceivingUnit"),
         "transmitting": ("hdl.ga_core.transmitting", "TransmittingUnit"),
-        "checker": ("hdl.feasibility.checker", "Checker"),
+        "path_checker": ("hdl.feasibility.checker", "Checker"),
         "feasibility": ("hdl.feasibility.feasibility", "Feasibility"),
     }
 )
@@ -57,8 +58,7 @@ def export(name: str, config: Config) -> str:
 
     module, component = TOPS[name]
     top = getattr(importlib.import_module(module), component)(config)
-    text: str = verilog.convert(top, name=name, emit_src=False)
-    return text
+    return without_contents(verilog.convert(top, name=name, emit_src=False))
 
 
 def write_shipped(folder: Path, config: Config) -> list[Path]:

@@ -260,7 +260,7 @@ def _build(builds: BuildCache, sim: Simulator, text: str, top: str, *, waves: bo
         verilate_args=["--vpi", "--timescale", "1ns/1ps"],
         public=True,
         link_args=[f"-Wl,-rpath,{libraries}", f"-L{libraries}", "-lcocotbvpi_verilator"],
-        optimize="-O1",  # The VPI is the bottleneck, and the compiler takes half the time.
+        optimize="-O0",  # The VPI is the bottleneck, and the compiler takes a quarter of the time.
         trace=waves,
     )
 

@@ -33,6 +33,7 @@ SMALL = Config(
     altitude_bits=4,
     clocks_per_bit=4,
     receive_buffer=256,
+    checker=CheckerBuild.NONE,
 )
 
 #: The same chip with the paper's checker: what the link does with one is the same for all of them.

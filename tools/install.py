@@ -15,7 +15,7 @@ from pathlib import Path
 __all__ = ["SetupError", "set_up"]
 
 # What pip adds to the project for each level.
-EXTRAS = {"plan": "", "test": "[test]"}
+EXTRAS = {"plan": "", "test": "[test]", "synth": "[test,synth]", "long": "[test,synth]"}
 
 
 class SetupError(Exception):
@@ -27,7 +27,7 @@ def set_up(level: str, venv: Path, root: Path) -> None:
 
     Parameters
     ----------
-    level : {"plan", "test"}
+    level : {"plan", "test", "synth", "long"}
         What for.
     venv : Path
         Virtual environment, made if it is missing or not of this Python and place.
@@ -46,9 +46,11 @@ def set_up(level: str, venv: Path, root: Path) -> None:
         make_venv(venv)
     say(f"installing packages for `{level}` into .venv")
     pip(python, "install", "--editable", f"{root}{EXTRAS[level]}")
-    if level == "test":
+    if level != "plan":
         check_libpython(python)
-        check_icarus()
+        require_for_tests("iverilog", "for the tests on a second simulator")
+    if level == "long":
+        require_for_tests("dieharder", "for the battery of random tests")
     say(f"done in {time.monotonic() - start:.0f} s")
 
 
@@ -104,12 +106,12 @@ def check_libpython(python: Path) -> None:
         install([package], "cocotb needs Python as a shared library")
 
 
-def check_icarus() -> None:
-    """Install Icarus if possible; without it its tests are skipped, and the rest works."""
+def require_for_tests(command: str, purpose: str) -> None:
+    """As :func:`require`, if possible; else its tests are skipped, and the rest works."""
     try:
-        require(["iverilog"], "for the tests on a second simulator")
+        require([command], purpose)
     except SetupError as error:
-        say(f"{error} Until then the tests on Icarus are skipped.")
+        say(f"{error} Until then the tests with it are skipped.")
 
 
 def require(commands: Sequence[str], purpose: str) -> None:

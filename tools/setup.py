@@ -1,9 +1,10 @@
 """Sets up everything that `make` needs, on a bare Debian or Ubuntu; a second call does nothing.
 
-Usage: python3 tools/setup.py [plan|test]
+Usage: python3 tools/setup.py [plan|test|synth|long]
 
 `plan` installs what planning on the simulated board needs; `test` (the default) adds what the tests
-and `make lint` need. Python packages go to .venv/ in the repository root. System packages that are
+and `make lint` need, `synth` the tools of `make bitstream`, `long` the battery of random tests in
+`make test-long`. Python packages go to .venv/ in the repository root. System packages that are
 missing are installed with apt-get where this may be done without asking (root, or sudo without a
 password); otherwise one sentence names them.
 
@@ -25,7 +26,7 @@ VENV = ROOT / ".venv"
 STAMP = VENV / "pathgene-setup"
 
 #: Each level includes those before it.
-LEVELS = ("plan", "test")
+LEVELS = ("plan", "test", "synth", "long")
 
 
 def main(arguments: list[str]) -> int:

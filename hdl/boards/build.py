@@ -22,6 +22,7 @@ from pathlib import Path
 from hdl.boards import BOARDS, find_board
 from hdl.boards.board import Board
 from hdl.boards.chip import Chip
+from hdl.memories import without_contents
 
 
 __all__ = ["BuildError", "Routed", "build", "prepare", "route", "run_tool", "tool_path"]
@@ -122,13 +123,29 @@ def run_tool(tool: str, arguments: Sequence[str], folder: Path) -> None:
 
 
 def prepare(board: Board, folder: Path) -> list[list[str]]:
-    """Write the sources of ``board`` to ``folder``; return the tools' command lines in order."""
-    plan = board.platform().build(Chip(board), name=NAME, do_build=False, **board.overrides)
+    """Write the sources of ``board`` to ``folder``; return the tools' command lines in order.
+
+    Synthesis reads Verilog, as all simulations do, and not Amaranth's netlist: only there yosys
+    minds ``no_rw_check``, without which it doubles the memories of two read ports.
+    """
+    plan = board.platform().build(
+        Chip(board), name=NAME, do_build=False, debug_verilog=True, **board.overrides
+    )
+    files = {
+        name: content if isinstance(content, str) else content.decode()
+        for name, content in plan.files.items()
+    }
+    debug = files.pop(f"{NAME}.debug.v")
+    if f"{NAME}.ys" in files:
+        del files[f"{NAME}.il"]
+        files[f"{NAME}.v"] = debug
+        script = files[f"{NAME}.ys"]
+        files[f"{NAME}.ys"] = script.replace(f"read_rtlil {NAME}.il", f"read_verilog {NAME}.v")
+    files[f"{NAME}.v"] = without_contents(files[f"{NAME}.v"])
     folder.mkdir(parents=True, exist_ok=True)
-    for name, content in plan.files.items():
-        data = content if isinstance(content, bytes) else content.encode()
-        (folder / name).write_bytes(data)
-    script = (folder / f"build_{NAME}.sh").read_text(encoding="utf-8")
+    for name, content in files.items():
+        (folder / name).write_text(content, encoding="utf-8")
+    script = files[f"build_{NAME}.sh"]
     # As in: "$NEXTPNR_ECP5" --quiet ...
     lines = [shlex.split(line) for line in script.splitlines() if line.startswith('"$')]
     return [[line[0].removeprefix("$").lower().replace("_", "-"), *line[1:]] for line in lines]

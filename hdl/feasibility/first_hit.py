@@ -28,7 +28,7 @@ class FirstHit(wiring.Component):
     hits, blocked : In(lanes)
         Lanes whose cells collide, and those of them that are blocked.
     hit : Out(1)
-    before : Out(range(lanes))
+    before : Out(max(1, log2(lanes)))
     x, y : Out(coordinate_bits)
     terrain, nofly : Out(range(lanes + 1))
         See :func:`hdl.feasibility.walker.step_layout`.
@@ -42,7 +42,7 @@ class FirstHit(wiring.Component):
                 "hits": In(config.lanes),
                 "blocked": In(config.lanes),
                 "hit": Out(1),
-                "before": Out(range(config.lanes)),
+                "before": Out(max(1, exact_log2(config.lanes))),
                 "x": Out(config.coordinate_bits),
                 "y": Out(config.coordinate_bits),
                 "terrain": Out(range(config.lanes + 1)),
@@ -62,13 +62,22 @@ class FirstHit(wiring.Component):
         m.d.comb += mirrored.eq(Mux(group.descending, self.hits[::-1], self.hits))
         for number in range(lanes):
             opposite = lanes - 1 - number
-            m.d.comb += late[number].eq(Mux(group.descending, start < opposite, start > number))
+            # Written so that no number is compared with what it always is.
+            m.d.comb += late[number].eq(
+                Mux(
+                    group.descending,
+                    start < opposite if opposite else 0,
+                    start > number if opposite else 0,
+                )
+            )
         chosen = Signal(lanes)
         early = mirrored & ~late
         m.d.comb += chosen.eq(Mux(early.any(), _lowest(early), _lowest(mirrored & late)))
 
         first = Signal(lanes, reset_less=True)
-        places = [Signal(lane_bits, name=f"place_{n}", reset_less=True) for n in range(lanes)]
+        places = [
+            Signal.like(self.before, name=f"place_{n}", reset_less=True) for n in range(lanes)
+        ]
         now = Signal.like(group, reset_less=True)
         m.d.sync += [
             now.eq(group),

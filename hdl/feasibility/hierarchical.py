@@ -30,9 +30,9 @@ class HierarchicalWalker(wiring.Component):
     So the verdict is that of the detailed map alone, for every path. The last column of a segment
     always passes the queue, for a clock.
 
-    A column comes 12 clocks after the second point of its segment, its first cells, if they must be
-    walked, ``memory_latency + 4`` clocks later, or 6 with several lanes, and their step
-    ``memory_latency + 3`` after these.
+    A column comes 11 clocks after the second point of its segment, or when its turn is; its first
+    cells, if they must be walked, are read ``memory_latency + 3`` clocks later, with several lanes
+    ``memory_latency + 5``, and their step comes ``memory_latency + 3`` after that.
 
     In the clock of ``drop`` the cells of that clock are still read, and with several lanes those
     that were begun in the two clocks before it; all are counted.
@@ -40,7 +40,7 @@ class HierarchicalWalker(wiring.Component):
     Points and writes wait while the coarse map is rebuilt: see
     :class:`hdl.feasibility.coarse.CoarseMap`.
 
-    Source: *allaire two-tier*, section 5.3, leaves it open what two tiers are good for elsewhere.
+    Source: *allaire two-tier*, section 5.3, which leaves it open what else two tiers are good for.
 
     Parameters
     ----------

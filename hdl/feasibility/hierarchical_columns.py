@@ -189,9 +189,7 @@ class ColumnWalker(wiring.Component):
         with m.Elif(self.valid):
             m.d.sync += [
                 left.eq(left - ahead - 1),
-                span.major.eq(
-                    Cat(span.back.replicate(bits), Mux(span.back, row - 1, row + 1))
-                ),
+                span.major.eq(Cat(span.back.replicate(bits), Mux(span.back, row - 1, row + 1))),
                 span.minor_near.eq(next_minor),
                 span.altitude_near.eq(next_altitude),
                 span.minor_far.eq(span.minor_far + (span.minor_slope << bits)),

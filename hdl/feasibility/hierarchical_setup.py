@@ -32,7 +32,8 @@ def span_layout(config: Config) -> data.StructLayout:
     The others are sums of them with the same fraction bits, and the bias of
     :class:`hdl.feasibility.reciprocal.Precision`: the floor of a minor sum is the coordinate, that
     of an altitude sum the ceiling of the altitude. ``minor_near``, ``altitude_near``: at the cell,
-    perhaps before the first one, where the first cell's group of :func:`group_cells` begins.
+    perhaps before the first one, where the first cell's group of :func:`group_cells` begins, modulo
+    their width.
     ``minor_far``, ``altitude_far``: at the last cell of the first cell's column, perhaps past the
     last one.
     """
@@ -213,11 +214,7 @@ class HierarchicalSetup(wiring.Component):
         minor = Cat(C(minor_bias, fraction), now["minor"])
         altitude = Cat(C(altitude_bias, fraction), now["altitude"])
         now = stage(
-            {
-                field: value
-                for field, value in now.items()
-                if not field.endswith(("_far", "_near"))
-            },
+            {field: value for field, value in now.items() if not field.endswith(("_far", "_near"))},
             minor_far=(minor + now["minor_far"])[: xy + fraction],
             altitude_far=(altitude + now["altitude_far"])[: z + fraction],
             minor_near=(minor - now["minor_near"])[: xy + fraction],

@@ -87,13 +87,14 @@ class Lanes(wiring.Component):
         m.d.sync += token.eq(self.launched)
 
         # Of the last group only the lanes up to the end of the segment have a cell.
-        rest = Signal(lane_bits, reset_less=True)
+        rest = Signal(max(1, lane_bits), reset_less=True)
         step = Signal(motion_layout(config), reset_less=True)
         steep, descending = Signal(reset_less=True), Signal(reset_less=True)
         major = Signal(config.coordinate_bits, reset_less=True)
+        rest_now = segment.length[:lane_bits]
         with m.If(starts):
             m.d.sync += [
-                rest.eq(segment.length),
+                rest.eq(rest_now),
                 step.eq(self.step),
                 steep.eq(segment.steep),
                 descending.eq(segment.descending),
@@ -120,11 +121,11 @@ class Lanes(wiring.Component):
                     row.eq(
                         Mux(
                             segment.descending,
-                            begin - (first < number),
-                            begin + (first > number),
+                            begin - (first < number if number else 0),
+                            begin + (first > number if number < config.lanes - 1 else 0),
                         )
                     ),
-                    in_last.eq(segment.places[number] <= segment.length[:lane_bits]),
+                    in_last.eq(segment.places[number] <= rest_now if lane_bits else 1),
                 ]
             with m.Else():
                 m.d.sync += [

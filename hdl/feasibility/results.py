@@ -64,8 +64,8 @@ class Results(wiring.Component):
                 "taken": In(1),
                 "begins": In(1),
                 "segment_begins": In(1),
-                "room": Out(1),
-                "segment_room": Out(1),
+                "room": Out(1, init=1),
+                "segment_room": Out(1, init=1),
                 "step": In(step_layout(config)),
                 "drop": Out(1),
                 "hit": Out(1),
@@ -104,8 +104,9 @@ class Results(wiring.Component):
         m.d.comb += [
             earlier.eq(has_hit & ~step.first),
             self.hit.eq(live & step.hit & ~earlier),
-            self.drop.eq(self.hit & ~self.count),
-            decides.eq(live & (step.ends_path | self.drop)),
+            # Unless counting, no hit was earlier where the path has not been decided.
+            self.drop.eq(live & step.hit & ~self.count),
+            decides.eq(live & (step.ends_path | (step.hit & ~self.count))),
             self.free.eq(decides & ~step.hit & ~earlier),
             cells.eq(
                 Mux(step.first, 0, passed) + Mux(step.hit & ~earlier, step.before + 1, step.cells)
@@ -169,7 +170,8 @@ class Results(wiring.Component):
         connect(m, verdict_queue.r_stream, flipped(self.verdicts))
 
         # Counts of the segment so far.
-        fresh = Signal(init=1)
+        fresh, collided = Signal(init=1), Signal()
+        collides, step_collides = Signal(), Signal()
         terrain, nofly = (Signal(config.segment_cells_bits, name=n) for n in ("terrain", "nofly"))
         depth = max(COUNTS, 1 << ceil_log2(config.max_segments))
         m.submodules.count_queue = count_queue = fifo.SyncFIFO(
@@ -180,36 +182,40 @@ class Results(wiring.Component):
             entry.segment.eq(step.segment),
             entry.terrain.eq(Mux(fresh | step.first, 0, terrain) + step.terrain),
             entry.nofly.eq(Mux(fresh | step.first, 0, nofly) + step.nofly),
-            entered.eq(live & self.count & step.ends_segment & (entry.terrain | entry.nofly).any()),
+            entered.eq(live & self.count & step.ends_segment & (collides | step_collides)),
+            step_collides.eq(step.terrain.any() | step.nofly.any()),
+            collides.eq(collided & ~fresh & ~step.first),
             count_queue.w_data.eq(entry),
             count_queue.w_en.eq(entered),
         ]
         with m.If(live):
             m.d.sync += [
                 fresh.eq(step.ends_segment),
+                collided.eq(collides | step_collides),
                 terrain.eq(entry.terrain),
                 nofly.eq(entry.nofly),
                 entries.eq(verdict.entries),
             ]
         connect(m, count_queue.r_stream, flipped(self.counts))
 
-        # Places not yet promised.
+        # Places not yet promised. Whether there are any comes out of a register: much hangs on it.
         places = Signal(range(VERDICTS + 1), init=VERDICTS)
         transferred = self.verdicts.valid & self.verdicts.ready
-        m.d.sync += places.eq(places + transferred - self.begins)
-        m.d.comb += self.room.eq(places.any())
+        m.d.sync += [
+            places.eq(places + transferred - self.begins),
+            self.room.eq(transferred | (places != self.begins)),
+        ]
 
         segment_places = Signal(range(depth + 1), init=depth)
-        unused = Signal()
+        unused, freed, used = Signal(), Signal(), Signal()
         m.d.comb += [
             unused.eq(live & self.count & step.ends_segment & ~entered),
-            self.segment_room.eq(~self.count | segment_places.any()),
+            freed.eq(self.counts.valid & self.counts.ready),
+            used.eq(self.segment_begins & self.count),
         ]
-        m.d.sync += segment_places.eq(
-            segment_places
-            + unused
-            + (self.counts.valid & self.counts.ready)
-            - (self.segment_begins & self.count)
-        )
+        m.d.sync += [
+            segment_places.eq(segment_places + unused + freed - used),
+            self.segment_room.eq(~self.count | unused | freed | (segment_places != used)),
+        ]
 
         return m

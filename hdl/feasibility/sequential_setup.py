@@ -131,9 +131,7 @@ class SequentialSetup(wiring.Component):
                 number.eq(Mux(first, 0, number + 1)),
             ]
             if self.tiers:
-                m.d.sync += coarse.eq(
-                    ~first & (coarse | (number == config.DETAILED_SEGMENTS - 1))
-                )
+                m.d.sync += coarse.eq(~first & (coarse | (number == config.DETAILED_SEGMENTS - 1)))
             with m.If(~first):
                 m.d.sync += [
                     sides.x.eq(start_x),

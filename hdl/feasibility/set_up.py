@@ -36,7 +36,7 @@ def segment_layout(config: Config) -> data.StructLayout:
             "altitude": z,
             "across": signed(xy + 1),
             "rise": signed(z + 1),
-            "places": data.ArrayLayout(exact_log2(config.lanes), config.lanes),
+            "places": data.ArrayLayout(max(1, exact_log2(config.lanes)), config.lanes),
             "reciprocal": Precision.of(config).reciprocal,
         }
     )
@@ -217,14 +217,12 @@ class SetUp(wiring.Component):
         with m.Elif(self._is_dropped(waiting)):
             m.d.sync += waiting.valid.eq(0)
 
-        # Groups left of the segment that was launched last.
-        left = Signal(xy)
+        # Groups left of the segment that was launched last, and whether there are none.
+        left, free = Signal(xy), Signal(init=1)
         launched = Signal(identity)
         dropping = Signal()
         m.d.comb += [
-            launch.eq(
-                waiting.valid & ~left.any() & self.segment_room & (self.room | ~waiting.first)
-            ),
+            launch.eq(waiting.valid & free & self.segment_room & (self.room | ~waiting.first)),
             self.begins.eq(launch & waiting.first),
             self.segment_begins.eq(launch),
             *(segment[name].eq(shape[name]) for name, _ in shape.shape()),
@@ -232,7 +230,7 @@ class SetUp(wiring.Component):
         ]
         groups = shape.length >> lane_bits
         with m.If(launch):
-            m.d.sync += [left.eq(groups), launched.eq(waiting)]
+            m.d.sync += [left.eq(groups), free.eq(groups == 0), launched.eq(waiting)]
             m.d.comb += [
                 token.starts.eq(1),
                 token.first.eq(waiting.first),
@@ -242,7 +240,7 @@ class SetUp(wiring.Component):
                 token.tag.eq(waiting.tag),
             ]
         with m.Else():
-            m.d.sync += left.eq(left - left.any())
+            m.d.sync += [left.eq(left - ~free), free.eq(left <= 1)]
             m.d.comb += [
                 token.ends_segment.eq(left == 1),
                 token.ends_path.eq(launched.ends_path & (left == 1)),
@@ -251,10 +249,10 @@ class SetUp(wiring.Component):
             ]
         m.d.comb += [
             dropping.eq(self.drop & (token.tag == self.drop_tag)),
-            token.valid.eq((launch | left.any()) & ~dropping),
+            token.valid.eq((launch | ~free) & ~dropping),
         ]
         with m.If(dropping):
-            m.d.sync += left.eq(0)
+            m.d.sync += [left.eq(0), free.eq(1)]
 
         return m
 

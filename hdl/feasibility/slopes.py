@@ -85,9 +85,9 @@ class Slopes(wiring.Component):
             m.d.comb += self.step[axis].eq(product)
             for lane, (place, start) in enumerate(zip(segment.places, self.starts, strict=True)):
                 # Of adders: a multiplier for three bits would be slower.
-                multiple = sum(
-                    (Mux(bit, difference << i, 0) for i, bit in enumerate(place)), Const(0, 1)
-                )
+                multiple = Const(0, 1)
+                for i, bit in enumerate(place[:lane_bits]):
+                    multiple += Mux(bit, difference << i, 0)
                 multiple = delayed(m, multiple.as_signed(), 1, f"{axis}_multiple_{lane}")
                 name = f"{axis}_{lane}"
                 product = self._product(m, multiple, reciprocal, shift, biases[axis], name)
@@ -97,20 +97,18 @@ class Slopes(wiring.Component):
 
     def _product(self, m, factor, reciprocal, shift, bias, name):
         """Return ``bias + floor(factor * reciprocal / 2**shift)``, a clock later."""
+        # Bits that are floored away have no register.
         if len(reciprocal) <= _PART:
-            whole = Signal(signed(len(factor) + len(reciprocal) + 1), name=name, reset_less=True)
-            m.d.sync += whole.eq(factor * reciprocal)
-            return (whole >> shift) + bias
+            product = factor * _signed(reciprocal) >> shift
+            return delayed(m, product, 1, name) + bias
 
-        low, high = reciprocal[:_PART], reciprocal[_PART:]
-        parts = []
-        for part, suffix in ((low, "low"), (high, "high")):
-            product = Signal(
-                signed(len(factor) + len(part) + 1), name=f"{name}_{suffix}", reset_less=True
-            )
-            m.d.sync += product.eq(factor * Cat(part, Const(0, 1)).as_signed())
-            parts.append(product)
-        if shift <= _PART:
-            return (parts[0] >> shift) + (parts[1] << (_PART - shift)) + bias
-        rest = shift - _PART
-        return (((parts[0] >> _PART) + parts[1]) >> rest) + bias
+        cut = min(shift, _PART)
+        low = factor * _signed(reciprocal[:_PART]) >> cut
+        high = factor * _signed(reciprocal[_PART:])
+        low, high = delayed(m, low, 1, f"{name}_low"), delayed(m, high, 1, f"{name}_high")
+        return (low + (high << _PART - cut) >> shift - cut) + bias
+
+
+def _signed(value):
+    """Return an unsigned value as a signed one, as a multiplier of signed numbers takes it."""
+    return Cat(value, Const(0, 1)).as_signed()

@@ -25,7 +25,7 @@ class TerrainBank(wiring.Component):
     Parameters
     ----------
     rows : int
-        A power of two.
+        A power of two, 2 or more.
     width : int
         Bits of a row.
     latency : int
@@ -51,8 +51,8 @@ class TerrainBank(wiring.Component):
     BLOCK_ROWS = 1 << 14
 
     def __init__(self, *, rows, width, latency, ports):
-        if rows < 1 or rows & (rows - 1):
-            raise ValueError(f"Rows must be a power of two, not {rows!r}")
+        if rows < 2 or rows & (rows - 1):
+            raise ValueError(f"Rows must be a power of two from 2 on, not {rows!r}")
         if latency not in (1, 2):
             raise ValueError(f"Latency must be 1 or 2, not {latency!r}")
         if ports not in (1, 2):
@@ -85,8 +85,10 @@ class TerrainBank(wiring.Component):
             m.d.comb += [
                 write.addr.eq(self.a.address),
                 write.data.eq(self.a.write_data),
-                write.en.eq(self.a.write_enable & (self.a.address[bits:] == number)),
+                write.en.eq(self.a.write_enable),
             ]
+            if blocks > 1:
+                m.d.comb += write.en.eq(self.a.write_enable & (self.a.address[bits:] == number))
             for port, (source, into) in enumerate(zip(ports, data, strict=True)):
                 read = rows.read_port()
                 m.d.comb += read.addr.eq(source.address)

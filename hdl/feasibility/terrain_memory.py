@@ -15,8 +15,8 @@ __all__ = ["TerrainMemory", "lane_layout", "lane_row_bits"]
 
 
 def lane_row_bits(config: Config) -> int:
-    """Width of a major coordinate divided by the number of lanes."""
-    return max(0, config.coordinate_bits - exact_log2(config.lanes))
+    """Width of a major coordinate divided by the number of lanes; 1 if that is always 0."""
+    return max(1, config.coordinate_bits - exact_log2(config.lanes))
 
 
 def lane_layout(config: Config) -> data.StructLayout:
@@ -132,7 +132,7 @@ class TerrainMemory(wiring.Component):
         for x in range(edge):
             for y in range(edge):
                 m.submodules[f"bank_{x}_{y}"] = bank = TerrainBank(
-                    rows=1 << 2 * row_bits,
+                    rows=max(2, 1 << 2 * row_bits),
                     width=config.altitude_bits,
                     latency=latency,
                     ports=ports,

@@ -103,14 +103,27 @@ class ReadIndex(wiring.Component):
 
         past = Signal()
         here = Signal()
-        index = Signal.like(position)
-        tail = Signal()
+        back = Signal()
+        on = Signal()
         m.d.comb += [
             past.eq(position > pending.at),
             here.eq(position == pending.at),
-            index.eq(position - (pending.insert & past) + (pending.delete & (past | here))),
-            tail.eq(index >= self.head),
+            back.eq(pending.insert & past),
+            on.eq(pending.delete & (past | here)),
         ]
+
+        # The index is `position`, or one back or on. One subtraction tells where all three lie, and
+        # a step of one in so few bits needs no carry chain: one behind the other would be too slow.
+        beyond = Signal(signed(len(position) + 1))
+        tail = Signal()
+        m.d.comb += [
+            beyond.eq(position - self.head),
+            tail.eq(Mux(on, beyond >= -1, Mux(back, beyond > 0, beyond >= 0))),
+        ]
+        source_at = Signal(half_bits(self.config))
+        m.d.comb += source_at.eq(
+            Mux(tail, beyond, position) + (on | back.replicate(len(source_at)))
+        )
 
         source = Signal.like(self.source, reset_less=True)
         m.d.comb += self.source.eq(source)
@@ -121,7 +134,7 @@ class ReadIndex(wiring.Component):
                 ),
                 source.patch.eq(pending.patch),
                 source.tail.eq(tail),
-                source.at.eq(Mux(tail, index - self.head, index)),
+                source.at.eq(source_at),
             ]
 
         return m

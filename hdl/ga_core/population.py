@@ -45,7 +45,8 @@ class Population(wiring.Component):
     Members
     -------
     carried : In(carrier_layout).array(carriers)
-        Slot and length of the path of each port: elites, survivors, parents.
+        Slot and length of the path of each port: elites, survivors, parents. Steady from a clock
+        before ``on`` or ``peek`` rises.
     on : In(1)
         Pass the next waypoints. May rise only while ``settled``.
     waypoints : Out(waypoint_bits).array(carriers)
@@ -144,20 +145,19 @@ class Population(wiring.Component):
             self.writes.ready.eq(self.allow & ~readout.active),
             taken.eq(self.writes.valid & self.writes.ready),
         ]
-        m.d.sync += writing.eq(taken)
-        with m.If(taken):
-            m.d.sync += [
-                written.eq(write),
-                written_length.eq(write.index + 1),
-                written_tail.eq(write.index >= config.head_size),
-                written_at.eq(
-                    Mux(
-                        write.index >= config.head_size,
-                        write.index - config.head_size,
-                        write.index,
-                    )
-                ),
-            ]
+        m.d.sync += [
+            writing.eq(taken),
+            written.eq(write),
+            written_length.eq(write.index + 1),
+            written_tail.eq(write.index >= config.head_size),
+            written_at.eq(
+                Mux(
+                    write.index >= config.head_size,
+                    write.index - config.head_size,
+                    write.index,
+                )
+            ),
+        ]
 
         # Position to be read next. At 2, that of 0 is in the slots' registers: primed.
         ahead = Signal(position_bits(config))
@@ -169,7 +169,7 @@ class Population(wiring.Component):
         m.d.comb += [
             rewind.eq(self.update | writing | readout.rewind | peeked),
             step.eq(self.on | readout.step | looking),
-            advance.eq(step | ~readout.primed),
+            advance.eq(self.on | readout.wants | looking | ~readout.primed),
             self.settled.eq((ahead == 2) & ~writing & ~readout.active & ~looking),
         ]
         with m.If(advance):
@@ -275,15 +275,15 @@ class Population(wiring.Component):
                 ]
 
         # Only the first port, from which the host reads, has to hold a waypoint.
-        read_select = Signal(config.population, reset_less=True)
-        m.d.sync += read_select.eq(1 << readout.slot)
+        first_select = Signal(config.population, reset_less=True)
+        m.d.sync += first_select.eq(Mux(readout.active, 1 << readout.slot, self.carried[0].select))
         for number, waypoint in enumerate(self.waypoints):
             port = Signal(config.waypoint_bits, name=f"port_{number}", reset_less=True)
             m.d.comb += waypoint.eq(port)
             select = self.carried[number].select
             moves = C(1)
             if number == 0:
-                select = Mux(readout.active, read_select, select)
+                select = first_select
                 moves = step
             passing = gated(select, [slot.waypoint for slot in slots])
             with m.If(writing):

@@ -39,6 +39,8 @@ class ReadOut(wiring.Component):
     rewind : Out(1)
     primed : In(1)
         The reading has been rewound and can be stepped.
+    wants : Out(1)
+        It is going to step as soon as ``primed``.
     step : Out(1)
     waypoint : In(waypoint_bits)
     """
@@ -55,6 +57,7 @@ class ReadOut(wiring.Component):
                 "length": In(config.length_bits),
                 "rewind": Out(1),
                 "primed": In(1),
+                "wants": Out(1),
                 "step": Out(1),
                 "waypoint": In(config.waypoint_bits),
             }
@@ -119,7 +122,7 @@ class ReadOut(wiring.Component):
                 m.next = "Read"
 
             with m.State("Read"):
-                m.d.comb += self.step.eq(self.primed & ~full)
+                m.d.comb += [self.wants.eq(~full), self.step.eq(self.primed & ~full)]
                 with m.If(self.step & last):
                     m.d.sync += [self.slot.eq(self.slot + 1), left.eq(left - 1)]
                     m.next = "Rewind"

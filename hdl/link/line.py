@@ -7,6 +7,7 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 from hdl.config import Config
 from hdl.link.frame import FrameReceiver, FrameTransmitter
 from hdl.link.skid import SkidBuffer
+from hdl.link.stream_register import StreamRegister
 from hdl.link.uart import UartReceiver, UartTransmitter
 from hdl.protocol import Counter, counters_reply
 
@@ -72,9 +73,12 @@ class Line(wiring.Component):
         m.submodules.frame_receiver = frame_receiver = self._frame_receiver
         m.submodules.frame_transmitter = frame_transmitter = self._frame_transmitter
 
-        # Whoever takes requests and makes replies is a large machine on either side of a `ready`.
+        # Large machines take the requests and make the replies: neither their `valid` nor their
+        # `ready` shall be the begin of a long way through here, or its end.
+        reply_layout = frame_transmitter.replies_layout
         m.submodules.request_buffer = request_buffer = SkidBuffer(frame_receiver.requests_layout)
-        m.submodules.reply_buffer = reply_buffer = SkidBuffer(frame_transmitter.replies_layout)
+        m.submodules.reply_buffer = reply_buffer = SkidBuffer(reply_layout)
+        m.submodules.reply_register = reply_register = StreamRegister(reply_layout)
 
         m.d.comb += [
             uart_receiver.rx.eq(self.rx),
@@ -94,7 +98,8 @@ class Line(wiring.Component):
         connect(m, frame_receiver.requests, request_buffer.words)
         connect(m, request_buffer.passed, flipped(self.requests))
         connect(m, flipped(self.replies), reply_buffer.words)
-        connect(m, reply_buffer.passed, frame_transmitter.replies)
+        connect(m, reply_buffer.passed, reply_register.words)
+        connect(m, reply_register.passed, frame_transmitter.replies)
         connect(m, frame_transmitter.bytes, uart_transmitter.bytes)
 
         with m.If(uart_receiver.bytes.valid):

@@ -75,8 +75,8 @@ class VerilatedChecker:
         self._verdict, self._count = verdict_layout(config), count_layout(config)
         program = build_verilator(
             BuildCache(build_root() / "sim"),
-            exported_verilog("checker", config),
-            "checker",
+            exported_verilog("path_checker", config),
+            "path_checker",
             main=_MAIN,
         )
         self._process = subprocess.Popen(

@@ -5,17 +5,14 @@ from __future__ import annotations
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from hdl.config import CheckerBuild, Config
+from sim.model.checker import TerrainModel
 from sim.model.crossover import crossover
 from sim.model.mutation import Limits, Mutated, Mutation
 from sim.model.random_source import RandomSource
 from sim.model.selection import Draws, Selection
 
-
-if TYPE_CHECKING:
-    from sim.model.checker import TerrainModel
 
 __all__ = ["Core", "Generation"]
 
@@ -66,7 +63,8 @@ class Core:
     ----------
     config : Config
     terrain : TerrainModel, optional
-        The map on the chip: there must be one where ``config.checker`` says so.
+        The map on the chip, where ``config.checker`` says that there is one; by default one of its
+        own.
 
     Attributes
     ----------
@@ -92,6 +90,8 @@ class Core:
         self.paths: list[list[int]] = [[0] * config.MIN_WAYPOINTS for _ in range(config.population)]
         self.generation = 0
         self.limits = Limits(config.map_size - 1, config.map_size - 1, config.blocked_altitude - 1)
+        if terrain is None and config.checker is not CheckerBuild.NONE:
+            terrain = TerrainModel(config)
         self._selection = Selection(config)
         self._mutation = Mutation(config, terrain)
         self._source: RandomSource | None = None

@@ -4,12 +4,12 @@ import cocotb
 from cocotb.triggers import RisingEdge
 from core_bench import Bench
 
-from hdl.config import Config
+from hdl.config import CheckerBuild, Config
 from hdl.protocol import Counter
 
 
 TOP = "ga_core"
-CONFIG = Config()
+CONFIG = Config(checker=CheckerBuild.NONE)
 
 
 @cocotb.test()

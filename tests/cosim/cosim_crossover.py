@@ -6,12 +6,12 @@ import random
 import cocotb
 from cocotb.triggers import Timer
 
-from hdl.config import Config
+from hdl.config import CheckerBuild, Config
 from sim.model.crossover import crossover
 
 
 TOP = "crossover"
-CONFIG = Config()
+CONFIG = Config(checker=CheckerBuild.NONE)
 
 
 async def breed(dut, parents):

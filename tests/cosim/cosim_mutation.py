@@ -8,7 +8,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge
 from cocotb.utils import get_sim_time
 
-from hdl.config import Config, MutationKind
+from hdl.config import CheckerBuild, Config, MutationKind
 from hdl.ga_core.mutation import Mutation
 from sim.model.crossover import crossover
 from sim.model.mutation import Limits
@@ -17,7 +17,7 @@ from sim.model.selection import Draws
 
 
 TOP = "mutation"
-CONFIG = Config()
+CONFIG = Config(checker=CheckerBuild.NONE)
 
 UNIT = Mutation(CONFIG)
 CLOCK_NS = 10

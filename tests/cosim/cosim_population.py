@@ -9,13 +9,13 @@ from cocotb.triggers import FallingEdge, RisingEdge
 from cocotb.utils import get_sim_time
 from drivers import Stream
 
-from hdl.config import Config, MutationKind
+from hdl.config import CheckerBuild, Config, MutationKind
 from hdl.ga_core.population import Population
 from sim.model.crossover import crossover
 
 
 TOP = "population"
-CONFIG = Config()
+CONFIG = Config(checker=CheckerBuild.NONE)
 
 UNIT = Population(CONFIG)
 KEPT = CONFIG.elites + CONFIG.survivors
@@ -106,6 +106,7 @@ class Bench:
         for port, slot in enumerate(carried):
             length = len(self.paths[slot])
             self.drive("carried", port, {"slot": slot, "length": length, "select": 1 << slot})
+        await FallingEdge(dut.clk)
         if not dut.settled.value:
             await RisingEdge(dut.settled)
             await FallingEdge(dut.clk)

@@ -7,7 +7,7 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
 
-from hdl.config import Config
+from hdl.config import CheckerBuild, Config
 from hdl.draws import WARM_UP_STEPS
 from hdl.ga_core.selection import Selection
 from sim.model import selection as model
@@ -15,7 +15,7 @@ from sim.model.random_source import RandomSource
 
 
 TOP = "selection"
-CONFIG = Config()
+CONFIG = Config(checker=CheckerBuild.NONE)
 
 UNIT = Selection(CONFIG)
 

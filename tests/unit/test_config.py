@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from hdl.config import Config, MutationKind, SurvivorSelection
+from hdl.config import CheckerBuild, Config, MutationKind, SurvivorSelection
 from hdl.draws import WORD_BITS, DrawLayout
 
 
@@ -26,7 +26,8 @@ def test_default_is_the_papers_chip():
     # 15 % of 512 cells is 76.8, of 4096 steps 614.4: half of it to each side, rounded down.
     assert (config.box_cells, config.box_steps) == (38, 307)
     assert config.blocked_altitude == 4095
-    assert (config.mutators, config.patches, config.draw_steps) == (5, 3, 11)
+    assert (config.checker, config.lanes, config.bank_edge) == (CheckerBuild.PARALLEL, 8, 4)
+    assert (config.mutators, config.patches, config.draw_steps) == (5, 3, 14)
 
 
 @pytest.mark.parametrize(
@@ -70,6 +71,14 @@ def test_halves_of_a_path(max_waypoints, head, tail, length_bits, index_bits):
             {"receive_buffer": 300},
             "Config.receive_buffer must be a power of two from 256 to 32768, not 300",
         ),
+        ({"lanes": 3}, "Config.lanes must be 1, 2, 4, 8 or 16, not 3"),
+        ({"checker": "two-tier"}, "Config.lanes must be 1 in the two-tier build, not 8"),
+        (
+            {"map_size": 8, "coarse_factor": 2, "lanes": 16},
+            "Config.lanes must be at most map_size = 8, not 16",
+        ),
+        ({"memory_latency": 3}, "Config.memory_latency must be 1 or 2, not 3"),
+        ({"redraws": 8}, "Config.redraws must be from 0 to 7, not 8"),
         ({"survivor_selection": "best"}, "'best' is not a valid SurvivorSelection"),
     ],
 )

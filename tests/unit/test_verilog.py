@@ -15,7 +15,7 @@ from hdl.config import Config
 from hdl.verilog import SHIPPED, TOPS, export, write_shipped
 from sim.exported import exported_verilog
 from sim.lint import lint
-from tests.chips import SMALL
+from tests.chips import CHECKING, SMALL
 
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -57,7 +57,7 @@ def test_another_configuration_is_another_text():
 
 @pytest.mark.parametrize("name", TOPS)
 def test_every_top(name):
-    text = exported_verilog(name, SMALL)
+    text = exported_verilog(name, CHECKING)
     assert re.search(rf"^module {name}\(", text, re.MULTILINE)
     # Nothing of the machine that wrote it, and nothing that any other file must bring.
     assert str(ROOT) not in text

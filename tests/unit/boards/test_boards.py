@@ -77,15 +77,15 @@ def test_sources(name, tmp_path, monkeypatch):
     if name not in DEVICES:
         assert commands == [["vivado", "-mode", "batch", "-log", "chip.log", "-source", "chip.tcl"]]
         assert "-part xc7a100ticsg324-1L" in (tmp_path / "chip.tcl").read_text()
-        netlist = (tmp_path / "chip.v").read_text()
     else:
         synthesis, routing, *_ = commands
         assert synthesis == ["yosys", "-q", "-l", "chip.rpt", "chip.ys"]
         assert routing[0].startswith("nextpnr-")
         assert " ".join(DEVICES[name]) in " ".join(routing)
-        netlist = (tmp_path / "chip.il").read_text()
+        assert "read_verilog chip.v\n" in (tmp_path / "chip.ys").read_text()
+    netlist = (tmp_path / "chip.v").read_text()
     pll = {Ecp5Pll: "EHXPLLL", Ice40Pll: "SB_PLL40_PAD", Series7Pll: "PLLE2_BASE"}
-    assert netlist.count(pll[type(board.pll)]) == 1
+    assert netlist.count(f" {pll[type(board.pll)]} #(") == 1
 
 
 def test_chip_takes_a_board():

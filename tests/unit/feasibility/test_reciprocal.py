@@ -12,7 +12,7 @@ from tests.streams import simulate
 
 
 LANES = (1, 2, 4, 8, 16)
-FULL = Config()
+FULL = Config(checker="parallel")
 
 
 def values(precision, lanes, n, d, fraction, k):

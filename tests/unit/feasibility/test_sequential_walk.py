@@ -12,8 +12,8 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 
 from hdl.config import Config
 from hdl.feasibility.layouts import point_layout
-from hdl.feasibility.sequential_walk import SequentialWalker, level_layout, visit_layout
 from hdl.feasibility.sequential_setup import SequentialSetup
+from hdl.feasibility.sequential_walk import SequentialWalker, level_layout, visit_layout
 from sim.model.checker import to_coarse, walk
 from tests.streams import put, simulate
 

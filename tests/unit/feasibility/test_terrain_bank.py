@@ -44,7 +44,7 @@ def test_reads_what_was_written(latency, ports, block_rows, monkeypatch):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"rows": 12}, "Rows must be a power of two, not 12"),
+        ({"rows": 12}, "Rows must be a power of two from 2 on, not 12"),
         ({"latency": 3}, "Latency must be 1 or 2, not 3"),
         ({"ports": 0}, "Ports must be 1 or 2, not 0"),
     ],

@@ -6,7 +6,7 @@ import random
 import pytest
 from amaranth.hdl import Value
 
-from hdl.config import Config, SurvivorSelection
+from hdl.config import CheckerBuild, Config, SurvivorSelection
 from hdl.ga_core.core import Core
 from hdl.protocol import ChipState, Counter
 from tests.core_driver import Driver, fill, ranked_after, shuffled, simulate
@@ -24,6 +24,7 @@ SMALL = Config(
     map_size=16,
     coarse_factor=4,
     altitude_bits=4,
+    checker=CheckerBuild.NONE,
 )
 CONFIGS = {
     "small": SMALL,
@@ -35,7 +36,9 @@ CONFIGS = {
     ),
 }
 #: The paper's population; the map and the paths are small.
-FULL = Config(max_waypoints=6, map_size=32, coarse_factor=4, altitude_bits=4)
+FULL = Config(
+    max_waypoints=6, map_size=32, coarse_factor=4, altitude_bits=4, checker=CheckerBuild.NONE
+)
 
 
 @pytest.mark.parametrize("name", CONFIGS)

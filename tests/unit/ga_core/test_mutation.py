@@ -6,7 +6,7 @@ import random
 import pytest
 from amaranth.sim import Simulator
 
-from hdl.config import Config, MutationKind
+from hdl.config import CheckerBuild, Config, MutationKind
 from hdl.ga_core.mutation import Mutation
 from sim.model.crossover import crossover
 from sim.model.mutation import Limits
@@ -27,9 +27,10 @@ SMALL = Config(
     coarse_factor=4,
     altitude_bits=4,
     box_percent=60,
+    checker=CheckerBuild.NONE,
 )
 CONFIGS = {
-    "default": Config(),
+    "default": Config(checker=CheckerBuild.NONE),
     "small": SMALL,
     "shortest": SMALL.replace(max_waypoints=3),
     "all_children": SMALL.replace(perturbs=3, inserts=3, deletes=2),

@@ -24,6 +24,7 @@ SMALL = Config(
     map_size=16,
     coarse_factor=4,
     altitude_bits=4,
+    checker=CheckerBuild.NONE,
 )
 KEPT = SMALL.elites + SMALL.survivors
 #: Clocks from a read to its first waypoint, and between two paths.
@@ -82,6 +83,7 @@ async def breed(ctx, dut, paths, carried, mutations=(), patches=()):
     ctx.set(dut.allow, 0)
     for port, slot in zip(dut.carried, carried, strict=True):
         ctx.set(port, {"slot": slot, "length": len(paths[slot]), "select": 1 << slot})
+    await ctx.tick()
     await settle(ctx, dut)
 
     bred = [paths[slot] for slot in carried]
@@ -279,6 +281,7 @@ def test_waypoints_are_read_ahead():
             carried = rng.choices(range(config.population), k=len(dut.carried))
             for port, slot in zip(dut.carried, carried, strict=True):
                 ctx.set(port, {"slot": slot, "length": len(paths[slot]), "select": 1 << slot})
+            await ctx.tick()
             ctx.set(dut.reads.valid, 1)
             ctx.set(dut.reads.payload, {"slot": 1, "count": 2})
             positions = [rng.randrange(config.max_waypoints) for _ in range(count)]

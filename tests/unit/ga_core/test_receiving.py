@@ -34,6 +34,7 @@ CONFIG = Config(
     map_size=16,
     coarse_factor=4,
     altitude_bits=4,
+    checker=CheckerBuild.NONE,
 )
 CHECKING = CONFIG.replace(checker=CheckerBuild.PARALLEL)
 START = start_request(CONFIG)

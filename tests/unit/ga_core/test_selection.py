@@ -26,19 +26,23 @@ SMALL = Config(
     map_size=16,
     coarse_factor=4,
     altitude_bits=4,
+    checker=CheckerBuild.NONE,
 )
 # Each with the latency of its unit.
 CASES = {
-    "default": (Config(), 14),
-    "by_rank": (Config(survivor_selection=SurvivorSelection.RANK), 14),
+    "default": (Config(checker=CheckerBuild.NONE), 14),
+    "by_rank": (Config(survivor_selection=SurvivorSelection.RANK, checker=CheckerBuild.NONE), 14),
     "small": (SMALL, 9),
     "small_by_rank": (SMALL.replace(survivor_selection=SurvivorSelection.RANK), 9),
     "one_survivor": (SMALL.replace(children=6, elites=1, survivors=1, deletes=4), 12),
-    "many_survivors": (Config(survivors=20, children=8, elites=4), 26),
-    "many_mutators": (Config(perturbs=3, inserts=10, deletes=9), 38),
+    "many_survivors": (Config(survivors=20, children=8, elites=4, checker=CheckerBuild.NONE), 26),
+    "many_mutators": (Config(perturbs=3, inserts=10, deletes=9, checker=CheckerBuild.NONE), 38),
     "with_map": (Config(checker=CheckerBuild.PARALLEL), 17),
     "most_redraws": (SMALL.replace(checker=CheckerBuild.PARALLEL, redraws=7), 22),
-    "largest": (Config(population=256, children=100, elites=148, map_size=4096), 52),
+    "largest": (
+        Config(population=256, children=100, elites=148, map_size=4096, checker=CheckerBuild.NONE),
+        52,
+    ),
 }
 EACH_CASE = pytest.mark.parametrize(("config", "latency"), CASES.values(), ids=CASES)
 

@@ -249,7 +249,7 @@ def test_what_is_no_path(points, sentence):
 
 
 def test_a_chip_without_a_checker_checks_nothing():
-    config = Config()
+    config = Config(checker=CheckerBuild.NONE)
     with pytest.raises(ValueError, match=r"^Config.checker must name a build, not 'none'$"):
         check_path(config, TerrainModel(config), [(0, 0, 0), (1, 1, 1)])
 

@@ -109,4 +109,4 @@ def test_what_is_no_path():
     with pytest.raises(ValueError, match=r"^A point must lie within .*, not \(0, 8, 1\)$"):
         check_paths(TINY, terrain, [[(0, 0, 1), (0, 8, 1)]])
     with pytest.raises(ValueError, match=r"^Config.checker must name a build, not 'none'$"):
-        check_paths(Config(), TerrainModel(Config()), [])
+        check_paths(Config(checker=CheckerBuild.NONE), TerrainModel(Config()), [])

@@ -91,7 +91,7 @@ def test_no_build_takes_more_clocks_than_promised(terrain, build, lanes, most):
 
 def test_a_chip_without_a_checker_has_no_clocks(terrain):
     with pytest.raises(ValueError, match=r"^Config.checker must name a build, not 'none'$"):
-        batch_clocks(Config(), terrain, [TESTING_TRAJECTORY])
+        batch_clocks(Config(checker=CheckerBuild.NONE), terrain, [TESTING_TRAJECTORY])
 
 
 def test_it_takes_the_papers_clocks(terrain):

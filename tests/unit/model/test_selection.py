@@ -18,7 +18,7 @@ from sim.model.random_stream import RandomStream
 from sim.model.selection import DistinctDraw, Selection
 
 
-DEFAULT = Config()
+DEFAULT = Config(checker=CheckerBuild.NONE)
 BY_RANK = Config(survivor_selection=SurvivorSelection.RANK)
 SMALL = Config(
     population=8,
@@ -34,7 +34,7 @@ SMALL = Config(
     altitude_bits=4,
 )
 LARGE = Config(population=256, children=240, elites=8)
-WITH_MAP = Config(checker=CheckerBuild.PARALLEL)
+WITH_MAP = Config()
 
 #: Below this a sample is taken to contradict its distribution. Seeds are fixed: no test is flaky.
 P_VALUE = 1e-4

@@ -1,0 +1,328 @@
+"""Area and speed on real devices: every board, every unit alone, the papers' own families.
+
+Runs the synthesis and place-and-route tools, for hours; ``make setup-synth`` installs them. Writes
+``docs/results.md``.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from bench.report import Options, Report
+from hdl.boards import BOARDS, find_board
+from hdl.boards.build import BuildError, Routed, build, route, run_tool
+from hdl.boards.harness import Harness
+from hdl.config import CheckerBuild, Config
+from hdl.memories import without_contents
+from host.errors import PathgeneError
+
+
+__all__ = ["run"]
+
+_ROOT = Path(__file__).parents[1]
+_FOLDER = _ROOT / "build" / "fpga"
+_RESULTS = _ROOT / "docs" / "results.md"
+_SEEDS = range(1, 9)
+
+#: Where the units are routed, and what they are asked for: more than they can, so that the router
+#: shows what that is.
+_DEVICE = ("--85k", "--package", "CABGA381", "--speed", "6")
+_ASKED_MHZ = 150
+_PLAIN = Config(checker=CheckerBuild.NONE)
+_UNITS: Mapping[str, tuple[str, Config]] = MappingProxyType(
+    {
+        "GA core": ("hdl.ga_core.core.Core", _PLAIN),
+        "selection": ("hdl.ga_core.selection.Selection", _PLAIN),
+        "population, 11 crossovers": ("hdl.ga_core.population.Population", _PLAIN),
+        "mutation": ("hdl.ga_core.mutation.Mutation", _PLAIN),
+        "random source": ("hdl.ga_core.random_source.RandomSource", _PLAIN),
+        "receiving": ("hdl.ga_core.receiving.ReceivingUnit", _PLAIN),
+        "transmitting": ("hdl.ga_core.transmitting.TransmittingUnit", _PLAIN),
+        "line": ("hdl.link.line.Line", _PLAIN),
+        "checker, two-tier": (
+            "hdl.feasibility.checker.Checker",
+            _PLAIN.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
+        ),
+        "checker, parallel, 8 lanes": (
+            "hdl.feasibility.checker.Checker",
+            _PLAIN.replace(checker=CheckerBuild.PARALLEL, lanes=8),
+        ),
+        "checker, parallel, 16 lanes": (
+            "hdl.feasibility.checker.Checker",
+            _PLAIN.replace(checker=CheckerBuild.PARALLEL, lanes=16),
+        ),
+        "checker, hierarchical, 8 lanes": (
+            "hdl.feasibility.checker.Checker",
+            _PLAIN.replace(checker=CheckerBuild.HIERARCHICAL, lanes=8),
+        ),
+    }
+)
+
+
+@dataclass(frozen=True)
+class _Family:
+    """Cells of a family, by what they are.
+
+    Parameters
+    ----------
+    luts, registers, memories, multipliers : dict of str to float
+        Kinds of cells, and how many of the thing one of them is.
+    """
+
+    luts: Mapping[str, float]
+    registers: Mapping[str, float]
+    memories: Mapping[str, float]
+    multipliers: Mapping[str, float]
+
+    def count(self, cells: Mapping[str, int]) -> tuple[int, int, int, int]:
+        """Return LUTs, flip-flops, block RAMs and multipliers of so many cells of each kind."""
+        kinds = (self.luts, self.registers, self.memories, self.multipliers)
+        lut, register, memory, multiplier = (
+            round(sum(weight * cells.get(cell, 0) for cell, weight in kind.items()))
+            for kind in kinds
+        )
+        return lut, register, memory, multiplier
+
+
+#: As nextpnr counts them: a carry or a bit of LUT RAM takes a TRELLIS_COMB as a LUT does.
+_ROUTED = {
+    "ecp5": _Family({"TRELLIS_COMB": 1}, {"TRELLIS_FF": 1}, {"DP16KD": 1}, {"MULT18X18D": 1}),
+    "ice40": _Family(
+        {"ICESTORM_LC": 1},
+        {},
+        {"ICESTORM_RAM": 1, "ICESTORM_SPRAM": 1},
+        {"ICESTORM_DSP": 1},
+    ),
+}
+_LUTS = {f"LUT{inputs}": 1 for inputs in range(1, 7)}
+# 16 rows of a bit take a LUT, 32 two; a memory with a second port holds its rows twice.
+_LUT_RAMS = {"RAM16X1S": 1, "RAM16X1D": 2, "RAM32X1D": 2, "RAM64X1D": 2, "RAM32M": 4, "RAM64M": 4}
+_XILINX = _Family(
+    {**_LUTS, **_LUT_RAMS, "SRL16E": 1, "SRLC32E": 1},
+    dict.fromkeys(("FDRE", "FDSE", "FDCE", "FDPE"), 1),
+    # In blocks of 18 kbit.
+    {
+        "RAMB16_S1_S1": 1,
+        **{f"RAMB16_S{a}_S{b}": 1 for a in (1, 2, 4, 9, 18, 36) for b in (1, 2, 4, 9, 18, 36)},
+        "RAMB18": 1,
+        "RAMB18E1": 1,
+        "RAMB36": 2,
+        "RAMB36E1": 2,
+    },
+    {"MULT18X18": 1, "MULT18X18S": 1, "DSP48E": 1, "DSP48E1": 1},
+)
+
+
+@dataclass(frozen=True)
+class _PaperDevice:
+    """The device of a paper, what is put there, and what the paper says of its own design."""
+
+    device: str
+    family: str
+    name: str
+    top: str
+    config: Config
+    luts: int
+    memories: int
+    paper: str
+
+
+_PAPER_DEVICES = (
+    _PaperDevice(
+        "XC2VP30",
+        "xc2vp",
+        "GA core",
+        "hdl.ga_core.core.Core",
+        _PLAIN,
+        27_392,
+        136,
+        "not given",
+    ),
+    _PaperDevice(
+        "XC5VLX330",
+        "xc5v",
+        "checker, two-tier",
+        "hdl.feasibility.checker.Checker",
+        _PLAIN.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
+        207_360,
+        576,
+        "0.1 % of the logic, 34 % of the block RAM",
+    ),
+)
+
+
+def run(options: Options) -> Report:
+    """Build everything, write the results page, and return the boards' table."""
+    try:
+        boards = _boards()
+        units = _units()
+        papers = _papers()
+    except BuildError as error:
+        raise PathgeneError(str(error)) from None
+    text = "\n\n".join(
+        [
+            "# Results of synthesis, place and route",
+            "Made by `make bench BENCH=fpga`: yosys 0.70 and nextpnr 0.11 as the package index has "
+            "them. Nothing here has run on a board.",
+            *(report.text() for report in (boards, units, papers)),
+        ]
+    )
+    _RESULTS.parent.mkdir(exist_ok=True)
+    _RESULTS.write_text(text.rstrip() + "\n", encoding="utf-8")
+    boards.data = {"units": units.rows, "papers": papers.rows}
+    return boards
+
+
+def _boards() -> Report:
+    report = Report(
+        "Boards",
+        (
+            "board",
+            "device",
+            "LUTs",
+            "flip-flops",
+            "block RAMs",
+            "multipliers",
+            "asked, MHz",
+            "routed, MHz",
+            "seed",
+        ),
+        notes=[
+            "The whole bitstream, from `make bitstream BOARD=...`. Block RAMs: of 18 kbit on "
+            "ECP5; of 4 and of 256 kbit, together, on iCE40."
+        ],
+    )
+    for name in BOARDS:
+        board = find_board(name)
+        platform = board.platform()
+        family = getattr(platform, "family", "").lower()
+        if family not in _ROUTED:
+            report.notes.append(f"{name}: build script only; its tool does not come along.")
+            continue
+        print(f"{name} ...", file=sys.stderr, flush=True)
+        try:
+            routed = build(board, _FOLDER / name, seeds=_SEEDS)
+        except BuildError as error:
+            report.notes.append(str(error))
+            continue
+        achieved, asked = _chip_clock(routed)
+        report.rows.append(
+            (
+                name,
+                f"{platform.device}-{platform.speed}",
+                *_used(routed, family),
+                asked,
+                achieved,
+                routed.seed,
+            )
+        )
+    return report
+
+
+def _units() -> Report:
+    report = Report(
+        "Units alone",
+        ("unit", "LUTs", "flip-flops", "block RAMs", "multipliers", "routed, MHz"),
+        notes=[
+            f"LFE5U-85F of speed grade 6, registers around every port, {_ASKED_MHZ} MHz asked, one "
+            "seed. LUTs are those of the carry chains and LUT RAMs, too.",
+        ],
+    )
+    for unit, (top, config) in _UNITS.items():
+        print(f"{unit} ...", file=sys.stderr, flush=True)
+        folder = _FOLDER / unit.replace(" ", "-").replace(",", "")
+        _write(Harness(_component(top, config)), folder)
+        _synthesize(folder, "synth_ecp5", "-json unit.json")
+        command = (
+            "nextpnr-ecp5",
+            "--quiet",
+            *_DEVICE,
+            "--json",
+            "unit.json",
+            "--lpf-allow-unconstrained",
+            "--freq",
+            str(_ASKED_MHZ),
+            "--textcfg",
+            "unit.config",
+        )
+        routed = route(command, folder, [1])
+        report.rows.append((unit, *_used(routed, "ecp5"), _chip_clock(routed)[0]))
+    return report
+
+
+def _papers() -> Report:
+    report = Report(
+        "On the papers' devices",
+        (
+            "design",
+            "device",
+            "LUTs",
+            "of all, %",
+            "flip-flops",
+            "block RAMs",
+            "of all, %",
+            "multipliers",
+            "paper",
+        ),
+        notes=[
+            "Synthesis only (`synth_xilinx`), units with their ports as they are; block RAMs of 18 "
+            "kbit.",
+        ],
+    )
+    for each in _PAPER_DEVICES:
+        print(f"{each.name} on {each.device} ...", file=sys.stderr, flush=True)
+        folder = _FOLDER / each.device.lower()
+        _write(_component(each.top, each.config), folder)
+        _synthesize(folder, f"synth_xilinx -family {each.family} -noiopad -flatten")
+        cells = json.loads((folder / "cells.json").read_text())["design"]["num_cells_by_type"]
+        lut, register, memory, multiplier = _XILINX.count(cells)
+        report.rows.append(
+            (
+                each.name,
+                each.device,
+                lut,
+                100 * lut / each.luts,
+                register,
+                memory,
+                100 * memory / each.memories,
+                multiplier,
+                each.paper,
+            )
+        )
+    return report
+
+
+def _component(path: str, config: Config) -> Any:
+    """Return a component by the path of its class."""
+    module, _, name = path.rpartition(".")
+    return getattr(importlib.import_module(module), name)(config)
+
+
+def _write(unit: Any, folder: Path) -> None:
+    """Write the Verilog of ``unit`` to ``folder``."""
+    from amaranth.back import verilog
+
+    text = without_contents(verilog.convert(unit, name="unit", emit_src=False))
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "unit.v").write_text(text, encoding="utf-8")
+
+
+def _synthesize(folder: Path, command: str, outputs: str = "") -> None:
+    script = f"read_verilog unit.v; {command} -top unit {outputs}; tee -q -o cells.json stat -json"
+    run_tool("yosys", ["-q", "-p", script], folder)
+
+
+def _used(routed: Routed, family: str) -> tuple[int, int, int, int]:
+    return _ROUTED[family].count({name: used for name, (used, _) in routed.cells.items()})
+
+
+def _chip_clock(routed: Routed) -> tuple[float, float]:
+    """Return what the chip's clock achieves, and what it was asked for, MHz."""
+    return min(routed.clocks.values(), key=lambda clock: clock[0] / clock[1])

@@ -1,0 +1,63 @@
+"""Registers around a unit, so that it can be placed and routed alone."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+
+__all__ = ["Harness"]
+
+
+class Harness(wiring.Component):
+    """Feeds every input of a unit from a register, and looks at every output through one.
+
+    The inputs are one long shift register, ``scanned_in`` at its beginning; the outputs are folded,
+    one behind the other, into ``folded``. So a unit with more ports than the device has pins can be
+    routed, nothing of it is optimized away, and what is measured runs from register to register.
+    It needs a pin each way besides clock and reset, whatever the unit.
+
+    Parameters
+    ----------
+    unit : wiring.Component
+        In the domain ``sync``.
+
+    Members
+    -------
+    scanned_in : In(1)
+    folded : Out(1)
+    """
+
+    scanned_in: In(1)
+    folded: Out(1)
+
+    def __init__(self, unit):
+        self.unit = unit
+        super().__init__()
+
+    def elaborate(self, platform):
+        m = Module()
+
+        m.submodules.unit = self.unit
+        # No path leads from a pin to the first register, or from the last one to a pin.
+        bit = Signal()
+        m.d.sync += bit.eq(self.scanned_in)
+        folded = Signal()
+        for path, member, port in self.unit.signature.flatten(self.unit):
+            port = Value.cast(port)
+            if not len(port):
+                continue
+            name = "__".join(map(str, path))
+            register = Signal(len(port), name=f"register_{name}", reset_less=True)
+            if member.flow is In:
+                m.d.sync += register.eq(Cat(bit, register))
+                m.d.comb += port.eq(register)
+                bit = register[-1]
+            else:
+                m.d.sync += register.eq(port)
+                for number, sampled in enumerate(register):
+                    passed = Signal(name=f"folded_{name}_{number}", reset_less=True)
+                    m.d.sync += passed.eq(folded ^ sampled)
+                    folded = passed
+        m.d.comb += self.folded.eq(folded)
+
+        return m

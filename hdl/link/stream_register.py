@@ -1,0 +1,44 @@
+"""A stream whose words come from a register."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+
+__all__ = ["StreamRegister"]
+
+
+class StreamRegister(wiring.Component):
+    """Ends the way of ``valid`` and ``payload`` in registers; ``ready`` passes through.
+
+    A word is offered a clock after it was taken; a stream without a pause stays one.
+
+    Parameters
+    ----------
+    shape : ShapeLike
+        Shape of a word.
+
+    Members
+    -------
+    words : In(stream.Signature(shape))
+    passed : Out(stream.Signature(shape))
+        The same words; ``valid`` and ``payload`` are registers.
+    """
+
+    def __init__(self, shape):
+        self.shape = shape
+        super().__init__(
+            {"words": In(stream.Signature(shape)), "passed": Out(stream.Signature(shape))}
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        m.d.comb += self.words.ready.eq(~self.passed.valid | self.passed.ready)
+        with m.If(self.words.ready):
+            m.d.sync += [
+                self.passed.valid.eq(self.words.valid),
+                self.passed.payload.eq(self.words.payload),
+            ]
+
+        return m

@@ -1,0 +1,122 @@
+"""The exported parallel checker at full speed, under Verilator: every segment, and full sizes."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from hdl.config import CheckerBuild, Config
+from host.feasibility.files import pad
+from host.feasibility.trajectory import TESTING_TRAJECTORY, canyon_map
+from sim.harness import VerilatedChecker
+from sim.model.checker import TerrainModel, check_path
+from sim.model.checker_clocks import batch_clocks
+from sim.model.checker_kernels import check_paths
+from tests.checking import ground, paths_of, random_batch
+
+
+pytestmark = pytest.mark.cosim
+
+TINY = Config(
+    max_waypoints=4,
+    map_size=8,
+    coarse_factor=2,
+    altitude_bits=4,
+    checker=CheckerBuild.PARALLEL,
+    lanes=4,
+)
+FULL = Config(checker=CheckerBuild.PARALLEL)
+
+
+def assert_equal(chip, terrain, paths, count=False, stall=0):
+    """Check verdicts and counts and, where nothing waits, cycles and reads; return the batch."""
+    config = chip.config
+    batch = chip.check(paths, count=count, stall=stall)
+    for path, verdict, entries, model in zip(
+        paths,
+        batch.verdicts,
+        batch.entries,
+        check_paths(config, terrain, paths, count),
+        strict=True,
+    ):
+        counted = tuple((entry["segment"], entry["terrain"], entry["nofly"]) for entry in entries)
+        place = (verdict["segment"], verdict["x"], verdict["y"], verdict["cells"])
+        assert bool(verdict["collision"]) == model.collision, path
+        assert place == (model.segment, model.x, model.y, model.cells), path
+        assert counted == model.entries, path
+    if not stall:
+        clocks = [(verdict["cycles"], verdict["reads"]) for verdict in batch.verdicts]
+        assert clocks == batch_clocks(config, terrain, paths, count)
+    return batch
+
+
+def test_every_segment_of_a_tiny_map():
+    """All pairs of cells on many grounds, with altitudes at random: in one queue each."""
+    rng = np.random.default_rng(1)
+    cells = list(itertools.product(range(TINY.map_size), repeat=2))
+    ends = np.array(list(itertools.product(cells, repeat=2)))
+    hits = 0
+    with VerilatedChecker(TINY) as chip:
+        for _ in range(8):
+            terrain = ground(TINY, rng, peaks=0.05, blocked=0.02)
+            chip.write(terrain.heights)
+            altitudes = rng.integers(3, 16, (len(ends), 2, 1))
+            paths = np.concatenate([ends, altitudes], axis=2).tolist()
+            batch = assert_equal(chip, terrain, paths)
+            hits += sum(verdict["collision"] for verdict in batch.verdicts)
+            assert_equal(chip, terrain, paths, count=True)
+    assert 5_000 < hits < 25_000
+
+
+def check_full_size(config, paths, limit):
+    """The testing trajectory, and random paths over a rectangle that comes and goes."""
+    rng = np.random.default_rng(config.lanes)
+    terrain = TerrainModel(config)
+    terrain.write(0, 0, pad(canyon_map(), config))
+    with VerilatedChecker(config) as chip:
+        chip.write(terrain.heights)
+        (verdict,) = assert_equal(chip, terrain, [TESTING_TRAJECTORY]).verdicts
+        assert not verdict["collision"]
+        assert verdict["cycles"] <= limit
+
+        terrain = ground(config, rng, peaks=2e-4, blocked=1e-4)
+        chip.write(terrain.heights)
+        for altitude in (config.blocked_altitude, 0):
+            block = np.full((40, 30), altitude)
+            terrain.write(201, 333, block)
+            chip.write(block, 201, 333)
+            drawn = paths_of(random_batch(config, rng, paths))
+            batch = assert_equal(chip, terrain, drawn)
+            assert 0 < sum(verdict["collision"] for verdict in batch.verdicts) < paths
+            batch = assert_equal(chip, terrain, drawn, count=True)
+            # All of every path, back to back.
+            reads = sum(verdict["reads"] for verdict in batch.verdicts)
+            assert reads >= 0.8 * config.lanes * batch.clocks
+            assert_equal(chip, terrain, drawn[: paths // 4], count=True, stall=50)
+
+        cells = [(int(x), int(y)) for x, y in rng.integers(0, config.map_size, (500, 2))]
+        found = chip.look_up(cells, config.lookup_latency)
+        assert found == [terrain.heights[y, x] for x, y in cells]
+
+
+def test_full_size():
+    check_full_size(FULL, 500, limit=44)
+
+
+@pytest.mark.long
+def test_full_size_with_16_lanes():
+    check_full_size(FULL.replace(lanes=16), 5_000, limit=30)
+
+
+@pytest.mark.long
+def test_many_paths():
+    check_full_size(FULL, 20_000, limit=44)
+
+
+def test_trajectory_is_what_the_limits_are_of():
+    """55 and 100 cells, then at most 96: 32 clocks of 8 lanes."""
+    terrain = TerrainModel(FULL)
+    terrain.write(0, 0, pad(canyon_map(), FULL))
+    verdict = check_path(FULL, terrain, TESTING_TRAJECTORY)
+    assert verdict.over
+    assert 55 + 100 < verdict.cells <= 55 + 100 + 96

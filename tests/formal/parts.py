@@ -1,0 +1,126 @@
+"""What claims are made of: free values, units with their inside to be seen, scoreboards."""
+
+from amaranth import *
+from amaranth.hdl import Assert, Fragment
+from amaranth.hdl._ast import AnyConst, AnySeq
+
+
+__all__ = ["Opened", "Scoreboard", "any_constant", "free"]
+
+
+def any_constant(m, shape, name):
+    """Return a signal that has any value, the same in every clock."""
+    return _set(m, Signal(shape, name=name), AnyConst)
+
+
+def free(m, *signals):
+    """Let inputs have any value in every clock."""
+    for signal in signals:
+        _set(m, signal, AnySeq)
+
+
+def _set(m, signal, source):
+    value = Value.cast(signal)
+    m.d.comb += value.eq(source(value.shape()))
+    return signal
+
+
+class Opened(Elaboratable):
+    """A component whose inside can be seen, as a proof by induction needs.
+
+    Parameters
+    ----------
+    component : wiring.Component
+
+    Attributes
+    ----------
+    submodules
+        Those of the component, by name.
+    """
+
+    def __init__(self, component):
+        component._MustUse__used = True
+        self._module = component.elaborate(None)
+        self._fragment = None
+        self.submodules = self._module.submodules
+
+    def memory(self, m, name, address):
+        """Return what is in row ``address`` of the memory that is a submodule; before `signal`."""
+        port = self.submodules[name].read_port(domain="comb")
+        m.d.comb += port.addr.eq(address)
+        return Value.cast(port.data)
+
+    def signal(self, name):
+        """Return the signal of that name that the component itself drives."""
+        if self._fragment is None:
+            self._fragment = Fragment.get(self._module, None)
+        found = {
+            id(signal): signal
+            for statements in self._fragment.statements.values()
+            for signal in statements._lhs_signals()
+            if signal.name == name
+        }
+        (signal,) = found.values()
+        return signal
+
+    def elaborate(self, platform):
+        return self._module if self._fragment is None else self._fragment
+
+
+class Scoreboard(Elaboratable):
+    """Asserts that words come out as they went in: none lost, none invented, in order.
+
+    It watches one word, any one: that whose number, modulo ``2**bits``, is ``watched``. What holds
+    of it holds of each.
+
+    Parameters
+    ----------
+    shape : ShapeLike
+        Shape of a word.
+    bits : int
+        Width of the counters; ``2**bits`` is more than the words that can be under way.
+
+    Attributes
+    ----------
+    put, put_word, take, take_word
+        In this clock a word goes in, comes out.
+    inside : Signal(bits)
+        Words that went in and did not come out.
+    watched, value : Signal
+        Number of the word that is watched, and that word once it went in.
+    taken : Signal(bits)
+        Words that came out.
+    """
+
+    def __init__(self, shape, bits):
+        self.put, self.take = Signal(), Signal()
+        self.put_word, self.take_word = Signal(shape), Signal(shape)
+        self.inside, self.taken, self.watched = (Signal(bits) for _ in range(3))
+        self.given = Signal(bits)
+        self.value = Signal(shape)
+
+    def elaborate(self, platform):
+        m = Module()
+        m.d.comb += [
+            self.watched.eq(AnyConst(self.watched.shape())),
+            self.inside.eq(self.given - self.taken),
+        ]
+        m.d.sync += [
+            self.given.eq(self.given + self.put),
+            self.taken.eq(self.taken + self.take),
+        ]
+        with m.If(self.put & (self.given == self.watched)):
+            m.d.sync += Value.cast(self.value).eq(Value.cast(self.put_word))
+        # A word may come out in the clock in which it goes in.
+        known = Mux(
+            self.put & (self.given == self.watched),
+            Value.cast(self.put_word),
+            Value.cast(self.value),
+        )
+        with m.If(self.take):
+            m.d.comb += Assert((self.inside != 0) | self.put)
+            with m.If(self.taken == self.watched):
+                m.d.comb += Assert(Value.cast(self.take_word) == known)
+        with m.If(self.put):
+            m.d.comb += Assert(self.inside != (1 << len(self.given)) - 1)
+        return m

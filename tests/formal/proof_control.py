@@ -1,0 +1,149 @@
+"""The control unit always returns to listening, one unit on at a time."""
+
+from amaranth import *
+from amaranth.hdl import Assert, Assume, Cover
+
+from hdl.config import Config
+from hdl.ga_core.control import Control
+from hdl.protocol import ChipState
+from sim.formal import Proof
+from tests.formal.parts import Opened, any_constant, free
+
+
+#: The unit of each state, and how many units have been on before it, at most.
+UNITS = {
+    ChipState.RECEIVE: ("receive", 0),
+    ChipState.CROSSOVER: ("crossover", 1),
+    ChipState.MUTATE: ("mutation", 2),
+    ChipState.UPDATE: ("update", 3),
+    ChipState.CHECK: ("check", 1),
+    ChipState.TRANSMIT: ("transmit", 4),
+}
+
+#: The state after that of a unit, but for the receiving one.
+NEXT = {
+    ChipState.CROSSOVER: ChipState.MUTATE,
+    ChipState.MUTATE: ChipState.UPDATE,
+    ChipState.UPDATE: ChipState.TRANSMIT,
+    ChipState.CHECK: ChipState.TRANSMIT,
+    ChipState.TRANSMIT: ChipState.LISTEN,
+}
+
+
+class Returns(Elaboratable):
+    """Proved for all time, by induction, for the chip of the default configuration.
+
+    Assumed: a unit says that it is over in one of the first ``limit`` clocks in which it is on, for
+    any ``limit`` from 1 to 255; the receiving unit, if it asks for a generation, is over and the
+    chip ``ready`` in one of them, and it never asks for a generation and a check at once. All else
+    is as it likes in every clock, ``over`` of units that are off included.
+
+    - After it has left LISTEN, the state is LISTEN again at most ``5 * limit`` clocks later.
+    - It leaves LISTEN in the clock after ``pending``, for RECEIVE, and not otherwise.
+    - The unit of the state is on and no other; in LISTEN none is.
+    - A unit is off in the clock after it is over, and not earlier; the unit that is on then is the
+      next one of its kind of command: crossover, mutation, update and answer of a generation, check
+      and answer, or the answer alone. A generation starts only when ``ready``.
+    """
+
+    def __init__(self, unit):
+        self.dut = unit(Control)(Config())
+
+    def elaborate(self, platform):
+        m = Module()
+        control = self.dut
+        state = control.state
+        m.submodules.dut = Opened(control)
+        limit = any_constant(m, 8, "limit")
+        m.d.comb += Assume(limit != 0)
+        on = {at: getattr(control, f"{name}_on") for at, (name, _) in UNITS.items()}
+        over = {at: getattr(control, f"{name}_over") for at, (name, _) in UNITS.items()}
+        free(m, *over.values(), control.pending, control.generate, control.check, control.ready)
+        free(m, control.line_busy, control.line_sending, control.restart)
+        free(m, control.refused, control.redrawn, control.left_out)
+
+        # Clocks in the state and out of LISTEN, the present one not counted.
+        before, stays = Signal.like(state), Signal()
+        age, age_before = Signal(9), Signal(9)
+        away, away_before = Signal(12), Signal(12)
+        m.d.comb += [
+            stays.eq(state == before),
+            age.eq(Mux(stays, age_before + 1, 0)),
+            away.eq(Mux(before == ChipState.LISTEN, 0, away_before + 1)),
+        ]
+        m.d.sync += [before.eq(state), age_before.eq(age), away_before.eq(away)]
+
+        # What the state has to be in the next clock.
+        expected = Signal.like(state)
+        following = Signal.like(state)
+        m.d.sync += expected.eq(following)
+        m.d.comb += [following.eq(state), Assert(state == expected)]
+        in_time = Signal()
+        with m.Switch(state):
+            with m.Case(ChipState.LISTEN):
+                m.d.comb += in_time.eq(1)
+                with m.If(control.pending):
+                    m.d.comb += following.eq(ChipState.RECEIVE)
+            with m.Case(ChipState.RECEIVE):
+                finished = over[ChipState.RECEIVE] & (control.ready | ~control.generate)
+                m.d.comb += in_time.eq(finished)
+                with m.If(finished & control.generate):
+                    m.d.comb += following.eq(ChipState.CROSSOVER)
+                with m.Elif(finished & control.check):
+                    m.d.comb += following.eq(ChipState.CHECK)
+                with m.Elif(finished):
+                    m.d.comb += following.eq(ChipState.TRANSMIT)
+            for at, then in NEXT.items():
+                with m.Case(at):
+                    m.d.comb += in_time.eq(over[at])
+                    with m.If(over[at]):
+                        m.d.comb += following.eq(then)
+        m.d.comb += [
+            Assume(~(control.generate & control.check)),
+            Assume(in_time | (age + 1 < limit)),
+        ]
+
+        m.d.comb += Assert(Cat(on[at] == (state == at) for at in on).all())
+        with m.Switch(state):
+            with m.Case(ChipState.LISTEN):
+                pass
+            for at, (_, earlier) in UNITS.items():
+                with m.Case(at):
+                    m.d.comb += [Assert(age < limit), Assert(away <= earlier * limit + age)]
+            with m.Default():
+                m.d.comb += Assert(0)
+        with m.If((state == ChipState.LISTEN) & (before != ChipState.LISTEN)):
+            m.d.comb += [
+                Assert(away <= 5 * limit),
+                Cover((away == 5 * limit) & (limit == 2)),
+            ]
+        seen = Signal()
+        with m.If(state == ChipState.CHECK):
+            m.d.sync += seen.eq(1)
+        m.d.comb += Cover(seen & (state == ChipState.LISTEN))
+        return m
+
+
+PROOF = Proof(
+    claim=Returns,
+    depth=14,
+    induction=2,
+    faults={
+        "the update does not end": (
+            Control,
+            ("with m.If(self.update_over):", "with m.If(self.update_over & self.line_busy):"),
+        ),
+        "no update": (Control, ("enter(ChipState.UPDATE)", "enter(ChipState.TRANSMIT)")),
+        "a generation does not wait": (
+            Control,
+            ("self.receive_over & self.generate & self.ready", "self.receive_over & self.generate"),
+        ),
+        "two units on": (
+            Control,
+            (
+                "on.eq(self.state == state)",
+                "on.eq((self.state == state) | (self.state == ChipState.CHECK))",
+            ),
+        ),
+    },
+)

@@ -1,0 +1,54 @@
+"""The skid buffer passes every word on, once and in order, and keeps at most one."""
+
+from amaranth import *
+from amaranth.hdl import Assert, Cover
+
+from hdl.link.skid import SkidBuffer
+from sim.formal import Proof
+from tests.formal.parts import Opened, Scoreboard, free
+
+
+class Skid(Elaboratable):
+    """Proved for all time, by induction; the source and the sink do what they like.
+
+    - What comes out is what went in: no word of 8 bits lost, invented, altered or moved.
+    - At most one word is inside, and one that is inside is offered.
+    - ``ready`` comes from a register: it is high just when no word is inside.
+    """
+
+    def __init__(self, unit):
+        self.dut = unit(SkidBuffer)(8)
+
+    def elaborate(self, platform):
+        m = Module()
+        words, passed = self.dut.words, self.dut.passed
+        m.submodules.dut = dut = Opened(self.dut)
+        m.submodules.board = board = Scoreboard(8, 3)
+        free(m, words.valid, words.payload, passed.ready)
+        m.d.comb += [
+            board.put.eq(words.valid & words.ready),
+            board.put_word.eq(words.payload),
+            board.take.eq(passed.valid & passed.ready),
+            board.take_word.eq(passed.payload),
+            Assert(words.ready == (board.inside == 0)),
+            Assert(board.inside <= 1),
+            Assert((board.inside == 0) | passed.valid),
+            Cover((board.taken == 5) & (board.inside == 1) & (board.watched == 5)),
+        ]
+        with m.If((board.inside == 1) & (board.taken == board.watched)):
+            m.d.comb += Assert(dut.signal("kept") == board.value)
+        return m
+
+
+PROOF = Proof(
+    claim=Skid,
+    depth=12,
+    induction=2,
+    faults={
+        "a word is kept that was passed on": (
+            SkidBuffer,
+            ("with m.If(self.passed.ready):", "with m.If(self.passed.ready & ~self.words.valid):"),
+        ),
+        "the kept word is overwritten": (SkidBuffer, ("with m.If(empty):", "with m.If(1):")),
+    },
+)

@@ -1,10 +1,12 @@
 """The Verilated builds of the checker over real terrain: random and evolved paths."""
 
+import itertools
+
 import pytest
 
 from bench.scenarios import EMBEDDED, TILES, names
 from bench.terrains import BUILDS, Ground, differing
-from hdl.config import Config
+from hdl.config import CheckerBuild, Config
 from sim.harness import VerilatedChecker
 from sim.model.checker_clocks import batch_clocks
 
@@ -12,6 +14,8 @@ from sim.model.checker_clocks import batch_clocks
 pytestmark = [pytest.mark.cosim, pytest.mark.long]
 
 PATHS = 1_000
+#: So many are compared in clocks and reads, too: their model is slow.
+CLOCKED = 200
 
 
 @pytest.mark.parametrize("name", [EMBEDDED, *TILES])
@@ -20,7 +24,7 @@ def test_builds_say_what_the_model_says(name):
         pytest.skip(f"the elevation tile of {name} is not beside the repository")
     ground = Ground(name)
     evolved, _ = ground.evolved(PATHS)
-    paths = ground.random(PATHS) + evolved
+    paths = list(itertools.chain(*zip(ground.random(PATHS), evolved, strict=True)))
     assert len({tuple(map(tuple, path)) for path in paths}) == 2 * PATHS
     for build, lanes in BUILDS:
         config = Config(checker=build, lanes=lanes)
@@ -30,8 +34,10 @@ def test_builds_say_what_the_model_says(name):
             for count in (False, True):
                 batch = checker.check(paths, count=count)
                 hits = sum(verdict["collision"] for verdict in batch.verdicts)
-                # Most of the random ones; of the evolved ones, some.
-                assert PATHS < hits < 2 * PATHS
+                # Nearly all of the random ones. The coarse map may refuse all of the evolved ones.
+                assert PATHS < hits <= 2 * PATHS
+                assert hits < 2 * PATHS or build is CheckerBuild.TWO_TIER
                 assert differing(batch, config, terrain, paths, count) == []
                 clocks = [(verdict["cycles"], verdict["reads"]) for verdict in batch.verdicts]
-                assert clocks == batch_clocks(config, terrain, paths, count)
+                first = paths[:CLOCKED]
+                assert clocks[:CLOCKED] == batch_clocks(config, terrain, first, count)

@@ -20,15 +20,17 @@ BOARD ?= sim:
 SEED ?= 1
 OUT ?= out/plan
 
-# Options of `make sim` (default: all benches on both simulators), `make bench` and `make test`.
+# Options of `make sim` (default: all benches on both simulators), `make bench`, `make formal`
+# (default: all proofs) and `make test`.
 SIM ?=
 BENCH ?=
 WAVES ?=
+PROOF ?=
 WORKERS ?= 2
 PYTEST_ARGS ?=
 
 # The tools see these as arguments, not as variables that they might obey in their own way.
-unexport SIM BENCH WAVES
+unexport SIM BENCH WAVES PROOF
 
 # The first Python that is new enough, the one in .venv before a search; 75 is the script's answer
 # to an older one. -ES: quick to start.
@@ -53,6 +55,7 @@ help:
 	@echo "make verilog    synthesizable Verilog of every top, in build/verilog/"
 	@echo "make bitstream  place and route for a real board, with open tools (BOARD=ulx3s-85f)"
 	@echo "make sim        cocotb benches on Icarus and Verilator (SIM= BENCH= WAVES=1)"
+	@echo "make formal     prove claims about the gateware with Yosys and Z3 (PROOF=)"
 	@echo "make bench      measure every speed claim (BENCH=)"
 	@echo "make lint       ruff, mypy, Verilator's lint of the generated Verilog"
 	@echo "make clean      remove everything generated but .venv/"
@@ -97,6 +100,10 @@ bitstream: setup-synth
 sim: setup
 	@$(IN_ROOT) "$(BIN)/python" -m sim.runner $(if $(SIM),--sim "$(SIM)") \
 		$(if $(BENCH),--bench "$(BENCH)") $(if $(filter-out 0,$(WAVES)),--waves)
+
+.PHONY: formal
+formal: setup
+	@$(IN_ROOT) "$(BIN)/python" -m sim.formal $(if $(PROOF),--proof "$(PROOF)")
 
 .PHONY: bench
 bench: setup

@@ -31,10 +31,19 @@ _FOLDER = _ROOT / "build" / "fpga"
 _RESULTS = _ROOT / "docs" / "results.md"
 _SEEDS = range(1, 9)
 
-#: Where the units are routed, and what they are asked for: more than they can, so that the router
-#: shows what that is.
-_DEVICE = ("--85k", "--package", "CABGA381", "--speed", "6")
-_ASKED_MHZ = 150
+#: Synthesis and routing of units alone on the devices of two boards.
+_ECP5 = (
+    "ecp5",
+    ("synth_ecp5",),
+    ("nextpnr-ecp5", "--85k", "--package", "CABGA381", "--speed", "6", "--lpf-allow-unconstrained"),
+)
+_ICE40 = (
+    "ice40",
+    ("synth_ice40", "-device", "u", "-spram", "-dsp"),
+    ("nextpnr-ice40", "--up5k", "--package", "sg48"),
+)
+#: What the units are asked for, MHz: more than they can, so that the router shows what that is.
+_ASKED = {"ecp5": 150, "ice40": 50}
 _PLAIN = Config(checker=CheckerBuild.NONE)
 _UNITS: Mapping[str, tuple[str, Config]] = MappingProxyType(
     {
@@ -72,21 +81,20 @@ class _Family:
 
     Parameters
     ----------
-    luts, registers, memories, multipliers : dict of str to float
+    luts, registers, memories, multipliers : dict of str to int
         Kinds of cells, and how many of the thing one of them is.
     """
 
-    luts: Mapping[str, float]
-    registers: Mapping[str, float]
-    memories: Mapping[str, float]
-    multipliers: Mapping[str, float]
+    luts: Mapping[str, int]
+    registers: Mapping[str, int]
+    memories: Mapping[str, int]
+    multipliers: Mapping[str, int]
 
     def count(self, cells: Mapping[str, int]) -> tuple[int, int, int, int]:
         """Return LUTs, flip-flops, block RAMs and multipliers of so many cells of each kind."""
         kinds = (self.luts, self.registers, self.memories, self.multipliers)
         lut, register, memory, multiplier = (
-            round(sum(weight * cells.get(cell, 0) for cell, weight in kind.items()))
-            for kind in kinds
+            sum(weight * cells.get(cell, 0) for cell, weight in kind.items()) for kind in kinds
         )
         return lut, register, memory, multiplier
 
@@ -231,30 +239,32 @@ def _units() -> Report:
         "Units alone",
         ("unit", "LUTs", "flip-flops", "block RAMs", "multipliers", "routed, MHz"),
         notes=[
-            f"LFE5U-85F of speed grade 6, registers around every port, {_ASKED_MHZ} MHz asked, one "
-            "seed. LUTs are those of the carry chains and LUT RAMs, too.",
+            f"LFE5U-85F of speed grade 6, one seed, {_ASKED['ecp5']} MHz asked of each; the "
+            "registers around every port are counted. LUTs are those of carry chains and LUT RAMs, "
+            "too; on the UP5K they are logic cells with their flip-flops, and block RAMs include "
+            "4 SPRAMs.",
         ],
     )
     for unit, (top, config) in _UNITS.items():
-        print(f"{unit} ...", file=sys.stderr, flush=True)
-        folder = _FOLDER / unit.replace(" ", "-").replace(",", "")
-        _write(Harness(_component(top, config)), folder)
-        _synthesize(folder, "synth_ecp5", "-json unit.json")
-        command = (
-            "nextpnr-ecp5",
-            "--quiet",
-            *_DEVICE,
-            "--json",
-            "unit.json",
-            "--lpf-allow-unconstrained",
-            "--freq",
-            str(_ASKED_MHZ),
-            "--textcfg",
-            "unit.config",
-        )
-        routed = route(command, folder, [1])
-        report.rows.append((unit, *_used(routed, "ecp5"), _chip_clock(routed)[0]))
+        report.rows.append((unit, *_alone(unit, top, config, _ECP5)))
+    small = _PLAIN.replace(checker=CheckerBuild.TWO_TIER, lanes=1, map_size=256)
+    name = "checker, two-tier, 256 x 256, on the UP5K"
+    report.rows.append((name, *_alone(name, "hdl.feasibility.checker.Checker", small, _ICE40)))
     return report
+
+
+def _alone(
+    unit: str, top: str, config: Config, device: tuple[str, tuple[str, ...], tuple[str, ...]]
+) -> tuple[int, int, int, int, float]:
+    """Route a unit with nothing but registers around it; return its cells and its clock."""
+    print(f"{unit} ...", file=sys.stderr, flush=True)
+    family, synthesis, routing = device
+    folder = _FOLDER / unit.replace(" ", "-").replace(",", "")
+    _write(Harness(_component(top, config)), folder)
+    _synthesize(folder, " ".join(synthesis), "-json unit.json")
+    asked = ("--json", "unit.json", "--freq", str(_ASKED[family]))
+    routed = route([*routing, "--quiet", *asked], folder, [1])
+    return *_used(routed, family), _chip_clock(routed)[0]
 
 
 def _papers() -> Report:

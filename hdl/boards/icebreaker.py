@@ -28,8 +28,9 @@ class _Platform(ICEBreakerPlatform):
 BOARD = Board(
     name="icebreaker",
     platform=_Platform,
-    # 12 MHz to 15 MHz; its USB bridge is an FT2232H.
-    pll=Ice40Pll(divf=79, divq=6),
+    # 12 MHz to 24 MHz; its USB bridge is an FT2232H.
+    pll=Ice40Pll(divf=63, divq=5),
     reset=("reset_pin", 0),
     sizes=Config(checker=CheckerBuild.TWO_TIER, lanes=1, map_size=256),
+    overrides={"synth_opts": "-device u -spram -dsp"},
 )

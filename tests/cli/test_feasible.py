@@ -247,7 +247,7 @@ def test_a_real_board_is_what_it_is(level, capsys, monkeypatch):
     )
     long = write_path(level[3].with_name("long.csv"), [(1, 1, 400 + i) for i in range(6)])
     assert "has 4 waypoints" in refused(capsys, *level[:3], long, *board)
-    served = "model:?map_size=64"
+    served = "model:?checker=none&map_size=64"
     assert refused(capsys, *level, *board) == (
         "The board at '/dev/ttyUSB0' has no collision checker; use a bitstream with one, or model:."
     )

@@ -1,11 +1,13 @@
 """What claims are made of: free values, units with their inside to be seen, scoreboards."""
 
 from amaranth import *
-from amaranth.hdl import Assert, Fragment
+from amaranth.hdl import Assert, Assume, Fragment
 from amaranth.hdl._ast import AnyConst, AnySeq
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
 
 
-__all__ = ["Opened", "Scoreboard", "any_constant", "free"]
+__all__ = ["FreeCrc", "FreeEncoder", "Opened", "Scoreboard", "any_constant", "free"]
 
 
 def any_constant(m, shape, name):
@@ -50,15 +52,15 @@ class Opened(Elaboratable):
         m.d.comb += port.addr.eq(address)
         return Value.cast(port.data)
 
-    def signal(self, name):
-        """Return the signal of that name that the component itself drives."""
+    def signal(self, name, domain=None):
+        """Return the signal of that name that the component itself drives, in a domain or any."""
         if self._fragment is None:
             self._fragment = Fragment.get(self._module, None)
         found = {
             id(signal): signal
-            for statements in self._fragment.statements.values()
+            for driver, statements in self._fragment.statements.items()
             for signal in statements._lhs_signals()
-            if signal.name == name
+            if signal.name == name and domain in (None, driver)
         }
         (signal,) = found.values()
         return signal
@@ -123,4 +125,40 @@ class Scoreboard(Elaboratable):
                 m.d.comb += Assert(Value.cast(self.take_word) == known)
         with m.If(self.put):
             m.d.comb += Assert(self.inside != (1 << len(self.given)) - 1)
+        return m
+
+
+class FreeCrc(wiring.Component):
+    """A CRC unit that may compute anything: a new value after each byte and each start."""
+
+    def __init__(self):
+        super().__init__({"data": In(8), "valid": In(1), "start": In(1), "crc": Out(32)})
+
+    def create(self):
+        return self
+
+    def elaborate(self, platform):
+        m = Module()
+        steady, before = Signal(), Signal(32)
+        free(m, self.crc)
+        m.d.sync += [steady.eq(~self.valid & ~self.start), before.eq(self.crc)]
+        m.d.comb += Assume(~steady | (self.crc == before))
+        return m
+
+
+class FreeEncoder(wiring.Component):
+    """A COBS encoder that takes bytes when it likes and sends what it likes."""
+
+    def __init__(self):
+        layout = data.StructLayout({"data": 8, "last": 1})
+        super().__init__(
+            {
+                "frames": In(stream.Signature(layout)),
+                "encoded": Out(stream.Signature(8)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        free(m, self.frames.ready, self.encoded.valid, self.encoded.payload)
         return m

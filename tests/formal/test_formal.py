@@ -1,0 +1,57 @@
+"""The proofs of this folder hold, and notice the faults that they are to notice."""
+
+import pytest
+
+from hdl.link.skid import SkidBuffer
+from sim.formal import Proof, altered, check, load, main, proofs
+
+
+CHECKS = [
+    pytest.param(name, what, id=f"{name}-{what}", marks=[pytest.mark.long] if proof.long else [])
+    for name in proofs()
+    for proof in [load(name)]
+    for what in proof.checks
+]
+
+
+@pytest.mark.parametrize(("name", "what"), CHECKS)
+def test_proof(name, what):
+    check(name, load(name), what)
+
+
+def test_a_claim_that_does_not_hold_is_refuted():
+    proof = load("skid")
+    ((_, *changes), *_) = proof.faults.values()
+
+    def claim(unit):
+        return proof.claim(lambda of: unit(of, *changes))
+
+    wrong = Proof(claim=claim, depth=proof.depth, faults=proof.faults)
+    with pytest.raises(AssertionError, match="holds fails"):
+        check("skid-wrong", wrong, "holds")
+
+
+def test_a_fault_that_breaks_nothing_is_told():
+    harmless = {"none": (SkidBuffer, ("empty.eq(1)", "empty.eq(1 | empty)"))}
+    proof = Proof(claim=load("skid").claim, depth=4, faults=harmless)
+    with pytest.raises(AssertionError, match="'none' is not noticed"):
+        check("skid-harmless", proof, "none")
+
+
+def test_proofs_without_faults_or_base_are_refused():
+    with pytest.raises(ValueError, match="without a fault"):
+        Proof(claim=load("skid").claim, depth=4, faults={})
+    with pytest.raises(ValueError, match="induction"):
+        Proof(claim=load("skid").claim, depth=1, induction=2, faults=load("skid").faults)
+
+
+def test_only_what_stands_there_once_is_altered():
+    with pytest.raises(ValueError, match="stands 0 times"):
+        altered(SkidBuffer, ("nothing like it", ""))
+    with pytest.raises(ValueError, match=r"stands [2-9] times"):
+        altered(SkidBuffer, ("m.d.sync", ""))
+
+
+def test_an_unknown_proof_is_named(capsys):
+    assert main(["--proof", "everything"]) == 2
+    assert "No proof 'everything'" in capsys.readouterr().err

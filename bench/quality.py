@@ -25,8 +25,6 @@ TARGETS = {
     "jervis": 1.31,
 }
 _GENERATIONS = 300
-# Without a map: its random words are those of the published table.
-_BOARD = "model:?checker=none"
 
 
 def run(options: BenchOptions) -> Report:
@@ -97,9 +95,7 @@ def run(options: BenchOptions) -> Report:
 def _plan(
     planner: str, evaluator: Evaluator, seed: int, generations: int, **own: int
 ) -> Result:
-    board = {"board": _BOARD} if planner == "ga-fpga" else {}
-    options = Options(seed=seed, generations=generations)
-    return make(planner, **own, **board).plan(evaluator, options)
+    return make(planner, **own).plan(evaluator, Options(seed=seed, generations=generations))
 
 
 def _plan_budget(planner: str, evaluator: Evaluator, seed: int, evaluations: int) -> Result:

@@ -5,6 +5,7 @@ import socket
 import numpy as np
 import pytest
 
+from hdl.protocol import VERSION, info_values
 from host.cli import main
 
 from .conftest import ENDS
@@ -116,8 +117,20 @@ def test_out_that_cannot_be_written(hills, tmp_path, capsys):
 def test_board_that_does_not_answer(hills, capsys, tmp_path):
     with socket.create_server(("127.0.0.1", 0)) as server:
         url = f"socket://127.0.0.1:{server.getsockname()[1]}"
-        assert main(["board", "info", "--board", url]) == 2
-        assert "Nothing answers at" in capsys.readouterr().err
+        assert refused(capsys, "board", "info", "--board", url).startswith("Nothing answers at")
+        sentence = refused(capsys, "plan", "--terrain", hills, *ENDS, "--board", url,
+                           "--out", tmp_path / "out")
+        assert sentence.startswith("Nothing answers at")
+
+
+def test_board_of_another_protocol(hills, capsys, tmp_path, monkeypatch):
+    """A board of the next release is told from this one's before anything is sent to it."""
+    monkeypatch.setitem(info_values.__globals__, "VERSION", VERSION + 1)
+    sentence = refused(capsys, "plan", "--terrain", hills, *ENDS, "--board", "model:",
+                       "--out", tmp_path / "out")
+    assert sentence == (
+        f"The board speaks protocol version {VERSION + 1}, this host version {VERSION}: "
+        "load a bitstream of this release, or use the release the board was built with.")
 
 
 def test_address_that_is_busy(capsys):

@@ -3,6 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rasterio
+import rasterio.shutil
 from affine import Affine
 
 from host.errors import InputError
@@ -161,6 +162,17 @@ class TestFormats:
             assert ground == pytest.approx(3000 - (47 - lat) * 1200, abs=0.6)
         assert np.isnan(terrain.ground(*terrain.to_local(46.5, 8.5)))
         assert 2 <= terrain.voids.sum() <= 12
+
+    @pytest.mark.parametrize(("driver", "name"), [("DTED", "tile.dt1"), ("USGSDEM", "tile.dem")])
+    def test_dted_and_usgs_dem(self, tmp_path, driver, name):
+        row, column = np.indices((1201, 1201))
+        hgt = tmp_path / "N46E008.hgt"
+        hgt.write_bytes((3000 - row + column // 8).astype(">i2").tobytes())
+        rasterio.shutil.copy(hgt, tmp_path / name, driver=driver)
+        terrain, expected = load(tmp_path / name), load(hgt)
+        assert terrain.crs == expected.crs
+        assert terrain.shape == expected.shape
+        np.testing.assert_allclose(terrain.elevation, expected.elevation, atol=1e-3)
 
     def test_pixels_given_by_their_centres(self, tif, write_tif):
         write_tif(HEIGHTS)

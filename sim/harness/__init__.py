@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -172,7 +172,7 @@ def _numbers(bits: int) -> int:
     return max(1, -(-bits // 64))
 
 
-def _unpack(layout: object, row: NDArray[np.uint64]) -> Fields:
+def _unpack(layout: Any, row: NDArray[np.uint64]) -> Fields:
     packed = sum(int(number) << 64 * i for i, number in enumerate(row))
-    constant = layout.from_bits(packed & ((1 << layout.size) - 1))  # type: ignore[attr-defined]
-    return {name: int(constant[name]) for name, _ in layout}  # type: ignore[attr-defined]
+    constant = layout.from_bits(packed & ((1 << layout.size) - 1))
+    return {name: int(constant[name]) for name, _ in layout}

@@ -12,6 +12,7 @@ __all__ = [
     "CHECKING",
     "LINE_CLOCKS",
     "SMALL",
+    "TINY",
     "Pair",
     "board_url",
     "random_path",
@@ -38,6 +39,22 @@ SMALL = Config(
 
 #: The same chip with the paper's checker: what the link does with one is the same for all of them.
 CHECKING = SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1)
+
+#: The smallest core: one mutator of each kind, no map.
+TINY = Config(
+    population=8,
+    children=4,
+    elites=2,
+    survivors=2,
+    perturbs=1,
+    inserts=1,
+    deletes=1,
+    max_waypoints=4,
+    map_size=16,
+    coarse_factor=4,
+    altitude_bits=4,
+    checker=CheckerBuild.NONE,
+)
 
 #: Counters in which the model leaves out the few clocks that the chip takes per command.
 LINE_CLOCKS = (Counter.CLOCKS, Counter.RECEIVE, Counter.TRANSMIT)

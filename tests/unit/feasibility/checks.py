@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from tests.streams import collect, put, simulate
 
 
-__all__ = ["Results", "results_of", "upload"]
+__all__ = ["Results", "feed", "look_up", "results_of", "summary", "upload"]
 
 
 @dataclass
@@ -70,6 +70,21 @@ async def feed(ctx, dut, path):
     for number, (x, y, altitude) in enumerate(path):
         last = number == len(path) - 1
         await put(ctx, dut.points, {"x": x, "y": y, "altitude": altitude, "last": last})
+
+
+async def look_up(ctx, dut, cells):
+    """Return the altitudes of ``cells``, looked up one a clock."""
+    found = []
+    latency = dut.config.lookup_latency
+    for clock in range(len(cells) + latency):
+        if clock >= latency:
+            found.append(ctx.get(dut.lookup_altitude))
+        ctx.set(dut.lookup_valid, clock < len(cells))
+        if clock < len(cells):
+            ctx.set(dut.lookup_x, cells[clock][0])
+            ctx.set(dut.lookup_y, cells[clock][1])
+        await ctx.tick()
+    return found
 
 
 def results_of(dut, terrain, paths, *, count=False, alone=False, pauses=(0,), count_pauses=(0,)):

@@ -10,7 +10,7 @@ from sim.model.checker import TerrainModel, check_path, segment_cells
 from sim.model.checker_clocks import batch_clocks
 from tests.checking import ground, paths_of, random_batch
 from tests.streams import collect, simulate
-from tests.unit.feasibility.checks import feed, results_of, summary, upload
+from tests.unit.feasibility.checks import feed, look_up, results_of, summary, upload
 
 
 TINY = Config(
@@ -154,14 +154,7 @@ def test_looks_up():
             await feed(ctx, dut, path)
         while ctx.get(dut.busy):
             await ctx.tick()
-        for clock in range(len(cells) + TINY.lookup_latency):
-            if clock >= TINY.lookup_latency:
-                found.append(ctx.get(dut.lookup_altitude))
-            ctx.set(dut.lookup_valid, clock < len(cells))
-            if clock < len(cells):
-                ctx.set(dut.lookup_x, cells[clock][0])
-                ctx.set(dut.lookup_y, cells[clock][1])
-            await ctx.tick()
+        found.extend(await look_up(ctx, dut, cells))
 
     simulate(dut, bench)
     assert found == [terrain.heights[y, x] for x, y in cells]

@@ -13,7 +13,7 @@ from sim.model.checker import TerrainModel, check_path, segment_cells
 from sim.model.checker_clocks import batch_clocks
 from tests.checking import ground, paths_of, random_batch
 from tests.streams import collect, simulate
-from tests.unit.feasibility.checks import feed, results_of, summary, upload
+from tests.unit.feasibility.checks import feed, look_up, results_of, summary, upload
 
 
 TINY = Config(
@@ -254,14 +254,7 @@ def test_lookups(lanes, latency):
 
     async def bench(ctx):
         await upload(ctx, dut, heights)
-        for number in range(len(cells) + config.lookup_latency):
-            ctx.set(dut.lookup_valid, number < len(cells))
-            if number < len(cells):
-                ctx.set(dut.lookup_x, cells[number][0])
-                ctx.set(dut.lookup_y, cells[number][1])
-            if number >= config.lookup_latency:
-                found.append(ctx.get(dut.lookup_altitude))
-            await ctx.tick()
+        found.extend(await look_up(ctx, dut, cells))
 
     simulate(dut, bench)
     assert found == [heights[y, x] for x, y in cells]

@@ -9,29 +9,16 @@ from amaranth.hdl import Value
 from hdl.config import CheckerBuild, Config, SurvivorSelection
 from hdl.ga_core.core import Core
 from hdl.protocol import ChipState, Counter
+from tests.chips import TINY
 from tests.core_driver import Driver, fill, ranked_after, shuffled, simulate
 
 
-SMALL = Config(
-    population=8,
-    children=4,
-    elites=2,
-    survivors=2,
-    perturbs=1,
-    inserts=1,
-    deletes=1,
-    max_waypoints=4,
-    map_size=16,
-    coarse_factor=4,
-    altitude_bits=4,
-    checker=CheckerBuild.NONE,
-)
 CONFIGS = {
-    "small": SMALL,
-    "shortest": SMALL.replace(max_waypoints=3),
-    "odd": SMALL.replace(max_waypoints=5, survivors=1, elites=1, children=6, deletes=3, inserts=2),
-    "longest": SMALL.replace(max_waypoints=20, perturbs=2),
-    "by_rank": SMALL.replace(
+    "small": TINY,
+    "shortest": TINY.replace(max_waypoints=3),
+    "odd": TINY.replace(max_waypoints=5, survivors=1, elites=1, children=6, deletes=3, inserts=2),
+    "longest": TINY.replace(max_waypoints=20, perturbs=2),
+    "by_rank": TINY.replace(
         elites=1, survivors=3, box_percent=100, survivor_selection=SurvivorSelection.RANK
     ),
 }
@@ -87,13 +74,13 @@ def test_longest_paths_take_four_clocks_more_than_waypoints():
         rng = random.Random(2)
         driver = Driver(ctx, dut, rng)
         await driver.start(1)
-        await fill(driver, SMALL.max_waypoints)
+        await fill(driver, TINY.max_waypoints)
         for _ in range(3):
-            await driver.generate(shuffled(rng, SMALL))
+            await driver.generate(shuffled(rng, TINY))
             counters = ctx.get(dut.counters)
-            assert counters[Counter.LONGEST] == SMALL.max_waypoints + 4
+            assert counters[Counter.LONGEST] == TINY.max_waypoints + 4
 
-    simulate(SMALL, bench)
+    simulate(TINY, bench)
 
 
 def test_refused_mutations_are_counted():
@@ -102,22 +89,22 @@ def test_refused_mutations_are_counted():
         driver = Driver(ctx, dut, rng)
         refused = 0
         for _ in range(6):
-            done = await driver.generate(shuffled(rng, SMALL))
+            done = await driver.generate(shuffled(rng, TINY))
             refused += sum(not mutated.applied for mutated in done.mutations)
         # All paths have two waypoints at first, so that deletions are refused.
         assert refused > 1
         assert ctx.get(dut.counters)[Counter.REFUSED_MUTATIONS] == refused
 
-    simulate(SMALL, bench)
+    simulate(TINY, bench)
 
 
 def test_clocks_of_a_ranking():
     async def bench(ctx, dut):
         driver = Driver(ctx, dut, random.Random(4))
-        await driver.rank(range(SMALL.population))
-        assert await ranked_after(driver) == SMALL.mutators + 9
+        await driver.rank(range(TINY.population))
+        assert await ranked_after(driver) == TINY.mutators + 9
 
-    simulate(SMALL, bench)
+    simulate(TINY, bench)
 
 
 @pytest.mark.parametrize("event", ["start", "write", "rank", "generation"])
@@ -125,8 +112,8 @@ def test_ranking_becomes_void(event):
     async def bench(ctx, dut):
         rng = random.Random(5)
         driver = Driver(ctx, dut, rng)
-        order = shuffled(rng, SMALL)
-        for wait in range(SMALL.mutators + 12):
+        order = shuffled(rng, TINY)
+        for wait in range(TINY.mutators + 12):
             await driver.rank(order)
             # The event comes while the ranking is being worked in, or later.
             for _ in range(wait):
@@ -140,13 +127,13 @@ def test_ranking_becomes_void(event):
                     await driver.rank([3])
                 case "generation":
                     await driver.generate(order)
-            for _ in range(SMALL.mutators + 12):
+            for _ in range(TINY.mutators + 12):
                 assert not ctx.get(dut.ranked)
                 await driver.tick()
         await driver.generate(order)
         await driver.check_population()
 
-    simulate(SMALL, bench)
+    simulate(TINY, bench)
 
 
 def test_results_stay_until_the_next_generation():
@@ -159,21 +146,21 @@ def test_results_stay_until_the_next_generation():
             return [ctx.get(Value.cast(port)) for port in ports]
 
         await fill(driver)
-        await driver.generate(shuffled(rng, SMALL))
+        await driver.generate(shuffled(rng, TINY))
         before = results()
-        await driver.rank(shuffled(rng, SMALL))
+        await driver.rank(shuffled(rng, TINY))
         await ranked_after(driver)
         assert results() == before
-        await driver.generate(shuffled(rng, SMALL))
+        await driver.generate(shuffled(rng, TINY))
         assert results() != before
 
-    simulate(SMALL, bench)
+    simulate(TINY, bench)
 
 
 def test_nothing_is_taken_during_a_generation():
     async def bench(ctx, dut):
         driver = Driver(ctx, dut, random.Random(7))
-        await driver.rank(range(SMALL.population))
+        await driver.rank(range(TINY.population))
         await ranked_after(driver)
         for name in ("pending", "receive_over", "generate"):
             ctx.set(getattr(dut, name), 1)
@@ -186,7 +173,7 @@ def test_nothing_is_taken_during_a_generation():
             await driver.tick()
         assert ctx.get(dut.starts.ready)
 
-    simulate(SMALL, bench)
+    simulate(TINY, bench)
 
 
 def test_wrong_config():

@@ -8,24 +8,11 @@ import pytest
 from hdl.config import CheckerBuild, Config, MutationKind
 from hdl.protocol import Counter
 from sim.model.mutation import Limits
+from tests.chips import TINY
 from tests.core_driver import Driver, fill, ranked_after, shuffled, simulate
 
 
-SMALL = Config(
-    population=8,
-    children=4,
-    elites=2,
-    survivors=2,
-    perturbs=1,
-    inserts=1,
-    deletes=1,
-    max_waypoints=4,
-    map_size=16,
-    coarse_factor=4,
-    altitude_bits=4,
-    box_percent=60,
-    checker=CheckerBuild.PARALLEL,
-)
+SMALL = TINY.replace(checker=CheckerBuild.PARALLEL, box_percent=60)
 CONFIGS = {
     "small": SMALL,
     "no_redraws": SMALL.replace(redraws=0),

@@ -12,33 +12,20 @@ from hdl.draws import WARM_UP_STEPS
 from hdl.ga_core.selection import Selection
 from sim.model import selection as model
 from sim.model.random_source import RandomSource
+from tests.chips import TINY
 
 
-SMALL = Config(
-    population=8,
-    children=4,
-    elites=2,
-    survivors=2,
-    perturbs=1,
-    inserts=1,
-    deletes=1,
-    max_waypoints=4,
-    map_size=16,
-    coarse_factor=4,
-    altitude_bits=4,
-    checker=CheckerBuild.NONE,
-)
 # Each with the latency of its unit.
 CASES = {
     "default": (Config(checker=CheckerBuild.NONE), 14),
     "by_rank": (Config(survivor_selection=SurvivorSelection.RANK, checker=CheckerBuild.NONE), 14),
-    "small": (SMALL, 9),
-    "small_by_rank": (SMALL.replace(survivor_selection=SurvivorSelection.RANK), 9),
-    "one_survivor": (SMALL.replace(children=6, elites=1, survivors=1, deletes=4), 12),
+    "small": (TINY, 9),
+    "small_by_rank": (TINY.replace(survivor_selection=SurvivorSelection.RANK), 9),
+    "one_survivor": (TINY.replace(children=6, elites=1, survivors=1, deletes=4), 12),
     "many_survivors": (Config(survivors=20, children=8, elites=4, checker=CheckerBuild.NONE), 26),
     "many_mutators": (Config(perturbs=3, inserts=10, deletes=9, checker=CheckerBuild.NONE), 38),
     "with_map": (Config(checker=CheckerBuild.PARALLEL), 17),
-    "most_redraws": (SMALL.replace(checker=CheckerBuild.PARALLEL, redraws=7), 22),
+    "most_redraws": (TINY.replace(checker=CheckerBuild.PARALLEL, redraws=7), 22),
     "largest": (
         Config(population=256, children=100, elites=148, map_size=4096, checker=CheckerBuild.NONE),
         52,
@@ -131,7 +118,7 @@ def test_default_set_is_ready_before_a_full_generation_ends():
 
 def test_offsets_are_taken():
     """One a clock or with pauses, all or some of them; the next set is whole again."""
-    config = SMALL.replace(checker=CheckerBuild.PARALLEL, inserts=2, deletes=1, redraws=3)
+    config = TINY.replace(checker=CheckerBuild.PARALLEL, inserts=2, deletes=1, redraws=3)
     dut = Selection(config)
     rng = random.Random(5)
     unit, source = model.Selection(config), RandomSource(0)
@@ -165,7 +152,7 @@ def test_offsets_are_taken():
 
 
 def test_offsets_reach_the_whole_box():
-    config = SMALL.replace(box_percent=100, inserts=2)
+    config = TINY.replace(box_percent=100, inserts=2)
     seen = run(config, [(None, 1)] * 1500)
     offsets = [offset for draws in seen if draws is not None for offset in draws.offsets]
     for steps in zip(*offsets, strict=True):

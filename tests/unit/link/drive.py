@@ -2,8 +2,10 @@
 
 import itertools
 
+from tests.streams import simulate
 
-__all__ = ["drive", "watch"]
+
+__all__ = ["drive", "pass_through", "watch"]
 
 
 async def drive(ctx, stream, words, pauses=(0,), limit=100_000):
@@ -47,3 +49,15 @@ def watch(stream, words, pauses=(0,)):
             clock += 1
 
     return process
+
+
+def pass_through(dut, words, drive_pauses, watch_pauses):
+    """Send ``words`` through a register of a stream; return each with the clock that took it."""
+    passed = []
+
+    async def feed(ctx):
+        await drive(ctx, dut.words, words, drive_pauses)
+        await ctx.tick().repeat(6)
+
+    simulate(dut, feed, background=[watch(dut.passed, passed, watch_pauses)])
+    return passed

@@ -5,7 +5,7 @@ import pytest
 
 from hdl.link.skid import SkidBuffer
 from tests.streams import simulate
-from tests.unit.link.drive import drive, watch
+from tests.unit.link.drive import pass_through
 
 
 WORDS = list(range(40))
@@ -14,14 +14,7 @@ WORDS = list(range(40))
 @pytest.mark.parametrize("drive_pauses", [(0,), (0, 0, 1), (3, 0, 2, 0)])
 @pytest.mark.parametrize("watch_pauses", [(0,), (1,), (0, 0, 4, 0, 1)])
 def test_every_word_passes_once_and_in_order(drive_pauses, watch_pauses):
-    dut = SkidBuffer(8)
-    passed = []
-
-    async def feed(ctx):
-        await drive(ctx, dut.words, WORDS, drive_pauses)
-        await ctx.tick().repeat(6)
-
-    simulate(dut, feed, background=[watch(dut.passed, passed, watch_pauses)])
+    passed = pass_through(SkidBuffer(8), WORDS, drive_pauses, watch_pauses)
     assert [word for _, word in passed] == WORDS
     if watch_pauses == (0,) == drive_pauses:
         assert [clock for clock, _ in passed] == WORDS  # In the clocks in which they were offered.

@@ -16,23 +16,11 @@ from hdl.draws import DrawLayout
 from sim.model.random_source import RandomSource
 from sim.model.random_stream import RandomStream
 from sim.model.selection import DistinctDraw, Selection
+from tests.chips import TINY
 
 
 DEFAULT = Config(checker=CheckerBuild.NONE)
 BY_RANK = Config(survivor_selection=SurvivorSelection.RANK)
-SMALL = Config(
-    population=8,
-    children=4,
-    elites=2,
-    survivors=2,
-    perturbs=1,
-    inserts=1,
-    deletes=1,
-    max_waypoints=4,
-    map_size=16,
-    coarse_factor=4,
-    altitude_bits=4,
-)
 LARGE = Config(population=256, children=240, elites=8)
 WITH_MAP = Config()
 
@@ -105,7 +93,7 @@ def pairs(first, second, total):
 # --- Exact ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("config", [SMALL, DEFAULT, LARGE], ids=["8", "32", "256"])
+@pytest.mark.parametrize("config", [TINY, DEFAULT, LARGE], ids=["8", "32", "256"])
 def test_parents_have_the_published_distribution(config):
     """Every pair of uniform draws once: rank r comes from 2 (N - r) - 1 of them, exactly."""
     layout, total = DrawLayout(config), config.population
@@ -183,7 +171,7 @@ def test_ordered_choices_are_equally_likely(total, count):
     assert likeliest * choices < 1 + Fraction(1, 10_000)
 
 
-@pytest.mark.parametrize("config", [SMALL, DEFAULT, BY_RANK, LARGE, WITH_MAP])
+@pytest.mark.parametrize("config", [TINY, DEFAULT, BY_RANK, LARGE, WITH_MAP])
 def test_steps_depend_on_nothing_drawn(config):
     """So the state at the start of a generation is a function of the seed and its number."""
     unit = Selection(config)
@@ -321,7 +309,7 @@ def test_units_are_independent_of_each_other(default_sample):
 
 def test_every_ordered_choice_of_a_small_size():
     """Three children of four, in all 24 orders; survivors two of six, in all 30."""
-    drawn = sample(SMALL, seed=77, generations=10_000)
+    drawn = sample(TINY, seed=77, generations=10_000)
     for name, lowest, total in (("children", 0, 4), ("survivors", 2, 6)):
         times = Counter(map(tuple, (drawn[name] - lowest).tolist()))
         orders = list(itertools.permutations(range(total), drawn[name].shape[1]))
@@ -330,7 +318,7 @@ def test_every_ordered_choice_of_a_small_size():
 
 def test_survivors_by_rank_of_a_small_size():
     """Every ordered choice of two of six: linear ranking of six, then of the five left."""
-    config = SMALL.replace(survivor_selection=SurvivorSelection.RANK)
+    config = TINY.replace(survivor_selection=SurvivorSelection.RANK)
     drawn = sample(config, seed=78, generations=10_000)
     times = Counter(map(tuple, (drawn["survivors"] - 2).tolist()))
     orders = list(itertools.permutations(range(6), 2))

@@ -7,8 +7,12 @@ import random
 import numpy as np
 
 from bench.report import Options, Report
+from bench.scenarios import EMBEDDED, problem
 from hdl.protocol import LinkMode
 from host.board import open_board
+from host.evaluation import Evaluator
+from host.planners import make
+from host.planners.base import Options as PlanOptions
 
 
 __all__ = ["run"]
@@ -16,6 +20,8 @@ __all__ = ["run"]
 _GENERATIONS = 60
 # The map's size changes no clock of a generation, but the time to upload it.
 _SMALL_MAP = "sim:?map_size=64"
+_NO_MAP = "sim:?checker=none"
+_PLAN_GENERATIONS = 300
 # Table 1 of allaire-2008, per 60 generations at 100 MHz, in clocks per generation.
 _PAPER = {"selection and crossover": 8.85e-6, "mutation": 18e-6, "population update": 600e-9}
 _PAPER_HZ, _PAPER_GENERATIONS = 100e6, 60
@@ -34,6 +40,7 @@ def run(options: Options) -> Report:
             "paths of 2 to 7",
             "paths of 16, ground avoided",
             "paths of 2 to 7, ground avoided",
+            "paths of 2 to 7, no checker",
             "paper",
         ),
     )
@@ -42,6 +49,7 @@ def run(options: Options) -> Report:
         for avoid_ground in (False, True)
         for lengths in ((16, 16), (2, 7))
     ]
+    measured.append(_measure((2, 7), LinkMode.RANK, board=_NO_MAP)[0])
     for unit, counter in (
         ("selection and crossover", "crossover"),
         ("mutation", "mutation"),
@@ -64,16 +72,43 @@ def run(options: Options) -> Report:
             f"{mode.name.lower()} mode: {to_board:.0f} bytes to the board, {from_board:.0f} back "
             f"per generation, {100 * (to_board + from_board) / whole:.1f} % of population mode."
         )
-    report.data = {"bytes": {mode.name.lower(): counts for mode, counts in sent.items()}}
+    planned = {mode: _planned(mode) for mode in LinkMode}
+    report.notes.append(
+        f"Over a plan of {_PLAN_GENERATIONS} generations on {EMBEDDED}, start and reads included: "
+        + ", ".join(
+            f"{mode.name.lower()} mode {count / _PLAN_GENERATIONS:.0f} bytes per generation "
+            f"({100 * count / planned[LinkMode.POPULATION]:.1f} %)"
+            for mode, count in planned.items()
+        )
+        + "."
+    )
+    report.data = {
+        "bytes": {mode.name.lower(): counts for mode, counts in sent.items()},
+        "bytes of a plan": {mode.name.lower(): count for mode, count in planned.items()},
+    }
     return report
 
 
+def _planned(mode: LinkMode) -> int:
+    """Return the bytes, both ways, of a whole plan; they are the same on every board."""
+    planner = make("ga-fpga", board="model:", link_mode=mode.name.lower())
+    result = planner.plan(
+        Evaluator(problem(EMBEDDED)), PlanOptions(seed=0, generations=_PLAN_GENERATIONS)
+    )
+    assert result.hardware is not None
+    return sum(result.hardware["bytes"].values())
+
+
 def _measure(
-    lengths: tuple[int, int], mode: LinkMode, *, avoid_ground: bool = False
+    lengths: tuple[int, int],
+    mode: LinkMode,
+    *,
+    board: str = "sim:",
+    avoid_ground: bool = False,
 ) -> tuple[dict[str, float], tuple[float, float]]:
     """Return the mean increase of each counter and mean bytes both ways, per generation."""
     rng = random.Random(1)
-    with open_board(_SMALL_MAP if avoid_ground else "sim:") as chip:
+    with open_board(_SMALL_MAP if avoid_ground else board) as chip:
         config = chip.config
         if avoid_ground:
             shape = (config.map_size, config.map_size)

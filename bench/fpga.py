@@ -17,8 +17,10 @@ from typing import Any
 
 from bench.report import Options, Report
 from hdl.boards import BOARDS, find_board
-from hdl.boards.build import BuildError, Routed, build, route, run_tool
+from hdl.boards.build import build
 from hdl.boards.harness import Harness
+from hdl.boards.route import Routed, route
+from hdl.boards.tools import BuildError, run_tool
 from hdl.config import CheckerBuild, Config
 from hdl.memories import without_contents
 from host.errors import PathgeneError
@@ -29,7 +31,6 @@ __all__ = ["run"]
 _ROOT = Path(__file__).parents[1]
 _FOLDER = _ROOT / "build" / "fpga"
 _RESULTS = _ROOT / "docs" / "results.md"
-_SEEDS = range(1, 9)
 
 #: Synthesis and routing of units alone on the devices of two boards.
 _ECP5 = (
@@ -216,7 +217,7 @@ def _boards() -> Report:
             continue
         print(f"{name} ...", file=sys.stderr, flush=True)
         try:
-            routed = build(board, _FOLDER / name, seeds=_SEEDS)
+            routed = build(board, _FOLDER / name)
         except BuildError as error:
             report.notes.append(str(error))
             continue

@@ -1,5 +1,6 @@
 """The flow of a bitstream, with programs in the tools' places that do what they are told."""
 
+import dataclasses
 import json
 import stat
 import sys
@@ -9,7 +10,9 @@ import pytest
 
 from hdl.boards import build as flow
 from hdl.boards import find_board
-from hdl.boards.build import BuildError, Routed, build, main, tool_path
+from hdl.boards.build import build, main
+from hdl.boards.route import Routed, route
+from hdl.boards.tools import BuildError, tool_path
 
 
 COMMANDS = [
@@ -20,18 +23,22 @@ COMMANDS = [
 # Appends its arguments to a log; makes the file after each option that names an output.
 TOOL = """\
 #!{python}
-import json, pathlib, sys
+import json, pathlib, sys, time
 name, arguments = {name!r}, sys.argv[1:]
-with pathlib.Path("calls").open("a") as calls:
+with pathlib.Path({calls!r}).open("a") as calls:
     calls.write(json.dumps([name, *arguments]) + "\\n")
 options = dict(zip(arguments, arguments[1:]))
 if name == "nextpnr-ecp5":
     seed = int(options["--seed"])
+    assert pathlib.Path(options["--json"]).read_text() == "netlist"
+    time.sleep({slow}.get(seed, 0))
     pathlib.Path(options["--report"]).write_text(json.dumps({{
         "fmax": {{"clock": {{"achieved": {achieved}[seed - 1], "constraint": 100}}}},
         "utilization": {{"DP16KD": {{"used": 192, "available": 208}}}},
     }}))
     pathlib.Path("chip.config").write_text(str(seed))
+if name == "yosys":
+    pathlib.Path("chip.json").write_text("netlist")
 if name == "ecppack":
     pathlib.Path("chip.bit").write_text(pathlib.Path("chip.config").read_text())
 print("the output of", name)
@@ -43,14 +50,16 @@ sys.exit({status})
 def tools(tmp_path, monkeypatch):
     """Return a function that puts the programs in the tools' places."""
 
-    def install(achieved=(101,), status=0, failing=""):
+    def install(achieved=(101,), status=0, failing="", slow=None):
         for name in ("yosys", "nextpnr-ecp5", "ecppack"):
             program = tmp_path / f"my-{name}"
             program.write_text(
                 TOOL.format(
                     python=sys.executable,
                     name=name,
+                    calls=str(tmp_path / "calls"),
                     achieved=list(achieved),
+                    slow=slow or {},
                     status=status if name == failing else 0,
                 )
             )
@@ -66,22 +75,57 @@ def tools(tmp_path, monkeypatch):
     return install
 
 
-def calls(folder):
-    return [json.loads(line) for line in (folder / "calls").read_text().splitlines()]
+def calls(tmp_path):
+    return [json.loads(line) for line in (tmp_path / "calls").read_text().splitlines()]
 
 
 def test_seeds_until_timing_closes(tools, tmp_path):
     tools(achieved=(80, 99.9, 100, 120))
     folder = tmp_path / "out"
-    routed = build(find_board("ulx3s-85f"), folder, seeds=range(1, 9))
+    routed = build(find_board("ulx3s-85f"), folder, jobs=1)
     assert routed == Routed(seed=3, clocks={"clock": (100, 100)}, cells={"DP16KD": (192, 208)})
-    assert [call[0] for call in calls(folder)] == ["yosys", *["nextpnr-ecp5"] * 3, "ecppack"]
+    assert [call[0] for call in calls(tmp_path)] == ["yosys", *["nextpnr-ecp5"] * 3, "ecppack"]
     assert (folder / "chip.bit").read_text() == "3"
-    report = json.loads((folder / "chip.json").read_text())
+    report = json.loads((folder / "report.json").read_text())
     assert report["board"] == "ulx3s-85f"
     assert report["build_id"] == find_board("ulx3s-85f").config.build_id
     assert report["seed"] == 3
     assert report["clocks"] == {"clock": [100, 100]}
+
+
+def test_the_boards_seed_is_tried_first(tools, tmp_path):
+    tools(achieved=(90, 91, 92, 93))
+    board = dataclasses.replace(find_board("ulx3s-85f"), seed=3)
+    with pytest.raises(BuildError, match=r"the best, 4, reaches 93\.0%"):
+        build(board, tmp_path / "out", seeds=4, jobs=1)
+    seeds = [call[call.index("--seed") + 1] for call in calls(tmp_path) if "--seed" in call]
+    assert seeds == ["3", "1", "2", "4"]
+
+
+def test_the_first_that_closes_ends_the_others(tools, tmp_path):
+    tools(achieved=(100, 101, 102), slow={1: 3600, 3: 3600})
+    folder = tmp_path / "out"
+    assert build(find_board("ulx3s-85f"), folder, seeds=3, jobs=2).seed == 2
+    assert (folder / "chip.config").read_text() == "2"
+    assert (folder / "nextpnr-ecp5.log").read_text() == "the output of nextpnr-ecp5\n"
+    seeds = [call[call.index("--seed") + 1] for call in calls(tmp_path) if "--seed" in call]
+    assert sorted(seeds) == ["1", "2"]
+
+
+def test_the_best_is_kept_where_none_is_enough(tools, tmp_path):
+    tools(achieved=(80, 95, 90))
+    (tmp_path / "chip.json").write_text("netlist")
+    # Left over from an earlier run, and no input.
+    (tmp_path / "chip.config").write_text("old")
+    assert route(COMMANDS[1], tmp_path, [1, 2, 3]).seed == 2
+    assert (tmp_path / "chip.config").read_text() == "2"
+
+
+def test_a_seed_that_fails(tools, tmp_path, capfd):
+    tools(status=7, failing="nextpnr-ecp5")
+    with pytest.raises(BuildError, match=r"^nextpnr-ecp5 failed with status 7; .*nextpnr-ecp5.log"):
+        build(find_board("ulx3s-85f"), tmp_path / "out", jobs=1)
+    assert "the output of nextpnr-ecp5" in capfd.readouterr().err
 
 
 def test_no_seed_closes(tools, tmp_path):
@@ -90,7 +134,7 @@ def test_no_seed_closes(tools, tmp_path):
         BuildError,
         match=r"^No seed closes timing on ulx3s-85f: the best, 2, reaches 99.9% of what is asked.$",
     ):
-        build(find_board("ulx3s-85f"), tmp_path / "out", seeds=range(1, 4))
+        build(find_board("ulx3s-85f"), tmp_path / "out", seeds=3)
     assert not (tmp_path / "out" / "chip.bit").exists()
 
 
@@ -101,7 +145,7 @@ def test_a_tool_that_fails(tools, tmp_path, capfd):
         BuildError, match=r"^yosys failed with status 3; its output is in .*\.log.$"
     ):
         build(find_board("ulx3s-85f"), folder)
-    assert len(calls(folder)) == 1
+    assert len(calls(tmp_path)) == 1
     assert "the output of yosys" in capfd.readouterr().err
 
 
@@ -113,7 +157,7 @@ def test_a_tool_that_is_missing(monkeypatch):
 
 def test_command_line(tools, tmp_path, capsys):
     tools()
-    assert main(["ulx3s-85f", "--out", str(tmp_path)]) == 0
+    assert main(["ulx3s-85f", "--jobs", "1", "--out", str(tmp_path)]) == 0
     folder = tmp_path / "ulx3s-85f"
     assert capsys.readouterr().out == textwrap.dedent(f"""\
         clock: 101.0 MHz, 100.0 asked, seed 1
@@ -124,6 +168,9 @@ def test_command_line(tools, tmp_path, capsys):
     tools(achieved=(80,))
     assert main(["ulx3s-85f", "--seeds", "1", "--out", str(tmp_path)]) == 1
     assert "bitstream: No seed closes timing" in capsys.readouterr().err
+    for option in ("--seeds", "--jobs"):
+        assert main(["ulx3s-85f", option, "0", "--out", str(tmp_path)]) == 2
+        assert capsys.readouterr().err == f"bitstream: {option} must be at least 1, not 0.\n"
 
 
 def test_a_board_without_open_tools(monkeypatch, tmp_path):

@@ -1,0 +1,159 @@
+"""Place and route with one seed after the other, some of them at a time."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+from hdl.boards.tools import start_tool, tool_failed
+
+
+__all__ = ["MOST_JOBS", "Routed", "route"]
+
+#: The router that finishes (router2 stalls on the full design), and `closed` judges the timing.
+_ROUTER = ("--router", "router1", "--timing-allow-fail")
+#: Options that name a file to be read.
+_INPUTS = ("--json", "--lpf", "--pcf", "--sdc")
+_REPORT = "nextpnr.json"
+_POLL_S = 0.2
+#: Seeds at a time by default, if there are as many cores: each takes some gigabytes.
+MOST_JOBS = 4
+
+
+@dataclass(frozen=True)
+class Routed:
+    """A placed and routed design.
+
+    Parameters
+    ----------
+    seed : int
+        Of the placer.
+    clocks : dict of str to (float, float)
+        Of each clock: what was achieved and what was asked for, MHz.
+    cells : dict of str to (int, int)
+        Of each kind of cell: used, and there on the device.
+    """
+
+    seed: int
+    clocks: dict[str, tuple[float, float]]
+    cells: dict[str, tuple[int, int]]
+
+    @property
+    def closed(self) -> bool:
+        """Whether every clock is as fast as asked."""
+        return self.slack >= 1
+
+    @property
+    def slack(self) -> float:
+        """Achieved frequency of the worst clock as a part of what was asked for."""
+        return min(achieved / asked for achieved, asked in self.clocks.values())
+
+    @classmethod
+    def read(cls, report: Path, seed: int) -> Routed:
+        """Return what nextpnr wrote to ``report``."""
+        content = json.loads(report.read_text(encoding="utf-8"))
+        return cls(
+            seed=seed,
+            clocks={
+                name: (clock["achieved"], clock["constraint"])
+                for name, clock in content["fmax"].items()
+            },
+            cells={
+                name: (cell["used"], cell["available"])
+                for name, cell in content["utilization"].items()
+            },
+        )
+
+
+def route(
+    command: Sequence[str],
+    folder: Path,
+    seeds: Iterable[int],
+    *,
+    enough: float = 1.0,
+    jobs: int | None = None,
+) -> Routed:
+    """Run ``command``, a nextpnr with its arguments, with each seed until timing closes.
+
+    Each seed has a folder of its own below ``folder``, ``seed-N``, with links to the files that are
+    read. What the returned one wrote is in ``folder``, too.
+
+    Parameters
+    ----------
+    enough : float
+        Part of the asked frequency at which to stop; the seeds still running are given up.
+    jobs : int, optional
+        Seeds at a time; by default one a core, at most :data:`MOST_JOBS`.
+
+    Returns
+    -------
+    Routed
+        The first that closes, or the best of all.
+
+    Raises
+    ------
+    BuildError
+        If a run fails.
+    """
+    tool, *arguments = command
+    inputs = [name for option, name in pairwise(arguments) if option in _INPUTS]
+    jobs = jobs or min(os.cpu_count() or 1, MOST_JOBS)
+    waiting = list(seeds)
+    running: dict[int, subprocess.Popen[bytes]] = {}
+    tried: list[Routed] = []
+    try:
+        while (waiting or running) and not (tried and tried[-1].slack >= enough):
+            while waiting and len(running) < jobs:
+                seed = waiting.pop(0)
+                own = _fresh(folder, seed, inputs)
+                options = (*_ROUTER, "--seed", str(seed), "--report", _REPORT)
+                running[seed] = start_tool(tool, [*arguments, *options], own)
+            ended = [seed for seed, process in running.items() if process.poll() is not None]
+            if not ended:
+                time.sleep(_POLL_S)
+                continue
+            seed = ended[0]
+            own = _own(folder, seed)
+            if status := running.pop(seed).returncode:
+                raise tool_failed(tool, own, status)
+            tried.append(Routed.read(own / _REPORT, seed))
+            _tell(tried[-1])
+    finally:
+        for process in running.values():
+            process.kill()
+            process.wait()
+    best = max(tried, key=lambda routed: routed.slack)
+    for file in _own(folder, best.seed).iterdir():
+        if file.name not in inputs:
+            shutil.copyfile(file, folder / file.name)
+    return best
+
+
+def _own(folder: Path, seed: int) -> Path:
+    return folder / f"seed-{seed}"
+
+
+def _fresh(folder: Path, seed: int, inputs: Sequence[str]) -> Path:
+    """Return an empty folder for ``seed`` but for the ``inputs`` of ``folder``."""
+    own = _own(folder, seed)
+    shutil.rmtree(own, ignore_errors=True)
+    own.mkdir(parents=True)
+    for name in inputs:
+        os.link(folder / name, own / name)
+    return own
+
+
+def _tell(routed: Routed) -> None:
+    clocks = ", ".join(
+        f"{name} {achieved:.1f} of {asked:.1f} MHz"
+        for name, (achieved, asked) in routed.clocks.items()
+    )
+    sys.stderr.write(f"seed {routed.seed}: {clocks}\n")

@@ -37,7 +37,13 @@ def prepare(board: Board, folder: Path) -> list[list[str]]:
     minds ``no_rw_check``, without which it doubles the memories of two read ports.
     """
     plan = board.platform().build(
-        Chip(board), name=NAME, do_build=False, debug_verilog=True, **board.overrides
+        Chip(board),
+        name=NAME,
+        do_build=False,
+        debug_verilog=True,
+        # The same netlist, and so the same seed's routing, wherever the sources lie.
+        emit_src=False,
+        **board.overrides,
     )
     files = {
         name: content if isinstance(content, str) else content.decode()

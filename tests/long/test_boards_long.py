@@ -87,9 +87,10 @@ def test_random_frames(seed):
 
 
 def test_random_frames_to_the_default_chip():
+    """Hundreds of frames upload its map; thousands follow."""
     fuzz = Fuzz(DEFAULT, 6)
     with start_simulated(board_url("sim", DEFAULT)) as board, board.open(timeout=30) as port:
-        while fuzz.frames < 1500:
+        while fuzz.frames < 4000:
             fuzz.exchange(port)
     assert min(fuzz.statuses.values()) > 5
 
@@ -104,4 +105,4 @@ def test_default_chip_at_its_pins():
         env={"CHIP": "default"},
         label="planner-default-verilator",
     )
-    assert result.tests == 4
+    assert result.tests == 5

@@ -76,8 +76,12 @@ class Config:
         Edge of the mutation box in percent of the map's edge (*allaire-2008*, section 3.4.1).
     survivor_selection : SurvivorSelection
         See there.
+    genetic : bool
+        Whether the chip has the genetic core. Without it, it checks paths only, and of the fields
+        above those up to ``deletes``, ``box_percent`` and ``survivor_selection`` do not matter.
     checker : CheckerBuild
-        See there. All fields below up to ``redraws`` matter only where there is one.
+        See there. A chip without a genetic core has one. All fields below up to ``redraws`` matter
+        only where there is one.
     lanes : int
         Cells checked each clock: 1, 2, 4, 8 or 16; 1 in the two-tier build.
     memory_latency : int
@@ -113,6 +117,7 @@ class Config:
     altitude_bits: int = 12
     box_percent: int = 15
     survivor_selection: SurvivorSelection = SurvivorSelection.UNIFORM
+    genetic: bool = True
     checker: CheckerBuild = CheckerBuild.PARALLEL
     lanes: int = 8
     memory_latency: int = 2
@@ -131,6 +136,9 @@ class Config:
             value = getattr(self, field.name)
             if field.name in _CHOICES:
                 object.__setattr__(self, field.name, _CHOICES[field.name](value))
+            elif isinstance(field.default, bool):
+                self._check(field.name, "1 or 0", value in (True, False))
+                object.__setattr__(self, field.name, bool(value))
             elif not isinstance(value, int) or isinstance(value, bool):
                 raise TypeError(f"Config.{field.name} must be an integer, not {value!r}")
 
@@ -164,9 +172,16 @@ class Config:
         )
         self._check("altitude_bits", "from 4 to 16", 4 <= self.altitude_bits <= 16)
         self._check("box_percent", "from 1 to 100", 1 <= self.box_percent <= 100)
+        self._check(
+            "genetic",
+            "1 on a chip without a checker",
+            self.genetic or self.checker is not CheckerBuild.NONE,
+        )
         self._check("lanes", "1, 2, 4, 8 or 16", _is_power(self.lanes, 1, 16))
         if self.checker is CheckerBuild.TWO_TIER:
             self._check("lanes", "1 in the two-tier build", self.lanes == 1)
+        if self.checker is not CheckerBuild.NONE:
+            self._check("lanes", f"at most map_size = {self.map_size}", self.lanes <= self.map_size)
         self._check("memory_latency", "1 or 2", 1 <= self.memory_latency <= 2)
         self._check("redraws", "from 0 to 7", 0 <= self.redraws <= 7)
         self._check("clock_hz", "from 1 to 4294967295", 1 <= self.clock_hz < 1 << 32)
@@ -179,7 +194,10 @@ class Config:
 
     def _check(self, name: str, rule: str, holds: bool) -> None:
         if not holds:
-            raise ValueError(f"Config.{name} must be {rule}, not {getattr(self, name)!r}")
+            value = getattr(self, name)
+            raise ValueError(
+                f"Config.{name} must be {rule}, not {int(value) if value is False else value!r}"
+            )
 
     @property
     def crossovers(self) -> int:
@@ -249,6 +267,11 @@ class Config:
     def waypoint_bytes(self) -> int:
         """Bytes of a waypoint on the link, its ``last`` flag included."""
         return (self.waypoint_bits + 1 + 7) // 8
+
+    @property
+    def checked_paths(self) -> int:
+        """Most paths of one check: those of the population, if there is one."""
+        return self.population if self.genetic else 1
 
     @property
     def bank_edge(self) -> int:

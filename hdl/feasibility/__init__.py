@@ -1,1 +1,1 @@
-"""Place of the collision checker of *allaire two-tier*: nothing is built here yet."""
+"""The collision checker of *allaire two-tier*: see ``docs/checker.md``."""

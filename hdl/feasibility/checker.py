@@ -43,7 +43,8 @@ class Checker(wiring.Component):
         When counting, for each segment with colliding cells: as many as the verdict of the path
         says, the first of those not yet transferred offered no later than that.
     busy : Out(1)
-        A path has been taken and its verdict has not been transferred.
+        A path has been taken and its verdict has not been transferred, or points of it are still to
+        come, as they are where it collides early.
     collision, over : Out(1)
         Flags of the paper, for one path at a time. They rise in the clock in which the verdict is
         offered: the one if it collides, the other if it does not; when counting, ``collision``
@@ -99,18 +100,20 @@ class Checker(wiring.Component):
         connect(m, results.counts, flipped(self.counts))
 
         # The point after the last one is the first of a path.
-        inside = Signal()
-        first = Signal()
-        m.d.comb += first.eq(self.points.valid & self.points.ready & ~inside)
-        with m.If(self.points.valid & self.points.ready):
-            m.d.sync += inside.eq(~self.points.p.last)
+        inside, remains = Signal(), Signal()
+        taken, first = Signal(), Signal()
+        m.d.comb += [
+            taken.eq(self.points.valid & self.points.ready),
+            first.eq(taken & ~inside),
+            remains.eq(Mux(taken, ~self.points.p.last, inside)),
+        ]
+        m.d.sync += inside.eq(remains)
 
         m.d.comb += [
             walker.count.eq(self.count),
             walker.room.eq(results.room),
             walker.segment_room.eq(results.segment_room),
             walker.drop.eq(results.drop),
-            walker.idle.eq(~self.busy),
             walker.lookup_valid.eq(self.lookup_valid),
             walker.lookup_x.eq(self.lookup_x),
             walker.lookup_y.eq(self.lookup_y),
@@ -132,8 +135,12 @@ class Checker(wiring.Component):
         # Those taken at once are at most those with a place for their verdict, and those between
         # the points and there.
         paths = Signal(range(64))
-        m.d.sync += paths.eq(paths + first - (self.verdicts.valid & self.verdicts.ready))
-        m.d.comb += self.busy.eq(paths.any())
+        transferred = self.verdicts.valid & self.verdicts.ready
+        m.d.sync += [
+            paths.eq(paths + first - transferred),
+            # A register of its own: all writes wait for it.
+            self.busy.eq(remains | first | Mux(transferred, paths > 1, paths.any())),
+        ]
 
         with m.If(first):
             m.d.sync += [self.collision.eq(0), self.over.eq(0)]

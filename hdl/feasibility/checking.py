@@ -44,7 +44,7 @@ class CheckingUnit(wiring.Component):
     forget, points
         Of one path; see :class:`hdl.feasibility.path_source.PathSource`.
     reads : Out(stream), waypoints : In(stream)
-        To and from the population; see there, too.
+        To and from the population, if there is one; see there, too.
     counting : Out(1)
         The colliding cells are to be counted; steady while the checker is busy.
     paths : Out(stream.Signature(point_layout))
@@ -63,6 +63,10 @@ class CheckingUnit(wiring.Component):
     def __init__(self, config: Config):
         self.config = config
         points = point_layout(config)
+        population = {
+            "reads": Out(stream.Signature(read_layout(config))),
+            "waypoints": In(stream.Signature(waypoint_layout(config))),
+        }
         super().__init__(
             {
                 "on": In(1),
@@ -70,8 +74,7 @@ class CheckingUnit(wiring.Component):
                 "checks": In(check_layout(config)),
                 "forget": In(1),
                 "points": In(stream.Signature(points)),
-                "reads": Out(stream.Signature(read_layout(config))),
-                "waypoints": In(stream.Signature(waypoint_layout(config))),
+                **(population if config.genetic else {}),
                 "counting": Out(1),
                 "paths": Out(stream.Signature(points)),
                 "verdicts": In(stream.Signature(verdict_layout(config))),
@@ -90,8 +93,9 @@ class CheckingUnit(wiring.Component):
         m.submodules.source = source = PathSource(self.config)
         m.submodules.store = store = ResultStore(self.config)
         connect(m, flipped(self.points), source.points)
-        connect(m, source.reads, flipped(self.reads))
-        connect(m, flipped(self.waypoints), source.waypoints)
+        if self.config.genetic:
+            connect(m, source.reads, flipped(self.reads))
+            connect(m, flipped(self.waypoints), source.waypoints)
         connect(m, source.paths, flipped(self.paths))
         connect(m, flipped(self.verdicts), store.verdicts)
         connect(m, flipped(self.counts), store.counts)

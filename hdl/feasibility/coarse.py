@@ -1,9 +1,10 @@
 """The coarse map: highest cell of every block of the detailed map, kept up to date."""
 
 from amaranth import *
-from amaranth.lib import data, wiring
+from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from hdl.feasibility.layouts import cell_layout
 from hdl.feasibility.terrain_bank import TerrainBank
 
 
@@ -13,7 +14,7 @@ __all__ = ["CoarseMap"]
 class CoarseMap(wiring.Component):
     """Memory of the maxima of blocks of ``coarse_factor`` x ``coarse_factor`` cells.
 
-    It watches the cells that are written to the detailed map and keeps the blocks that they span.
+    The cells that are written to the detailed map come by, and it keeps the blocks that they span.
     After the last one of a rectangle it reads every cell of those blocks again, a cell a clock, and
     writes their maxima: so a maximum also comes down where its cell did. That takes
     ``coarse_factor`` squared clocks a block, and ``scan_latency + 2`` more in all: so many clocks
@@ -31,10 +32,10 @@ class CoarseMap(wiring.Component):
 
     Members
     -------
-    written : In(1)
-        A cell is being written to the detailed map; not while ``busy``.
-    cell : In(StructLayout)
-        Its ``x`` and ``y``; ``last``: it ends a rectangle.
+    writes : In(stream.Signature(cell_layout))
+        Cells of the detailed map; ``last`` ends a rectangle. Taken while not ``busy``.
+    written : Out(1)
+        The cell that is offered is taken: it is to be written to the detailed map.
     busy : Out(1)
         Blocks are being read.
     scanning : Out(1)
@@ -66,12 +67,8 @@ class CoarseMap(wiring.Component):
         self.scan_latency = scan_latency
         super().__init__(
             {
-                "written": In(1),
-                "cell": In(
-                    data.StructLayout(
-                        {"x": config.coordinate_bits, "y": config.coordinate_bits, "last": 1}
-                    )
-                ),
+                "writes": In(stream.Signature(cell_layout(config))),
+                "written": Out(1),
                 "busy": Out(1),
                 "scanning": Out(1),
                 "scan_x": Out(config.coordinate_bits),
@@ -88,14 +85,20 @@ class CoarseMap(wiring.Component):
         config = self.config
         bits = config.coordinate_bits - config.coarse_bits
 
+        cell = self.writes.p
+        m.d.comb += [
+            self.writes.ready.eq(~self.busy),
+            self.written.eq(self.writes.valid & self.writes.ready),
+        ]
+
         # Blocks written to since the last rectangle ended.
-        block_x, block_y = self.cell.x >> bits, self.cell.y >> bits
+        block_x, block_y = cell.x >> bits, cell.y >> bits
         fresh = Signal(init=1)
         west, east, south, north = (
             Signal(config.coarse_bits, name=name) for name in ("west", "east", "south", "north")
         )
         with m.If(self.written):
-            m.d.sync += fresh.eq(self.cell.last)
+            m.d.sync += fresh.eq(cell.last)
             with m.If(fresh | (block_x < west)):
                 m.d.sync += west.eq(block_x)
             with m.If(fresh | (block_x > east)):
@@ -107,7 +110,7 @@ class CoarseMap(wiring.Component):
 
         # A clock for these to settle, then the cells: through a block, then to the next one.
         starting = Signal()
-        m.d.sync += starting.eq(self.written & self.cell.last)
+        m.d.sync += starting.eq(self.written & cell.last)
         at_x, at_y = Signal(config.coarse_bits), Signal(config.coarse_bits)
         inner_x, inner_y = Signal(bits), Signal(bits)
         block_ends = Signal()

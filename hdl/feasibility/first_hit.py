@@ -7,6 +7,7 @@ from amaranth.utils import exact_log2
 
 from hdl.config import Config
 from hdl.feasibility.lanes import group_layout
+from hdl.feasibility.terrain_memory import lane_row_bits
 
 
 __all__ = ["FirstHit"]
@@ -70,10 +71,16 @@ class FirstHit(wiring.Component):
                     start > number if opposite else 0,
                 )
             )
-        chosen = Signal(lanes)
+        chosen, gone = Signal(lanes), Signal()
         early = mirrored & ~late
-        m.d.comb += chosen.eq(Mux(early.any(), _lowest(early), _lowest(mirrored & late)))
+        m.d.comb += [
+            gone.eq(~early.any()),
+            chosen.eq(Mux(gone, _lowest(mirrored & late), _lowest(early))),
+        ]
 
+        # All lanes have gone around into the same row.
+        row = Signal(lane_row_bits(config), reset_less=True)
+        here = group.major[lane_bits:]
         first = Signal(lanes, reset_less=True)
         places = [
             Signal.like(self.before, name=f"place_{n}", reset_less=True) for n in range(lanes)
@@ -81,6 +88,7 @@ class FirstHit(wiring.Component):
         now = Signal.like(group, reset_less=True)
         m.d.sync += [
             now.eq(group),
+            row.eq(Mux(gone, Mux(group.descending, here - 1, here + 1), here)),
             first.eq(Mux(group.descending, chosen[::-1], chosen)),
             self.hit.eq(self.hits.any()),
             self.terrain.eq(sum(self.hits & ~self.blocked)),
@@ -95,7 +103,7 @@ class FirstHit(wiring.Component):
         m.d.comb += [
             self.before.eq(_selected(first, places)),
             minor.eq(_selected(first, now.minors)),
-            major.eq(Mux(now.descending, now.major - self.before, now.major + self.before)),
+            major.eq(Cat(_selected(first, range(lanes))[:lane_bits], row)),
             self.x.eq(Mux(now.steep, minor, major)),
             self.y.eq(Mux(now.steep, major, minor)),
         ]

@@ -3,7 +3,7 @@
 from amaranth import *
 from amaranth.hdl import ResetInserter
 from amaranth.lib import fifo, wiring
-from amaranth.lib.wiring import connect
+from amaranth.lib.wiring import connect, flipped
 
 from hdl.config import Config
 from hdl.feasibility.coarse import CoarseMap
@@ -13,6 +13,7 @@ from hdl.feasibility.hierarchical_cells import CellWalker, task_layout
 from hdl.feasibility.hierarchical_columns import ColumnWalker
 from hdl.feasibility.hierarchical_reads import PathReads
 from hdl.feasibility.hierarchical_setup import HierarchicalSetup, group_cells
+from hdl.feasibility.sizes import COLUMN_TASKS
 from hdl.feasibility.terrain_memory import TerrainMemory
 from hdl.feasibility.walker import walker_signature
 
@@ -25,7 +26,7 @@ class HierarchicalWalker(wiring.Component):
 
     A column of cells, as wide as a coarse block, takes a clock in the coarse map: its one or two
     blocks are read at the two ports, and compared with the lowest altitude in the column. What is
-    above both collides nowhere. All others wait in a queue of :attr:`TASKS`, and are walked in
+    above both collides nowhere. All others wait in a queue of ``COLUMN_TASKS``, and are walked in
     order in the detailed map, :func:`hdl.feasibility.hierarchical_setup.group_cells` cells a clock.
     So the verdict is that of the detailed map alone, for every path. The last column of a segment
     always passes the queue, for a clock.
@@ -50,9 +51,6 @@ class HierarchicalWalker(wiring.Component):
     -------
     Those of :func:`hdl.feasibility.walker.walker_signature`.
     """
-
-    #: Columns between their test in the coarse map and their walk.
-    TASKS = 16
 
     def __init__(self, config: Config):
         self.config = config
@@ -128,7 +126,7 @@ class HierarchicalWalker(wiring.Component):
         with m.Elif(probed):
             m.d.sync += skipped.eq(skipped + tested.more + 1)
 
-        queue = fifo.SyncFIFO(width=task.shape().size, depth=self.TASKS)
+        queue = fifo.SyncFIFO(width=task.shape().size, depth=COLUMN_TASKS)
         m.submodules.tasks = ResetInserter(drop_all)(queue)
         m.d.comb += [
             queue.w_data.eq(task),
@@ -140,23 +138,17 @@ class HierarchicalWalker(wiring.Component):
             cells.drop.eq(drop_all | drop_tasks),
             cells.follow.eq(drop_tasks),
         ]
-        places = Signal(range(self.TASKS + 1), init=self.TASKS)
+        places = Signal(range(COLUMN_TASKS + 1), init=COLUMN_TASKS)
         m.d.comb += columns.allow.eq(places.any())
         m.d.sync += places.eq(
-            Mux(drop_all, self.TASKS, places - columns.valid + (probed & ~push) + pop)
+            Mux(drop_all, COLUMN_TASKS, places - columns.valid + (probed & ~push) + pop)
         )
 
         # The detailed map.
         write = self.writes.p
-        written = Signal()
+        connect(m, flipped(self.writes), coarse.writes)
         m.d.comb += [
-            self.writes.ready.eq(self.idle & ~coarse.busy),
-            written.eq(self.writes.valid & self.writes.ready),
-            coarse.written.eq(written),
-            coarse.cell.x.eq(write.x),
-            coarse.cell.y.eq(write.y),
-            coarse.cell.last.eq(write.last),
-            terrain.write_enable.eq(written),
+            terrain.write_enable.eq(coarse.written),
             terrain.write_x.eq(write.x),
             terrain.write_y.eq(write.y),
             terrain.write_altitude.eq(write.altitude),

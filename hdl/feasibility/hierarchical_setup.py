@@ -8,6 +8,7 @@ from hdl.config import Config
 from hdl.feasibility.layouts import point_layout
 from hdl.feasibility.reciprocal import Precision, Reciprocals
 from hdl.feasibility.sequential_setup import SequentialSetup
+from hdl.feasibility.sizes import SPAN_STAGES
 
 
 __all__ = ["HierarchicalSetup", "group_cells", "span_layout"]
@@ -84,7 +85,7 @@ class HierarchicalSetup(wiring.Component):
     """
 
     #: Clocks from the transfer of a point to the offer of the segment that it ends: stages.
-    LATENCY = 10
+    LATENCY = SPAN_STAGES
 
     def __init__(self, config):
         self.config = config
@@ -148,7 +149,7 @@ class HierarchicalSetup(wiring.Component):
         level = segment.steps == 0
         sinks = segment.climb < 0
         m.d.comb += [
-            reciprocals.lengths[0].eq(segment.steps),
+            reciprocals.differences[0].eq(segment.steps),
             reciprocals.load.eq(moves[0]),
             reciprocals.move.eq(moves[1]),
         ]
@@ -177,8 +178,8 @@ class HierarchicalSetup(wiring.Component):
         width, height = now.pop("width"), now.pop("height")
         now = stage(
             now,
-            **parts("across", reciprocals.reciprocals[0], width, fraction),
-            **parts("climb", reciprocals.reciprocals[0], height, fraction + z),
+            **parts("across", reciprocals.reciprocal, width, fraction),
+            **parts("climb", reciprocals.reciprocal, height, fraction + z),
         )
         now = stage(
             now,

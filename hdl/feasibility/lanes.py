@@ -109,28 +109,49 @@ class Lanes(wiring.Component):
             self.group.cells.eq(Mux(token.ends_segment, rest + 1, config.lanes)),
         ]
 
+        # A group lies in two rows: that of its first cell, and beyond it. Both of the next one.
+        begin = segment.major[lane_bits:]
+        onward = Signal(signed(2))
+        beyond = Signal(lane_row_bits(config))
+        next_row, next_beyond = (
+            Signal(lane_row_bits(config), name=name, reset_less=True)
+            for name in ("next_row", "next_beyond")
+        )
+        m.d.comb += [
+            onward.eq(Mux(Mux(starts, segment.descending, descending), -1, 1)),
+            beyond.eq(begin + onward),
+        ]
+        m.d.sync += [
+            next_row.eq(Mux(starts, begin, next_row) + onward),
+            next_beyond.eq(Mux(starts, beyond, next_beyond) + onward),
+        ]
+
         first = segment.major[:lane_bits]
         for number, (lane, start) in enumerate(zip(self.lanes, self.starts, strict=True)):
             motion = Signal(motion_layout(config), name=f"motion_{number}", reset_less=True)
             row = Signal(lane_row_bits(config), name=f"row_{number}", reset_less=True)
             in_last = Signal(name=f"in_last_{number}", reset_less=True)
+            late = Signal(name=f"late_{number}", reset_less=True)
+            is_late = Signal(name=f"is_late_{number}")
+            # Written so that no number is compared with what it always is.
+            m.d.comb += is_late.eq(
+                Mux(
+                    segment.descending,
+                    first < number if number else 0,
+                    first > number if number < config.lanes - 1 else 0,
+                )
+            )
             with m.If(starts):
-                begin = segment.major[lane_bits:]
                 m.d.sync += [
                     motion.eq(start),
-                    row.eq(
-                        Mux(
-                            segment.descending,
-                            begin - (first < number if number else 0),
-                            begin + (first > number if number < config.lanes - 1 else 0),
-                        )
-                    ),
+                    late.eq(is_late),
+                    row.eq(Mux(is_late, beyond, begin)),
                     in_last.eq(segment.places[number] <= rest_now if lane_bits else 1),
                 ]
             with m.Else():
                 m.d.sync += [
                     *(motion[axis].eq(motion[axis] + step[axis]) for axis in fractions),
-                    row.eq(Mux(descending, row - 1, row + 1)),
+                    row.eq(Mux(late, next_beyond, next_row)),
                 ]
 
             minor = motion.minor[precision.minor :]

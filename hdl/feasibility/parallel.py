@@ -8,7 +8,7 @@ from hdl.config import Config
 from hdl.feasibility.delay import delayed
 from hdl.feasibility.first_hit import FirstHit
 from hdl.feasibility.lanes import Lanes
-from hdl.feasibility.set_up import TAG_BITS, SetUp
+from hdl.feasibility.set_up import TAG_BITS, SetUp, token_layout
 from hdl.feasibility.slopes import Slopes
 from hdl.feasibility.terrain_memory import TerrainMemory
 from hdl.feasibility.walker import walker_signature
@@ -25,7 +25,7 @@ class ParallelWalker(wiring.Component):
     such clocks is decided ``G + memory_latency + 9`` clocks after its first point is taken, that
     clock included, if its points come in successive clocks; its verdict is offered in the next one:
     after ``G + 12`` clocks with a latency of 2. From a point to its segment's first group it takes
-    5 clocks: two in the set-up, three for slopes. From a group to its step it takes
+    5 clocks: two in the set-up, two for slopes, one to the banks. From a group to its step it takes
     ``memory_latency + 3``: comparison, bank, first hit.
 
     In the clock of ``drop`` the group of that clock is still read. The points left of that path are
@@ -54,7 +54,7 @@ class ParallelWalker(wiring.Component):
         m.submodules.set_up = set_up = SetUp(config)
         m.submodules.slopes = slopes = Slopes(config)
         m.submodules.lanes = lanes = Lanes(config)
-        m.submodules.terrain = terrain = TerrainMemory(config)
+        m.submodules.terrain = terrain = TerrainMemory(config, lead=1)
         m.submodules.first_hit = first_hit = FirstHit(config)
         connect(m, flipped(self.points), set_up.points)
         m.d.comb += [
@@ -67,20 +67,22 @@ class ParallelWalker(wiring.Component):
             slopes.segment.eq(set_up.segment),
         ]
 
-        # A path that is dropped while it is being launched is not walked.
-        launched = set_up.token
-        for clock in (1, 2):
-            following = Signal.like(launched, name=f"launched_{clock}")
-            m.d.sync += following.eq(launched)
-            if clock == 2:
-                dropped = self.drop & (launched.tag == drop_tag)
-                m.d.sync += following.valid.eq(launched.valid & ~dropped)
-            launched = following
-        dropped = self.drop & (launched.tag == drop_tag)
+        # A path that is dropped before its cells are at the memory is not walked.
+        def unless_dropped(token):
+            return token.valid & ~(self.drop & (token.tag == drop_tag))
+
+        launched, token = (
+            Signal(token_layout(config), name=name) for name in ("launched", "token")
+        )
+        m.d.sync += [
+            launched.eq(set_up.token),
+            token.eq(lanes.token),
+            token.valid.eq(unless_dropped(lanes.token)),
+        ]
         m.d.comb += [
             lanes.launched.eq(launched),
-            lanes.launched.valid.eq(launched.valid & ~dropped),
-            lanes.segment.eq(delayed(m, set_up.segment, 2, "segment")),
+            lanes.launched.valid.eq(unless_dropped(launched)),
+            lanes.segment.eq(delayed(m, set_up.segment, 1, "segment")),
             lanes.step.eq(slopes.step),
             *(into.eq(start) for into, start in zip(lanes.starts, slopes.starts, strict=True)),
         ]
@@ -106,40 +108,41 @@ class ParallelWalker(wiring.Component):
         )
         write, read = reads.write_port(), reads.read_port(domain="comb")
         given, before = (Signal(config.path_cells_bits + 1, name=n) for n in ("given", "before"))
+        cells = delayed(m, lanes.group.cells, 1, "cells_given")
         m.d.comb += [
-            given.eq(Mux(lanes.token.first, 0, before) + lanes.group.cells),
-            write.addr.eq(lanes.token.tag),
+            given.eq(Mux(token.first, 0, before) + cells),
+            write.addr.eq(token.tag),
             write.data.eq(given),
-            write.en.eq(lanes.token.valid),
+            write.en.eq(token.valid),
         ]
-        with m.If(lanes.token.valid):
+        with m.If(token.valid):
             m.d.sync += before.eq(given)
 
         # What goes along while the memory answers.
         latency = config.memory_latency + 2
-        group = delayed(m, lanes.group, latency, "group")
+        group = delayed(m, lanes.group, latency + 1, "group")
         cells = delayed(m, group.cells, 1, "cells")
-        token = lanes.token
+        stepped = token
         for clock in range(latency + 1):
             following = Signal.like(token, name=f"token_{clock}")
-            m.d.sync += following.eq(token)
-            token = following
+            m.d.sync += following.eq(stepped)
+            stepped = following
 
         is_reading = Signal()
         m.d.comb += [
-            drop_tag.eq(token.tag),
+            drop_tag.eq(stepped.tag),
             first_hit.group.eq(group),
             first_hit.hits.eq(terrain.hits),
             first_hit.blocked.eq(terrain.blocked),
-            read.addr.eq(token.tag),
-            is_reading.eq(lanes.token.valid & (lanes.token.tag == token.tag)),
+            read.addr.eq(stepped.tag),
+            is_reading.eq(token.valid & (token.tag == stepped.tag)),
         ]
         m.d.comb += [
-            step.valid.eq(token.valid),
-            step.first.eq(token.first),
-            step.ends_segment.eq(token.ends_segment),
-            step.ends_path.eq(token.ends_path),
-            step.segment.eq(token.segment),
+            step.valid.eq(stepped.valid),
+            step.first.eq(stepped.first),
+            step.ends_segment.eq(stepped.ends_segment),
+            step.ends_path.eq(stepped.ends_path),
+            step.segment.eq(stepped.segment),
             step.cells.eq(cells),
             step.hit.eq(first_hit.hit),
             step.before.eq(first_hit.before),

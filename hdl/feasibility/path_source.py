@@ -24,7 +24,8 @@ class PathSource(wiring.Component):
     The first point of one path is offered 4 clocks after the unit is turned on, that of a batch
     ``13 + count * 5 / 4`` clocks at most.
 
-    The buffer is one block RAM on the target.
+    Without a genetic core there is no population and no batch. The buffer is one block RAM on the
+    target.
 
     Parameters
     ----------
@@ -41,7 +42,7 @@ class PathSource(wiring.Component):
     checks : In(check_layout)
         What is to be checked, steady while ``on``. Of one path, its points have been given.
     reads : Out(stream.Signature(read_layout))
-        Slots to be read out of the population.
+        Slots to be read out of the population, if there is one.
     waypoints : In(stream.Signature(waypoint_layout))
         Their waypoints.
     paths : Out(stream.Signature(point_layout))
@@ -52,16 +53,19 @@ class PathSource(wiring.Component):
         self.config = config
         self.point_layout = point_layout(config)
         # Room for one path, and for the backlog of a batch with some more to keep ahead.
-        rows = max(2 * config.population, config.max_waypoints + 2)
+        rows = max(2 * config.checked_paths, config.max_waypoints + 2)
         self.depth = 1 << (rows - 1).bit_length()
+        population = {
+            "reads": Out(stream.Signature(read_layout(config))),
+            "waypoints": In(stream.Signature(waypoint_layout(config))),
+        }
         super().__init__(
             {
                 "forget": In(1),
                 "points": In(stream.Signature(self.point_layout)),
                 "on": In(1),
                 "checks": In(check_layout(config)),
-                "reads": Out(stream.Signature(read_layout(config))),
-                "waypoints": In(stream.Signature(waypoint_layout(config))),
+                **(population if config.genetic else {}),
                 "paths": Out(stream.Signature(self.point_layout)),
             }
         )
@@ -97,67 +101,75 @@ class PathSource(wiring.Component):
         with m.If(let_out):
             m.d.sync += committed.eq(tail)
 
-        flowing = Signal()
-        final = Signal()
-        m.d.comb += [
-            self.reads.p.slot.eq(checks.slot),
-            self.reads.p.count.eq(checks.count),
-        ]
-
         with m.FSM():
             with m.State("Off"):
-                m.d.sync += flowing.eq(0)
                 m.d.comb += [
                     point.eq(self.points.p),
                     write.eq(self.points.valid & ~self.on),
                     self.points.ready.eq(room & ~self.on),
                 ]
                 with m.If(self.on):
-                    with m.If(checks.batch):
-                        m.next = "Ask"
-                    with m.Else():
-                        m.next = "All"
+                    m.next = "All"
+                    if self.config.genetic:
+                        with m.If(checks.batch):
+                            m.next = "Ask"
 
-            with m.State("Ask"):
-                m.d.comb += self.reads.valid.eq(1)
-                with m.If(self.reads.ready):
-                    m.next = "Read"
-
-            with m.State("Read"):
-                with m.If(self.waypoints.valid):
-                    m.next = "Aircraft"
-
-            with m.State("Aircraft"):
-                m.d.comb += [point.eq(checks.start), write.eq(1)]
-                with m.If(room):
-                    m.next = "Waypoints"
-
-            with m.State("Waypoints"):
-                m.d.comb += [
-                    point.eq(self.waypoints.p.waypoint),
-                    write.eq(self.waypoints.valid),
-                    self.waypoints.ready.eq(room),
-                ]
-                m.d.sync += final.eq(self.waypoints.p.final)
-                with m.If(put & self.waypoints.p.last):
-                    m.next = "Goal"
-
-            with m.State("Goal"):
-                m.d.comb += [point.eq(Cat(checks.goal, 1)), write.eq(1)]
-                with m.If(room):
-                    m.next = "Aircraft"
-                    with m.If(final):
-                        m.next = "All"
+            if self.config.genetic:
+                self._read_out(m, point, write, room, put)
 
             with m.State("All"):
                 m.d.comb += let_out.eq(1)
                 with m.If(~self.on):
                     m.next = "Off"
 
-        # Each path still to come may cost a clock.
-        with m.If(waiting >= checks.count):
-            m.d.sync += flowing.eq(self.on & checks.batch)
-        with m.If(flowing):
-            m.d.comb += let_out.eq(1)
+        if self.config.genetic:
+            # Each path still to come may cost a clock.
+            flowing = Signal()
+            with m.If(~self.on):
+                m.d.sync += flowing.eq(0)
+            with m.Elif(waiting >= checks.count):
+                m.d.sync += flowing.eq(checks.batch)
+            with m.If(flowing):
+                m.d.comb += let_out.eq(1)
 
         return m
+
+    def _read_out(self, m, point, write, room, put):
+        """Add the states in which paths come out of the population."""
+        checks = self.checks
+        final = Signal()
+        m.d.comb += [
+            self.reads.p.slot.eq(checks.slot),
+            self.reads.p.count.eq(checks.count),
+        ]
+
+        with m.State("Ask"):
+            m.d.comb += self.reads.valid.eq(1)
+            with m.If(self.reads.ready):
+                m.next = "Read"
+
+        with m.State("Read"):
+            with m.If(self.waypoints.valid):
+                m.next = "Aircraft"
+
+        with m.State("Aircraft"):
+            m.d.comb += [point.eq(checks.start), write.eq(1)]
+            with m.If(room):
+                m.next = "Waypoints"
+
+        with m.State("Waypoints"):
+            m.d.comb += [
+                point.eq(self.waypoints.p.waypoint),
+                write.eq(self.waypoints.valid),
+                self.waypoints.ready.eq(room),
+            ]
+            m.d.sync += final.eq(self.waypoints.p.final)
+            with m.If(put & self.waypoints.p.last):
+                m.next = "Goal"
+
+        with m.State("Goal"):
+            m.d.comb += [point.eq(Cat(checks.goal, 1)), write.eq(1)]
+            with m.If(room):
+                m.next = "Aircraft"
+                with m.If(final):
+                    m.next = "All"

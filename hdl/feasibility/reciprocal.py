@@ -77,9 +77,12 @@ class Precision:
 
 
 class Reciprocals(wiring.Component):
-    """Table of the reciprocals of two lengths at once, 2 clocks after they are given.
+    """Table of reciprocals, of which one of two is wanted; 2 clocks after their lengths are given.
 
-    On a target it is one memory of dual-port block RAMs with their output registers.
+    It is addressed by differences as they come out of a subtraction, so that nothing more is in the
+    way to its block RAMs; what it holds are the reciprocals of their absolute values.
+
+    On a target it is one memory of dual-port block RAMs.
 
     Parameters
     ----------
@@ -87,12 +90,14 @@ class Reciprocals(wiring.Component):
 
     Members
     -------
-    lengths : In(coordinate_bits).array(2)
+    differences : In(signed(coordinate_bits + 1)).array(2)
     load : In(1)
-        Take ``lengths``.
+        Take ``differences``.
+    second : In(1)
+        With ``move``: of those taken last the second is wanted, not the first.
     move : In(1)
-        Have ``reciprocals`` of those that were taken last.
-    reciprocals : Out(Precision.reciprocal).array(2)
+        Have ``reciprocal`` of that one.
+    reciprocal : Out(Precision.reciprocal)
         In units of 2^-``Precision.reciprocal``.
     """
 
@@ -101,25 +106,32 @@ class Reciprocals(wiring.Component):
         self.precision = Precision.of(config)
         super().__init__(
             {
-                "lengths": In(config.coordinate_bits).array(2),
+                "differences": In(signed(config.coordinate_bits + 1)).array(2),
                 "load": In(1),
+                "second": In(1),
                 "move": In(1),
-                "reciprocals": Out(self.precision.reciprocal).array(2),
+                "reciprocal": Out(self.precision.reciprocal),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
 
+        edge = self.config.map_size
+        lengths = [*range(edge), *range(edge, 0, -1)]  # Rows from `edge` on: of -edge and above.
         m.submodules.table = table = memory.Memory(
             shape=self.precision.reciprocal,
-            depth=self.config.map_size,
-            init=[self.precision.of_length(length) for length in range(self.config.map_size)],
+            depth=len(lengths),
+            init=[self.precision.of_length(length) for length in lengths],
         )
-        for length, reciprocal in zip(self.lengths, self.reciprocals, strict=True):
+        found = []
+        for difference in self.differences:
             port = table.read_port()
-            m.d.comb += [port.addr.eq(length), port.en.eq(self.load)]
-            with m.If(self.move):
-                m.d.sync += reciprocal.eq(port.data)
+            m.d.comb += [port.addr.eq(difference), port.en.eq(self.load)]
+            found.append(port.data)
+        wanted = Signal.like(self.reciprocal, reset_less=True)
+        with m.If(self.move):
+            m.d.sync += wanted.eq(Mux(self.second, *reversed(found)))
+        m.d.comb += self.reciprocal.eq(wanted)
 
         return m

@@ -19,14 +19,14 @@ def record_layout(config: Config) -> data.StructLayout:
 
 
 class ResultStore(wiring.Component):
-    """Keeps what the checker says of up to a population of paths, and serves it byte by byte.
+    """Keeps what the checker says of the paths of a check, and serves it byte by byte.
 
     Verdicts and counts are taken in every clock, so that the link never holds the checker up: there
     is room for an entry of every segment of every path. Which entries are a verdict's is told by
     their number alone, in whatever clocks the two streams come.
 
     On the target, counts take a block RAM for each 1024 rows of 18 bits (two for 32 paths of 17
-    segments), and verdicts ``population`` rows of two to four more or of distributed memory, as
+    segments), and verdicts ``checked_paths`` rows of two to four more or of distributed memory, as
     synthesis likes it.
 
     Parameters
@@ -75,14 +75,11 @@ class ResultStore(wiring.Component):
         config = self.config
         verdict, count = self.verdicts.p, self.counts.p
 
-        rows = config.population * config.max_segments
+        rows = config.checked_paths * config.max_segments
         hit = hit_record(config)
         names = [name for name, _ in hit.fields]
         verdict_row = data.StructLayout(
             {"first": range(rows), "collision": 1, "entries": 7, **dict(hit.fields)}
-        )
-        m.submodules.verdict_rows = verdict_rows = memory.Memory(
-            shape=verdict_row, depth=config.population, init=[]
         )
         m.submodules.entry_rows = entry_rows = memory.Memory(
             shape=struct(entry_record(config)), depth=rows, init=[]
@@ -91,18 +88,16 @@ class ResultStore(wiring.Component):
         # Entries that have come, and those that the verdicts have told of.
         come = Signal(range(rows + 1))
         told = Signal(range(rows + 1))
-        verdict_write = verdict_rows.write_port()
+        row = Signal(verdict_row)
         entry_write = entry_rows.write_port()
         m.d.comb += [
             self.verdicts.ready.eq(1),
             self.counts.ready.eq(1),
             self.complete.eq(come == told),
-            verdict_write.en.eq(self.verdicts.valid),
-            verdict_write.addr.eq(self.paths),
-            verdict_write.data.first.eq(told),
-            verdict_write.data.collision.eq(verdict.collision),
-            verdict_write.data.entries.eq(verdict.entries),
-            *(verdict_write.data[name].eq(verdict[name]) for name in names),
+            row.first.eq(told),
+            row.collision.eq(verdict.collision),
+            row.entries.eq(verdict.entries),
+            *(row[name].eq(verdict[name]) for name in names),
             entry_write.en.eq(self.counts.valid),
             entry_write.addr.eq(come),
             *(entry_write.data[name].eq(count[name]) for name, _ in entry_record(config).fields),
@@ -119,23 +114,41 @@ class ResultStore(wiring.Component):
         with m.If(self.clear):
             m.d.sync += [self.paths.eq(0), self.totals.eq(0), come.eq(0), told.eq(0)]
 
-        self._serve(m, verdict_rows.read_port(), entry_rows.read_port())
+        number = Signal(8)
+        self._serve(m, number, self._keep(m, row, number), entry_rows.read_port())
         return m
 
-    def _serve(self, m, verdict_read, entry_read):
+    def _keep(self, m, row, number):
+        """Keep ``row`` of each verdict; return that of a number, a clock after it or sooner."""
+        if self.config.checked_paths == 1:
+            only = Signal.like(row)
+            with m.If(self.verdicts.valid):
+                m.d.sync += only.eq(row)
+            return only
+
+        m.submodules.verdict_rows = rows = memory.Memory(
+            shape=row.shape(), depth=self.config.checked_paths, init=[]
+        )
+        write, read = rows.write_port(), rows.read_port()
+        m.d.comb += [
+            write.en.eq(self.verdicts.valid),
+            write.addr.eq(self.paths),
+            write.data.eq(row),
+            read.addr.eq(number),
+        ]
+        return read.data
+
+    def _serve(self, m, number, result, entry_read):
         """Send the results asked for."""
         config = self.config
         path, hit, entry = path_record(config), hit_record(config), entry_record(config)
-        result = verdict_read.data
 
-        number = Signal(8)
         paths = Signal(9)  # Left, with the one being sent.
         entries = Signal(7)  # Of this path, left.
         fields = Signal(8 * max(path.size + hit.size, entry.size))
         left = Signal(range(path.size + hit.size + entry.size))  # Bytes of the fields.
         ends = Signal()
         m.d.comb += [
-            verdict_read.addr.eq(number),
             self.records.p.data.eq(fields[:8]),
             ends.eq((left == 1) & (entries == 0)),
             self.records.p.last.eq(ends & (paths == 1)),

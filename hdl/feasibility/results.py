@@ -3,20 +3,14 @@
 from amaranth import *
 from amaranth.lib import data, fifo, stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
-from amaranth.utils import ceil_log2
 
 from hdl.config import Config
 from hdl.feasibility.layouts import CYCLES_BITS, count_layout, verdict_layout
+from hdl.feasibility.sizes import VERDICT_PLACES, count_places
 from hdl.feasibility.walker import step_layout
 
 
-__all__ = ["COUNTS", "VERDICTS", "Results"]
-
-#: Verdicts and counts that can wait to be transferred: as many as paths and segments, of a cell
-#: each, can be under way in a walker, so that those follow each other at full rate. Of counts there
-#: is room for one of each segment of a path.
-VERDICTS = 8
-COUNTS = 16
+__all__ = ["Results"]
 
 
 class Results(wiring.Component):
@@ -25,7 +19,9 @@ class Results(wiring.Component):
     A path is decided by its first step that hits or, when counting, by its last step. Its verdict
     is offered in the next clock, if all before it have been transferred. When it is offered, all
     its counts have been offered or are next in their queue. A place in either queue is kept before
-    the path or segment begins, so that steps need not wait.
+    the path or segment begins, so that steps need not wait. Without a genetic core, paths come
+    alone, there is one place for a verdict and one for a count, and ``counts`` must always be
+    ready.
 
     ``cycles`` of a verdict are clocks from that in which the first point of the path is taken to
     that in which its verdict is offered if nothing before it waits to be transferred; but not
@@ -139,9 +135,6 @@ class Results(wiring.Component):
         entries = Signal(config.segment_bits + 1)
         entered = Signal()
 
-        m.submodules.verdict_queue = verdict_queue = fifo.SyncFIFO(
-            width=self.verdicts.payload.shape().size, depth=VERDICTS
-        )
         verdict = Signal(self.verdicts.payload.shape())
         m.d.comb += [
             verdict.collision.eq(step.hit | earlier),
@@ -149,8 +142,6 @@ class Results(wiring.Component):
             verdict.reads.eq(step.reads),
             verdict.cycles.eq(clocks + 1),
             verdict.entries.eq(Mux(step.first, 0, entries) + entered),
-            verdict_queue.w_data.eq(verdict),
-            verdict_queue.w_en.eq(decides),
         ]
         with m.If(earlier):
             m.d.comb += [
@@ -167,49 +158,50 @@ class Results(wiring.Component):
                 verdict.y.eq(step.y),
                 verdict.coarse.eq(step.coarse),
             ]
-        connect(m, verdict_queue.r_stream, flipped(self.verdicts))
+        verdict_depth = VERDICT_PLACES if config.genetic else 1
+        _queue(m, "verdict_queue", verdict_depth, decides, verdict, flipped(self.verdicts))
 
         # Counts of the segment so far.
         fresh, collided = Signal(init=1), Signal()
-        collides, step_collides = Signal(), Signal()
+        collides = Signal()
         terrain, nofly = (Signal(config.segment_cells_bits, name=n) for n in ("terrain", "nofly"))
-        depth = max(COUNTS, 1 << ceil_log2(config.max_segments))
-        m.submodules.count_queue = count_queue = fifo.SyncFIFO(
-            width=self.counts.payload.shape().size, depth=depth
-        )
+        depth = count_places(config) if config.genetic else 1
         entry = Signal(self.counts.payload.shape())
         m.d.comb += [
             entry.segment.eq(step.segment),
             entry.terrain.eq(Mux(fresh | step.first, 0, terrain) + step.terrain),
             entry.nofly.eq(Mux(fresh | step.first, 0, nofly) + step.nofly),
-            entered.eq(live & self.count & step.ends_segment & (collides | step_collides)),
-            step_collides.eq(step.terrain.any() | step.nofly.any()),
+            entered.eq(live & self.count & step.ends_segment & (collides | step.hit)),
             collides.eq(collided & ~fresh & ~step.first),
-            count_queue.w_data.eq(entry),
-            count_queue.w_en.eq(entered),
         ]
         with m.If(live):
             m.d.sync += [
                 fresh.eq(step.ends_segment),
-                collided.eq(collides | step_collides),
+                collided.eq(collides | step.hit),
                 terrain.eq(entry.terrain),
                 nofly.eq(entry.nofly),
                 entries.eq(verdict.entries),
             ]
-        connect(m, count_queue.r_stream, flipped(self.counts))
+        _queue(m, "count_queue", depth, entered, entry, flipped(self.counts))
 
         # Places not yet promised. Whether there are any comes out of a register: much hangs on it.
-        places = Signal(range(VERDICTS + 1), init=VERDICTS)
+        places = Signal(range(verdict_depth + 1), init=verdict_depth)
         transferred = self.verdicts.valid & self.verdicts.ready
         m.d.sync += [
             places.eq(places + transferred - self.begins),
             self.room.eq(transferred | (places != self.begins)),
         ]
 
+        if config.genetic:
+            self._promise_counts(m, depth, live & self.count & step.ends_segment & ~entered)
+
+        return m
+
+    def _promise_counts(self, m, depth, unused):
+        """Keep a place for the count of each segment that begins."""
         segment_places = Signal(range(depth + 1), init=depth)
-        unused, freed, used = Signal(), Signal(), Signal()
+        freed, used = Signal(), Signal()
         m.d.comb += [
-            unused.eq(live & self.count & step.ends_segment & ~entered),
             freed.eq(self.counts.valid & self.counts.ready),
             used.eq(self.segment_begins & self.count),
         ]
@@ -218,4 +210,16 @@ class Results(wiring.Component):
             self.segment_room.eq(~self.count | unused | freed | (segment_places != used)),
         ]
 
-        return m
+
+def _queue(m, name, depth, put, word, words):
+    """Let ``words`` out in order, each put in when there is a place; one place is a register."""
+    if depth > 1:
+        queue = fifo.SyncFIFO(width=len(Value.cast(word)), depth=depth)
+        m.submodules[name] = queue
+        m.d.comb += [queue.w_data.eq(word), queue.w_en.eq(put)]
+        connect(m, queue.r_stream, words)
+    else:
+        with m.If(words.ready):
+            m.d.sync += words.valid.eq(0)
+        with m.If(put):
+            m.d.sync += [words.valid.eq(1), words.payload.eq(word)]

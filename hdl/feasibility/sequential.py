@@ -2,7 +2,7 @@
 
 from amaranth import *
 from amaranth.lib import wiring
-from amaranth.lib.wiring import connect
+from amaranth.lib.wiring import connect, flipped
 
 from hdl.feasibility.coarse import CoarseMap
 from hdl.feasibility.sequential_compare import SequentialCompare
@@ -80,24 +80,16 @@ class TwoTierWalker(wiring.Component):
 
         # All other accesses pass one register, so that the walk has the shortest way to the memory.
         write = self.writes.p
-        written = Signal()
-        m.d.comb += [
-            self.writes.ready.eq(self.idle & ~coarse.busy),
-            written.eq(self.writes.valid & self.writes.ready),
-            coarse.written.eq(written),
-            coarse.cell.x.eq(write.x),
-            coarse.cell.y.eq(write.y),
-            coarse.cell.last.eq(write.last),
-        ]
+        connect(m, flipped(self.writes), coarse.writes)
         address = Signal(2 * config.coordinate_bits, reset_less=True)
         with m.If(coarse.scanning):
             m.d.sync += address.eq(Cat(coarse.scan_x, coarse.scan_y))
-        with m.Elif(written):
+        with m.Elif(coarse.written):
             m.d.sync += address.eq(Cat(write.x, write.y))
         with m.Else():
             m.d.sync += address.eq(Cat(self.lookup_x, self.lookup_y))
         port = detailed.a
-        m.d.sync += [port.write_enable.eq(written), port.write_data.eq(write.altitude)]
+        m.d.sync += [port.write_enable.eq(coarse.written), port.write_data.eq(write.altitude)]
         m.d.comb += [
             port.address.eq(Mux(line.visiting, Cat(visit.x, visit.y), address)),
             coarse.x[0].eq(visit.x),

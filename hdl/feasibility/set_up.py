@@ -12,8 +12,8 @@ from hdl.feasibility.reciprocal import Precision, Reciprocals
 
 __all__ = ["TAG_BITS", "SetUp", "segment_layout", "token_layout"]
 
-#: Width of the number by which paths under way are told apart. More of them cannot be between the
-#: points and the results: a verdict each, and three in the set-up.
+#: Width of the number by which paths under way are told apart: there are no more of them than
+#: places for their verdicts.
 TAG_BITS = 4
 
 
@@ -23,9 +23,11 @@ def segment_layout(config: Config) -> data.StructLayout:
     ``steep`` (the major axis is y), ``descending`` (along it), ``length`` (cells but one),
     ``major``, ``minor``, ``altitude`` (where it starts), ``across`` and ``rise`` (what minor
     coordinate and altitude gain along it), ``places`` (of each lane's first cell along the
-    segment), ``reciprocal`` (of the length).
+    segment), ``across_to`` and ``rise_to`` (their products with ``across`` and ``rise``),
+    ``reciprocal`` (of the length).
     """
     xy, z = config.coordinate_bits, config.altitude_bits
+    lane_bits = exact_log2(config.lanes)
     return data.StructLayout(
         {
             "steep": 1,
@@ -36,7 +38,9 @@ def segment_layout(config: Config) -> data.StructLayout:
             "altitude": z,
             "across": signed(xy + 1),
             "rise": signed(z + 1),
-            "places": data.ArrayLayout(max(1, exact_log2(config.lanes)), config.lanes),
+            "places": data.ArrayLayout(max(1, lane_bits), config.lanes),
+            "across_to": data.ArrayLayout(signed(xy + 1 + lane_bits), config.lanes),
+            "rise_to": data.ArrayLayout(signed(z + 1 + lane_bits), config.lanes),
             "reciprocal": Precision.of(config).reciprocal,
         }
     )
@@ -64,11 +68,13 @@ def token_layout(config: Config) -> data.StructLayout:
 class SetUp(wiring.Component):
     """Makes segments of points, and has the lanes walk them one right after the other.
 
-    A segment goes through two stages that wait for their turn: differences and their signs; major
-    axis, and the reciprocal of the length. From the second it is launched: a group of its cells a
-    clock, then the next segment. So nothing behind this unit ever waits, and as long as points come
-    no clock is lost between segments or paths. A segment whose second point is taken in some clock
-    is launched 2 clocks later, if it is its turn.
+    A segment goes through two stages that wait for their turn: differences, their signs, and which
+    axis is the major one; small multiples of the differences, and the reciprocal of the length.
+    From the second it is launched: a group of its cells a clock, then the next segment. So nothing
+    behind this unit ever waits, and as long as points come no clock is lost between segments or
+    paths. A segment whose second point is taken in some clock is launched 2 clocks later, if it is
+    its turn. A path begins with its first point, and a segment with its second: points wait for the
+    places of verdict and count.
 
     In the clock of ``drop`` all that belongs to that path is given up; its points to come are taken
     and forgotten.
@@ -123,7 +129,8 @@ class SetUp(wiring.Component):
                 "segment": config.segment_bits,
             }
         )
-        move_on = Signal()
+        measured = Signal(identity)
+        load, move_on = Signal(), Signal()
         launch = Signal()
 
         # The path whose points are coming.
@@ -132,7 +139,11 @@ class SetUp(wiring.Component):
         tag, number = Signal(TAG_BITS), Signal(config.segment_bits)
         dropped, taken = Signal(), Signal()
         m.d.comb += [
+            load.eq(~measured.valid | move_on),
+            self.points.ready.eq(load & Mux(inside, self.segment_room, self.room)),
             taken.eq(self.points.valid & self.points.ready),
+            self.begins.eq(taken & ~inside),
+            self.segment_begins.eq(taken & inside),
             dropped.eq(unwanted | (inside & self.drop & (self.drop_tag == tag))),
         ]
         m.d.sync += unwanted.eq(dropped & ~(taken & point.last))
@@ -143,16 +154,31 @@ class SetUp(wiring.Component):
             with m.Else():
                 m.d.sync += [number.eq(0), tag.eq(tag + 1)]
 
-        # First stage.
-        measured = Signal(identity)
+        # First stage. An axis is longer than the other if sum and difference of the two gains have
+        # the same sign; if they are equally long, either may be the major one: same cells.
         ends = Signal(data.ArrayLayout(point_layout(config), 2), reset_less=True)
         gains = [Signal(signed(xy + 1), name=f"gain_{n}", reset_less=True) for n in "xy"]
         sides = [Signal(xy, name=f"side_{n}", reset_less=True) for n in "xy"]
         rise = Signal(signed(z + 1), reset_less=True)
-        m.d.comb += self.points.ready.eq(~measured.valid | move_on)
+        steep = Signal(reset_less=True)
+        sums, sums_before = [point.y + point.x, point.y - point.x], []
+        for name, value in zip(("sum", "difference"), sums, strict=True):
+            sums_before.append(Signal(value.shape(), name=f"{name}_before", reset_less=True))
+            with m.If(taken):
+                m.d.sync += sums_before[-1].eq(value)
         m.submodules.reciprocals = reciprocals = Reciprocals(config)
-        m.d.comb += reciprocals.load.eq(self.points.ready)
-        with m.If(self.points.ready):
+        differences = reciprocals.differences
+        m.d.comb += [
+            reciprocals.load.eq(load),
+            reciprocals.move.eq(move_on),
+            reciprocals.second.eq(steep),
+            *(
+                difference.eq(point[axis] - before[axis])
+                for axis, difference in zip("xy", differences, strict=True)
+            ),
+        ]
+        with m.If(load):
+            turns = [(now - before)[-1] for now, before in zip(sums, sums_before, strict=True)]
             m.d.sync += [
                 measured.valid.eq(taken & inside & ~dropped),
                 measured.tag.eq(tag),
@@ -162,20 +188,19 @@ class SetUp(wiring.Component):
                 ends[0].eq(before),
                 ends[1].eq(point),
                 rise.eq(point.altitude - before.altitude),
+                steep.eq(turns[0] == turns[1]),
             ]
-            for axis, gain, side, length in zip(
-                "xy", gains, sides, reciprocals.lengths, strict=True
-            ):
-                forth, back = point[axis] - before[axis], before[axis] - point[axis]
-                m.d.sync += [gain.eq(forth), side.eq(length)]
-                m.d.comb += length.eq(Mux(forth[-1], back, forth))
+            for axis, gain, side, difference in zip("xy", gains, sides, differences, strict=True):
+                m.d.sync += [
+                    gain.eq(difference),
+                    side.eq(Mux(difference < 0, before[axis] - point[axis], difference)),
+                ]
         with m.Elif(self._is_dropped(measured)):
             m.d.sync += measured.valid.eq(0)
 
         # Second stage.
         waiting = Signal(identity)
-        steep = Signal()
-        descending = Signal()
+        across = Signal(signed(xy + 1))
         shape = Signal(
             data.StructLayout(
                 {name: field.shape for name, field in segment.shape() if name != "reciprocal"}
@@ -184,20 +209,18 @@ class SetUp(wiring.Component):
         )
         m.d.comb += [
             move_on.eq(~waiting.valid | launch),
-            reciprocals.move.eq(move_on),
-            steep.eq(sides[1] > sides[0]),
-            descending.eq(Mux(steep, gains[1], gains[0]) < 0),
+            across.eq(Mux(steep, gains[0], gains[1])),
         ]
         with m.If(move_on):
             m.d.sync += [
                 waiting.eq(measured),
                 waiting.valid.eq(measured.valid & ~self._is_dropped(measured)),
                 shape.steep.eq(steep),
-                shape.descending.eq(descending),
+                shape.descending.eq(Mux(steep, gains[1], gains[0]) < 0),
                 shape.length.eq(Mux(steep, sides[1], sides[0])),
                 shape.major.eq(Mux(steep, ends[0].y, ends[0].x)),
                 shape.minor.eq(Mux(steep, ends[0].x, ends[0].y)),
-                shape.across.eq(Mux(steep, gains[0], gains[1])),
+                shape.across.eq(across),
                 shape.rise.eq(rise),
                 # Within one cell, the lower end counts; a length of 0 makes it level.
                 shape.altitude.eq(
@@ -208,12 +231,17 @@ class SetUp(wiring.Component):
                     )
                 ),
             ]
-            for lane, place in enumerate(shape.places):
+            for lane in range(config.lanes):
                 from_x, from_y = (
                     Mux(gain < 0, (start[:lane_bits] - lane), (lane - start[:lane_bits]))
                     for gain, start in zip(gains, (ends[0].x, ends[0].y), strict=True)
                 )
-                m.d.sync += place.eq(Mux(steep, from_y, from_x))
+                place = Mux(steep, from_y, from_x)[:lane_bits]
+                m.d.sync += [
+                    shape.places[lane].eq(place),
+                    shape.across_to[lane].eq(_multiple(across, place)),
+                    shape.rise_to[lane].eq(_multiple(rise, place)),
+                ]
         with m.Elif(self._is_dropped(waiting)):
             m.d.sync += waiting.valid.eq(0)
 
@@ -222,11 +250,9 @@ class SetUp(wiring.Component):
         launched = Signal(identity)
         dropping = Signal()
         m.d.comb += [
-            launch.eq(waiting.valid & free & self.segment_room & (self.room | ~waiting.first)),
-            self.begins.eq(launch & waiting.first),
-            self.segment_begins.eq(launch),
+            launch.eq(waiting.valid & free),
+            segment.reciprocal.eq(reciprocals.reciprocal),
             *(segment[name].eq(shape[name]) for name, _ in shape.shape()),
-            segment.reciprocal.eq(Mux(shape.steep, *reversed(reciprocals.reciprocals))),
         ]
         groups = shape.length >> lane_bits
         with m.If(launch):
@@ -258,3 +284,8 @@ class SetUp(wiring.Component):
 
     def _is_dropped(self, identity):
         return self.drop & (identity.tag == self.drop_tag)
+
+
+def _multiple(value, factor):
+    """Return a product, of adders: a multiplier for so few bits would be slower."""
+    return sum((Mux(bit, value << i, 0) for i, bit in enumerate(factor)), Const(0, signed(1)))

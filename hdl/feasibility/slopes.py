@@ -36,10 +36,10 @@ class Slopes(wiring.Component):
     """Multiplies slopes, a segment a clock.
 
     A slope is a difference times the reciprocal of the length. The cell that a lane starts with is
-    found by a product of its own, of its place along the segment with the difference, and so needs
-    no sum of slopes. ``starts`` and ``step`` follow 2 clocks after ``segment``, and are there for
-    one clock: small multiples, products, and then the sum of their parts in the same clock in which
-    the lanes take it.
+    found by a product of its own, of a multiple of the difference, and so needs no sum of slopes.
+    ``starts`` and ``step`` follow 1 clock after ``segment``, and are there for one clock: products
+    of registers into registers, and then the sum of their parts in the same clock in which the
+    lanes take it.
 
     Parameters
     ----------
@@ -70,33 +70,30 @@ class Slopes(wiring.Component):
         config, precision, segment = self.config, self.precision, self.segment
         lane_bits = exact_log2(config.lanes)
 
-        reciprocal = delayed(m, segment.reciprocal, 1, "reciprocal")
-        minor = delayed(m, segment.minor, 2, "minor")
-        altitude = delayed(m, segment.altitude, 2, "altitude")
+        minor = delayed(m, segment.minor, 1, "minor")
+        altitude = delayed(m, segment.altitude, 1, "altitude")
         biases = {
             "minor": Cat(Const(precision.minor_bias, precision.minor), minor),
             "rise": Cat(Const(precision.rise_bias, precision.rise), altitude),
         }
         fractions = {"minor": precision.minor, "rise": precision.rise}
-        for axis, difference in (("minor", segment.across), ("rise", segment.rise)):
+        for axis, difference, multiples in (
+            ("minor", segment.across, segment.across_to),
+            ("rise", segment.rise, segment.rise_to),
+        ):
             shift = precision.reciprocal - fractions[axis]
-            slope = delayed(m, difference, 1, f"{axis}_gain")
-            product = self._product(m, slope, reciprocal, shift - lane_bits, 0, f"{axis}_step")
+            product = self._product(m, difference, shift - lane_bits, 0, f"{axis}_step")
             m.d.comb += self.step[axis].eq(product)
-            for lane, (place, start) in enumerate(zip(segment.places, self.starts, strict=True)):
-                # Of adders: a multiplier for three bits would be slower.
-                multiple = Const(0, 1)
-                for i, bit in enumerate(place[:lane_bits]):
-                    multiple += Mux(bit, difference << i, 0)
-                multiple = delayed(m, multiple.as_signed(), 1, f"{axis}_multiple_{lane}")
+            for lane, start in enumerate(self.starts):
                 name = f"{axis}_{lane}"
-                product = self._product(m, multiple, reciprocal, shift, biases[axis], name)
+                product = self._product(m, multiples[lane], shift, biases[axis], name)
                 m.d.comb += start[axis].eq(product)
 
         return m
 
-    def _product(self, m, factor, reciprocal, shift, bias, name):
+    def _product(self, m, factor, shift, bias, name):
         """Return ``bias + floor(factor * reciprocal / 2**shift)``, a clock later."""
+        reciprocal = self.segment.reciprocal
         # Bits that are floored away have no register.
         if len(reciprocal) <= _PART:
             product = factor * _signed(reciprocal) >> shift

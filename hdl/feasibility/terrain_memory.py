@@ -47,13 +47,18 @@ class TerrainMemory(wiring.Component):
     another, and each bank port has two lanes that it can belong to.
 
     What comes from a bank is compared there with the altitude of the lane. The latency from a cell
-    to ``hits`` is ``memory_latency + 2``: compare, and find the lane's bank.
+    to ``hits`` is ``lead + memory_latency + 2``: address, compare, and find the lane's bank.
+
+    The banks' block RAMs are all over the device. With a ``lead`` of 1, each bank has registers for
+    its addresses, with nothing but wires from there to its block RAMs.
 
     Source: *allaire two-tier*, section 5.3.
 
     Parameters
     ----------
     config : Config
+    lead : int
+        Clocks from a cell to its bank, 0 or 1.
 
     Members
     -------
@@ -75,11 +80,20 @@ class TerrainMemory(wiring.Component):
         A cell to be looked up; not in the clock of a write.
     lookup_altitude : Out(altitude_bits)
         What is there, ``config.lookup_latency`` clocks later. Writes and look-ups get to the memory
-        one clock after they are given.
+        one clock after they are given, whatever the ``lead``.
+
+    Raises
+    ------
+    ValueError
+        If ``lead`` is out of its range.
     """
 
-    def __init__(self, config: Config):
+    def __init__(self, config: Config, *, lead: int = 0):
+        if lead not in (0, 1):
+            raise ValueError(f"Lead must be 0 or 1, not {lead!r}")
+
         self.config = config
+        self.lead = lead
         xy, z = config.coordinate_bits, config.altitude_bits
         super().__init__(
             {
@@ -106,14 +120,16 @@ class TerrainMemory(wiring.Component):
         edge, ports = config.bank_edge, config.read_ports
         bank_bits = exact_log2(edge)
         row_bits = config.coordinate_bits - bank_bits
+        answer = self.lead + latency  # Clocks from a cell to its ground.
 
-        access_x, access_y = (Signal(config.coordinate_bits, name=f"access_{n}") for n in "xy")
+        # Accesses pass one register, at the banks or before them.
         written = Signal(config.altitude_bits, reset_less=True)
+        asked_x = Mux(self.lookup_valid, self.lookup_x, self.write_x)
+        asked_y = Mux(self.lookup_valid, self.lookup_y, self.write_y)
+        access = delayed(m, Cat(asked_x[bank_bits:], asked_y[bank_bits:]), 1 - self.lead, "access")
+        bank_x = delayed(m, asked_x[:bank_bits], 1, "bank_x")
+        bank_y = delayed(m, asked_y[:bank_bits], 1, "bank_y")
         m.d.sync += written.eq(self.write_altitude)
-        with m.If(self.write_enable):
-            m.d.sync += [access_x.eq(self.write_x), access_y.eq(self.write_y)]
-        with m.Elif(self.lookup_valid):
-            m.d.sync += [access_x.eq(self.lookup_x), access_y.eq(self.lookup_y)]
 
         # Rows of each lane in the bank it is in, and what it compares: in time for the last
         # register before the comparison, which is at the bank.
@@ -123,8 +139,10 @@ class TerrainMemory(wiring.Component):
             minor = lane.minor[bank_bits:]
             across.append(Cat(major, minor))
             along.append(Cat(minor, major))
-            ceilings.append(delayed(m, lane.ceiling, latency - 1, f"ceiling_{number}"))
-        steep = [delayed(m, self.steep, clocks, f"steep_{clocks}") for clocks in range(latency + 2)]
+            ceilings.append(delayed(m, lane.ceiling, answer - 1, f"ceiling_{number}"))
+        steep = [self.steep]
+        for clock in range(1, answer + 2):
+            steep.append(delayed(m, steep[-1], 1, f"steep_{clock}"))
 
         # Of the bank in column x and row y: data of the first port, and both ports' comparisons.
         ground = [[None] * edge for _ in range(edge)]
@@ -148,17 +166,16 @@ class TerrainMemory(wiring.Component):
                     by_x, by_y = port * edge + x, port * edge + y
                     address = Mux(self.steep, along[by_y], across[by_x])
                     if port == 0:
-                        access = Cat(access_x[bank_bits:], access_y[bank_bits:])
                         address = Mux(self.walking, address, access)
                         ground[x][y] = member.data
-                    m.d.comb += member.address.eq(address)
-
                     name = f"{x}_{y}_{port}"
+                    m.d.comb += member.address.eq(delayed(m, address, self.lead, f"row_{name}"))
+
                     ceiling = Signal(config.altitude_bits, name=f"at_{name}", reset_less=True)
                     hit = Signal(name=f"hit_{name}", reset_less=True)
                     is_top = Signal(name=f"top_{name}", reset_less=True)
                     m.d.sync += [
-                        ceiling.eq(Mux(steep[latency - 1], ceilings[by_y], ceilings[by_x])),
+                        ceiling.eq(Mux(steep[answer - 1], ceilings[by_y], ceilings[by_x])),
                         hit.eq(member.data >= ceiling),
                         is_top.eq(member.data == top),
                     ]
@@ -166,15 +183,15 @@ class TerrainMemory(wiring.Component):
 
         for number, lane in enumerate(self.lanes):
             port, column = divmod(number, edge)
-            valid = delayed(m, lane.valid, latency + 1, f"valid_{number}")
-            bank = delayed(m, lane.minor[:bank_bits], latency + 1, f"bank_{number}")
+            valid = delayed(m, lane.valid, answer + 1, f"valid_{number}")
+            bank = delayed(m, lane.minor[:bank_bits], answer + 1, f"bank_{number}")
             for flags, out in ((hits[port], self.hits), (tops[port], self.blocked)):
                 level = chosen(bank, flags[column])
                 upright = chosen(bank, [flags[x][column] for x in range(edge)])
-                m.d.sync += out[number].eq(valid & Mux(steep[latency + 1], upright, level))
+                m.d.sync += out[number].eq(valid & Mux(steep[answer + 1], upright, level))
 
-        at_x = delayed(m, access_x[:bank_bits], latency, "at_x")
-        at_y = delayed(m, access_y[:bank_bits], latency, "at_y")
+        at_x = delayed(m, bank_x, latency, "at_x")
+        at_y = delayed(m, bank_y, latency, "at_y")
         m.d.sync += self.lookup_altitude.eq(chosen(at_x, [chosen(at_y, row) for row in ground]))
 
         return m

@@ -72,13 +72,13 @@ def walker_signature(config: Config) -> wiring.Signature:
         In the clock of a step: the rest of its path is not wanted. Steps of it may still come; they
         are not looked at. An address given for it in this clock counts among ``reads``; from the
         next clock on there is none.
-    idle : In(1)
-        No path is under way.
     writes : In(stream.Signature(cell_layout))
-        Cells of the map, see :class:`hdl.feasibility.checker.Checker`. Taken only while ``idle``.
+        Cells of the map, see :class:`hdl.feasibility.checker.Checker`. They come only while no path
+        is under way.
     lookup_valid : In(1)
     lookup_x, lookup_y : In(coordinate_bits)
-        With ``lookup_valid``, cell to be looked up: while ``idle`` and nothing is written.
+        With ``lookup_valid``, cell to be looked up: while no path is under way and nothing is
+        written.
     lookup_altitude : Out(altitude_bits)
         Its altitude, ``config.lookup_latency`` clocks later.
     """
@@ -92,7 +92,6 @@ def walker_signature(config: Config) -> wiring.Signature:
             "segment_begins": Out(1),
             "step": Out(step_layout(config)),
             "drop": In(1),
-            "idle": In(1),
             "writes": In(stream.Signature(cell_layout(config))),
             "lookup_valid": In(1),
             "lookup_x": In(config.coordinate_bits),

@@ -8,15 +8,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from hdl.config import Config
+from hdl.feasibility.sizes import COLUMN_TASKS, SPAN_STAGES, VERDICT_PLACES, count_places
 from sim.model.checker import Point, TerrainModel, check_path, segment_cells, walk
-from sim.model.checker_clocks_two_tier import VERDICT_PLACES, segment_places
 
 
 __all__ = ["Column", "hierarchical_clocks", "segment_columns"]
 
-#: Stages of the set-up, and columns between their test in the coarse map and their walk.
-_STAGES = 10
-_TASKS = 16
 _NEVER = 1 << 62
 
 
@@ -102,9 +99,9 @@ class _Pipeline:
         self._probe = config.memory_latency + 1  # Clocks from a column to its task,
         lead = 0 if config.lanes == 1 else 2
         self._answer = lead + config.memory_latency + 3  # and from a group to its step.
-        self._places = segment_places(config)
+        self._places = count_places(config)
         self._taken = 0  # The latest point.
-        self._left = [0] * _STAGES  # When the latest segment left each stage of the set-up.
+        self._left = [0] * SPAN_STAGES  # When the latest segment left each stage of the set-up.
         self._columns_free = 0  # From when on a segment can be taken,
         self._cells_free = 0  # and a task.
         self._returns: list[int] = []  # When the columns under way give back their places.
@@ -174,7 +171,7 @@ class _Pipeline:
         """Take a point, bring its segment to the last stage, and return when it is there."""
         left = self._left
         clock = self._taken = max(self._taken + 1, left[0])
-        for stage in range(_STAGES - 1):
+        for stage in range(SPAN_STAGES - 1):
             clock = left[stage] = max(clock + 1, left[stage + 1])
         return clock + 1
 
@@ -191,7 +188,7 @@ class _Pipeline:
         """Return when a column comes for which there is a place, from ``clock`` on."""
         while True:
             self._returns = sorted(given for given in self._returns if given >= clock)
-            if len(self._returns) + waiting < _TASKS:
+            if len(self._returns) + waiting < COLUMN_TASKS:
                 return clock
             if not self._returns:
                 return _NEVER  # All are waiting, until the hit.

@@ -6,18 +6,11 @@ import itertools
 from collections.abc import Iterable, Sequence
 
 from hdl.config import Config
+from hdl.feasibility.sizes import count_places
 from sim.model.checker import Point, TerrainModel, check_path, segment_cells, to_coarse
 
 
-__all__ = ["VERDICT_PLACES", "segment_places", "two_tier_clocks"]
-
-#: Verdicts that can wait, those of paths under way included.
-VERDICT_PLACES = 8
-
-
-def segment_places(config: Config) -> int:
-    """Return how many counts of segments the checker has room for."""
-    return max(16, 1 << (config.max_segments - 1).bit_length())
+__all__ = ["two_tier_clocks"]
 
 
 def two_tier_clocks(
@@ -41,7 +34,7 @@ def two_tier_clocks(
         Count mode.
     """
     answer = config.memory_latency + 3  # Clocks from a visit to its step.
-    places = segment_places(config)
+    places = count_places(config)
     freed: list[int] = []  # From which clock on the place of each counted segment is free again.
     results = []
     taken = 0  # Clock in which the latest point was taken.

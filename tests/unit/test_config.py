@@ -73,6 +73,10 @@ def test_halves_of_a_path(max_waypoints, head, tail, length_bits, index_bits):
         ),
         ({"lanes": 3}, "Config.lanes must be 1, 2, 4, 8 or 16, not 3"),
         ({"checker": "two-tier"}, "Config.lanes must be 1 in the two-tier build, not 8"),
+        (
+            {"map_size": 8, "coarse_factor": 2, "lanes": 16},
+            "Config.lanes must be at most map_size = 8, not 16",
+        ),
         ({"memory_latency": 3}, "Config.memory_latency must be 1 or 2, not 3"),
         ({"redraws": 8}, "Config.redraws must be from 0 to 7, not 8"),
         ({"survivor_selection": "best"}, "'best' is not a valid SurvivorSelection"),

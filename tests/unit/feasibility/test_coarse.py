@@ -45,13 +45,19 @@ class Bench:
         cells = list(itertools.product(range(rows.shape[0]), range(rows.shape[1])))
         for number, (row, column) in enumerate(cells):
             assert not ctx.get(self.dut.busy)
-            ctx.set(self.dut.written, 1)
             last = number == len(cells) - 1
-            ctx.set(self.dut.cell, {"x": x + column, "y": y + row, "last": last})
+            cell = {"x": x + column, "y": y + row, "altitude": int(rows[row, column]), "last": last}
+            ctx.set(self.dut.writes.p, cell)
+            ctx.set(self.dut.writes.valid, 1)
+            assert ctx.get(self.dut.writes.ready & self.dut.written)
             await ctx.tick()
-        ctx.set(self.dut.written, 0)
+        # The next one would wait.
+        ctx.set(self.dut.writes.p.last, 0)
         clocks = 0
         while ctx.get(self.dut.busy):
+            assert not ctx.get(self.dut.writes.ready | self.dut.written)
+            if clocks == 3:
+                ctx.set(self.dut.writes.valid, 0)
             clocks += 1
             await ctx.tick()
         return clocks

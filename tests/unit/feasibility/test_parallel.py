@@ -83,7 +83,7 @@ def test_every_segment_of_a_tiny_map(lanes):
 @pytest.mark.parametrize("latency", [1, 2])
 @pytest.mark.parametrize("lanes", LANES)
 def test_latency_of_a_lone_path(lanes, latency):
-    config = TINY.replace(lanes=lanes, memory_latency=latency)
+    config = TINY.replace(lanes=lanes, memory_latency=latency, map_size=max(8, lanes))
     terrain = flat(config)
     top = config.map_size - 1
     paths = [
@@ -244,10 +244,10 @@ def test_writes_wait_while_busy():
 @pytest.mark.parametrize("lanes", LANES)
 def test_lookups(lanes, latency):
     """One a clock, ``lookup_latency`` clocks each; a clock without one changes nothing."""
-    config = TINY.replace(lanes=lanes, memory_latency=latency)
+    config = TINY.replace(lanes=lanes, memory_latency=latency, map_size=max(8, lanes))
     rng = np.random.default_rng(lanes)
-    heights = rng.integers(0, 16, (8, 8))
-    cells = [(int(x), int(y)) for x, y in rng.integers(0, 8, (50, 2))]
+    heights = rng.integers(0, 16, (config.map_size, config.map_size))
+    cells = [(int(x), int(y)) for x, y in rng.integers(0, config.map_size, (50, 2))]
     dut = Checker(config)
     assert config.lookup_latency == latency + 2
     found = []

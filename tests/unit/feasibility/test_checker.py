@@ -1,0 +1,54 @@
+# amaranth: UnusedElaboratable=no
+"""What all builds of the checker have in common."""
+
+import numpy as np
+import pytest
+
+from hdl.config import Config
+from hdl.feasibility.checker import Checker
+from tests.streams import put, simulate
+from tests.unit.feasibility.checks import upload
+
+
+@pytest.mark.parametrize(
+    ("build", "lanes"), [("two-tier", 1), ("parallel", 4), ("hierarchical", 4)]
+)
+def test_busy_until_the_last_point_of_a_path_that_collides_early(build, lanes):
+    """Its verdict is transferred long before: the ground under its other points must stay."""
+    config = Config(
+        max_waypoints=4, map_size=16, coarse_factor=4, altitude_bits=4, checker=build, lanes=lanes
+    )
+    dut = Checker(config)
+    heights = np.zeros((16, 16), dtype=int)
+    heights[0, 2] = 9
+    steps = []
+
+    async def bench(ctx):
+        await upload(ctx, dut, heights)
+        while not ctx.get(dut.writes.ready):
+            await ctx.tick()
+        ctx.set(dut.verdicts.ready, 1)
+        for x in (0, 5):
+            await put(ctx, dut.points, {"x": x, "y": 0, "altitude": 5, "last": 0})
+        while not ctx.get(dut.verdicts.valid):
+            assert ctx.get(dut.busy)
+            await ctx.tick()
+        assert ctx.get(dut.verdicts.p.collision)
+        await ctx.tick()
+        steps.append("transferred")
+
+        ctx.set(dut.writes.valid, 1)
+        for _ in range(9):
+            assert ctx.get(dut.busy)
+            assert not ctx.get(dut.writes.ready)
+            await ctx.tick()
+        for x, last in ((7, 0), (9, 1)):
+            assert ctx.get(dut.busy)
+            await put(ctx, dut.points, {"x": x, "y": 0, "altitude": 5, "last": last})
+        assert not ctx.get(dut.busy)
+        assert ctx.get(dut.writes.ready)
+        assert not ctx.get(dut.verdicts.valid)
+        steps.append("given")
+
+    simulate(dut, bench)
+    assert steps == ["transferred", "given"]

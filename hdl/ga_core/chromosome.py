@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 from amaranth.utils import ceil_log2
 
 from hdl.config import Config
-from hdl.ga_core.multiplexer import chosen
+from hdl.ga_core.multiplexer import gated
 
 
 __all__ = [
@@ -59,17 +59,21 @@ def pending_layout(config: Config) -> data.StructLayout:
 
 
 def source_layout(config: Config) -> data.StructLayout:
-    """Return the layout of where a waypoint is read: a patch, or a place in one of the halves."""
+    """Return the layout of where a waypoint is read: a patch, or place ``at`` in one of the halves.
+
+    One bit is set of ``patches``, ``head`` and ``tail`` together.
+    """
     return data.StructLayout(
-        {"patched": 1, "patch": range(config.patches), "tail": 1, "at": half_bits(config)}
+        {"patches": config.patches, "head": 1, "tail": 1, "at": half_bits(config)}
     )
 
 
 class ReadIndex(wiring.Component):
     """Says where each waypoint of a path lies: a pending mutation changes the index, not the path.
 
-    ``source`` belongs to the ``position`` of the latest clock with ``advance``. What it says about
-    positions past the end of the path means nothing.
+    ``source`` belongs to the ``position`` of the latest clock with ``advance``, and to ``head`` and
+    ``pending`` of a clock before that. What it says about positions past the end of the path means
+    nothing.
 
     Parameters
     ----------
@@ -78,7 +82,7 @@ class ReadIndex(wiring.Component):
     Members
     -------
     advance : In(1)
-    position : In(position_bits)
+    position : In(index_bits)
     head : In(range(head_size + 1))
         Waypoints in the head; those after them lie in the tail.
     pending : In(pending_layout)
@@ -90,7 +94,7 @@ class ReadIndex(wiring.Component):
         super().__init__(
             {
                 "advance": In(1),
-                "position": In(position_bits(config)),
+                "position": In(config.index_bits),
                 "head": In(range(config.head_size + 1)),
                 "pending": In(pending_layout(config)),
                 "source": Out(source_layout(config)),
@@ -99,42 +103,51 @@ class ReadIndex(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        position, pending = self.position, self.pending
+        config, position, pending = self.config, self.position, self.pending
 
-        past = Signal()
-        here = Signal()
-        back = Signal()
-        on = Signal()
-        m.d.comb += [
-            past.eq(position > pending.at),
-            here.eq(position == pending.at),
-            back.eq(pending.insert & past),
-            on.eq(pending.delete & (past | here)),
+        # A path with a mutation goes on as it is up to `mark`: there is the patch, or from there on
+        # the index is one on or back. The tail begins at `start`, and that is one off, too, where
+        # the mutation is in the head.
+        mark = Signal(config.index_bits, reset_less=True)
+        start = Signal(range(config.head_size + 2), init=config.head_size, reset_less=True)
+        patches = Signal(config.patches, reset_less=True)
+        shifts = Signal(reset_less=True)
+        back = Signal(reset_less=True)
+        shifts_tail = Signal()
+        m.d.comb += shifts_tail.eq((pending.insert | pending.delete) & (pending.at < self.head))
+        m.d.sync += [
+            mark.eq(pending.at + pending.insert),
+            start.eq(
+                Mux(shifts_tail, Mux(pending.insert, self.head + 1, self.head - 1), self.head)
+            ),
+            patches.eq(Mux(pending.perturb | pending.insert, 1 << pending.patch, 0)),
+            shifts.eq(pending.insert | pending.delete),
+            back.eq(pending.insert),
         ]
 
-        # The index is `position`, or one back or on. One subtraction tells where all three lie, and
-        # a step of one in so few bits needs no carry chain: one behind the other would be too slow.
-        beyond = Signal(signed(len(position) + 1))
+        # A step of one in so few bits needs no carry chain: one behind the other would be too slow.
+        patched = Signal(config.patches)
+        shifted = Signal()
         tail = Signal()
+        beyond = Signal(half_bits(config))
         m.d.comb += [
+            patched.eq(patches & (position == mark).replicate(config.patches)),
+            shifted.eq(shifts & (position >= mark)),
+            tail.eq(position >= start),
             beyond.eq(position - self.head),
-            tail.eq(Mux(on, beyond >= -1, Mux(back, beyond > 0, beyond >= 0))),
         ]
-        source_at = Signal(half_bits(self.config))
-        m.d.comb += source_at.eq(
-            Mux(tail, beyond, position) + (on | back.replicate(len(source_at)))
-        )
 
         source = Signal.like(self.source, reset_less=True)
         m.d.comb += self.source.eq(source)
         with m.If(self.advance):
             m.d.sync += [
-                source.patched.eq(
-                    (pending.perturb & here) | (pending.insert & (position == pending.at + 1))
+                source.patches.eq(patched),
+                source.head.eq(~tail & ~patched.any()),
+                source.tail.eq(tail & ~patched.any()),
+                source.at.eq(
+                    Mux(tail, beyond, position)
+                    + Mux(shifted, Cat(C(1, 1), back.replicate(len(beyond) - 1)), 0)
                 ),
-                source.patch.eq(pending.patch),
-                source.tail.eq(tail),
-                source.at.eq(source_at),
             ]
 
         return m
@@ -204,11 +217,7 @@ class Chromosome(wiring.Component):
         waypoint = Signal(config.waypoint_bits, reset_less=True)
         m.d.comb += self.waypoint.eq(waypoint)
         with m.If(self.advance):
-            with m.If(self.source.patched):
-                m.d.sync += waypoint.eq(chosen(self.source.patch, self.patches))
-            with m.Elif(self.source.tail):
-                m.d.sync += waypoint.eq(read["tail"])
-            with m.Else():
-                m.d.sync += waypoint.eq(read["head"])
+            select = Cat(self.source.head, self.source.tail, self.source.patches)
+            m.d.sync += waypoint.eq(gated(select, [read["head"], read["tail"], *self.patches]))
 
         return m

@@ -76,6 +76,8 @@ class Control(wiring.Component):
     crossover_on, mutation_on, update_on, check_on, transmit_on : Out(1)
     crossover_over, mutation_over, update_over, check_over, transmit_over : In(1)
         Each ignored unless its unit is on.
+    generating : Out(1)
+        The crossover, the mutation or the update unit is on.
     line_busy : In(1)
         A frame is coming in; such clocks count as receiving.
     line_sending : In(1)
@@ -95,10 +97,13 @@ class Control(wiring.Component):
     generation : Out(32)
         Generations since reset or ``restart``; modulo 2**32.
     clocks : Out(StructLayout({"crossover": 16, "mutation": 16, "update": 16}))
-        Clocks of each unit in the latest generation; growing while it runs.
+        Clocks of each unit in the latest generation; growing while it runs, and from its second
+        clock on without those of the generation before.
     counters : Out(StructLayout({counter: 48, ...}))
         Every :class:`hdl.protocol.Counter` but those of the line and of the checker, since reset,
-        the longest generation since ``restart``. Each shows the clocks before the present one.
+        the longest generation since ``restart``. That of all clocks shows the clocks before the
+        present one. The others are a clock late: those of a generation are complete from the second
+        clock after it on, before an answer is put together.
     """
 
     def __init__(self, config):
@@ -125,6 +130,7 @@ class Control(wiring.Component):
                 "check_over": In(1),
                 "transmit_on": Out(1),
                 "transmit_over": In(1),
+                "generating": Out(1),
                 "line_busy": In(1),
                 "line_sending": In(1),
                 "refused": In(range(config.mutators + 1)),
@@ -142,12 +148,6 @@ class Control(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        def enter(state):
-            m.d.sync += [
-                self.state.eq(state),
-                self.history.eq(Cat(C(state, 4), self.history)),
-            ]
-
         units = {
             ChipState.RECEIVE: self.receive_on,
             ChipState.CROSSOVER: self.crossover_on,
@@ -156,8 +156,15 @@ class Control(wiring.Component):
             ChipState.CHECK: self.check_on,
             ChipState.TRANSMIT: self.transmit_on,
         }
-        for state, on in units.items():
-            m.d.comb += on.eq(self.state == state)
+
+        def enter(state):
+            # What reaches the whole chip is a register, not the decoded state.
+            m.d.sync += [
+                self.state.eq(state),
+                self.history.eq(Cat(C(state, 4), self.history)),
+                *(on.eq(unit == state) for unit, on in units.items()),
+                self.generating.eq(state in _GENERATION),
+            ]
 
         start = Signal()
         done = Signal()
@@ -199,43 +206,48 @@ class Control(wiring.Component):
             m.d.sync += self.generation.eq(self.generation + 1)
 
         counters = self.counters
-        m.d.sync += [
-            counters[Counter.CLOCKS].eq(counters[Counter.CLOCKS] + 1),
-            counters[Counter.RECEIVE].eq(
-                counters[Counter.RECEIVE] + (self.receive_on | self.line_busy)
-            ),
-            counters[Counter.TRANSMIT].eq(
-                counters[Counter.TRANSMIT] + (self.transmit_on | self.line_sending)
-            ),
-            counters[Counter.GENERATIONS].eq(counters[Counter.GENERATIONS] + done),
-        ]
+        m.d.sync += counters[Counter.CLOCKS].eq(counters[Counter.CLOCKS] + 1)
+        # High in the first clock of a generation, from which the clocks are counted anew.
+        first = Signal()
+        m.d.sync += first.eq(start)
         for state, counter in _GENERATION.items():
-            m.d.sync += counters[counter].eq(counters[counter] + units[state])
-            with m.If(start):
-                m.d.sync += self.clocks[counter].eq(0)
+            with m.If(first):
+                m.d.sync += self.clocks[counter].eq(units[state])
             with m.Elif(units[state]):
                 m.d.sync += self.clocks[counter].eq(self.clocks[counter] + 1)
 
         # Ahead by one: in the last clock of a generation it has that clock counted already.
         elapsed = Signal.like(self.clocks.crossover, init=1)
-        longest = Signal(elapsed.shape())
-        with m.If(start):
-            m.d.sync += elapsed.eq(1)
+        lasted = Signal.like(elapsed, reset_less=True)
+        longer = Signal()
+        longest = Signal(elapsed.shape(), reset_less=True)
+        forgotten = Signal(init=1)
+        with m.If(self.generating):
+            m.d.sync += elapsed.eq(elapsed + 1)
         with m.Else():
-            m.d.sync += elapsed.eq(
-                elapsed + (self.crossover_on | self.mutation_on | self.update_on)
-            )
-        with m.If(done):
-            for counter, count in (
-                (Counter.REFUSED_MUTATIONS, self.refused),
-                (Counter.REDRAWN, self.redrawn),
-                (Counter.LEFT_OUT, self.left_out),
-            ):
-                m.d.sync += counters[counter].eq(counters[counter] + count)
-        with m.If(self.restart):
+            m.d.sync += elapsed.eq(1)
+        m.d.sync += [
+            lasted.eq(elapsed),
+            longer.eq(done & (elapsed > longest)),
+            forgotten.eq(self.restart),
+        ]
+        with m.If(forgotten):
             m.d.sync += longest.eq(0)
-        with m.Elif(done & (elapsed > longest)):
-            m.d.sync += longest.eq(elapsed)
+        with m.Elif(longer):
+            m.d.sync += longest.eq(lasted)
+
+        # What there is to count, then so long a carry: a clock each.
+        for counter, count in (
+            (Counter.RECEIVE, self.receive_on | self.line_busy),
+            (Counter.TRANSMIT, self.transmit_on | self.line_sending),
+            *((counter, units[state]) for state, counter in _GENERATION.items()),
+            (Counter.GENERATIONS, done),
+            (Counter.REFUSED_MUTATIONS, Mux(done, self.refused, 0)),
+            (Counter.REDRAWN, Mux(done, self.redrawn, 0)),
+            (Counter.LEFT_OUT, Mux(done, self.left_out, 0)),
+        ):
+            added = Signal(Value.cast(count).shape(), name=f"added_{counter.value}")
+            m.d.sync += [added.eq(count), counters[counter].eq(counters[counter] + added)]
         m.d.comb += counters[Counter.LONGEST].eq(longest)
 
         return m

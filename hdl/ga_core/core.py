@@ -138,24 +138,30 @@ class Core(wiring.Component):
         m.submodules.mutation = mutation = Mutation(config)
 
         # A ranking is worked in by the mapping, then by the mutators; other orders make it void.
+        # What they do to the whole core begins in registers: the wires are long enough.
         allow = Signal()
         started = Signal()
+        start = Signal.like(self.starts.p, reset_less=True)
+        overtaken = Signal()
         void = Signal()
         planned = Signal()
         m.d.comb += [
-            allow.eq(~(control.crossover_on | control.mutation_on | control.update_on)),
+            allow.eq(~control.generating),
             self.starts.ready.eq(allow),
+            mapping.allow.eq(allow & selection.ready & ~started),
+            void.eq(control.update_on | overtaken),
+            mapping.clear.eq(void),
+            mutation.clear.eq(void),
+            self.ranked.eq(planned & population.settled & ~overtaken),
+        ]
+        m.d.sync += [
             started.eq(self.starts.valid & self.starts.ready),
-            mapping.allow.eq(allow & selection.ready),
-            void.eq(
-                started
-                | control.update_on
+            start.eq(self.starts.p),
+            overtaken.eq(
+                (self.starts.valid & self.starts.ready)
                 | (self.writes.valid & self.writes.ready)
                 | (self.ranking.valid & self.ranking.ready & (self.ranking.p.rank == 0))
             ),
-            mapping.clear.eq(void),
-            mutation.clear.eq(void),
-            self.ranked.eq(planned & population.settled),
         ]
         with m.If(void):
             m.d.sync += planned.eq(0)
@@ -171,9 +177,9 @@ class Core(wiring.Component):
             },
         )
         with m.If(started):
-            m.d.sync += [limits[axis].eq(self.starts.p[axis]) for axis in ("x", "y", "altitude")]
+            m.d.sync += [limits[axis].eq(start[axis]) for axis in ("x", "y", "altitude")]
         m.d.comb += [
-            selection.seed.eq(self.starts.p.seed),
+            selection.seed.eq(start.seed),
             selection.load.eq(started),
             selection.next.eq(control.update_on),
         ]
@@ -208,7 +214,7 @@ class Core(wiring.Component):
         else:
             avoid_ground = Signal()
             with m.If(started):
-                m.d.sync += avoid_ground.eq(self.starts.p.avoid_ground)
+                m.d.sync += avoid_ground.eq(start.avoid_ground)
             m.d.comb += [
                 mutation.settled.eq(population.settled),
                 population.peek.eq(mutation.peek),

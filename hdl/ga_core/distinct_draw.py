@@ -18,6 +18,7 @@ class DistinctDraw(wiring.Component):
     number, none rejected. Equals :class:`sim.model.selection.DistinctDraw`.
 
     Takes one draw per clock; its number is the last in ``numbers`` :attr:`LATENCY` clocks later.
+    A reset does not reach it: who uses it clears it then.
 
     Parameters
     ----------
@@ -37,7 +38,7 @@ class DistinctDraw(wiring.Component):
     clear : In(1)
         Put all numbers back, draws under way included; stronger than ``take``. ``numbers`` stays.
     take : In(1)
-        Take ``bits``; at most ``count`` times between two clears. Clear as after reset.
+        Take ``bits``; at most ``count`` times between two clears, or before the first one.
     bits : In(data.ArrayLayout(draw_bits, best_of))
         Uniform raw draws.
     numbers : Out(data.ArrayLayout(range(first + total), count))
@@ -80,11 +81,11 @@ class DistinctDraw(wiring.Component):
         m = Module()
 
         # Whether each stage of the pipeline holds a draw.
-        valid = Signal(self.LATENCY - 1)
+        valid = Signal(self.LATENCY - 1, reset_less=True)
         m.d.sync += valid.eq(Mux(self.clear, 0, Cat(self.take, valid)))
 
         # Stages 1 and 2: one product of half the width a clock each, then their sum.
-        left = Signal(range(self.total + 1), init=self.total)
+        left = Signal(range(self.total + 1), init=self.total, reset_less=True)
         with m.If(self.clear):
             m.d.sync += left.eq(left.init)
         with m.Elif(self.take):
@@ -94,9 +95,9 @@ class DistinctDraw(wiring.Component):
         high_bits = self.draw_bits - low_bits
         draws = []
         for i in range(self.best_of):
-            low = Signal(len(left), name=f"low_{i}")
-            high = Signal(high_bits + len(left), name=f"high_{i}")
-            draw = Signal(range(self.total), name=f"draw_{i}")
+            low = Signal(len(left), name=f"low_{i}", reset_less=True)
+            high = Signal(high_bits + len(left), name=f"high_{i}", reset_less=True)
+            draw = Signal(range(self.total), name=f"draw_{i}", reset_less=True)
             m.d.sync += [
                 low.eq(self.bits[i][:low_bits] * left >> low_bits),
                 high.eq(self.bits[i][low_bits:] * left),
@@ -105,7 +106,7 @@ class DistinctDraw(wiring.Component):
             draws.append(draw)
 
         # Stage 3.
-        best = Signal(range(self.total))
+        best = Signal(range(self.total), reset_less=True)
         if self.best_of == 1:
             m.d.sync += best.eq(draws[0])
         else:
@@ -114,7 +115,7 @@ class DistinctDraw(wiring.Component):
         # Stage 4. An empty entry is above every draw, and stays so as it shifts and sinks: before
         # draw k it is at least total - k, and a draw is below that.
         lowered = Array(
-            Signal(range(self.total + 1), init=self.total, name=f"lowered_{j}")
+            Signal(range(self.total + 1), init=self.total, name=f"lowered_{j}", reset_less=True)
             for j in range(self.count - 1)
         )
         below = Signal(self.count - 1)
@@ -128,8 +129,8 @@ class DistinctDraw(wiring.Component):
                 else:
                     m.d.sync += entry.eq(Mux(below[j - 1], best, lowered[j - 1] - 1))
 
-        picked = Signal(range(self.first + self.total))
-        below_picked = Signal(self.count - 1)
+        picked = Signal(range(self.first + self.total), reset_less=True)
+        below_picked = Signal(self.count - 1, reset_less=True)
         m.d.sync += [
             picked.eq(best + self.first),
             below_picked.eq(below),
@@ -138,7 +139,9 @@ class DistinctDraw(wiring.Component):
         # Stage 5.
         number = Signal(range(self.first + self.total))
         m.d.comb += number.eq(picked + sum(below_picked))
+        numbers = Signal.like(self.numbers, reset_less=True)
+        m.d.comb += self.numbers.eq(numbers)
         with m.If(valid[3] & ~self.clear):
-            m.d.sync += self.numbers.eq(Cat(self.numbers.as_value()[len(number):], number))
+            m.d.sync += numbers.eq(Cat(numbers.as_value()[len(number):], number))
 
         return m

@@ -102,29 +102,32 @@ class MutationPlan(wiring.Component):
         with m.Elif(running):
             m.d.sync += number.eq(number + 1)
 
+        # Even children have the head of the first parent of their module, odd ones of the second.
+        child = Signal(config.child_bits)
+        following = Signal(range(config.crossovers))
+        m.d.comb += [
+            child.eq(chosen(number, list(self.children))),
+            following.eq(Mux(child >> 1 == config.crossovers - 1, 0, (child >> 1) + 1)),
+        ]
         drawn = stage(
             "drawn",
             running,
             number=number[: len(self.number)],
-            child=chosen(number, list(self.children)),
+            child=child,
             draw=chosen(number, list(self.draws)),
+            second=following,
         )
 
-        # Even children have the head of the first parent of their module, odd ones of the second.
         first = Signal(range(config.crossovers))
-        second = Signal(range(config.crossovers))
-        odd = drawn["child"][0]
-        m.d.comb += [
-            first.eq(drawn["child"] >> 1),
-            second.eq(Mux(first == config.crossovers - 1, 0, first + 1)),
-        ]
+        second = drawn["second"]
+        m.d.comb += first.eq(drawn["child"] >> 1)
         looked_up = stage(
             "looked_up",
             drawn["valid"],
             number=drawn["number"],
             child=drawn["child"],
             draw=drawn["draw"],
-            odd=odd,
+            odd=drawn["child"][0],
             first=first,
             second=second,
             first_length=chosen(first, self.lengths),

@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 from hdl.config import Config
 from hdl.ga_core.layouts import limits_layout, offset_layout
 from hdl.ga_core.mover import within
-from hdl.ga_core.multiplexer import chosen
+from hdl.ga_core.multiplexer import chosen, gated
 from hdl.ga_core.mutation_plan import plan_layout
 from hdl.ga_core.population import Population
 
@@ -155,12 +155,16 @@ class Patcher(wiring.Component):
         valid = Signal(latency)
         m.d.sync += valid.eq(Mux(self.clear, 0, Cat(self.peek, valid)))
         parent = chosen(number, [plan.parent for plan in self.plans])
-        for stage in range(latency):
+        for stage in range(latency - 1):
             delayed = Signal(range(config.crossovers), name=f"parent_{stage}", reset_less=True)
             m.d.sync += delayed.eq(parent)
             parent = delayed
-        m.d.sync += self.fetched.eq(valid[-1] & ~valid[-2] & ~self.clear)
-        return valid[-1], chosen(parent, self.waypoints)
+        select = Signal(config.crossovers, reset_less=True)
+        m.d.sync += [
+            select.eq(1 << parent),
+            self.fetched.eq(valid[-1] & ~valid[-2] & ~self.clear),
+        ]
+        return valid[-1], gated(select, self.waypoints)
 
     def _candidates(self, m, base):
         """Make and look up the candidates; return what is known of the one looked up last.
@@ -233,6 +237,11 @@ class Patcher(wiring.Component):
             judged_waypoint.eq(waypoint),
         ]
 
+        patches = [
+            Signal.like(judged_waypoint, name=f"patch_{number}", reset_less=True)
+            for number in range(self.config.patches)
+        ]
+        m.d.comb += [port.eq(patch) for port, patch in zip(self.patches, patches, strict=True)]
         decided = Signal(len(self.needed))
         concerned = Signal.like(decided)
         m.d.comb += [
@@ -243,7 +252,7 @@ class Patcher(wiring.Component):
             m.d.sync += [decided.eq(~self.needed), self.found.eq(0), self.redrawn.eq(0)]
         with m.Elif(~grounded):
             m.d.sync += [decided.eq(decided | concerned), self.found.eq(self.found | concerned)]
-            for concerns, patch in zip(concerned, self.patches, strict=True):
+            for concerns, patch in zip(concerned, patches, strict=True):
                 with m.If(concerns):
                     m.d.sync += patch.eq(judged_waypoint)
         with m.Elif(judged_facts.last):

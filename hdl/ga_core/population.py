@@ -16,6 +16,7 @@ from hdl.ga_core.chromosome import (
 from hdl.ga_core.crossover import Crossover, parents_of
 from hdl.ga_core.layouts import mutation_layout, read_layout, waypoint_layout, write_layout
 from hdl.ga_core.multiplexer import chosen, gated
+from hdl.ga_core.ports import Ports
 from hdl.ga_core.readout import ReadOut
 from hdl.ga_core.slot_mapping import carrier_layout, carriers
 
@@ -45,8 +46,8 @@ class Population(wiring.Component):
     Members
     -------
     carried : In(carrier_layout).array(carriers)
-        Slot and length of the path of each port: elites, survivors, parents. Steady from a clock
-        before ``on`` or ``peek`` rises.
+        Slot and length of the path of each port: elites, survivors, parents. Steady from 3 clocks
+        before ``on`` rises, and while ``peek``.
     on : In(1)
         Pass the next waypoints. May rise only while ``settled``.
     waypoints : Out(waypoint_bits).array(carriers)
@@ -64,8 +65,8 @@ class Population(wiring.Component):
     lengths : Out(length_bits).array(population)
         Length of the path in each slot, mutations included.
     settled : Out(1)
-        No read or write is under way, and the first waypoints have been read: 3 clocks after the
-        latest of them or of ``update``.
+        No read or write is under way, and the first waypoints have been read: at most 4 clocks
+        after the latest of them or of ``update``. Means nothing from ``on`` to ``update``.
     allow : In(1)
         Whether ``reads`` and ``writes`` are taken; low while ``on`` and until ``update``.
     writes : In(stream.Signature(write_layout))
@@ -130,6 +131,7 @@ class Population(wiring.Component):
         write = self.writes.p
         writing = Signal()
         written = Signal(write.shape(), reset_less=True)
+        addressed = Signal(config.population, reset_less=True)
         written_length = Signal(config.length_bits, reset_less=True)
         written_tail = Signal()
         written_at = Signal(half)
@@ -147,6 +149,7 @@ class Population(wiring.Component):
         ]
         m.d.sync += [
             writing.eq(taken),
+            addressed.eq(1 << write.slot),
             written.eq(write),
             written_length.eq(write.index + 1),
             written_tail.eq(write.index >= config.head_size),
@@ -159,18 +162,23 @@ class Population(wiring.Component):
             ),
         ]
 
-        # Position to be read next. At 2, that of 0 is in the slots' registers: primed.
+        # Position to be read next. At 2, that of 0 is in the slots' registers: primed. The slots'
+        # indices know what has become of their paths a clock after the lengths do.
         ahead = Signal(position_bits(config))
+        changed = Signal(init=1)
         rewind = Signal()
         advance = Signal()
         step = Signal()
         looking = Signal()
         peeked = Signal()
+        occupied = Signal()
+        peeks = C(0)
+        m.d.sync += changed.eq(self.update | writing)
         m.d.comb += [
-            rewind.eq(self.update | writing | readout.rewind | peeked),
+            rewind.eq(self.update | writing | changed | readout.rewind | peeked),
             step.eq(self.on | readout.step | looking),
             advance.eq(self.on | readout.wants | looking | ~readout.primed),
-            self.settled.eq((ahead == 2) & ~writing & ~readout.active & ~looking),
+            self.settled.eq(readout.primed & ~occupied & ~readout.active),
         ]
         with m.If(advance):
             m.d.sync += [ahead.eq(ahead + 1), readout.primed.eq(readout.primed | (ahead != 0))]
@@ -178,9 +186,10 @@ class Population(wiring.Component):
             # The reading jumps, and the three registers behind the position take what is there;
             # with the last of them it rewinds.
             looked = Signal(self.PEEK_LATENCY - 2)
+            peeks = self.peek | looked.any()
             m.d.sync += [
                 looked.eq(Cat(self.peek, looked)),
-                looking.eq(self.peek | looked.any()),
+                looking.eq(peeks),
                 peeked.eq(looked[-1] & ~looked[-2]),
             ]
             m.d.comb += peeking.eq(self.peek | looking)
@@ -188,6 +197,7 @@ class Population(wiring.Component):
                 m.d.sync += ahead.eq(self.peek_position)
         with m.If(rewind):
             m.d.sync += [ahead.eq(0), readout.primed.eq(0)]
+        m.d.sync += occupied.eq(taken | peeks)
 
         # All about a position but its waypoints is worked out a clock early, and kept in registers;
         # whether a path ends there, even two clocks early. `second` is two past `following`.
@@ -240,12 +250,8 @@ class Population(wiring.Component):
             m.submodules[f"slot_{number}"] = slot = Chromosome(config)
             slots.append(slot)
 
-            addressed = Signal(name=f"addressed_{number}")
             rewritten = Signal(name=f"rewritten_{number}")
-            m.d.comb += [
-                addressed.eq(writing & (written.slot == number)),
-                rewritten.eq(addressed & written.last),
-            ]
+            m.d.comb += rewritten.eq(writing & addressed[number] & written.last)
             with m.If(rewritten):
                 m.d.sync += self.lengths[number].eq(written_length)
             if number < kept:
@@ -270,26 +276,28 @@ class Population(wiring.Component):
             ):
                 m.d.comb += target.waypoint.eq(source.waypoint)
                 m.d.sync += [
-                    target.valid.eq(Mux(writing, addressed & addressed_half, source.valid)),
+                    target.valid.eq(Mux(writing, addressed[number] & addressed_half, source.valid)),
                     target.at.eq(Mux(writing, written_at, source.at)),
                 ]
 
         # Only the first port, from which the host reads, has to hold a waypoint.
-        first_select = Signal(config.population, reset_less=True)
-        m.d.sync += first_select.eq(Mux(readout.active, 1 << readout.slot, self.carried[0].select))
-        for number, waypoint in enumerate(self.waypoints):
-            port = Signal(config.waypoint_bits, name=f"port_{number}", reset_less=True)
-            m.d.comb += waypoint.eq(port)
-            select = self.carried[number].select
-            moves = C(1)
-            if number == 0:
-                select = first_select
-                moves = step
-            passing = gated(select, [slot.waypoint for slot in slots])
-            with m.If(writing):
-                m.d.sync += port.eq(written.waypoint)
-            with m.Elif(moves):
-                m.d.sync += port.eq(passing)
+        m.submodules.ports = ports = Ports(config)
+        m.d.comb += [
+            ports.step.eq(step),
+            ports.writing.eq(writing),
+            ports.written.eq(written.waypoint),
+            *(
+                target.eq(path.select)
+                for target, path in zip(ports.selects, self.carried, strict=True)
+            ),
+            *(target.eq(slot.waypoint) for target, slot in zip(ports.slots, slots, strict=True)),
+            *(
+                target.eq(port)
+                for target, port in zip(self.waypoints, ports.waypoints, strict=True)
+            ),
+        ]
+        with m.If(readout.active):
+            m.d.comb += ports.selects[0].eq(1 << readout.slot)
 
         return m
 
@@ -320,7 +328,6 @@ class Population(wiring.Component):
         """Keep the length, the middle and the pending mutation of a child; return its index."""
         config = self.config
         kept = config.elites + config.survivors
-        mutations = list(zip(config.mutations, self.mutations, strict=True))
         head_parent, tail_parent = (
             self.carried[kept + parent].length for parent in parents_of(config, child)
         )
@@ -328,15 +335,15 @@ class Population(wiring.Component):
         # At most one mutator works on a child.
         bred = Signal(pending_layout(config), name=f"bred_{child}")
         hits = Signal(config.mutators, name=f"hits_{child}")
-        for number, (kind, mutation) in enumerate(mutations):
-            m.d.comb += hits[number].eq(mutation.applied & (mutation.child == child))
-            with m.If(hits[number]):
-                m.d.comb += [
-                    bred[kind.name.lower()].eq(1),
-                    bred.at.eq(mutation.index),
-                ]
-                if kind is not MutationKind.DELETE:
-                    m.d.comb += bred.patch.eq(number)
+        patches = [C(number, len(bred.patch)) for number in range(config.patches)]
+        m.d.comb += [
+            hits.eq(Cat(each.applied & (each.child == child) for each in self.mutations)),
+            bred.at.eq(gated(hits, [each.index for each in self.mutations])),
+            bred.patch.eq(gated(hits[: config.patches], patches)),
+        ]
+        for kind in MutationKind:
+            of_kind = Cat(hit for hit, of in zip(hits, config.mutations, strict=True) if of is kind)
+            m.d.comb += bred[kind.name.lower()].eq(of_kind.any())
 
         head = Signal(
             range(config.head_size + 1),
@@ -344,7 +351,7 @@ class Population(wiring.Component):
             name=f"middle_{child}",
         )
         pending = Signal(pending_layout(config), name=f"pending_{child}")
-        joined = Signal(config.length_bits, name=f"joined_{child}")
+        joined = Signal(config.length_bits, name=f"joined_{child}", reset_less=True)
         m.d.sync += joined.eq((head_parent >> 1) + ((tail_parent + 1) >> 1))
         length = self.lengths[kept + child]
         with m.If(self.update):

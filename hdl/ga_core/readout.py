@@ -68,21 +68,23 @@ class ReadOut(wiring.Component):
         config = self.config
         waypoints = self.waypoints
 
+        # Whether the next waypoint ends a path, and all paths, is known a clock before. `second` is
+        # two past that waypoint's position; no path has but one.
         left = Signal(range(config.population + 1))
         length = Signal(config.length_bits)
-        position = Signal(config.index_bits)
+        second = Signal(config.length_bits + 1)
         last = Signal()
+        only = Signal()
         final = Signal()
-        m.d.comb += [
-            last.eq(position + 1 == length),
-            final.eq(last & (left == 1)),
-        ]
+        m.d.sync += only.eq(left == 1)
+        m.d.comb += final.eq(last & only)
 
         # The waypoint in the register, and the one before it, if it has moved aside.
         loaded = Signal()
         present = Signal(waypoint_layout(config))
         ends = Signal()
         ends_all = Signal()
+        reading = Signal()
         full = Signal()
         aside = Signal(waypoint_layout(config), reset_less=True)
         m.d.comb += [
@@ -105,9 +107,12 @@ class ReadOut(wiring.Component):
             m.d.sync += [
                 ends.eq(last),
                 ends_all.eq(final),
-                position.eq(position + 1),
+                last.eq(second == length),
+                second.eq(second + 1),
             ]
 
+        # What reaches the whole population is a register, not the decoded state.
+        m.d.comb += [self.wants.eq(reading & ~full), self.step.eq(self.wants & self.primed)]
         with m.FSM():
             with m.State("Idle"):
                 m.d.comb += self.reads.ready.eq(self.allow)
@@ -118,13 +123,12 @@ class ReadOut(wiring.Component):
 
             with m.State("Rewind"):
                 m.d.comb += self.rewind.eq(1)
-                m.d.sync += [length.eq(self.length), position.eq(0)]
+                m.d.sync += [length.eq(self.length), second.eq(2), last.eq(0), reading.eq(1)]
                 m.next = "Read"
 
             with m.State("Read"):
-                m.d.comb += [self.wants.eq(~full), self.step.eq(self.primed & ~full)]
                 with m.If(self.step & last):
-                    m.d.sync += [self.slot.eq(self.slot + 1), left.eq(left - 1)]
+                    m.d.sync += [self.slot.eq(self.slot + 1), left.eq(left - 1), reading.eq(0)]
                     m.next = "Rewind"
                     with m.If(final):
                         m.next = "Drain"

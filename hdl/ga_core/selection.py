@@ -95,25 +95,33 @@ class Selection(wiring.Component):
         m = Module()
         config, at = self.config, self.draw_layout
 
-        # Clocks since `next`, less one: step i of the source is taken in clock i.
+        # Clocks since `next`, less one: step i of the source is taken in clock i. A step enables
+        # the whole state: it is known from a register.
         clock = Signal(range(self.latency))
+        step = Signal(init=1)
         begin = Signal()
         m.submodules.source = source = RandomSource()
         m.d.comb += [
             begin.eq(self.load | self.next & self.ready),
             source.seed.eq(self.seed),
             source.load.eq(self.load),
-            source.step.eq(clock < config.draw_steps),
+            source.step.eq(step),
         ]
         with m.If(begin):
-            m.d.sync += [clock.eq(0), self.ready.eq(0)]
+            m.d.sync += [clock.eq(0), step.eq(1), self.ready.eq(0)]
         with m.Elif(source.ready & ~self.ready):
-            m.d.sync += [clock.eq(clock + 1), self.ready.eq(clock == self.latency - 2)]
+            m.d.sync += [
+                clock.eq(clock + 1),
+                step.eq(clock < config.draw_steps - 1),
+                self.ready.eq(clock == self.latency - 2),
+            ]
 
         # A register between the source and those who use its words, with a flag for each of them.
         by_rank = config.survivor_selection is SurvivorSelection.RANK
-        selection_bits = Signal((at.survivor_second if by_rank else at.survivor_first)[1])
-        mutation_bits = Signal(max(at.waypoint[1], at.offsets[-1][1]))
+        selection_bits = Signal(
+            (at.survivor_second if by_rank else at.survivor_first)[1], reset_less=True
+        )
+        mutation_bits = Signal(max(at.waypoint[1], at.offsets[-1][1]), reset_less=True)
         takes_parent = Signal()
         takes_survivor = Signal()
         takes_child = Signal()
@@ -130,11 +138,13 @@ class Selection(wiring.Component):
 
         first = selection_bits[slice(*at.rank_first)]
         second = selection_bits[slice(*at.rank_second)]
+        parents = Signal.like(self.parents, reset_less=True)
+        m.d.comb += self.parents.eq(parents)
         with m.If(takes_parent):
-            m.d.sync += _append(self.parents, Mux(first < second, first, second))
+            m.d.sync += _append(parents, Mux(first < second, first, second))
 
-        # Late enough to cover a draw that was in the register when a load came.
-        clear = Signal()
+        # Late enough to cover a draw that was in the register when a load came; and after a reset.
+        clear = Signal(init=1)
         m.d.sync += clear.eq(begin)
 
         m.submodules.survivor_draw = survivor_draw = DistinctDraw(
@@ -162,12 +172,15 @@ class Selection(wiring.Component):
             child_draw.bits.eq(mutation_bits[slice(*at.child)]),
             self.children.eq(child_draw.numbers),
         ]
+        waypoints = Signal.like(self.waypoints, reset_less=True)
+        m.d.comb += self.waypoints.eq(waypoints)
         with m.If(takes_child):
-            m.d.sync += _append(self.waypoints, mutation_bits[slice(*at.waypoint)])
+            m.d.sync += _append(waypoints, mutation_bits[slice(*at.waypoint)])
 
-        scaled = Signal(data.StructLayout({
-            name: range(2 * box + 1) for name, box in self.boxes.items()
-        }))
+        scaled = Signal(
+            data.StructLayout({name: range(2 * box + 1) for name, box in self.boxes.items()}),
+            reset_less=True,
+        )
         offset = Signal(offset_layout(config))
         for (name, box), (low, high) in zip(self.boxes.items(), at.offsets, strict=True):
             m.d.sync += scaled[name].eq(mutation_bits[low:high] * (2 * box + 1) >> (high - low))
@@ -178,8 +191,10 @@ class Selection(wiring.Component):
         if config.checker is not CheckerBuild.NONE:
             # What comes in at the other end means nothing.
             shifts = takes_scaled | self.offset_taken
+        offsets = Signal.like(self.offsets, reset_less=True)
+        m.d.comb += self.offsets.eq(offsets)
         with m.If(shifts):
-            m.d.sync += _append(self.offsets, offset.as_value())
+            m.d.sync += _append(offsets, offset.as_value())
 
         return m
 

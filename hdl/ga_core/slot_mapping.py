@@ -75,7 +75,7 @@ class SlotMapping(wiring.Component):
         m = Module()
         config = self.config
 
-        word = Signal(ranking_layout(config))
+        word = Signal(ranking_layout(config), reset_less=True)
         taken = Signal()
         m.d.comb += self.ranking.ready.eq(self.allow)
         m.d.sync += [
@@ -84,7 +84,7 @@ class SlotMapping(wiring.Component):
         ]
 
         # Each port compares while the length is looked up, and takes both in the clock after.
-        found = Signal(carrier_layout(config))
+        found = Signal(carrier_layout(config), reset_less=True)
         final = Signal()
         m.d.sync += [
             found.slot.eq(word.slot),
@@ -97,7 +97,9 @@ class SlotMapping(wiring.Component):
         for number, rank in enumerate(ranks):
             hit = Signal(name=f"hit_{number}")
             m.d.sync += hit.eq(taken & (word.rank == rank))
+            carried = Signal(carrier_layout(config), name=f"port_{number}", reset_less=True)
+            m.d.comb += self.carried[number].eq(carried)
             with m.If(hit):
-                m.d.sync += self.carried[number].eq(found)
+                m.d.sync += carried.eq(found)
 
         return m

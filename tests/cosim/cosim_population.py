@@ -106,7 +106,8 @@ class Bench:
         for port, slot in enumerate(carried):
             length = len(self.paths[slot])
             self.drive("carried", port, {"slot": slot, "length": length, "select": 1 << slot})
-        await FallingEdge(dut.clk)
+        for _ in range(3):
+            await FallingEdge(dut.clk)
         if not dut.settled.value:
             await RisingEdge(dut.settled)
             await FallingEdge(dut.clk)

@@ -40,14 +40,19 @@ def test_index_of_every_path_and_mutation(kind):
                         del path[at]
                 ctx.set(dut.head, head)
                 ctx.set(dut.pending, {"at": at, "patch": 2, **({kind: 1} if kind else {})})
+                await ctx.tick()
                 seen = []
                 for position in range(len(path)):
                     ctx.set(dut.position, position)
                     await ctx.tick()
                     source = ctx.get(dut.source)
-                    if source.patched:
-                        seen.append(("patch", source.patch))
+                    if source.patches:
+                        assert not source.head
+                        assert not source.tail
+                        seen.append(("patch", source.patches.bit_length() - 1))
+                        assert source.patches == 1 << seen[-1][1]
                     else:
+                        assert source.head != source.tail
                         seen.append(("tail" if source.tail else "head", source.at))
                 assert seen == path, (head, tail, at)
 
@@ -59,6 +64,7 @@ def test_index_stays_without_advance():
 
     async def testbench(ctx):
         ctx.set(dut.head, 3)
+        await ctx.tick()
         ctx.set(dut.position, 2)
         ctx.set(dut.advance, 1)
         await ctx.tick()
@@ -82,7 +88,7 @@ def test_banks_and_halves_keep_what_is_written():
         ctx.set(dut.bank, bank)
         ctx.set(dut.advance, 1)
         for tail, at in itertools.product(range(2), places):
-            ctx.set(dut.source, {"tail": tail, "at": at})
+            ctx.set(dut.source, {"head": not tail, "tail": tail, "at": at})
             await ctx.tick()
             assert ctx.get(dut.waypoint) == held.get((bank, tail, at), 0)
 
@@ -106,7 +112,7 @@ def test_banks_and_halves_keep_what_is_written():
     simulate(dut, testbench)
 
 
-def test_patches_stand_before_the_halves():
+def test_patches_stand_in_for_the_halves():
     dut = Chromosome(CONFIG)
 
     async def testbench(ctx):
@@ -114,7 +120,7 @@ def test_patches_stand_before_the_halves():
         for number, patch in enumerate(dut.patches):
             ctx.set(patch, 100 + number)
         for number in range(CONFIG.patches):
-            ctx.set(dut.source, {"patched": 1, "patch": number, "tail": 1})
+            ctx.set(dut.source, {"patches": 1 << number})
             await ctx.tick()
             assert ctx.get(dut.waypoint) == 100 + number
         ctx.set(dut.advance, 0)

@@ -65,6 +65,8 @@ class Bench:
             await self.stay(UPDATE, clocks[3], dut.update_over)
         await self.stay(TRANSMIT, clocks[4], dut.transmit_over)
         self.check(LISTEN)
+        # The last clock is counted in this one.
+        await self.tick()
 
     async def check_paths(self, clocks):
         """Take one command to check paths."""
@@ -79,6 +81,7 @@ class Bench:
         await self.stay(CHECK, clocks[1], dut.check_over)
         await self.stay(TRANSMIT, clocks[2], dut.transmit_over)
         self.check(LISTEN)
+        await self.tick()
 
     def counters(self):
         counters = self.ctx.get(self.dut.counters)
@@ -128,7 +131,7 @@ def test_another_command_goes_past_the_generation():
         assert ctx.get(dut.history) == 0x00000_150
         assert ctx.get(dut.generation) == 0
         counters = unit.counters()
-        assert counters.pop(Counter.CLOCKS) == 7
+        assert counters.pop(Counter.CLOCKS) == 7 + 1
         assert counters.pop(Counter.RECEIVE) == 2
         assert counters.pop(Counter.TRANSMIT) == 4
         assert set(counters.values()) == {0}
@@ -142,7 +145,7 @@ def test_a_check_goes_past_the_generation():
         assert ctx.get(dut.history) == 0x0000_1650
         assert ctx.get(dut.generation) == 0
         counters = unit.counters()
-        assert counters.pop(Counter.CLOCKS) == 37
+        assert counters.pop(Counter.CLOCKS) == 37 + 1
         assert counters.pop(Counter.RECEIVE) == 2
         assert counters.pop(Counter.TRANSMIT) == 4
         assert set(counters.values()) == {0}
@@ -198,6 +201,7 @@ def test_longest_generation_since_restart():
         ctx.set(dut.restart, 1)
         await unit.tick()
         ctx.set(dut.restart, 0)
+        await unit.tick()
         assert unit.counters()[Counter.LONGEST] == 0
         for clocks, longest in (([1, 5, 2, 1, 1], 8), ([1, 9, 2, 1, 1], 12)):
             await unit.command(clocks)
@@ -222,6 +226,8 @@ def test_generation_waits_until_ready():
         unit.check(RECEIVE)
         await unit.tick()
         unit.check(CROSSOVER)
+        assert unit.counters()[Counter.CROSSOVER] == 0
+        await unit.tick()
         # Waiting is receiving, and no part of the generation.
         assert unit.counters()[Counter.RECEIVE] == 10
         assert unit.counters()[Counter.CROSSOVER] == 0

@@ -5,6 +5,7 @@ import itertools
 import random
 
 import pytest
+from amaranth.hdl import ResetInserter, Signal
 
 from hdl.config import CheckerBuild, Config, MutationKind
 from hdl.ga_core.crossover import parents_of
@@ -83,7 +84,8 @@ async def breed(ctx, dut, paths, carried, mutations=(), patches=()):
     ctx.set(dut.allow, 0)
     for port, slot in zip(dut.carried, carried, strict=True):
         ctx.set(port, {"slot": slot, "length": len(paths[slot]), "select": 1 << slot})
-    await ctx.tick()
+    for _ in range(3):
+        await ctx.tick()
     await settle(ctx, dut)
 
     bred = [paths[slot] for slot in carried]
@@ -374,6 +376,35 @@ def test_loading_a_path_ends_its_mutation():
             assert await read(ctx, dut, 0, SMALL.population) == paths
 
     bench_of(bench)
+
+
+@pytest.mark.parametrize("clocks", [1, 2])
+def test_reset_ends_mutations(clocks):
+    """At once: what is read ahead after it has two waypoints of the first bank, and no patch."""
+    dut = Population(SMALL)
+    rst = Signal()
+
+    async def testbench(ctx):
+        rng = random.Random(11)
+        ctx.set(dut.allow, 1)
+        loaded = [random_path(rng, SMALL, 4) for _ in range(SMALL.population)]
+        for slot, path in enumerate(loaded):
+            await load(ctx, dut, slot, path)
+        patches = [rng.getrandbits(SMALL.waypoint_bits) for _ in range(SMALL.patches)]
+        mutations = [(0, 0, 0), (1, 1, 0), (2, 2, 1), (3, 3, 0)]
+        carried = rng.choices(range(SMALL.population), k=len(dut.carried))
+        await breed(ctx, dut, loaded, carried, mutations, patches)
+
+        ctx.set(rst, 1)
+        for _ in range(clocks):
+            await ctx.tick()
+        ctx.set(rst, 0)
+        paths = [path[:2] for path in loaded]
+        carried = [KEPT + port % SMALL.children for port in range(len(dut.carried))]
+        paths = await breed(ctx, dut, paths, carried)
+        assert await read(ctx, dut, 0, SMALL.population) == paths
+
+    simulate(ResetInserter(rst)(dut), testbench)
 
 
 def test_wrong_config():

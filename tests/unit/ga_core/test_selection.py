@@ -4,7 +4,7 @@ import dataclasses
 import random
 
 import pytest
-from amaranth.hdl import Fragment
+from amaranth.hdl import Fragment, ResetInserter, Signal
 from amaranth.sim import Simulator
 
 from hdl.config import CheckerBuild, Config, SurvivorSelection
@@ -157,3 +157,37 @@ def test_offsets_reach_the_whole_box():
     offsets = [offset for draws in seen if draws is not None for offset in draws.offsets]
     for steps in zip(*offsets, strict=True):
         assert set(steps) == set(range(-8, 9))
+
+
+def test_reset_in_every_clock_of_a_set():
+    """What is under way has no part in the first set after it."""
+    config, latency = CASES["small"]
+    unit = model.Selection(config)
+    expected = unit.draw(RandomSource(0))
+    dut = Selection(config)
+    rst = Signal()
+
+    async def testbench(ctx):
+        for wait in range(latency + 2):
+            for _ in range(WARM_UP_STEPS + latency - 1):
+                await ctx.tick()
+            assert outputs(ctx, dut) == expected
+            ctx.set(dut.next, 1)
+            await ctx.tick()
+            ctx.set(dut.next, 0)
+            for _ in range(wait):
+                await ctx.tick()
+            ctx.set(rst, 1)
+            await ctx.tick()
+            ctx.set(rst, 0)
+            assert not ctx.get(dut.ready)
+        for _ in range(WARM_UP_STEPS + latency - 1):
+            assert not ctx.get(dut.ready)
+            await ctx.tick()
+        assert ctx.get(dut.ready)
+        assert outputs(ctx, dut) == expected
+
+    simulator = Simulator(ResetInserter(rst)(dut))
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(testbench)
+    simulator.run()

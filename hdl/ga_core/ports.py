@@ -1,0 +1,73 @@
+"""The ports of the population: each lets the waypoints of one slot pass."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import Config
+from hdl.ga_core.layouts import limits_layout
+from hdl.ga_core.multiplexer import gated
+from hdl.ga_core.slot_mapping import carriers
+
+
+__all__ = ["Ports"]
+
+
+class Ports(wiring.Component):
+    """Registers, each with a choice of all slots: the largest part of the chip by far.
+
+    What chooses has to reach all of it. So there is a register of the choice for each axis of a
+    waypoint, one behind the other, a clock each: x follows ``selects`` after 1 clock, y after 2,
+    the altitude after 3.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    selects : In(population).array(carriers)
+        The slot of each port, decoded: at most one bit is set. What passes means nothing until it
+        has been steady for 3 clocks.
+    slots : In(waypoint_bits).array(population)
+        Present waypoint of each slot.
+    step : In(1)
+        The first port takes its waypoint; the others do in every clock.
+    writing : In(1)
+        All ports take ``written`` instead. Stronger than ``step``.
+    written : In(waypoint_bits)
+    waypoints : Out(waypoint_bits).array(carriers)
+        What each port took in the clock before, the first one at its latest ``step``.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        super().__init__(
+            {
+                "selects": In(config.population).array(carriers(config)),
+                "slots": In(config.waypoint_bits).array(config.population),
+                "step": In(1),
+                "writing": In(1),
+                "written": In(config.waypoint_bits),
+                "waypoints": Out(config.waypoint_bits).array(carriers(config)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        for number, (select, waypoint) in enumerate(zip(self.selects, self.waypoints, strict=True)):
+            for axis, field in limits_layout(self.config):
+                name = f"{axis}_{number}"
+                part = slice(field.offset, field.offset + field.width)
+                chosen = Signal(len(select), name=f"select_{name}", reset_less=True)
+                port = Signal(field.width, name=name, reset_less=True)
+                m.d.sync += chosen.eq(select)
+                m.d.comb += waypoint[part].eq(port)
+                with m.If(self.writing):
+                    m.d.sync += port.eq(self.written[part])
+                with m.Elif(self.step if number == 0 else C(1)):
+                    m.d.sync += port.eq(gated(chosen, [slot[part] for slot in self.slots]))
+                select = chosen
+
+        return m

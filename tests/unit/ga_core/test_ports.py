@@ -1,0 +1,89 @@
+# amaranth: UnusedElaboratable=no
+"""The ports of the population: which slot passes, from which clock on, and what the host writes."""
+
+import random
+
+import pytest
+
+from hdl.config import Config
+from hdl.ga_core.layouts import limits_layout
+from hdl.ga_core.ports import Ports
+from tests.streams import simulate
+
+
+CONFIG = Config(map_size=16, coarse_factor=4, altitude_bits=5, max_waypoints=4)
+AXES = {axis: (field.offset, field.width) for axis, field in limits_layout(CONFIG)}
+
+
+def part(waypoint, axis):
+    low, width = AXES[axis]
+    return waypoint >> low & (1 << width) - 1
+
+
+async def pass_new(ctx, dut, rng):
+    """Give every slot another waypoint, pass a clock, return what was given."""
+    given = [rng.getrandbits(CONFIG.waypoint_bits) for _ in dut.slots]
+    for slot, waypoint in zip(dut.slots, given, strict=True):
+        ctx.set(slot, waypoint)
+    await ctx.tick()
+    return given
+
+
+def test_every_axis_follows_its_choice_a_clock_after_the_one_before():
+    dut = Ports(CONFIG)
+
+    async def bench(ctx):
+        rng = random.Random(1)
+        ctx.set(dut.step, 1)
+        chosen = {}
+        for _ in range(40):
+            chosen, before = [rng.randrange(CONFIG.population) for _ in dut.selects], chosen
+            for select, slot in zip(dut.selects, chosen, strict=True):
+                ctx.set(select, 1 << slot)
+            for clock in range(5):
+                given = await pass_new(ctx, dut, rng)
+                for late, axis in enumerate(("x", "y", "altitude"), 1):
+                    slots = chosen if clock >= late else before
+                    for port, slot in zip(dut.waypoints, slots, strict=bool(slots)):
+                        assert part(ctx.get(port), axis) == part(given[slot], axis)
+
+    simulate(dut, bench)
+
+
+def test_nothing_passes_where_nothing_is_chosen():
+    dut = Ports(CONFIG)
+
+    async def bench(ctx):
+        rng = random.Random(2)
+        ctx.set(dut.step, 1)
+        for _ in range(5):
+            await pass_new(ctx, dut, rng)
+            assert not any(ctx.get(port) for port in dut.waypoints)
+
+    simulate(dut, bench)
+
+
+@pytest.mark.parametrize("step", [0, 1])
+def test_the_first_port_waits_for_a_step_and_all_take_what_is_written(step):
+    dut = Ports(CONFIG)
+
+    async def bench(ctx):
+        rng = random.Random(3)
+        ctx.set(dut.step, 1)
+        for number, select in enumerate(dut.selects):
+            ctx.set(select, 1 << number)
+        for _ in range(4):
+            await pass_new(ctx, dut, rng)
+        held = ctx.get(dut.waypoints[0])
+        ctx.set(dut.step, step)
+        for _ in range(3):
+            given = await pass_new(ctx, dut, rng)
+            assert ctx.get(dut.waypoints[0]) == (given[0] if step else held)
+            assert [ctx.get(port) for port in dut.waypoints[1:]] == given[1 : len(dut.waypoints)]
+
+        ctx.set(dut.writing, 1)
+        ctx.set(dut.written, 0x123)
+        await pass_new(ctx, dut, rng)
+        assert {ctx.get(port) for port in dut.waypoints} == {0x123}
+
+    simulate(dut, bench)

@@ -77,8 +77,8 @@ class Proof:
         Clocks within which every ``Cover`` is reached and every fault shows; default ``depth``.
     induction : int, optional
         Length of the induction; without it the proof is of the first ``depth`` clocks only.
-    long : bool
-        It takes more than a few seconds.
+    long : bool or tuple of str
+        It takes more than a few seconds, or these of its ``checks`` do.
     """
 
     claim: Callable[[Callable[..., Any]], Any]
@@ -86,7 +86,7 @@ class Proof:
     faults: Mapping[str, tuple[Any, *tuple[Change, ...]]]
     reached: int | None = None
     induction: int | None = None
-    long: bool = False
+    long: bool | tuple[str, ...] = False
     checks: tuple[str, ...] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -96,6 +96,12 @@ class Proof:
             raise ValueError("Depth must be no less than the length of the induction")
         induction = ("induction",) if self.induction is not None else ()
         object.__setattr__(self, "checks", ("holds", *induction, "reached", *self.faults))
+        if not isinstance(self.long, bool) and not set(self.long) <= set(self.checks):
+            raise ValueError("Only its own checks can be long")
+
+    def is_long(self, what: str) -> bool:
+        """Return whether this one of its checks takes more than a few seconds."""
+        return self.long if isinstance(self.long, bool) else what in self.long
 
 
 def altered(component: Any, *changes: Change) -> Any:

@@ -1,13 +1,25 @@
 """What claims are made of: free values, units with their inside to be seen, scoreboards."""
 
+import inspect
+
 from amaranth import *
 from amaranth.hdl import Assert, Assume, Fragment
 from amaranth.hdl._ast import AnyConst, AnySeq
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from sim.formal import altered
 
-__all__ = ["FreeCrc", "FreeEncoder", "Opened", "Scoreboard", "any_constant", "free"]
+
+__all__ = [
+    "FreeCrc",
+    "FreeEncoder",
+    "Opened",
+    "Scoreboard",
+    "any_constant",
+    "free",
+    "made_of",
+]
 
 
 def any_constant(m, shape, name):
@@ -19,6 +31,15 @@ def free(m, *signals):
     """Let inputs have any value in every clock."""
     for signal in signals:
         _set(m, signal, AnySeq)
+
+
+def made_of(component, **units):
+    """Return the class of a component in whose module other classes stand for those it uses."""
+    copy = altered(component, ("__all__", "__all__"))
+    if missing := units.keys() - vars(inspect.getmodule(component)).keys():
+        raise ValueError(f"{component.__name__} uses no {', '.join(missing)}")
+    copy.elaborate.__globals__.update(units)
+    return copy
 
 
 def _set(m, signal, source):
@@ -51,6 +72,13 @@ class Opened(Elaboratable):
         port = self.submodules[name].read_port(domain="comb")
         m.d.comb += port.addr.eq(address)
         return Value.cast(port.data)
+
+    def open(self, name):
+        """Return the submodule of that name, opened as well; before `signal`."""
+        component, where = self._module._named_submodules[name]
+        inner = Opened(component)
+        self._module._named_submodules[name] = inner, where
+        return inner
 
     def signal(self, name, domain=None):
         """Return the signal of that name that the component itself drives, in a domain or any."""

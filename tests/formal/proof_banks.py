@@ -12,13 +12,13 @@ from tests.formal.parts import Opened, free
 class Banks(Elaboratable):
     """Proved for all time, for 1, 2, 4 and 8 lanes on a map of 32 x 32 cells.
 
-    For all time, since in any clock the addresses of the banks depend on that clock's lanes alone:
-    the base and the induction are one clock each. Assumed is ``walking``. Lane c has a cell whose
-    coordinate along the major axis is c modulo the number of lanes, which its ``row`` cannot but
-    say, and any other coordinate; all at once or some.
+    For all time, since in any clock the addresses of the banks depend on the lanes of the clock
+    before alone. Assumed is ``walking``. Lane c has a cell whose coordinate along the major axis
+    is c modulo the number of lanes, which its ``row`` cannot but say, and any other coordinate; all
+    at once or some.
 
     - Cell (x, y) is looked for in bank (x mod B, y mod B), by the first port for the first B lanes
-      and by the second for the others, in the row of that cell.
+      and by the second for the others, in the row of that cell, a clock later.
     - At most one lane looks for a cell in a bank through a port.
     """
 
@@ -36,7 +36,7 @@ class Banks(Elaboratable):
 
     def _build(self, config):
         m = Module()
-        terrain = self.unit(TerrainMemory)(config)
+        terrain = self.unit(TerrainMemory)(config, lead=1)
         edge = config.bank_edge
         m.submodules.dut = dut = Opened(terrain)
         m.d.comb += terrain.walking.eq(1)
@@ -66,14 +66,17 @@ class Banks(Elaboratable):
             address = (bank.b if port else bank.a).address
             used = Cat(uses for uses, _ in lanes)
             m.d.comb += Assert((used & (used - 1)[: len(used)]) == 0)
-            m.d.comb += [Assert(~uses | (address == at)) for uses, at in lanes]
+            for uses, at in lanes:
+                used_then, at_then = Signal(), Signal.like(address)
+                m.d.sync += [used_then.eq(uses), at_then.eq(at)]
+                m.d.comb += Assert(~used_then | (address == at_then))
         m.d.comb += Cover(Cat(lane.valid for lane in terrain.lanes).all() & terrain.steep)
         return m
 
 
 PROOF = Proof(
     claim=Banks,
-    depth=1,
+    depth=2,
     long=True,
     induction=1,
     faults={

@@ -142,8 +142,8 @@ PROOF = Proof(
         "two units on": (
             Control,
             (
-                "on.eq(self.state == state)",
-                "on.eq((self.state == state) | (self.state == ChipState.CHECK))",
+                "on.eq(unit == state)",
+                "on.eq((unit == state) | (unit == ChipState.CHECK))",
             ),
         ),
     },

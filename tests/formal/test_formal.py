@@ -7,7 +7,12 @@ from sim.formal import Proof, altered, check, load, main, proofs
 
 
 CHECKS = [
-    pytest.param(name, what, id=f"{name}-{what}", marks=[pytest.mark.long] if proof.long else [])
+    pytest.param(
+        name,
+        what,
+        id=f"{name}-{what}",
+        marks=[pytest.mark.long] if proof.is_long(what) else [],
+    )
     for name in proofs()
     for proof in [load(name)]
     for what in proof.checks
@@ -38,9 +43,11 @@ def test_a_fault_that_breaks_nothing_is_told():
         check("skid-harmless", proof, "none")
 
 
-def test_proofs_without_faults_or_base_are_refused():
+def test_proofs_that_are_incomplete_are_refused():
     with pytest.raises(ValueError, match="without a fault"):
         Proof(claim=load("skid").claim, depth=4, faults={})
+    with pytest.raises(ValueError, match="its own checks"):
+        Proof(claim=load("skid").claim, depth=4, faults=load("skid").faults, long=("nothing",))
     with pytest.raises(ValueError, match="induction"):
         Proof(claim=load("skid").claim, depth=1, induction=2, faults=load("skid").faults)
 

@@ -1,0 +1,129 @@
+"""The COBS decoder inverts the definition of the code, whatever bytes come."""
+
+from amaranth import *
+from amaranth.hdl import Assert, Cover
+
+from hdl.link.cobs import CobsDecoder
+from sim.formal import Proof
+from tests.formal.parts import Opened, free
+
+
+class Decoder(Elaboratable):
+    """Proved for all time, by induction; any bytes come, in any clocks.
+
+    The definition goes by places in a frame: place 0 has a code, and a code c in place p says that
+    the next code is in place p + c, or the delimiter. What is between is data. A code stands for a
+    zero, but for the first one of its frame and for that after a full block, of code 255.
+
+    - Each place is decoded in the clock after it came, to at most one transfer: data to itself, a
+      code to the zero that it stands for, a delimiter to the end of its frame, ``broken`` just when
+      it is in a place that is not a code's. There is no other transfer: no byte is lost, and none
+      is invented.
+    - A delimiter right after a delimiter is decoded to nothing.
+    - After a delimiter all is as after reset: what came before it, garbage or not, counts no more.
+    - In the clock after the end of a frame there is no transfer.
+
+    So that faults of full blocks show within a few clocks, it is proved for a code whose full block
+    is of 4, too.
+    """
+
+    FULL = (0xFF, 4)
+
+    def __init__(self, unit):
+        self.unit = unit
+
+    def elaborate(self, platform):
+        m = Module()
+        for full in self.FULL:
+            m.submodules[f"full_{full}"] = self._build(full)
+        return m
+
+    def _build(self, full_code):
+        m = Module()
+        decoder = self.unit(CobsDecoder, ("_FULL = 0xFF", f"_FULL = {full_code}"))()
+        encoded, decoded = decoder.encoded, decoder.decoded
+        m.submodules.dut = dut = Opened(decoder)
+        free(m, encoded.valid, encoded.payload)
+
+        # Places count modulo a number that is more than two of them are ever apart.
+        place, following = Signal(9), Signal(9)
+        begun, full = Signal(), Signal()
+        transfer, delimits, broken, byte = Signal(), Signal(), Signal(), Signal(8)
+        m.d.sync += [transfer.eq(0), delimits.eq(0)]
+        with m.If(encoded.valid):
+            m.d.sync += [place.eq(place + 1), begun.eq(1)]
+            with m.If(encoded.payload == 0):
+                m.d.sync += [
+                    *(signal.eq(0) for signal in (place, following, begun, full)),
+                    transfer.eq(begun),
+                    delimits.eq(begun),
+                    broken.eq(place != following),
+                ]
+            with m.Elif(place == following):
+                m.d.sync += [
+                    following.eq(place + encoded.payload),
+                    full.eq(encoded.payload == full_code),
+                    transfer.eq(begun & ~full),
+                    byte.eq(0),
+                ]
+            with m.Else():
+                m.d.sync += [transfer.eq(1), byte.eq(encoded.payload)]
+
+        ended = Signal()
+        m.d.sync += ended.eq(decoded.valid & decoded.p.delimiter)
+        m.d.comb += [
+            Assert(encoded.ready),
+            Assert(decoded.valid == transfer),
+            Assert(decoder.inside == begun),
+            Assert(~(ended & decoded.valid)),
+        ]
+        with m.If(transfer):
+            m.d.comb += [
+                Assert(decoded.p.delimiter == delimits),
+                Assert(Mux(delimits, decoded.p.broken == broken, decoded.p.data == byte)),
+            ]
+
+        # What induction has to know.
+        left = Signal(9)
+        m.d.comb += [
+            left.eq(following - place),
+            Assert(dut.signal("left") == left),
+            Assert(left < 255),
+            Assert(dut.signal("zero") == (begun & ~full)),
+            Assert(begun | ((place == 0) & (following == 0) & ~full)),
+            Assert(~delimits | (transfer & ~begun)),
+            Assert(~ended | ~begun | (place == 1)),
+        ]
+
+        frames = Signal(2)
+        m.d.sync += frames.eq(frames + delimits)
+        m.d.comb += [
+            Cover((frames == 1) & delimits & ~broken & (byte == 7)),
+            Cover((frames == 1) & delimits & broken),
+            Cover(transfer & ~delimits & full),
+        ]
+        return m
+
+
+PROOF = Proof(
+    claim=Decoder,
+    depth=2,
+    reached=10,
+    induction=2,
+    faults={
+        "a zero after a full block": (
+            CobsDecoder,
+            ("zero.eq(self.encoded.payload != _FULL)", "zero.eq(1)"),
+        ),
+        "no zero after a block": (
+            CobsDecoder,
+            ("self.decoded.valid.eq(zero)", "self.decoded.valid.eq(0)"),
+        ),
+        "a block one byte short": (
+            CobsDecoder,
+            ("left.eq(self.encoded.payload - 1)", "left.eq(self.encoded.payload - 2)"),
+        ),
+        "a block goes on after its frame": (CobsDecoder, ("left.eq(0),", "left.eq(left),")),
+        "a frame that breaks off passes": (CobsDecoder, ("broken.eq(left != 0)", "broken.eq(0)")),
+    },
+)

@@ -1,0 +1,200 @@
+"""The COBS encoder sends the code of each frame by its definition, and nothing else."""
+
+from amaranth import *
+from amaranth.hdl import Assert, Cover
+
+from hdl.link.cobs import CobsEncoder
+from sim.formal import Proof
+from tests.formal.parts import Opened, any_constant, free
+
+
+class Encoder(Elaboratable):
+    """Proved for all time, by induction, for a full block of 4 and a buffer of 16 bytes.
+
+    (For the real sizes, see the proof ``cobs_encoder_full``.) Frames are of any length and any
+    bytes, and come and are taken as they like.
+
+    The definition goes by places in what is sent. A frame starts with the place of a code, and each
+    of its bytes takes the next place: itself if it is not zero, else a code. After a full block
+    comes a code, too, if the frame goes on, and after the last byte the delimiter. A code is the
+    number of places from it to the next code or the delimiter: what the decoder inverts.
+
+    - The bytes that are sent are these, in order: none is lost, sent twice or invented. Watched is
+      any place, and what the definition puts there.
+    - Nothing is sent of a block that is not complete.
+    - With room in the buffer, it is ready again after two clocks or earlier. Without room, that is
+      with five free rows or fewer, it has bytes of complete blocks to send: if these are taken, the
+      wait ends.
+    """
+
+    #: Code of a full block, rows of the buffer.
+    FULL, DEPTH = 4, 16
+    #: It is shown that the delimiter is sent of the first of two frames.
+    SHOWN = True
+
+    def __init__(self, unit):
+        sizes = (("_FULL = 0xFF", f"_FULL = {self.FULL}"), ("DEPTH = 512", f"DEPTH = {self.DEPTH}"))
+        self.dut = unit(CobsEncoder, *sizes)()
+
+    def elaborate(self, platform):
+        m = Module()
+        full, depth, encoder = self.FULL, self.DEPTH, self.dut
+        frames, encoded = encoder.frames, encoder.encoded
+        m.submodules.dut = dut = Opened(encoder)
+        ring = dut.submodules.ring
+        inner = dut.open("ring")
+        pointer = ring.fetched.shape()
+        watched = any_constant(m, pointer, "watched")
+        stored = inner.memory(m, "rows", watched[:-1])
+        free(m, frames.valid, frames.payload, encoded.ready)
+
+        # Places count modulo a number that is more than two of them are ever apart: that of the
+        # code of the block at hand, that of the next byte, that of the byte to be sent next.
+        block, place, taken = (
+            Signal(pointer, init=init, name=name)
+            for name, init in (("block", 0), ("place", 1), ("taken", 0))
+        )
+        expected = Signal(8)
+
+        def put(at, value):
+            with m.If(Value.cast(at)[: len(watched)] == watched):
+                m.d.sync += expected.eq(value)
+
+        def move(to):
+            m.d.sync += [block.eq(to), place.eq(to + 1)]
+
+        zero, length = frames.p.data == 0, Signal(pointer)
+        m.d.comb += length.eq(place - block)
+        with m.If(frames.valid & frames.ready):
+            with m.If(zero):
+                put(block, length)
+                with m.If(frames.p.last):
+                    put(place, 1)
+                    put(place + 1, 0)
+                    move(place + 2)
+                with m.Else():
+                    move(place)
+            with m.Else():
+                put(place, frames.p.data)
+                m.d.sync += place.eq(place + 1)
+                with m.If(frames.p.last):
+                    put(block, length + 1)
+                    put(place + 1, 0)
+                    move(place + 2)
+                with m.Elif(length == full - 1):
+                    put(block, full)
+                    move(place + 1)
+
+        sent = encoded.valid & encoded.ready
+        m.d.sync += taken.eq(taken + sent)
+        with m.If(encoded.valid):
+            m.d.comb += Assert(taken != block)
+            with m.If(taken == watched):
+                m.d.comb += Assert(encoded.payload == expected)
+
+        # What induction has to know: of the states of the encoder, ...
+        start, tail, code = (dut.signal(name) for name in ("start", "tail", "code"))
+        state, ended, room = (dut.signal(name) for name in ("fsm_state", "ended", "room"))
+
+        complete, used, at = (Signal(pointer, name=name) for name in ("complete", "used", "at"))
+        m.d.comb += [
+            complete.eq(start - ring.fetched),
+            used.eq(tail - ring.fetched),
+            at.eq(watched - ring.fetched),
+        ]
+        m.d.comb += [
+            Assert(state <= 2),
+            Assert(complete < used),
+            Assert(used <= depth),
+            # The room is that of a clock ago, in which a row came or went.
+            Assert(Mux(room, used <= depth - 4, used >= depth - 5)),
+            Assert(code <= full),
+            Assert((tail - start)[: len(tail)] == code),
+        ]
+        fill, close, delimit = range(3)
+        with m.If(state == fill):
+            m.d.comb += [Assert((block == start) & (place == tail)), Assert(code < full)]
+        with m.Else():
+            m.d.comb += Assert(place == (block + 1)[: len(place)])
+        with m.If((state == close) & ~ended):
+            m.d.comb += Assert((block == tail) & (code == full))
+        with m.If((state == close) & ended):
+            m.d.comb += Assert(block == (tail + 1)[: len(tail)])
+        with m.If(state == delimit):
+            m.d.comb += [Assert(block == tail), Assert(ended), Assert(code == 1)]
+
+        # ... of the place watched, from when it is known to when its byte is fetched, ...
+        known = (at < used) & (at != complete)
+        with m.If(known):
+            m.d.comb += Assert(stored == expected)
+        with m.If((watched == start) & (state == close)):
+            m.d.comb += Assert(expected == code)
+        with m.If((watched == tail) & (state == close) & ended):
+            m.d.comb += Assert(expected == 0)
+        with m.If((watched == start) & (state == delimit)):
+            m.d.comb += Assert(expected == 0)
+
+        # ... and of bytes on their way through the ring.
+        loaded = inner.signal("loaded")
+        behind = Signal(pointer)
+        m.d.comb += [
+            behind.eq(ring.fetched - taken),
+            Assert(behind == loaded + encoded.valid),
+        ]
+        with m.If(encoded.valid & (taken == watched)):
+            m.d.comb += Assert(encoded.payload == expected)
+        with m.If(loaded & (Value.cast(taken + encoded.valid)[: len(taken)] == watched)):
+            m.d.comb += Assert(inner.submodules.rows.read_ports[0].data == expected)
+
+        # Clocks without need in which no byte was taken, since the last.
+        stalled = Signal(2)
+        with m.If(frames.ready):
+            m.d.sync += stalled.eq(0)
+        with m.Elif(room):
+            m.d.sync += stalled.eq(stalled + 1)
+        with m.Else():
+            m.d.comb += Assert(complete != 0)
+        m.d.comb += [
+            Assert(stalled <= 2),
+            Assert((state != close) | (stalled == 0)),
+            Assert((state != delimit) | (stalled <= 1)),
+        ]
+
+        number = Signal(2)
+        m.d.sync += number.eq(number + (frames.valid & frames.ready & frames.p.last))
+        if self.SHOWN:
+            m.d.comb += Cover((number == 2) & sent & (encoded.payload == 0))
+        else:
+            m.d.comb += Cover(number == 1)
+        return m
+
+
+PROOF = Proof(
+    claim=Encoder,
+    depth=3,
+    reached=22,
+    induction=3,
+    long=("bytes are taken without room",),
+    faults={
+        "a full block is one byte longer": (
+            CobsEncoder,
+            ("(code == _FULL - 1)", "(code == _FULL)"),
+        ),
+        "an empty block after a full one that ends its frame": (
+            CobsEncoder,
+            ("with m.If(ended):", "with m.If(ended & (code != _FULL)):"),
+        ),
+        "the code is written over the next byte": (
+            CobsEncoder,
+            (
+                "tail.eq(tail + 1),\n                code.eq(1),",
+                "tail.eq(tail),\n                code.eq(1),",
+            ),
+        ),
+        "no delimiter": (CobsEncoder, ("write_data.eq(DELIMITER)", "write_data.eq(code)")),
+        "bytes are taken without room": (
+            CobsEncoder,
+            ("with m.If(self.frames.valid & room):", "with m.If(self.frames.valid):"),
+        ),
+    },
+)

@@ -1,0 +1,160 @@
+"""The parallel checker's lanes are given each segment of the paths, in order and as it is."""
+
+from amaranth import *
+from amaranth.hdl import Assert, Cover
+from amaranth.utils import exact_log2
+
+from hdl.config import Config
+from hdl.feasibility.layouts import point_layout
+from hdl.feasibility.parallel import ParallelWalker
+from hdl.feasibility.reciprocal import Precision
+from hdl.feasibility.set_up import SetUp
+from hdl.feasibility.slopes import Slopes
+from sim.formal import Proof
+from tests.formal.cells import Segment
+from tests.formal.parts import Opened, any_constant, free, made_of
+
+
+#: Stands for a multiplier: what counts here is what it is given.
+MIXED = (
+    "product = factor * _signed(reciprocal) >> shift",
+    "product = factor ^ _signed(reciprocal)",
+)
+
+
+class SetUpInOrder(Elaboratable):
+    """Proved for the first 9 clocks from reset, for 2 lanes on 8 x 8 cells of 16 altitudes.
+
+    That is long enough for 4 segments of a group each, or a longer one and others that wait for it.
+    Points come as they like, and paths have any number of them; there is room for results or none,
+    as it likes. Assumed: no path is dropped. The walker is the whole one, but that its multipliers
+    compute a plainer function of both factors; what products are right for is proved in
+    ``lane_starts``.
+
+    - Segments reach the lanes in the order of their points, each once: where it begins, along which
+      axis, in which direction, how long it is. The axis is that of the longer side; of equal sides
+      it may be either, since the cells are the same.
+    - ``places`` is, of each lane, the first cell along the segment whose major coordinate is the
+      lane's number, modulo the number of lanes.
+    - With it come the products, for its minor coordinate and altitude, of its own gain, of the
+      gains up to these places, and of the reciprocal of its length.
+    - A segment has one token for each group of as many cells as there are lanes, in clocks one
+      after the other, of which the last ends the segment. There are no other tokens.
+    """
+
+    def __init__(self, unit):
+        self.config = Config(map_size=8, coarse_factor=2, altitude_bits=4, max_waypoints=3, lanes=2)
+        walker = made_of(ParallelWalker, SetUp=unit(SetUp), Slopes=unit(Slopes, MIXED))
+        self.dut = walker(self.config)
+
+    def elaborate(self, platform):
+        m = Module()
+        walker, config = self.dut, self.config
+        precision, lane_bits = Precision.of(config), exact_log2(config.lanes)
+        m.submodules.dut = dut = Opened(walker)
+        lanes = dut.submodules.lanes
+        launched, segment = lanes.launched, lanes.segment
+        points, point = walker.points, walker.points.p
+        free(m, points.valid, point.x, point.y, point.altitude, point.last)
+        free(m, walker.room, walker.segment_room)
+
+        # The segment watched, any one, as its points come.
+        watched = any_constant(m, 3, "watched")
+        before, inside, number, known = Signal(point_layout(config)), Signal(), Signal(3), Signal()
+        start, stop = (Signal(point_layout(config), name=name) for name in ("start", "stop"))
+        with m.If(points.valid & points.ready):
+            m.d.sync += [before.eq(point), inside.eq(~point.last)]
+            with m.If(inside):
+                m.d.sync += number.eq(number + 1)
+                with m.If(~known & (number == watched)):
+                    m.d.sync += [start.eq(before), stop.eq(point), known.eq(1)]
+        expected = Segment(m, start, stop)
+        n = expected.length
+
+        # The segment launched, and its groups.
+        launches, left = Signal(3), Signal(config.coordinate_bits)
+        starts, here = Signal(), Signal()
+        groups = segment.length >> lane_bits
+        m.d.comb += [
+            starts.eq(launched.valid & launched.starts),
+            here.eq(starts & (launches == watched)),
+            Assert(launched.valid == (starts | (left != 0))),
+            Assert(~starts | (left == 0)),
+        ]
+        with m.If(starts):
+            m.d.sync += [left.eq(groups), launches.eq(launches + 1)]
+            m.d.comb += Assert(launched.ends_segment == (groups == 0))
+        with m.Elif(left != 0):
+            m.d.sync += left.eq(left - 1)
+            m.d.comb += Assert(launched.ends_segment == (left == 1))
+
+        # What is given with it.
+        steep = segment.steep
+        gain, across = (
+            Signal(signed(config.coordinate_bits + 1), name=name) for name in ("gain", "across")
+        )
+        reciprocal = Signal(signed(precision.reciprocal + 1))
+        lengths = Array(precision.of_length(length) for length in range(config.map_size))
+        m.d.comb += [
+            gain.eq(Mux(steep, expected.gain["y"], expected.gain["x"])),
+            across.eq(Mux(steep, expected.gain["x"], expected.gain["y"])),
+            reciprocal.eq(lengths[n]),
+        ]
+        with m.If(here):
+            m.d.comb += [
+                Assert(known),
+                Assert(Mux(steep, expected.side["y"], expected.side["x"]) == n),
+                Assert(segment.length == n),
+                Assert(segment.major == Mux(steep, start.y, start.x)),
+                Assert(segment.descending == (gain < 0)),
+                Cover((watched == 1) & (n == 5) & (gain < 0) & steep & (across == 3)),
+            ]
+            for lane, place in enumerate(segment.places):
+                away = Mux(gain < 0, segment.major - lane, lane - segment.major)
+                m.d.comb += Assert(place == away[:lane_bits])
+            for axis, difference, first, fraction, bias in (
+                (
+                    "minor",
+                    across,
+                    Mux(steep, start.x, start.y),
+                    precision.minor,
+                    precision.minor_bias,
+                ),
+                (
+                    "rise",
+                    expected.rise,
+                    expected_altitude(expected),
+                    precision.rise,
+                    precision.rise_bias,
+                ),
+            ):
+                m.d.comb += Assert(
+                    lanes.step[axis] == (difference ^ reciprocal)[: len(lanes.step[axis])]
+                )
+                for place, motion in zip(segment.places, lanes.starts, strict=True):
+                    product = (place[:lane_bits] * difference) ^ reciprocal
+                    total = product + (first << fraction) + bias
+                    m.d.comb += Assert(motion[axis] == total[: len(motion[axis])])
+        return m
+
+
+def expected_altitude(segment):
+    """Return the altitude from which a segment climbs: the lower one, if it is of one cell."""
+    return Mux(segment.length == 0, segment.lowest(), segment.start.altitude)
+
+
+PROOF = Proof(
+    claim=SetUpInOrder,
+    depth=9,
+    reached=9,
+    long=True,
+    faults={
+        "the start of the next segment": (SetUp, ("ends[0].eq(before)", "ends[0].eq(point)")),
+        "a group too few": (SetUp, ("free.eq(left <= 1)", "free.eq(left <= 2)")),
+        "lanes take the wrong places": (
+            SetUp,
+            ("Mux(steep, from_y, from_x)", "from_x"),
+        ),
+        "a segment overtakes": (SetUp, ("waiting.valid & free", "waiting.valid")),
+    },
+)

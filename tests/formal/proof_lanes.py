@@ -1,0 +1,159 @@
+"""The lanes of the parallel checker together visit each cell of a segment, just once."""
+
+from amaranth import *
+from amaranth.hdl import Assert, Assume, Cover
+from amaranth.lib import data
+from amaranth.utils import exact_log2
+
+from hdl.config import Config
+from hdl.feasibility.lanes import Lanes
+from hdl.feasibility.reciprocal import Precision
+from hdl.feasibility.slopes import motion_layout
+from sim.formal import Proof
+from tests.formal.parts import Opened, any_constant, free
+
+
+class Together(Elaboratable):
+    """Proved for all time, by induction, for 4 lanes on a map of 8 x 8 cells.
+
+    (For 2 lanes there, and for 8 on a map of 16 x 16, see ``lanes_2`` and ``lanes_8``.)
+
+    Segments between any two cells come as they like, with and without clocks between. Assumed is
+    what is proved of the set-up, see the proof ``lane_set_up``: length, start, direction, place of
+    each lane's first cell, and a token for each group. Where the lanes start and how far they go in
+    a clock may be anything: that it is right is proved in ``lane_starts``.
+
+    - Cell k of the segment, any one, is visited in group k / lanes, by one lane, and never else; so
+      there are as many cells as the segment has.
+    - The lane says of it the ``row`` that belongs to its major coordinate, and of both other
+      numbers the whole part of where it started plus the gains of all groups before.
+    - Without a group no lane has a cell.
+    - Of a group, axis, direction, the major coordinate of its first cell, minor coordinates and
+      number of cells are told in the same clock.
+
+    The induction is longer than any segment: what the lanes keep of one is wholly of its own start.
+    """
+
+    LANES, MAP_SIZE = 4, 8
+
+    def __init__(self, unit):
+        self.config = Config(
+            lanes=self.LANES, map_size=self.MAP_SIZE, coarse_factor=2, altitude_bits=4
+        )
+        self.dut = unit(Lanes)(self.config)
+
+    def elaborate(self, platform):
+        m = Module()
+        lanes, config, count = self.dut, self.config, self.LANES
+        m.submodules.dut = dut = Opened(lanes)
+        launched, segment, precision = lanes.launched, lanes.segment, Precision.of(config)
+        fractions = {"minor": precision.minor, "rise": precision.rise}
+        lane_bits = exact_log2(count)
+        watched = any_constant(m, config.coordinate_bits, "watched")
+        fields = (segment.steep, segment.descending, segment.length, segment.major)
+        inputs = (*fields, lanes.step, *lanes.starts)
+        free(m, *inputs)
+
+        # Segments within the map, each lane's first cell along them, and their groups.
+        begins, walking = Signal(), Signal()
+        last, group = Signal(config.coordinate_bits), Signal(config.coordinate_bits)
+        free(m, begins)
+        stop = _at(segment.major, segment.descending, segment.length)
+        m.d.comb += [
+            Assume((stop >= 0) & (stop < config.map_size)),
+            *(
+                place.eq(_at(0, segment.descending, number - segment.major)[:lane_bits])
+                for number, place in enumerate(segment.places)
+            ),
+            launched.valid.eq(begins | walking),
+            launched.starts.eq(begins & ~walking),
+            launched.ends_segment.eq(
+                Mux(walking, group == last, begins & (segment.length < count))
+            ),
+        ]
+        with m.If(launched.starts):
+            m.d.sync += [last.eq(segment.length >> lane_bits), group.eq(1)]
+        with m.Else():
+            m.d.sync += group.eq(group + 1)
+        with m.If(launched.valid):
+            m.d.sync += walking.eq(~launched.ends_segment)
+
+        # A clock later: the segment whose group is with the lanes, and the number of that.
+        kept = [Signal.like(Value.cast(signal)) for signal in inputs]
+        visits, here = Signal(), Signal.like(group)
+        m.d.sync += [visits.eq(launched.valid), here.eq(Mux(walking, group, 0))]
+        with m.If(launched.starts):
+            m.d.sync += [copy.eq(Value.cast(now)) for copy, now in zip(kept, inputs, strict=True)]
+        steep, descending, length, major, *motions = kept
+        step, *totals = (data.View(motion_layout(config), motion) for motion in motions)
+        with m.If(~launched.starts):
+            m.d.sync += [
+                total[axis].eq(total[axis] + step[axis]) for total in totals for axis in fractions
+            ]
+
+        visitors = []
+        for number, (lane, total) in enumerate(zip(lanes.lanes, totals, strict=True)):
+            place, k = Signal(lane_bits), Signal(config.coordinate_bits + 1)
+            x = Signal(config.coordinate_bits)
+            m.d.comb += [
+                place.eq(_at(0, descending, number - major)),
+                k.eq(here * count + place),
+                x.eq(_at(major, descending, k)),
+                Assert(lane.valid == (visits & (k <= length))),
+                Assert(lanes.group.minors[number] == lane.minor),
+            ]
+            with m.If(lane.valid):
+                m.d.comb += Assert(lane.row * count + number == x)
+                m.d.comb += [
+                    Assert(lane.minor == total.minor[fractions["minor"] :]),
+                    Assert(lane.ceiling == total.rise[fractions["rise"] :]),
+                ]
+                # What induction has to know, beside the groups before.
+                m.d.comb += Assert(dut.signal(f"motion_{number}") == total.as_value())
+            cell = Signal(config.coordinate_bits)
+            m.d.comb += cell.eq(lane.row * count + number)
+            visitors.append(lane.valid & (cell == _at(major, descending, watched)))
+        m.d.comb += Assert(
+            sum(visitors) == (visits & (watched <= length) & (here == watched >> lane_bits))
+        )
+        with m.If(visits):
+            m.d.comb += [
+                Assert(lanes.group.steep == steep),
+                Assert(lanes.group.descending == descending),
+                Assert(lanes.group.major == _at(major, descending, here * count)),
+                Assert(lanes.group.cells == sum(lane.valid for lane in lanes.lanes)),
+            ]
+        m.d.comb += Cover(
+            visits & (here == (self.MAP_SIZE - 1) // count) & descending & (lanes.group.cells == 1)
+        )
+        return m
+
+
+def _at(start, descending, k):
+    return Mux(descending, start - k, start + k)
+
+
+PROOF = Proof(
+    claim=Together,
+    depth=4,
+    induction=4,
+    reached=8,
+    faults={
+        "the last group is always full": (
+            Lanes,
+            (
+                "lane.valid.eq(token.valid & (in_last | ~token.ends_segment))",
+                "lane.valid.eq(token.valid)",
+            ),
+        ),
+        "a lane is left out of the last group": (
+            Lanes,
+            ("segment.places[number] <= rest_now", "segment.places[number] < rest_now"),
+        ),
+        "all lanes start in the same row": (
+            Lanes,
+            ("first > number if number < config.lanes - 1 else 0", "0"),
+        ),
+        "a step of the segment before": (Lanes, ("step.eq(self.step)", "step.eq(step)")),
+    },
+)

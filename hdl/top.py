@@ -1,9 +1,10 @@
-"""The whole chip: line, receiving and transmitting units, genetic core, collision checker."""
+"""The whole chip: line, receiving and transmitting units, genetic core or checker, or both."""
 
 from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, connect
 
+from hdl.check_control import CheckControl
 from hdl.config import CheckerBuild, Config
 from hdl.feasibility.checker import Checker
 from hdl.feasibility.checking import CheckingUnit
@@ -22,7 +23,7 @@ class Planner(wiring.Component):
 
     Source: *allaire-2008*, figure 6; where ``config`` has a checker, with the processor of *allaire
     two-tier* beside the core, which hands it its paths and asks it for the ground under new
-    waypoints.
+    waypoints. Where ``config`` has no genetic core, the checker is alone.
 
     Parameters
     ----------
@@ -58,20 +59,23 @@ class Planner(wiring.Component):
 
         m.submodules.line = line = Line(self.config)
         m.submodules.receiving = receiving = ReceivingUnit(self.config)
-        m.submodules.core = core = Core(self.config)
+        # Either has the control unit and its counters.
+        m.submodules.core = core = (Core if self.config.genetic else CheckControl)(self.config)
         m.submodules.transmitting = transmitting = TransmittingUnit(self.config)
 
         m.d.comb += [line.rx.eq(self.rx), self.tx.eq(line.tx)]
         connect(m, line.requests, receiving.requests)
-        connect(m, receiving.starts, core.starts)
-        connect(m, receiving.writes, core.writes)
-        connect(m, receiving.ranking, core.ranking)
         connect(m, transmitting.replies, line.replies)
-        if self.config.checker is CheckerBuild.NONE:
+        has_checker = self.config.checker is not CheckerBuild.NONE
+        if has_checker:
+            checker, checking = self._add_checker(m, core, receiving, transmitting)
+        if self.config.genetic:
+            self._connect_core(m, core, receiving, transmitting)
+        if has_checker and self.config.genetic:
+            self._share_core(m, core, checker, checking, transmitting)
+        elif self.config.genetic:
             connect(m, transmitting.reads, core.reads)
             connect(m, core.waypoints, transmitting.waypoints)
-        else:
-            self._add_checker(m, core, receiving, transmitting)
 
         # Hand-overs.
         m.d.comb += [
@@ -79,9 +83,7 @@ class Planner(wiring.Component):
             core.line_sending.eq(line.sending),
             core.pending.eq(receiving.pending),
             receiving.on.eq(core.receive_on),
-            receiving.ranked.eq(core.ranked),
             core.receive_over.eq(receiving.over),
-            core.generate.eq(receiving.generate),
             transmitting.on.eq(core.transmit_on),
             core.transmit_over.eq(transmitting.over),
         ]
@@ -94,14 +96,26 @@ class Planner(wiring.Component):
             transmitting.status.state.eq(core.state),
             transmitting.status.history.eq(core.history),
             transmitting.status.errors.eq(receiving.errors),
-            transmitting.status.generation.eq(core.generation),
             transmitting.counters[Counter.BYTES_RECEIVED].eq(line.bytes_received),
             transmitting.counters[Counter.BYTES_SENT].eq(line.bytes_sent),
         ]
-        for unit, _ in core.clocks.shape():
-            m.d.comb += transmitting.status[unit].eq(core.clocks[unit])
         for counter, _ in core.counters.shape():
             m.d.comb += transmitting.counters[counter].eq(core.counters[counter])
+
+        return m
+
+    def _connect_core(self, m, core, receiving, transmitting):
+        """Connect what only a genetic core has."""
+        connect(m, receiving.starts, core.starts)
+        connect(m, receiving.writes, core.writes)
+        connect(m, receiving.ranking, core.ranking)
+        m.d.comb += [
+            receiving.ranked.eq(core.ranked),
+            core.generate.eq(receiving.generate),
+            transmitting.status.generation.eq(core.generation),
+        ]
+        for unit, _ in core.clocks.shape():
+            m.d.comb += transmitting.status[unit].eq(core.clocks[unit])
 
         recipe = transmitting.recipe
         for i, slot in enumerate(core.parents):
@@ -120,10 +134,8 @@ class Planner(wiring.Component):
         for i, waypoint in enumerate(core.patches):
             m.d.comb += recipe[f"waypoint_{i}"].eq(waypoint)
 
-        return m
-
     def _add_checker(self, m, core, receiving, transmitting):
-        """Add the checker, between the core and the units that take commands and answer them."""
+        """Add the checker, between the units that take commands and answer them."""
         m.submodules.checker = checker = Checker(self.config)
         m.submodules.checking = checking = CheckingUnit(self.config)
 
@@ -144,14 +156,19 @@ class Planner(wiring.Component):
             receiving.checked.eq(checking.checked),
             transmitting.checked.eq(checking.checked),
             transmitting.totals.eq(checking.totals),
+        ]
+        for counter, _ in checking.counters.shape():
+            m.d.comb += transmitting.counters[counter].eq(checking.counters[counter])
+        return checker, checking
+
+    def _share_core(self, m, core, checker, checking, transmitting):
+        """Let the core ask the checker for the ground, and others have its paths read out."""
+        m.d.comb += [
             checker.lookup_valid.eq(core.lookup_valid),
             checker.lookup_x.eq(core.lookup_x),
             checker.lookup_y.eq(core.lookup_y),
             core.lookup_altitude.eq(checker.lookup_altitude),
         ]
-        for counter, _ in checking.counters.shape():
-            m.d.comb += transmitting.counters[counter].eq(checking.counters[counter])
-
         # One of them at a time has paths read out: the one that is on.
         with m.If(core.check_on):
             self._read_out(m, core, checking)

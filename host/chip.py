@@ -180,7 +180,14 @@ class Chip:
         avoid_ground : bool
             Whether the chip draws a new waypoint again that lies in the ground of its map, and
             leaves it out after as many draws as it was built for.
+
+        Raises
+        ------
+        InputError
+            If the chip has no genetic core; so do :meth:`load`, :meth:`read`, :meth:`step` and
+            :meth:`check_population`.
         """
+        self._require_core()
         x, y, altitude = limits
         layout = start_request(self.config)
         request = layout.pack(seed=seed, x=x, y=y, altitude=altitude, avoid_ground=avoid_ground)
@@ -189,6 +196,7 @@ class Chip:
 
     def load(self, paths: Sequence[Sequence[int]], slot: int = 0) -> None:
         """Write ``paths`` (packed waypoints) into consecutive slots from ``slot`` on."""
+        self._require_core()
         config = self.config
         requests = []
         at, part = slot, b""
@@ -211,6 +219,7 @@ class Chip:
 
     def read(self, slot: int, count: int) -> list[list[int]]:
         """Return the packed paths of ``count`` slots from ``slot`` on."""
+        self._require_core()
         layout = read_request(self.config)
         requests = [
             (Command.READ, layout.pack(slot=first, count=min(2, slot + count - first)))
@@ -297,14 +306,22 @@ class Chip:
         Raises
         ------
         InputError
-            If the chip has no map.
+            If the chip has no map, or no genetic core.
         """
         self._require_checker()
+        self._require_core()
         if count is None:
             count = self.config.population - slot
         return check_slots(
             self.config, self.link, start, goal, slot=slot, count=count, counting=counting
         )
+
+    def _require_core(self) -> None:
+        if not self.config.genetic:
+            raise InputError(
+                "The board has no genetic core, it only checks paths: use one that was built with "
+                "genetic=1."
+            )
 
     def _require_checker(self) -> None:
         if self.config.checker is CheckerBuild.NONE:
@@ -340,6 +357,7 @@ class Chip:
         LinkError
             If the board is lost.
         """
+        self._require_core()
         config = self.config
         order = list(order)
         if mode is LinkMode.POPULATION:

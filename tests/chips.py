@@ -63,7 +63,7 @@ LINE_CLOCKS = (Counter.CLOCKS, Counter.RECEIVE, Counter.TRANSMIT)
 def board_url(scheme, config, **options):
     """Return the URL of ``scheme`` (``model`` or ``sim``) for a chip of ``config``."""
     fields = {
-        field.name: getattr(config, field.name)
+        field.name: int(value) if isinstance(value := getattr(config, field.name), bool) else value
         for field in dataclasses.fields(Config)
         if field.name == "clocks_per_bit" or getattr(config, field.name) != field.default
     }

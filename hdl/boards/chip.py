@@ -32,12 +32,11 @@ class Chip(wiring.Component):
         m = Module()
         board = self.board
 
-        clock = Signal()
+        m.domains.board = domain = ClockDomain("board", reset_less=True)
+        clock = domain.clk
         locked = Signal()
         board.pll.connect(m, platform.request(platform.default_clk, dir="-"), clock, locked)
         platform.add_clock_constraint(clock, board.clock_hz)
-        m.domains.board = ClockDomain(reset_less=True)
-        m.d.comb += ClockSignal("board").eq(clock)
 
         name, number = board.reset
         # The bridge may have lines besides these two.
@@ -50,11 +49,14 @@ class Chip(wiring.Component):
         # Low when the chip is configured, so that it starts in reset.
         running = Signal()
         m.submodules.running = FFSynchronizer(locked & ~button.i, running, o_domain="board")
+        # It goes everywhere, so that nothing but wire may follow its register.
+        held = Signal(init=1)
+        m.d.board += held.eq(~running)
 
         m.submodules.planner = planner = Planner(board.config)
         m.d.comb += [
             planner.clk.eq(clock),
-            planner.rst.eq(~running),
+            planner.rst.eq(held),
             planner.rx.eq(rx.i),
             tx.o.eq(planner.tx),
         ]

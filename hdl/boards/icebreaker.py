@@ -1,4 +1,4 @@
-"""1BitSquared iCEBreaker with an iCE40 UP5K: the two-tier checker and a map in its SPRAM."""
+"""1BitSquared iCEBreaker with an iCE40 UP5K: the two-tier checker alone, its map in SPRAM."""
 
 from amaranth.build import Attrs, Pins, Resource
 from amaranth_boards.icebreaker import ICEBreakerPlatform
@@ -31,6 +31,6 @@ BOARD = Board(
     # 12 MHz to 24 MHz; its USB bridge is an FT2232H.
     pll=Ice40Pll(divf=63, divq=5),
     reset=("reset_pin", 0),
-    sizes=Config(checker=CheckerBuild.TWO_TIER, lanes=1, map_size=256),
+    sizes=Config(genetic=False, checker=CheckerBuild.TWO_TIER, lanes=1, map_size=256),
     overrides={"synth_opts": "-device u -spram -dsp"},
 )

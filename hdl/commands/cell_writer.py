@@ -36,7 +36,8 @@ class CellWriter(wiring.Component):
     rectangle : In(struct of map_request)
         South-western cell and size; it lies on the map.
     writes : Out(stream of x, y, altitude, last)
-        Cells for the checker. Not ready after a ``last`` one until it has been worked in.
+        Cells for the checker; registers. Not ready after a ``last`` one until it has been worked
+        in.
     """
 
     def __init__(self, config: Config):
@@ -76,9 +77,10 @@ class CellWriter(wiring.Component):
         full = Signal()
         move = Signal()
         exhausted = Signal()
-        due = Signal()
+        due = Signal()  # The cell may go with the next clock.
         leaves = Signal()
         load = Signal()
+        offered = Signal()  # Or passed over, when repeated.
         settling = Signal()
         m.d.comb += [
             last_column.eq(self.rectangle.width - 1),
@@ -86,13 +88,11 @@ class CellWriter(wiring.Component):
             full.eq(missing == 0),
             move.eq((left != 0) & ~full & ~complete),
             exhausted.eq(self.ended & (left == 0) & ~full),
-            due.eq(held & (full | complete | exhausted)),
-            self.writes.valid.eq(self.on & due & ~self.repeated & ~settling),
+            due.eq(held & (full | (move & (missing == 1)) | complete | exhausted) & ~settling),
             self.writes.p.x.eq(x),
             self.writes.p.y.eq(y),
             self.writes.p.altitude.eq(altitude),
-            self.writes.p.last.eq(complete | ~full),
-            leaves.eq(due & (self.repeated | self.writes.ready) & ~settling),
+            leaves.eq(offered & (self.repeated | self.writes.ready)),
             load.eq(full & (~held | leaves)),
             self.bytes.ready.eq(~complete & ((left == 0) | ((left == 1) & move))),
         ]
@@ -106,6 +106,14 @@ class CellWriter(wiring.Component):
             ]
         with m.If(self.bytes.valid & self.bytes.ready):
             m.d.sync += [byte.eq(self.bytes.payload), left.eq(8 // step)]
+        with m.If(due & ~offered):
+            m.d.sync += [
+                offered.eq(1),
+                self.writes.valid.eq(~self.repeated),
+                self.writes.p.last.eq(complete | exhausted),
+            ]
+        with m.If(leaves):
+            m.d.sync += [offered.eq(0), self.writes.valid.eq(0)]
         with m.If(load):
             m.d.sync += [
                 missing.eq(steps),
@@ -131,6 +139,8 @@ class CellWriter(wiring.Component):
                 row.eq(0),
                 complete.eq(0),
                 held.eq(0),
+                offered.eq(0),
+                self.writes.valid.eq(0),
                 settling.eq(0),
             ]
 

@@ -33,28 +33,32 @@ def request_fields(config: Config) -> dict[Command, Layout]:
     """Return the fields at the start of every request that has a number, by its command."""
     fields = {
         Command.STATUS: Layout(()),
-        Command.START: start_request(config),
-        Command.WRITE: write_request(config),
-        # Of a GENERATE, what it has in all modes.
-        Command.GENERATE: Layout((("mode", 8),)),
-        Command.READ: read_request(config),
         Command.COUNTERS: Layout(()),
         Command.CLEAR: Layout(()),
     }
+    if config.genetic:
+        fields |= {
+            Command.START: start_request(config),
+            Command.WRITE: write_request(config),
+            # Of a GENERATE, what it has in all modes.
+            Command.GENERATE: Layout((("mode", 8),)),
+            Command.READ: read_request(config),
+        }
     if config.checker is not CheckerBuild.NONE:
         fields |= {
             Command.MAP: map_request(config),
             Command.CHECK: check_request(config),
-            Command.CHECK_PATHS: check_paths_request(config),
             Command.RESULTS: results_request(config),
         }
+    if config.genetic and config.checker is not CheckerBuild.NONE:
+        fields[Command.CHECK_PATHS] = check_paths_request(config)
     return fields
 
 
 class FixedFields(wiring.Component):
     """Reads the fixed fields of a request.
 
-    ``status`` follows its inputs a clock later, all else at once.
+    ``status`` follows its inputs two clocks later, all else at once.
 
     Parameters
     ----------
@@ -84,7 +88,7 @@ class FixedFields(wiring.Component):
     rectangle : Out(struct of map_request)
         Fields of a MAP.
     checks : Out(check_layout)
-        What a CHECK or CHECK_PATHS asks for.
+        What a CHECK or CHECK_PATHS asks for. Of these, what no command asks for is 0.
     """
 
     def __init__(self, config: Config):
@@ -115,20 +119,27 @@ class FixedFields(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        m.d.comb += [
-            self.kind.eq(AnswerKind.EMPTY),
-            self.start.eq(self._of(Command.START)),
-            self.write_slot.eq(self._of(Command.WRITE).slot),
-            self.identity.eq(self._of(Command.GENERATE).mode == LinkMode.POPULATION),
-        ]
+        m.d.comb += self.kind.eq(AnswerKind.EMPTY)
+        if Command.START in self._fields:
+            m.d.comb += [
+                self.start.eq(self._of(Command.START)),
+                self.write_slot.eq(self._of(Command.WRITE).slot),
+                self.identity.eq(self._of(Command.GENERATE).mode == LinkMode.POPULATION),
+            ]
         if Command.MAP in self._fields:
-            single, batch = self._of(Command.CHECK), self._of(Command.CHECK_PATHS)
-            flags = Mux(self.checks.batch, batch.flags, single.flags)
             m.d.comb += [
                 self.rectangle.eq(self._of(Command.MAP)),
-                self.checks.batch.eq(self.code == Command.CHECK_PATHS),
-                self.checks.counting.eq(flags & CheckFlag.COUNT.value),
-                *(self.checks[name].eq(batch[name]) for name in ("slot", "count", "start", "goal")),
+                self.checks.counting.eq(self._of(Command.CHECK).flags & CheckFlag.COUNT.value),
+            ]
+        if Command.CHECK_PATHS in self._fields:
+            batch = self._of(Command.CHECK_PATHS)
+            with m.If(self.code == Command.CHECK_PATHS):
+                m.d.comb += [
+                    self.checks.batch.eq(1),
+                    self.checks.counting.eq(batch.flags & CheckFlag.COUNT.value),
+                ]
+            m.d.comb += [
+                self.checks[name].eq(batch[name]) for name in ("slot", "count", "start", "goal")
             ]
 
         judges = {
@@ -142,17 +153,22 @@ class FixedFields(wiring.Component):
             Command.CHECK_PATHS: self._judge_check_paths,
             Command.RESULTS: self._judge_results,
         }
-        m.d.sync += self.status.eq(Status.OK)
+        # First what each command makes of the fields, then what the one at hand does.
+        wrong = {command: Signal(name=f"{command.name.lower()}_wrong") for command in judges}
+        followed = Signal()
+        m.d.sync += [self.status.eq(Status.OK), followed.eq(0)]
+        with m.Switch(self.code):
+            with m.Case(*FOLLOWED):
+                m.d.sync += followed.eq(1)
         with m.Switch(self.code):
             for command in self._fields:
                 with m.Case(command):
-                    wrong = Signal(name=f"{command.name.lower()}_wrong")
                     if command in judges:
-                        m.d.comb += wrong.eq(judges[command](m))
-                    with m.If(~self.ended & (command not in FOLLOWED)):
-                        m.d.sync += self.status.eq(Status.BAD_LENGTH)
-                    with m.Elif(wrong):
-                        m.d.sync += self.status.eq(Status.BAD_VALUE)
+                        m.d.sync += wrong[command].eq(judges[command](m))
+                        with m.If(wrong[command]):
+                            m.d.sync += self.status.eq(Status.BAD_VALUE)
+        with m.If(~self.ended & ~followed):
+            m.d.sync += self.status.eq(Status.BAD_LENGTH)
 
         return m
 

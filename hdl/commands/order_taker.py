@@ -16,8 +16,8 @@ __all__ = ["OrderTaker"]
 class OrderTaker(wiring.Component):
     """Hands the order of the slots to the core, and waits until it has been worked in.
 
-    A byte is taken a clock, as long as the core takes ranks. An order that is no permutation of the
-    slots is refused.
+    A byte is taken every second clock, as long as the core takes ranks. An order that is no
+    permutation of the slots is refused.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class OrderTaker(wiring.Component):
     identity : In(1)
         Nothing follows: the slots are in order already.
     ranking : Out(stream of rank, slot)
-        The slots from the best path to the worst.
+        The slots from the best path to the worst; registers.
     ranked : In(1)
         The core has worked the ranking in.
     """
@@ -51,59 +51,74 @@ class OrderTaker(wiring.Component):
         m = Module()
         config = self.config
         byte = self.bytes.payload
-        taken = byte[: config.slot_bits]
+        ranking = self.ranking
 
         rank = Signal(range(config.population + 1))
         seen = Signal(config.population)
+        too_high = Signal()
         bad_value = Signal()
+        fresh = Signal()  # A slot has come, and has not been looked at.
         complete = Signal()
+        idle = Signal()
+        take = Signal()
         m.d.comb += [
             complete.eq(rank == config.population),
-            self.ranking.p.rank.eq(rank),
-            self.ranking.p.slot.eq(Mux(self.identity, rank, byte)),
+            idle.eq(~fresh & ~ranking.valid),
+            take.eq(self.bytes.valid & self.bytes.ready),
         ]
 
         def settle(status):
             m.d.comb += [self.over.eq(1), self.status.eq(status)]
+
+        with m.If(ranking.ready):
+            m.d.sync += ranking.valid.eq(0)
+        m.d.sync += fresh.eq(0)
+        with m.If(fresh):
+            m.d.sync += [
+                seen.bit_select(ranking.p.slot, 1).eq(1),
+                bad_value.eq(bad_value | too_high | seen.bit_select(ranking.p.slot, 1)),
+            ]
+        with m.If(idle):
+            m.d.sync += [
+                ranking.p.rank.eq(rank),
+                ranking.p.slot.eq(Mux(self.identity, rank, byte)),
+                too_high.eq(byte >= config.population),
+            ]
 
         with m.FSM():
             with m.State("Order"):
                 with m.If(~self.on):
                     m.d.sync += [rank.eq(0), seen.eq(0), bad_value.eq(0)]
                 with m.Elif(self.identity):
-                    m.d.comb += self.ranking.valid.eq(self.ended & ~self.repeated)
                     with m.If(~self.ended):
                         settle(Status.BAD_LENGTH)
                     with m.Elif(self.repeated):
                         settle(Status.OK)
-                    with m.Elif(self.ranking.ready):
-                        m.d.sync += rank.eq(rank + 1)
-                        with m.If(rank == config.population - 1):
+                    with m.Elif(idle):
+                        with m.If(complete):
                             m.next = "Ranked"
+                        with m.Else():
+                            m.d.sync += [rank.eq(rank + 1), ranking.valid.eq(1)]
                 with m.Elif(self.ended):
-                    with m.If(~complete):
-                        settle(Status.BAD_LENGTH)
-                    with m.Elif(self.repeated):
-                        settle(Status.OK)
-                    with m.Elif(bad_value):
-                        settle(Status.BAD_VALUE)
-                    with m.Else():
-                        m.next = "Ranked"
+                    with m.If(idle):
+                        with m.If(~complete):
+                            settle(Status.BAD_LENGTH)
+                        with m.Elif(self.repeated):
+                            settle(Status.OK)
+                        with m.Elif(bad_value):
+                            settle(Status.BAD_VALUE)
+                        with m.Else():
+                            m.next = "Ranked"
                 with m.Elif(complete):
-                    with m.If(self.bytes.valid):  # One byte too many.
+                    with m.If(self.bytes.valid & idle):  # One byte too many.
                         settle(Status.BAD_LENGTH)
                 with m.Else():
-                    m.d.comb += [
-                        self.ranking.valid.eq(self.bytes.valid & ~self.repeated),
-                        self.bytes.ready.eq(self.ranking.ready | self.repeated),
-                    ]
-                    with m.If(self.bytes.valid & self.bytes.ready):
+                    m.d.comb += self.bytes.ready.eq(idle)
+                    with m.If(take):
                         m.d.sync += [
                             rank.eq(rank + 1),
-                            seen.bit_select(taken, 1).eq(1),
-                            bad_value.eq(
-                                bad_value | (byte >= config.population) | seen.bit_select(taken, 1)
-                            ),
+                            fresh.eq(1),
+                            ranking.valid.eq(~self.repeated),
                         ]
 
             with m.State("Ranked"):

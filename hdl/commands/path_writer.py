@@ -29,9 +29,9 @@ class PathWriter(wiring.Component):
     on, repeated, bytes, ended, over, status
         See :func:`hdl.commands.layouts.payload_members`.
     slot : In(8)
-        The first slot.
+        The first slot; steady from the clock before ``on``.
     writes : Out(stream of slot, index, waypoint, last)
-        Waypoints for the present population.
+        Waypoints for the present population; ``valid`` is a register.
     """
 
     def __init__(self, config: Config):
@@ -53,16 +53,14 @@ class PathWriter(wiring.Component):
         word = words.words
         connect(m, flipped(self.bytes), words.bytes)
 
-        path = Signal(9)  # Whole paths so far.
-        slot = Signal(10)
+        slot = Signal(9)  # Of this path.
         index = Signal(range(config.max_waypoints + 1))
         any_word = Signal()
         bad_value = Signal()
-        wrong = Signal()
         m.d.comb += [
             words.on.eq(self.on),
-            slot.eq(self.slot + path),
-            wrong.eq(
+            words.repeated.eq(self.repeated),
+            words.wrong.eq(
                 (slot >= config.population)
                 | (index >= config.max_waypoints)
                 | (word.p.last & (index < config.MIN_WAYPOINTS - 1))
@@ -72,20 +70,20 @@ class PathWriter(wiring.Component):
             self.writes.p.index.eq(index),
             self.writes.p.waypoint.eq(word.p.waypoint),
             self.writes.p.last.eq(word.p.last),
-            self.writes.valid.eq(word.valid & ~wrong & ~self.repeated),
-            word.ready.eq(wrong | self.repeated | self.writes.ready),
+            self.writes.valid.eq(word.valid),
+            word.ready.eq(self.writes.ready),
         ]
         with m.If(~self.on):
-            m.d.sync += [path.eq(0), index.eq(0), any_word.eq(0), bad_value.eq(0)]
-        with m.Elif(word.valid & word.ready):
-            m.d.sync += [any_word.eq(1), bad_value.eq(wrong)]
+            m.d.sync += [slot.eq(self.slot), index.eq(0), any_word.eq(0), bad_value.eq(0)]
+        with m.Elif(words.judge):
+            m.d.sync += [any_word.eq(1), bad_value.eq(words.wrong)]
+        with m.Elif(words.passes):
+            m.d.sync += index.eq(index + 1)
             with m.If(word.p.last):
-                m.d.sync += [index.eq(0), path.eq(path + 1)]
-            with m.Elif(~wrong):
-                m.d.sync += index.eq(index + 1)
+                m.d.sync += [index.eq(0), slot.eq(slot + 1)]
 
         m.d.comb += [
-            self.over.eq(self.on & self.ended & ~word.valid),
+            self.over.eq(self.on & self.ended & ~words.busy),
             self.status.eq(Status.OK),
         ]
         with m.If(words.partial | ~any_word):

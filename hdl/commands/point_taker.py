@@ -29,7 +29,7 @@ class PointTaker(wiring.Component):
     on, repeated, bytes, ended, over, status
         See :func:`hdl.commands.layouts.payload_members`.
     points : Out(stream of x, y, altitude, last)
-        At most as many as a path may have, and none after a ``last`` one.
+        At most as many as a path may have, and none after a ``last`` one; ``valid`` is a register.
     """
 
     def __init__(self, config: Config):
@@ -48,23 +48,23 @@ class PointTaker(wiring.Component):
         count = Signal(range(most + 1))
         finished = Signal()
         bad_value = Signal()
-        wrong = Signal()
         m.d.comb += [
             words.on.eq(self.on),
-            wrong.eq(finished | (count == most) | (word.p.last & (count == 0)) | bad_value),
+            words.repeated.eq(self.repeated),
+            words.wrong.eq(finished | (count == most) | (word.p.last & (count == 0)) | bad_value),
             self.points.p.eq(word.p),
-            self.points.valid.eq(word.valid & ~wrong & ~self.repeated),
-            word.ready.eq(wrong | self.repeated | self.points.ready),
+            self.points.valid.eq(word.valid),
+            word.ready.eq(self.points.ready),
         ]
         with m.If(~self.on):
             m.d.sync += [count.eq(0), finished.eq(0), bad_value.eq(0)]
-        with m.Elif(word.valid & word.ready):
-            m.d.sync += [bad_value.eq(wrong), finished.eq(finished | word.p.last)]
-            with m.If(~wrong):
-                m.d.sync += count.eq(count + 1)
+        with m.Elif(words.judge):
+            m.d.sync += bad_value.eq(words.wrong)
+        with m.Elif(words.passes):
+            m.d.sync += [finished.eq(word.p.last), count.eq(count + 1)]
 
         m.d.comb += [
-            self.over.eq(self.on & self.ended & ~word.valid),
+            self.over.eq(self.on & self.ended & ~words.busy),
             self.status.eq(Status.OK),
         ]
         with m.If(words.partial | ((count == 0) & ~bad_value)):

@@ -23,9 +23,10 @@ class ReceivingUnit(wiring.Component):
     """Takes requests apart, by the rules of :mod:`hdl.protocol`.
 
     Turned on with a request waiting, it takes one byte a clock, but for what the units of
-    :mod:`hdl.commands` say of waypoints and cells. It is over at most 5 clocks after the last byte;
-    with a GENERATE or a MAP, when the core or the checker is ready for what follows. Whatever the
-    request holds, all of it is taken and the unit ends.
+    :mod:`hdl.commands` say of ranks, waypoints and cells. It is over at most 6 clocks after the
+    last byte; with a GENERATE or a MAP, when the core or the checker is ready for what follows.
+    Whatever the request holds, all of it is taken and the unit ends. ``valid`` of every stream
+    out of here is a register.
 
     A refused WRITE may have changed the slots it names, whose lengths stay within the limits, and a
     MAP of a wrong length cells of its rectangle.
@@ -43,18 +44,8 @@ class ReceivingUnit(wiring.Component):
         Hand-over with the control unit. ``over`` lasts while it waits to be turned off.
     pending : Out(1)
         A request waits.
-    generate : Out(1)
-        With ``over``: a generation is to run before the answer.
     requests : In(stream of request_layout)
         Bodies of undamaged frames, without CRC.
-    starts : Out(stream of seed, x, y, altitude, avoid_ground)
-        Seed of the random source, limits of new waypoints.
-    writes : Out(stream of slot, index, waypoint, last)
-        Waypoints for the present population.
-    ranking : Out(stream of rank, slot)
-        The slots from the best path to the worst.
-    ranked : In(1)
-        The core has worked the ranking in.
     answer : Out(answer_layout)
         How to answer; steady from ``over`` to the next ``on``.
     session : Out(8)
@@ -63,6 +54,19 @@ class ReceivingUnit(wiring.Component):
         Pulses from the line: FRAMING, OVERRUN, CRC, MALFORMED of :class:`hdl.protocol.StickyError`.
     errors : Out(8)
         All sticky errors.
+
+    Only where ``config`` has a genetic core:
+
+    generate : Out(1)
+        With ``over``: a generation is to run before the answer.
+    starts : Out(stream of seed, x, y, altitude, avoid_ground)
+        Seed of the random source, limits of new waypoints.
+    writes : Out(stream of slot, index, waypoint, last)
+        Waypoints for the present population.
+    ranking : Out(stream of rank, slot)
+        The slots from the best path to the worst.
+    ranked : In(1)
+        The core has worked the ranking in.
 
     Only where ``config`` has a checker:
 
@@ -86,24 +90,27 @@ class ReceivingUnit(wiring.Component):
         self.config = config
         self.has_checker = config.checker is not CheckerBuild.NONE
 
-        self.start_layout = start_layout(config)
-        self.write_layout = write_layout(config)
-        self.ranking_layout = ranking_layout(config)
         members = {
             "on": In(1),
             "over": Out(1),
             "pending": Out(1),
-            "generate": Out(1),
             "requests": In(stream.Signature(request_layout)),
-            "starts": Out(stream.Signature(self.start_layout)),
-            "writes": Out(stream.Signature(self.write_layout)),
-            "ranking": Out(stream.Signature(self.ranking_layout)),
-            "ranked": In(1),
             "answer": Out(answer_layout),
             "session": Out(8),
             "line_errors": In(4),
             "errors": Out(8),
         }
+        if config.genetic:
+            self.start_layout = start_layout(config)
+            self.write_layout = write_layout(config)
+            self.ranking_layout = ranking_layout(config)
+            members |= {
+                "generate": Out(1),
+                "starts": Out(stream.Signature(self.start_layout)),
+                "writes": Out(stream.Signature(self.write_layout)),
+                "ranking": Out(stream.Signature(self.ranking_layout)),
+                "ranked": In(1),
+            }
         if self.has_checker:
             self.cell_layout = cell_layout(config)
             self.point_layout = point_layout(config)
@@ -123,17 +130,19 @@ class ReceivingUnit(wiring.Component):
         config = self.config
 
         m.submodules.fixed_fields = fixed_fields = FixedFields(config)
-        m.submodules.path_writer = path_writer = PathWriter(config)
-        m.submodules.order_taker = order_taker = OrderTaker(config)
-        takers = {Command.WRITE: path_writer, Command.GENERATE: order_taker}
-        connect(m, path_writer.writes, flipped(self.writes))
-        connect(m, order_taker.ranking, flipped(self.ranking))
-        m.d.comb += [
-            self.starts.p.eq(fixed_fields.start),
-            path_writer.slot.eq(fixed_fields.write_slot),
-            order_taker.identity.eq(fixed_fields.identity),
-            order_taker.ranked.eq(self.ranked),
-        ]
+        takers = {}
+        if config.genetic:
+            m.submodules.path_writer = path_writer = PathWriter(config)
+            m.submodules.order_taker = order_taker = OrderTaker(config)
+            takers |= {Command.WRITE: path_writer, Command.GENERATE: order_taker}
+            connect(m, path_writer.writes, flipped(self.writes))
+            connect(m, order_taker.ranking, flipped(self.ranking))
+            m.d.comb += [
+                self.starts.p.eq(fixed_fields.start),
+                path_writer.slot.eq(fixed_fields.write_slot),
+                order_taker.identity.eq(fixed_fields.identity),
+                order_taker.ranked.eq(self.ranked),
+            ]
         if self.has_checker:
             m.submodules.cell_writer = cell_writer = CellWriter(config)
             m.submodules.point_taker = point_taker = PointTaker(config)
@@ -151,13 +160,11 @@ class ReceivingUnit(wiring.Component):
         ended = Signal()  # The last byte has been taken.
         code = Signal(8)
         expected = Signal(8)
-        ahead = Signal(8)
         repeated = Signal()
         packed = Signal(8 * fixed_fields.size)
         left = Signal(range(fixed_fields.size + 1))  # Bytes of the fixed fields.
         m.d.comb += [
             self.pending.eq(self.requests.valid),
-            ahead.eq(self.answer.sequence - expected),
             take.eq(self.requests.valid & self.requests.ready),
             fixed_fields.code.eq(code),
             fixed_fields.packed.eq(packed),
@@ -172,25 +179,48 @@ class ReceivingUnit(wiring.Component):
                 taker.bytes.payload.eq(byte),
             ]
 
+        # What the header says, registered while the rest of it comes in.
+        at_hand = Signal()  # Its session is the open one,
+        next_session = Signal()  # or the one after that.
+        present = Signal()  # Its number is the expected one,
+        previous = Signal()  # or the one before,
+        future = Signal()  # or one that is to come.
+        ahead = Signal(8)
+        m.d.comb += ahead.eq(self.answer.sequence - expected)
+        m.d.sync += [
+            at_hand.eq(self.answer.session == self.session),
+            next_session.eq(self.answer.session == (self.session + 1)[:8]),
+            present.eq(ahead == 0),
+            previous.eq(ahead == 255),
+            future.eq((ahead != 0) & (ahead < 129)),
+        ]
+
+        verdict = Signal(8)  # Of the taker.
         refused = Signal()
         cleared = Signal()
+        m.d.sync += [refused.eq(0), cleared.eq(0)]
         m.d.sync += self.errors.eq(
             Mux(cleared, 0, self.errors)
             | self.line_errors
             | Mux(refused, StickyError.REFUSED.value, 0)
         )
 
+        if self.has_checker:
+            m.d.sync += self.forget.eq(0)
+
         def answer_with(status):
             m.d.sync += [self.answer.status.eq(status), self.answer.kind.eq(AnswerKind.EMPTY)]
 
         def refuse(status):
             answer_with(status)
-            m.d.comb += refused.eq(1)
+            m.d.sync += refused.eq(1)
             m.next = "Drain"
 
         with m.FSM():
             with m.State("Off"):
-                m.d.sync += [ended.eq(0), repeated.eq(0), self.generate.eq(0)]
+                m.d.sync += [ended.eq(0), repeated.eq(0)]
+                if config.genetic:
+                    m.d.sync += self.generate.eq(0)
                 if self.has_checker:
                     m.d.sync += self.check.eq(0)
                 with m.If(self.on):
@@ -226,19 +256,19 @@ class ReceivingUnit(wiring.Component):
                         Mux(code == Command.INFO, AnswerKind.INFO, AnswerKind.SILENCE)
                     )
                 with m.Elif(code == Command.OPEN):
-                    with m.If(self.answer.session == (self.session + 1)[:8]):
+                    with m.If(next_session):
                         m.d.sync += [self.session.eq(self.answer.session), expected.eq(0)]
-                    with m.Elif(self.answer.session != self.session):
+                    with m.Elif(~at_hand):
                         answer_with(Status.NO_SESSION)
-                with m.Elif(self.answer.session != self.session):
+                with m.Elif(~at_hand):
                     answer_with(Status.NO_SESSION)
-                with m.Elif((ahead != 0) & (ahead < 129)):
+                with m.Elif(future):
                     answer_with(Status.OUT_OF_ORDER)
                     m.d.sync += self.answer.sequence.eq(expected)
-                with m.Elif((ahead != 0) & (ahead != 255)):
+                with m.Elif(~present & ~previous):
                     answer_with(Status.DUPLICATE)
                 with m.Else():
-                    m.d.sync += repeated.eq(ahead != 0)
+                    m.d.sync += repeated.eq(previous)
                     with m.Switch(code):
                         for command, layout in request_fields(config).items():
                             with m.Case(command):
@@ -262,6 +292,9 @@ class ReceivingUnit(wiring.Component):
                     refuse(Status.BAD_LENGTH)
 
             with m.State("Weigh"):
+                m.next = "Weigh again"
+
+            with m.State("Weigh again"):
                 m.next = "Judge"
 
             with m.State("Judge"):
@@ -273,11 +306,12 @@ class ReceivingUnit(wiring.Component):
                 with m.Switch(code):
                     with m.Case(*takers):
                         m.next = "Rest"
-                    with m.Case(Command.START):
-                        with m.If(~repeated):
-                            m.next = "Start"
+                    if config.genetic:
+                        with m.Case(Command.START):
+                            with m.If(~repeated):
+                                m.next = "Start"
                 if self.has_checker:
-                    m.d.comb += self.forget.eq(
+                    m.d.sync += self.forget.eq(
                         (code == Command.CHECK) | (code == Command.CHECK_PATHS)
                     )
                     m.d.sync += self.check.eq(
@@ -288,12 +322,16 @@ class ReceivingUnit(wiring.Component):
                 with m.If(fixed_fields.status != Status.OK):
                     refuse(fixed_fields.status)
                 with m.Elif(code == Command.CLEAR):
-                    m.d.comb += cleared.eq(~repeated)
+                    m.d.sync += cleared.eq(~repeated)
+                if config.genetic:
+                    with m.Elif(code == Command.START):
+                        m.d.sync += self.starts.valid.eq(~repeated)
 
-            with m.State("Start"):
-                m.d.comb += self.starts.valid.eq(1)
-                with m.If(self.starts.ready):
-                    m.next = "Executed"
+            if config.genetic:
+                with m.State("Start"):
+                    with m.If(self.starts.ready):
+                        m.d.sync += self.starts.valid.eq(0)
+                        m.next = "Executed"
 
             with m.State("Rest"):
                 with m.Switch(code):
@@ -304,15 +342,20 @@ class ReceivingUnit(wiring.Component):
                                 taker.bytes.valid.eq(self.requests.valid & ~ended),
                                 self.requests.ready.eq(taker.bytes.ready & ~ended),
                             ]
+                            m.d.sync += verdict.eq(taker.status)
                             with m.If(taker.over):
-                                with m.If(taker.status != Status.OK):
-                                    refuse(taker.status)
-                                with m.Else():
-                                    if command is Command.GENERATE:
-                                        m.d.sync += self.generate.eq(~repeated)
-                                    if command is Command.CHECK:
-                                        m.d.sync += self.check.eq(~repeated)
-                                    m.next = "Executed"
+                                m.next = "Taken"
+
+            with m.State("Taken"):
+                with m.If(verdict != Status.OK):
+                    refuse(verdict)
+                with m.Else():
+                    if config.genetic:
+                        m.d.sync += self.generate.eq((code == Command.GENERATE) & ~repeated)
+                    if self.has_checker:
+                        with m.If(code == Command.CHECK):
+                            m.d.sync += self.check.eq(~repeated)
+                    m.next = "Executed"
 
             with m.State("Executed"):
                 with m.If(~repeated):

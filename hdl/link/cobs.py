@@ -122,16 +122,18 @@ class CobsEncoder(wiring.Component):
         code  = Signal(8, init=1)
         ended = Signal()    # No byte of the frame is to come.
         used  = Signal.like(ring.committed)
-        room  = Signal()
+        room  = Signal(init=1)
 
         m.d.comb += [
             used.eq(tail - ring.fetched),
-            room.eq(~used[-1]),
             ring.committed.eq(start),
             self.encoded.valid.eq(ring.words.valid),
             self.encoded.payload.eq(ring.words.payload),
             ring.words.ready.eq(self.encoded.ready),
         ]
+
+        # A clock old, and so a few rows short: `tail` may have moved on since.
+        m.d.sync += room.eq(~used[-1] & ~used[2:-1].all())
 
         def close_block():
             m.d.comb += [

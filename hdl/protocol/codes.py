@@ -17,7 +17,8 @@ class Command(enum.IntEnum):
     OPEN = 2
     #: State, generation, sticky errors: :func:`status_reply`.
     STATUS = 3
-    #: Seed, limits, generation 0: :func:`start_request`.
+    #: Seed, limits, generation 0: :func:`start_request`. This and the next three are unknown to a
+    #: chip without a genetic core.
     START = 4
     #: Paths into consecutive slots: :func:`write_request`, then the waypoints.
     WRITE = 5
@@ -36,6 +37,7 @@ class Command(enum.IntEnum):
     #: goal, in the form of a path; the reply is :func:`check_reply`, then the results.
     CHECK = 11
     #: Paths of consecutive slots against the map: :func:`check_paths_request`; reply as CHECK's.
+    #: Unknown to a chip without a genetic core, too.
     CHECK_PATHS = 12
     #: Results of the latest check once more: :func:`results_request`; the reply is the results.
     RESULTS = 13

@@ -119,6 +119,7 @@ def info_reply(config: Config) -> Layout:
             ("clock_hz", 32),
             ("clocks_per_bit", 16),
             ("receive_buffer", 16),
+            ("genetic", 8),
             ("checker", 8),
             ("lanes", 8),
             ("memory_latency", 8),
@@ -177,7 +178,11 @@ def status_reply(config: Config) -> Layout:
 
 
 def counters_reply(config: Config) -> Layout:
-    """Every :class:`Counter`, 48 bits each; taken at one instant, when the command is executed."""
+    """Every :class:`Counter`, 48 bits each.
+
+    Each is whole; those that count on while the answer is made are some clocks apart. The bytes
+    sent are those before this answer.
+    """
     return Layout(tuple((counter.value, 48) for counter in Counter))
 
 

@@ -140,6 +140,9 @@ class FpgaGeneticPlanner:
 
 def _check(config: Config, evaluator: Evaluator, options: Options, on_board: bool) -> None:
     """Refuse what a chip of ``config`` cannot do."""
+    if not config.genetic:
+        raise InputError("This board has no genetic core, it only checks paths; use another board, "
+                         "or --planner ga-pc.")
     if on_board and config.checker is CheckerBuild.NONE:
         raise InputError("This board has no collision checker; leave out --feasibility board, or "
                          "use one that was built with a checker.")

@@ -56,7 +56,8 @@ class ChipModel:
     Attributes
     ----------
     core : Core
-        Population and random source; tests compare it with the gateware's.
+        Population and random source; tests compare it with the gateware's. No command reaches it
+        where the chip has none.
     checking : CheckingModel or None
         The checker, of a chip that has one.
     """
@@ -74,20 +75,24 @@ class ChipModel:
         self._states = [ChipState.LISTEN]
         self._commands: dict[int, Callable[[bytes, bool], bytes]] = {
             Command.STATUS: self._status,
-            Command.START: self._start,
-            Command.WRITE: self._write,
-            Command.GENERATE: self._generate,
-            Command.READ: self._read,
             Command.COUNTERS: self._count,
             Command.CLEAR: self._clear,
         }
+        if config.genetic:
+            self._commands |= {
+                Command.START: self._start,
+                Command.WRITE: self._write,
+                Command.GENERATE: self._generate,
+                Command.READ: self._read,
+            }
         if self.checking:
             self._commands |= {
                 Command.MAP: self.checking.write,
                 Command.CHECK: self._check,
-                Command.CHECK_PATHS: self._check_paths,
                 Command.RESULTS: self.checking.results,
             }
+        if config.genetic and self.checking:
+            self._commands[Command.CHECK_PATHS] = self._check_paths
 
     def feed(self, data: bytes) -> bytes:
         """Receive ``data`` from the line and return what the chip sends in answer."""

@@ -75,6 +75,7 @@ def refused(capsys, *arguments):
     ([*ENDS, "--uav", __file__], "The name of a UAV file must end in .toml, unlike "),
     ([*ENDS, "--board", "/dev/nowhere"], "No board can be opened at '/dev/nowhere' ("),
     ([*ENDS, "--board", "model:?population=33"], "Config.population must be a power of two "),
+    ([*ENDS, "--board", "model:?genetic=0"], "This board has no genetic core, "),
     ([*ENDS, "--board", "model:?speed=9"], "The model takes only fields of the configuration, "),
 ])
 def test_plan(hills, tmp_path, capsys, options, sentence):

@@ -254,6 +254,11 @@ def test_a_real_board_is_what_it_is(level, capsys, monkeypatch):
     assert len(is_closed) == 7
 
 
+def test_a_chip_without_a_genetic_core(level, capsys):
+    verdict = feasible(capsys, *level)
+    assert feasible(capsys, *level, "--board", "model:?genetic=0") == verdict
+
+
 # --- Bad input -----------------------------------------------------------------------------------
 
 
@@ -335,6 +340,8 @@ def test_bad_paths(level, tmp_path, capsys, rows, sentence):
         (["--mode", "sideways"], "Argument --mode: invalid choice: 'sideways' (choose from "),
         (["--board", "model:?checker=none"],
          "The board at 'model:?checker=none' has no collision checker; "),
+        (["--board", "model:?genetic=0&checker=none"],
+         "Config.genetic must be 1 on a chip without a checker, not 0; "),
         (["--board", "model:?checker=round"], "'round' is not a valid CheckerBuild; "),
         (["--board", "model:?checker=parallel", "--mode", "two-tier"],
          "The board at 'model:?checker=parallel' has the parallel checker of 1 lane, "

@@ -204,16 +204,16 @@ async def every_kind_after_every_other(dut, stalled):
 
 @cocotb.test()
 async def first_byte_and_rate(dut):
-    """The first byte 2 clocks after the unit is turned on, then a byte a clock."""
+    """The first byte 3 clocks after the unit is turned on, a clock before each six of fields."""
     bench = Bench(dut, stalled=False)
     await bench.reset()
     dut.answer.value = packed(answer_layout, {"kind": AnswerKind.COUNTERS, "session": 1})
-    size = 3 + counters_reply(CONFIG).size
+    words = len(counters_reply(CONFIG).fields)
     dut.on.value = 1
     dut.replies__ready.value = 1
     valid = []
     while not dut.over.value:
         valid.append(int(dut.replies__valid.value))
         await FallingEdge(dut.clk)
-    assert valid == [0] * 2 + [1] * size
+    assert valid == [0] * 3 + [1] * 3 + ([0] + [1] * 6) * words
     dut.on.value = 0

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from hdl.config import CheckerBuild
-from hdl.protocol import LinkMode, StickyError
+from hdl.protocol import Command, LinkMode, StickyError
 from host.board import open_board, start_simulated
-from tests.chips import SMALL, Pair, board_url, random_path
+from host.link import RefusedError
+from tests.chips import SMALL, Pair, board_url, random_path, without_line_clocks
 from tests.fuzz import Fuzz
 
 
@@ -92,6 +93,32 @@ def test_new_waypoints_keep_off_the_ground(pair, config):
     counters = chips.check()
     assert counters["redrawn"] > 0
     assert counters["left_out"] > 0
+
+
+@pytest.mark.parametrize("checker", ["two-tier", "parallel"])
+def test_a_chip_that_only_checks(pair, checker):
+    """Every verdict and clock is the model's, and what needs the genetic core is refused."""
+    chips = pair(CHIPS[checker].replace(genetic=False))
+    rng, config = chips.rng, chips.config
+    high = 12 << 2 * config.coordinate_bits  # Above all but the blocked cells.
+    told = []
+    for number in range(20):
+        path = random_path(config, rng, 2 + number % (config.max_waypoints + 1))
+        if number < 10:
+            path = [point | high for point in path]
+        one, other = (
+            chip.check_path(path, counting=bool(number % 2)) for chip in (chips.board, chips.model)
+        )
+        assert one == other, path
+        told += one.verdicts
+    assert 0 < sum(verdict.collision for verdict in told) < 20
+    for chip in (chips.board, chips.model):
+        with pytest.raises(RefusedError, match="START with UNKNOWN_COMMAND"):
+            chip.link.request(Command.START, bytes(15))
+    assert chips.board.status() == chips.model.status()
+    counters, expected = chips.board.counters(), chips.model.counters()
+    assert without_line_clocks(counters) == without_line_clocks(expected)
+    assert counters["paths"] == 20
 
 
 def test_icarus_agrees(pair, icarus):

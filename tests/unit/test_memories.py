@@ -10,7 +10,7 @@ from amaranth.lib import memory
 from hdl.memories import without_contents
 
 
-def two_memories(marked):
+def two_memories(marked, *, sources=False):
     """Return the Verilog of a memory of zeros and of one of other contents."""
     m = Module()
     ports = []
@@ -20,7 +20,7 @@ def two_memories(marked):
         read = rows.read_port()
         write = rows.write_port()
         ports += [read.addr, read.data, read.en, write.addr, write.data, write.en]
-    return verilog.convert(m, ports=ports, name="top", emit_src=False)
+    return verilog.convert(m, ports=ports, name="top", emit_src=sources)
 
 
 def test_zeros_of_marked_memories_go():
@@ -39,6 +39,12 @@ def test_zeros_of_marked_memories_go():
         *(["-", f"zeros[{row}]", "=", "8'h00;"] for row in range(8)),
         ["-", "end"],
     ]
+
+
+def test_where_a_memory_was_written_is_no_matter():
+    after = without_contents(two_memories({"no_rw_check": 1}, sources=True))
+    assert "zeros[3]" not in after
+    assert "squares[3] = 8'h09;" in after
 
 
 def test_others_stay():

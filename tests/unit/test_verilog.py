@@ -118,7 +118,11 @@ def test_yosys_reads_it(tmp_path, monkeypatch, capfd, config):
 
 
 @pytest.mark.cosim
-@pytest.mark.parametrize("config", [SMALL, Config()], ids=["small", "default"])
+@pytest.mark.parametrize(
+    "config",
+    [SMALL, CHECKING.replace(genetic=False), Config()],
+    ids=["small", "check-only", "default"],
+)
 def test_lint_is_clean(tmp_path, config):
     path = tmp_path / "planner.v"
     path.write_text(exported_verilog("planner", config))

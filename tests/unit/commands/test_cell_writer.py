@@ -132,5 +132,5 @@ def test_it_waits_for_the_map():
     )
     assert outcomes[0][0] is OK
     assert over_at == [0] * busy_clocks
-    # A byte, a cell each: the first takes 2 clocks, the last is held for none.
-    assert outcomes[0][1] == 2 * 6 + busy_clocks + 3
+    # A byte, a cell each: the first takes 2 clocks, the last is held for one.
+    assert outcomes[0][1] == 2 * 6 + busy_clocks + 4

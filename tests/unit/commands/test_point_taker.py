@@ -47,9 +47,9 @@ def test_every_length(pauses):
 
 
 def test_clocks():
-    """4 bytes and a clock for each point, and one more to be over."""
+    """4 bytes and two clocks for each point, and one more to be over."""
     outcomes, _ = taken([pack_paths(CONFIG, [path_of(6)])])
-    assert outcomes == [(Status.OK, 6 * 5 + 1)]
+    assert outcomes == [(Status.OK, 6 * 6 + 1)]
 
 
 @pytest.mark.parametrize(

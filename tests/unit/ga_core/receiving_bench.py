@@ -82,6 +82,7 @@ class Chip:
     def __init__(self, pauses=(0,), config=CONFIG):
         self.unit = ReceivingUnit(config)
         self.has_checker = config.checker is not CheckerBuild.NONE
+        self.has_core = config.genetic
         self.pauses = pauses
         self.starts, self.writes, self.ranking = [], [], []
         self.cells, self.points = [], []
@@ -93,7 +94,8 @@ class Chip:
     def run(self, bodies, line_errors=()):
         async def bench(ctx):
             unit = self.unit
-            ctx.set(unit.ranked, 1)
+            if self.has_core:
+                ctx.set(unit.ranked, 1)
             for body, plain in bodies:
                 for error in line_errors:
                     ctx.set(unit.line_errors, error)
@@ -122,7 +124,9 @@ class Chip:
                 _, _, forget = await ctx.tick().sample(self.unit.forget)
                 self.forgotten += forget
 
-        collectors = [collect_starts, collect_writes, collect_ranking]
+        collectors = []
+        if self.has_core:
+            collectors += [collect_starts, collect_writes, collect_ranking]
         if self.has_checker:
             collectors += [collect_cells, collect_points, count_forgotten]
         simulate(self.unit, bench, background=collectors)
@@ -145,7 +149,7 @@ class Chip:
             clocks += 1
             assert clocks < 100
         self.clocks = max(self.clocks, clocks + 1)
-        generates = ctx.get(unit.generate)
+        generates = ctx.get(unit.generate) if self.has_core else 0
         if self.has_checker:
             checks = ctx.get(unit.checks)
             self.checks.append({name: checks[name] for name, _ in checks.shape()})

@@ -77,7 +77,7 @@ def test_every_command(pauses):
 
 
 def test_clocks():
-    """At most 5 from the last byte on, whether refused or executed."""
+    """At most 6 from the last byte on, whether refused or executed."""
     chip = Chip(config=CHECKING)
     chip.run(
         after_open(
@@ -91,7 +91,7 @@ def test_clocks():
             (Command.GENERATE, generate(LinkMode.RANK, ORDER[:-1])),
         )
     )
-    assert chip.clocks == 5
+    assert chip.clocks == 6
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,108 @@
+"""Control unit of a chip without a genetic core."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import Config
+from hdl.protocol import ChipState, Counter, counters_reply, status_reply
+
+
+__all__ = ["CheckControl"]
+
+
+class CheckControl(wiring.Component):
+    """Listens, has a command received, paths checked if it asks for that, and an answer sent.
+
+    A unit is on from its state's first clock to the clock in which it says that it is over, both
+    included; the next unit is on in the clock after that. It is what is left of
+    :class:`hdl.ga_core.control.Control` where no generation ever runs.
+
+    Parameters
+    ----------
+    config : Config
+        Has no genetic core.
+
+    Members
+    -------
+    pending : In(1)
+        A command waits to be received.
+    receive_on, check_on, transmit_on : Out(1)
+    receive_over, check_over, transmit_over : In(1)
+        Each ignored unless its unit is on.
+    check : In(1)
+        With ``receive_over``: the command is to check paths.
+    line_busy : In(1)
+        A frame is coming in; such clocks count as receiving.
+    line_sending : In(1)
+        An answer is going out; such clocks count as transmitting.
+    state : Out(ChipState)
+    history : Out(32)
+        The eight states entered last, 4 bits each, the latest lowest; LISTEN before the first.
+    counters : Out(StructLayout({counter: 48, ...}))
+        Clocks in all, of receiving and of transmitting since reset, before the present one.
+    """
+
+    def __init__(self, config: Config):
+        if not isinstance(config, Config):
+            raise TypeError(f"Config must be a Config, not {config!r}")
+        self.config = config
+        widths = dict(counters_reply(config).fields)
+        counted = (Counter.CLOCKS, Counter.RECEIVE, Counter.TRANSMIT)
+        super().__init__(
+            {
+                "pending": In(1),
+                "receive_on": Out(1),
+                "receive_over": In(1),
+                "check": In(1),
+                "check_on": Out(1),
+                "check_over": In(1),
+                "transmit_on": Out(1),
+                "transmit_over": In(1),
+                "line_busy": In(1),
+                "line_sending": In(1),
+                "state": Out(ChipState),
+                "history": Out(dict(status_reply(config).fields)["history"]),
+                "counters": Out(
+                    data.StructLayout({counter.value: widths[counter] for counter in counted})
+                ),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        def enter(state):
+            m.d.sync += [
+                self.state.eq(state),
+                self.history.eq(Cat(C(state, 4), self.history)),
+            ]
+
+        with m.Switch(self.state):
+            with m.Case(ChipState.LISTEN):
+                with m.If(self.pending):
+                    enter(ChipState.RECEIVE)
+            with m.Case(ChipState.RECEIVE):
+                m.d.comb += self.receive_on.eq(1)
+                with m.If(self.receive_over & self.check):
+                    enter(ChipState.CHECK)
+                with m.Elif(self.receive_over):
+                    enter(ChipState.TRANSMIT)
+            with m.Case(ChipState.CHECK):
+                m.d.comb += self.check_on.eq(1)
+                with m.If(self.check_over):
+                    enter(ChipState.TRANSMIT)
+            with m.Case(ChipState.TRANSMIT):
+                m.d.comb += self.transmit_on.eq(1)
+                with m.If(self.transmit_over):
+                    enter(ChipState.LISTEN)
+
+        counted = {
+            Counter.CLOCKS: 1,
+            Counter.RECEIVE: self.receive_on | self.line_busy,
+            Counter.TRANSMIT: self.transmit_on | self.line_sending,
+        }
+        for counter, on in counted.items():
+            m.d.sync += self.counters[counter].eq(self.counters[counter] + on)
+
+        return m

@@ -89,14 +89,15 @@ def route(
     Parameters
     ----------
     enough : float
-        Part of the asked frequency at which to stop; the seeds still running are given up.
+        Part of the asked frequency at which to stop.
     jobs : int, optional
         Seeds at a time; by default one a core, at most :data:`MOST_JOBS`.
 
     Returns
     -------
     Routed
-        The first that closes, or the best of all.
+        The first, in the order of ``seeds``, that closes, or the best of all: the same however
+        many run at a time.
 
     Raises
     ------
@@ -109,9 +110,11 @@ def route(
     waiting = list(seeds)
     running: dict[int, subprocess.Popen[bytes]] = {}
     tried: list[Routed] = []
+    close: Routed | None = None
     try:
-        while (waiting or running) and not (tried and tried[-1].slack >= enough):
-            while waiting and len(running) < jobs:
+        # The first of the order that closes is taken, whichever ends first.
+        while running or (waiting and close is None):
+            while waiting and close is None and len(running) < jobs:
                 seed = waiting.pop(0)
                 own = _fresh(folder, seed, inputs)
                 options = (*_ROUTER, "--seed", str(seed), "--report", _REPORT)
@@ -122,15 +125,18 @@ def route(
                 continue
             seed = ended[0]
             own = _own(folder, seed)
-            if status := running.pop(seed).returncode:
+            if status := running[seed].returncode:
                 raise tool_failed(tool, own, status)
             tried.append(Routed.read(own / _REPORT, seed))
             _tell(tried[-1])
+            if tried[-1].slack >= enough:
+                close = tried[-1]
+                later = list(running)[list(running).index(seed) + 1 :]
+                _end(running.pop(other) for other in later)
+            del running[seed]
     finally:
-        for process in running.values():
-            process.kill()
-            process.wait()
-    best = max(tried, key=lambda routed: routed.slack)
+        _end(running.values())
+    best = close or max(tried, key=lambda routed: routed.slack)
     for file in _own(folder, best.seed).iterdir():
         if file.name not in inputs:
             shutil.copyfile(file, folder / file.name)
@@ -149,6 +155,12 @@ def _fresh(folder: Path, seed: int, inputs: Sequence[str]) -> Path:
     for name in inputs:
         os.link(folder / name, own / name)
     return own
+
+
+def _end(processes: Iterable[subprocess.Popen[bytes]]) -> None:
+    for process in processes:
+        process.kill()
+        process.wait()
 
 
 def _tell(routed: Routed) -> None:

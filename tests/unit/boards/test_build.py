@@ -102,12 +102,17 @@ def test_the_boards_seed_is_tried_first(tools, tmp_path):
     assert seeds == ["3", "1", "2", "4"]
 
 
-def test_the_first_that_closes_ends_the_others(tools, tmp_path):
-    tools(achieved=(100, 101, 102), slow={1: 3600, 3: 3600})
+def test_a_seed_that_closes_ends_the_later_ones(tools, tmp_path):
+    tools(achieved=(90, 100, 101), slow={3: 3600})
     folder = tmp_path / "out"
-    assert build(find_board("ulx3s-85f"), folder, seeds=3, jobs=2).seed == 2
+    assert build(find_board("ulx3s-85f"), folder, seeds=3, jobs=3).seed == 2
     assert (folder / "chip.config").read_text() == "2"
     assert (folder / "nextpnr-ecp5.log").read_text() == "the output of nextpnr-ecp5\n"
+
+
+def test_an_earlier_seed_is_waited_for(tools, tmp_path):
+    tools(achieved=(100, 101, 102), slow={1: 2})
+    assert build(find_board("ulx3s-85f"), tmp_path / "out", seeds=3, jobs=2).seed == 1
     seeds = [call[call.index("--seed") + 1] for call in calls(tmp_path) if "--seed" in call]
     assert sorted(seeds) == ["1", "2"]
 

@@ -32,11 +32,12 @@ class Chip(wiring.Component):
         m = Module()
         board = self.board
 
-        m.domains.board = domain = ClockDomain("board", reset_less=True)
-        clock = domain.clk
+        # All tools derive what is asked of it from the platform's constraint on the PLL's input.
+        clock = Signal()
         locked = Signal()
         board.pll.connect(m, platform.request(platform.default_clk, dir="-"), clock, locked)
-        platform.add_clock_constraint(clock, board.clock_hz)
+        m.domains.board = ClockDomain(reset_less=True)
+        m.d.comb += ClockSignal("board").eq(clock)
 
         name, number = board.reset
         # The bridge may have lines besides these two.

@@ -6,9 +6,9 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, ReadOnly
 
+from hdl.commands.layouts import request_layout
 from hdl.config import Config
 from hdl.framing import encode_frame
-from hdl.link.frame import FrameReceiver
 from hdl.protocol import StickyError
 from sim.model.frames import FrameReceiverModel
 from tests.faults import ByteFaults
@@ -16,8 +16,6 @@ from tests.faults import ByteFaults
 
 TOP = "frame_receiver"
 CONFIG = Config(receive_buffer=512)
-
-LAYOUT = FrameReceiver(CONFIG).requests_layout
 
 
 class Bench:
@@ -55,7 +53,7 @@ class Bench:
         if self._wait:
             self._wait -= 1
         elif dut.requests__valid.value:
-            self._take(LAYOUT.from_bits(dut.requests__payload.value.to_unsigned()))
+            self._take(request_layout.from_bits(dut.requests__payload.value.to_unsigned()))
             self._wait = next(self.pauses)
         await FallingEdge(dut.clk)
 

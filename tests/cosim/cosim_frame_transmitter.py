@@ -8,15 +8,13 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, ReadOnly
 
+from hdl.commands.layouts import request_layout
 from hdl.config import Config
 from hdl.framing import encode_frame
-from hdl.link.frame import FrameTransmitter
 
 
 TOP = "frame_transmitter"
 CONFIG = Config()
-
-LAYOUT = FrameTransmitter(CONFIG).replies_layout
 
 
 class Bench:
@@ -36,7 +34,7 @@ class Bench:
         dut = self.dut
         dut.replies__valid.value = word is not None
         if word is not None:
-            dut.replies__payload.value = LAYOUT.const(word).as_bits()
+            dut.replies__payload.value = request_layout.const(word).as_bits()
         dut.bytes__ready.value = self._wait == 0
         await ReadOnly()
         taken = bool(dut.replies__ready.value)

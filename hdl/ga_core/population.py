@@ -46,7 +46,7 @@ class Population(wiring.Component):
     Members
     -------
     carried : In(carrier_layout).array(carriers)
-        Slot and length of the path of each port: elites, survivors, parents. Steady from 3 clocks
+        Slot and length of the path of each port: elites, survivors, parents. Steady from 2 clocks
         before ``on`` rises, and while ``peek``.
     on : In(1)
         Pass the next waypoints. May rise only while ``settled``.

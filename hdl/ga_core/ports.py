@@ -5,7 +5,6 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
-from hdl.ga_core.layouts import limits_layout
 from hdl.ga_core.multiplexer import gated
 from hdl.ga_core.slot_mapping import carriers
 
@@ -16,9 +15,7 @@ __all__ = ["Ports"]
 class Ports(wiring.Component):
     """Registers, each with a choice of all slots: the largest part of the chip by far.
 
-    What chooses has to reach all of it. So there is a register of the choice for each axis of a
-    waypoint, one behind the other, a clock each: x follows ``selects`` after 1 clock, y after 2,
-    the altitude after 3.
+    What chooses has to reach all of it, so that it comes from a register of each port.
 
     Parameters
     ----------
@@ -27,8 +24,8 @@ class Ports(wiring.Component):
     Members
     -------
     selects : In(population).array(carriers)
-        The slot of each port, decoded: at most one bit is set. What passes means nothing until it
-        has been steady for 3 clocks.
+        The slot of each port, decoded: at most one bit is set. What passes follows it a clock
+        later.
     slots : In(waypoint_bits).array(population)
         Present waypoint of each slot.
     step : In(1)
@@ -57,17 +54,13 @@ class Ports(wiring.Component):
         m = Module()
 
         for number, (select, waypoint) in enumerate(zip(self.selects, self.waypoints, strict=True)):
-            for axis, field in limits_layout(self.config):
-                name = f"{axis}_{number}"
-                part = slice(field.offset, field.offset + field.width)
-                chosen = Signal(len(select), name=f"select_{name}", reset_less=True)
-                port = Signal(field.width, name=name, reset_less=True)
-                m.d.sync += chosen.eq(select)
-                m.d.comb += waypoint[part].eq(port)
-                with m.If(self.writing):
-                    m.d.sync += port.eq(self.written[part])
-                with m.Elif(self.step if number == 0 else C(1)):
-                    m.d.sync += port.eq(gated(chosen, [slot[part] for slot in self.slots]))
-                select = chosen
+            chosen = Signal(len(select), name=f"select_{number}", reset_less=True)
+            port = Signal(len(waypoint), name=f"port_{number}", reset_less=True)
+            m.d.sync += chosen.eq(select)
+            m.d.comb += waypoint.eq(port)
+            with m.If(self.writing):
+                m.d.sync += port.eq(self.written)
+            with m.Elif(self.step if number == 0 else C(1)):
+                m.d.sync += port.eq(gated(chosen, self.slots))
 
         return m

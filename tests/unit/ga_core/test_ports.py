@@ -6,18 +6,11 @@ import random
 import pytest
 
 from hdl.config import Config
-from hdl.ga_core.layouts import limits_layout
 from hdl.ga_core.ports import Ports
 from tests.streams import simulate
 
 
 CONFIG = Config(map_size=16, coarse_factor=4, altitude_bits=5, max_waypoints=4)
-AXES = {axis: (field.offset, field.width) for axis, field in limits_layout(CONFIG)}
-
-
-def part(waypoint, axis):
-    low, width = AXES[axis]
-    return waypoint >> low & (1 << width) - 1
 
 
 async def pass_new(ctx, dut, rng):
@@ -29,7 +22,7 @@ async def pass_new(ctx, dut, rng):
     return given
 
 
-def test_every_axis_follows_its_choice_a_clock_after_the_one_before():
+def test_what_passes_follows_the_choice_a_clock_later():
     dut = Ports(CONFIG)
 
     async def bench(ctx):
@@ -40,12 +33,11 @@ def test_every_axis_follows_its_choice_a_clock_after_the_one_before():
             chosen, before = [rng.randrange(CONFIG.population) for _ in dut.selects], chosen
             for select, slot in zip(dut.selects, chosen, strict=True):
                 ctx.set(select, 1 << slot)
-            for clock in range(5):
+            for clock in range(3):
                 given = await pass_new(ctx, dut, rng)
-                for late, axis in enumerate(("x", "y", "altitude"), 1):
-                    slots = chosen if clock >= late else before
-                    for port, slot in zip(dut.waypoints, slots, strict=bool(slots)):
-                        assert part(ctx.get(port), axis) == part(given[slot], axis)
+                slots = before if clock == 0 else chosen
+                for port, slot in zip(dut.waypoints, slots, strict=bool(slots)):
+                    assert ctx.get(port) == given[slot]
 
     simulate(dut, bench)
 

@@ -21,6 +21,7 @@ CLOCKED = 200
 @pytest.mark.parametrize("name", [EMBEDDED, *TILES])
 def test_builds_say_what_the_model_says(name):
     if name not in names():
+        # Only the embedded terrain comes with the project.
         pytest.skip(f"the elevation tile of {name} is not beside the repository")
     ground = Ground(name)
     evolved, _ = ground.evolved(PATHS)

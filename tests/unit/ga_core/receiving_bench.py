@@ -1,7 +1,7 @@
 # amaranth: UnusedElaboratable=no
 """The receiving unit as the control unit drives it, for the tests of its commands."""
 
-from hdl.config import CheckerBuild, Config
+from hdl.config import CheckerBuild
 from hdl.ga_core.receiving import ReceivingUnit
 from hdl.protocol import (
     Command,
@@ -13,6 +13,7 @@ from hdl.protocol import (
     pack_paths,
     start_request,
 )
+from tests.chips import TINY
 from tests.streams import collect, put, simulate
 
 
@@ -33,18 +34,7 @@ __all__ = [
     "start",
 ]
 
-CONFIG = Config(
-    population=8,
-    children=4,
-    survivors=2,
-    inserts=1,
-    deletes=1,
-    max_waypoints=4,
-    map_size=16,
-    coarse_factor=4,
-    altitude_bits=4,
-    checker=CheckerBuild.NONE,
-)
+CONFIG = TINY
 CHECKING = CONFIG.replace(checker=CheckerBuild.PARALLEL)
 START = start_request(CONFIG)
 MAP = map_request(CONFIG)

@@ -20,7 +20,7 @@ from hdl.boards import BOARDS, find_board
 from hdl.boards.board import Board
 from hdl.boards.chip import Chip
 from hdl.boards.route import MOST_JOBS, Routed, route
-from hdl.boards.tools import BuildError, run_tool
+from hdl.boards.tools import BuildError, Stamp, run_tool
 from hdl.memories import without_contents
 
 
@@ -98,11 +98,24 @@ def build(board: Board, folder: Path, *, seeds: int = 8, jobs: int | None = None
                     f"{routed.slack:.1%} of what is asked."
                 )
         else:
-            run_tool(command[0], command[1:], folder)
+            _run_once(command, folder)
     assert routed is not None
     report = {"board": board.name, "build_id": board.config.build_id, **asdict(routed)}
     (folder / "report.json").write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
     return routed
+
+
+def _run_once(command: Sequence[str], folder: Path) -> None:
+    """Run ``command``, but synthesis only if there is something new to it."""
+    tool, *arguments = command
+    if tool != "yosys":
+        run_tool(tool, arguments, folder)
+        return
+    stamp = Stamp(tool, arguments, folder, [f"{NAME}.ys", f"{NAME}.v"])
+    if not (stamp.matches() and (folder / f"{NAME}.json").exists()):
+        stamp.clear()
+        run_tool(tool, arguments, folder)
+        stamp.set()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from hdl.boards.tools import start_tool, tool_failed
+from hdl.boards.tools import Stamp, start_tool, tool_failed
 
 
 __all__ = ["MOST_JOBS", "Routed", "route"]
@@ -84,7 +84,8 @@ def route(
     """Run ``command``, a nextpnr with its arguments, with each seed until timing closes.
 
     Each seed has a folder of its own below ``folder``, ``seed-N``, with links to the files that are
-    read. What the returned one wrote is in ``folder``, too.
+    read. What the returned one wrote is in ``folder``, too. A seed that has ended before with the
+    same program and files is not run again.
 
     Parameters
     ----------
@@ -104,38 +105,33 @@ def route(
     BuildError
         If a run fails.
     """
-    tool, *arguments = command
-    inputs = [name for option, name in pairwise(arguments) if option in _INPUTS]
+    inputs = [name for option, name in pairwise(command) if option in _INPUTS]
     jobs = jobs or min(os.cpu_count() or 1, MOST_JOBS)
     waiting = list(seeds)
-    running: dict[int, subprocess.Popen[bytes]] = {}
+    running: list[_Run] = []
     tried: list[Routed] = []
     close: Routed | None = None
     try:
         # The first of the order that closes is taken, whichever ends first.
         while running or (waiting and close is None):
             while waiting and close is None and len(running) < jobs:
-                seed = waiting.pop(0)
-                own = _fresh(folder, seed, inputs)
-                options = (*_ROUTER, "--seed", str(seed), "--report", _REPORT)
-                running[seed] = start_tool(tool, [*arguments, *options], own)
-            ended = [seed for seed, process in running.items() if process.poll() is not None]
-            if not ended:
+                running.append(_Run(command, folder, waiting.pop(0), inputs))
+            ended = next((run for run in running if run.has_ended()), None)
+            if ended is None:
                 time.sleep(_POLL_S)
                 continue
-            seed = ended[0]
-            own = _own(folder, seed)
-            if status := running[seed].returncode:
-                raise tool_failed(tool, own, status)
-            tried.append(Routed.read(own / _REPORT, seed))
+            tried.append(ended.result())
             _tell(tried[-1])
+            later = running[running.index(ended) + 1 :]
+            running.remove(ended)
             if tried[-1].slack >= enough:
                 close = tried[-1]
-                later = list(running)[list(running).index(seed) + 1 :]
-                _end(running.pop(other) for other in later)
-            del running[seed]
+                for run in later:
+                    run.stop()
+                    running.remove(run)
     finally:
-        _end(running.values())
+        for run in running:
+            run.stop()
     best = close or max(tried, key=lambda routed: routed.slack)
     for file in _own(folder, best.seed).iterdir():
         if file.name not in inputs:
@@ -143,24 +139,48 @@ def route(
     return best
 
 
+class _Run:
+    """A seed that is being tried, or has been."""
+
+    def __init__(
+        self, command: Sequence[str], folder: Path, seed: int, inputs: Sequence[str]
+    ) -> None:
+        self.tool = command[0]
+        self.folder = _own(folder, seed)
+        self.seed = seed
+        self.process: subprocess.Popen[bytes] | None = None
+        arguments = [*command[1:], *_ROUTER, "--seed", str(seed), "--report", _REPORT]
+        self.folder.mkdir(exist_ok=True)
+        for name in inputs:
+            (self.folder / name).unlink(missing_ok=True)
+            os.link(folder / name, self.folder / name)
+        self.stamp = Stamp(self.tool, arguments, self.folder, inputs)
+        if self.stamp.matches():
+            return
+        for file in self.folder.iterdir():
+            if file.name not in inputs:
+                file.unlink()
+        self.process = start_tool(self.tool, arguments, self.folder)
+
+    def has_ended(self) -> bool:
+        return self.process is None or self.process.poll() is not None
+
+    def result(self) -> Routed:
+        """Return what it came to, once it has ended."""
+        if self.process is not None:
+            if status := self.process.returncode:
+                raise tool_failed(self.tool, self.folder, status)
+            self.stamp.set()
+        return Routed.read(self.folder / _REPORT, self.seed)
+
+    def stop(self) -> None:
+        if self.process is not None:
+            self.process.kill()
+            self.process.wait()
+
+
 def _own(folder: Path, seed: int) -> Path:
     return folder / f"seed-{seed}"
-
-
-def _fresh(folder: Path, seed: int, inputs: Sequence[str]) -> Path:
-    """Return an empty folder for ``seed`` but for the ``inputs`` of ``folder``."""
-    own = _own(folder, seed)
-    shutil.rmtree(own, ignore_errors=True)
-    own.mkdir(parents=True)
-    for name in inputs:
-        os.link(folder / name, own / name)
-    return own
-
-
-def _end(processes: Iterable[subprocess.Popen[bytes]]) -> None:
-    for process in processes:
-        process.kill()
-        process.wait()
 
 
 def _tell(routed: Routed) -> None:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import shutil
 import subprocess
 import sys
 import sysconfig
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 
-__all__ = ["BuildError", "run_tool", "start_tool", "tool_failed", "tool_path"]
+__all__ = ["BuildError", "Stamp", "run_tool", "start_tool", "tool_failed", "tool_path"]
 
 
 class BuildError(Exception):
@@ -34,6 +35,47 @@ def tool_path(tool: str) -> str:
     if path is None:
         raise BuildError(f"{named or tool} is missing; `make bitstream` installs the open tools.")
     return path
+
+
+class Stamp:
+    """A mark beside the results of a long run: they need not be made again.
+
+    It holds a digest of all that they depend on: the program, its arguments, and what it reads.
+
+    Parameters
+    ----------
+    tool : str
+    arguments : sequence of str
+    folder : Path
+        Where it runs, and where the mark is.
+    inputs : iterable of str
+        Names of the files in ``folder`` that it reads.
+    """
+
+    def __init__(
+        self, tool: str, arguments: Sequence[str], folder: Path, inputs: Iterable[str]
+    ) -> None:
+        program = Path(tool_path(tool))
+        changed = program.stat()
+        digest = hashlib.sha256(
+            repr((str(program), changed.st_size, changed.st_mtime_ns, *arguments)).encode()
+        )
+        for name in inputs:
+            digest.update(hashlib.sha256((folder / name).read_bytes()).digest())
+        self._digest = digest.hexdigest()
+        self._file = folder / f"{tool}.stamp"
+
+    def matches(self) -> bool:
+        """Return whether the results are those of such a run."""
+        return self._file.exists() and self._file.read_text(encoding="ascii") == self._digest
+
+    def clear(self) -> None:
+        """Take the mark away: the results are about to change."""
+        self._file.unlink(missing_ok=True)
+
+    def set(self) -> None:
+        """Mark the results as complete."""
+        self._file.write_text(self._digest, encoding="ascii")
 
 
 def start_tool(tool: str, arguments: Sequence[str], folder: Path) -> subprocess.Popen[bytes]:

@@ -50,7 +50,7 @@ sys.exit({status})
 def tools(tmp_path, monkeypatch):
     """Return a function that puts the programs in the tools' places."""
 
-    def install(achieved=(101,), status=0, failing="", slow=None):
+    def install(achieved=(101,), status=0, failing="", slow=None, sources="module"):
         for name in ("yosys", "nextpnr-ecp5", "ecppack"):
             program = tmp_path / f"my-{name}"
             program.write_text(
@@ -68,6 +68,8 @@ def tools(tmp_path, monkeypatch):
 
         def prepare(board, folder):
             folder.mkdir(parents=True, exist_ok=True)
+            for name, content in {"chip.ys": "script", "chip.v": sources}.items():
+                (folder / name).write_text(content)
             return COMMANDS
 
         monkeypatch.setattr(flow, "prepare", prepare)
@@ -124,6 +126,32 @@ def test_the_best_is_kept_where_none_is_enough(tools, tmp_path):
     (tmp_path / "chip.config").write_text("old")
     assert route(COMMANDS[1], tmp_path, [1, 2, 3]).seed == 2
     assert (tmp_path / "chip.config").read_text() == "2"
+
+
+def test_nothing_is_done_twice(tools, tmp_path):
+    tools(achieved=(80, 100))
+    folder = tmp_path / "out"
+    board = find_board("ulx3s-85f")
+
+    def run(**options):
+        (tmp_path / "calls").unlink(missing_ok=True)
+        seed = build(board, folder, jobs=1, **options).seed
+        assert (folder / "chip.bit").read_text() == str(seed)
+        return [call[0] for call in calls(tmp_path)]
+
+    every = ["yosys", *["nextpnr-ecp5"] * 2, "ecppack"]
+    assert run() == every
+    assert run() == run() == ["ecppack"]
+    assert json.loads((folder / "report.json").read_text())["seed"] == 2
+    (folder / "chip.json").unlink()
+    assert run() == ["yosys", "ecppack"]
+    tools(achieved=(80, 100), sources="other")
+    assert run() == every
+    tools(achieved=(80, 99, 100), failing="nextpnr-ecp5", status=1)
+    with pytest.raises(BuildError):
+        run()
+    tools(achieved=(80, 99, 100))
+    assert run() == ["yosys", *["nextpnr-ecp5"] * 3, "ecppack"]
 
 
 def test_a_seed_that_fails(tools, tmp_path, capfd):

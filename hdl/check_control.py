@@ -6,6 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
 from hdl.protocol import ChipState, Counter, counters_reply, status_reply
+from hdl.states import States
 
 
 __all__ = ["CheckControl"]
@@ -38,7 +39,8 @@ class CheckControl(wiring.Component):
         An answer is going out; such clocks count as transmitting.
     state : Out(ChipState)
     history : Out(32)
-        The eight states entered last, 4 bits each, the latest lowest; LISTEN before the first.
+        The eight states entered last, 4 bits each, the latest lowest; LISTEN before the first. A
+        clock late.
     counters : Out(StructLayout({counter: 48, ...}))
         Clocks in all, of receiving and of transmitting since reset, before the present one.
     """
@@ -72,30 +74,22 @@ class CheckControl(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        def enter(state):
-            m.d.sync += [
-                self.state.eq(state),
-                self.history.eq(Cat(C(state, 4), self.history)),
-            ]
-
-        with m.Switch(self.state):
-            with m.Case(ChipState.LISTEN):
-                with m.If(self.pending):
-                    enter(ChipState.RECEIVE)
-            with m.Case(ChipState.RECEIVE):
-                m.d.comb += self.receive_on.eq(1)
-                with m.If(self.receive_over & self.check):
-                    enter(ChipState.CHECK)
-                with m.Elif(self.receive_over):
-                    enter(ChipState.TRANSMIT)
-            with m.Case(ChipState.CHECK):
-                m.d.comb += self.check_on.eq(1)
-                with m.If(self.check_over):
-                    enter(ChipState.TRANSMIT)
-            with m.Case(ChipState.TRANSMIT):
-                m.d.comb += self.transmit_on.eq(1)
-                with m.If(self.transmit_over):
-                    enter(ChipState.LISTEN)
+        steps = {
+            (ChipState.LISTEN, ChipState.RECEIVE): self.pending,
+            (ChipState.RECEIVE, ChipState.CHECK): self.receive_over & self.check,
+            (ChipState.RECEIVE, ChipState.TRANSMIT): self.receive_over & ~self.check,
+            (ChipState.CHECK, ChipState.TRANSMIT): self.check_over,
+            (ChipState.TRANSMIT, ChipState.LISTEN): self.transmit_over,
+        }
+        m.submodules.states = states = States(self.config, steps)
+        m.d.comb += [
+            states.take.eq(Cat(steps.values())),
+            self.receive_on.eq(states.on[ChipState.RECEIVE]),
+            self.check_on.eq(states.on[ChipState.CHECK]),
+            self.transmit_on.eq(states.on[ChipState.TRANSMIT]),
+            self.state.eq(states.state),
+            self.history.eq(states.history),
+        ]
 
         counted = {
             Counter.CLOCKS: 1,

@@ -58,7 +58,7 @@ def request_fields(config: Config) -> dict[Command, Layout]:
 class FixedFields(wiring.Component):
     """Reads the fixed fields of a request.
 
-    ``status`` follows its inputs two clocks later, all else at once.
+    ``status`` follows its inputs two clocks later, ``checks`` one, all else at once.
 
     Parameters
     ----------
@@ -127,18 +127,19 @@ class FixedFields(wiring.Component):
                 self.identity.eq(self._of(Command.GENERATE).mode == LinkMode.POPULATION),
             ]
         if Command.MAP in self._fields:
-            m.d.comb += [
-                self.rectangle.eq(self._of(Command.MAP)),
+            m.d.comb += self.rectangle.eq(self._of(Command.MAP))
+            m.d.sync += [
+                self.checks.batch.eq(0),
                 self.checks.counting.eq(self._of(Command.CHECK).flags & CheckFlag.COUNT.value),
             ]
         if Command.CHECK_PATHS in self._fields:
             batch = self._of(Command.CHECK_PATHS)
             with m.If(self.code == Command.CHECK_PATHS):
-                m.d.comb += [
+                m.d.sync += [
                     self.checks.batch.eq(1),
                     self.checks.counting.eq(batch.flags & CheckFlag.COUNT.value),
                 ]
-            m.d.comb += [
+            m.d.sync += [
                 self.checks[name].eq(batch[name]) for name in ("slot", "count", "start", "goal")
             ]
 

@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 from amaranth.utils import ceil_log2
 
 from hdl.config import Config
-from hdl.ga_core.multiplexer import gated
+from hdl.ga_core.multiplexer import chosen, gated
 
 
 __all__ = [
@@ -112,7 +112,6 @@ class ReadIndex(wiring.Component):
         start = Signal(range(config.head_size + 2), init=config.head_size, reset_less=True)
         patches = Signal(config.patches, reset_less=True)
         shifts = Signal(reset_less=True)
-        back = Signal(reset_less=True)
         shifts_tail = Signal()
         m.d.comb += shifts_tail.eq((pending.insert | pending.delete) & (pending.at < self.head))
         m.d.sync += [
@@ -122,19 +121,35 @@ class ReadIndex(wiring.Component):
             ),
             patches.eq(Mux(pending.perturb | pending.insert, 1 << pending.patch, 0)),
             shifts.eq(pending.insert | pending.delete),
-            back.eq(pending.insert),
         ]
 
-        # A step of one in so few bits needs no carry chain: one behind the other would be too slow.
+        # Where the tail begins in the path, and what one of the index less or more makes of that
+        # and of 0; then all that the place may be, before it is known which it is.
+        middle = Signal(half_bits(config), reset_less=True)
+        shifted_middle = Signal.like(middle, reset_less=True)
+        shifted_start = Signal.like(middle, reset_less=True)
+        m.d.sync += [
+            middle.eq(self.head),
+            shifted_middle.eq(Mux(pending.insert, self.head + 1, self.head - 1)),
+            shifted_start.eq(Mux(pending.insert, 1, -1)),
+        ]
         patched = Signal(config.patches)
         shifted = Signal()
         tail = Signal()
-        beyond = Signal(half_bits(config))
+        places = [
+            Signal(half_bits(config), name=name)
+            for name in ("in_head", "in_tail", "in_shifted_head", "in_shifted_tail")
+        ]
         m.d.comb += [
             patched.eq(patches & (position == mark).replicate(config.patches)),
             shifted.eq(shifts & (position >= mark)),
             tail.eq(position >= start),
-            beyond.eq(position - self.head),
+            *(
+                place.eq(position - base)
+                for place, base in zip(
+                    places, (C(0), middle, shifted_start, shifted_middle), strict=True
+                )
+            ),
         ]
 
         source = Signal.like(self.source, reset_less=True)
@@ -144,10 +159,7 @@ class ReadIndex(wiring.Component):
                 source.patches.eq(patched),
                 source.head.eq(~tail & ~patched.any()),
                 source.tail.eq(tail & ~patched.any()),
-                source.at.eq(
-                    Mux(tail, beyond, position)
-                    + Mux(shifted, Cat(C(1, 1), back.replicate(len(beyond) - 1)), 0)
-                ),
+                source.at.eq(chosen(Cat(tail, shifted), places)),
             ]
 
         return m

@@ -6,6 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
 from hdl.protocol import ChipState, Counter, counters_reply, status_reply
+from hdl.states import States
 
 
 __all__ = ["Control", "clocks_layout", "counters_layout"]
@@ -50,8 +51,10 @@ class Control(wiring.Component):
     its state's first clock to the clock in which it says that it is over, both included; the next
     unit is on in the clock after that: no hand-over takes a clock of its own.
 
-    A generation starts only when ``ready``: until then the receiving unit stays on and must hold
-    ``receive_over`` and ``generate``.
+    A generation starts only when ``ready``: until it does the receiving unit stays on and must hold
+    ``receive_over`` and ``generate``, at least for two clocks: the first of them decides that it
+    starts, in the second, with ``begin``, all that takes part knows. What is ``ready`` then stays
+    so.
 
     Source: *allaire-2008*, section 4.2. Differs in that the update has a state of its own, and that
     a command may ask for something else than a generation.
@@ -73,11 +76,13 @@ class Control(wiring.Component):
         With ``receive_over``: the command is to run a generation, or to check paths; not both.
     ready : In(1)
         Everything that a generation needs is there.
+    begin : Out(1)
+        Pulse, in the clock before ``crossover_on`` rises.
     crossover_on, mutation_on, update_on, check_on, transmit_on : Out(1)
     crossover_over, mutation_over, update_over, check_over, transmit_over : In(1)
         Each ignored unless its unit is on.
     generating : Out(1)
-        The crossover, the mutation or the update unit is on.
+        From ``begin`` to the last clock of the update.
     line_busy : In(1)
         A frame is coming in; such clocks count as receiving.
     line_sending : In(1)
@@ -93,12 +98,13 @@ class Control(wiring.Component):
         Set ``generation`` and the counter of the longest generation to 0.
     state : Out(ChipState)
     history : Out(32)
-        The eight states entered last, 4 bits each, the latest lowest; LISTEN before the first.
+        The eight states entered last, 4 bits each, the latest lowest; LISTEN before the first. A
+        clock late.
     generation : Out(32)
         Generations since reset or ``restart``; modulo 2**32.
     clocks : Out(StructLayout({"crossover": 16, "mutation": 16, "update": 16}))
-        Clocks of each unit in the latest generation; growing while it runs, and from its second
-        clock on without those of the generation before.
+        Clocks of each unit in the latest generation; growing while it runs, without those of the
+        generation before.
     counters : Out(StructLayout({counter: 48, ...}))
         Every :class:`hdl.protocol.Counter` but those of the line and of the checker, since reset,
         the longest generation since ``restart``. That of all clocks shows the clocks before the
@@ -120,6 +126,7 @@ class Control(wiring.Component):
                 "generate": In(1),
                 "check": In(1),
                 "ready": In(1),
+                "begin": Out(1),
                 "crossover_on": Out(1),
                 "crossover_over": In(1),
                 "mutation_on": Out(1),
@@ -148,6 +155,32 @@ class Control(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
+        start = Signal()
+        done = Signal()
+        received = Signal()
+        m.d.comb += [
+            start.eq(
+                self.receive_on & self.receive_over & self.generate & self.ready & ~self.begin
+            ),
+            done.eq(self.update_on & self.update_over),
+            received.eq(self.receive_over & ~self.generate & ~self.begin),
+        ]
+        m.d.sync += [
+            self.begin.eq(start),
+            self.generating.eq(start | (self.generating & ~done)),
+        ]
+
+        steps = {
+            (ChipState.LISTEN, ChipState.RECEIVE): self.pending,
+            (ChipState.RECEIVE, ChipState.CROSSOVER): self.begin,
+            (ChipState.RECEIVE, ChipState.CHECK): received & self.check,
+            (ChipState.RECEIVE, ChipState.TRANSMIT): received & ~self.check,
+            (ChipState.CROSSOVER, ChipState.MUTATE): self.crossover_over,
+            (ChipState.MUTATE, ChipState.UPDATE): self.mutation_over,
+            (ChipState.UPDATE, ChipState.TRANSMIT): self.update_over,
+            (ChipState.CHECK, ChipState.TRANSMIT): self.check_over,
+            (ChipState.TRANSMIT, ChipState.LISTEN): self.transmit_over,
+        }
         units = {
             ChipState.RECEIVE: self.receive_on,
             ChipState.CROSSOVER: self.crossover_on,
@@ -156,49 +189,13 @@ class Control(wiring.Component):
             ChipState.CHECK: self.check_on,
             ChipState.TRANSMIT: self.transmit_on,
         }
-
-        def enter(state):
-            # What reaches the whole chip is a register, not the decoded state.
-            m.d.sync += [
-                self.state.eq(state),
-                self.history.eq(Cat(C(state, 4), self.history)),
-                *(on.eq(unit == state) for unit, on in units.items()),
-                self.generating.eq(state in _GENERATION),
-            ]
-
-        start = Signal()
-        done = Signal()
+        m.submodules.states = states = States(self.config, steps)
         m.d.comb += [
-            start.eq(self.receive_on & self.receive_over & self.generate & self.ready),
-            done.eq(self.update_on & self.update_over),
+            states.take.eq(Cat(steps.values())),
+            *(on.eq(states.on[state]) for state, on in units.items()),
+            self.state.eq(states.state),
+            self.history.eq(states.history),
         ]
-
-        with m.Switch(self.state):
-            with m.Case(ChipState.LISTEN):
-                with m.If(self.pending):
-                    enter(ChipState.RECEIVE)
-            with m.Case(ChipState.RECEIVE):
-                with m.If(start):
-                    enter(ChipState.CROSSOVER)
-                with m.Elif(self.receive_over & self.check):
-                    enter(ChipState.CHECK)
-                with m.Elif(self.receive_over & ~self.generate):
-                    enter(ChipState.TRANSMIT)
-            with m.Case(ChipState.CROSSOVER):
-                with m.If(self.crossover_over):
-                    enter(ChipState.MUTATE)
-            with m.Case(ChipState.MUTATE):
-                with m.If(self.mutation_over):
-                    enter(ChipState.UPDATE)
-            with m.Case(ChipState.UPDATE):
-                with m.If(self.update_over):
-                    enter(ChipState.TRANSMIT)
-            with m.Case(ChipState.CHECK):
-                with m.If(self.check_over):
-                    enter(ChipState.TRANSMIT)
-            with m.Case(ChipState.TRANSMIT):
-                with m.If(self.transmit_over):
-                    enter(ChipState.LISTEN)
 
         with m.If(self.restart):
             m.d.sync += self.generation.eq(0)
@@ -207,17 +204,14 @@ class Control(wiring.Component):
 
         counters = self.counters
         m.d.sync += counters[Counter.CLOCKS].eq(counters[Counter.CLOCKS] + 1)
-        # High in the first clock of a generation, from which the clocks are counted anew.
-        first = Signal()
-        m.d.sync += first.eq(start)
         for state, counter in _GENERATION.items():
-            with m.If(first):
-                m.d.sync += self.clocks[counter].eq(units[state])
+            with m.If(self.begin):
+                m.d.sync += self.clocks[counter].eq(0)
             with m.Elif(units[state]):
                 m.d.sync += self.clocks[counter].eq(self.clocks[counter] + 1)
 
         # Ahead by one: in the last clock of a generation it has that clock counted already.
-        elapsed = Signal.like(self.clocks.crossover, init=1)
+        elapsed = Signal.like(self.clocks.crossover)
         lasted = Signal.like(elapsed, reset_less=True)
         longer = Signal()
         longest = Signal(elapsed.shape(), reset_less=True)
@@ -225,7 +219,7 @@ class Control(wiring.Component):
         with m.If(self.generating):
             m.d.sync += elapsed.eq(elapsed + 1)
         with m.Else():
-            m.d.sync += elapsed.eq(1)
+            m.d.sync += elapsed.eq(0)
         m.d.sync += [
             lasted.eq(elapsed),
             longer.eq(done & (elapsed > longest)),

@@ -60,8 +60,8 @@ class Core(wiring.Component):
     ranking : In(stream.Signature({"rank", "slot"}))
         Slot of each rank, 0 the best.
     ranked : Out(1)
-        A whole ranking has been worked in: a generation may start. It is high ``mutators + 9``
-        clocks after the last rank, with a map ``mutators + patches + 14``, if no read is under way.
+        A whole ranking has been worked in: a generation may start. It is high ``mutators + 10``
+        clocks after the last rank, with a map ``mutators + patches + 15``, if no read is under way.
     reads : In(stream.Signature({"slot", "count"}))
         Consecutive slots to read out.
     waypoints : Out(stream.Signature({"waypoint", "last": 1, "final": 1}))
@@ -196,11 +196,11 @@ class Core(wiring.Component):
         connect(m, population.read_waypoints, flipped(self.waypoints))
         m.d.comb += [
             population.allow.eq(allow),
-            population.on.eq(control.crossover_on),
+            population.begin.eq(control.begin),
             population.update.eq(control.update_on),
             *_each(population.carried, mapping.carried),
             *_each(population.patches, mutation.patches),
-            *_each(population.mutations, mutation.mutations),
+            *_each(population.mutations, mutation.doing),
         ]
 
         parents = mapping.carried[kept:]
@@ -212,6 +212,11 @@ class Core(wiring.Component):
                 mutation.position.eq(population.position),
             ]
         else:
+            # A register of its own for what is the crossover and the mutation to the control unit.
+            run = Signal()
+            ran = Signal()
+            m.d.comb += run.eq(control.begin | (ran & ~mutation.over))
+            m.d.sync += ran.eq(run)
             avoid_ground = Signal()
             with m.If(started):
                 m.d.sync += avoid_ground.eq(start.avoid_ground)
@@ -219,7 +224,7 @@ class Core(wiring.Component):
                 mutation.settled.eq(population.settled),
                 population.peek.eq(mutation.peek),
                 population.peek_position.eq(mutation.peek_position),
-                mutation.run.eq(control.crossover_on | control.mutation_on),
+                mutation.run.eq(run),
                 mutation.avoid.eq(avoid_ground),
                 mutation.offset.eq(selection.offsets[0]),
                 selection.offset_taken.eq(mutation.offset_taken),

@@ -38,7 +38,7 @@ class Mutation(wiring.Component):
 
     With a map, these waypoints are read ahead, after the planning, and :class:`Patcher` looks for
     new ones above the ground. The mutation takes two clocks, or more until ``n +
-    config.lookup_latency + 5`` clocks have passed since ``run`` rose, where ``n`` is how many
+    config.lookup_latency + 6`` clocks have passed since ``run`` rose, where ``n`` is how many
     candidates, in the order in which they are looked up, it takes to decide all new waypoints. What
     has no candidate above the ground is not done, and counted in ``left_out``.
 
@@ -67,6 +67,8 @@ class Mutation(wiring.Component):
     on : In(1)
     over : Out(1)
         In the last clock with ``on``.
+    doing : Out(mutation_layout).array(mutators)
+        With ``over``: what the mutators did in this generation.
     mutations : Out(mutation_layout).array(mutators)
         Of the latest generation, from the clock after ``over`` on.
     patches : Out(waypoint_bits).array(patches)
@@ -85,7 +87,7 @@ class Mutation(wiring.Component):
     With a map:
 
     run : In(1)
-        High from the first clock of the crossover to ``over``.
+        High from the clock before the first of the crossover to the one before ``over``.
     settled, peek, peek_position
         See :class:`hdl.ga_core.population.Population`.
     offset, offset_taken, avoid, lookup_valid, lookup_x, lookup_y, lookup_altitude
@@ -144,6 +146,7 @@ class Mutation(wiring.Component):
                 "waypoints": In(config.waypoint_bits).array(config.crossovers),
                 "on": In(1),
                 "over": Out(1),
+                "doing": Out(mutation_layout(config)).array(config.mutators),
                 "mutations": Out(mutation_layout(config)).array(config.mutators),
                 "patches": Out(config.waypoint_bits).array(config.patches),
                 "refused": Out(range(config.mutators + 1)),
@@ -174,7 +177,8 @@ class Mutation(wiring.Component):
             m.d.comb += [
                 mutator.planned.eq(plan.valid & (plan.number == number)),
                 mutator.plan.eq(plan.plan),
-                mutator.store.eq(self.on & self.over),
+                mutator.store.eq(self.over),
+                self.doing[number].eq(mutator.doing),
                 self.mutations[number].eq(mutator.done),
             ]
             if kind is not MutationKind.DELETE:
@@ -236,7 +240,7 @@ class Mutation(wiring.Component):
             mutator.allowed & ~found for mutator, found in zip(patching, patcher.found, strict=True)
         ]
         m.d.sync += self.over.eq(self.on & ~self.over & patcher.decided)
-        with m.If(self.on & self.over):
+        with m.If(self.over):
             m.d.sync += [
                 self.refused.eq(sum(forbidden)),
                 self.left_out.eq(sum(missing)),

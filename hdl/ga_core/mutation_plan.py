@@ -33,7 +33,7 @@ class MutationPlan(wiring.Component):
     """Plans the mutators' work, one mutator a clock, from the draws and the parents' lengths.
 
     A pipeline, so that one multiplier and one multiplexer of lengths serve all mutators: the plan
-    of mutator ``i`` is there ``i + 5`` clocks after ``start``.
+    of mutator ``i`` is there ``i + 6`` clocks after ``start``.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class MutationPlan(wiring.Component):
     @staticmethod
     def latency_of(config: Config) -> int:
         """Return the clocks from ``start`` to the last plan."""
-        return config.mutators + 4
+        return config.mutators + 5
 
     def __init__(self, config):
         self.config = config
@@ -102,25 +102,22 @@ class MutationPlan(wiring.Component):
         with m.Elif(running):
             m.d.sync += number.eq(number + 1)
 
-        # Even children have the head of the first parent of their module, odd ones of the second.
-        child = Signal(config.child_bits)
-        following = Signal(range(config.crossovers))
-        m.d.comb += [
-            child.eq(chosen(number, list(self.children))),
-            following.eq(Mux(child >> 1 == config.crossovers - 1, 0, (child >> 1) + 1)),
-        ]
         drawn = stage(
             "drawn",
             running,
             number=number[: len(self.number)],
-            child=child,
+            child=chosen(number, list(self.children)),
             draw=chosen(number, list(self.draws)),
-            second=following,
         )
 
+        # Even children have the head of the first parent of their module, odd ones of the second,
+        # which is the first of the next module.
         first = Signal(range(config.crossovers))
-        second = drawn["second"]
-        m.d.comb += first.eq(drawn["child"] >> 1)
+        second = Signal.like(first)
+        m.d.comb += [
+            first.eq(drawn["child"] >> 1),
+            second.eq(Mux(first == config.crossovers - 1, 0, first + 1)),
+        ]
         looked_up = stage(
             "looked_up",
             drawn["valid"],
@@ -131,7 +128,7 @@ class MutationPlan(wiring.Component):
             first=first,
             second=second,
             first_length=chosen(first, self.lengths),
-            second_length=chosen(second, self.lengths),
+            second_length=chosen(first, [*self.lengths[1:], self.lengths[0]]),
         )
 
         head_length = Mux(looked_up["odd"], looked_up["second_length"], looked_up["first_length"])
@@ -166,17 +163,25 @@ class MutationPlan(wiring.Component):
             tail_parent=joined["tail_parent"],
         )
 
-        in_head = Signal()
+        in_head = aimed["index"] < aimed["head"]
+        found = stage(
+            "found",
+            aimed["valid"],
+            number=aimed["number"],
+            child=aimed["child"],
+            length=aimed["length"],
+            index=aimed["index"],
+            parent=Mux(in_head, aimed["head_parent"], aimed["tail_parent"]),
+            position=Mux(
+                in_head, aimed["index"], aimed["index"] - aimed["head"] + aimed["skipped"]
+            )[: config.index_bits],
+        )
         m.d.comb += [
-            in_head.eq(aimed["index"] < aimed["head"]),
-            self.valid.eq(aimed["valid"]),
-            self.number.eq(aimed["number"]),
-            self.plan.child.eq(aimed["child"]),
-            self.plan.length.eq(aimed["length"]),
-            self.plan.index.eq(aimed["index"]),
-            self.plan.parent.eq(Mux(in_head, aimed["head_parent"], aimed["tail_parent"])),
-            self.plan.position.eq(
-                Mux(in_head, aimed["index"], aimed["index"] - aimed["head"] + aimed["skipped"])
+            self.valid.eq(found["valid"]),
+            self.number.eq(found["number"]),
+            *(
+                self.plan[name].eq(found[name])
+                for name in ("child", "length", "index", "parent", "position")
             ),
         ]
 

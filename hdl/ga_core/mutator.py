@@ -34,6 +34,8 @@ class Mutator(wiring.Component):
     made : In(1)
     waypoint : In(waypoint_bits)
         Not of a deleting one. The new waypoint is there, and it. Ignored unless ``allowed``.
+    doing : Out(mutation_layout)
+        What ``done`` would be after a ``store``.
     store : In(1)
         In the last clock of the mutation: what it did is what stands in the others now.
     done : Out(mutation_layout)
@@ -58,6 +60,7 @@ class Mutator(wiring.Component):
                 "plan": In(plan_layout(config)),
                 "kept": Out(plan_layout(config)),
                 "allowed": Out(1),
+                "doing": Out(mutation_layout(config)),
                 "store": In(1),
                 "done": Out(mutation_layout(config)),
                 **({} if self.kind is MutationKind.DELETE else patch),
@@ -75,17 +78,19 @@ class Mutator(wiring.Component):
         with m.If(self.planned):
             m.d.sync += [self.kept.eq(self.plan), self.allowed.eq(allowed[self.kind])]
 
+        # It reaches all children: a register.
         applied = Signal()
-        m.d.comb += applied.eq(self.allowed)
+        m.d.sync += applied.eq(self.allowed)
+        m.d.comb += [
+            self.doing.applied.eq(applied),
+            self.doing.child.eq(self.kept.child),
+            self.doing.index.eq(self.kept.index),
+        ]
         if self.kind is not MutationKind.DELETE:
-            m.d.comb += applied.eq(self.allowed & self.made)
+            m.d.sync += applied.eq(self.allowed & self.made)
             with m.If(self.store):
-                m.d.sync += self.patch.eq(Mux(applied, self.waypoint, 0))
+                m.d.sync += self.patch.eq(Mux(self.doing.applied, self.waypoint, 0))
         with m.If(self.store):
-            m.d.sync += [
-                self.done.applied.eq(applied),
-                self.done.child.eq(self.kept.child),
-                self.done.index.eq(self.kept.index),
-            ]
+            m.d.sync += self.done.eq(self.doing)
 
         return m

@@ -9,7 +9,7 @@ from hdl.ga_core.layouts import limits_layout, offset_layout
 from hdl.ga_core.mover import within
 from hdl.ga_core.multiplexer import chosen, gated
 from hdl.ga_core.mutation_plan import plan_layout
-from hdl.ga_core.population import Population
+from hdl.ga_core.reading import PEEK_LATENCY
 
 
 __all__ = ["Patcher"]
@@ -25,7 +25,7 @@ class Patcher(wiring.Component):
     While the parents pass, a candidate a clock is moved, kept within the limits and looked up: the
     first of every patch, then the second of every patch, and so on. A patch becomes its first
     candidate that is above the ground: higher than its cell. It is *decided* when that has been
-    found, or none: after candidate ``n`` of all, counted from 0, ``n + lookup_latency + 4`` clocks
+    found, or none: after candidate ``n`` of all, counted from 0, ``n + lookup_latency + 5`` clocks
     after ``run`` rose.
 
     Source: none; *allaire-2008*, section 4.6, mutates without a look at the ground.
@@ -52,8 +52,8 @@ class Patcher(wiring.Component):
     fetched : Out(1)
         Pulse: a generation may start.
     run : In(1)
-        A generation is under way, and what has been decided is wanted. What is said below holds
-        from one clock after ``run`` rises to the clock after it falls.
+        From the next clock on a generation is under way, and what has been decided is wanted. What
+        is said below holds from two clocks after ``run`` rises to the second clock after it falls.
     offset : In(offset_layout)
         Of the next candidate.
     offset_taken : Out(1)
@@ -79,7 +79,7 @@ class Patcher(wiring.Component):
     @staticmethod
     def latency_of(config: Config) -> int:
         """Return the clocks from ``fetch`` to ``fetched``."""
-        return config.patches + Population.PEEK_LATENCY + 1
+        return config.patches + PEEK_LATENCY + 1
 
     def __init__(self, config):
         if not isinstance(config, Config):
@@ -116,6 +116,9 @@ class Patcher(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
+        running = Signal()
+        m.d.sync += running.eq(self.run)
+
         # A queue of the waypoints to be moved. The one that is moved goes to its end.
         axes = limits_layout(self.config)
         bases = [Signal(axes, name=f"base_{i}", reset_less=True) for i in range(len(self.plans))]
@@ -128,7 +131,7 @@ class Patcher(wiring.Component):
             for base, following_base in zip(bases, [*bases[1:], following], strict=True):
                 m.d.sync += base.eq(following_base)
 
-        self._decide(m, *self._candidates(m, bases[0]))
+        self._decide(m, running, *self._candidates(m, running, bases[0]))
         return m
 
     def _fetch(self, m):
@@ -151,7 +154,7 @@ class Patcher(wiring.Component):
         with m.Elif(self.fetch):
             m.d.sync += wanted.eq(1)
 
-        latency = Population.PEEK_LATENCY
+        latency = PEEK_LATENCY
         valid = Signal(latency)
         m.d.sync += valid.eq(Mux(self.clear, 0, Cat(self.peek, valid)))
         parent = chosen(number, [plan.parent for plan in self.plans])
@@ -166,7 +169,7 @@ class Patcher(wiring.Component):
         ]
         return valid[-1], gated(select, self.waypoints)
 
-    def _candidates(self, m, base):
+    def _candidates(self, m, running, base):
         """Make and look up the candidates; return what is known of the one looked up last.
 
         These are: whether there is one, its patch (one-hot), whether it is the patch's last, and
@@ -179,13 +182,16 @@ class Patcher(wiring.Component):
         candidate = Signal(range(max(2, config.candidates)))
         exhausted = Signal()
         last = candidate == config.candidates - 1
-        m.d.comb += self.offset_taken.eq(self.run & ~exhausted)
-        with m.If(~self.run):
+        exhausts = Signal()
+        m.d.comb += exhausts.eq(exhausted | (self.offset_taken & turn[-1] & last))
+        # It enables all bases and all offsets: a register.
+        m.d.sync += self.offset_taken.eq(self.run & ~exhausts)
+        with m.If(~running):
             m.d.sync += [turn.eq(1), candidate.eq(0), exhausted.eq(0)]
         with m.Else():
-            m.d.sync += turn.eq(turn.rotate_left(1))
+            m.d.sync += [turn.eq(turn.rotate_left(1)), exhausted.eq(exhausts)]
             with m.If(turn[-1]):
-                m.d.sync += [candidate.eq(candidate + 1), exhausted.eq(exhausted | last)]
+                m.d.sync += candidate.eq(candidate + 1)
 
         valid = self.offset_taken
         known = data.StructLayout({"turn": config.patches, "last": 1})
@@ -196,7 +202,7 @@ class Patcher(wiring.Component):
             """Return ``valid`` and ``facts`` of a clock ago. None outlives its generation."""
             later_valid = Signal(name=f"valid_{stage}")
             later_facts = Signal(known, name=f"facts_{stage}", reset_less=True)
-            m.d.sync += [later_valid.eq(valid & self.run), later_facts.eq(facts)]
+            m.d.sync += [later_valid.eq(valid & running), later_facts.eq(facts)]
             return later_valid, later_facts
 
         moved = {}
@@ -223,7 +229,7 @@ class Patcher(wiring.Component):
             waypoint = later_waypoint
         return valid, facts, waypoint
 
-    def _decide(self, m, valid, facts, waypoint):
+    def _decide(self, m, running, valid, facts, waypoint):
         """Compare a candidate with the ground, then take it or not."""
         # A register of its own: the altitude comes out of many banks of memory.
         grounded = Signal()
@@ -232,7 +238,7 @@ class Patcher(wiring.Component):
         judged_waypoint = Signal.like(waypoint, reset_less=True)
         m.d.sync += [
             grounded.eq(self.avoid & (waypoint.altitude <= self.lookup_altitude)),
-            judged.eq(valid & self.run),
+            judged.eq(valid & running),
             judged_facts.eq(facts),
             judged_waypoint.eq(waypoint),
         ]
@@ -248,7 +254,7 @@ class Patcher(wiring.Component):
             concerned.eq(judged_facts.turn & ~decided & judged.replicate(len(decided))),
             self.decided.eq(decided.all()),
         ]
-        with m.If(~self.run):
+        with m.If(~running):
             m.d.sync += [decided.eq(~self.needed), self.found.eq(0), self.redrawn.eq(0)]
         with m.Elif(~grounded):
             m.d.sync += [decided.eq(decided | concerned), self.found.eq(self.found | concerned)]

@@ -11,12 +11,13 @@ from hdl.ga_core.chromosome import (
     half_bits,
     half_signature,
     pending_layout,
-    position_bits,
 )
 from hdl.ga_core.crossover import Crossover, parents_of
 from hdl.ga_core.layouts import mutation_layout, read_layout, waypoint_layout, write_layout
-from hdl.ga_core.multiplexer import chosen, gated
+from hdl.ga_core.multiplexer import gated
+from hdl.ga_core.passing import Passing
 from hdl.ga_core.ports import Ports
+from hdl.ga_core.reading import Reading
 from hdl.ga_core.readout import ReadOut
 from hdl.ga_core.slot_mapping import carrier_layout, carriers
 
@@ -27,12 +28,12 @@ __all__ = ["Population"]
 class Population(wiring.Component):
     """All chromosomes, and the ports through which their waypoints pass.
 
-    The paths are read in lock step. While ``on``, each port gets the next waypoint of its path
+    The paths are read in lock step. From ``begin`` on each port gets the next waypoint of its path
     every clock: that of ``position`` is in ``waypoints`` while ``carrying``, from the second clock
-    on. Elites and survivors are copied to the first slots as they pass; the crossover modules write
-    their children to the last ones. All is written to the banks that are not read; ``update`` swaps
-    the banks in one clock (*allaire-2008*, section 4.4). The first waypoints are read ahead, so
-    that no clock is lost.
+    after ``begin`` to that with ``over``. Elites and survivors are copied to the first slots as
+    they pass; the crossover modules write their children to the last ones. All is written to the
+    banks that are not read; ``update`` swaps the banks in one clock (*allaire-2008*, section 4.4).
+    The first waypoints are read ahead, so that no clock is lost.
 
     After reset every path has two waypoints, which are 0 when the chip has been configured.
 
@@ -46,10 +47,10 @@ class Population(wiring.Component):
     Members
     -------
     carried : In(carrier_layout).array(carriers)
-        Slot and length of the path of each port: elites, survivors, parents. Steady from 2 clocks
-        before ``on`` rises, and while ``peek``.
-    on : In(1)
-        Pass the next waypoints. May rise only while ``settled``.
+        Slot and length of the path of each port: elites, survivors, parents. Steady from a clock
+        before ``begin``, and while ``peek``.
+    begin : In(1)
+        Pulse: the crossover begins with the next clock. Only while ``settled``.
     waypoints : Out(waypoint_bits).array(carriers)
     position : Out(index_bits)
     carrying : Out(1)
@@ -59,16 +60,16 @@ class Population(wiring.Component):
         New waypoints of the mutators. Those of the present population must stay until its last
         reading; those of the next come before ``update``.
     mutations : In(mutation_layout).array(mutators)
-        With ``update``: what becomes of the children.
+        In the clock before ``update``: what becomes of the children.
     update : In(1)
         Make the next population the present one: it can be addressed from the next clock on.
     lengths : Out(length_bits).array(population)
         Length of the path in each slot, mutations included.
     settled : Out(1)
         No read or write is under way, and the first waypoints have been read: at most 4 clocks
-        after the latest of them or of ``update``. Means nothing from ``on`` to ``update``.
+        after the latest of them or of ``update``. Means nothing from ``begin`` to ``update``.
     allow : In(1)
-        Whether ``reads`` and ``writes`` are taken; low while ``on`` and until ``update``.
+        Whether ``reads`` and ``writes`` are taken; low from ``begin`` to ``update``.
     writes : In(stream.Signature(write_layout))
         Waypoints for the present population.
     reads : In(stream.Signature(read_layout))
@@ -77,14 +78,11 @@ class Population(wiring.Component):
         taken.
     peek : In(1)
         Only with a map: pass the waypoints at ``peek_position``, which are in ``waypoints``
-        :attr:`PEEK_LATENCY` clocks later. May rise only while ``settled``, and stays for all
-        positions that are wanted; 6 clocks after the last of them the population is ``settled``
-        again. No read is taken meanwhile.
+        :data:`hdl.ga_core.reading.PEEK_LATENCY` clocks later. May rise only while ``settled``, and
+        stays for all positions that are wanted; 6 clocks after the last of them the population is
+        ``settled`` again. No read is taken meanwhile.
     peek_position : In(index_bits)
     """
-
-    #: Clocks from ``peek`` to its ``waypoints``: position, index, slot, port.
-    PEEK_LATENCY = 4
 
     def __init__(self, config):
         if not isinstance(config, Config):
@@ -96,7 +94,7 @@ class Population(wiring.Component):
         super().__init__(
             {
                 "carried": In(carrier_layout(config)).array(ports),
-                "on": In(1),
+                "begin": In(1),
                 "waypoints": Out(config.waypoint_bits).array(ports),
                 "position": Out(config.index_bits),
                 "carrying": Out(1),
@@ -134,21 +132,29 @@ class Population(wiring.Component):
         addressed = Signal(config.population, reset_less=True)
         written_length = Signal(config.length_bits, reset_less=True)
         written_tail = Signal()
+        closing = Signal()  # The waypoint that is written ends its path.
         written_at = Signal(half)
         taken = Signal()
-        peeking = Signal()
+        read_slot = Signal(config.population, reset_less=True)
+        read_length = Signal(config.length_bits, reset_less=True)
+        m.submodules.reading = reading = Reading(config)
         m.submodules.readout = readout = ReadOut(config)
         connect(m, flipped(self.reads), readout.reads)
         connect(m, readout.waypoints, flipped(self.read_waypoints))
+        m.d.sync += [
+            read_slot.eq(1 << readout.slot),
+            read_length.eq(gated(read_slot, self.lengths)),
+        ]
         m.d.comb += [
-            readout.allow.eq(self.allow & ~peeking),
-            readout.length.eq(chosen(readout.slot, self.lengths)),
+            readout.allow.eq(self.allow & ~reading.peeking),
+            readout.length.eq(read_length),
             readout.waypoint.eq(self.waypoints[0]),
             self.writes.ready.eq(self.allow & ~readout.active),
             taken.eq(self.writes.valid & self.writes.ready),
         ]
         m.d.sync += [
             writing.eq(taken),
+            closing.eq(taken & write.last),
             addressed.eq(1 << write.slot),
             written.eq(write),
             written_length.eq(write.index + 1),
@@ -162,63 +168,33 @@ class Population(wiring.Component):
             ),
         ]
 
-        # Position to be read next. At 2, that of 0 is in the slots' registers: primed. The slots'
-        # indices know what has become of their paths a clock after the lengths do.
-        ahead = Signal(position_bits(config))
-        changed = Signal(init=1)
-        rewind = Signal()
-        advance = Signal()
-        step = Signal()
-        looking = Signal()
-        peeked = Signal()
-        occupied = Signal()
-        peeks = C(0)
-        m.d.sync += changed.eq(self.update | writing)
         m.d.comb += [
-            rewind.eq(self.update | writing | changed | readout.rewind | peeked),
-            step.eq(self.on | readout.step | looking),
-            advance.eq(self.on | readout.wants | looking | ~readout.primed),
-            self.settled.eq(readout.primed & ~occupied & ~readout.active),
+            reading.taken.eq(taken),
+            reading.writing.eq(writing),
+            reading.update.eq(self.update),
+            reading.rewinds.eq(readout.rewind),
+            readout.primes.eq(reading.primes),
+            self.settled.eq(reading.primed & ~readout.active),
         ]
-        with m.If(advance):
-            m.d.sync += [ahead.eq(ahead + 1), readout.primed.eq(readout.primed | (ahead != 0))]
         if config.checker is not CheckerBuild.NONE:
-            # The reading jumps, and the three registers behind the position take what is there;
-            # with the last of them it rewinds.
-            looked = Signal(self.PEEK_LATENCY - 2)
-            peeks = self.peek | looked.any()
-            m.d.sync += [
-                looked.eq(Cat(self.peek, looked)),
-                looking.eq(peeks),
-                peeked.eq(looked[-1] & ~looked[-2]),
+            m.d.comb += [
+                reading.peek.eq(self.peek),
+                reading.peek_position.eq(self.peek_position),
             ]
-            m.d.comb += peeking.eq(self.peek | looking)
-            with m.If(self.peek):
-                m.d.sync += ahead.eq(self.peek_position)
-        with m.If(rewind):
-            m.d.sync += [ahead.eq(0), readout.primed.eq(0)]
-        m.d.sync += occupied.eq(taken | peeks)
 
-        # All about a position but its waypoints is worked out a clock early, and kept in registers;
-        # whether a path ends there, even two clocks early. `second` is two past `following`.
-        running = Signal()
-        following = Signal(config.index_bits)
-        second = Signal(position_bits(config), init=2)
-        ended = Signal(len(self.carried))
-        m.d.comb += running.eq(self.on & ~self.over)
-        m.d.sync += [
-            self.carrying.eq(running),
-            self.position.eq(following),
-            self.over.eq(running & ended.all()),
+        m.submodules.passing = passing = Passing(config)
+        running, following = passing.running, passing.following
+        m.d.comb += [
+            passing.begin.eq(self.begin),
+            *(
+                target.eq(path.length)
+                for target, path in zip(passing.lengths, self.carried, strict=True)
+            ),
+            self.carrying.eq(passing.carrying),
+            self.position.eq(passing.position),
+            self.over.eq(passing.over),
+            reading.passes.eq(passing.passes | readout.steps),
         ]
-        with m.If(running):
-            m.d.sync += [
-                following.eq(following + 1),
-                second.eq(second + 1),
-                ended.eq(Cat(path.length <= second for path in self.carried)),
-            ]
-        with m.Else():
-            m.d.sync += [following.eq(0), second.eq(2), ended.eq(0)]
 
         heads = []
         tails = []
@@ -237,10 +213,17 @@ class Population(wiring.Component):
         # All slots but the children's keep their paths in order: one index serves them.
         m.submodules.kept_index = kept_index = ReadIndex(config)
         m.d.comb += [
-            kept_index.advance.eq(advance),
-            kept_index.position.eq(ahead),
+            kept_index.advance.eq(reading.advance),
+            kept_index.position.eq(reading.ahead),
             kept_index.head.eq(config.head_size),
         ]
+
+        # What becomes of the children is known a clock before the update.
+        indices = []
+        for number, mutation in enumerate(self.mutations):
+            index = Signal(config.index_bits, name=f"index_of_{number}", reset_less=True)
+            m.d.sync += index.eq(mutation.index)
+            indices.append(index)
 
         written_bank = Signal()
         m.d.sync += written_bank.eq(bank ^ ~writing)
@@ -251,19 +234,19 @@ class Population(wiring.Component):
             slots.append(slot)
 
             rewritten = Signal(name=f"rewritten_{number}")
-            m.d.comb += rewritten.eq(writing & addressed[number] & written.last)
+            m.d.comb += rewritten.eq(closing & addressed[number])
             with m.If(rewritten):
                 m.d.sync += self.lengths[number].eq(written_length)
             if number < kept:
                 index = kept_index
                 head, tail = self._copy(m, number, running, following)
             else:
-                index = self._child(m, number - kept, rewritten)
-                m.d.comb += [index.advance.eq(advance), index.position.eq(ahead)]
+                index = self._child(m, number - kept, rewritten, indices)
+                m.d.comb += [index.advance.eq(reading.advance), index.position.eq(reading.ahead)]
                 head, tail = heads[number - kept], tails[number - kept]
 
             m.d.comb += [
-                slot.advance.eq(advance),
+                slot.advance.eq(reading.advance),
                 slot.bank.eq(bank),
                 slot.source.eq(index.source),
                 slot.written.eq(written_bank),
@@ -283,7 +266,7 @@ class Population(wiring.Component):
         # Only the first port, from which the host reads, has to hold a waypoint.
         m.submodules.ports = ports = Ports(config)
         m.d.comb += [
-            ports.step.eq(step),
+            ports.step.eq(reading.step),
             ports.writing.eq(writing),
             ports.written.eq(written.waypoint),
             *(
@@ -297,7 +280,7 @@ class Population(wiring.Component):
             ),
         ]
         with m.If(readout.active):
-            m.d.comb += ports.selects[0].eq(1 << readout.slot)
+            m.d.comb += ports.selects[0].eq(read_slot)
 
         return m
 
@@ -324,7 +307,7 @@ class Population(wiring.Component):
             m.d.sync += self.lengths[number].eq(carried.length)
         return head, tail
 
-    def _child(self, m, child, rewritten):
+    def _child(self, m, child, rewritten, indices):
         """Keep the length, the middle and the pending mutation of a child; return its index."""
         config = self.config
         kept = config.elites + config.survivors
@@ -334,11 +317,11 @@ class Population(wiring.Component):
 
         # At most one mutator works on a child.
         bred = Signal(pending_layout(config), name=f"bred_{child}")
-        hits = Signal(config.mutators, name=f"hits_{child}")
+        hits = Signal(config.mutators, name=f"hits_{child}", reset_less=True)
         patches = [C(number, len(bred.patch)) for number in range(config.patches)]
+        m.d.sync += hits.eq(Cat(each.applied & (each.child == child) for each in self.mutations))
         m.d.comb += [
-            hits.eq(Cat(each.applied & (each.child == child) for each in self.mutations)),
-            bred.at.eq(gated(hits, [each.index for each in self.mutations])),
+            bred.at.eq(gated(hits, indices)),
             bred.patch.eq(gated(hits[: config.patches], patches)),
         ]
         for kind in MutationKind:
@@ -364,7 +347,7 @@ class Population(wiring.Component):
         with m.Elif(rewritten):
             m.d.sync += [
                 head.eq(config.head_size),
-                pending.eq(0),
+                *(pending[kind.name.lower()].eq(0) for kind in MutationKind),
             ]
 
         m.submodules[f"index_{child}"] = index = ReadIndex(config)

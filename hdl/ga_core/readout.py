@@ -14,9 +14,9 @@ class ReadOut(wiring.Component):
     """Turns the lock-step reading of the population into a stream of one path after another.
 
     It rewinds the reading before each path and after the last; ``waypoint`` is the register into
-    which a ``step`` moves the next waypoint of ``slot``. Three clocks pass between two paths.
+    which a step moves the next waypoint of ``slot``. Three clocks pass between two paths.
 
-    A waypoint that is not taken moves aside to let one more in: so a ``step`` does not depend on
+    A waypoint that is not taken moves aside to let one more in: so a step does not depend on
     ``waypoints.ready`` in the same clock, which would have to reach the whole population.
 
     Parameters
@@ -35,13 +35,12 @@ class ReadOut(wiring.Component):
     slot : Out(slot_bits)
         Slot being read.
     length : In(length_bits)
-        Length of its path.
+        Length of its path, two clocks after ``slot``.
     rewind : Out(1)
-    primed : In(1)
-        The reading has been rewound and can be stepped.
-    wants : Out(1)
-        It is going to step as soon as ``primed``.
-    step : Out(1)
+    primes : In(1)
+        The reading has been rewound, and can be stepped from the next clock on.
+    steps : Out(1)
+        It steps in the next clock.
     waypoint : In(waypoint_bits)
     """
 
@@ -56,9 +55,8 @@ class ReadOut(wiring.Component):
                 "slot": Out(config.slot_bits),
                 "length": In(config.length_bits),
                 "rewind": Out(1),
-                "primed": In(1),
-                "wants": Out(1),
-                "step": Out(1),
+                "primes": In(1),
+                "steps": Out(1),
                 "waypoint": In(config.waypoint_bits),
             }
         )
@@ -71,7 +69,6 @@ class ReadOut(wiring.Component):
         # Whether the next waypoint ends a path, and all paths, is known a clock before. `second` is
         # two past that waypoint's position; no path has but one.
         left = Signal(range(config.population + 1))
-        length = Signal(config.length_bits)
         second = Signal(config.length_bits + 1)
         last = Signal()
         only = Signal()
@@ -85,6 +82,7 @@ class ReadOut(wiring.Component):
         ends = Signal()
         ends_all = Signal()
         reading = Signal()
+        step = Signal()
         full = Signal()
         aside = Signal(waypoint_layout(config), reset_less=True)
         m.d.comb += [
@@ -99,20 +97,26 @@ class ReadOut(wiring.Component):
                 m.d.sync += full.eq(0)
         with m.Else():
             m.d.sync += aside.eq(present)
-            with m.If(self.step):
+            with m.If(step):
                 m.d.sync += [loaded.eq(1), full.eq(loaded & ~waypoints.ready)]
             with m.Elif(waypoints.ready):
                 m.d.sync += loaded.eq(0)
-        with m.If(self.step):
+        with m.If(step):
             m.d.sync += [
                 ends.eq(last),
                 ends_all.eq(final),
-                last.eq(second == length),
+                last.eq(second == self.length),
                 second.eq(second + 1),
             ]
 
-        # What reaches the whole population is a register, not the decoded state.
-        m.d.comb += [self.wants.eq(reading & ~full), self.step.eq(self.wants & self.primed)]
+        # A step is decided a clock before: none after the last of a path, none that finds the
+        # register and the place aside taken.
+        room = Signal()
+        m.d.comb += [
+            room.eq(waypoints.ready | ~(full | (loaded & step))),
+            self.steps.eq(reading & ~(step & last) & self.primes & room),
+        ]
+        m.d.sync += step.eq(self.steps)
         with m.FSM():
             with m.State("Idle"):
                 m.d.comb += self.reads.ready.eq(self.allow)
@@ -123,11 +127,11 @@ class ReadOut(wiring.Component):
 
             with m.State("Rewind"):
                 m.d.comb += self.rewind.eq(1)
-                m.d.sync += [length.eq(self.length), second.eq(2), last.eq(0), reading.eq(1)]
+                m.d.sync += [second.eq(2), last.eq(0), reading.eq(1)]
                 m.next = "Read"
 
             with m.State("Read"):
-                with m.If(self.step & last):
+                with m.If(step & last):
                     m.d.sync += [self.slot.eq(self.slot + 1), left.eq(left - 1), reading.eq(0)]
                     m.next = "Rewind"
                     with m.If(final):

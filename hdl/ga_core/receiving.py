@@ -1,5 +1,8 @@
 """Receiving unit: takes one request and hands it to the core or to the checker."""
 
+from functools import reduce
+from operator import or_
+
 from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
@@ -172,12 +175,39 @@ class ReceivingUnit(wiring.Component):
         ]
         with m.If(take):
             m.d.sync += ended.eq(self.requests.p.last)
-        for taker in takers.values():
+
+        # Who takes the rest is known from the code, long before it is turned on by a register of
+        # its own: neither code nor state are looked at in the middle of what the takers do.
+        takes_rest = Signal()
+        rest_taken = Signal()
+        demanded = []
+        overs = []
+        statuses = []
+        for command, taker in takers.items():
+            meant = Signal(name=f"{command.name.lower()}_meant", reset_less=True)
+            on = Signal(name=f"{command.name.lower()}_on")
+            m.d.sync += [
+                meant.eq(code == command),
+                on.eq((on | (takes_rest & meant)) & ~rest_taken),
+            ]
             m.d.comb += [
+                taker.on.eq(on),
                 taker.repeated.eq(repeated),
                 taker.ended.eq(ended),
+                taker.bytes.valid.eq(on & self.requests.valid & ~ended),
                 taker.bytes.payload.eq(byte),
             ]
+            demanded.append(on & taker.bytes.ready)
+            overs.append(on & taker.over)
+            statuses.append(Mux(on, taker.status, 0))
+        m.d.comb += rest_taken.eq(Cat(overs).any())
+
+        # The fixed fields.
+        collecting = Signal()
+        collect = Signal()
+        m.d.comb += collect.eq(collecting & self.requests.valid & ~ended)
+        with m.If(collect):
+            m.d.sync += [packed.eq(Cat(packed[8:], byte)), left.eq(left - 1)]
 
         # What the header says, registered while the rest of it comes in.
         at_hand = Signal()  # Its session is the open one,
@@ -272,7 +302,10 @@ class ReceivingUnit(wiring.Component):
                     with m.Switch(code):
                         for command, layout in request_fields(config).items():
                             with m.Case(command):
-                                m.d.sync += left.eq(layout.size)
+                                m.d.sync += [
+                                    left.eq(layout.size),
+                                    collecting.eq(layout.size != 0),
+                                ]
                                 m.next = "Fixed" if layout.size else "Weigh"
                         with m.Default():
                             refuse(Status.UNKNOWN_COMMAND)
@@ -280,16 +313,17 @@ class ReceivingUnit(wiring.Component):
             with m.State("Drain"):
                 m.d.comb += self.requests.ready.eq(~ended)
                 with m.If(ended):
+                    m.d.sync += self.over.eq(1)
                     m.next = "Over"
 
             with m.State("Fixed"):
                 m.d.comb += self.requests.ready.eq(~ended)
-                with m.If(take):
-                    m.d.sync += [packed.eq(Cat(packed[8:], byte)), left.eq(left - 1)]
-                    with m.If(left == 1):
-                        m.next = "Weigh"
-                with m.Elif(ended):
+                with m.If(ended):
+                    m.d.sync += collecting.eq(0)
                     refuse(Status.BAD_LENGTH)
+                with m.Elif(collect & (left == 1)):
+                    m.d.sync += collecting.eq(0)
+                    m.next = "Weigh"
 
             with m.State("Weigh"):
                 m.next = "Weigh again"
@@ -302,6 +336,7 @@ class ReceivingUnit(wiring.Component):
                     self.answer[name].eq(getattr(fixed_fields, name))
                     for name in ("kind", "slot", "count")
                 ]
+                m.d.comb += takes_rest.eq(fixed_fields.status == Status.OK)
                 m.next = "Executed"
                 with m.Switch(code):
                     with m.Case(*takers):
@@ -334,17 +369,10 @@ class ReceivingUnit(wiring.Component):
                         m.next = "Executed"
 
             with m.State("Rest"):
-                with m.Switch(code):
-                    for command, taker in takers.items():
-                        with m.Case(command):
-                            m.d.comb += [
-                                taker.on.eq(1),
-                                taker.bytes.valid.eq(self.requests.valid & ~ended),
-                                self.requests.ready.eq(taker.bytes.ready & ~ended),
-                            ]
-                            m.d.sync += verdict.eq(taker.status)
-                            with m.If(taker.over):
-                                m.next = "Taken"
+                m.d.comb += self.requests.ready.eq(Cat(demanded).any() & ~ended)
+                m.d.sync += verdict.eq(reduce(or_, statuses))
+                with m.If(rest_taken):
+                    m.next = "Taken"
 
             with m.State("Taken"):
                 with m.If(verdict != Status.OK):
@@ -360,11 +388,12 @@ class ReceivingUnit(wiring.Component):
             with m.State("Executed"):
                 with m.If(~repeated):
                     m.d.sync += expected.eq(expected + 1)
+                m.d.sync += self.over.eq(1)
                 m.next = "Over"
 
             with m.State("Over"):
-                m.d.comb += self.over.eq(1)
                 with m.If(~self.on):
+                    m.d.sync += self.over.eq(0)
                     m.next = "Off"
 
         return m

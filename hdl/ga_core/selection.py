@@ -22,10 +22,9 @@ class Selection(wiring.Component):
     moves ``config.draw_steps`` steps a set and never otherwise, so that the set of generation ``g``
     is a function of the seed and ``g``.
 
-    A set is ready :attr:`latency` clocks after ``next`` (14 in the default configuration, 17 with a
-    map), and
-    ``WARM_UP_STEPS + latency`` clocks after ``load``; without either, the set of generation 0 and
-    seed 0 is ready that many clocks after reset, less one.
+    A set is ready :attr:`latency` clocks after ``next`` (15 in the default configuration, 18 with a
+    map), and ``WARM_UP_STEPS + latency - 1`` clocks after ``load``; without either, the set of
+    generation 0 and seed 0 is ready that many clocks after reset, less one.
 
     Source: *allaire-2008*, sections 4.1 and 4.4: roulette by rank, fixed once for all. Differs: the
     paper's addresses change every clock; here they are a set for each generation, so that a run
@@ -70,7 +69,7 @@ class Selection(wiring.Component):
     def __init__(self, config):
         self.config = config
         self.draw_layout = DrawLayout(config)
-        self.latency = 1 + max(
+        self.latency = 2 + max(
             config.crossovers + 1,
             config.survivors + DistinctDraw.LATENCY,
             config.mutators + DistinctDraw.LATENCY,
@@ -95,26 +94,29 @@ class Selection(wiring.Component):
         m = Module()
         config, at = self.config, self.draw_layout
 
-        # Clocks since `next`, less one: step i of the source is taken in clock i. A step enables
-        # the whole state: it is known from a register.
+        # Clocks since `next`, less two: step i of the source is taken in clock i. A step enables
+        # the whole state: it is known from a register, as is the beginning.
         clock = Signal(range(self.latency))
         step = Signal(init=1)
-        begin = Signal()
+        begins, begin = Signal(), Signal(init=1)
         m.submodules.source = source = RandomSource()
+        m.d.sync += begin.eq(begins)
         m.d.comb += [
-            begin.eq(self.load | self.next & self.ready),
+            begins.eq(self.load | self.next & self.ready),
             source.seed.eq(self.seed),
             source.load.eq(self.load),
             source.step.eq(step),
         ]
         with m.If(begin):
-            m.d.sync += [clock.eq(0), step.eq(1), self.ready.eq(0)]
+            m.d.sync += [clock.eq(0), step.eq(1)]
         with m.Elif(source.ready & ~self.ready):
             m.d.sync += [
                 clock.eq(clock + 1),
                 step.eq(clock < config.draw_steps - 1),
-                self.ready.eq(clock == self.latency - 2),
+                self.ready.eq(clock == self.latency - 3),
             ]
+        with m.If(begins):
+            m.d.sync += self.ready.eq(0)
 
         # A register between the source and those who use its words, with a flag for each of them.
         by_rank = config.survivor_selection is SurvivorSelection.RANK

@@ -83,7 +83,8 @@ class SlotMapping(wiring.Component):
             taken.eq(self.ranking.valid & self.ranking.ready),
         ]
 
-        # Each port compares while the length is looked up, and takes both in the clock after.
+        # Each port compares half a rank each while the word is taken, looks at both results while
+        # the length is looked up, and takes the word in the clock after.
         found = Signal(carrier_layout(config), reset_less=True)
         final = Signal()
         m.d.sync += [
@@ -94,9 +95,17 @@ class SlotMapping(wiring.Component):
             self.mapped.eq(final & ~self.clear),
         ]
         ranks = [*range(config.elites), *self.survivors, *self.parents]
+        half = config.slot_bits // 2
         for number, rank in enumerate(ranks):
+            rank = C(rank, config.slot_bits) if isinstance(rank, int) else rank
+            low = Signal(name=f"low_{number}", reset_less=True)
+            high = Signal(name=f"high_{number}", reset_less=True)
             hit = Signal(name=f"hit_{number}")
-            m.d.sync += hit.eq(taken & (word.rank == rank))
+            m.d.sync += [
+                low.eq(self.ranking.p.rank[:half] == rank[:half]),
+                high.eq(self.ranking.p.rank[half:] == rank[half:]),
+                hit.eq(taken & low & high),
+            ]
             carried = Signal(carrier_layout(config), name=f"port_{number}", reset_less=True)
             m.d.comb += self.carried[number].eq(carried)
             with m.If(hit):

@@ -49,7 +49,7 @@ class Bench:
         self.counters = dict.fromkeys((name for name, _ in counters_layout(CONFIG)), 0)
         #: What the next clock counts.
         self.late = {}
-        self.history = ChipState.LISTEN.value
+        self.history = self.entered = ChipState.LISTEN.value
         self.state = ChipState.LISTEN
         for name in (*INPUTS, *(f"{unit}_over" for unit in UNITS.values())):
             dut[name].value = 0
@@ -64,7 +64,7 @@ class Bench:
     async def clock(self, *, busy=False, sending=False):
         """Pass a clock, with bytes on the line or without; all before it must be counted.
 
-        But for the clocks themselves, it is counted a clock late.
+        But for the clocks themselves, it is counted a clock late; and a state is noted so.
         """
         dut = self.dut
         dut.line_busy.value = busy
@@ -75,6 +75,7 @@ class Bench:
         counters = counters_layout(CONFIG).from_bits(dut.counters.value.to_unsigned())
         assert {name: counters[name] for name in self.counters} == self.counters
         assert dut.history.value.to_unsigned() == self.history
+        self.history = self.entered
         self.counters[Counter.CLOCKS] += 1
         for counter, count in self.late.items():
             self.counters[counter] += count
@@ -88,7 +89,7 @@ class Bench:
 
     def enter(self, state):
         self.state = state
-        self.history = (self.history << 4 | state) & 0xFFFFFFFF
+        self.entered = (self.entered << 4 | state) & 0xFFFFFFFF
 
     async def run(self, state, clocks):
         """Be in ``state`` for ``clocks``; its unit is over in the last."""
@@ -98,6 +99,15 @@ class Bench:
             over.value = left == 1
             await self.clock()
         over.value = 0
+
+    async def begin(self):
+        """Pass the clock between a command that asks for a generation and the generation."""
+        dut = self.dut
+        dut.receive_over.value = 1
+        assert dut.begin.value
+        await self.clock()
+        assert not dut.begin.value
+        dut.receive_over.value = 0
 
 
 @cocotb.test()
@@ -125,6 +135,8 @@ async def random_commands(dut):
         if order:
             dut[order].value = 1
         await bench.run(ChipState.RECEIVE, rng.randint(1, 9))
+        if order == "generate":
+            await bench.begin()
         if order:
             dut[order].value = 0
         if order == "check":
@@ -154,7 +166,7 @@ async def random_commands(dut):
 
 @cocotb.test()
 async def waits_for_the_draws(dut):
-    """A generation starts in the clock after its draws are there, and waiting is receiving."""
+    """A generation starts two clocks after its draws are there, and waiting is receiving."""
     bench = Bench(dut)
     await bench.reset()
     dut.pending.value = 1
@@ -167,6 +179,7 @@ async def waits_for_the_draws(dut):
         await bench.clock()
     dut.ready.value = 1
     await bench.clock()
+    await bench.begin()
     bench.enter(ChipState.CROSSOVER)
     await bench.clock()
-    assert bench.counters[Counter.RECEIVE] == 21
+    assert bench.counters[Counter.RECEIVE] == 22

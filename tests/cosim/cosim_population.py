@@ -38,7 +38,7 @@ class Bench:
             if stalled:
                 stream.pauses = lambda: self.rng.choice((0, 0, 1, 5))
             self.streams[name] = stream
-        for name in ("on", "update"):
+        for name in ("begin", "update"):
             getattr(dut, name).value = 0
         dut.allow.value = 1
         for i in range(CONFIG.mutators):
@@ -112,18 +112,20 @@ class Bench:
             await RisingEdge(dut.settled)
             await FallingEdge(dut.clk)
         dut.allow.value = 0
-        dut.on.value = 1
+        dut.begin.value = 1
+        await FallingEdge(dut.clk)
+        dut.begin.value = 0
         begun = get_sim_time("ns")
         await RisingEdge(dut.over)
         await FallingEdge(dut.clk)
         paths = [self.paths[slot] for slot in carried]
-        clocks = (get_sim_time("ns") - begun) / CLOCK_NS
+        clocks = round((get_sim_time("ns") - begun) / CLOCK_NS)
         assert clocks == max(map(len, paths))
         await FallingEdge(dut.clk)
-        dut.on.value = 0
 
         children = crossover(paths[KEPT:])
         self.mutate(children)
+        await FallingEdge(dut.clk)
         dut.update.value = 1
         await FallingEdge(dut.clk)
         dut.update.value = 0

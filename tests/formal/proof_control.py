@@ -10,7 +10,8 @@ from sim.formal import Proof
 from tests.formal.parts import Opened, any_constant, free
 
 
-#: The unit of each state, and how many units have been on before it, at most.
+#: The unit of each state, and how many units have been on before it, at most. The receiving unit
+#: stays on for a clock more before a generation.
 UNITS = {
     ChipState.RECEIVE: ("receive", 0),
     ChipState.CROSSOVER: ("crossover", 1),
@@ -38,12 +39,13 @@ class Returns(Elaboratable):
     chip ``ready`` in one of them, and it never asks for a generation and a check at once. All else
     is as it likes in every clock, ``over`` of units that are off included.
 
-    - After it has left LISTEN, the state is LISTEN again at most ``5 * limit`` clocks later.
+    - After it has left LISTEN, the state is LISTEN again at most ``5 * limit + 1`` clocks later.
     - It leaves LISTEN in the clock after ``pending``, for RECEIVE, and not otherwise.
     - The unit of the state is on and no other; in LISTEN none is.
     - A unit is off in the clock after it is over, and not earlier; the unit that is on then is the
       next one of its kind of command: crossover, mutation, update and answer of a generation, check
-      and answer, or the answer alone. A generation starts only when ``ready``.
+      and answer, or the answer alone. A generation starts only when ``ready``, of which
+      ``begin`` tells in the clock between; the receiving unit is on in that, too.
     """
 
     def __init__(self, unit):
@@ -53,7 +55,8 @@ class Returns(Elaboratable):
         m = Module()
         control = self.dut
         state = control.state
-        m.submodules.dut = Opened(control)
+        m.submodules.dut = opened = Opened(control)
+        listening = opened.open("states").signal("listen")
         limit = any_constant(m, 8, "limit")
         m.d.comb += Assume(limit != 0)
         on = {at: getattr(control, f"{name}_on") for at, (name, _) in UNITS.items()}
@@ -62,14 +65,25 @@ class Returns(Elaboratable):
         free(m, control.line_busy, control.line_sending, control.restart)
         free(m, control.refused, control.redrawn, control.left_out)
 
-        # Clocks in the state and out of LISTEN, the present one not counted.
+        # The receiving unit has asked for a generation, and it was ready.
+        asked = Signal()
+        m.d.sync += asked.eq(
+            (state == ChipState.RECEIVE)
+            & over[ChipState.RECEIVE]
+            & control.generate
+            & control.ready
+            & ~asked
+        )
+        m.d.comb += Assert(control.begin == asked)
+
+        # Clocks in the state and out of LISTEN, the present one not counted, nor that of `asked`.
         before, stays = Signal.like(state), Signal()
         age, age_before = Signal(9), Signal(9)
         away, away_before = Signal(12), Signal(12)
         m.d.comb += [
             stays.eq(state == before),
-            age.eq(Mux(stays, age_before + 1, 0)),
-            away.eq(Mux(before == ChipState.LISTEN, 0, away_before + 1)),
+            age.eq(Mux(stays, age_before + ~asked, 0)),
+            away.eq(Mux(before == ChipState.LISTEN, 0, away_before + ~asked)),
         ]
         m.d.sync += [before.eq(state), age_before.eq(age), away_before.eq(away)]
 
@@ -86,12 +100,12 @@ class Returns(Elaboratable):
                     m.d.comb += following.eq(ChipState.RECEIVE)
             with m.Case(ChipState.RECEIVE):
                 finished = over[ChipState.RECEIVE] & (control.ready | ~control.generate)
-                m.d.comb += in_time.eq(finished)
-                with m.If(finished & control.generate):
+                m.d.comb += in_time.eq(finished | asked)
+                with m.If(asked):
                     m.d.comb += following.eq(ChipState.CROSSOVER)
-                with m.Elif(finished & control.check):
+                with m.Elif(finished & ~control.generate & control.check):
                     m.d.comb += following.eq(ChipState.CHECK)
-                with m.Elif(finished):
+                with m.Elif(finished & ~control.generate):
                     m.d.comb += following.eq(ChipState.TRANSMIT)
             for at, then in NEXT.items():
                 with m.Case(at):
@@ -103,7 +117,11 @@ class Returns(Elaboratable):
             Assume(in_time | (age + 1 < limit)),
         ]
 
-        m.d.comb += Assert(Cat(on[at] == (state == at) for at in on).all())
+        m.d.comb += [
+            Assert(Cat(on[at] == (state == at) for at in on).all()),
+            Assert(listening == (state == ChipState.LISTEN)),
+            Assert(~asked | (state == ChipState.RECEIVE)),
+        ]
         with m.Switch(state):
             with m.Case(ChipState.LISTEN):
                 pass
@@ -132,19 +150,19 @@ PROOF = Proof(
     faults={
         "the update does not end": (
             Control,
-            ("with m.If(self.update_over):", "with m.If(self.update_over & self.line_busy):"),
+            ("TRANSMIT): self.update_over,", "TRANSMIT): self.update_over & self.line_busy,"),
         ),
-        "no update": (Control, ("enter(ChipState.UPDATE)", "enter(ChipState.TRANSMIT)")),
+        "no update": (
+            Control,
+            ("(ChipState.MUTATE, ChipState.UPDATE)", "(ChipState.MUTATE, ChipState.TRANSMIT)"),
+        ),
         "a generation does not wait": (
             Control,
             ("self.receive_over & self.generate & self.ready", "self.receive_over & self.generate"),
         ),
         "two units on": (
             Control,
-            (
-                "on.eq(unit == state)",
-                "on.eq((unit == state) | (unit == ChipState.CHECK))",
-            ),
+            ("on.eq(states.on[state])", "on.eq(states.on[state] | states.on[ChipState.CHECK])"),
         ),
     },
 )

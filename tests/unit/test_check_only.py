@@ -130,6 +130,8 @@ def test_control():
             assert ctx.get(control.state) == ChipState.LISTEN
         counters = ctx.get(control.counters)
         assert (counters.clocks, counters.receive, counters.transmit) == (17, 6, 6)
+        # The state is noted a clock late.
+        await ctx.tick()
         assert ctx.get(control.history) == 0x1650150
 
     simulator = Simulator(control)

@@ -23,7 +23,10 @@ ON = {
 
 
 class Bench:
-    """A control unit whose units take the clocks they are told to."""
+    """A control unit whose units take the clocks they are told to.
+
+    A receiving unit that asks for a generation takes one more.
+    """
 
     def __init__(self, ctx, dut):
         self.ctx, self.dut = ctx, dut
@@ -58,8 +61,8 @@ class Bench:
         ctx.set(dut.redrawn, redrawn)
         ctx.set(dut.left_out, left_out)
         await self.stay(RECEIVE, clocks[0], dut.receive_over)
-        ctx.set(dut.generate, 0)
         if generate:
+            await self.begin()
             await self.stay(CROSSOVER, clocks[1], dut.crossover_over)
             await self.stay(MUTATE, clocks[2], dut.mutation_over)
             await self.stay(UPDATE, clocks[3], dut.update_over)
@@ -67,6 +70,15 @@ class Bench:
         self.check(LISTEN)
         # The last clock is counted in this one.
         await self.tick()
+
+    async def begin(self):
+        """Pass the last clock of a receiving unit that has asked for a generation."""
+        self.ctx.set(self.dut.receive_over, 1)
+        assert self.ctx.get(self.dut.begin)
+        self.check(RECEIVE)
+        await self.tick()
+        self.ctx.set(self.dut.receive_over, 0)
+        self.ctx.set(self.dut.generate, 0)
 
     async def check_paths(self, clocks):
         """Take one command to check paths."""
@@ -110,7 +122,7 @@ def test_a_generation_goes_through_all_units():
         assert (clocks.crossover, clocks.mutation, clocks.update) == (17, 2, 1)
         assert unit.counters() == {
             Counter.CLOCKS: unit.clocks,
-            Counter.RECEIVE: 3,
+            Counter.RECEIVE: 3 + 1,
             Counter.CROSSOVER: 17,
             Counter.MUTATION: 2,
             Counter.UPDATE: 1,
@@ -173,7 +185,7 @@ def test_counters_of_random_commands():
                 Counter.LEFT_OUT: ("left_out", rng.randrange(4)),
             }
             await unit.command(clocks, generate=generate, **dict(told.values()))
-            counters[Counter.RECEIVE] += clocks[0]
+            counters[Counter.RECEIVE] += clocks[0] + generate
             counters[Counter.TRANSMIT] += clocks[4]
             if generate:
                 generations += 1
@@ -223,13 +235,15 @@ def test_generation_waits_until_ready():
             unit.check(RECEIVE)
             await unit.tick()
         ctx.set(dut.ready, 1)
-        unit.check(RECEIVE)
-        await unit.tick()
+        assert not ctx.get(dut.begin)
+        for _ in range(2):
+            unit.check(RECEIVE)
+            await unit.tick()
         unit.check(CROSSOVER)
         assert unit.counters()[Counter.CROSSOVER] == 0
         await unit.tick()
         # Waiting is receiving, and no part of the generation.
-        assert unit.counters()[Counter.RECEIVE] == 10
+        assert unit.counters()[Counter.RECEIVE] == 11
         assert unit.counters()[Counter.CROSSOVER] == 0
 
     simulate(bench)

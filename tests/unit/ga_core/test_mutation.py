@@ -110,9 +110,11 @@ async def run(ctx, dut, case):
     over = False
     while not over:
         over = ctx.get(dut.over)
+        doing = [ctx.get(mutation) for mutation in dut.doing]
         await ctx.tick()
         clocks += 1
     ctx.set(dut.on, 0)
+    assert [ctx.get(mutation) for mutation in dut.mutations] == doing
     return latency, clocks
 
 
@@ -151,7 +153,7 @@ def test_matches_model(config):
             case = Case(config, rng)
             latency, clocks = await run(ctx, dut, case)
             check(ctx, dut, case)
-            assert latency == dut.latency == config.mutators + 5
+            assert latency == dut.latency == config.mutators + 6
             assert clocks == 2
             refused |= {mutated.kind for mutated in case.expected if not mutated.applied}
         assert MutationKind.PERTURB not in refused

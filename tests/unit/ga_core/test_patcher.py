@@ -8,7 +8,7 @@ import pytest
 
 from hdl.config import CheckerBuild, Config
 from hdl.ga_core.patcher import Patcher
-from hdl.ga_core.population import Population
+from hdl.ga_core.reading import PEEK_LATENCY
 from tests.streams import simulate
 
 
@@ -48,7 +48,7 @@ class Bench:
         self.parents = [self.path() for _ in range(config.crossovers)]
         self.offsets = []
         self.looked_up = collections.deque([None] * (config.lookup_latency - 1))
-        self.peeked = collections.deque([None] * (Population.PEEK_LATENCY - 1))
+        self.peeked = collections.deque([None] * (PEEK_LATENCY - 1))
         self.peeks = 0
         self.lookups = 0
 
@@ -178,7 +178,7 @@ class Bench:
             assert clocks < 100
             if ctx.get(dut.decided):
                 break
-        assert clocks == last + config.lookup_latency + 4
+        assert clocks == last + config.lookup_latency + 5
         # Further candidates, made meanwhile, change nothing.
         for _ in range(rng.choice((0, 1, 9, 40))):
             await self.tick()
@@ -187,6 +187,7 @@ class Bench:
         assert {number: ctx.get(dut.patches[number]) for number in found} == found
         assert ctx.get(dut.redrawn) == redrawn
         ctx.set(dut.run, 0)
+        await self.tick()
         await self.tick()
         for _ in range(rng.choice((0, 3, 12))):
             await self.tick()
@@ -274,7 +275,7 @@ def test_nothing_outlives_its_generation():
     """``run`` falls in every clock; the next generation is decided as if there had been none."""
 
     async def bench(ctx, dut, unit):
-        for clocks in range(1, SMALL.patches * SMALL.candidates + SMALL.lookup_latency + 5):
+        for clocks in range(1, SMALL.patches * SMALL.candidates + SMALL.lookup_latency + 6):
             unit.plan()
             ctx.set(dut.avoid, clocks % 2)
             await unit.fetch()
@@ -282,6 +283,7 @@ def test_nothing_outlives_its_generation():
             for _ in range(clocks):
                 await unit.tick()
             ctx.set(dut.run, 0)
+            await unit.tick()
             await unit.tick()
             assert not ctx.get(dut.lookup_valid)
             await unit.run(avoid=True)

@@ -10,6 +10,7 @@ from amaranth.hdl import ResetInserter, Signal
 from hdl.config import CheckerBuild, Config, MutationKind
 from hdl.ga_core.crossover import parents_of
 from hdl.ga_core.population import Population
+from hdl.ga_core.reading import PEEK_LATENCY
 from tests.streams import put, simulate
 
 
@@ -90,7 +91,9 @@ async def breed(ctx, dut, paths, carried, mutations=(), patches=()):
 
     bred = [paths[slot] for slot in carried]
     longest = max(map(len, bred))
-    ctx.set(dut.on, 1)
+    ctx.set(dut.begin, 1)
+    await ctx.tick()
+    ctx.set(dut.begin, 0)
     for clock in range(longest + 1):
         assert ctx.get(dut.carrying) == (clock > 0)
         if clock:
@@ -101,7 +104,7 @@ async def breed(ctx, dut, paths, carried, mutations=(), patches=()):
                     assert ctx.get(port) == path[position]
         assert ctx.get(dut.over) == (clock == longest)
         await ctx.tick()
-    ctx.set(dut.on, 0)
+    assert not ctx.get(dut.over)
 
     children = []
     for child in range(config.children):
@@ -119,13 +122,14 @@ async def breed(ctx, dut, paths, carried, mutations=(), patches=()):
             case MutationKind.DELETE:
                 del children[child][index]
 
+    await ctx.tick()
     ctx.set(dut.update, 1)
+    for mutation in dut.mutations:
+        # An index without `applied` is no mutation, and with the update it is too late for one.
+        ctx.set(mutation, {"applied": 0, "child": 1, "index": 1})
     await ctx.tick()
     ctx.set(dut.update, 0)
     ctx.set(dut.allow, 1)
-    for mutation in dut.mutations:
-        # An index without `applied` is no mutation.
-        ctx.set(mutation, {"applied": 0, "child": 1, "index": 1})
     following = bred[:kept] + children
     assert [ctx.get(length) for length in dut.lengths] == list(map(len, following))
     assert await settle(ctx, dut) <= 3
@@ -293,11 +297,11 @@ def test_waypoints_are_read_ahead():
                     ctx.set(dut.peek_position, positions[clock])
                 assert ctx.get(dut.settled) == (clock == 0)
                 # The read waits for the first waypoints no longer than for those asked for.
-                assert ctx.get(dut.reads.ready) == (clock >= count + Population.PEEK_LATENCY - 1)
+                assert ctx.get(dut.reads.ready) == (clock >= count + PEEK_LATENCY - 1)
                 if ctx.get(dut.reads.ready):
                     ctx.set(dut.reads.valid, 0)
-                if Population.PEEK_LATENCY <= clock < count + Population.PEEK_LATENCY:
-                    position = positions[clock - Population.PEEK_LATENCY]
+                if PEEK_LATENCY <= clock < count + PEEK_LATENCY:
+                    position = positions[clock - PEEK_LATENCY]
                     for port, slot in zip(dut.waypoints, carried, strict=True):
                         if position < len(paths[slot]):
                             assert ctx.get(port) == paths[slot][position]

@@ -17,18 +17,18 @@ from tests.chips import TINY
 
 # Each with the latency of its unit.
 CASES = {
-    "default": (Config(checker=CheckerBuild.NONE), 14),
-    "by_rank": (Config(survivor_selection=SurvivorSelection.RANK, checker=CheckerBuild.NONE), 14),
-    "small": (TINY, 9),
-    "small_by_rank": (TINY.replace(survivor_selection=SurvivorSelection.RANK), 9),
-    "one_survivor": (TINY.replace(children=6, elites=1, survivors=1, deletes=4), 12),
-    "many_survivors": (Config(survivors=20, children=8, elites=4, checker=CheckerBuild.NONE), 26),
-    "many_mutators": (Config(perturbs=3, inserts=10, deletes=9, checker=CheckerBuild.NONE), 38),
-    "with_map": (Config(checker=CheckerBuild.PARALLEL), 17),
-    "most_redraws": (TINY.replace(checker=CheckerBuild.PARALLEL, redraws=7), 22),
+    "default": (Config(checker=CheckerBuild.NONE), 15),
+    "by_rank": (Config(survivor_selection=SurvivorSelection.RANK, checker=CheckerBuild.NONE), 15),
+    "small": (TINY, 10),
+    "small_by_rank": (TINY.replace(survivor_selection=SurvivorSelection.RANK), 10),
+    "one_survivor": (TINY.replace(children=6, elites=1, survivors=1, deletes=4), 13),
+    "many_survivors": (Config(survivors=20, children=8, elites=4, checker=CheckerBuild.NONE), 27),
+    "many_mutators": (Config(perturbs=3, inserts=10, deletes=9, checker=CheckerBuild.NONE), 39),
+    "with_map": (Config(checker=CheckerBuild.PARALLEL), 18),
+    "most_redraws": (TINY.replace(checker=CheckerBuild.PARALLEL, redraws=7), 23),
     "largest": (
         Config(population=256, children=100, elites=148, map_size=4096, checker=CheckerBuild.NONE),
-        52,
+        53,
     ),
 }
 EACH_CASE = pytest.mark.parametrize(("config", "latency"), CASES.values(), ids=CASES)
@@ -68,14 +68,14 @@ def run(config, script):
 def predict(config, latency, script):
     """Return what :func:`run` shall return."""
     unit = model.Selection(config)
-    source, ready_at = RandomSource(0), WARM_UP_STEPS + latency - 1
+    source, ready_at = RandomSource(0), WARM_UP_STEPS + latency - 2
     draws = unit.draw(source)
     expected = []
     for clock, (seed, following) in enumerate(script):
         ready = clock >= ready_at
         expected.append(draws if ready else None)
         if seed is not None:
-            source, ready_at = RandomSource(seed), clock + WARM_UP_STEPS + latency
+            source, ready_at = RandomSource(seed), clock + WARM_UP_STEPS + latency - 1
             draws = unit.draw(source)
         elif following and ready:
             ready_at = clock + latency
@@ -102,7 +102,7 @@ def test_matches_model(config, latency):
 
 @EACH_CASE
 def test_latency(config, latency):
-    first = WARM_UP_STEPS + latency - 1
+    first = WARM_UP_STEPS + latency - 2
     script = [(None, 0)] * first + [(None, 1)] + [(None, 0)] * latency
     ready = [draws is not None for draws in run(config, script)]
     assert ready == [False] * first + [True] + [False] * (latency - 1) + [True]
@@ -169,7 +169,7 @@ def test_reset_in_every_clock_of_a_set():
 
     async def testbench(ctx):
         for wait in range(latency + 2):
-            for _ in range(WARM_UP_STEPS + latency - 1):
+            for _ in range(WARM_UP_STEPS + latency - 2):
                 await ctx.tick()
             assert outputs(ctx, dut) == expected
             ctx.set(dut.next, 1)
@@ -181,7 +181,7 @@ def test_reset_in_every_clock_of_a_set():
             await ctx.tick()
             ctx.set(rst, 0)
             assert not ctx.get(dut.ready)
-        for _ in range(WARM_UP_STEPS + latency - 1):
+        for _ in range(WARM_UP_STEPS + latency - 2):
             assert not ctx.get(dut.ready)
             await ctx.tick()
         assert ctx.get(dut.ready)

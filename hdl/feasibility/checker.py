@@ -54,7 +54,8 @@ class Checker(wiring.Component):
         coarse one follow. Taken only while not ``busy``. Cells never written hold anything.
     lookup_valid : In(1)
     lookup_x, lookup_y : In(coordinate_bits)
-        With ``lookup_valid``, a cell: one a clock, but not while ``busy`` nor with a write.
+        With ``lookup_valid``, a cell: one a clock, but not while ``busy``, nor in the clock of a
+        write or the next.
     lookup_altitude : Out(altitude_bits)
         The ground there, ``config.lookup_latency`` clocks later.
 
@@ -134,13 +135,15 @@ class Checker(wiring.Component):
 
         # Those taken at once are at most those with a place for their verdict, and those between
         # the points and there.
-        paths = Signal(range(64))
+        paths, was_first, waited_for = Signal(range(64)), Signal(), Signal()
         transferred = self.verdicts.valid & self.verdicts.ready
         m.d.sync += [
-            paths.eq(paths + first - transferred),
-            # A register of its own: all writes wait for it.
-            self.busy.eq(remains | first | Mux(transferred, paths > 1, paths.any())),
+            # A first point comes late in its clock, and is counted after it.
+            was_first.eq(first),
+            paths.eq(paths + was_first - transferred),
+            waited_for.eq(was_first | Mux(transferred, paths > 1, paths.any())),
         ]
+        m.d.comb += self.busy.eq(inside | was_first | waited_for)
 
         with m.If(first):
             m.d.sync += [self.collision.eq(0), self.over.eq(0)]

@@ -10,6 +10,8 @@ from hdl.feasibility.layouts import count_layout, point_layout, verdict_layout
 from hdl.feasibility.path_source import PathSource
 from hdl.feasibility.result_store import ResultStore, record_layout
 from hdl.ga_core.layouts import read_layout, waypoint_layout
+from hdl.link.skid import SkidBuffer
+from hdl.link.stream_register import StreamRegister
 from hdl.protocol import Counter, check_reply, counters_reply
 
 
@@ -96,7 +98,12 @@ class CheckingUnit(wiring.Component):
         if self.config.genetic:
             connect(m, source.reads, flipped(self.reads))
             connect(m, flipped(self.waypoints), source.waypoints)
-        connect(m, source.paths, flipped(self.paths))
+        # The checker's `ready` comes late and from afar.
+        m.submodules.skid = skid = SkidBuffer(source.paths.payload.shape())
+        m.submodules.register = register = StreamRegister(skid.shape)
+        connect(m, source.paths, skid.words)
+        connect(m, skid.passed, register.words)
+        connect(m, register.passed, flipped(self.paths))
         connect(m, flipped(self.verdicts), store.verdicts)
         connect(m, flipped(self.counts), store.counts)
         connect(m, flipped(self.result_reads), store.reads)
@@ -104,21 +111,28 @@ class CheckingUnit(wiring.Component):
 
         was_on = Signal()
         wanted = Signal(9)
-        m.d.sync += was_on.eq(self.on)
+        # There is time for a register until the first point: so the checker does not wait for the
+        # order to be decoded.
+        m.d.sync += [was_on.eq(self.on), self.counting.eq(self.checks.counting)]
         m.d.comb += [
             wanted.eq(Mux(self.checks.batch, self.checks.count, 1)),
             source.forget.eq(self.forget),
             source.on.eq(self.on),
             source.checks.eq(self.checks),
             store.clear.eq(self.on & ~was_on),
-            self.counting.eq(self.checks.counting),
             self.checked.eq(store.paths),
             self.totals.eq(store.totals),
             self.over.eq(self.on & was_on & (store.paths == wanted) & store.complete),
         ]
 
-        counters, verdict = self.counters, self.verdicts.p
-        with m.If(self.verdicts.valid & self.verdicts.ready):
+        # Sums are wide: all of a verdict comes out of registers of their own.
+        came = Signal()
+        counters, verdict = self.counters, Signal.like(self.verdicts.p, reset_less=True)
+        m.d.sync += [
+            came.eq(self.verdicts.valid & self.verdicts.ready),
+            verdict.eq(self.verdicts.p),
+        ]
+        with m.If(came):
             m.d.sync += [
                 counters[Counter.FEASIBILITY].eq(counters[Counter.FEASIBILITY] + verdict.cycles),
                 counters[Counter.CELLS].eq(counters[Counter.CELLS] + verdict.cells),

@@ -29,7 +29,7 @@ class FirstHit(wiring.Component):
     hits, blocked : In(lanes)
         Lanes whose cells collide, and those of them that are blocked.
     hit : Out(1)
-    before : Out(max(1, log2(lanes)))
+    until : Out(range(lanes + 1))
     x, y : Out(coordinate_bits)
     terrain, nofly : Out(range(lanes + 1))
         See :func:`hdl.feasibility.walker.step_layout`.
@@ -43,7 +43,7 @@ class FirstHit(wiring.Component):
                 "hits": In(config.lanes),
                 "blocked": In(config.lanes),
                 "hit": Out(1),
-                "before": Out(max(1, exact_log2(config.lanes))),
+                "until": Out(range(config.lanes + 1)),
                 "x": Out(config.coordinate_bits),
                 "y": Out(config.coordinate_bits),
                 "terrain": Out(range(config.lanes + 1)),
@@ -82,9 +82,7 @@ class FirstHit(wiring.Component):
         row = Signal(lane_row_bits(config), reset_less=True)
         here = group.major[lane_bits:]
         first = Signal(lanes, reset_less=True)
-        places = [
-            Signal.like(self.before, name=f"place_{n}", reset_less=True) for n in range(lanes)
-        ]
+        places = [Signal.like(self.until, name=f"place_{n}", reset_less=True) for n in range(lanes)]
         now = Signal.like(group, reset_less=True)
         m.d.sync += [
             now.eq(group),
@@ -94,14 +92,14 @@ class FirstHit(wiring.Component):
             self.terrain.eq(sum(self.hits & ~self.blocked)),
             self.nofly.eq(sum(self.blocked)),
             *(
-                place.eq(Mux(group.descending, start - number, number - start))
+                place.eq(Mux(group.descending, start - number, number - start)[:lane_bits] + 1)
                 for number, place in enumerate(places)
             ),
         ]
 
         major, minor = (Signal(config.coordinate_bits, name=n) for n in ("major", "minor"))
         m.d.comb += [
-            self.before.eq(_selected(first, places)),
+            self.until.eq(_selected(first, places)),
             minor.eq(_selected(first, now.minors)),
             major.eq(Cat(_selected(first, range(lanes))[:lane_bits], row)),
             self.x.eq(Mux(now.steep, minor, major)),

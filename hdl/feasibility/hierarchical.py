@@ -191,7 +191,7 @@ class HierarchicalWalker(wiring.Component):
             step.segment.eq(passage.segment),
             step.cells.eq(passage.skipped + passage.cells),
             step.hit.eq(first_hit.hit),
-            step.before.eq(passage.skipped + first_hit.before),
+            step.until.eq(passage.skipped + first_hit.until),
             step.x.eq(first_hit.x),
             step.y.eq(first_hit.y),
             step.terrain.eq(first_hit.terrain),

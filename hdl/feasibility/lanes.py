@@ -111,19 +111,21 @@ class Lanes(wiring.Component):
 
         # A group lies in two rows: that of its first cell, and beyond it. Both of the next one.
         begin = segment.major[lane_bits:]
-        onward = Signal(signed(2))
         beyond = Signal(lane_row_bits(config))
         next_row, next_beyond = (
             Signal(lane_row_bits(config), name=name, reset_less=True)
             for name in ("next_row", "next_beyond")
         )
+        at_first, then = Signal(signed(2)), Signal(signed(2))
         m.d.comb += [
-            onward.eq(Mux(Mux(starts, segment.descending, descending), -1, 1)),
-            beyond.eq(begin + onward),
+            at_first.eq(Mux(segment.descending, -1, 1)),
+            then.eq(Mux(descending, -1, 1)),
+            beyond.eq(begin + at_first),
         ]
+        # Sums first: `starts` goes to all lanes, and comes late.
         m.d.sync += [
-            next_row.eq(Mux(starts, begin, next_row) + onward),
-            next_beyond.eq(Mux(starts, beyond, next_beyond) + onward),
+            next_row.eq(Mux(starts, beyond, next_row + then)),
+            next_beyond.eq(Mux(starts, beyond + at_first, next_beyond + then)),
         ]
 
         first = segment.major[:lane_bits]

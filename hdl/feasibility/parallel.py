@@ -1,7 +1,7 @@
 """The parallel build: every segment in the detailed map, several cells a clock."""
 
 from amaranth import *
-from amaranth.lib import memory, wiring
+from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import connect, flipped
 
 from hdl.config import Config
@@ -87,15 +87,20 @@ class ParallelWalker(wiring.Component):
             *(into.eq(start) for into, start in zip(lanes.starts, slopes.starts, strict=True)),
         ]
 
+        # Writes have to go far, too.
+        writing = Signal()
+        m.d.sync += writing.eq(self.writes.valid)
+        written = data.View(self.writes.p.shape(), delayed(m, self.writes.p.as_value(), 1, "write"))
+
         m.d.comb += [
             terrain.steep.eq(lanes.group.steep),
             terrain.walking.eq(lanes.token.valid),
             *(into.eq(lane) for into, lane in zip(terrain.lanes, lanes.lanes, strict=True)),
             self.writes.ready.eq(1),
-            terrain.write_enable.eq(self.writes.valid),
-            terrain.write_x.eq(self.writes.p.x),
-            terrain.write_y.eq(self.writes.p.y),
-            terrain.write_altitude.eq(self.writes.p.altitude),
+            terrain.write_enable.eq(writing),
+            terrain.write_x.eq(written.x),
+            terrain.write_y.eq(written.y),
+            terrain.write_altitude.eq(written.altitude),
             terrain.lookup_valid.eq(self.lookup_valid),
             terrain.lookup_x.eq(self.lookup_x),
             terrain.lookup_y.eq(self.lookup_y),
@@ -145,7 +150,7 @@ class ParallelWalker(wiring.Component):
             step.segment.eq(stepped.segment),
             step.cells.eq(cells),
             step.hit.eq(first_hit.hit),
-            step.before.eq(first_hit.before),
+            step.until.eq(first_hit.until),
             step.x.eq(first_hit.x),
             step.y.eq(first_hit.y),
             step.terrain.eq(first_hit.terrain),

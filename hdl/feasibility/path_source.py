@@ -90,6 +90,9 @@ class PathSource(wiring.Component):
             waiting.eq(tail - ring.fetched),
             room.eq(~waiting[-1]),
             put.eq(write & room),
+        ]
+        # Written a clock after it is counted; let out no sooner than that.
+        m.d.sync += [
             ring.write_enable.eq(put),
             ring.write_row.eq(tail),
             ring.write_data.eq(point),

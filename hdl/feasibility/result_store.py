@@ -6,6 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.commands.layouts import struct
 from hdl.config import Config
+from hdl.feasibility.delay import delayed
 from hdl.feasibility.layouts import count_layout, verdict_layout
 from hdl.protocol import check_reply, entry_record, hit_record, path_record
 
@@ -41,7 +42,7 @@ class ResultStore(wiring.Component):
     counts : In(stream.Signature(count_layout))
         Always ready.
     paths : Out(9)
-        Verdicts held.
+        Verdicts held. What else is told of one is there from the next clock on.
     complete : Out(1)
         Their entries have all come.
     totals : Out(struct of check_reply)
@@ -103,26 +104,39 @@ class ResultStore(wiring.Component):
             *(entry_write.data[name].eq(count[name]) for name, _ in entry_record(config).fields),
         ]
         with m.If(self.verdicts.valid):
+            m.d.sync += [self.paths.eq(self.paths + 1), told.eq(told + verdict.entries)]
+
+        # The rest is kept a clock later, as it is wide and far from the checker.
+        came, kept = Signal(), Signal.like(verdict, reset_less=True)
+        kept_row = Signal(verdict_row, reset_less=True)
+        kept_at = Signal(range(max(2, config.checked_paths)), reset_less=True)
+        m.d.sync += [
+            came.eq(self.verdicts.valid),
+            kept.eq(verdict),
+            kept_row.eq(row),
+            kept_at.eq(self.paths),
+        ]
+        with m.If(came):
             m.d.sync += [
-                self.paths.eq(self.paths + 1),
-                told.eq(told + verdict.entries),
-                *(self.totals[name].eq(self.totals[name] + verdict[name])
-                  for name, _ in check_reply(config).fields),
-            ]  # fmt: skip
+                self.totals[name].eq(self.totals[name] + kept[name])
+                for name, _ in check_reply(config).fields
+            ]
         with m.If(self.counts.valid):
             m.d.sync += come.eq(come + 1)
         with m.If(self.clear):
             m.d.sync += [self.paths.eq(0), self.totals.eq(0), come.eq(0), told.eq(0)]
 
         number = Signal(8)
-        self._serve(m, number, self._keep(m, row, number), entry_rows.read_port())
+        self._serve(
+            m, number, self._keep(m, came, kept_at, kept_row, number), entry_rows.read_port()
+        )
         return m
 
-    def _keep(self, m, row, number):
-        """Keep ``row`` of each verdict; return that of a number, a clock after it or sooner."""
+    def _keep(self, m, came, at, row, number):
+        """Keep the ``row`` that ``came``; return that of a number, a clock after it or sooner."""
         if self.config.checked_paths == 1:
             only = Signal.like(row)
-            with m.If(self.verdicts.valid):
+            with m.If(came):
                 m.d.sync += only.eq(row)
             return only
 
@@ -131,8 +145,8 @@ class ResultStore(wiring.Component):
         )
         write, read = rows.write_port(), rows.read_port()
         m.d.comb += [
-            write.en.eq(self.verdicts.valid),
-            write.addr.eq(self.paths),
+            write.en.eq(came),
+            write.addr.eq(at),
             write.data.eq(row),
             read.addr.eq(number),
         ]
@@ -153,7 +167,9 @@ class ResultStore(wiring.Component):
             ends.eq((left == 1) & (entries == 0)),
             self.records.p.last.eq(ends & (paths == 1)),
         ]
+        # Rows come out of the memory long before they are wanted: there is time for registers.
         row = Signal.like(entry_read.addr)
+        fetched = delayed(m, Value.cast(entry_read.data), 2, "fetched")
         m.d.comb += entry_read.addr.eq(row)
 
         with m.FSM():
@@ -199,5 +215,5 @@ class ResultStore(wiring.Component):
                 m.next = "Counts"
 
             with m.State("Counts"):
-                m.d.sync += [fields.eq(entry_read.data), left.eq(entry.size)]
+                m.d.sync += [fields.eq(fetched), left.eq(entry.size)]
                 m.next = "Bytes"

@@ -1,11 +1,12 @@
 """From the steps of a walker to verdicts and counts."""
 
 from amaranth import *
-from amaranth.lib import data, fifo, stream, wiring
+from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from hdl.config import Config
 from hdl.feasibility.layouts import CYCLES_BITS, count_layout, verdict_layout
+from hdl.feasibility.result_queue import ResultQueue
 from hdl.feasibility.sizes import VERDICT_PLACES, count_places
 from hdl.feasibility.walker import step_layout
 
@@ -105,7 +106,8 @@ class Results(wiring.Component):
             decides.eq(live & (step.ends_path | (step.hit & ~self.count))),
             self.free.eq(decides & ~step.hit & ~earlier),
             cells.eq(
-                Mux(step.first, 0, passed) + Mux(step.hit & ~earlier, step.before + 1, step.cells)
+                # Of no matter where a hit was earlier.
+                Mux(step.first, 0, passed) + Mux(step.hit, step.until, step.cells)
             ),
         ]
         with m.If(live):
@@ -123,14 +125,19 @@ class Results(wiring.Component):
             ]
 
         # Clocks since the previous verdict was offered or, if that is later, since the first point
-        # was taken; less the present one. A step decides one clock before its verdict is offered.
-        clocks = Signal(CYCLES_BITS, init=1)
+        # was taken. A step decides one clock before its verdict is offered. What happens is counted
+        # a clock later: the signals that tell of it come late in their own.
+        cycles, cycles_before = Signal(CYCLES_BITS), Signal(CYCLES_BITS, init=2)
+        was_taken, was_decided, counts = Signal(), Signal(), Signal()
         undecided = Signal(range(64))
-        m.d.sync += undecided.eq(undecided + self.taken - decides)
-        with m.If(decides):
-            m.d.sync += clocks.eq(0)
-        with m.Elif(undecided.any() | self.taken | ~clocks.any()):
-            m.d.sync += clocks.eq(clocks + 1)
+        m.d.sync += [
+            was_taken.eq(self.taken),
+            was_decided.eq(decides),
+            undecided.eq(undecided + was_taken - was_decided),
+            counts.eq(undecided.any() | was_taken | was_decided),
+            cycles_before.eq(cycles),
+        ]
+        m.d.comb += cycles.eq(Mux(was_decided, 1, cycles_before + (counts | was_taken)))
 
         entries = Signal(config.segment_bits + 1)
         entered = Signal()
@@ -140,7 +147,7 @@ class Results(wiring.Component):
             verdict.collision.eq(step.hit | earlier),
             verdict.cells.eq(cells),
             verdict.reads.eq(step.reads),
-            verdict.cycles.eq(clocks + 1),
+            verdict.cycles.eq(cycles),
             verdict.entries.eq(Mux(step.first, 0, entries) + entered),
         ]
         with m.If(earlier):
@@ -159,7 +166,10 @@ class Results(wiring.Component):
                 verdict.coarse.eq(step.coarse),
             ]
         verdict_depth = VERDICT_PLACES if config.genetic else 1
-        _queue(m, "verdict_queue", verdict_depth, decides, verdict, flipped(self.verdicts))
+        verdict_queue = ResultQueue(verdict.shape(), verdict_depth)
+        m.submodules.verdict_queue = verdict_queue
+        m.d.comb += [verdict_queue.put.eq(decides), verdict_queue.word.eq(verdict)]
+        connect(m, verdict_queue.words, flipped(self.verdicts))
 
         # Counts of the segment so far.
         fresh, collided = Signal(init=1), Signal()
@@ -182,44 +192,38 @@ class Results(wiring.Component):
                 nofly.eq(entry.nofly),
                 entries.eq(verdict.entries),
             ]
-        _queue(m, "count_queue", depth, entered, entry, flipped(self.counts))
+        m.submodules.count_queue = count_queue = ResultQueue(entry.shape(), depth)
+        m.d.comb += [count_queue.put.eq(entered), count_queue.word.eq(entry)]
+        connect(m, count_queue.words, flipped(self.counts))
 
-        # Places not yet promised. Whether there are any comes out of a register: much hangs on it.
-        places = Signal(range(verdict_depth + 1), init=verdict_depth)
-        transferred = self.verdicts.valid & self.verdicts.ready
-        m.d.sync += [
-            places.eq(places + transferred - self.begins),
-            self.room.eq(transferred | (places != self.begins)),
-        ]
+        freed = self.verdicts.valid & self.verdicts.ready
+        m.d.sync += self.room.eq(_promised(m, "places", verdict_depth, self.begins, freed))
 
         if config.genetic:
-            self._promise_counts(m, depth, live & self.count & step.ends_segment & ~entered)
+            # Each segment that begins may come to a count.
+            freed = self.counts.valid & self.counts.ready
+            unused = live & self.count & step.ends_segment & ~entered
+            used = self.segment_begins & self.count
+            more = _promised(m, "segment_places", depth, used, freed, unused)
+            m.d.sync += self.segment_room.eq(~self.count | more)
 
         return m
 
-    def _promise_counts(self, m, depth, unused):
-        """Keep a place for the count of each segment that begins."""
-        segment_places = Signal(range(depth + 1), init=depth)
-        freed, used = Signal(), Signal()
-        m.d.comb += [
-            freed.eq(self.counts.valid & self.counts.ready),
-            used.eq(self.segment_begins & self.count),
-        ]
-        m.d.sync += [
-            segment_places.eq(segment_places + unused + freed - used),
-            self.segment_room.eq(~self.count | unused | freed | (segment_places != used)),
-        ]
 
+def _promised(m, name, depth, used, *freed):
+    """Keep ``depth`` places, of which one may be used and some freed in a clock.
 
-def _queue(m, name, depth, put, word, words):
-    """Let ``words`` out in order, each put in when there is a place; one place is a register."""
-    if depth > 1:
-        queue = fifo.SyncFIFO(width=len(Value.cast(word)), depth=depth)
-        m.submodules[name] = queue
-        m.d.comb += [queue.w_data.eq(word), queue.w_en.eq(put)]
-        connect(m, queue.r_stream, words)
-    else:
-        with m.If(words.ready):
-            m.d.sync += words.valid.eq(0)
-        with m.If(put):
-            m.d.sync += [words.valid.eq(1), words.payload.eq(word)]
+    Return whether there are any in the next clock. These flags come late in their clock: places are
+    counted after it.
+    """
+    places = Signal(range(depth + 1), init=depth, name=name)
+    was_used = Signal(name=f"{name}_used")
+    were_freed = [Signal(name=f"{name}_freed_{number}") for number in range(len(freed))]
+    now = Signal(range(depth + 1), name=f"{name}_now")
+    m.d.comb += now.eq(places + sum(were_freed) - was_used)
+    m.d.sync += [
+        places.eq(now),
+        was_used.eq(used),
+        *(was.eq(flag) for was, flag in zip(were_freed, freed, strict=True)),
+    ]
+    return Cat(freed).any() | Mux(used, now[1:].any(), now.any())

@@ -58,6 +58,7 @@ class TwoTierWalker(wiring.Component):
             width=config.altitude_bits,
             latency=config.memory_latency,
             ports=1,
+            number=0,
         )
         m.submodules.coarse = coarse = CoarseMap(
             config, ports=1, scan_latency=config.lookup_latency
@@ -127,7 +128,7 @@ class TwoTierWalker(wiring.Component):
             step.y.eq(tested.visit.y),
             step.cells.eq(1),
             step.hit.eq(tested.hit),
-            step.before.eq(0),
+            step.until.eq(1),
             step.terrain.eq(tested.hit & ~tested.blocked),
             step.nofly.eq(tested.hit & tested.blocked),
             step.reads.eq(Mux(tested.visit.first, 0, passed) + 1 + tested.reads),

@@ -7,6 +7,7 @@ from amaranth.utils import exact_log2
 
 from hdl.config import Config
 from hdl.feasibility.delay import delayed
+from hdl.feasibility.product import Product
 from hdl.feasibility.reciprocal import Precision
 from hdl.feasibility.set_up import segment_layout
 
@@ -39,7 +40,7 @@ class Slopes(wiring.Component):
     found by a product of its own, of a multiple of the difference, and so needs no sum of slopes.
     ``starts`` and ``step`` follow 1 clock after ``segment``, and are there for one clock: products
     of registers into registers, and then the sum of their parts in the same clock in which the
-    lanes take it.
+    lanes take it. On a target the registers are those of the multipliers.
 
     Parameters
     ----------
@@ -94,16 +95,20 @@ class Slopes(wiring.Component):
     def _product(self, m, factor, shift, bias, name):
         """Return ``bias + floor(factor * reciprocal / 2**shift)``, a clock later."""
         reciprocal = self.segment.reciprocal
-        # Bits that are floored away have no register.
         if len(reciprocal) <= _PART:
-            product = factor * _signed(reciprocal) >> shift
-            return delayed(m, product, 1, name) + bias
+            return _registered(m, factor, _signed(reciprocal), shift, name) + bias
 
         cut = min(shift, _PART)
-        low = factor * _signed(reciprocal[:_PART]) >> cut
-        high = factor * _signed(reciprocal[_PART:])
-        low, high = delayed(m, low, 1, f"{name}_low"), delayed(m, high, 1, f"{name}_high")
+        low = _registered(m, factor, _signed(reciprocal[:_PART]), cut, f"{name}_low")
+        high = _registered(m, factor, _signed(reciprocal[_PART:]), 0, f"{name}_high")
         return (low + (high << _PART - cut) >> shift - cut) + bias
+
+
+def _registered(m, first, second, shift, name):
+    """Return ``first * second >> shift``, a clock later."""
+    m.submodules[name] = product = Product((len(first), len(second)), shift)
+    m.d.comb += [product.first.eq(first), product.second.eq(second)]
+    return product.product
 
 
 def _signed(value):

@@ -1,10 +1,10 @@
 """One memory of altitudes, for a map or for a part of one."""
 
 from amaranth import *
-from amaranth.lib import memory, wiring
-from amaranth.lib.wiring import In, Out
+from amaranth.lib import wiring
 from amaranth.utils import ceil_log2
 
+from hdl.feasibility.terrain_block import TerrainBlock, block_members
 from hdl.ga_core.multiplexer import chosen
 
 
@@ -32,14 +32,13 @@ class TerrainBank(wiring.Component):
         Clocks from an address to its data, 1 or 2.
     ports : int
         Ports, 1 or 2.
+    number : int or None
+        Which of the banks of a map it is: tells where on the device it lies.
 
     Members
     -------
-    a : In(Signature({address, write_enable, write_data, data}))
-        ``address``: row to be read, or with ``write_enable`` to be written. ``data``: what is in
-        the row that was addressed ``latency`` clocks ago.
-    b : In(Signature({address, data}))
-        The second port, if there is one.
+    a, b
+        See :func:`hdl.feasibility.terrain_block.block_members`.
 
     Raises
     ------
@@ -50,7 +49,7 @@ class TerrainBank(wiring.Component):
     #: Rows of the deepest block RAM (ECP5: 16384 of one bit).
     BLOCK_ROWS = 1 << 14
 
-    def __init__(self, *, rows, width, latency, ports):
+    def __init__(self, *, rows, width, latency, ports, number=None):
         if rows < 2 or rows & (rows - 1):
             raise ValueError(f"Rows must be a power of two from 2 on, not {rows!r}")
         if latency not in (1, 2):
@@ -62,13 +61,8 @@ class TerrainBank(wiring.Component):
         self.width = width
         self.latency = latency
         self.ports = ports
-        bits = ceil_log2(rows)
-        read = {"address": Out(bits), "data": In(width)}
-        write = {"write_enable": Out(1), "write_data": Out(width)}
-        members = {"a": In(wiring.Signature({**read, **write}))}
-        if ports == 2:
-            members["b"] = In(wiring.Signature(read))
-        super().__init__(members)
+        self.number = number
+        super().__init__(block_members(rows=rows, width=width, ports=ports))
 
     def elaborate(self, platform):
         m = Module()
@@ -79,24 +73,25 @@ class TerrainBank(wiring.Component):
         ports = [self.a, self.b] if self.ports == 2 else [self.a]
         data = [[] for _ in ports]
         for number in range(blocks):
-            rows = memory.Memory(shape=self.width, depth=depth, init=[], attrs={"no_rw_check": 1})
-            m.submodules[f"block_{number}"] = rows
-            write = rows.write_port()
-            m.d.comb += [
-                write.addr.eq(self.a.address),
-                write.data.eq(self.a.write_data),
-                write.en.eq(self.a.write_enable),
-            ]
+            block = TerrainBlock(
+                rows=depth,
+                width=self.width,
+                latency=self.latency,
+                ports=self.ports,
+                place=None if self.number is None else self.number * blocks + number,
+            )
+            m.submodules[f"block_{number}"] = block
+            enable = self.a.write_enable
             if blocks > 1:
-                m.d.comb += write.en.eq(self.a.write_enable & (self.a.address[bits:] == number))
-            for port, (source, into) in enumerate(zip(ports, data, strict=True)):
-                read = rows.read_port()
-                m.d.comb += read.addr.eq(source.address)
-                out = read.data
-                if self.latency == 2:
-                    out = Signal(self.width, name=f"out_{number}_{port}", reset_less=True)
-                    m.d.sync += out.eq(read.data)
-                into.append(out)
+                enable = enable & (self.a.address[bits:] == number)
+            m.d.comb += [
+                block.a.write_data.eq(self.a.write_data),
+                block.a.write_enable.eq(enable),
+            ]
+            members = [block.a, block.b] if self.ports == 2 else [block.a]
+            for source, member, outs in zip(ports, members, data, strict=True):
+                m.d.comb += member.address.eq(source.address)
+                outs.append(member.data)
 
         for port, (source, outs) in enumerate(zip(ports, data, strict=True)):
             block = source.address[bits:]

@@ -46,11 +46,13 @@ class TerrainMemory(wiring.Component):
     segment is steep), and so are the other B lanes, which use the second port: none waits for
     another, and each bank port has two lanes that it can belong to.
 
-    What comes from a bank is compared there with the altitude of the lane. The latency from a cell
-    to ``hits`` is ``lead + memory_latency + 2``: address, compare, and find the lane's bank.
+    What comes from a bank is compared there with the altitude of the lane that looks there, if any
+    does. The latency from a cell to ``hits`` is ``lead + memory_latency + 2``: address, compare,
+    and gather each lane's banks.
 
-    The banks' block RAMs are all over the device. With a ``lead`` of 1, each bank has registers for
-    its addresses, with nothing but wires from there to its block RAMs.
+    The banks are all over the device, and the block RAMs of each side by side, as far as the place
+    of a block says so (:class:`hdl.feasibility.terrain_block.TerrainBlock`). With a ``lead`` of 1,
+    each bank has registers for its addresses, with nothing but wires from there to its block RAMs.
 
     Source: *allaire two-tier*, section 5.3.
 
@@ -79,7 +81,8 @@ class TerrainMemory(wiring.Component):
     lookup_x, lookup_y : In(coordinate_bits)
         A cell to be looked up; not in the clock of a write.
     lookup_altitude : Out(altitude_bits)
-        What is there, ``config.lookup_latency`` clocks later. Writes and look-ups get to the memory
+        What is there, ``config.lookup_latency`` clocks later, one small multiplexer behind
+        registers. Writes and look-ups get to the memory
         one clock after they are given, whatever the ``lead``.
 
     Raises
@@ -123,28 +126,28 @@ class TerrainMemory(wiring.Component):
         answer = self.lead + latency  # Clocks from a cell to its ground.
 
         # Accesses pass one register, at the banks or before them.
-        written = Signal(config.altitude_bits, reset_less=True)
         asked_x = Mux(self.lookup_valid, self.lookup_x, self.write_x)
         asked_y = Mux(self.lookup_valid, self.lookup_y, self.write_y)
         access = delayed(m, Cat(asked_x[bank_bits:], asked_y[bank_bits:]), 1 - self.lead, "access")
         bank_x = delayed(m, asked_x[:bank_bits], 1, "bank_x")
         bank_y = delayed(m, asked_y[:bank_bits], 1, "bank_y")
-        m.d.sync += written.eq(self.write_altitude)
 
         # Rows of each lane in the bank it is in, and what it compares: in time for the last
         # register before the comparison, which is at the bank.
-        across, along, ceilings = [], [], []
+        across, along, ceilings, valids = [], [], [], []
         for number, lane in enumerate(self.lanes):
             major = Cat(Const(number, exact_log2(config.lanes)), lane.row)[bank_bits:][:row_bits]
             minor = lane.minor[bank_bits:]
             across.append(Cat(major, minor))
             along.append(Cat(minor, major))
             ceilings.append(delayed(m, lane.ceiling, answer - 1, f"ceiling_{number}"))
+            valids.append(delayed(m, lane.valid, 1, f"valid_{number}"))
         steep = [self.steep]
         for clock in range(1, answer + 2):
             steep.append(delayed(m, steep[-1], 1, f"steep_{clock}"))
 
-        # Of the bank in column x and row y: data of the first port, and both ports' comparisons.
+        # Of the bank in column x and row y: data of the first port, and both ports' comparisons,
+        # none of them set where no lane looks.
         ground = [[None] * edge for _ in range(edge)]
         hits, tops = ([[[None] * edge for _ in range(edge)] for _ in range(ports)] for _ in "ht")
         for x in range(edge):
@@ -154,13 +157,15 @@ class TerrainMemory(wiring.Component):
                     width=config.altitude_bits,
                     latency=latency,
                     ports=ports,
+                    number=x * edge + y,
                 )
                 written_here = Signal(name=f"written_{x}_{y}")
-                m.d.sync += written_here.eq(
-                    self.write_enable
-                    & (self.write_x[:bank_bits] == x)
-                    & (self.write_y[:bank_bits] == y)
-                )
+                written = Signal(config.altitude_bits, name=f"altitude_{x}_{y}", reset_less=True)
+                is_here = (self.write_x[:bank_bits] == x) & (self.write_y[:bank_bits] == y)
+                m.d.sync += written_here.eq(self.write_enable & is_here)
+                # A register for each bank, which is near it.
+                with m.If(is_here):
+                    m.d.sync += written.eq(self.write_altitude)
                 m.d.comb += [bank.a.write_enable.eq(written_here), bank.a.write_data.eq(written)]
                 for port, member in enumerate([bank.a, bank.b] if ports == 2 else [bank.a]):
                     by_x, by_y = port * edge + x, port * edge + y
@@ -171,27 +176,40 @@ class TerrainMemory(wiring.Component):
                     name = f"{x}_{y}_{port}"
                     m.d.comb += member.address.eq(delayed(m, address, self.lead, f"row_{name}"))
 
+                    # Of the two lanes that may look here, whether the one that does.
+                    would = Mux(
+                        self.steep,
+                        self.lanes[by_y].minor[:bank_bits] == x,
+                        self.lanes[by_x].minor[:bank_bits] == y,
+                    )
+                    does = Mux(steep[1], valids[by_y], valids[by_x])
+                    looks = delayed(m, would, 1, f"would_look_{name}") & does
+                    looked = delayed(m, looks, answer - 1, f"looked_{name}")
                     ceiling = Signal(config.altitude_bits, name=f"at_{name}", reset_less=True)
                     hit = Signal(name=f"hit_{name}", reset_less=True)
                     is_top = Signal(name=f"top_{name}", reset_less=True)
                     m.d.sync += [
                         ceiling.eq(Mux(steep[answer - 1], ceilings[by_y], ceilings[by_x])),
-                        hit.eq(member.data >= ceiling),
-                        is_top.eq(member.data == top),
+                        hit.eq(looked & (member.data >= ceiling)),
+                        is_top.eq(looked & (member.data == top)),
                     ]
                     hits[port][x][y], tops[port][x][y] = hit, is_top
 
-        for number, lane in enumerate(self.lanes):
+        for number in range(config.lanes):
             port, column = divmod(number, edge)
-            valid = delayed(m, lane.valid, answer + 1, f"valid_{number}")
-            bank = delayed(m, lane.minor[:bank_bits], answer + 1, f"bank_{number}")
             for flags, out in ((hits[port], self.hits), (tops[port], self.blocked)):
-                level = chosen(bank, flags[column])
-                upright = chosen(bank, [flags[x][column] for x in range(edge)])
-                m.d.sync += out[number].eq(valid & Mux(steep[answer + 1], upright, level))
+                level = Cat(flags[column]).any()
+                upright = Cat(flags[x][column] for x in range(edge)).any()
+                m.d.sync += out[number].eq(Mux(steep[answer + 1], upright, level))
 
-        at_x = delayed(m, bank_x, latency, "at_x")
+        # The banks of a column are near each other; columns are chosen from in the next clock.
+        at_x = delayed(m, bank_x, latency + 1, "at_x")
         at_y = delayed(m, bank_y, latency, "at_y")
-        m.d.sync += self.lookup_altitude.eq(chosen(at_x, [chosen(at_y, row) for row in ground]))
+        looked_up = []
+        for x, column in enumerate(ground):
+            found = Signal(config.altitude_bits, name=f"looked_up_{x}", reset_less=True)
+            m.d.sync += found.eq(chosen(at_y, column))
+            looked_up.append(found)
+        m.d.comb += self.lookup_altitude.eq(chosen(at_x, looked_up))
 
         return m

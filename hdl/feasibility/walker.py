@@ -22,8 +22,8 @@ def step_layout(config: Config) -> data.StructLayout:
         Number of the segment in its path.
     ``cells``
         Cells of the path that it passes, 0..map_size.
-    ``hit``, ``before``
-        One of these cells collides; number of them before the first that does.
+    ``hit``, ``until``
+        One of these cells collides; number of them up to the first that does, which is included.
     ``x``, ``y``, ``coarse``
         That first one, in the cells of its map, and whether this is the coarse map.
     ``terrain``, ``nofly``
@@ -41,7 +41,7 @@ def step_layout(config: Config) -> data.StructLayout:
             "segment": config.segment_bits,
             "cells": config.segment_cells_bits,
             "hit": 1,
-            "before": config.segment_cells_bits,
+            "until": config.segment_cells_bits,
             "x": config.coordinate_bits,
             "y": config.coordinate_bits,
             "coarse": 1,
@@ -77,8 +77,8 @@ def walker_signature(config: Config) -> wiring.Signature:
         is under way.
     lookup_valid : In(1)
     lookup_x, lookup_y : In(coordinate_bits)
-        With ``lookup_valid``, cell to be looked up: while no path is under way and nothing is
-        written.
+        With ``lookup_valid``, cell to be looked up: while no path is under way, and nothing
+        is written or was in the clock before.
     lookup_altitude : Out(altitude_bits)
         Its altitude, ``config.lookup_latency`` clocks later.
     """

@@ -17,8 +17,8 @@ from tests.formal.parts import Opened, any_constant, free, made_of
 
 #: Stands for a multiplier: what counts here is what it is given.
 MIXED = (
-    "product = factor * _signed(reciprocal) >> shift",
-    "product = factor ^ _signed(reciprocal)",
+    "_registered(m, factor, _signed(reciprocal), shift, name)",
+    "delayed(m, factor ^ _signed(reciprocal), 1, name)",
 )
 
 

@@ -254,6 +254,7 @@ def test_lookups(lanes, latency):
 
     async def bench(ctx):
         await upload(ctx, dut, heights)
+        await ctx.tick()
         found.extend(await look_up(ctx, dut, cells))
 
     simulate(dut, bench)

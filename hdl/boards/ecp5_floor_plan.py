@@ -1,0 +1,89 @@
+"""Where on the die of an LFE5U-85F the block RAMs and multipliers of the chip lie.
+
+A map takes nearly all block RAMs. Left to itself, the placer spreads those of a bank over the whole
+die, where each row address has to reach them all, and puts others wherever one is left over; it
+lines the multipliers up along the die's whole width.
+"""
+
+import json
+from collections.abc import Iterator, Mapping
+from itertools import product
+from types import MappingProxyType
+
+
+__all__ = ["MAP_SITES", "OTHER_SITES", "floor_plan"]
+
+#: First columns of the groups of four block RAMs or multipliers of a row.
+_GROUPS = (*range(4, 59, 9), *range(69, 115, 9))
+
+
+def _strips() -> tuple[list[str], list[str]]:
+    """Return the sites for a map, neighbours after each other, and those that are left.
+
+    The die is 126 tiles wide and 95 high, and has four rows of 13 groups of four block RAMs: of
+    four strips of 13 block RAMs, of which the one in the middle is left. A quadrant of the die has
+    four strips, one after the other.
+    """
+    columns = [(x + 2 * number, number) for x in _GROUPS for number in range(4)]
+    taken, left = [], []
+    for rows in ((22, 46), (70, 82)):
+        for half in (0, 26):
+            for y in rows:
+                for strip in (half, half + 13):
+                    sites = [f"X{x}/Y{y}/EBR{number}" for x, number in columns[strip:][:13]]
+                    left.append(sites.pop(6))
+                    taken += sites
+    return taken, left
+
+
+_TAKEN, _LEFT = _strips()
+
+#: Sites in the order in which the blocks of a map take them.
+MAP_SITES = tuple(_TAKEN)
+
+#: Sites of the other block RAMs, by the names of their cells: those of the link at the edge with
+#: its pins, those of the checker in the middle.
+OTHER_SITES: Mapping[str, str] = MappingProxyType(
+    {
+        "line.frame_receiver.ring.rows.0.0": "X17/Y46/EBR2",
+        "line.frame_transmitter.encoder.ring.rows.0.0": "X17/Y70/EBR2",
+        "checking.source.ring.rows.0.0": "X46/Y46/EBR3",
+        "checker.walker.set_up.reciprocals.table.0.0": "X46/Y70/EBR3",
+        "checker.walker.set_up.reciprocals.table.0.1": "X46/Y82/EBR3",
+        "checking.store.entry_rows.0.0": "X78/Y46/EBR0",
+        "checking.store.entry_rows.0.1": "X78/Y70/EBR0",
+    }
+)
+assert set(OTHER_SITES.values()) <= set(_LEFT)
+
+#: Column around which the multipliers are.
+_MIDDLE = 54
+
+
+def _multipliers(lanes: int) -> Iterator[tuple[str, str]]:
+    """Yield the multipliers of the slopes with their sites: those of a lane in a group."""
+    # The middle of the die first, in the two rows that are there.
+    groups = sorted(product(_GROUPS, (34, 58)), key=lambda group: abs(group[0] - _MIDDLE))
+    for (x, y), of in zip(groups, ["step", *map(str, range(lanes))], strict=False):
+        offsets = (0, 1, 4, 5)
+        kinds = product(("minor", "rise"), ("low", "high"))
+        for offset, (axis, part) in zip(offsets, kinds, strict=True):
+            name = f"checker.walker.slopes.{axis}_{of}_{part}.twin.primitive"
+            yield name, f"X{x + offset}/Y{y}/MULT18_{offset}"
+
+
+def floor_plan(lanes: int) -> str:
+    """Return commands for yosys, after synthesis, that put all but the map on their sites.
+
+    They are for a chip with the parallel checker and fail where a cell is not there.
+
+    Parameters
+    ----------
+    lanes : int
+        Of the checker.
+    """
+    lines = []
+    for name, site in (*OTHER_SITES.items(), *_multipliers(lanes)):
+        cell = f"c:planner.{name}"
+        lines += [f"select -assert-count 1 {cell}", f"setattr -set BEL {json.dumps(site)} {cell}"]
+    return "\n".join(lines)

@@ -1,0 +1,58 @@
+"""Multiplier of the ECP5 with the register that is in it, which synthesis leaves unused."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+
+__all__ = ["SYNTHESIS", "Ecp5Multiplier"]
+
+#: Options of ``synth_ecp5``: no other multipliers. Those that it would take for the narrow products
+#: of the genetic core are slower than logic, and too far from it.
+SYNTHESIS = "-nodsp"
+
+
+class Ecp5Multiplier(wiring.Component):
+    """One MULT18X18D, whose product is in a register at its output.
+
+    What :class:`hdl.feasibility.product.Product` is, of full width: the same clocks.
+
+    Members
+    -------
+    first, second : In(signed(18))
+    product : Out(signed(36))
+        Of the clock before.
+    """
+
+    first: In(signed(18))
+    second: In(signed(18))
+    product: Out(signed(36))
+
+    def elaborate(self, platform):
+        m = Module()
+
+        registers = ("INPUTA", "INPUTB", "INPUTC", "PIPELINE")
+        m.submodules.primitive = Instance(
+            "MULT18X18D",
+            **{f"p_REG_{name}_CLK": "NONE" for name in registers},
+            p_REG_OUTPUT_CLK="CLK0",
+            p_REG_OUTPUT_CE="CE0",
+            p_REG_OUTPUT_RST="RST0",
+            p_SOURCEB_MODE="B_SHIFT",
+            p_MULT_BYPASS="DISABLED",
+            p_RESETMODE="SYNC",
+            p_GSR="DISABLED",
+            i_CLK0=ClockSignal(),
+            i_CE0=Const(1),
+            i_RST0=Const(0),
+            i_SIGNEDA=Const(1),
+            i_SIGNEDB=Const(1),
+            i_SOURCEA=Const(0),
+            i_SOURCEB=Const(0),
+            **{f"i_A{i}": bit for i, bit in enumerate(self.first)},
+            **{f"i_B{i}": bit for i, bit in enumerate(self.second)},
+            **{f"i_C{i}": Const(0) for i in range(18)},
+            **{f"o_P{i}": bit for i, bit in enumerate(self.product)},
+        )
+
+        return m

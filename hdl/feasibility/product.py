@@ -1,0 +1,71 @@
+"""Products out of a multiplier's own register."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+
+__all__ = ["Product"]
+
+#: Most bits of a factor that a multiplier of a target takes, signs included.
+FACTOR_BITS = 18
+
+
+class Product(wiring.Component):
+    """Multiplies two signed numbers; ``product`` follows a clock later.
+
+    An ECP5 has the register in its multiplier, where elsewhere any that follow are taken: so no
+    time is lost on the way there, nor by the multiplication on the way from there.
+
+    Parameters
+    ----------
+    bits : (int, int)
+        Widths of the factors, 18 at most.
+    shift : int
+        Low bits of the product to be left out.
+
+    Members
+    -------
+    first, second : In(signed)
+    product : Out(signed)
+        ``first * second >> shift`` of the clock before.
+
+    Raises
+    ------
+    ValueError
+        If a factor is too wide.
+    """
+
+    def __init__(self, bits, shift=0):
+        if max(bits) > FACTOR_BITS:
+            raise ValueError(f"Factors must be at most {FACTOR_BITS} bits wide, not {max(bits)!r}")
+
+        self.shift = shift
+        first, second = bits
+        super().__init__(
+            {
+                "first": In(signed(first)),
+                "second": In(signed(second)),
+                "product": Out(signed(max(1, first + second - shift))),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        if getattr(platform, "device", "").startswith("LFE5U"):
+            from hdl.boards.ecp5_multiplier import Ecp5Multiplier
+
+            m.submodules.twin = twin = Ecp5Multiplier()
+            m.d.comb += [
+                twin.first.eq(self.first),
+                twin.second.eq(self.second),
+                self.product.eq(twin.product >> self.shift),
+            ]
+            return m
+
+        product = Signal.like(self.product, name="product_held", reset_less=True)
+        m.d.sync += product.eq(self.first * self.second >> self.shift)
+        m.d.comb += self.product.eq(product)
+
+        return m

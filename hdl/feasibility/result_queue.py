@@ -1,0 +1,78 @@
+"""Queue of results, which are offered out of registers."""
+
+from amaranth import *
+from amaranth.lib import memory, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+
+__all__ = ["ResultQueue"]
+
+
+class ResultQueue(wiring.Component):
+    """Lets words out in order; a word is offered in the clock after it is put in.
+
+    ``valid`` and ``payload`` are registers. What is put in meets two of them and no memory: a word
+    that cannot be offered at once goes to the memory a clock later. So a long path may lead to
+    ``word``, and another away from ``words``.
+
+    Parameters
+    ----------
+    shape : ShapeLike
+        Shape of a word.
+    depth : int
+        Words that there is room for, 1 or more. Putting one more in loses it.
+
+    Members
+    -------
+    put : In(1)
+        Put ``word`` in, if there is room.
+    word : In(shape)
+    words : Out(stream.Signature(shape))
+    """
+
+    def __init__(self, shape, depth):
+        self.shape = shape
+        self.depth = depth
+        super().__init__({"put": In(1), "word": In(shape), "words": Out(stream.Signature(shape))})
+
+    def elaborate(self, platform):
+        m = Module()
+
+        words = self.words
+        moves = Signal()
+        payload = Signal(self.shape, reset_less=True)
+        m.d.comb += [moves.eq(~words.valid | words.ready), words.payload.eq(payload)]
+        if self.depth == 1:
+            with m.If(moves):
+                m.d.sync += [words.valid.eq(self.put), payload.eq(self.word)]
+            return m
+
+        # In the order of age: at the output, in the memory, in a register on the way to it.
+        m.submodules.rows = rows = memory.Memory(shape=self.shape, depth=self.depth, init=[])
+        write, read = rows.write_port(), rows.read_port(domain="comb")
+        late, kept = Signal(self.shape, reset_less=True), Signal()
+        held = Signal(range(self.depth + 1))  # In the memory.
+        holds = Signal()  # Any.
+        stays, leaves = Signal(), Signal()
+        m.d.comb += [
+            write.data.eq(late),
+            stays.eq(kept & (holds | ~moves)),
+            write.en.eq(stays),
+            leaves.eq(holds & moves),
+        ]
+        m.d.sync += [
+            late.eq(self.word),
+            kept.eq(self.put & (kept | holds | ~moves)),
+            held.eq(held + stays - leaves),
+            holds.eq(stays | Mux(leaves, held > 1, holds)),
+        ]
+        for port, moved in ((write, stays), (read, leaves)):
+            with m.If(moved):
+                m.d.sync += port.addr.eq(Mux(port.addr == self.depth - 1, 0, port.addr + 1))
+        with m.If(moves):
+            m.d.sync += [
+                words.valid.eq(holds | kept | self.put),
+                payload.eq(Mux(holds, read.data, Mux(kept, late, self.word))),
+            ]
+
+        return m

@@ -1,0 +1,168 @@
+# amaranth: UnusedElaboratable=no
+"""The ECP5's memory does in every clock what the one that is simulated does, and is built in."""
+
+import re
+import subprocess
+from types import SimpleNamespace
+
+import pytest
+from amaranth.back import verilog
+
+from hdl.boards.ecp5_floor_plan import MAP_SITES
+from hdl.boards.ecp5_memory import Ecp5Memory
+from hdl.config import Config
+from hdl.feasibility.terrain_bank import TerrainBank
+from hdl.feasibility.terrain_block import TerrainBlock
+from hdl.feasibility.terrain_memory import TerrainMemory
+
+
+ECP5 = SimpleNamespace(device="LFE5U-85F")
+
+
+def primitive():
+    """DP16KD as the manufacturer tells it, for what is used of it: a Verilog module."""
+    pins, behaviour = ["input CLKA, CLKB"], []
+    for port in "AB":
+        address = ", ".join(f"AD{port}{i}" for i in reversed(range(14)))
+        given = ", ".join(f"DI{port}{i}" for i in reversed(range(18)))
+        read = ", ".join(f"DO{port}{i}" for i in reversed(range(18)))
+        chosen = ", ".join(f"CS{port}{i}" for i in range(3))
+        pins += [
+            f"input CE{port}, OCE{port}, RST{port}, WE{port}, {chosen}, {address}, {given}",
+            f"output {read}",
+        ]
+        width = f"DATA_WIDTH_{port}"
+        behaviour.append(f"""
+            wire [13:0] address_{port} = {{{address}}};
+            wire [17:0] given_{port} = {{{given}}};
+            wire [13:0] row_{port} = address_{port} >> ({width} == 18 ? 4 : {width} == 9 ? 3
+                : {width} == 4 ? 2 : {width} == 2 ? 1 : 0);
+            reg [17:0] latch_{port}, register_{port};
+            assign {{{read}}} = REGMODE_{port} == "OUTREG" ? register_{port} : latch_{port};
+            always @(posedge CLK{port}) begin
+                if (OCE{port}) register_{port} <= latch_{port};
+                if (CE{port} && {{{chosen}}} == 0) begin
+                    latch_{port} <= rows[row_{port}];
+                    if (WE{port} && {width} == 18) begin
+                        if (address_{port}[0]) rows[row_{port}][8:0] <= given_{port}[8:0];
+                        if (address_{port}[1]) rows[row_{port}][17:9] <= given_{port}[17:9];
+                    end else if (WE{port})
+                        rows[row_{port}] <= given_{port} & ((1 << {width}) - 1);
+                end
+            end""")
+    names = ["DATA_WIDTH", "REGMODE", "WRITEMODE", "CSDECODE"]
+    parameters = [f"parameter {name}_{port} = 0" for port in "AB" for name in names]
+    parameters += ["parameter RESETMODE = 0", "parameter GSR = 0"]
+    return (
+        f"module DP16KD #({', '.join(parameters)}) ({', '.join(pins)});\n"
+        f"reg [17:0] rows [0:16383];\n{''.join(behaviour)}\nendmodule\n"
+    )
+
+
+BENCH = """
+module bench;
+    reg clk = 0, write = 0;
+    reg [{bits}:0] address_a = 0, address_b = 0;
+    reg [{top}:0] given = 0;
+    wire [{top}:0] simulated_a, simulated_b, built_a, built_b;
+    simulated first(.clk(clk), .rst(1'b0), .a__address(address_a), .a__write_enable(write),
+        .a__write_data(given), .a__data(simulated_a){first_b});
+    built second(.clk(clk), .rst(1'b0), .a__address(address_a), .a__write_enable(write),
+        .a__write_data(given), .a__data(built_a){second_b});
+    reg [1:0] written = 3;  // In the clock of these addresses: what was read is undefined.
+    integer clock, seed = 7, differing = 0, seen = 0;
+    initial begin
+        for (clock = 0; clock < {rows} + 5000; clock = clock + 1) begin
+            write = clock < {rows} || $random(seed) % 8 == 0;
+            address_a = clock < {rows} ? clock : $random(seed);
+            address_b = $random(seed);
+            given = $random(seed);
+            #1 clk = 1;
+            #1 clk = 0;
+            if (!written[1]) begin
+                if (simulated_a !== built_a || {differs_b}) differing = differing + 1;
+                if (^built_a !== 1'bx && built_a != 0) seen = seen + 1;
+            end
+            written = {{written[0], write}};
+        end
+        $display("%0d differ, %0d seen", differing, seen);
+    end
+endmodule
+"""
+
+
+@pytest.mark.parametrize(
+    ("rows", "width", "ports"),
+    [(16384, 3, 2), (8192, 3, 2), (4096, 12, 2), (2048, 12, 1), (1024, 20, 2), (64, 12, 1)],
+)
+def test_equals_the_simulated_memory(rows, width, ports, tmp_path, icarus):
+    block = TerrainBlock(rows=rows, width=width, latency=2, ports=ports)
+    twin = TerrainBlock(rows=rows, width=width, latency=2, ports=ports)
+    sources = {
+        "simulated": verilog.convert(block, name="simulated", emit_src=False),
+        "built": verilog.convert(twin, name="built", platform=ECP5, emit_src=False),
+        "primitive": primitive(),
+        "bench": BENCH.format(
+            rows=rows,
+            bits=rows.bit_length() - 2,
+            top=width - 1,
+            first_b=", .b__address(address_b), .b__data(simulated_b)" if ports == 2 else "",
+            second_b=", .b__address(address_b), .b__data(built_b)" if ports == 2 else "",
+            differs_b="simulated_b !== built_b" if ports == 2 else "0",
+        ),
+    }
+    assert "DP16KD" in sources["built"]
+    assert "DP16KD" not in sources["simulated"]
+    files = [tmp_path / f"{name}.v" for name in sources]
+    for file, text in zip(files, sources.values(), strict=True):
+        file.write_text(text)
+    program = tmp_path / "bench"
+    subprocess.run(["iverilog", "-g2012", "-s", "bench", "-o", program, *files], check=True)
+    output = subprocess.run(["vvp", program], check=True, capture_output=True, text=True).stdout
+    differing, seen = map(int, re.search(r"(\d+) differ, (\d+) seen", output).groups())
+    assert differing == 0
+    assert seen > 2000
+
+
+def test_registers_are_those_of_the_primitive():
+    """No flip-flop of the fabric, a primitive for each four bits, and none where one clock is."""
+    text = verilog.convert(
+        TerrainBank(rows=4096, width=12, latency=2, ports=2), platform=ECP5, emit_src=False
+    )
+    assert text.count("DP16KD") == 3
+    assert text.count('.REGMODE_A("OUTREG")') == text.count('.REGMODE_B("OUTREG")') == 3
+    assert "always @(posedge" not in text
+    quick = TerrainBank(rows=4096, width=12, latency=1, ports=2)
+    assert "DP16KD" not in verilog.convert(quick, platform=ECP5, emit_src=False)
+
+
+def test_blocks_of_a_map_have_sites_of_their_own():
+    """Four rows of a bit each, side by side; none for the last ones where there are too many."""
+    memories = [Ecp5Memory(rows=16384, width=4, ports=2, place=place) for place in (0, 1, 47, 48)]
+    found = [
+        re.findall(r'\(\* BEL = "(.*?)" \*\)', verilog.convert(each, emit_src=False))
+        for each in memories
+    ]
+    assert found == [list(MAP_SITES[:4]), list(MAP_SITES[4:8]), list(MAP_SITES[188:]), []]
+    assert "BEL" not in verilog.convert(Ecp5Memory(rows=16384, width=4, ports=2), emit_src=False)
+
+
+@pytest.mark.parametrize("lanes", [1, 8, 16])
+def test_a_whole_map_has_all_sites(lanes):
+    """A bank of the parallel build has neighbouring block RAMs; other devices have other sites."""
+    config = Config(lanes=lanes)
+    memory = TerrainMemory(config, lead=1)
+    sites = re.findall(r'BEL = "(.*?)"', verilog.convert(memory, platform=ECP5, emit_src=False))
+    assert len(sites) == 192
+    assert set(sites) == set(MAP_SITES)
+    assert len(set(MAP_SITES)) == 192
+    other = verilog.convert(
+        TerrainMemory(config, lead=1), platform=SimpleNamespace(device="LFE5U-45F"), emit_src=False
+    )
+    assert "DP16KD" in other
+    assert "BEL" not in other
+
+
+def test_too_many_rows():
+    with pytest.raises(ValueError, match=r"^Rows of a block must be at most 16384, not 32768$"):
+        Ecp5Memory(rows=32768, width=1, ports=1)

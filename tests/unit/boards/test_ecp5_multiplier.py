@@ -1,0 +1,93 @@
+# amaranth: UnusedElaboratable=no
+"""The ECP5's multiplier does in every clock what the product that is simulated does."""
+
+import re
+import subprocess
+from types import SimpleNamespace
+
+import pytest
+from amaranth.back import verilog
+
+from hdl.feasibility.product import Product
+
+
+ECP5 = SimpleNamespace(device="LFE5U-85F")
+
+
+def primitive():
+    """MULT18X18D as the manufacturer tells it, for what is used of it: a Verilog module."""
+    first, second, third = (
+        ", ".join(f"{name}{i}" for i in reversed(range(18))) for name in ("A", "B", "C")
+    )
+    product = ", ".join(f"P{i}" for i in reversed(range(36)))
+    names = ["INPUTA_CLK", "INPUTB_CLK", "INPUTC_CLK", "PIPELINE_CLK"]
+    names += ["OUTPUT_CLK", "OUTPUT_CE", "OUTPUT_RST"]
+    parameters = [f"parameter REG_{name} = 0" for name in names]
+    parameters += [
+        f"parameter {name} = 0" for name in ("SOURCEB_MODE", "MULT_BYPASS", "RESETMODE", "GSR")
+    ]
+    return f"""
+        module MULT18X18D #({", ".join(parameters)}) (
+            input CLK0, CE0, RST0, SIGNEDA, SIGNEDB, SOURCEA, SOURCEB,
+            input {first}, {second}, {third}, output {product});
+            wire signed [18:0] first = {{SIGNEDA & A17, {first}}};
+            wire signed [18:0] second = {{SIGNEDB & B17, {second}}};
+            wire [35:0] now = first * second;
+            reg [35:0] then;
+            wire plain = REG_INPUTA_CLK == "NONE" && REG_INPUTB_CLK == "NONE"
+                && REG_PIPELINE_CLK == "NONE" && MULT_BYPASS == "DISABLED" && !SOURCEA && !SOURCEB;
+            assign {{{product}}} = !plain ? 36'bx : REG_OUTPUT_CLK == "CLK0" ? then : now;
+            always @(posedge CLK0) if (RST0) then <= 0; else if (CE0) then <= now;
+        endmodule
+        """
+
+
+BENCH = """
+module bench;
+    reg clk = 0;
+    reg [{first}:0] first = 0;
+    reg [{second}:0] second = 0;
+    wire [{top}:0] simulated, built;
+    simulated one(.clk(clk), .rst(1'b0), .first(first), .second(second), .product(simulated));
+    built other(.clk(clk), .rst(1'b0), .first(first), .second(second), .product(built));
+    integer clock, seed = 7, differing = 0, seen = 0;
+    initial begin
+        for (clock = 0; clock < 5000; clock = clock + 1) begin
+            first = clock % 3 ? $random(seed) : clock % 2 ? 0 : {{(1 + {first}){{1'b1}}}};
+            second = clock % 5 ? $random(seed) : {{1'b1, {second}'b0}};
+            #1 clk = 1;
+            #1 clk = 0;
+            #1 if (simulated !== built) differing = differing + 1;
+            if (^built !== 1'bx && built != 0) seen = seen + 1;
+        end
+        $display("%0d differ, %0d seen", differing, seen);
+    end
+endmodule
+"""
+
+
+@pytest.mark.parametrize(("bits", "shift"), [((13, 18), 17), ((16, 16), 0), ((18, 18), 5)])
+def test_equals_the_simulated_product(bits, shift, tmp_path, icarus):
+    sources = {
+        "simulated": verilog.convert(Product(bits, shift), name="simulated", emit_src=False),
+        "built": verilog.convert(Product(bits, shift), name="built", platform=ECP5, emit_src=False),
+        "primitive": primitive(),
+        "bench": BENCH.format(first=bits[0] - 1, second=bits[1] - 1, top=sum(bits) - shift - 1),
+    }
+    assert sources["built"].count("MULT18X18D") == 1
+    assert "always @(posedge" not in sources["built"]
+    assert "MULT18X18D" not in sources["simulated"]
+    files = [tmp_path / f"{name}.v" for name in sources]
+    for file, text in zip(files, sources.values(), strict=True):
+        file.write_text(text)
+    program = tmp_path / "bench"
+    subprocess.run(["iverilog", "-g2012", "-s", "bench", "-o", program, *files], check=True)
+    output = subprocess.run(["vvp", program], check=True, capture_output=True, text=True).stdout
+    differing, seen = map(int, re.search(r"(\d+) differ, (\d+) seen", output).groups())
+    assert differing == 0
+    assert seen > 2000
+
+
+def test_too_wide():
+    with pytest.raises(ValueError, match=r"^Factors must be at most 18 bits wide, not 19$"):
+        Product((13, 19))

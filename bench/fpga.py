@@ -18,6 +18,7 @@ from typing import Any
 from bench.report import Options, Report
 from hdl.boards import BOARDS, find_board
 from hdl.boards.build import build
+from hdl.boards.ecp5_multiplier import SYNTHESIS
 from hdl.boards.harness import Harness
 from hdl.boards.route import Routed, route
 from hdl.boards.tools import BuildError, run_tool
@@ -35,7 +36,7 @@ _RESULTS = _ROOT / "docs" / "results.md"
 #: Synthesis and routing of units alone on the devices of two boards.
 _ECP5 = (
     "ecp5",
-    ("synth_ecp5",),
+    ("synth_ecp5", SYNTHESIS),
     ("nextpnr-ecp5", "--85k", "--package", "CABGA381", "--speed", "6", "--lpf-allow-unconstrained"),
 )
 _ICE40 = (
@@ -261,7 +262,9 @@ def _alone(
     print(f"{unit} ...", file=sys.stderr, flush=True)
     family, synthesis, routing = device
     folder = _FOLDER / unit.replace(" ", "-").replace(",", "")
-    _write(Harness(_component(top, config)), folder)
+    # With the primitives that the device has.
+    platform = find_board("ulx3s-85f").platform() if family == "ecp5" else None
+    _write(Harness(_component(top, config)), folder, platform)
     _synthesize(folder, " ".join(synthesis), "-json unit.json")
     asked = ("--json", "unit.json", "--freq", str(_ASKED[family]))
     routed = route([*routing, "--quiet", *asked], folder, [1])
@@ -316,11 +319,11 @@ def _component(path: str, config: Config) -> Any:
     return getattr(importlib.import_module(module), name)(config)
 
 
-def _write(unit: Any, folder: Path) -> None:
+def _write(unit: Any, folder: Path, platform: Any = None) -> None:
     """Write the Verilog of ``unit`` to ``folder``."""
     from amaranth.back import verilog
 
-    text = without_contents(verilog.convert(unit, name="unit", emit_src=False))
+    text = without_contents(verilog.convert(unit, platform=platform, name="unit", emit_src=False))
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "unit.v").write_text(text, encoding="utf-8")
 

@@ -32,8 +32,7 @@ class Planner(wiring.Component):
     Members
     -------
     clk, rst : In(1)
-        Clock, and reset, which acts one clock later: as a register it keeps simulators from
-        following it through the whole chip.
+        Clock, and reset, which acts one to three clocks later, and for four clocks at least.
     rx, tx : In(1), Out(1)
         UART pins, 8N1, ``config.clocks_per_bit`` clocks per bit; high when idle.
     """
@@ -52,15 +51,25 @@ class Planner(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        m.domains.sync = ClockDomain()
+        # The reset comes to one part of the chip after the other, from a register each: all of them
+        # are out of reach for one. It lasts until all parts are reset at once.
         m.domains.unreset = ClockDomain(reset_less=True)
-        m.d.comb += [ClockSignal().eq(self.clk), ClockSignal("unreset").eq(self.clk)]
-        m.d.unreset += ResetSignal().eq(self.rst)
+        m.d.comb += ClockSignal("unreset").eq(self.clk)
+        lasting = Signal(3)
+        reset = Signal()
+        m.d.comb += reset.eq(self.rst | lasting.any())
+        m.d.unreset += lasting.eq(Cat(self.rst, lasting))
+        for domain in ("sync", "core", "checker"):
+            setattr(m.domains, domain, ClockDomain(domain))
+            m.d.comb += ClockSignal(domain).eq(self.clk)
+            m.d.unreset += ResetSignal(domain).eq(reset)
+            reset = ResetSignal(domain)
 
         m.submodules.line = line = Line(self.config)
         m.submodules.receiving = receiving = ReceivingUnit(self.config)
         # Either has the control unit and its counters.
-        m.submodules.core = core = (Core if self.config.genetic else CheckControl)(self.config)
+        core = (Core if self.config.genetic else CheckControl)(self.config)
+        m.submodules.core = DomainRenamer("core")(core)
         m.submodules.transmitting = transmitting = TransmittingUnit(self.config)
 
         m.d.comb += [line.rx.eq(self.rx), self.tx.eq(line.tx)]
@@ -136,7 +145,8 @@ class Planner(wiring.Component):
 
     def _add_checker(self, m, core, receiving, transmitting):
         """Add the checker, between the units that take commands and answer them."""
-        m.submodules.checker = checker = Checker(self.config)
+        checker = Checker(self.config)
+        m.submodules.checker = DomainRenamer("checker")(checker)
         m.submodules.checking = checking = CheckingUnit(self.config)
 
         connect(m, receiving.cells, checker.writes)

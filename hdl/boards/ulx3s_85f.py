@@ -3,6 +3,8 @@
 from amaranth_boards.ulx3s import ULX3S_85F_Platform
 
 from hdl.boards.board import Board
+from hdl.boards.ecp5_floor_plan import floor_plan
+from hdl.boards.ecp5_multiplier import SYNTHESIS
 from hdl.boards.pll import Ecp5Pll
 from hdl.config import CheckerBuild, Config
 
@@ -16,4 +18,5 @@ BOARD = Board(
     pll=Ecp5Pll(feedback_divider=4, output_divider=6),
     reset=("button_fire", 0),
     sizes=Config(checker=CheckerBuild.PARALLEL, lanes=8),
+    overrides={"synth_opts": SYNTHESIS, "script_after_synth": floor_plan(lanes=8)},
 )

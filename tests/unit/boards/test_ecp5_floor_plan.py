@@ -1,0 +1,28 @@
+"""All block RAMs of the chip have sites, no two the same."""
+
+from hdl.boards import BOARDS, find_board
+from hdl.boards.build import prepare
+from hdl.boards.ecp5_floor_plan import MAP_SITES, OTHER_SITES, floor_plan
+
+
+def test_sites_are_different():
+    sites = [*MAP_SITES, *OTHER_SITES.values()]
+    assert len(sites) == len(set(sites)) == 199
+
+
+def test_commands_follow_synthesis(tmp_path):
+    """Each checks first that there is such a cell; what is not an 85F has no floor plan."""
+    for name in BOARDS:
+        board = find_board(name)
+        if not board.platform().device.startswith(("LFE5U-", "LFE5UM5G-")):
+            continue
+        prepare(board, tmp_path / name)
+        lines = (tmp_path / name / "chip.ys").read_text().splitlines()
+        found = [line for line in lines if "BEL" in line or "assert-count" in line]
+        if board.platform().device.endswith("-85F"):
+            assert found == floor_plan(board.sizes.lanes).splitlines()
+            assert lines.index(found[0]) > lines.index("    synth_ecp5 -nodsp -top chip")
+            assert found[0].startswith("select -assert-count 1 c:planner.line.")
+            assert found[1].startswith('setattr -set BEL "X17/')
+        else:
+            assert found == []

@@ -1,7 +1,7 @@
 """The parallel build: every segment in the detailed map, several cells a clock."""
 
 from amaranth import *
-from amaranth.lib import data, memory, wiring
+from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import connect, flipped
 
 from hdl.config import Config
@@ -90,7 +90,10 @@ class ParallelWalker(wiring.Component):
         # Writes have to go far, too.
         writing = Signal()
         m.d.sync += writing.eq(self.writes.valid)
-        written = data.View(self.writes.p.shape(), delayed(m, self.writes.p.as_value(), 1, "write"))
+        written = {
+            name: delayed(m, self.writes.p[name], 1, f"write_{name}")
+            for name in ("x", "y", "altitude")
+        }
 
         m.d.comb += [
             terrain.steep.eq(lanes.group.steep),
@@ -98,9 +101,7 @@ class ParallelWalker(wiring.Component):
             *(into.eq(lane) for into, lane in zip(terrain.lanes, lanes.lanes, strict=True)),
             self.writes.ready.eq(1),
             terrain.write_enable.eq(writing),
-            terrain.write_x.eq(written.x),
-            terrain.write_y.eq(written.y),
-            terrain.write_altitude.eq(written.altitude),
+            *(getattr(terrain, f"write_{name}").eq(value) for name, value in written.items()),
             terrain.lookup_valid.eq(self.lookup_valid),
             terrain.lookup_x.eq(self.lookup_x),
             terrain.lookup_y.eq(self.lookup_y),

@@ -5,7 +5,6 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import CheckerBuild, Config
-from hdl.ga_core.chromosome import position_bits
 
 
 __all__ = ["PEEK_LATENCY", "Reading"]
@@ -39,7 +38,7 @@ class Reading(wiring.Component):
         The ports take waypoints in the next clock.
     peek, peek_position : In(1), In(index_bits)
         Only with a map: see :class:`hdl.ga_core.population.Population`.
-    ahead : Out(position_bits)
+    ahead : Out(index_bits)
     advance : Out(1)
         All slots read.
     step : Out(1)
@@ -62,7 +61,7 @@ class Reading(wiring.Component):
                 "update": In(1),
                 "rewinds": In(1),
                 "passes": In(1),
-                "ahead": Out(position_bits(config)),
+                "ahead": Out(config.index_bits),
                 "advance": Out(1, init=1),
                 "step": Out(1),
                 "primes": Out(1),

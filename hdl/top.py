@@ -51,8 +51,8 @@ class Planner(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        # The reset comes to one part of the chip after the other, from a register each: all of them
-        # are out of reach for one. It lasts until all parts are reset at once.
+        # On a large chip, the reset comes to one part after the other, from a register each: all of
+        # them are out of reach for one. It lasts until all parts are reset at once.
         m.domains.unreset = ClockDomain(reset_less=True)
         m.d.comb += ClockSignal("unreset").eq(self.clk)
         lasting = Signal(3)
@@ -63,7 +63,8 @@ class Planner(wiring.Component):
             setattr(m.domains, domain, ClockDomain(domain))
             m.d.comb += ClockSignal(domain).eq(self.clk)
             m.d.unreset += ResetSignal(domain).eq(reset)
-            reset = ResetSignal(domain)
+            if self.config.genetic:
+                reset = ResetSignal(domain)
 
         m.submodules.line = line = Line(self.config)
         m.submodules.receiving = receiving = ReceivingUnit(self.config)

@@ -98,12 +98,15 @@ class CheckingUnit(wiring.Component):
         if self.config.genetic:
             connect(m, source.reads, flipped(self.reads))
             connect(m, flipped(self.waypoints), source.waypoints)
-        # The checker's `ready` comes late and from afar.
-        m.submodules.skid = skid = SkidBuffer(source.paths.payload.shape())
-        m.submodules.register = register = StreamRegister(skid.shape)
-        connect(m, source.paths, skid.words)
-        connect(m, skid.passed, register.words)
-        connect(m, register.passed, flipped(self.paths))
+        if self.config.genetic:
+            # On a large chip, the checker's `ready` comes late and from afar.
+            m.submodules.skid = skid = SkidBuffer(source.paths.payload.shape())
+            m.submodules.register = register = StreamRegister(skid.shape)
+            connect(m, source.paths, skid.words)
+            connect(m, skid.passed, register.words)
+            connect(m, register.passed, flipped(self.paths))
+        else:
+            connect(m, source.paths, flipped(self.paths))
         connect(m, flipped(self.verdicts), store.verdicts)
         connect(m, flipped(self.counts), store.counts)
         connect(m, flipped(self.result_reads), store.reads)

@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 __all__ = ["Product"]
 
-#: Most bits of a factor that a multiplier of a target takes, signs included.
+#: Most bits of a factor that a multiplier of an ECP5 takes, signs included.
 FACTOR_BITS = 18
 
 
@@ -15,12 +15,13 @@ class Product(wiring.Component):
     """Multiplies two signed numbers; ``product`` follows a clock later.
 
     An ECP5 has the register in its multiplier, where elsewhere any that follow are taken: so no
-    time is lost on the way there, nor by the multiplication on the way from there.
+    time is lost on the way there, nor by the multiplication on the way from there. Factors that are
+    too wide for it are multiplied as elsewhere.
 
     Parameters
     ----------
     bits : (int, int)
-        Widths of the factors, 18 at most.
+        Widths of the factors.
     shift : int
         Low bits of the product to be left out.
 
@@ -29,17 +30,9 @@ class Product(wiring.Component):
     first, second : In(signed)
     product : Out(signed)
         ``first * second >> shift`` of the clock before.
-
-    Raises
-    ------
-    ValueError
-        If a factor is too wide.
     """
 
     def __init__(self, bits, shift=0):
-        if max(bits) > FACTOR_BITS:
-            raise ValueError(f"Factors must be at most {FACTOR_BITS} bits wide, not {max(bits)!r}")
-
         self.shift = shift
         first, second = bits
         super().__init__(
@@ -53,7 +46,8 @@ class Product(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        if getattr(platform, "device", "").startswith("LFE5U"):
+        fits = max(len(self.first), len(self.second)) <= FACTOR_BITS
+        if fits and getattr(platform, "device", "").startswith("LFE5U"):
             from hdl.boards.ecp5_multiplier import Ecp5Multiplier
 
             m.submodules.twin = twin = Ecp5Multiplier()

@@ -58,6 +58,16 @@ def test_queue_equals_model(lanes, latency, count):
     assert {verdict.collision for verdict in results.verdicts} == {0, 1}
 
 
+@pytest.mark.parametrize(("lanes", "bits"), [(8, 16), (16, 14)])
+def test_widest_altitudes(lanes, bits):
+    """Products that no multiplier of 18 bits makes."""
+    config = SMALL.replace(lanes=lanes, altitude_bits=bits)
+    terrain, paths = batch(config, seed=bits, paths=20)
+    results = results_of(Checker(config), terrain, paths)
+    assert results.summaries == expected(config, terrain, paths)
+    assert {verdict.collision for verdict in results.verdicts} == {0, 1}
+
+
 @pytest.mark.parametrize("lanes", [2, 4])
 def test_every_segment_of_a_tiny_map(lanes):
     """All pairs of cells in one queue, altitudes and ground at random; standing ones too."""

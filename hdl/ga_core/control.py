@@ -49,7 +49,8 @@ class Control(wiring.Component):
     command to run a generation, the crossover, mutation and update units, or, for one to check
     paths, the checking unit, and at last the transmitting unit, which answers. A unit is on from
     its state's first clock to the clock in which it says that it is over, both included; the next
-    unit is on in the clock after that: no hand-over takes a clock of its own.
+    unit is on in the clock after that: no hand-over takes a clock of its own, but for that to the
+    crossover.
 
     A generation starts only when ``ready``: until it does the receiving unit stays on and must hold
     ``receive_over`` and ``generate``, at least for two clocks: the first of them decides that it

@@ -83,8 +83,8 @@ class SlotMapping(wiring.Component):
             taken.eq(self.ranking.valid & self.ranking.ready),
         ]
 
-        # Each port compares half a rank each while the word is taken, looks at both results while
-        # the length is looked up, and takes the word in the clock after.
+        # Each port compares the halves of a rank while the word is taken, looks at both results
+        # while the length is looked up, and takes the word in the clock after.
         found = Signal(carrier_layout(config), reset_less=True)
         final = Signal()
         m.d.sync += [

@@ -111,8 +111,9 @@ def _run_once(command: Sequence[str], folder: Path) -> None:
     if tool != "yosys":
         run_tool(tool, arguments, folder)
         return
-    stamp = Stamp(tool, arguments, folder, [f"{NAME}.ys", f"{NAME}.v"])
-    if not (stamp.matches() and (folder / f"{NAME}.json").exists()):
+    inputs, outputs = [f"{NAME}.ys", f"{NAME}.v"], [f"{NAME}.json"]
+    stamp = Stamp(tool, arguments, folder, inputs, outputs)
+    if not stamp.matches():
         stamp.clear()
         run_tool(tool, arguments, folder)
         stamp.set()

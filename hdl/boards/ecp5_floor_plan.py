@@ -10,6 +10,8 @@ from collections.abc import Iterator, Mapping
 from itertools import product
 from types import MappingProxyType
 
+from hdl.config import Config
+
 
 __all__ = ["MAP_SITES", "OTHER_SITES", "floor_plan"]
 
@@ -72,18 +74,28 @@ def _multipliers(lanes: int) -> Iterator[tuple[str, str]]:
             yield name, f"X{x + offset}/Y{y}/MULT18_{offset}"
 
 
-def floor_plan(lanes: int) -> str:
+def floor_plan(config: Config) -> str:
     """Return commands for yosys, after synthesis, that put all but the map on their sites.
 
-    They are for a chip with the parallel checker and fail where a cell is not there.
+    They fail where a cell is not there.
 
     Parameters
     ----------
-    lanes : int
-        Of the checker.
+    config : Config
+        Of the chip: the default one, but for its lanes.
+
+    Raises
+    ------
+    ValueError
+        If it has other cells.
     """
+    if config.replace(lanes=Config().lanes) != Config():
+        raise ValueError(
+            "Floor plan must be that of the default configuration with any lanes; a board with "
+            "another one can leave `script_after_synth` out"
+        )
     lines = []
-    for name, site in (*OTHER_SITES.items(), *_multipliers(lanes)):
+    for name, site in (*OTHER_SITES.items(), *_multipliers(config.lanes)):
         cell = f"c:planner.{name}"
         lines += [f"select -assert-count 1 {cell}", f"setattr -set BEL {json.dumps(site)} {cell}"]
     return "\n".join(lines)

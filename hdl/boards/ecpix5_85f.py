@@ -12,6 +12,8 @@ from hdl.config import CheckerBuild, Config
 
 __all__ = ["BOARD"]
 
+_SIZES = Config(checker=CheckerBuild.PARALLEL, lanes=8)
+
 
 class _Platform(ECPIX585Platform):
     """With a reset pin that is high when active, as on the other boards: pin 1 of PMOD 0."""
@@ -33,6 +35,6 @@ BOARD = Board(
     # 100 MHz to 120 MHz; its USB bridge is an FT2232H.
     pll=Ecp5Pll(input_divider=5, feedback_divider=6, output_divider=5),
     reset=("reset_pin", 0),
-    sizes=Config(checker=CheckerBuild.PARALLEL, lanes=8),
-    overrides={"synth_opts": SYNTHESIS, "script_after_synth": floor_plan(lanes=8)},
+    sizes=_SIZES,
+    overrides={"synth_opts": SYNTHESIS, "script_after_synth": floor_plan(_SIZES)},
 )

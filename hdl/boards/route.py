@@ -22,6 +22,8 @@ __all__ = ["MOST_JOBS", "Routed", "route"]
 _ROUTER = ("--router", "router1", "--timing-allow-fail")
 #: Options that name a file to be read.
 _INPUTS = ("--json", "--lpf", "--pcf", "--sdc")
+#: Options that name a file to be written.
+_OUTPUTS = ("--textcfg", "--asc", "--report")
 _REPORT = "nextpnr.json"
 _POLL_S = 0.2
 #: Seeds at a time by default, if there are as many cores: each takes some gigabytes.
@@ -134,7 +136,7 @@ def route(
             run.stop()
     best = close or max(tried, key=lambda routed: routed.slack)
     for file in _own(folder, best.seed).iterdir():
-        if file.name not in inputs:
+        if file.name not in inputs and file.suffix != Stamp.SUFFIX:
             shutil.copyfile(file, folder / file.name)
     return best
 
@@ -154,7 +156,8 @@ class _Run:
         for name in inputs:
             (self.folder / name).unlink(missing_ok=True)
             os.link(folder / name, self.folder / name)
-        self.stamp = Stamp(self.tool, arguments, self.folder, inputs)
+        outputs = [name for option, name in pairwise(arguments) if option in _OUTPUTS]
+        self.stamp = Stamp(self.tool, arguments, self.folder, inputs, outputs)
         if self.stamp.matches():
             return
         for file in self.folder.iterdir():

@@ -48,12 +48,20 @@ class Stamp:
     arguments : sequence of str
     folder : Path
         Where it runs, and where the mark is.
-    inputs : iterable of str
-        Names of the files in ``folder`` that it reads.
+    inputs, outputs : iterable of str
+        Names of the files in ``folder`` that it reads, and of those that it writes.
     """
 
+    #: Of the mark's name, behind the tool's.
+    SUFFIX = ".stamp"
+
     def __init__(
-        self, tool: str, arguments: Sequence[str], folder: Path, inputs: Iterable[str]
+        self,
+        tool: str,
+        arguments: Sequence[str],
+        folder: Path,
+        inputs: Iterable[str],
+        outputs: Iterable[str],
     ) -> None:
         program = Path(tool_path(tool))
         changed = program.stat()
@@ -63,11 +71,15 @@ class Stamp:
         for name in inputs:
             digest.update(hashlib.sha256((folder / name).read_bytes()).digest())
         self._digest = digest.hexdigest()
-        self._file = folder / f"{tool}.stamp"
+        self._outputs = [folder / name for name in outputs]
+        self._file = folder / f"{tool}{self.SUFFIX}"
 
     def matches(self) -> bool:
-        """Return whether the results are those of such a run."""
-        return self._file.exists() and self._file.read_text(encoding="ascii") == self._digest
+        """Return whether the results are there, and those of such a run."""
+        return (
+            all(file.exists() for file in (self._file, *self._outputs))
+            and self._file.read_text(encoding="ascii") == self._digest
+        )
 
     def clear(self) -> None:
         """Take the mark away: the results are about to change."""

@@ -11,12 +11,14 @@ from hdl.config import CheckerBuild, Config
 
 __all__ = ["BOARD"]
 
+_SIZES = Config(checker=CheckerBuild.PARALLEL, lanes=8)
+
 BOARD = Board(
     name="ulx3s-85f",
     platform=ULX3S_85F_Platform,
     # 25 MHz to 100 MHz; its USB bridge, an FT231X, goes up to 3 Mbaud.
     pll=Ecp5Pll(feedback_divider=4, output_divider=6),
     reset=("button_fire", 0),
-    sizes=Config(checker=CheckerBuild.PARALLEL, lanes=8),
-    overrides={"synth_opts": SYNTHESIS, "script_after_synth": floor_plan(lanes=8)},
+    sizes=_SIZES,
+    overrides={"synth_opts": SYNTHESIS, "script_after_synth": floor_plan(_SIZES)},
 )

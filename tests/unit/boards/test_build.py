@@ -145,6 +145,9 @@ def test_nothing_is_done_twice(tools, tmp_path):
     assert json.loads((folder / "report.json").read_text())["seed"] == 2
     (folder / "chip.json").unlink()
     assert run() == ["yosys", "ecppack"]
+    for lost in ("nextpnr.json", "chip.config"):
+        (folder / "seed-2" / lost).unlink()
+        assert run() == ["nextpnr-ecp5", "ecppack"]
     tools(achieved=(80, 100), sources="other")
     assert run() == every
     tools(achieved=(80, 99, 100), failing="nextpnr-ecp5", status=1)

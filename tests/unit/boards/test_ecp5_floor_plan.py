@@ -1,8 +1,11 @@
 """All block RAMs of the chip have sites, no two the same."""
 
+import pytest
+
 from hdl.boards import BOARDS, find_board
 from hdl.boards.build import prepare
 from hdl.boards.ecp5_floor_plan import MAP_SITES, OTHER_SITES, floor_plan
+from hdl.config import CheckerBuild, Config
 
 
 def test_sites_are_different():
@@ -20,9 +23,18 @@ def test_commands_follow_synthesis(tmp_path):
         lines = (tmp_path / name / "chip.ys").read_text().splitlines()
         found = [line for line in lines if "BEL" in line or "assert-count" in line]
         if board.platform().device.endswith("-85F"):
-            assert found == floor_plan(board.sizes.lanes).splitlines()
+            assert found == floor_plan(board.sizes).splitlines()
             assert lines.index(found[0]) > lines.index("    synth_ecp5 -nodsp -top chip")
             assert found[0].startswith("select -assert-count 1 c:planner.line.")
             assert found[1].startswith('setattr -set BEL "X17/')
         else:
             assert found == []
+
+
+@pytest.mark.parametrize(
+    "other", [{"genetic": 0}, {"checker": CheckerBuild.HIERARCHICAL}, {"map_size": 256}]
+)
+def test_other_chips(other):
+    with pytest.raises(ValueError, match=r"^Floor plan must be that of the default configuration"):
+        floor_plan(Config(**other))
+    assert floor_plan(Config(lanes=16)).count("MULT18_") == 68

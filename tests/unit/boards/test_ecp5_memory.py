@@ -1,8 +1,8 @@
 # amaranth: UnusedElaboratable=no
 """The ECP5's memory does in every clock what the one that is simulated does, and is built in."""
 
+import functools
 import re
-import subprocess
 from types import SimpleNamespace
 
 import pytest
@@ -14,9 +14,7 @@ from hdl.config import Config
 from hdl.feasibility.terrain_bank import TerrainBank
 from hdl.feasibility.terrain_block import TerrainBlock
 from hdl.feasibility.terrain_memory import TerrainMemory
-
-
-ECP5 = SimpleNamespace(device="LFE5U-85F")
+from tests.ecp5_twins import ECP5, twins_of
 
 
 def primitive():
@@ -96,32 +94,18 @@ endmodule
     [(16384, 3, 2), (8192, 3, 2), (4096, 12, 2), (2048, 12, 1), (1024, 20, 2), (64, 12, 1)],
 )
 def test_equals_the_simulated_memory(rows, width, ports, tmp_path, icarus):
-    block = TerrainBlock(rows=rows, width=width, latency=2, ports=ports)
-    twin = TerrainBlock(rows=rows, width=width, latency=2, ports=ports)
-    sources = {
-        "simulated": verilog.convert(block, name="simulated", emit_src=False),
-        "built": verilog.convert(twin, name="built", platform=ECP5, emit_src=False),
-        "primitive": primitive(),
-        "bench": BENCH.format(
-            rows=rows,
-            bits=rows.bit_length() - 2,
-            top=width - 1,
-            first_b=", .b__address(address_b), .b__data(simulated_b)" if ports == 2 else "",
-            second_b=", .b__address(address_b), .b__data(built_b)" if ports == 2 else "",
-            differs_b="simulated_b !== built_b" if ports == 2 else "0",
-        ),
-    }
-    assert "DP16KD" in sources["built"]
-    assert "DP16KD" not in sources["simulated"]
-    files = [tmp_path / f"{name}.v" for name in sources]
-    for file, text in zip(files, sources.values(), strict=True):
-        file.write_text(text)
-    program = tmp_path / "bench"
-    subprocess.run(["iverilog", "-g2012", "-s", "bench", "-o", program, *files], check=True)
-    output = subprocess.run(["vvp", program], check=True, capture_output=True, text=True).stdout
-    differing, seen = map(int, re.search(r"(\d+) differ, (\d+) seen", output).groups())
-    assert differing == 0
-    assert seen > 2000
+    bench = BENCH.format(
+        rows=rows,
+        bits=rows.bit_length() - 2,
+        top=width - 1,
+        first_b=", .b__address(address_b), .b__data(simulated_b)" if ports == 2 else "",
+        second_b=", .b__address(address_b), .b__data(built_b)" if ports == 2 else "",
+        differs_b="simulated_b !== built_b" if ports == 2 else "0",
+    )
+    make = functools.partial(TerrainBlock, rows=rows, width=width, latency=2, ports=ports)
+    simulated, built = twins_of(make, primitive(), bench, tmp_path)
+    assert "DP16KD" in built
+    assert "DP16KD" not in simulated
 
 
 def test_registers_are_those_of_the_primitive():

@@ -1,0 +1,45 @@
+"""Holds what is built of an ECP5's primitives to what is simulated, on Icarus."""
+
+import re
+import subprocess
+from types import SimpleNamespace
+
+from amaranth.back import verilog
+
+
+__all__ = ["ECP5", "twins_of"]
+
+#: As much of the platform as a component looks at.
+ECP5 = SimpleNamespace(device="LFE5U-85F")
+
+
+def twins_of(make, primitive, bench, folder):
+    """Assert that a component does the same on both in all clocks of a bench.
+
+    Parameters
+    ----------
+    make : callable
+        Returns the component.
+    primitive, bench : str
+        Verilog: module of the primitive; module ``bench`` with an instance of ``simulated`` and one
+        of ``built``, which says how many of their outputs differ and how many say something.
+    folder : Path
+
+    Returns
+    -------
+    simulated, built : str
+        Verilog of the component.
+    """
+    simulated = verilog.convert(make(), name="simulated", emit_src=False)
+    built = verilog.convert(make(), name="built", platform=ECP5, emit_src=False)
+    sources = {"simulated": simulated, "built": built, "primitive": primitive, "bench": bench}
+    files = [folder / f"{name}.v" for name in sources]
+    for file, text in zip(files, sources.values(), strict=True):
+        file.write_text(text)
+    program = folder / "bench"
+    subprocess.run(["iverilog", "-g2012", "-s", "bench", "-o", program, *files], check=True)
+    output = subprocess.run(["vvp", program], check=True, capture_output=True, text=True).stdout
+    differing, seen = map(int, re.search(r"(\d+) differ, (\d+) seen", output).groups())
+    assert differing == 0
+    assert seen > 2000
+    return simulated, built

@@ -17,7 +17,7 @@ from sim.model.checker import Point, TerrainModel, paper_clocks, segment_cells
 from sim.model.checker_clocks import batch_clocks
 
 
-__all__ = ["run"]
+__all__ = ["cells_per_clock", "run"]
 
 #: Every build, with its cells a clock.
 _BUILDS = (
@@ -29,6 +29,7 @@ _BUILDS = (
 _PAPER_CLOCKS, _PAPER_CLOCK_S, _PAPER_CELLS_PER_US = 171, 8e-9, 100.0
 _PAPER_CELLS = 55 + 100 + 6
 _PATHS = 400
+_SEED = 2011
 
 Path = Sequence[Point]
 
@@ -61,8 +62,7 @@ def run(options: Options) -> Report:
         )
     )
     canyon = pad(canyon_map(), Config())
-    level = np.zeros_like(canyon)
-    rng = np.random.default_rng(2011)
+    rng = np.random.default_rng(_SEED)
     mixed = [_mixed(rng) for _ in range(_PATHS)]
     flights = [_flight(rng, canyon) for _ in range(_PATHS)]
     free: dict[str, int] = {}
@@ -75,10 +75,8 @@ def run(options: Options) -> Report:
             checker.write(canyon)
             trajectory = checker.check([TESTING_TRAJECTORY]).verdicts[0]
             over_canyon = checker.check(flights).verdicts
-            checker.write(level)
-            over_level = checker.check(mixed).verdicts
+            sustained = _over_level_ground(checker, mixed)
         free[build] = sum(not verdict["collision"] for verdict in over_canyon)
-        cells = sum(verdict["cells"] for verdict in over_level)
         report.rows.append(
             (
                 build.value,
@@ -87,7 +85,7 @@ def run(options: Options) -> Report:
                 predicted,
                 trajectory["cycles"] / config.clock_hz * 1e6,
                 trajectory["reads"],
-                cells / sum(verdict["cycles"] for verdict in over_level),
+                sustained,
                 sum(verdict["cycles"] for verdict in over_canyon) / _PATHS,
             )
         )
@@ -103,6 +101,21 @@ def run(options: Options) -> Report:
         f"ground, free: {', '.join(f'{count} {build}' for build, count in free.items())}.",
     ]
     return report
+
+
+def cells_per_clock(config: Config) -> float:
+    """Return the sustained rate of a build over open ground: the table's."""
+    rng = np.random.default_rng(_SEED)
+    with VerilatedChecker(config) as checker:
+        return _over_level_ground(checker, [_mixed(rng) for _ in range(_PATHS)])
+
+
+def _over_level_ground(checker: VerilatedChecker, paths: Sequence[Path]) -> float:
+    edge = Config().map_size
+    checker.write(np.zeros((edge, edge), np.uint16))
+    verdicts = checker.check(paths).verdicts
+    cells = sum(verdict["cells"] for verdict in verdicts)
+    return cells / sum(verdict["cycles"] for verdict in verdicts)
 
 
 def _mixed(rng: np.random.Generator) -> Path:

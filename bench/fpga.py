@@ -6,7 +6,9 @@ Runs the synthesis and place-and-route tools, for hours; ``make setup-synth`` in
 
 from __future__ import annotations
 
+import dataclasses
 import importlib
+import itertools
 import json
 import sys
 from collections.abc import Mapping
@@ -15,10 +17,12 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from bench.feasibility import cells_per_clock
 from bench.report import Options, Report
 from hdl.boards import BOARDS, find_board
-from hdl.boards.build import build
-from hdl.boards.ecp5_multiplier import SYNTHESIS
+from hdl.boards.build import build, try_seeds
+from hdl.boards.ecp5 import KEEP_COPIES, PLACEMENT, SYNTHESIS
+from hdl.boards.ecp5_floor_plan import floor_plan
 from hdl.boards.harness import Harness
 from hdl.boards.route import Routed, route
 from hdl.boards.tools import BuildError, run_tool
@@ -36,8 +40,12 @@ _RESULTS = _ROOT / "docs" / "results.md"
 #: Synthesis and routing of units alone on the devices of two boards.
 _ECP5 = (
     "ecp5",
-    ("synth_ecp5", SYNTHESIS),
-    ("nextpnr-ecp5", "--85k", "--package", "CABGA381", "--speed", "6", "--lpf-allow-unconstrained"),
+    (f"{KEEP_COPIES};", "synth_ecp5", SYNTHESIS),
+    (
+        "nextpnr-ecp5",
+        *("--85k", "--package", "CABGA381", "--speed", "6", "--lpf-allow-unconstrained"),
+        *PLACEMENT.split(),
+    ),
 )
 _ICE40 = (
     "ice40",
@@ -46,6 +54,9 @@ _ICE40 = (
 )
 #: What the units are asked for, MHz: more than they can, so that the router shows what that is.
 _ASKED = {"ecp5": 150, "ice40": 50}
+#: Boards with the full design, and the lanes that it is tried with.
+_LANES_BOARDS = ("ulx3s-85f", "ecpix5-85f")
+_LANES = (4, 8, 16)
 _PLAIN = Config(checker=CheckerBuild.NONE)
 _UNITS: Mapping[str, tuple[str, Config]] = MappingProxyType(
     {
@@ -172,6 +183,7 @@ def run(options: Options) -> Report:
     """Build everything, write the results page, and return the boards' table."""
     try:
         boards = _boards()
+        lanes = _lanes()
         units = _units()
         papers = _papers()
     except BuildError as error:
@@ -181,12 +193,12 @@ def run(options: Options) -> Report:
             "# Results of synthesis, place and route",
             "Made by `make bench BENCH=fpga`: yosys 0.70 and nextpnr 0.11 as the package index has "
             "them. Nothing here has run on a board.",
-            *(report.text() for report in (boards, units, papers)),
+            *(report.text() for report in (boards, lanes, units, papers)),
         ]
     )
     _RESULTS.parent.mkdir(exist_ok=True)
     _RESULTS.write_text(text.rstrip() + "\n", encoding="utf-8")
-    boards.data = {"units": units.rows, "papers": papers.rows}
+    boards.data = {"lanes": lanes.rows, "units": units.rows, "papers": papers.rows}
     return boards
 
 
@@ -233,6 +245,40 @@ def _boards() -> Report:
                 routed.seed,
             )
         )
+    return report
+
+
+def _lanes() -> Report:
+    """Route the full design with more and fewer lanes: which of them checks most."""
+    report = Report(
+        "Lanes and clock",
+        (
+            "board",
+            "lanes",
+            "LUTs",
+            "flip-flops",
+            "routed, MHz",
+            "cells per clock",
+            "cells per microsecond",
+        ),
+        notes=[
+            "The chip of `make bitstream`, with these lanes, one seed. Cells per clock is the "
+            "sustained rate over open ground of `make bench BENCH=feasibility`. Paper: about 100 "
+            "cells per microsecond.",
+        ],
+    )
+    for name, count in itertools.product(_LANES_BOARDS, _LANES):
+        print(f"{name}, {count} lanes ...", file=sys.stderr, flush=True)
+        board = find_board(name)
+        sizes, folder = board.sizes.replace(lanes=count), _FOLDER / name
+        if sizes != board.sizes:
+            overrides = {**board.overrides, "script_after_synth": floor_plan(sizes)}
+            board = dataclasses.replace(board, sizes=sizes, overrides=overrides)
+            folder = _FOLDER / f"{name}-{count}-lanes"
+        routed, _ = try_seeds(board, folder, seeds=1)
+        clock, rate = _chip_clock(routed)[0], cells_per_clock(sizes)
+        lut, register, *_ = _used(routed, "ecp5")
+        report.rows.append((name, count, lut, register, clock, rate, clock * rate))
     return report
 
 

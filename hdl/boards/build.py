@@ -24,7 +24,7 @@ from hdl.boards.tools import BuildError, Stamp, run_tool
 from hdl.memories import without_contents
 
 
-__all__ = ["build", "prepare"]
+__all__ = ["build", "prepare", "try_seeds"]
 
 #: Name of all files in the folder of a board.
 NAME = "chip"
@@ -80,37 +80,54 @@ def build(board: Board, folder: Path, *, seeds: int = 8, jobs: int | None = None
     BuildError
         If a tool is missing or fails, or no seed closes timing.
     """
-    commands = prepare(board, folder)
-    if not any(command[0].startswith("nextpnr") for command in commands):
+    routed, packing = try_seeds(board, folder, seeds=seeds, jobs=jobs)
+    if not routed.closed:
         raise BuildError(
-            f"{board.name} needs {commands[0][0]}, which does not come with the project: "
-            f"run build_{NAME}.sh in {folder}."
+            f"No seed closes timing on {board.name}: the best, {routed.seed}, reaches "
+            f"{routed.slack:.1%} of what is asked."
         )
-    routed = None
-    for command in commands:
-        if command[0].startswith("nextpnr"):
-            others = (seed for seed in itertools.count(1) if seed != board.seed)
-            order = [board.seed, *itertools.islice(others, seeds - 1)]
-            routed = route(command, folder, order, jobs=jobs)
-            if not routed.closed:
-                raise BuildError(
-                    f"No seed closes timing on {board.name}: the best, {routed.seed}, reaches "
-                    f"{routed.slack:.1%} of what is asked."
-                )
-        else:
-            _run_once(command, folder)
-    assert routed is not None
+    for tool, *arguments in packing:
+        run_tool(tool, arguments, folder)
     report = {"board": board.name, "build_id": board.config.build_id, **asdict(routed)}
     (folder / "report.json").write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
     return routed
 
 
+def try_seeds(
+    board: Board, folder: Path, *, seeds: int, jobs: int | None = None
+) -> tuple[Routed, list[list[str]]]:
+    """Synthesize and route ``board``, as :func:`build` does, until timing closes or not at all.
+
+    Returns
+    -------
+    Routed
+        The seed that closes, or the best.
+    list of list of str
+        The command lines that are left: of the packer.
+
+    Raises
+    ------
+    BuildError
+        If a tool is missing or fails.
+    """
+    commands = prepare(board, folder)
+    tools = [command[0] for command in commands]
+    at = next((number for number, tool in enumerate(tools) if tool.startswith("nextpnr")), None)
+    if at is None:
+        raise BuildError(
+            f"{board.name} needs {tools[0]}, which does not come with the project: "
+            f"run build_{NAME}.sh in {folder}."
+        )
+    for command in commands[:at]:
+        _run_once(command, folder)
+    others = (seed for seed in itertools.count(1) if seed != board.seed)
+    order = [board.seed, *itertools.islice(others, seeds - 1)]
+    return route(commands[at], folder, order, jobs=jobs), commands[at + 1 :]
+
+
 def _run_once(command: Sequence[str], folder: Path) -> None:
-    """Run ``command``, but synthesis only if there is something new to it."""
+    """Run ``command``, which synthesizes, if there is something new to it."""
     tool, *arguments = command
-    if tool != "yosys":
-        run_tool(tool, arguments, folder)
-        return
     inputs, outputs = [f"{NAME}.ys", f"{NAME}.v"], [f"{NAME}.json"]
     stamp = Stamp(tool, arguments, folder, inputs, outputs)
     if not stamp.matches():

@@ -5,11 +5,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 
-__all__ = ["SYNTHESIS", "Ecp5Multiplier"]
-
-#: Options of ``synth_ecp5``: no other multipliers. Those that it would take for the narrow products
-#: of the genetic core are slower than logic, and too far from it.
-SYNTHESIS = "-nodsp"
+__all__ = ["Ecp5Multiplier"]
 
 
 class Ecp5Multiplier(wiring.Component):

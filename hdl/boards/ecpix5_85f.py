@@ -4,8 +4,8 @@ from amaranth.build import Attrs, Pins, Resource
 from amaranth_boards.ecpix5 import ECPIX585Platform
 
 from hdl.boards.board import Board
+from hdl.boards.ecp5 import OVERRIDES
 from hdl.boards.ecp5_floor_plan import floor_plan
-from hdl.boards.ecp5_multiplier import SYNTHESIS
 from hdl.boards.pll import Ecp5Pll
 from hdl.config import CheckerBuild, Config
 
@@ -36,5 +36,5 @@ BOARD = Board(
     pll=Ecp5Pll(input_divider=5, feedback_divider=6, output_divider=5),
     reset=("reset_pin", 0),
     sizes=_SIZES,
-    overrides={"synth_opts": SYNTHESIS, "script_after_synth": floor_plan(_SIZES)},
+    overrides={**OVERRIDES, "script_after_synth": floor_plan(_SIZES)},
 )

@@ -3,7 +3,7 @@
 from amaranth_boards.ulx3s import ULX3S_45F_Platform
 
 from hdl.boards.board import Board
-from hdl.boards.ecp5_multiplier import SYNTHESIS
+from hdl.boards.ecp5 import OVERRIDES
 from hdl.boards.pll import Ecp5Pll
 from hdl.config import CheckerBuild, Config
 
@@ -17,5 +17,5 @@ BOARD = Board(
     pll=Ecp5Pll(feedback_divider=3, output_divider=8),
     reset=("button_fire", 0),
     sizes=Config(checker=CheckerBuild.PARALLEL, lanes=4, map_size=256),
-    overrides={"synth_opts": SYNTHESIS},
+    overrides=OVERRIDES,
 )

@@ -3,8 +3,8 @@
 from amaranth_boards.ulx3s import ULX3S_85F_Platform
 
 from hdl.boards.board import Board
+from hdl.boards.ecp5 import OVERRIDES
 from hdl.boards.ecp5_floor_plan import floor_plan
-from hdl.boards.ecp5_multiplier import SYNTHESIS
 from hdl.boards.pll import Ecp5Pll
 from hdl.config import CheckerBuild, Config
 
@@ -20,5 +20,5 @@ BOARD = Board(
     pll=Ecp5Pll(feedback_divider=4, output_divider=6),
     reset=("button_fire", 0),
     sizes=_SIZES,
-    overrides={"synth_opts": SYNTHESIS, "script_after_synth": floor_plan(_SIZES)},
+    overrides={**OVERRIDES, "script_after_synth": floor_plan(_SIZES)},
 )

@@ -1,0 +1,42 @@
+"""What the tools are told for an ECP5 has the effect that it is for."""
+
+import json
+
+import pytest
+from amaranth import *
+from amaranth.back import verilog
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.boards import BOARDS, find_board
+from hdl.boards.ecp5 import KEEP_COPIES, OVERRIDES, SYNTHESIS
+from hdl.boards.tools import run_tool
+from hdl.copies import copies
+
+
+class Copied(wiring.Component):
+    """Three equal registers, each with loads of its own."""
+
+    first: In(1)
+    second: In(1)
+    taken: Out(3)
+
+    def elaborate(self, platform):
+        m = Module()
+        three = copies(m, *[self.first & self.second] * 3, name="copy")
+        m.d.comb += self.taken.eq(Cat(three) ^ self.first.replicate(3))
+        return m
+
+
+@pytest.mark.parametrize(("before", "registers"), [(KEEP_COPIES, 3), ("", 1)])
+def test_copies_stay_apart(before, registers, tmp_path):
+    (tmp_path / "copied.v").write_text(verilog.convert(Copied(), name="copied"))
+    script = f"read_verilog copied.v; {before}; synth_ecp5 {SYNTHESIS} -top copied"
+    run_tool("yosys", ["-q", "-p", f"{script}; tee -q -o cells.json stat -json"], tmp_path)
+    cells = json.loads((tmp_path / "cells.json").read_text())["design"]["num_cells_by_type"]
+    assert cells["TRELLIS_FF"] == registers
+
+
+@pytest.mark.parametrize("name", [name for name in BOARDS if "ecp" in name or "ulx" in name])
+def test_boards_use_it(name):
+    assert OVERRIDES.items() <= find_board(name).overrides.items()

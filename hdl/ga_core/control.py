@@ -77,6 +77,8 @@ class Control(wiring.Component):
         With ``receive_over``: the command is to run a generation, or to check paths; not both.
     ready : In(1)
         Everything that a generation needs is there.
+    starts : Out(1)
+        Pulse, in the clock before ``begin``.
     begin : Out(1)
         Pulse, in the clock before ``crossover_on`` rises.
     crossover_on, mutation_on, update_on, check_on, transmit_on : Out(1)
@@ -96,7 +98,8 @@ class Control(wiring.Component):
         Mutations that had no candidate above the ground. These three are those of the present
         generation, and read in the last clock of the update.
     restart : In(1)
-        Set ``generation`` and the counter of the longest generation to 0.
+        Set ``generation`` and the counter of the longest generation to 0, a clock later than other
+        inputs act.
     state : Out(ChipState)
     history : Out(32)
         The eight states entered last, 4 bits each, the latest lowest; LISTEN before the first. A
@@ -127,6 +130,7 @@ class Control(wiring.Component):
                 "generate": In(1),
                 "check": In(1),
                 "ready": In(1),
+                "starts": Out(1),
                 "begin": Out(1),
                 "crossover_on": Out(1),
                 "crossover_over": In(1),
@@ -156,19 +160,18 @@ class Control(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        start = Signal()
         done = Signal()
         received = Signal()
         m.d.comb += [
-            start.eq(
+            self.starts.eq(
                 self.receive_on & self.receive_over & self.generate & self.ready & ~self.begin
             ),
             done.eq(self.update_on & self.update_over),
             received.eq(self.receive_over & ~self.generate & ~self.begin),
         ]
         m.d.sync += [
-            self.begin.eq(start),
-            self.generating.eq(start | (self.generating & ~done)),
+            self.begin.eq(self.starts),
+            self.generating.eq(self.starts | (self.generating & ~done)),
         ]
 
         steps = {
@@ -198,10 +201,15 @@ class Control(wiring.Component):
             self.history.eq(states.history),
         ]
 
-        with m.If(self.restart):
-            m.d.sync += self.generation.eq(0)
+        # After a reset, too, for which there is no time besides.
+        forgotten = Signal(init=1)
+        generation = Signal.like(self.generation, reset_less=True)
+        m.d.sync += forgotten.eq(self.restart)
+        m.d.comb += self.generation.eq(generation)
+        with m.If(forgotten):
+            m.d.sync += generation.eq(0)
         with m.Elif(done):
-            m.d.sync += self.generation.eq(self.generation + 1)
+            m.d.sync += generation.eq(generation + 1)
 
         counters = self.counters
         m.d.sync += counters[Counter.CLOCKS].eq(counters[Counter.CLOCKS] + 1)
@@ -216,7 +224,6 @@ class Control(wiring.Component):
         lasted = Signal.like(elapsed, reset_less=True)
         longer = Signal()
         longest = Signal(elapsed.shape(), reset_less=True)
-        forgotten = Signal(init=1)
         with m.If(self.generating):
             m.d.sync += elapsed.eq(elapsed + 1)
         with m.Else():
@@ -224,7 +231,6 @@ class Control(wiring.Component):
         m.d.sync += [
             lasted.eq(elapsed),
             longer.eq(done & (elapsed > longest)),
-            forgotten.eq(self.restart),
         ]
         with m.If(forgotten):
             m.d.sync += longest.eq(0)

@@ -60,8 +60,8 @@ class Core(wiring.Component):
     ranking : In(stream.Signature({"rank", "slot"}))
         Slot of each rank, 0 the best.
     ranked : Out(1)
-        A whole ranking has been worked in: a generation may start. It is high ``mutators + 10``
-        clocks after the last rank, with a map ``mutators + patches + 15``, if no read is under way.
+        A whole ranking has been worked in: a generation may start. It is high ``mutators + 13``
+        clocks after the last rank, with a map ``mutators + patches + 18``, if no read is under way.
     reads : In(stream.Signature({"slot", "count"}))
         Consecutive slots to read out.
     waypoints : Out(stream.Signature({"waypoint", "last": 1, "final": 1}))
@@ -148,7 +148,7 @@ class Core(wiring.Component):
         m.d.comb += [
             allow.eq(~control.generating),
             self.starts.ready.eq(allow),
-            mapping.allow.eq(allow & selection.ready & ~started),
+            mapping.allow.eq(allow & selection.ready),
             void.eq(control.update_on | overtaken),
             mapping.clear.eq(void),
             mutation.clear.eq(void),
@@ -179,8 +179,8 @@ class Core(wiring.Component):
         with m.If(started):
             m.d.sync += [limits[axis].eq(start[axis]) for axis in ("x", "y", "altitude")]
         m.d.comb += [
-            selection.seed.eq(start.seed),
-            selection.load.eq(started),
+            selection.seed.eq(self.starts.p.seed),
+            selection.load.eq(self.starts.valid & self.starts.ready),
             selection.next.eq(control.update_on),
         ]
 
@@ -196,7 +196,7 @@ class Core(wiring.Component):
         connect(m, population.read_waypoints, flipped(self.waypoints))
         m.d.comb += [
             population.allow.eq(allow),
-            population.begin.eq(control.begin),
+            population.starts.eq(control.starts),
             population.update.eq(control.update_on),
             *_each(population.carried, mapping.carried),
             *_each(population.patches, mutation.patches),
@@ -222,6 +222,7 @@ class Core(wiring.Component):
                 m.d.sync += avoid_ground.eq(start.avoid_ground)
             m.d.comb += [
                 mutation.settled.eq(population.settled),
+                population.peeks.eq(mutation.peeks),
                 population.peek.eq(mutation.peek),
                 population.peek_position.eq(mutation.peek_position),
                 mutation.run.eq(run),

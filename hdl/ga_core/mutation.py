@@ -18,6 +18,7 @@ __all__ = ["Mutation"]
 #: Members that pass through to the unit that makes new waypoints on a chip with a map.
 _MAP_INPUTS = ("settled", "run", "avoid", "offset", "lookup_altitude")
 _MAP_OUTPUTS = (
+    "peeks",
     "peek",
     "peek_position",
     "offset_taken",
@@ -88,7 +89,7 @@ class Mutation(wiring.Component):
 
     run : In(1)
         High from the clock before the first of the crossover to the one before ``over``.
-    settled, peek, peek_position
+    settled, peeks, peek, peek_position
         See :class:`hdl.ga_core.population.Population`.
     offset, offset_taken, avoid, lookup_valid, lookup_x, lookup_y, lookup_altitude
         See :class:`hdl.ga_core.patcher.Patcher`.
@@ -116,6 +117,7 @@ class Mutation(wiring.Component):
             members = {
                 "run": In(1),
                 "settled": In(1),
+                "peeks": Out(1),
                 "peek": Out(1),
                 "peek_position": Out(config.index_bits),
                 "offset": In(offset_layout(config)),

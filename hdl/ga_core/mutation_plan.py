@@ -3,10 +3,11 @@
 from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
+from amaranth.utils import ceil_log2
 
 from hdl.config import Config
 from hdl.draws import DrawLayout
-from hdl.ga_core.multiplexer import chosen
+from hdl.ga_core.multiplexer import chosen, gated
 
 
 __all__ = ["MutationPlan", "plan_layout"]
@@ -33,7 +34,7 @@ class MutationPlan(wiring.Component):
     """Plans the mutators' work, one mutator a clock, from the draws and the parents' lengths.
 
     A pipeline, so that one multiplier and one multiplexer of lengths serve all mutators: the plan
-    of mutator ``i`` is there ``i + 6`` clocks after ``start``.
+    of mutator ``i`` is there ``i + 8`` clocks after ``start``.
 
     Parameters
     ----------
@@ -61,7 +62,7 @@ class MutationPlan(wiring.Component):
     @staticmethod
     def latency_of(config: Config) -> int:
         """Return the clocks from ``start`` to the last plan."""
-        return config.mutators + 5
+        return config.mutators + 7
 
     def __init__(self, config):
         self.config = config
@@ -110,25 +111,31 @@ class MutationPlan(wiring.Component):
             draw=chosen(number, list(self.draws)),
         )
 
-        # Even children have the head of the first parent of their module, odd ones of the second,
-        # which is the first of the next module.
-        first = Signal(range(config.crossovers))
-        second = Signal.like(first)
-        m.d.comb += [
-            first.eq(drawn["child"] >> 1),
-            second.eq(Mux(first == config.crossovers - 1, 0, first + 1)),
-        ]
-        looked_up = stage(
-            "looked_up",
+        # The lengths come from afar: decoded first, then looked up.
+        decoded = stage(
+            "decoded",
             drawn["valid"],
             number=drawn["number"],
             child=drawn["child"],
             draw=drawn["draw"],
-            odd=drawn["child"][0],
+            select=(1 << (drawn["child"] >> 1))[: config.crossovers],
+        )
+        # Even children have the head of the first parent of their module, odd ones of the second,
+        # which is the first of the next module.
+        select = decoded["select"]
+        first = (decoded["child"] >> 1)[: ceil_log2(config.crossovers)]
+        second = Mux(select[-1], 0, first + 1)[: len(first)]
+        looked_up = stage(
+            "looked_up",
+            decoded["valid"],
+            number=decoded["number"],
+            child=decoded["child"],
+            draw=decoded["draw"],
+            odd=decoded["child"][0],
             first=first,
             second=second,
-            first_length=chosen(first, self.lengths),
-            second_length=chosen(first, [*self.lengths[1:], self.lengths[0]]),
+            first_length=gated(select, self.lengths),
+            second_length=gated(select, [*self.lengths[1:], self.lengths[0]]),
         )
 
         head_length = Mux(looked_up["odd"], looked_up["second_length"], looked_up["first_length"])
@@ -148,19 +155,22 @@ class MutationPlan(wiring.Component):
             tail_parent=Mux(looked_up["odd"], looked_up["first"], looked_up["second"]),
         )
 
-        index = Signal(config.index_bits)
-        m.d.comb += index.eq(joined["draw"] * joined["length"] >> DrawLayout.OFFSET_BITS)
+        # One product of half the width each, then their sum.
+        half = config.length_bits // 2
+        passed = ("number", "child", "length", "head", "skipped", "head_parent", "tail_parent")
+        multiplied = stage(
+            "multiplied",
+            joined["valid"],
+            low=joined["draw"] * joined["length"][:half],
+            high=joined["draw"] * joined["length"][half:],
+            **{name: joined[name] for name in passed},
+        )
+        product = multiplied["low"] + (multiplied["high"] << half)
         aimed = stage(
             "aimed",
-            joined["valid"],
-            number=joined["number"],
-            child=joined["child"],
-            length=joined["length"],
-            index=index,
-            head=joined["head"],
-            skipped=joined["skipped"],
-            head_parent=joined["head_parent"],
-            tail_parent=joined["tail_parent"],
+            multiplied["valid"],
+            index=(product >> DrawLayout.OFFSET_BITS)[: config.index_bits],
+            **{name: multiplied[name] for name in passed},
         )
 
         in_head = aimed["index"] < aimed["head"]

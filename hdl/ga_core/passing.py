@@ -28,8 +28,8 @@ class Passing(wiring.Component):
         Pulse, in the clock before the first of the crossover. Not during one.
     lengths : In(length_bits).array(carriers)
         Length of the path of each port, 2 or more. Steady from ``begin`` to ``over``.
-    passes : Out(1)
-        ``running`` in the next clock.
+    goes_on : Out(1)
+        ``running``, and in the next clock, too.
     running : Out(1)
         The ports take the waypoints at ``following``: from the first clock of the crossover on, for
         as many clocks as the longest path has waypoints.
@@ -47,7 +47,7 @@ class Passing(wiring.Component):
             {
                 "begin": In(1),
                 "lengths": In(config.length_bits).array(carriers(config)),
-                "passes": Out(1),
+                "goes_on": Out(1),
                 "running": Out(1),
                 "following": Out(config.index_bits),
                 "carrying": Out(1),
@@ -64,11 +64,12 @@ class Passing(wiring.Component):
         last = Signal()
         third = Signal(position_bits(self.config), init=2)
         ended = Signal(len(self.lengths), reset_less=True)
-        m.d.comb += self.passes.eq(self.begin | (self.running & ~last))
+        passes = self.begin | self.goes_on
+        m.d.comb += self.goes_on.eq(self.running & ~last)
         m.d.sync += [
-            self.running.eq(self.passes),
+            self.running.eq(passes),
             self.following.eq(Mux(self.running, self.following + 1, 0)),
-            third.eq(Mux(self.passes, third + 1, 2)),
+            third.eq(Mux(passes, third + 1, 2)),
             ended.eq(Cat(length <= third for length in self.lengths)),
             last.eq(self.running & ~last & ended.all()),
             self.carrying.eq(self.running),

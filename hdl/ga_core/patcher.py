@@ -45,7 +45,7 @@ class Patcher(wiring.Component):
     clear : In(1)
         What has been fetched is void. Stronger than ``fetch``.
     settled : In(1)
-    peek : Out(1)
+    peeks, peek : Out(1)
     peek_position : Out(index_bits)
     waypoints : In(waypoint_bits).array(crossovers)
         See :class:`hdl.ga_core.population.Population`; its ports of the parents.
@@ -93,6 +93,7 @@ class Patcher(wiring.Component):
                 "fetch": In(1),
                 "clear": In(1),
                 "settled": In(1),
+                "peeks": Out(1),
                 "peek": Out(1),
                 "peek_position": Out(config.index_bits),
                 "waypoints": In(config.waypoint_bits).array(config.crossovers),
@@ -142,6 +143,7 @@ class Patcher(wiring.Component):
         number = Signal(range(config.patches))
         last = number == config.patches - 1
         m.d.comb += [
+            self.peeks.eq(wanted),
             self.peek.eq(wanted & (self.settled | (number != 0))),
             self.peek_position.eq(chosen(number, [plan.position for plan in self.plans])),
         ]

@@ -5,6 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from hdl.config import CheckerBuild, Config, MutationKind
+from hdl.copies import copies
 from hdl.ga_core.chromosome import (
     Chromosome,
     ReadIndex,
@@ -24,13 +25,16 @@ from hdl.ga_core.slot_mapping import carrier_layout, carriers
 
 __all__ = ["Population"]
 
+#: Slots that are controlled by the same registers; the population is a multiple.
+SLOTS_OF_PART = 4
+
 
 class Population(wiring.Component):
     """All chromosomes, and the ports through which their waypoints pass.
 
-    The paths are read in lock step. From ``begin`` on each port gets the next waypoint of its path
-    every clock: that of ``position`` is in ``waypoints`` while ``carrying``, from the second clock
-    after ``begin`` to that with ``over``. Elites and survivors are copied to the first slots as
+    The paths are read in lock step. From ``starts`` on each port gets the next waypoint of its path
+    every clock: that of ``position`` is in ``waypoints`` while ``carrying``, from the third clock
+    after ``starts`` to that with ``over``. Elites and survivors are copied to the first slots as
     they pass; the crossover modules write their children to the last ones. All is written to the
     banks that are not read; ``update`` swaps the banks in one clock (*allaire-2008*, section 4.4).
     The first waypoints are read ahead, so that no clock is lost.
@@ -48,9 +52,9 @@ class Population(wiring.Component):
     -------
     carried : In(carrier_layout).array(carriers)
         Slot and length of the path of each port: elites, survivors, parents. Steady from a clock
-        before ``begin``, and while ``peek``.
-    begin : In(1)
-        Pulse: the crossover begins with the next clock. Only while ``settled``.
+        before the crossover begins, and while ``peek``.
+    starts : In(1)
+        Pulse: the crossover begins with the second clock after it. Only while ``settled``.
     waypoints : Out(waypoint_bits).array(carriers)
     position : Out(index_bits)
     carrying : Out(1)
@@ -67,20 +71,24 @@ class Population(wiring.Component):
         Length of the path in each slot, mutations included.
     settled : Out(1)
         No read or write is under way, and the first waypoints have been read: at most 4 clocks
-        after the latest of them or of ``update``. Means nothing from ``begin`` to ``update``.
+        after the latest of them or of ``update``. Means nothing from ``starts`` to ``update``.
     allow : In(1)
-        Whether ``reads`` and ``writes`` are taken; low from ``begin`` to ``update``.
+        Whether ``reads`` and ``writes`` are taken; low from the clock after ``starts`` to
+        ``update``.
     writes : In(stream.Signature(write_layout))
         Waypoints for the present population.
     reads : In(stream.Signature(read_layout))
     read_waypoints : Out(stream.Signature(waypoint_layout))
         See :class:`hdl.ga_core.readout.ReadOut`. A waypoint is offered 5 clocks after a read is
         taken.
+    peeks : In(1)
+        Only with a map: ``peek`` may come. No read is taken meanwhile, nor for 3 clocks after the
+        last one.
     peek : In(1)
-        Only with a map: pass the waypoints at ``peek_position``, which are in ``waypoints``
+        Only while ``peeks``: pass the waypoints at ``peek_position``, which are in ``waypoints``
         :data:`hdl.ga_core.reading.PEEK_LATENCY` clocks later. May rise only while ``settled``, and
         stays for all positions that are wanted; 6 clocks after the last of them the population is
-        ``settled`` again. No read is taken meanwhile.
+        ``settled`` again.
     peek_position : In(index_bits)
     """
 
@@ -90,11 +98,11 @@ class Population(wiring.Component):
 
         self.config = config
         ports = carriers(config)
-        peeks = {"peek": In(1), "peek_position": In(config.index_bits)}
+        peeks = {"peeks": In(1), "peek": In(1), "peek_position": In(config.index_bits)}
         super().__init__(
             {
                 "carried": In(carrier_layout(config)).array(ports),
-                "begin": In(1),
+                "starts": In(1),
                 "waypoints": Out(config.waypoint_bits).array(ports),
                 "position": Out(config.index_bits),
                 "carrying": Out(1),
@@ -120,14 +128,16 @@ class Population(wiring.Component):
         kept = config.elites + config.survivors
         half = half_bits(config)
 
+        # Slots that share a copy of what all of them need.
+        parts = config.population // SLOTS_OF_PART
         bank = Signal()
-        with m.If(self.update):
-            m.d.sync += bank.eq(~bank)
+        banks = copies(m, *[bank ^ self.update] * parts, name="bank")
+        m.d.comb += bank.eq(banks[0])
+        begin, *begins = copies(m, *[self.starts] * (1 + parts), name="begin")
 
         # Host writes pass through the ports too: each memory then has one writer. What reaches all
         # slots comes from registers, here and below: so long a wire leaves no time for more.
         write = self.writes.p
-        writing = Signal()
         written = Signal(write.shape(), reset_less=True)
         addressed = Signal(config.population, reset_less=True)
         written_length = Signal(config.length_bits, reset_less=True)
@@ -137,7 +147,8 @@ class Population(wiring.Component):
         taken = Signal()
         read_slot = Signal(config.population, reset_less=True)
         read_length = Signal(config.length_bits, reset_less=True)
-        m.submodules.reading = reading = Reading(config)
+        peeks = Signal()
+        m.submodules.reading = reading = Reading(config, parts)
         m.submodules.readout = readout = ReadOut(config)
         connect(m, flipped(self.reads), readout.reads)
         connect(m, readout.waypoints, flipped(self.read_waypoints))
@@ -146,14 +157,14 @@ class Population(wiring.Component):
             read_length.eq(gated(read_slot, self.lengths)),
         ]
         m.d.comb += [
-            readout.allow.eq(self.allow & ~reading.peeking),
+            readout.allow.eq(self.allow & ~peeks),
             readout.length.eq(read_length),
             readout.waypoint.eq(self.waypoints[0]),
             self.writes.ready.eq(self.allow & ~readout.active),
             taken.eq(self.writes.valid & self.writes.ready),
         ]
+        writing, *writings = copies(m, *[taken] * (1 + Ports.parts_of(config)), name="writing")
         m.d.sync += [
-            writing.eq(taken),
             closing.eq(taken & write.last),
             addressed.eq(1 << write.slot),
             written.eq(write),
@@ -178,6 +189,7 @@ class Population(wiring.Component):
         ]
         if config.checker is not CheckerBuild.NONE:
             m.d.comb += [
+                peeks.eq(self.peeks | reading.peeking),
                 reading.peek.eq(self.peek),
                 reading.peek_position.eq(self.peek_position),
             ]
@@ -185,7 +197,7 @@ class Population(wiring.Component):
         m.submodules.passing = passing = Passing(config)
         running, following = passing.running, passing.following
         m.d.comb += [
-            passing.begin.eq(self.begin),
+            passing.begin.eq(begin),
             *(
                 target.eq(path.length)
                 for target, path in zip(passing.lengths, self.carried, strict=True)
@@ -193,7 +205,8 @@ class Population(wiring.Component):
             self.carrying.eq(passing.carrying),
             self.position.eq(passing.position),
             self.over.eq(passing.over),
-            reading.passes.eq(passing.passes | readout.steps),
+            reading.passes.eq(passing.goes_on | readout.steps),
+            *(target.eq(copy) for target, copy in zip(reading.begin, begins, strict=True)),
         ]
 
         heads = []
@@ -213,7 +226,7 @@ class Population(wiring.Component):
         # All slots but the children's keep their paths in order: one index serves them.
         m.submodules.kept_index = kept_index = ReadIndex(config)
         m.d.comb += [
-            kept_index.advance.eq(reading.advance),
+            kept_index.advance.eq(reading.advance[0]),
             kept_index.position.eq(reading.ahead),
             kept_index.head.eq(config.head_size),
         ]
@@ -225,13 +238,14 @@ class Population(wiring.Component):
             m.d.sync += index.eq(mutation.index)
             indices.append(index)
 
-        written_bank = Signal()
-        m.d.sync += written_bank.eq(bank ^ ~writing)
+        written_banks = copies(m, *[bank ^ ~writing] * parts, name="written_bank")
 
         slots = []
         for number in range(config.population):
             m.submodules[f"slot_{number}"] = slot = Chromosome(config)
             slots.append(slot)
+            part = number // SLOTS_OF_PART
+            advance = reading.advance[part]
 
             rewritten = Signal(name=f"rewritten_{number}")
             m.d.comb += rewritten.eq(closing & addressed[number])
@@ -242,14 +256,14 @@ class Population(wiring.Component):
                 head, tail = self._copy(m, number, running, following)
             else:
                 index = self._child(m, number - kept, rewritten, indices)
-                m.d.comb += [index.advance.eq(reading.advance), index.position.eq(reading.ahead)]
+                m.d.comb += [index.advance.eq(advance), index.position.eq(reading.ahead)]
                 head, tail = heads[number - kept], tails[number - kept]
 
             m.d.comb += [
-                slot.advance.eq(reading.advance),
-                slot.bank.eq(bank),
+                slot.advance.eq(advance),
+                slot.bank.eq(banks[part]),
                 slot.source.eq(index.source),
-                slot.written.eq(written_bank),
+                slot.written.eq(written_banks[part]),
             ]
             for target, patch in zip(slot.patches, self.patches, strict=True):
                 m.d.comb += target.eq(patch)
@@ -267,7 +281,7 @@ class Population(wiring.Component):
         m.submodules.ports = ports = Ports(config)
         m.d.comb += [
             ports.step.eq(reading.step),
-            ports.writing.eq(writing),
+            *(target.eq(copy) for target, copy in zip(ports.writing, writings, strict=True)),
             ports.written.eq(written.waypoint),
             *(
                 target.eq(path.select)

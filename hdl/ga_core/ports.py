@@ -11,6 +11,8 @@ from hdl.ga_core.slot_mapping import carriers
 
 __all__ = ["Ports"]
 
+_PORTS_OF_PART = 3
+
 
 class Ports(wiring.Component):
     """Registers, each with a choice of all slots: the largest part of the chip by far.
@@ -30,12 +32,18 @@ class Ports(wiring.Component):
         Present waypoint of each slot.
     step : In(1)
         The first port takes its waypoint; the others do in every clock.
-    writing : In(1)
-        All ports take ``written`` instead. Stronger than ``step``.
+    writing : In(1).array(parts_of(config))
+        All ports take ``written`` instead: equal, each for some of the ports. Stronger than
+        ``step``.
     written : In(waypoint_bits)
     waypoints : Out(waypoint_bits).array(carriers)
         What each port took in the clock before, the first one at its latest ``step``.
     """
+
+    @staticmethod
+    def parts_of(config: Config) -> int:
+        """Return the number of parts of the ports that are controlled by registers of their own."""
+        return -(-carriers(config) // _PORTS_OF_PART)
 
     def __init__(self, config: Config):
         self.config = config
@@ -44,7 +52,7 @@ class Ports(wiring.Component):
                 "selects": In(config.population).array(carriers(config)),
                 "slots": In(config.waypoint_bits).array(config.population),
                 "step": In(1),
-                "writing": In(1),
+                "writing": In(1).array(self.parts_of(config)),
                 "written": In(config.waypoint_bits),
                 "waypoints": Out(config.waypoint_bits).array(carriers(config)),
             }
@@ -58,7 +66,7 @@ class Ports(wiring.Component):
             port = Signal(len(waypoint), name=f"port_{number}", reset_less=True)
             m.d.sync += chosen.eq(select)
             m.d.comb += waypoint.eq(port)
-            with m.If(self.writing):
+            with m.If(self.writing[number // _PORTS_OF_PART]):
                 m.d.sync += port.eq(self.written)
             with m.Elif(self.step if number == 0 else C(1)):
                 m.d.sync += port.eq(gated(chosen, self.slots))

@@ -58,9 +58,9 @@ class Trivium(wiring.Component):
         m = Module()
 
         # The newest bit of each register is its lowest.
-        a = Signal(93)
-        b = Signal(84, init=self.iv)
-        c = Signal(111, init=0b111 << 108)
+        a = Signal(93, reset_less=True)
+        b = Signal(84, init=self.iv, reset_less=True)
+        c = Signal(111, init=0b111 << 108, reset_less=True)
 
         def tap(register, age):
             return register[age:age + WORD_BITS]
@@ -89,10 +89,11 @@ class Trivium(wiring.Component):
 class RandomSource(wiring.Component):
     """All lanes: lane ``i`` has the seed as its key and ``i`` as its IV.
 
-    After ``load``, and after reset as if seed 0 had been loaded, the source warms up by itself: it
-    is ``ready`` again ``WARM_UP_STEPS + 1`` clocks after ``load``, 19. From then on the state moves
-    with ``step`` alone, so that it is a function of the seed and the number of steps. The update of
-    the state is invertible and no loaded state is 0: it never gets stuck.
+    After ``load``, and when the chip has been configured as if seed 0 had been loaded, the source
+    warms up by itself: it is ``ready`` again ``WARM_UP_STEPS + 1`` clocks after ``load``, 19. From
+    then on the state moves with ``step`` alone, so that it is a function of the seed and the number
+    of steps. The update of the state is invertible and no loaded state is 0: it never gets stuck. A
+    reset leaves it alone: it would have to reach far too much.
 
     Equals :class:`sim.model.random_source.RandomSource`.
 
@@ -131,7 +132,7 @@ class RandomSource(wiring.Component):
 
         # Counts up to its top bit: `ready` enables every register, and has to be early.
         bits = ceil_log2(WARM_UP_STEPS)
-        warm_up = Signal(bits + 1, init=(1 << bits) - WARM_UP_STEPS)
+        warm_up = Signal(bits + 1, init=(1 << bits) - WARM_UP_STEPS, reset_less=True)
         m.d.comb += self.ready.eq(warm_up[-1])
 
         for i in range(LANES):

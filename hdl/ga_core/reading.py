@@ -5,6 +5,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import CheckerBuild, Config
+from hdl.copies import copies
 
 
 __all__ = ["PEEK_LATENCY", "Reading"]
@@ -23,6 +24,8 @@ class Reading(wiring.Component):
     Parameters
     ----------
     config : Config
+    parts : int
+        Copies of ``advance``, which reaches all slots.
 
     Members
     -------
@@ -34,12 +37,14 @@ class Reading(wiring.Component):
         The first waypoints are wanted. So they are after each of the above: from the second clock
         after it on, as the slots' indices know what has become of their paths a clock after the
         lengths do.
+    begin : In(1).array(parts)
+        A crossover begins with the next clock; all are equal.
     passes : In(1)
-        The ports take waypoints in the next clock.
+        The ports take waypoints in the next clock for another reason.
     peek, peek_position : In(1), In(index_bits)
         Only with a map: see :class:`hdl.ga_core.population.Population`.
     ahead : Out(index_bits)
-    advance : Out(1)
+    advance : Out(1).array(parts)
         All slots read.
     step : Out(1)
         The ports take what the slots have.
@@ -48,9 +53,10 @@ class Reading(wiring.Component):
     primed : Out(1)
         They have, or what was asked for after them, and nothing of the above is under way.
     peeking : Out(1)
+        A peek is under way, other than one of this clock.
     """
 
-    def __init__(self, config: Config):
+    def __init__(self, config: Config, parts: int):
         self.config = config
         self.peeks = config.checker is not CheckerBuild.NONE
         peeks = {"peek": In(1), "peek_position": In(config.index_bits)}
@@ -60,9 +66,10 @@ class Reading(wiring.Component):
                 "writing": In(1),
                 "update": In(1),
                 "rewinds": In(1),
+                "begin": In(1).array(parts),
                 "passes": In(1),
                 "ahead": Out(config.index_bits),
-                "advance": Out(1, init=1),
+                "advance": Out(1).array(parts),
                 "step": Out(1),
                 "primes": Out(1),
                 "primed": Out(1),
@@ -82,31 +89,34 @@ class Reading(wiring.Component):
         looked_last = Signal()
         steps = Signal()
         m.d.comb += [
-            rewind.eq(self.update | self.rewinds | changed),
-            steps.eq(self.passes | looks),
+            # What has been read ahead is of no use after an update, but nothing is until a clock
+            # later.
+            rewind.eq(self.rewinds | changed),
+            steps.eq(self.begin[0] | self.passes | looks),
             self.primes.eq(~filling[1]),
             self.primed.eq(~filling[0] & ~occupied),
         ]
         m.d.sync += [
             changed.eq(self.taken | self.writing | self.update | looked_last),
             filling.eq(Mux(rewind, 0b11, filling[1])),
-            occupied.eq(self.taken | looks),
+            occupied.eq(self.taken | self.update | looks),
             self.step.eq(steps),
-            self.advance.eq(steps | rewind | filling[1]),
         ]
-        with m.If(self.advance):
+        # Whether a crossover begins is known last.
+        advances = self.passes | looks | rewind | filling[1]
+        advance = copies(m, *(begin | advances for begin in self.begin), name="advance", init=1)
+        m.d.comb += [port.eq(copy) for port, copy in zip(self.advance, advance, strict=True)]
+        with m.If(advance[0]):
             m.d.sync += self.ahead.eq(self.ahead + 1)
         if self.peeks:
             # The reading jumps, and the three registers behind the position take what is there;
             # with the last of them it rewinds.
             looked = Signal(PEEK_LATENCY - 2)
-            looking = Signal()
             m.d.comb += [
                 looks.eq(self.peek | looked.any()),
                 looked_last.eq(looked[-1] & ~looked[-2]),
-                self.peeking.eq(self.peek | looking),
             ]
-            m.d.sync += [looked.eq(Cat(self.peek, looked)), looking.eq(looks)]
+            m.d.sync += [looked.eq(Cat(self.peek, looked)), self.peeking.eq(looks)]
             with m.If(self.peek):
                 m.d.sync += self.ahead.eq(self.peek_position)
         with m.If(rewind):

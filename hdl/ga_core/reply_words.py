@@ -38,7 +38,7 @@ class ReplyWords(wiring.Component):
     begin : In(1)
         Go to the header.
     next : In(1)
-        Go to the next word.
+        Go to the next word. There is ``begin`` before any, after a reset, too.
     word : Out(48)
         Its bytes, the first lowest, then zeros. It is there 3 clocks after ``begin`` or ``next``,
         and follows what it is made of 2 clocks later.
@@ -73,7 +73,7 @@ class ReplyWords(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        chosen = Signal(len(self._words), init=1)
+        chosen = Signal(len(self._words), init=1, reset_less=True)
         bare = Signal()  # The header is all.
         with m.If(self.begin):
             m.d.sync += chosen.eq(1)

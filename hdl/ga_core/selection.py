@@ -23,7 +23,7 @@ class Selection(wiring.Component):
     is a function of the seed and ``g``.
 
     A set is ready :attr:`latency` clocks after ``next`` (15 in the default configuration, 18 with a
-    map), and ``WARM_UP_STEPS + latency - 1`` clocks after ``load``; without either, the set of
+    map), and ``WARM_UP_STEPS + latency`` clocks after ``load``; without either, the set of
     generation 0 and seed 0 is ready that many clocks after reset, less one.
 
     Source: *allaire-2008*, sections 4.1 and 4.4: roulette by rank, fixed once for all. Differs: the
@@ -100,11 +100,13 @@ class Selection(wiring.Component):
         step = Signal(init=1)
         begins, begin = Signal(), Signal(init=1)
         m.submodules.source = source = RandomSource()
-        m.d.sync += begin.eq(begins)
+        # The source itself has no reset: it is loaded after one, with 0.
+        load, seed = Signal(init=1), Signal(SEED_BITS, reset_less=True)
+        m.d.sync += [begin.eq(begins), load.eq(self.load), seed.eq(Mux(self.load, self.seed, 0))]
         m.d.comb += [
             begins.eq(self.load | self.next & self.ready),
-            source.seed.eq(self.seed),
-            source.load.eq(self.load),
+            source.seed.eq(seed),
+            source.load.eq(load),
             source.step.eq(step),
         ]
         with m.If(begin):
@@ -124,6 +126,7 @@ class Selection(wiring.Component):
             (at.survivor_second if by_rank else at.survivor_first)[1], reset_less=True
         )
         mutation_bits = Signal(max(at.waypoint[1], at.offsets[-1][1]), reset_less=True)
+        draws = source.ready & ~begin
         takes_parent = Signal()
         takes_survivor = Signal()
         takes_child = Signal()
@@ -132,9 +135,9 @@ class Selection(wiring.Component):
         m.d.sync += [
             selection_bits.eq(source.words[0]),
             mutation_bits.eq(source.words[1]),
-            takes_parent.eq(source.ready & (clock < config.crossovers)),
-            takes_survivor.eq(source.ready & (clock < config.survivors)),
-            takes_child.eq(source.ready & (clock < config.mutators)),
+            takes_parent.eq(draws & (clock < config.crossovers)),
+            takes_survivor.eq(draws & (clock < config.survivors)),
+            takes_child.eq(draws & (clock < config.mutators)),
             takes_offset.eq((clock >= config.mutators) & (clock < offsets_end)),
         ]
 

@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
 from hdl.ga_core.layouts import ranking_layout
-from hdl.ga_core.multiplexer import chosen
+from hdl.ga_core.multiplexer import gated
 
 
 __all__ = ["SlotMapping", "carrier_layout", "carriers"]
@@ -31,7 +31,7 @@ class SlotMapping(wiring.Component):
     """Gives each read port the slot and the length of the path whose rank it has.
 
     The ports are those of the elites, whose ranks are fixed, of the survivors and of the parents. A
-    word of the ranking is worked in 3 clocks after it is taken, one a clock; nothing is left to do
+    word of the ranking is worked in 4 clocks after it is taken, one a clock; nothing is left to do
     when a generation starts.
 
     Parameters
@@ -84,14 +84,19 @@ class SlotMapping(wiring.Component):
         ]
 
         # Each port compares the halves of a rank while the word is taken, looks at both results
-        # while the length is looked up, and takes the word in the clock after.
+        # while the slot is decoded, and takes the word in the clock after its length is looked up.
+        slot = Signal.like(word.slot, reset_less=True)
+        select = Signal(config.population, reset_less=True)
         found = Signal(carrier_layout(config), reset_less=True)
-        final = Signal()
+        last, final = Signal(), Signal()
         m.d.sync += [
-            found.slot.eq(word.slot),
-            found.select.eq(1 << word.slot),
-            found.length.eq(chosen(word.slot, self.lengths)),
-            final.eq(taken & (word.rank == config.population - 1) & ~self.clear),
+            slot.eq(word.slot),
+            select.eq(1 << word.slot),
+            found.slot.eq(slot),
+            found.select.eq(select),
+            found.length.eq(gated(select, self.lengths)),
+            last.eq(taken & (word.rank == config.population - 1) & ~self.clear),
+            final.eq(last & ~self.clear),
             self.mapped.eq(final & ~self.clear),
         ]
         ranks = [*range(config.elites), *self.survivors, *self.parents]
@@ -100,11 +105,13 @@ class SlotMapping(wiring.Component):
             rank = C(rank, config.slot_bits) if isinstance(rank, int) else rank
             low = Signal(name=f"low_{number}", reset_less=True)
             high = Signal(name=f"high_{number}", reset_less=True)
+            equal = Signal(name=f"equal_{number}")
             hit = Signal(name=f"hit_{number}")
             m.d.sync += [
                 low.eq(self.ranking.p.rank[:half] == rank[:half]),
                 high.eq(self.ranking.p.rank[half:] == rank[half:]),
-                hit.eq(taken & low & high),
+                equal.eq(taken & low & high),
+                hit.eq(equal),
             ]
             carried = Signal(carrier_layout(config), name=f"port_{number}", reset_less=True)
             m.d.comb += self.carried[number].eq(carried)

@@ -80,4 +80,4 @@ async def ranked_after_the_last_rank(dut):
     await RisingEdge(dut.ranked)
     elapsed = cocotb.simtime.get_sim_time("ns") - begun
     # From the falling edge after the last rank's clock to a rising edge.
-    assert elapsed == 10 * (CONFIG.mutators + 10) - 15
+    assert elapsed == 10 * (CONFIG.mutators + 13) - 15

@@ -38,7 +38,7 @@ class Bench:
             if stalled:
                 stream.pauses = lambda: self.rng.choice((0, 0, 1, 5))
             self.streams[name] = stream
-        for name in ("begin", "update"):
+        for name in ("starts", "update"):
             getattr(dut, name).value = 0
         dut.allow.value = 1
         for i in range(CONFIG.mutators):
@@ -112,9 +112,10 @@ class Bench:
             await RisingEdge(dut.settled)
             await FallingEdge(dut.clk)
         dut.allow.value = 0
-        dut.begin.value = 1
+        dut.starts.value = 1
         await FallingEdge(dut.clk)
-        dut.begin.value = 0
+        dut.starts.value = 0
+        await FallingEdge(dut.clk)
         begun = get_sim_time("ns")
         await RisingEdge(dut.over)
         await FallingEdge(dut.clk)

@@ -102,7 +102,7 @@ def test_clocks_of_a_ranking():
     async def bench(ctx, dut):
         driver = Driver(ctx, dut, random.Random(4))
         await driver.rank(range(TINY.population))
-        assert await ranked_after(driver) == TINY.mutators + 10
+        assert await ranked_after(driver) == TINY.mutators + 13
 
     simulate(TINY, bench)
 
@@ -113,7 +113,7 @@ def test_ranking_becomes_void(event):
         rng = random.Random(5)
         driver = Driver(ctx, dut, rng)
         order = shuffled(rng, TINY)
-        for wait in range(TINY.mutators + 13):
+        for wait in range(TINY.mutators + 16):
             await driver.rank(order)
             # The event comes while the ranking is being worked in, or later.
             for _ in range(wait):
@@ -127,7 +127,7 @@ def test_ranking_becomes_void(event):
                     await driver.rank([3])
                 case "generation":
                     await driver.generate(order)
-            for _ in range(TINY.mutators + 13):
+            for _ in range(TINY.mutators + 16):
                 assert not ctx.get(dut.ranked)
                 await driver.tick()
         await driver.generate(order)

@@ -136,7 +136,7 @@ def test_clocks_of_a_ranking():
     async def bench(ctx, dut):
         driver = Driver(ctx, dut, random.Random(4))
         await driver.rank(range(SMALL.population))
-        assert await ranked_after(driver) == SMALL.mutators + SMALL.patches + 15
+        assert await ranked_after(driver) == SMALL.mutators + SMALL.patches + 18
 
     simulate(SMALL, bench)
 
@@ -144,7 +144,7 @@ def test_clocks_of_a_ranking():
 @pytest.mark.parametrize("event", ["start", "write", "rank", "generation", "read"])
 def test_event_while_waypoints_are_read_ahead(event):
     """In every clock of it. All but a read make the ranking void; a read only delays it."""
-    clocks = SMALL.mutators + SMALL.patches + 19
+    clocks = SMALL.mutators + SMALL.patches + 22
 
     async def bench(ctx, dut):
         rng = random.Random(5)

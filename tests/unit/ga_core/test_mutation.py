@@ -153,7 +153,7 @@ def test_matches_model(config):
             case = Case(config, rng)
             latency, clocks = await run(ctx, dut, case)
             check(ctx, dut, case)
-            assert latency == dut.latency == config.mutators + 6
+            assert latency == dut.latency == config.mutators + 8
             assert clocks == 2
             refused |= {mutated.kind for mutated in case.expected if not mutated.applied}
         assert MutationKind.PERTURB not in refused

@@ -24,12 +24,12 @@ def test_as_many_clocks_as_the_longest_path_has_waypoints(most):
                 ctx.set(port, length)
             # Nothing passes until it is told to.
             for _ in range(rng.randint(1, 3)):
-                assert not ctx.get(dut.passes)
+                assert not ctx.get(dut.goes_on)
                 await ctx.tick()
                 assert not ctx.get(dut.running)
                 assert not ctx.get(dut.over)
             ctx.set(dut.begin, 1)
-            assert ctx.get(dut.passes)
+            assert not ctx.get(dut.goes_on)
             await ctx.tick()
             ctx.set(dut.begin, 0)
             for clock in range(longest):
@@ -37,7 +37,7 @@ def test_as_many_clocks_as_the_longest_path_has_waypoints(most):
                 assert ctx.get(dut.following) == clock
                 assert ctx.get(dut.carrying) == (clock > 0)
                 assert ctx.get(dut.position) == max(0, clock - 1)
-                assert ctx.get(dut.passes) == (clock < longest - 1)
+                assert ctx.get(dut.goes_on) == (clock < longest - 1)
                 assert not ctx.get(dut.over)
                 await ctx.tick()
             assert not ctx.get(dut.running)

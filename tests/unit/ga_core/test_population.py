@@ -91,9 +91,10 @@ async def breed(ctx, dut, paths, carried, mutations=(), patches=()):
 
     bred = [paths[slot] for slot in carried]
     longest = max(map(len, bred))
-    ctx.set(dut.begin, 1)
+    ctx.set(dut.starts, 1)
     await ctx.tick()
-    ctx.set(dut.begin, 0)
+    ctx.set(dut.starts, 0)
+    await ctx.tick()
     for clock in range(longest + 1):
         assert ctx.get(dut.carrying) == (clock > 0)
         if clock:
@@ -292,6 +293,7 @@ def test_waypoints_are_read_ahead():
             ctx.set(dut.reads.payload, {"slot": 1, "count": 2})
             positions = [rng.randrange(config.max_waypoints) for _ in range(count)]
             for clock in range(count + 5):
+                ctx.set(dut.peeks, clock < count)
                 ctx.set(dut.peek, clock < count)
                 if clock < count:
                     ctx.set(dut.peek_position, positions[clock])
@@ -323,9 +325,11 @@ def test_read_after_reading_ahead():
             await load(ctx, dut, slot, path)
         for wait in range(9):
             await settle(ctx, dut)
+            ctx.set(dut.peeks, 1)
             ctx.set(dut.peek, 1)
             ctx.set(dut.peek_position, wait % config.max_waypoints)
             await ctx.tick()
+            ctx.set(dut.peeks, 0)
             ctx.set(dut.peek, 0)
             for _ in range(wait):
                 await ctx.tick()
@@ -346,9 +350,11 @@ def test_write_ends_reading_ahead():
         for wait in range(9):
             await settle(ctx, dut)
             for clock in range(wait):
+                ctx.set(dut.peeks, clock < 3)
                 ctx.set(dut.peek, clock < 3)
                 await ctx.tick()
             # The last waypoint that is read ahead may go with the first that is written.
+            ctx.set(dut.peeks, wait < 3)
             ctx.set(dut.peek, wait < 3)
             slot = rng.randrange(config.population)
             paths[slot] = random_path(rng, config)
@@ -356,6 +362,7 @@ def test_write_ends_reading_ahead():
             for index, waypoint in enumerate(paths[slot]):
                 word = {"slot": slot, "index": index, "waypoint": waypoint, "last": index == last}
                 await put(ctx, dut.writes, word)
+                ctx.set(dut.peeks, 0)
                 ctx.set(dut.peek, 0)
             carried = rng.choices(range(config.population), k=len(dut.carried))
             paths = await breed(ctx, dut, paths, carried)

@@ -73,7 +73,8 @@ def test_the_first_port_waits_for_a_step_and_all_take_what_is_written(step):
             assert ctx.get(dut.waypoints[0]) == (given[0] if step else held)
             assert [ctx.get(port) for port in dut.waypoints[1:]] == given[1 : len(dut.waypoints)]
 
-        ctx.set(dut.writing, 1)
+        for part in dut.writing:
+            ctx.set(part, 1)
         ctx.set(dut.written, 0x123)
         await pass_new(ctx, dut, rng)
         assert {ctx.get(port) for port in dut.waypoints} == {0x123}

@@ -68,14 +68,14 @@ def run(config, script):
 def predict(config, latency, script):
     """Return what :func:`run` shall return."""
     unit = model.Selection(config)
-    source, ready_at = RandomSource(0), WARM_UP_STEPS + latency - 2
+    source, ready_at = RandomSource(0), WARM_UP_STEPS + latency - 1
     draws = unit.draw(source)
     expected = []
     for clock, (seed, following) in enumerate(script):
         ready = clock >= ready_at
         expected.append(draws if ready else None)
         if seed is not None:
-            source, ready_at = RandomSource(seed), clock + WARM_UP_STEPS + latency - 1
+            source, ready_at = RandomSource(seed), clock + WARM_UP_STEPS + latency
             draws = unit.draw(source)
         elif following and ready:
             ready_at = clock + latency
@@ -102,7 +102,7 @@ def test_matches_model(config, latency):
 
 @EACH_CASE
 def test_latency(config, latency):
-    first = WARM_UP_STEPS + latency - 2
+    first = WARM_UP_STEPS + latency - 1
     script = [(None, 0)] * first + [(None, 1)] + [(None, 0)] * latency
     ready = [draws is not None for draws in run(config, script)]
     assert ready == [False] * first + [True] + [False] * (latency - 1) + [True]
@@ -169,7 +169,7 @@ def test_reset_in_every_clock_of_a_set():
 
     async def testbench(ctx):
         for wait in range(latency + 2):
-            for _ in range(WARM_UP_STEPS + latency - 2):
+            for _ in range(WARM_UP_STEPS + latency - 1):
                 await ctx.tick()
             assert outputs(ctx, dut) == expected
             ctx.set(dut.next, 1)
@@ -181,7 +181,7 @@ def test_reset_in_every_clock_of_a_set():
             await ctx.tick()
             ctx.set(rst, 0)
             assert not ctx.get(dut.ready)
-        for _ in range(WARM_UP_STEPS + latency - 2):
+        for _ in range(WARM_UP_STEPS + latency - 1):
             assert not ctx.get(dut.ready)
             await ctx.tick()
         assert ctx.get(dut.ready)

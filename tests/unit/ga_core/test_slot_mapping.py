@@ -11,7 +11,7 @@ from hdl.ga_core.slot_mapping import SlotMapping
 
 CONFIG = Config()
 #: Clocks from the last word of a ranking to ``mapped``.
-LATENCY = 3
+LATENCY = 4
 
 
 class Bench:

@@ -12,6 +12,7 @@ from hdl.ga_core.core import Core
 from hdl.ga_core.receiving import ReceivingUnit
 from hdl.ga_core.transmitting import TransmittingUnit
 from hdl.link.line import Line
+from hdl.link.skid import SkidBuffer
 from hdl.protocol import Counter
 
 
@@ -150,7 +151,13 @@ class Planner(wiring.Component):
         m.submodules.checker = DomainRenamer("checker")(checker)
         m.submodules.checking = checking = CheckingUnit(self.config)
 
-        connect(m, receiving.cells, checker.writes)
+        if self.config.genetic:
+            # On a large chip, the checker's `ready` comes late and from afar.
+            m.submodules.cells = cells = SkidBuffer(receiving.cells.payload.shape())
+            connect(m, receiving.cells, cells.words)
+            connect(m, cells.passed, checker.writes)
+        else:
+            connect(m, receiving.cells, checker.writes)
         connect(m, receiving.points, checking.points)
         connect(m, checking.paths, checker.points)
         connect(m, checker.verdicts, checking.verdicts)

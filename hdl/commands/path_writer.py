@@ -53,10 +53,11 @@ class PathWriter(wiring.Component):
         word = words.words
         connect(m, flipped(self.bytes), words.bytes)
 
-        slot = Signal(9)  # Of this path.
-        index = Signal(range(config.max_waypoints + 1))
-        any_word = Signal()
-        bad_value = Signal()
+        # No reset: `on` is low then.
+        slot = Signal(9, reset_less=True)  # Of this path.
+        index = Signal(range(config.max_waypoints + 1), reset_less=True)
+        any_word = Signal(reset_less=True)
+        bad_value = Signal(reset_less=True)
         m.d.comb += [
             words.on.eq(self.on),
             words.repeated.eq(self.repeated),

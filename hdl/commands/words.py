@@ -64,7 +64,7 @@ class WaypointWords(wiring.Component):
         size = self.config.waypoint_bytes
 
         word = Signal(8 * size, reset_less=True)
-        part = Signal(range(size))
+        part = Signal(range(size), reset_less=True)
         m.d.comb += [
             self.bytes.ready.eq(~self.busy),
             self.words.p.eq(word),

@@ -28,7 +28,7 @@ def check_counters_layout(config: Config) -> data.StructLayout:
 class CheckingUnit(wiring.Component):
     """Gives the checker its points, and keeps its results until the next check.
 
-    It is over in the clock after the last verdict and the last of its entries. Neither the link nor
+    It is over two clocks after the last verdict and the last of its entries. Neither the link nor
     the population slows the checker down: it is offered a point in every clock, and what it says is
     always taken.
 
@@ -97,7 +97,11 @@ class CheckingUnit(wiring.Component):
         connect(m, flipped(self.points), source.points)
         if self.config.genetic:
             connect(m, source.reads, flipped(self.reads))
-            connect(m, flipped(self.waypoints), source.waypoints)
+            m.submodules.read_skid = read_skid = SkidBuffer(self.waypoints.payload.shape())
+            m.submodules.read_register = read_register = StreamRegister(read_skid.shape)
+            connect(m, flipped(self.waypoints), read_skid.words)
+            connect(m, read_skid.passed, read_register.words)
+            connect(m, read_register.passed, source.waypoints)
         if self.config.genetic:
             # On a large chip, the checker's `ready` comes late and from afar.
             m.submodules.skid = skid = SkidBuffer(source.paths.payload.shape())
@@ -113,19 +117,24 @@ class CheckingUnit(wiring.Component):
         connect(m, store.records, flipped(self.records))
 
         was_on = Signal()
-        wanted = Signal(9)
+        cleared = Signal()  # What the store has is of this check.
+        wanted = Signal(9, reset_less=True)
         # There is time for a register until the first point: so the checker does not wait for the
         # order to be decoded.
-        m.d.sync += [was_on.eq(self.on), self.counting.eq(self.checks.counting)]
-        m.d.comb += [
+        m.d.sync += [
+            was_on.eq(self.on),
+            cleared.eq(self.on & was_on),
+            self.counting.eq(self.checks.counting),
             wanted.eq(Mux(self.checks.batch, self.checks.count, 1)),
+            self.over.eq(self.on & cleared & (store.paths == wanted) & store.complete & ~self.over),
+        ]
+        m.d.comb += [
             source.forget.eq(self.forget),
             source.on.eq(self.on),
             source.checks.eq(self.checks),
             store.clear.eq(self.on & ~was_on),
             self.checked.eq(store.paths),
             self.totals.eq(store.totals),
-            self.over.eq(self.on & was_on & (store.paths == wanted) & store.complete),
         ]
 
         # Sums are wide: all of a verdict comes out of registers of their own.

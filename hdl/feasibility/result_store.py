@@ -37,7 +37,7 @@ class ResultStore(wiring.Component):
     Members
     -------
     clear : In(1)
-        A check begins: what is held is void.
+        A check begins: what is held is void, from the second clock after it on.
     verdicts : In(stream.Signature(verdict_layout))
     counts : In(stream.Signature(count_layout))
         Always ready.
@@ -87,11 +87,17 @@ class ResultStore(wiring.Component):
         )
 
         # Entries that have come, and those that the verdicts have told of.
-        come = Signal(range(rows + 1))
-        told = Signal(range(rows + 1))
+        come = Signal(range(rows + 1), reset_less=True)
+        told = Signal(range(rows + 1), reset_less=True)
+        paths = Signal.like(self.paths, reset_less=True)
+        totals = Signal.like(self.totals, reset_less=True)
+        cleared = Signal(init=1)
+        m.d.sync += cleared.eq(self.clear)
         row = Signal(verdict_row)
         entry_write = entry_rows.write_port()
         m.d.comb += [
+            self.paths.eq(paths),
+            self.totals.eq(totals),
             self.verdicts.ready.eq(1),
             self.counts.ready.eq(1),
             self.complete.eq(come == told),
@@ -104,7 +110,7 @@ class ResultStore(wiring.Component):
             *(entry_write.data[name].eq(count[name]) for name, _ in entry_record(config).fields),
         ]
         with m.If(self.verdicts.valid):
-            m.d.sync += [self.paths.eq(self.paths + 1), told.eq(told + verdict.entries)]
+            m.d.sync += [paths.eq(paths + 1), told.eq(told + verdict.entries)]
 
         # The rest is kept a clock later, as it is wide and far from the checker.
         came, kept = Signal(), Signal.like(verdict, reset_less=True)
@@ -114,19 +120,19 @@ class ResultStore(wiring.Component):
             came.eq(self.verdicts.valid),
             kept.eq(verdict),
             kept_row.eq(row),
-            kept_at.eq(self.paths),
+            kept_at.eq(paths),
         ]
         with m.If(came):
             m.d.sync += [
-                self.totals[name].eq(self.totals[name] + kept[name])
-                for name, _ in check_reply(config).fields
+                totals[name].eq(totals[name] + kept[name]) for name, _ in check_reply(config).fields
             ]
         with m.If(self.counts.valid):
             m.d.sync += come.eq(come + 1)
-        with m.If(self.clear):
-            m.d.sync += [self.paths.eq(0), self.totals.eq(0), come.eq(0), told.eq(0)]
+        # After a reset, too: with that added, what clears them would come too late.
+        with m.If(cleared):
+            m.d.sync += [paths.eq(0), totals.eq(0), come.eq(0), told.eq(0)]
 
-        number = Signal(8)
+        number = Signal(8, reset_less=True)
         self._serve(
             m, number, self._keep(m, came, kept_at, kept_row, number), entry_rows.read_port()
         )
@@ -157,10 +163,11 @@ class ResultStore(wiring.Component):
         config = self.config
         path, hit, entry = path_record(config), hit_record(config), entry_record(config)
 
-        paths = Signal(9)  # Left, with the one being sent.
-        entries = Signal(7)  # Of this path, left.
-        fields = Signal(8 * max(path.size + hit.size, entry.size))
-        left = Signal(range(path.size + hit.size + entry.size))  # Bytes of the fields.
+        paths = Signal(9, reset_less=True)  # Left, with the one being sent.
+        entries = Signal(7, reset_less=True)  # Of this path, left.
+        fields = Signal(8 * max(path.size + hit.size, entry.size), reset_less=True)
+        # Bytes of the fields.
+        left = Signal(range(path.size + hit.size + entry.size), reset_less=True)
         ends = Signal()
         m.d.comb += [
             self.records.p.data.eq(fields[:8]),
@@ -168,7 +175,7 @@ class ResultStore(wiring.Component):
             self.records.p.last.eq(ends & (paths == 1)),
         ]
         # Rows come out of the memory long before they are wanted: there is time for registers.
-        row = Signal.like(entry_read.addr)
+        row = Signal.like(entry_read.addr, reset_less=True)
         fetched = delayed(m, Value.cast(entry_read.data), 2, "fetched")
         m.d.comb += entry_read.addr.eq(row)
 

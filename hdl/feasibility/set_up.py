@@ -6,8 +6,11 @@ from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
 from hdl.config import Config
+from hdl.copies import copies
 from hdl.feasibility.layouts import point_layout
 from hdl.feasibility.reciprocal import Precision, Reciprocals
+from hdl.ga_core.multiplexer import chosen
+from hdl.link.skid import SkidBuffer
 
 
 __all__ = ["TAG_BITS", "SetUp", "segment_layout", "token_layout"]
@@ -122,28 +125,45 @@ class SetUp(wiring.Component):
 
         identity = data.StructLayout(
             {
-                "valid": 1,
                 "tag": TAG_BITS,
                 "first": 1,
                 "ends_path": 1,
                 "segment": config.segment_bits,
             }
         )
-        measured = Signal(identity)
-        load, move_on = Signal(), Signal()
-        launch = Signal()
+        # Whether the stages hold a segment, and whether the last group of one has been launched.
+        # Registers of its own tell the first stage, for which the others would be late.
+        measured_next, waiting_next, free_next = Signal(), Signal(), Signal()
+        has_measured, measured_full = copies(m, *[measured_next] * 2, name="measured")
+        has_waiting, waiting_full = copies(m, *[waiting_next] * 2, name="waiting")
+        free, freed = copies(m, *[free_next] * 2, name="free", init=1)
+        load, move_on, launch = Signal(), Signal(), Signal()
+
+        # A point comes in if there is room, and waits in the buffer for its turn: each takes about
+        # half a clock.
+        m.submodules.point_buffer = buffer = SkidBuffer(point_layout(config))
+        begun, room, comes = Signal(), Signal(), Signal()
+        m.d.comb += [
+            room.eq(Mux(begun, self.segment_room, self.room)),
+            buffer.words.p.eq(self.points.p),
+            buffer.words.valid.eq(self.points.valid & room),
+            self.points.ready.eq(buffer.words.ready & room),
+            comes.eq(self.points.valid & self.points.ready),
+            self.begins.eq(comes & ~begun),
+            self.segment_begins.eq(comes & begun),
+        ]
+        with m.If(comes):
+            m.d.sync += begun.eq(~self.points.p.last)
 
         # The path whose points are coming.
-        point, before = self.points.p, Signal(point_layout(config), reset_less=True)
+        point, before = buffer.passed.p, Signal(point_layout(config), reset_less=True)
         inside, unwanted = Signal(), Signal()
         tag, number = Signal(TAG_BITS), Signal(config.segment_bits)
         dropped, taken = Signal(), Signal()
         m.d.comb += [
-            load.eq(~measured.valid | move_on),
-            self.points.ready.eq(load & Mux(inside, self.segment_room, self.room)),
-            taken.eq(self.points.valid & self.points.ready),
-            self.begins.eq(taken & ~inside),
-            self.segment_begins.eq(taken & inside),
+            load.eq(~measured_full | ~waiting_full | freed),
+            buffer.passed.ready.eq(load),
+            taken.eq(buffer.passed.valid & load),
             dropped.eq(unwanted | (inside & self.drop & (self.drop_tag == tag))),
         ]
         m.d.sync += unwanted.eq(dropped & ~(taken & point.last))
@@ -156,6 +176,7 @@ class SetUp(wiring.Component):
 
         # First stage. An axis is longer than the other if sum and difference of the two gains have
         # the same sign; if they are equally long, either may be the major one: same cells.
+        measured = Signal(identity, reset_less=True)
         ends = Signal(data.ArrayLayout(point_layout(config), 2), reset_less=True)
         gains = [Signal(signed(xy + 1), name=f"gain_{n}", reset_less=True) for n in "xy"]
         sides = [Signal(xy, name=f"side_{n}", reset_less=True) for n in "xy"]
@@ -177,10 +198,12 @@ class SetUp(wiring.Component):
                 for axis, difference in zip("xy", differences, strict=True)
             ),
         ]
+        m.d.comb += measured_next.eq(
+            Mux(load, taken & inside & ~dropped, has_measured & ~self._is_dropped(measured))
+        )
         with m.If(load):
             turns = [(now - before)[-1] for now, before in zip(sums, sums_before, strict=True)]
             m.d.sync += [
-                measured.valid.eq(taken & inside & ~dropped),
                 measured.tag.eq(tag),
                 measured.first.eq(number == 0),
                 measured.ends_path.eq(point.last),
@@ -195,12 +218,10 @@ class SetUp(wiring.Component):
                     gain.eq(difference),
                     side.eq(Mux(difference < 0, before[axis] - point[axis], difference)),
                 ]
-        with m.Elif(self._is_dropped(measured)):
-            m.d.sync += measured.valid.eq(0)
 
         # Second stage.
-        waiting = Signal(identity)
-        across = Signal(signed(xy + 1))
+        waiting = Signal(identity, reset_less=True)
+        across, descending, start = Signal(signed(xy + 1)), Signal(), Signal(lane_bits)
         shape = Signal(
             data.StructLayout(
                 {name: field.shape for name, field in segment.shape() if name != "reciprocal"}
@@ -208,15 +229,23 @@ class SetUp(wiring.Component):
             reset_less=True,
         )
         m.d.comb += [
-            move_on.eq(~waiting.valid | launch),
+            move_on.eq(~has_waiting | launch),
+            waiting_next.eq(
+                Mux(
+                    move_on,
+                    has_measured & ~self._is_dropped(measured),
+                    has_waiting & ~self._is_dropped(waiting),
+                )
+            ),
             across.eq(Mux(steep, gains[0], gains[1])),
+            descending.eq(Mux(steep, gains[1], gains[0]) < 0),
+            start.eq(Mux(steep, ends[0].y, ends[0].x)),
         ]
         with m.If(move_on):
             m.d.sync += [
                 waiting.eq(measured),
-                waiting.valid.eq(measured.valid & ~self._is_dropped(measured)),
                 shape.steep.eq(steep),
-                shape.descending.eq(Mux(steep, gains[1], gains[0]) < 0),
+                shape.descending.eq(descending),
                 shape.length.eq(Mux(steep, sides[1], sides[0])),
                 shape.major.eq(Mux(steep, ends[0].y, ends[0].x)),
                 shape.minor.eq(Mux(steep, ends[0].x, ends[0].y)),
@@ -232,32 +261,32 @@ class SetUp(wiring.Component):
                 ),
             ]
             for lane in range(config.lanes):
-                from_x, from_y = (
-                    Mux(gain < 0, (start[:lane_bits] - lane), (lane - start[:lane_bits]))
-                    for gain, start in zip(gains, (ends[0].x, ends[0].y), strict=True)
-                )
-                place = Mux(steep, from_y, from_x)[:lane_bits]
+                # A table, as adders would take longer: how far the lane's first cell is from the
+                # start, upwards and downwards.
+                up = [(lane - at) % config.lanes for at in range(config.lanes)]
+                down = [(at - lane) % config.lanes for at in range(config.lanes)]
+                places = [C(place, lane_bits) for place in (*up, *down)]
+                place = chosen(Cat(start, descending), places)
                 m.d.sync += [
                     shape.places[lane].eq(place),
                     shape.across_to[lane].eq(_multiple(across, place)),
                     shape.rise_to[lane].eq(_multiple(rise, place)),
                 ]
-        with m.Elif(self._is_dropped(waiting)):
-            m.d.sync += waiting.valid.eq(0)
 
-        # Groups left of the segment that was launched last, and whether there are none.
-        left, free = Signal(xy), Signal(init=1)
-        launched = Signal(identity)
+        # Groups left of the segment that was launched last.
+        left = Signal(xy)
+        launched = Signal(identity, reset_less=True)
         dropping = Signal()
         m.d.comb += [
-            launch.eq(waiting.valid & free),
+            launch.eq(has_waiting & free),
             segment.reciprocal.eq(reciprocals.reciprocal),
             *(segment[name].eq(shape[name]) for name, _ in shape.shape()),
         ]
         groups = shape.length >> lane_bits
         with m.If(launch):
-            m.d.sync += [left.eq(groups), free.eq(groups == 0), launched.eq(waiting)]
+            m.d.sync += [left.eq(groups), launched.eq(waiting)]
             m.d.comb += [
+                free_next.eq(groups == 0),
                 token.starts.eq(1),
                 token.first.eq(waiting.first),
                 token.ends_segment.eq(groups == 0),
@@ -266,8 +295,9 @@ class SetUp(wiring.Component):
                 token.tag.eq(waiting.tag),
             ]
         with m.Else():
-            m.d.sync += [left.eq(left - ~free), free.eq(left <= 1)]
+            m.d.sync += left.eq(left - ~free)
             m.d.comb += [
+                free_next.eq(left <= 1),
                 token.ends_segment.eq(left == 1),
                 token.ends_path.eq(launched.ends_path & (left == 1)),
                 token.segment.eq(launched.segment),
@@ -278,7 +308,8 @@ class SetUp(wiring.Component):
             token.valid.eq((launch | ~free) & ~dropping),
         ]
         with m.If(dropping):
-            m.d.sync += [left.eq(0), free.eq(1)]
+            m.d.sync += left.eq(0)
+            m.d.comb += free_next.eq(1)
 
         return m
 

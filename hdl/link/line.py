@@ -77,6 +77,7 @@ class Line(wiring.Component):
         # `ready` shall be the begin of a long way through here, or its end.
         reply_layout = frame_transmitter.replies_layout
         m.submodules.request_buffer = request_buffer = SkidBuffer(frame_receiver.requests_layout)
+        m.submodules.request_register = request_register = StreamRegister(request_buffer.shape)
         m.submodules.reply_buffer = reply_buffer = SkidBuffer(reply_layout)
         m.submodules.reply_register = reply_register = StreamRegister(reply_layout)
 
@@ -96,7 +97,8 @@ class Line(wiring.Component):
         ]
         connect(m, uart_receiver.bytes, frame_receiver.bytes)
         connect(m, frame_receiver.requests, request_buffer.words)
-        connect(m, request_buffer.passed, flipped(self.requests))
+        connect(m, request_buffer.passed, request_register.words)
+        connect(m, request_register.passed, flipped(self.requests))
         connect(m, flipped(self.replies), reply_buffer.words)
         connect(m, reply_buffer.passed, reply_register.words)
         connect(m, reply_register.passed, frame_transmitter.replies)

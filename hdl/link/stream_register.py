@@ -35,10 +35,12 @@ class StreamRegister(wiring.Component):
         m = Module()
 
         m.d.comb += self.words.ready.eq(~self.passed.valid | self.passed.ready)
+        payload = Signal(self.shape, reset_less=True)
+        m.d.comb += self.passed.payload.eq(payload)
         with m.If(self.words.ready):
             m.d.sync += [
                 self.passed.valid.eq(self.words.valid),
-                self.passed.payload.eq(self.words.payload),
+                payload.eq(self.words.payload),
             ]
 
         return m

@@ -150,11 +150,8 @@ PROOF = Proof(
     long=True,
     faults={
         "the start of the next segment": (SetUp, ("ends[0].eq(before)", "ends[0].eq(point)")),
-        "a group too few": (SetUp, ("free.eq(left <= 1)", "free.eq(left <= 2)")),
-        "lanes take the wrong places": (
-            SetUp,
-            ("Mux(steep, from_y, from_x)", "from_x"),
-        ),
-        "a segment overtakes": (SetUp, ("waiting.valid & free", "waiting.valid")),
+        "a group too few": (SetUp, ("free_next.eq(left <= 1)", "free_next.eq(left <= 2)")),
+        "lanes take the wrong places": (SetUp, ("Cat(start, descending)", "Cat(start, C(0, 1))")),
+        "a segment overtakes": (SetUp, ("has_waiting & free", "has_waiting")),
     },
 )

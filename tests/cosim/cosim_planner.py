@@ -23,7 +23,7 @@ from host.chip import Chip
 from host.link import Link, LinkError
 from sim.model.chip import ChipModel
 from sim.model.port import ModelPort
-from tests.chips import CHECKING, Pair, random_path
+from tests.chips import CHECKING, Pair, random_path, without_line_clocks
 
 
 TOP = "planner"
@@ -52,6 +52,8 @@ class Pins:
         self.closed = False
         #: Applied to each write: what the line makes of it.
         self.fault = bytes
+        #: Clocks after the next write at which the chip is reset for one clock.
+        self.reset_after = None
         self._dut = dut
         self._received = bytearray()
         self._arrived = Event()
@@ -78,9 +80,11 @@ class Pins:
     def close(self):
         self.closed = True
 
-    async def _reset(self):
+    async def _reset(self, clocks=3, after=0):
+        if after:
+            await Timer(after * CLOCK_NS, "ns")
         self._dut.rst.value = 1
-        await Timer(3 * CLOCK_NS, "ns")
+        await Timer(clocks * CLOCK_NS, "ns")
         self._dut.rst.value = 0
         await Timer(CLOCK_NS, "ns")
 
@@ -119,6 +123,9 @@ class Pins:
             for level, run in itertools.groupby(bits):
                 self._dut.rx.value = level
                 await Timer(BIT_NS * len(list(run)), "ns")
+        if self.reset_after is not None:
+            cocotb.start_soon(self._reset(clocks=1, after=self.reset_after))
+            self.reset_after = None
         self._now_ns = get_sim_time("ns")
         return len(data)
 
@@ -260,3 +267,58 @@ def reset_in_an_answer(pins, chips):
     assert chips.board.info["session"] == 0
     chips.start()
     chips.step(LinkMode.RECIPE)
+
+
+@with_host
+def reset_of_a_clock(pins, chips):
+    """In the middle of whatever a chip does, a reset of one clock leaves it as a new one.
+
+    But for its memories, which are written anew.
+    """
+    rng = random.Random(10)
+    has_map = CONFIG.checker is not CheckerBuild.NONE
+    heights = np.random.default_rng(10).integers(0, 12, (CONFIG.map_size, CONFIG.map_size))
+    start, goal = random_path(CONFIG, rng, 2)
+    whole = [
+        lambda board: chips.step(LinkMode.RECIPE),
+        lambda board: board.read(0, CONFIG.population),
+    ]
+    if has_map:
+        whole += [
+            lambda board: board.check_population(start, goal),
+            lambda board: board.upload_map(heights),
+        ]
+    # The generation or the check begins soon after the command; an answer is long.
+    most_clocks = (3, 30, 150, 600)
+    if "Icarus" in cocotb.SIM_NAME:
+        whole, most_clocks = whole[:1], (30,)
+    lost = 0
+    for command in whole:
+        for after in [rng.randrange(most) for most in most_clocks]:
+            pins.reset_after = after
+            try:
+                command(chips.board)
+            except LinkError:
+                lost += 1
+            pins.reset_after = None
+            chips.board = Chip(Link(pins, timeout_s=TIMEOUT_S, attempts=4, clock=pins.now_s))
+            chips.model = Chip(Link(ModelPort(ChipModel(CONFIG)), timeout_s=1, attempts=1))
+            for chip in (chips.board, chips.model):
+                chip.clear_errors()  # The end of a frame is one to a new chip.
+                if has_map:
+                    chip.upload_map(heights)
+            chips.start()
+            chips.step(LinkMode.RECIPE)
+            if has_map:
+                told = [chip.check_population(start, goal) for chip in (chips.board, chips.model)]
+                assert told[0] == told[1]
+            paths = [chip.read(0, CONFIG.population) for chip in (chips.board, chips.model)]
+            assert paths[0] == paths[1] == chips.paths
+            counted = []
+            for chip in (chips.board, chips.model):
+                counters = without_line_clocks(chip.counters())
+                # The host may have asked twice.
+                counted.append({k: v for k, v in counters.items() if not k.startswith("bytes")})
+            assert counted[0] == counted[1]
+            assert counted[0]["generations"] == 1
+    assert lost >= len(whole) * len(most_clocks) / 2

@@ -159,6 +159,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BuildError as error:
         sys.stderr.write(f"bitstream: {error}\n")
         return 1
+    except KeyboardInterrupt:
+        sys.stderr.write(
+            "bitstream: interrupted. What has been synthesized and the seeds that have been routed "
+            "are kept: the same command goes on from there.\n"
+        )
+        return 130
     for name, (achieved, asked) in routed.clocks.items():
         sys.stdout.write(f"{name}: {achieved:.1f} MHz, {asked:.1f} asked, seed {routed.seed}\n")
     for file in sorted((*folder.glob("*.bit"), *folder.glob("*.bin"), *folder.glob("*.svf"))):

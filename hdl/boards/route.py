@@ -118,6 +118,7 @@ def route(
         while running or (waiting and close is None):
             while waiting and close is None and len(running) < jobs:
                 running.append(_Run(command, folder, waiting.pop(0), inputs))
+                running[-1].start()
             ended = next((run for run in running if run.has_ended()), None)
             if ended is None:
                 time.sleep(_POLL_S)
@@ -150,20 +151,24 @@ class _Run:
         self.tool = command[0]
         self.folder = _own(folder, seed)
         self.seed = seed
+        self.inputs = inputs
+        self.arguments = [*command[1:], *_ROUTER, "--seed", str(seed), "--report", _REPORT]
         self.process: subprocess.Popen[bytes] | None = None
-        arguments = [*command[1:], *_ROUTER, "--seed", str(seed), "--report", _REPORT]
         self.folder.mkdir(exist_ok=True)
         for name in inputs:
             (self.folder / name).unlink(missing_ok=True)
             os.link(folder / name, self.folder / name)
-        outputs = [name for option, name in pairwise(arguments) if option in _OUTPUTS]
-        self.stamp = Stamp(self.tool, arguments, self.folder, inputs, outputs)
+        outputs = [name for option, name in pairwise(self.arguments) if option in _OUTPUTS]
+        self.stamp = Stamp(self.tool, self.arguments, self.folder, inputs, outputs)
+
+    def start(self) -> None:
+        """Start the tool, unless it has done the same before."""
         if self.stamp.matches():
             return
         for file in self.folder.iterdir():
-            if file.name not in inputs:
+            if file.name not in self.inputs:
                 file.unlink()
-        self.process = start_tool(self.tool, arguments, self.folder)
+        self.process = start_tool(self.tool, self.arguments, self.folder)
 
     def has_ended(self) -> bool:
         return self.process is None or self.process.poll() is not None

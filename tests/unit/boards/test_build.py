@@ -5,11 +5,14 @@ import json
 import stat
 import sys
 import textwrap
+import time
+from types import SimpleNamespace
 
 import pytest
 
 from hdl.boards import build as flow
 from hdl.boards import find_board
+from hdl.boards import route as routing
 from hdl.boards.build import build, main
 from hdl.boards.route import Routed, route
 from hdl.boards.tools import BuildError, tool_path
@@ -207,6 +210,29 @@ def test_command_line(tools, tmp_path, capsys):
     for option in ("--seeds", "--jobs"):
         assert main(["ulx3s-85f", option, "0", "--out", str(tmp_path)]) == 2
         assert capsys.readouterr().err == f"bitstream: {option} must be at least 1, not 0.\n"
+
+
+def test_interrupted(tools, tmp_path, capsys, monkeypatch):
+    """What was under way is stopped; what had ended is not done again."""
+    tools(achieved=(80, 101), slow={2: 2})
+    arguments = ["ulx3s-85f", "--jobs", "1", "--out", str(tmp_path)]
+
+    def pause(seconds):
+        if ["nextpnr-ecp5", "2"] in [[call[0], call[-3]] for call in calls(tmp_path)]:
+            raise KeyboardInterrupt
+        time.sleep(seconds)
+
+    with monkeypatch.context() as context:
+        context.setattr(routing, "time", SimpleNamespace(sleep=pause))
+        assert main(arguments) == 130
+    assert capsys.readouterr().err.splitlines()[-1].startswith("bitstream: interrupted. What has ")
+    time.sleep(2.5)
+    assert not (tmp_path / "ulx3s-85f" / "seed-2" / "chip.config").exists()
+
+    (tmp_path / "calls").unlink()
+    assert main(arguments) == 0
+    assert [call[0] for call in calls(tmp_path)] == ["nextpnr-ecp5", "ecppack"]
+    assert (tmp_path / "ulx3s-85f" / "chip.bit").read_text() == "2"
 
 
 def test_a_board_without_open_tools(monkeypatch, tmp_path):

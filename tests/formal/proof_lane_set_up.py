@@ -151,7 +151,10 @@ PROOF = Proof(
     faults={
         "the start of the next segment": (SetUp, ("ends[0].eq(before)", "ends[0].eq(point)")),
         "a group too few": (SetUp, ("free_next.eq(left <= 1)", "free_next.eq(left <= 2)")),
-        "lanes take the wrong places": (SetUp, ("Cat(start, descending)", "Cat(start, C(0, 1))")),
+        "lanes take the wrong places": (
+            SetUp,
+            ("start.eq(Mux(steep, ends[0].y, ends[0].x))", "start.eq(ends[0].x)"),
+        ),
         "a segment overtakes": (SetUp, ("has_waiting & free", "has_waiting")),
     },
 )

@@ -97,11 +97,9 @@ class CheckingUnit(wiring.Component):
         connect(m, flipped(self.points), source.points)
         if self.config.genetic:
             connect(m, source.reads, flipped(self.reads))
-            m.submodules.read_skid = read_skid = SkidBuffer(self.waypoints.payload.shape())
-            m.submodules.read_register = read_register = StreamRegister(read_skid.shape)
-            connect(m, flipped(self.waypoints), read_skid.words)
-            connect(m, read_skid.passed, read_register.words)
-            connect(m, read_register.passed, source.waypoints)
+            m.submodules.read = read = StreamRegister(self.waypoints.payload.shape())
+            connect(m, flipped(self.waypoints), read.words)
+            connect(m, read.passed, source.waypoints)
         if self.config.genetic:
             # On a large chip, the checker's `ready` comes late and from afar.
             m.submodules.skid = skid = SkidBuffer(source.paths.payload.shape())

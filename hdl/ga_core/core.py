@@ -19,6 +19,7 @@ from hdl.ga_core.mutation import Mutation
 from hdl.ga_core.population import Population
 from hdl.ga_core.selection import Selection
 from hdl.ga_core.slot_mapping import SlotMapping
+from hdl.link.skid import SkidBuffer
 from hdl.protocol import ChipState
 
 
@@ -193,7 +194,10 @@ class Core(wiring.Component):
 
         connect(m, flipped(self.writes), population.writes)
         connect(m, flipped(self.reads), population.reads)
-        connect(m, population.read_waypoints, flipped(self.waypoints))
+        # Whether a waypoint is taken is said late, and from afar.
+        m.submodules.skid = skid = SkidBuffer(self.waypoints.payload.shape())
+        connect(m, population.read_waypoints, skid.words)
+        connect(m, skid.passed, flipped(self.waypoints))
         m.d.comb += [
             population.allow.eq(allow),
             population.starts.eq(control.starts),

@@ -5,9 +5,10 @@
 
 from __future__ import annotations
 
+import argparse
 import importlib
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
@@ -72,6 +73,22 @@ def write_shipped(folder: Path, config: Config) -> list[Path]:
     return files
 
 
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write what the command line says; returns the exit status."""
+    parser = argparse.ArgumentParser(prog="python -m hdl.verilog", description=__doc__)
+    parser.add_argument("folder", metavar="FOLDER", type=Path, help="is made if it is missing")
+    folder = parser.parse_args(arguments).folder
+    try:
+        files = write_shipped(folder, Config())
+    except OSError as error:
+        sys.stderr.write(
+            f"verilog: {folder} cannot be written ({error.strerror}); name another folder.\n"
+        )
+        return 1
+    for file in files:
+        sys.stdout.write(f"{file}\n")
+    return 0
+
+
 if __name__ == "__main__":
-    for written in write_shipped(Path(sys.argv[1]), Config()):
-        sys.stdout.write(f"{written}\n")
+    sys.exit(main())

@@ -100,7 +100,6 @@ class CheckingUnit(wiring.Component):
             m.submodules.read = read = StreamRegister(self.waypoints.payload.shape())
             connect(m, flipped(self.waypoints), read.words)
             connect(m, read.passed, source.waypoints)
-        if self.config.genetic:
             # On a large chip, the checker's `ready` comes late and from afar.
             m.submodules.skid = skid = SkidBuffer(source.paths.payload.shape())
             m.submodules.register = register = StreamRegister(skid.shape)

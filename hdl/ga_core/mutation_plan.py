@@ -94,6 +94,10 @@ class MutationPlan(wiring.Component):
                 m.d.sync += registers[field].eq(value)
             return registers
 
+        def kept(registers, *names):
+            """Return those of a stage's ``registers`` that the next one only hands on."""
+            return {name: registers[name] for name in names}
+
         number = Signal(range(config.mutators + 1), init=config.mutators)
         running = number != config.mutators
         with m.If(self.clear):
@@ -115,9 +119,7 @@ class MutationPlan(wiring.Component):
         decoded = stage(
             "decoded",
             drawn["valid"],
-            number=drawn["number"],
-            child=drawn["child"],
-            draw=drawn["draw"],
+            **kept(drawn, "number", "child", "draw"),
             select=(1 << (drawn["child"] >> 1))[: config.crossovers],
         )
         # Even children have the head of the first parent of their module, odd ones of the second,
@@ -128,9 +130,7 @@ class MutationPlan(wiring.Component):
         looked_up = stage(
             "looked_up",
             decoded["valid"],
-            number=decoded["number"],
-            child=decoded["child"],
-            draw=decoded["draw"],
+            **kept(decoded, "number", "child", "draw"),
             odd=decoded["child"][0],
             first=first,
             second=second,
@@ -145,9 +145,7 @@ class MutationPlan(wiring.Component):
         joined = stage(
             "joined",
             looked_up["valid"],
-            number=looked_up["number"],
-            child=looked_up["child"],
-            draw=looked_up["draw"],
+            **kept(looked_up, "number", "child", "draw"),
             length=length,
             head=head_length >> 1,
             skipped=tail_length >> 1,
@@ -163,24 +161,21 @@ class MutationPlan(wiring.Component):
             joined["valid"],
             low=joined["draw"] * joined["length"][:half],
             high=joined["draw"] * joined["length"][half:],
-            **{name: joined[name] for name in passed},
+            **kept(joined, *passed),
         )
         product = multiplied["low"] + (multiplied["high"] << half)
         aimed = stage(
             "aimed",
             multiplied["valid"],
             index=(product >> DrawLayout.OFFSET_BITS)[: config.index_bits],
-            **{name: multiplied[name] for name in passed},
+            **kept(multiplied, *passed),
         )
 
         in_head = aimed["index"] < aimed["head"]
         found = stage(
             "found",
             aimed["valid"],
-            number=aimed["number"],
-            child=aimed["child"],
-            length=aimed["length"],
-            index=aimed["index"],
+            **kept(aimed, "number", "child", "length", "index"),
             parent=Mux(in_head, aimed["head_parent"], aimed["tail_parent"]),
             position=Mux(
                 in_head, aimed["index"], aimed["index"] - aimed["head"] + aimed["skipped"]

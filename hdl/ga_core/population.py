@@ -26,7 +26,7 @@ from hdl.ga_core.slot_mapping import carrier_layout, carriers
 __all__ = ["Population"]
 
 #: Slots that are controlled by the same registers; the population is a multiple.
-SLOTS_OF_PART = 4
+_SLOTS_OF_PART = 4
 
 
 class Population(wiring.Component):
@@ -129,7 +129,7 @@ class Population(wiring.Component):
         half = half_bits(config)
 
         # Slots that share a copy of what all of them need.
-        parts = config.population // SLOTS_OF_PART
+        parts = config.population // _SLOTS_OF_PART
         bank = Signal()
         banks = copies(m, *[bank ^ self.update] * parts, name="bank")
         m.d.comb += bank.eq(banks[0])
@@ -244,7 +244,7 @@ class Population(wiring.Component):
         for number in range(config.population):
             m.submodules[f"slot_{number}"] = slot = Chromosome(config)
             slots.append(slot)
-            part = number // SLOTS_OF_PART
+            part = number // _SLOTS_OF_PART
             advance = reading.advance[part]
 
             rewritten = Signal(name=f"rewritten_{number}")

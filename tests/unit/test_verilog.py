@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from hdl.config import Config
-from hdl.verilog import SHIPPED, TOPS, export, write_shipped
+from hdl.verilog import SHIPPED, TOPS, export, main, write_shipped
 from sim.exported import exported_verilog
 from sim.lint import lint
 from tests.chips import CHECKING, SMALL
@@ -136,6 +136,13 @@ def test_shipped_files(tmp_path):
     for file, name in zip(files, SHIPPED, strict=True):
         assert file.read_text() == exported_verilog(name, Config())
         lint(file)
+
+
+def test_a_file_where_the_folder_should_be(tmp_path, capsys):
+    file = tmp_path / "verilog"
+    file.touch()
+    assert main([str(file)]) == 1
+    assert f"verilog: {file} cannot be written" in capsys.readouterr().err
 
 
 def test_unknown_top():

@@ -13,10 +13,12 @@ from host.problem import Problem
 from host.terrain import Terrain, load
 
 
-__all__ = ["EMBEDDED", "TILES", "names", "problem"]
+__all__ = ["EMBEDDED", "SYNTHETIC", "TILES", "names", "problem"]
 
 #: The terrain that comes with the packages, always there.
 EMBEDDED = "jacksboro"
+#: The kinds of synthetic land of *roberge*, 25 km2 at 10 m, of seed 0.
+SYNTHETIC = ("canyon", "river")
 #: Elevation tiles beside the repository, where there are any.
 TILES = {
     "himalaya": "himalaya_gorge_np.tif",
@@ -36,14 +38,14 @@ _HEIGHT_M = 100.0
 
 
 def names() -> list[str]:
-    """Return the scenarios that can be run here: those whose terrain is there."""
+    """Return the real terrains that are there: the embedded one and the tiles."""
     return [EMBEDDED, *(name for name, file in TILES.items() if (_FOLDER / file).exists())]
 
 
 @cache
 def _terrain(name: str) -> Terrain:
-    if name == EMBEDDED:
-        return load(EMBEDDED)
+    if name == EMBEDDED or name in SYNTHETIC:
+        return load(name)
     file = _FOLDER / TILES[name]
     if not file.exists():
         raise InputError(f"The elevation tile {file.name} is not beside the repository.")

@@ -9,7 +9,7 @@ from typing import NoReturn
 
 from host.errors import InputError
 from host.feasibility import MODES
-from host.planners import DEFAULT, PLANNERS
+from host.planners import DEFAULT, OPTIONS, PLANNERS
 
 
 __all__ = ["build_parser"]
@@ -132,30 +132,23 @@ def _add_plan(commands: argparse._SubParsersAction[_Parser]) -> None:
     group = parser.add_argument_group("planning")
     group.add_argument("--planner", metavar="NAME", default=DEFAULT,
                        help=f"one of {', '.join(PLANNERS)} (default %(default)s)")
-    group.add_argument("--board", metavar="URL",
-                       help="model:, sim:, sim:?sim=icarus, a serial device or a URL of pyserial "
-                            "(default model:)")
-    group.add_argument("--link-mode", choices=("rank", "population", "recipe"),
-                       help="what goes over the link each generation (default rank)")
-    group.add_argument("--feasibility", choices=("host", "board"),
-                       help="who counts the distance under the terrain during the search; the "
-                            "report is always the host's (default host)")
-    group.add_argument("--initial-draws", type=int, metavar="N",
-                       help="paths drawn for each of the first population, of which the best go "
-                            "on (default 4; the paper's is 1)")
-    group.add_argument("--generations", type=int, metavar="N", default=300,
-                       help="most generations (default %(default)s)")
+    defaults = ", ".join(f"{name} {entry.generations}" for name, entry in PLANNERS.items())
+    group.add_argument("--generations", type=int, metavar="N",
+                       help=f"most generations (default {defaults})")
     group.add_argument("--time-limit", type=float, metavar="S", help="most seconds of planning")
     group.add_argument("--target-fitness", type=float, metavar="F",
                        help="stop when the best fitness is as good")
     group.add_argument("--population", type=int, metavar="N",
                        help="paths in the population (default the planner's)")
-    group.add_argument("--max-waypoints", type=int, metavar="N",
-                       help="most transitional waypoints, where the planner has a choice")
     group.add_argument("--seed", type=int, metavar="N", default=0,
                        help="same seed, same result (default %(default)s)")
     group.add_argument("--out", metavar="DIR", default="out",
                        help="where the files go (default %(default)s)")
+    group = parser.add_argument_group("options of some planners")
+    for name, option in OPTIONS.items():
+        having = ", ".join(planner for planner, entry in PLANNERS.items() if name in entry.options)
+        group.add_argument(f"--{name.replace('_', '-')}", type=option.type, metavar=option.metavar,
+                           choices=option.choices or None, help=f"{having}: {option.meaning}")
 
 
 def _add_check(commands: argparse._SubParsersAction[_Parser]) -> None:

@@ -15,7 +15,7 @@ from host.cli.output import note, print_json, print_pairs, term_pairs
 from host.cli.problem import make_problem, source_of
 from host.errors import JobError
 from host.evaluation import Evaluator
-from host.planners import PLANNERS, make
+from host.planners import OPTIONS, PLANNERS, make
 from host.planners.base import Options, Result, Stop
 from host.progress import Progress
 from host.report.files import prepare_directory
@@ -28,16 +28,17 @@ __all__ = ["run"]
 _BOARD = "model:"
 # After Ctrl-C, the longest wait for the end of a generation: a board may hang.
 _GRACE_S = 1.0
-# Options that only some planners have.
-_OWN = ("board", "link_mode", "feasibility", "initial_draws", "max_waypoints")
 
 
 def run(args: argparse.Namespace) -> int:
     """Plan, write the files and print the summary."""
-    options = Options(
-        generations=args.generations, time_limit_s=args.time_limit,
-        target_fitness=args.target_fitness, population=args.population, seed=args.seed)
     planner = make(args.planner, **_own_options(args))
+    generations = args.generations
+    if generations is None:
+        generations = PLANNERS[args.planner].generations
+    options = Options(
+        generations=generations, time_limit_s=args.time_limit,
+        target_fitness=args.target_fitness, population=args.population, seed=args.seed)
     evaluator = Evaluator(make_problem(args))
     directory = Path(args.out)
     prepare_directory(directory)
@@ -61,8 +62,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _own_options(args: argparse.Namespace) -> dict[str, Any]:
     """The planner's own options that were given; says so if it has none such."""
-    given = {name: getattr(args, name) for name in _OWN if getattr(args, name) is not None}
-    known = PLANNERS[args.planner].options if args.planner in PLANNERS else given
+    given = {name: getattr(args, name) for name in OPTIONS if getattr(args, name) is not None}
+    known = PLANNERS[args.planner].options if args.planner in PLANNERS else tuple(given)
     for name in sorted(set(given) - set(known)):
         note(f"--{name.replace('_', '-')} means nothing to {args.planner} and is ignored.")
     return {name: value for name, value in given.items() if name in known}

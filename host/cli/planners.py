@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from host.cli.output import print_json, print_table
-from host.planners import PLANNERS
+from host.planners import OPTIONS, PLANNERS
 
 
 __all__ = ["run"]
@@ -16,10 +16,12 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         print_json([
             {"name": name, "description": entry.description, "paper": entry.paper,
-             "options": dict(entry.options)}
+             "generations": entry.generations,
+             "options": {name: OPTIONS[name].meaning for name in entry.options}}
             for name, entry in PLANNERS.items()])
     else:
-        print_table([("name", "description", "paper"),
-                     *((name, entry.description, entry.paper)
+        print_table([("name", "description", "paper", "options"),
+                     *((name, entry.description, entry.paper,
+                        " ".join(f"--{name.replace('_', '-')}" for name in entry.options))
                        for name, entry in PLANNERS.items())])
     return 0

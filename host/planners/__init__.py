@@ -12,10 +12,54 @@ from host.errors import InputError
 if TYPE_CHECKING:
     from host.planners.base import Planner
 
-__all__ = ["DEFAULT", "PLANNERS", "Entry", "make"]
+__all__ = ["DEFAULT", "OPTIONS", "PLANNERS", "Entry", "Option", "make"]
 
 #: What ``pathgene plan`` uses when no planner is named.
 DEFAULT = "ga-fpga"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Option:
+    """An option that some planners have, and others not.
+
+    Parameters
+    ----------
+    meaning : str
+        What it says, and its default, for users.
+    type : callable
+        Turns its text into its value.
+    metavar : str, optional
+        What stands for the value in the help.
+    choices : tuple of str
+        All its values, if they are few.
+    """
+
+    meaning: str
+    type: Callable[[str], Any] = str
+    metavar: str | None = None
+    choices: tuple[str, ...] = ()
+
+
+#: Options of planners, by the keyword of their constructors; ``--like-this`` on a command line.
+OPTIONS: Mapping[str, Option] = {
+    "board": Option(
+        meaning="model:, sim:, sim:?sim=icarus, a serial device or a URL of pyserial (default "
+                "model:)",
+        metavar="URL"),
+    "link_mode": Option(
+        meaning="what goes over the link each generation (default rank)",
+        choices=("rank", "population", "recipe")),
+    "feasibility": Option(
+        meaning="who counts the distance under the terrain during the search; the report is "
+                "always the host's (default host)",
+        choices=("host", "board")),
+    "initial_draws": Option(
+        meaning="paths drawn for each of the first population, of which the best go on (default "
+                "4; the paper's is 1)",
+        type=int, metavar="N"),
+    "max_waypoints": Option(
+        meaning="most transitional waypoints of a path (default 20)", type=int, metavar="N"),
+}
 
 
 @dataclass(frozen=True)
@@ -28,15 +72,18 @@ class Entry:
         One line for users.
     paper : str
         Where it is from.
-    options : mapping of str to str
-        Options of its own, as keywords of ``constructor``, and what each means.
+    generations : int
+        How many it runs unless told otherwise.
+    options : tuple of str
+        Which of :data:`OPTIONS` it has, as keywords of ``constructor``.
     constructor : callable
         Returns the planner; loads its module.
     """
 
     description: str
     paper: str
-    options: Mapping[str, str]
+    generations: int
+    options: tuple[str, ...]
     constructor: Callable[..., Planner]
 
 
@@ -57,18 +104,15 @@ PLANNERS: Mapping[str, Entry] = {
     "ga-fpga": Entry(
         description="Genetic algorithm on the chip; the host evaluates and sorts",
         paper="Allaire, Tarbouchi, Labonte and Fusina 2008, section 4",
-        options={
-            "board": "URL of the board",
-            "link_mode": "what goes over the link: rank, population or recipe",
-            "feasibility": "host or board: who counts the distance under the terrain",
-            "initial_draws": "paths drawn for each of the first population; the best go on",
-        },
+        generations=300,
+        options=("board", "link_mode", "feasibility", "initial_draws"),
         constructor=_ga_fpga,
     ),
     "ga-pc": Entry(
         description="The same genetic algorithm on the PC alone: the baseline",
         paper="Allaire, Tarbouchi, Labonte and Fusina 2008, section 3",
-        options={"max_waypoints": "most transitional waypoints of a path"},
+        generations=300,
+        options=("max_waypoints",),
         constructor=_ga_pc,
     ),
 }

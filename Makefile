@@ -24,13 +24,14 @@ OUT ?= out/plan
 # (default: all proofs) and `make test`.
 SIM ?=
 BENCH ?=
+ONLY ?=
 WAVES ?=
 PROOF ?=
 WORKERS ?= 2
 PYTEST_ARGS ?=
 
 # The tools see these as arguments, not as variables that they might obey in their own way.
-unexport SIM BENCH WAVES PROOF
+unexport SIM BENCH ONLY WAVES PROOF
 
 # The first Python that is new enough, the one in .venv before a search; 75 is the script's answer
 # to an older one. -ES: quick to start.
@@ -56,7 +57,7 @@ help:
 	@echo "make bitstream  place and route for a real board, with open tools (BOARD=ulx3s-85f)"
 	@echo "make sim        cocotb benches on Icarus and Verilator (SIM= BENCH= WAVES=1)"
 	@echo "make formal     prove claims about the gateware with Yosys and Z3 (PROOF=)"
-	@echo "make bench      measure every speed claim (BENCH=)"
+	@echo "make bench      measure every speed claim (BENCH=; of fpga, rows named like ONLY=)"
 	@echo "make lint       ruff, mypy, Verilator's lint of the generated Verilog"
 	@echo "make clean      remove everything generated but .venv/"
 
@@ -107,7 +108,7 @@ formal: setup
 
 .PHONY: bench
 bench: setup
-	@$(IN_ROOT) "$(BIN)/python" -m bench $(if $(BENCH),"$(BENCH)")
+	@$(IN_ROOT) "$(BIN)/python" -m bench $(if $(BENCH),"$(BENCH)") $(if $(ONLY),--only "$(ONLY)")
 
 .PHONY: lint
 lint: setup verilog

@@ -33,13 +33,16 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"{', '.join(NAMES)}")
     parser.add_argument("--seeds", type=int, default=40, help="seeds of each terrain (default 40)")
+    parser.add_argument(
+        "--only", metavar="TEXT", default="", help="of fpga, the rows with this in their names"
+    )
     parser.add_argument("--out", type=Path, default=Path("build/bench"), help="folder of the JSON")
     arguments = parser.parse_args()
     unknown = sorted(set(arguments.names) - set(NAMES))
     if unknown:
         print(f"bench: no benchmark {unknown[0]}; choose from {', '.join(NAMES)}", file=sys.stderr)
         return 2
-    options = Options(seeds=arguments.seeds)
+    options = Options(seeds=arguments.seeds, only=arguments.only)
     arguments.out.mkdir(parents=True, exist_ok=True)
     for name in arguments.names or [name for name in NAMES if name != "fpga"]:
         try:

@@ -22,9 +22,12 @@ class Options:
     ----------
     seeds : int
         Seeds of each terrain in statistical benchmarks.
+    only : str
+        Of ``fpga``, the rows that have this in their names.
     """
 
     seeds: int = 40
+    only: str = ""
 
 
 @dataclass

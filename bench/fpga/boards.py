@@ -1,0 +1,154 @@
+"""The whole chip on every board, and with more and fewer lanes."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from bench.feasibility import cells_per_clock
+from bench.fpga.cells import CELLS, chip_clock, used
+from bench.fpga.job import Job, digest_of
+from bench.fpga.store import Table
+from hdl.boards import BOARDS, find_board
+from hdl.boards.board import Board
+from hdl.boards.build import prepare, try_seeds
+from hdl.boards.ecp5_floor_plan import floor_plan
+from hdl.boards.route import Routed
+
+
+__all__ = ["BOARDS_TABLE", "LANES_TABLE", "board_jobs", "lanes_jobs"]
+
+#: Families that can be placed and routed here.
+_FAMILIES = ("ecp5", "ice40")
+#: Boards with the full design, and the lanes that it is tried with.
+_LANES_BOARDS = ("ulx3s-85f", "ecpix5-85f")
+_LANES = (4, 8, 16)
+
+
+class _ChipJob(Job):
+    """A chip on a board, routed with one seed, whatever clock it comes to."""
+
+    @property
+    @abstractmethod
+    def board(self) -> Board:
+        """The board, with the chip that is put on it."""
+
+    def prepare(self, folder: Path) -> str:
+        """Write the sources; see :class:`~bench.fpga.job.Job`."""
+        commands = prepare(self.board, folder)
+        return digest_of(folder, ("chip.v", "chip.ys"), commands, self.board.seed)
+
+    def route(self, folder: Path) -> Routed:
+        """Synthesize and route it, unless that has been done there before."""
+        return try_seeds(self.board, folder, seeds=1)[0]
+
+
+@dataclass(frozen=True)
+class _BoardJob(_ChipJob):
+    """The chip of a board as ``make bitstream`` makes it; the row has the board's name."""
+
+    @property
+    def board(self) -> Board:
+        """As its file says."""
+        return find_board(self.name)
+
+    @property
+    def folder(self) -> str:
+        """See :class:`~bench.fpga.job.Job`."""
+        return self.name
+
+    def measure(self, folder: Path) -> dict[str, Any]:
+        """Route it; see :class:`~bench.fpga.job.Job`."""
+        platform, routed = self.board.platform(), self.route(folder)
+        achieved, asked = chip_clock(routed)
+        return {
+            "device": f"{platform.device}-{platform.speed}",
+            **used(routed, _family(self.board)),
+            "asked, MHz": asked,
+            "routed, MHz": achieved,
+            "seed": routed.seed,
+        }
+
+
+@dataclass(frozen=True)
+class _LanesJob(_ChipJob):
+    """The full design with a number of lanes."""
+
+    name_of_board: str
+    lanes: int
+
+    @property
+    def board(self) -> Board:
+        """With these lanes, and the floor plan of them."""
+        board = find_board(self.name_of_board)
+        sizes = board.sizes.replace(lanes=self.lanes)
+        overrides = {**board.overrides, "script_after_synth": floor_plan(sizes)}
+        return replace(board, sizes=sizes, overrides=overrides)
+
+    @property
+    def folder(self) -> str:
+        """See :class:`~bench.fpga.job.Job`."""
+        if self.lanes == find_board(self.name_of_board).sizes.lanes:
+            return self.name_of_board
+        return f"{self.name_of_board}-{self.lanes}-lanes"
+
+    def measure(self, folder: Path) -> dict[str, Any]:
+        """Route it; see :class:`~bench.fpga.job.Job`."""
+        routed, rate = self.route(folder), cells_per_clock(self.board.sizes)
+        clock = chip_clock(routed)[0]
+        return {
+            **used(routed, _family(self.board)),
+            "routed, MHz": clock,
+            "cells per clock": rate,
+            "cells per microsecond": clock * rate,
+        }
+
+
+def board_jobs() -> Iterator[Job]:
+    """Yield a row for each board whose tools come along."""
+    return (_BoardJob(BOARDS_TABLE.name, name) for name in BOARDS_TABLE.order)
+
+
+def lanes_jobs() -> Iterator[Job]:
+    """Yield a row for each board with the full design and number of lanes."""
+    return (
+        _LanesJob(LANES_TABLE.name, _lanes_name(board, lanes), board, lanes)
+        for board, lanes in product(_LANES_BOARDS, _LANES)
+    )
+
+
+def _family(board: Board) -> str:
+    return str(getattr(board.platform(), "family", "")).lower()
+
+
+def _lanes_name(board: str, lanes: int) -> str:
+    return f"{board}, {lanes} lanes"
+
+
+_ROUTED_BOARDS = [name for name in BOARDS if _family(find_board(name)) in _FAMILIES]
+BOARDS_TABLE = Table(
+    name="boards",
+    title="Boards",
+    columns=("board", "device", *CELLS, "asked, MHz", "routed, MHz", "seed"),
+    order=_ROUTED_BOARDS,
+    notes=[
+        "The chip of `make bitstream BOARD=...` with the board's first seed. Block RAMs: of 18 "
+        "kbit on ECP5; of 4 and of 256 kbit, together, on iCE40. Build script only, as their tools "
+        f"do not come along: {', '.join(name for name in BOARDS if name not in _ROUTED_BOARDS)}."
+    ],
+)
+LANES_TABLE = Table(
+    name="lanes",
+    title="Lanes and clock",
+    columns=("chip", *CELLS, "routed, MHz", "cells per clock", "cells per microsecond"),
+    order=[_lanes_name(board, lanes) for board, lanes in product(_LANES_BOARDS, _LANES)],
+    notes=[
+        "The chip of `make bitstream`, with these lanes, one seed. Cells per clock is the "
+        "sustained rate over open ground of `make bench BENCH=feasibility`. Paper: about 100 "
+        "cells per microsecond.",
+    ],
+)

@@ -1,0 +1,77 @@
+"""What of a device a design takes, by the names that the tools have for cells."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from hdl.boards.route import Routed
+
+
+__all__ = ["CELLS", "XILINX", "Family", "chip_clock", "used"]
+
+#: Columns of cells, in the order of :meth:`Family.count`.
+CELLS = ("LUTs", "flip-flops", "block RAMs", "multipliers")
+
+
+@dataclass(frozen=True)
+class Family:
+    """Cells of a family, by what they are.
+
+    Parameters
+    ----------
+    luts, registers, memories, multipliers : dict of str to int
+        Kinds of cells, and how many of the thing one of them is.
+    """
+
+    luts: Mapping[str, int]
+    registers: Mapping[str, int]
+    memories: Mapping[str, int]
+    multipliers: Mapping[str, int]
+
+    def count(self, cells: Mapping[str, int]) -> dict[str, Any]:
+        """Return how many of :data:`CELLS` so many cells of each kind are."""
+        kinds = (self.luts, self.registers, self.memories, self.multipliers)
+        counts = (
+            sum(weight * cells.get(cell, 0) for cell, weight in kind.items()) for kind in kinds
+        )
+        return dict(zip(CELLS, counts, strict=True))
+
+
+# As nextpnr counts them: a carry or a bit of LUT RAM takes a TRELLIS_COMB as a LUT does.
+_ROUTED = {
+    "ecp5": Family({"TRELLIS_COMB": 1}, {"TRELLIS_FF": 1}, {"DP16KD": 1}, {"MULT18X18D": 1}),
+    "ice40": Family(
+        {"ICESTORM_LC": 1},
+        {},
+        {"ICESTORM_RAM": 1, "ICESTORM_SPRAM": 1},
+        {"ICESTORM_DSP": 1},
+    ),
+}
+_LUTS = {f"LUT{inputs}": 1 for inputs in range(1, 7)}
+# 16 rows of a bit take a LUT, 32 two; a memory with a second port holds its rows twice.
+_LUT_RAMS = {"RAM16X1S": 1, "RAM16X1D": 2, "RAM32X1D": 2, "RAM64X1D": 2, "RAM32M": 4, "RAM64M": 4}
+#: Of ``synth_xilinx``; block RAMs of 18 kbit.
+XILINX = Family(
+    {**_LUTS, **_LUT_RAMS, "SRL16E": 1, "SRLC32E": 1},
+    dict.fromkeys(("FDRE", "FDSE", "FDCE", "FDPE"), 1),
+    {
+        **{f"RAMB16_S{a}_S{b}": 1 for a in (1, 2, 4, 9, 18, 36) for b in (1, 2, 4, 9, 18, 36)},
+        "RAMB18": 1,
+        "RAMB18E1": 1,
+        "RAMB36": 2,
+        "RAMB36E1": 2,
+    },
+    {"MULT18X18": 1, "MULT18X18S": 1, "DSP48E": 1, "DSP48E1": 1},
+)
+
+
+def used(routed: Routed, family: str) -> dict[str, Any]:
+    """Return how many of :data:`CELLS` a routed design takes of a device of ``family``."""
+    return _ROUTED[family].count({name: count for name, (count, _) in routed.cells.items()})
+
+
+def chip_clock(routed: Routed) -> tuple[float, float]:
+    """Return what the chip's clock achieves, and what it was asked for, MHz."""
+    return min(routed.clocks.values(), key=lambda clock: clock[0] / clock[1])

@@ -1,0 +1,80 @@
+"""Rows that have been measured, in a file that is kept with the sources."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from bench.fpga.job import Measured
+from bench.report import Report
+
+
+__all__ = ["Store", "Table"]
+
+
+class Store:
+    """Rows of all tables, by table and name; every change is written at once.
+
+    Parameters
+    ----------
+    path : Path
+        JSON; need not be there.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._tables: dict[str, dict[str, dict[str, Any]]] = (
+            json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+        )
+
+    def digest(self, table: str, name: str) -> str | None:
+        """Return the digest of what the row was made of, if it has been measured."""
+        kept = self._tables.get(table, {}).get(name)
+        return None if kept is None else str(kept["digest"])
+
+    def rows(self, table: str) -> dict[str, dict[str, Any]]:
+        """Return the rows of a table by their names."""
+        return {name: kept["row"] for name, kept in self._tables.get(table, {}).items()}
+
+    def keep(self, table: str, name: str, measured: Measured) -> None:
+        """Keep a row."""
+        self._tables.setdefault(table, {})[name] = asdict(measured)
+        self._path.write_text(json.dumps(self._tables, indent=1) + "\n", encoding="utf-8")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """A table of the results.
+
+    Parameters
+    ----------
+    name, title : str
+    columns : sequence of str
+        Heads; the first is of the names of the rows.
+    order : sequence of str
+        Names of all rows.
+    notes : sequence of str
+    """
+
+    name: str
+    title: str
+    columns: Sequence[str]
+    order: Sequence[str]
+    notes: Sequence[str] = ()
+
+    def report(self, store: Store) -> Report:
+        """Return the rows that are in ``store``; a note names the others."""
+        rows = store.rows(self.name)
+        report = Report(self.title, self.columns, notes=list(self.notes))
+        report.rows = [
+            (name, *(rows[name][column] for column in self.columns[1:]))
+            for name in self.order
+            if name in rows
+        ]
+        missing = [name for name in self.order if name not in rows]
+        if missing:
+            report.notes.append(f"Not measured yet: {'; '.join(missing)}.")
+        return report

@@ -1,0 +1,243 @@
+"""Units alone: on the devices of two boards, and on those of the papers."""
+
+from __future__ import annotations
+
+import importlib
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from bench.fpga.cells import CELLS, XILINX, chip_clock, used
+from bench.fpga.job import Job, digest_of
+from bench.fpga.store import Table
+from hdl.boards import find_board
+from hdl.boards.ecp5 import KEEP_COPIES, PLACEMENT, SYNTHESIS
+from hdl.boards.harness import Harness
+from hdl.boards.route import route
+from hdl.boards.tools import run_tool
+from hdl.config import CheckerBuild, Config
+from hdl.memories import without_contents
+
+
+__all__ = ["PAPERS_TABLE", "UNITS_TABLE", "paper_jobs", "unit_jobs"]
+
+_CORE, _CHECKER = "hdl.ga_core.core.Core", "hdl.feasibility.checker.Checker"
+_PLAIN = Config(checker=CheckerBuild.NONE)
+_TWO_TIER = _PLAIN.replace(checker=CheckerBuild.TWO_TIER, lanes=1)
+
+
+@dataclass(frozen=True)
+class _Device:
+    """How a unit alone is synthesized and routed, and the clock that it is asked for.
+
+    That is more than it can, so that the router shows what it can.
+    """
+
+    family: str
+    board: str
+    synthesis: str
+    routing: tuple[str, ...]
+    asked_mhz: int
+
+
+_ECP5 = _Device(
+    "ecp5",
+    "ulx3s-85f",
+    f"{KEEP_COPIES}; synth_ecp5 {SYNTHESIS}",
+    (
+        "nextpnr-ecp5",
+        *("--85k", "--package", "CABGA381", "--speed", "6", "--lpf-allow-unconstrained"),
+        *PLACEMENT.split(),
+    ),
+    150,
+)
+_ICE40 = _Device(
+    "ice40",
+    "icebreaker",
+    "synth_ice40 -device u -spram -dsp",
+    ("nextpnr-ice40", "--up5k", "--package", "sg48"),
+    50,
+)
+_UNITS: Mapping[str, tuple[str, Config, _Device]] = MappingProxyType(
+    {
+        "GA core": (_CORE, _PLAIN, _ECP5),
+        "selection": ("hdl.ga_core.selection.Selection", _PLAIN, _ECP5),
+        "population, 11 crossovers": ("hdl.ga_core.population.Population", _PLAIN, _ECP5),
+        "mutation": ("hdl.ga_core.mutation.Mutation", _PLAIN, _ECP5),
+        "random source": ("hdl.ga_core.random_source.RandomSource", _PLAIN, _ECP5),
+        "receiving": ("hdl.ga_core.receiving.ReceivingUnit", _PLAIN, _ECP5),
+        "transmitting": ("hdl.ga_core.transmitting.TransmittingUnit", _PLAIN, _ECP5),
+        "line": ("hdl.link.line.Line", _PLAIN, _ECP5),
+        "checker, two-tier": (_CHECKER, _TWO_TIER, _ECP5),
+        "checker, parallel, 8 lanes": (
+            _CHECKER,
+            _PLAIN.replace(checker=CheckerBuild.PARALLEL, lanes=8),
+            _ECP5,
+        ),
+        "checker, parallel, 16 lanes": (
+            _CHECKER,
+            _PLAIN.replace(checker=CheckerBuild.PARALLEL, lanes=16),
+            _ECP5,
+        ),
+        "checker, hierarchical, 8 lanes": (
+            _CHECKER,
+            _PLAIN.replace(checker=CheckerBuild.HIERARCHICAL, lanes=8),
+            _ECP5,
+        ),
+        "checker, two-tier, 256 x 256, on the UP5K": (
+            _CHECKER,
+            _TWO_TIER.replace(map_size=256),
+            _ICE40,
+        ),
+    }
+)
+
+
+@dataclass(frozen=True)
+class _PaperDevice:
+    """The device of a paper, what is put there, and what the paper says of its own design."""
+
+    device: str
+    family: str
+    top: str
+    config: Config
+    luts: int
+    memories: int
+    paper: str
+
+
+_PAPER_DEVICES: Mapping[str, _PaperDevice] = MappingProxyType(
+    {
+        "GA core": _PaperDevice("XC2VP30", "xc2vp", _CORE, _PLAIN, 27_392, 136, "not given"),
+        "checker, two-tier": _PaperDevice(
+            "XC5VLX330",
+            "xc5v",
+            _CHECKER,
+            _TWO_TIER,
+            207_360,
+            576,
+            "0.1 % of the logic, 34 % of the block RAM",
+        ),
+    }
+)
+
+
+@dataclass(frozen=True)
+class _UnitJob(Job):
+    """A unit with nothing but registers around it, routed."""
+
+    @property
+    def folder(self) -> str:
+        """See :class:`~bench.fpga.job.Job`."""
+        return self.name.replace(" ", "-").replace(",", "")
+
+    def prepare(self, folder: Path) -> str:
+        """Write the sources; see :class:`~bench.fpga.job.Job`."""
+        top, config, device = _UNITS[self.name]
+        # With the primitives that the device has.
+        platform = find_board(device.board).platform() if device.family == "ecp5" else None
+        _write(Harness(_component(top, config)), folder, platform)
+        return digest_of(folder, ("unit.v",), device)
+
+    def measure(self, folder: Path) -> dict[str, Any]:
+        """Route it; see :class:`~bench.fpga.job.Job`."""
+        device = _UNITS[self.name][2]
+        _synthesize(folder, device.synthesis, "-json unit.json")
+        asked = ("--json", "unit.json", "--freq", str(device.asked_mhz))
+        routed = route([*device.routing, "--quiet", *asked], folder, [1])
+        return {**used(routed, device.family), "routed, MHz": chip_clock(routed)[0]}
+
+
+@dataclass(frozen=True)
+class _PaperJob(Job):
+    """A unit synthesized for the device of its paper."""
+
+    @property
+    def folder(self) -> str:
+        """See :class:`~bench.fpga.job.Job`."""
+        return _PAPER_DEVICES[self.name].device.lower()
+
+    def prepare(self, folder: Path) -> str:
+        """Write the sources; see :class:`~bench.fpga.job.Job`."""
+        device = _PAPER_DEVICES[self.name]
+        _write(_component(device.top, device.config), folder)
+        return digest_of(folder, ("unit.v",), device.family)
+
+    def measure(self, folder: Path) -> dict[str, Any]:
+        """Synthesize it; see :class:`~bench.fpga.job.Job`."""
+        device = _PAPER_DEVICES[self.name]
+        _synthesize(folder, f"synth_xilinx -family {device.family} -noiopad -flatten")
+        statistics = json.loads((folder / "cells.json").read_text(encoding="utf-8"))
+        cells = XILINX.count(statistics["design"]["num_cells_by_type"])
+        return {
+            "device": device.device,
+            **cells,
+            "of all LUTs, %": 100 * cells["LUTs"] / device.luts,
+            "of all block RAMs, %": 100 * cells["block RAMs"] / device.memories,
+            "paper": device.paper,
+        }
+
+
+def unit_jobs() -> Iterator[Job]:
+    """Yield a row for each unit."""
+    return (_UnitJob(UNITS_TABLE.name, name) for name in UNITS_TABLE.order)
+
+
+def paper_jobs() -> Iterator[Job]:
+    """Yield a row for each paper's device."""
+    return (_PaperJob(PAPERS_TABLE.name, name) for name in PAPERS_TABLE.order)
+
+
+def _component(path: str, config: Config) -> Any:
+    """Return a component by the path of its class."""
+    module, _, name = path.rpartition(".")
+    return getattr(importlib.import_module(module), name)(config)
+
+
+def _write(unit: Any, folder: Path, platform: Any = None) -> None:
+    """Write the Verilog of ``unit`` to ``folder``."""
+    from amaranth.back import verilog
+
+    text = without_contents(verilog.convert(unit, platform=platform, name="unit", emit_src=False))
+    (folder / "unit.v").write_text(text, encoding="utf-8")
+
+
+def _synthesize(folder: Path, command: str, outputs: str = "") -> None:
+    script = f"read_verilog unit.v; {command} -top unit {outputs}; tee -q -o cells.json stat -json"
+    run_tool("yosys", ["-q", "-p", script], folder)
+
+
+UNITS_TABLE = Table(
+    name="units",
+    title="Units alone",
+    columns=("unit", *CELLS, "routed, MHz"),
+    order=tuple(_UNITS),
+    notes=[
+        f"LFE5U-85F of speed grade 6, one seed, {_ECP5.asked_mhz} MHz asked of each; the registers "
+        "around every port are counted. LUTs are those of carry chains and LUT RAMs, too; on the "
+        "UP5K they are logic cells with their flip-flops, and block RAMs include 4 SPRAMs.",
+    ],
+)
+PAPERS_TABLE = Table(
+    name="papers",
+    title="On the papers' devices",
+    columns=(
+        "design",
+        "device",
+        "LUTs",
+        "of all LUTs, %",
+        "flip-flops",
+        "block RAMs",
+        "of all block RAMs, %",
+        "multipliers",
+        "paper",
+    ),
+    order=tuple(_PAPER_DEVICES),
+    notes=[
+        "Synthesis only (`synth_xilinx`), units with their ports as they are; block RAMs of 18 "
+        "kbit.",
+    ],
+)

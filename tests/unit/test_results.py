@@ -1,0 +1,79 @@
+"""The page of results, and the rows it is made of."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from bench.fpga import PAGE, STORE, TABLES, render
+from bench.fpga.boards import board_jobs, lanes_jobs
+from bench.fpga.job import Job, Measured
+from bench.fpga.store import Store, Table
+from bench.fpga.units import paper_jobs, unit_jobs
+from hdl.boards.tools import BuildError
+from host.errors import PathgeneError
+
+
+TABLE = Table(name="units", title="Units", columns=("unit", "LUTs"), order=("line", "core"))
+
+
+@dataclass(frozen=True)
+class CountingJob(Job):
+    """Its row is what its folder's file says."""
+
+    folder = "own"
+
+    def prepare(self, folder):
+        return (folder / "source").read_text()
+
+    def measure(self, folder):
+        text = (folder / "source").read_text()
+        if text == "broken":
+            raise BuildError("The tool failed.")
+        return {"LUTs": len(text)}
+
+
+@pytest.fixture
+def root(tmp_path):
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own" / "source").write_text("text")
+    return tmp_path
+
+
+def test_the_page_shows_the_rows_that_are_kept():
+    assert PAGE.read_text(encoding="utf-8") == render(Store(STORE))
+
+
+def test_every_row_of_every_table_has_a_job():
+    jobs = [*board_jobs(), *lanes_jobs(), *unit_jobs(), *paper_jobs()]
+    named = [(job.table, job.name) for job in jobs]
+    assert named == [(table.name, name) for table in TABLES for name in table.order]
+    # What is made in one folder is routed once: a board, and its chip among the lanes.
+    folders = [job.folder for job in jobs]
+    assert len(folders) - len(set(folders)) == 2
+
+
+def test_only_what_has_changed_is_measured(root):
+    job = CountingJob("units", "line")
+    assert job.measure_unless(None, root) == Measured("text", {"LUTs": 4})
+    assert job.measure_unless("text", root) is None
+    (root / "own" / "source").write_text("longer")
+    assert job.measure_unless("text", root) == Measured("longer", {"LUTs": 6})
+
+
+def test_a_tool_that_fails(root):
+    (root / "own" / "source").write_text("broken")
+    with pytest.raises(PathgeneError, match=r"^The tool failed\.$"):
+        CountingJob("units", "line").measure_unless(None, root)
+
+
+def test_rows_are_kept_at_once(tmp_path):
+    path: Path = tmp_path / "results.json"
+    assert Store(path).digest("units", "line") is None
+    Store(path).keep("units", "line", Measured("abc", {"LUTs": 7}))
+    Store(path).keep("papers", "line", Measured("def", {"LUTs": 8}))
+    again = Store(path)
+    assert (again.digest("units", "line"), again.digest("units", "core")) == ("abc", None)
+    report = TABLE.report(again)
+    assert report.rows == [("line", 7)]
+    assert report.notes == ["Not measured yet: core."]

@@ -1,6 +1,7 @@
 """``python -m bench [NAME ...]``: run benchmarks, print their tables, keep them as JSON.
 
-Each module named in :data:`NAMES` has ``run(options) -> Report``.
+Each one named in :data:`NAMES` is a module, ``-`` in its name an underscore, that has
+``run(options) -> Report``.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ NAMES = {
     "evaluation": "evaluations per second of one core",
     "quality": "ga-fpga and ga-pc over seven terrains, many seeds",
     "onboard": "plans whose collisions the board counts, beside the host's",
+    "allaire-table1": "ga-pc and ga-fpga per phase, beside table 1 of allaire-2008",
     "fpga": "area and routed clock on real devices; hours, so only when named",
 }
 
@@ -46,7 +48,7 @@ def main() -> int:
     arguments.out.mkdir(parents=True, exist_ok=True)
     for name in arguments.names or [name for name in NAMES if name != "fpga"]:
         try:
-            report = importlib.import_module(f"bench.{name}").run(options)
+            report = importlib.import_module(f"bench.{name.replace('-', '_')}").run(options)
         except PathgeneError as error:
             print(f"bench {name}: {error}", file=sys.stderr)
             return error.exit_status

@@ -6,6 +6,7 @@ import random
 
 import numpy as np
 
+from bench.allaire import GENERATIONS, PHASES
 from bench.report import Options, Report
 from bench.scenarios import EMBEDDED, problem
 from hdl.protocol import LinkMode
@@ -17,14 +18,16 @@ from host.planners.base import Options as PlanOptions
 
 __all__ = ["run"]
 
-_GENERATIONS = 60
+# Names of the chip's counters.
+_COUNTERS = {
+    "selection_crossover": "crossover",
+    "mutation": "mutation",
+    "population_update": "update",
+}
 # The map's size changes no clock of a generation, but the time to upload it.
 _SMALL_MAP = "sim:?map_size=64"
 _NO_MAP = "sim:?checker=none"
 _PLAN_GENERATIONS = 300
-# Table 1 of allaire-2008, per 60 generations at 100 MHz, in clocks per generation.
-_PAPER = {"selection and crossover": 8.85e-6, "mutation": 18e-6, "population update": 600e-9}
-_PAPER_HZ, _PAPER_GENERATIONS = 100e6, 60
 
 
 def run(options: Options) -> Report:
@@ -33,7 +36,7 @@ def run(options: Options) -> Report:
     Also with a map of random altitudes to be avoided, whose ground holds every other new waypoint.
     """
     report = Report(
-        f"A generation on the simulated board, mean of {_GENERATIONS}, clocks",
+        f"A generation on the simulated board, mean of {GENERATIONS}, clocks",
         (
             "unit",
             "paths of 16",
@@ -50,13 +53,9 @@ def run(options: Options) -> Report:
         for lengths in ((16, 16), (2, 7))
     ]
     measured.append(_measure((2, 7), LinkMode.RANK, board=_NO_MAP)[0])
-    for unit, counter in (
-        ("selection and crossover", "crossover"),
-        ("mutation", "mutation"),
-        ("population update", "update"),
-    ):
-        paper = _PAPER[unit] * _PAPER_HZ / _PAPER_GENERATIONS
-        report.rows.append((unit, *(means[counter] for means in measured), paper))
+    for unit, phase in PHASES.items():
+        clocks = (means[_COUNTERS[phase.key]] for means in measured)
+        report.rows.append((unit, *clocks, phase.clocks))
     total = [sum(row[i] for row in report.rows) for i in range(1, len(report.columns))]
     report.rows.append(("together", *total))
     report.rows.append(("longest generation", *(means["longest"] for means in measured), "-"))
@@ -119,7 +118,7 @@ def _measure(
         totals: dict[str, float] = {}
         to_board = from_board = 0
         longest = 0
-        for _ in range(_GENERATIONS):
+        for _ in range(GENERATIONS):
             chip.load(
                 [
                     [rng.getrandbits(config.waypoint_bits) for _ in range(rng.randint(*lengths))]
@@ -136,6 +135,6 @@ def _measure(
             for name in ("crossover", "mutation", "update", "redrawn", "left_out"):
                 totals[name] = totals.get(name, 0) + after[name] - before[name]
             longest = max(longest, after["longest"])
-        means = {name: total / _GENERATIONS for name, total in totals.items()}
+        means = {name: total / GENERATIONS for name, total in totals.items()}
         means["longest"] = longest
-        return means, (to_board / _GENERATIONS, from_board / _GENERATIONS)
+        return means, (to_board / GENERATIONS, from_board / GENERATIONS)

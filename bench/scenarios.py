@@ -13,12 +13,14 @@ from host.problem import Problem
 from host.terrain import Terrain, load
 
 
-__all__ = ["EMBEDDED", "SYNTHETIC", "TILES", "names", "problem"]
+__all__ = ["EMBEDDED", "LARGE", "SYNTHETIC", "TILES", "names", "problem"]
 
 #: The terrain that comes with the packages, always there.
 EMBEDDED = "jacksboro"
 #: The kinds of synthetic land of *roberge*, 25 km2 at 10 m, of seed 0.
 SYNTHETIC = ("canyon", "river")
+#: The kind of land that *allaire-2008* measures on, 80 x 80 km, of seed 0.
+LARGE = "large-canyon"
 #: Elevation tiles beside the repository, where there are any.
 TILES = {
     "himalaya": "himalaya_gorge_np.tif",
@@ -44,7 +46,7 @@ def names() -> list[str]:
 
 @cache
 def _terrain(name: str) -> Terrain:
-    if name == EMBEDDED or name in SYNTHETIC:
+    if name in (EMBEDDED, LARGE, *SYNTHETIC):
         return load(name)
     file = _FOLDER / TILES[name]
     if not file.exists():

@@ -99,26 +99,28 @@ class PcGeneticPlanner:
         run.record(generation, fitness)
         with run.search():
             while run.stopped_by() is None:
-                with run.phase("breeding"):
-                    children = self._children(paths, fitness, space, rng)
+                # The phases of table 1.
+                with run.phase("selection_crossover"):
+                    children = self._children(paths, fitness, rng)
+                with run.phase("mutation"):
+                    for i in np.flatnonzero(rng.random(len(children)) < self.mutation_rate):
+                        children[i] = self._mutated(children[i], space, rng)
+                with run.phase("population_update"):
                     kept = _kept(fitness, count - len(children), rng)
-                paths = [*(paths[i] for i in kept), *children]
+                    paths = [*(paths[i] for i in kept), *children]
                 fitness = np.concatenate((fitness[kept], evaluate(children)))
                 generation += 1
                 run.record(generation, fitness)
         return run.result()
 
     def _children(
-        self, paths: list[Path], fitness: NDArray[np.float64], space: Airspace,
-        rng: np.random.Generator,
+        self, paths: list[Path], fitness: NDArray[np.float64], rng: np.random.Generator,
     ) -> list[Path]:
         pairs = max(1, round(_CROSSOVER_SHARE * len(paths) / 2))
         parents = roulette(fitness, 2 * pairs, rng)
         children: list[Path] = []
         for one, other in zip(parents[::2], parents[1::2], strict=True):
             children += crossover(paths[one], paths[other], self.max_waypoints, rng)
-        for i in np.flatnonzero(rng.random(len(children)) < self.mutation_rate):
-            children[i] = self._mutated(children[i], space, rng)
         return children
 
     def _mutated(self, path: Path, space: Airspace, rng: np.random.Generator) -> Path:

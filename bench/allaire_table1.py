@@ -1,0 +1,99 @@
+"""Table 1 of *allaire-2008* again: the genetic algorithm on the PC alone and on the chip."""
+
+from __future__ import annotations
+
+from statistics import mean
+from typing import Any
+
+from bench.allaire import CLOCK_HZ, GENERATIONS, PHASES
+from bench.report import Options as BenchOptions
+from bench.report import Report
+from bench.scenarios import LARGE, problem
+from host.evaluation import Evaluator
+from host.planners import make
+from host.planners.base import Options, Result
+
+
+__all__ = ["run"]
+
+_MOST_SEEDS = 10
+# Evaluation and what it waits for: seconds of the paper's PC, alone and with sorted populations.
+_PAPER_EVALUATION_S = 60.0, 50.0
+
+
+def run(options: BenchOptions) -> Report:
+    """Run both planners for as many generations as the paper, on its kind of map."""
+    report = Report(
+        f"{GENERATIONS} generations on the PC and on the chip, per phase",
+        (
+            "phase",
+            "paper: PC, ms",
+            "paper: FPGA, microseconds",
+            "paper: times faster",
+            "ga-pc, ms",
+            "ga-fpga, clocks",
+            "ga-fpga, microseconds",
+            "times faster",
+        ),
+    )
+    seeds = range(min(options.seeds, _MOST_SEEDS))
+    # On one core, as the paper's PC.
+    evaluator = Evaluator(problem(LARGE), threads=1)
+    _plan("ga-pc", evaluator, 0)  # Compiles.
+    pc = [_plan("ga-pc", evaluator, seed) for seed in seeds]
+    chip = [_plan("ga-fpga", evaluator, seed, board="sim:") for seed in seeds]
+    [clock_hz] = {_hardware(result)["clock_hz"] for result in chip}
+    for name, phase in PHASES.items():
+        pc_s = mean(result.seconds[phase.key] for result in pc)
+        clocks = mean(_hardware(result)["cycles"][phase.key] for result in chip)
+        chip_s = clocks / clock_hz
+        report.rows.append(
+            (
+                name,
+                1e3 * phase.pc_s,
+                1e6 * phase.fpga_s,
+                phase.pc_s / phase.fpga_s,
+                1e3 * pc_s,
+                clocks,
+                1e6 * chip_s,
+                pc_s / chip_s,
+            )
+        )
+    pc_s, chip_s = (
+        mean(result.seconds["evaluation"] + result.seconds.get("sort", 0.0) for result in results)
+        for results in (pc, chip)
+    )
+    alone, sorted_s = _PAPER_EVALUATION_S
+    report.rows.append(
+        (
+            "evaluation and sorting",
+            1e3 * alone,
+            1e6 * sorted_s,
+            alone / sorted_s,
+            1e3 * pc_s,
+            "on the host",
+            1e6 * chip_s,
+            pc_s / chip_s,
+        )
+    )
+    evaluations = [mean(result.evaluations for result in results) for results in (pc, chip)]
+    report.notes = [
+        f"Means of {len(seeds)} seeds on {LARGE} (80 x 80 km, 0 to 3500 m). Paper: a Pentium 4 of "
+        f"2.8 GHz and a Virtex-II Pro at {CLOCK_HZ / 1e6:.0f} MHz.",
+        "Here: one core of this machine, ga-pc in Python with NumPy; the chip's own counters on "
+        f"the simulated board, at its nominal {clock_hz / 1e6:.0f} MHz (docs/results.md has the "
+        "routed clocks).",
+        "The link is in neither. Evaluation is the host's in both, compiled: "
+        f"{evaluations[0]:.0f} and {evaluations[1]:.0f} paths a run.",
+    ]
+    return report
+
+
+def _plan(planner: str, evaluator: Evaluator, seed: int, **own: str) -> Result:
+    options = Options(seed=seed, generations=GENERATIONS)
+    return make(planner, **own).plan(evaluator, options)
+
+
+def _hardware(result: Result) -> dict[str, Any]:
+    assert result.hardware is not None
+    return result.hardware

@@ -26,9 +26,7 @@ class Store:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._tables: dict[str, dict[str, dict[str, Any]]] = (
-            json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-        )
+        self._read()
 
     def digest(self, table: str, name: str) -> str | None:
         """Return the digest of what the row was made of, if it has been measured."""
@@ -40,9 +38,15 @@ class Store:
         return {name: kept["row"] for name, kept in self._tables.get(table, {}).items()}
 
     def keep(self, table: str, name: str, measured: Measured) -> None:
-        """Keep a row."""
+        """Keep a row, and those that others have kept in the same file."""
+        self._read()
         self._tables.setdefault(table, {})[name] = asdict(measured)
         self._path.write_text(json.dumps(self._tables, indent=1) + "\n", encoding="utf-8")
+
+    def _read(self) -> None:
+        self._tables: dict[str, dict[str, dict[str, Any]]] = (
+            json.loads(self._path.read_text(encoding="utf-8")) if self._path.exists() else {}
+        )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -70,10 +70,12 @@ def test_a_tool_that_fails(root):
 def test_rows_are_kept_at_once(tmp_path):
     path: Path = tmp_path / "results.json"
     assert Store(path).digest("units", "line") is None
-    Store(path).keep("units", "line", Measured("abc", {"LUTs": 7}))
-    Store(path).keep("papers", "line", Measured("def", {"LUTs": 8}))
+    one, other = Store(path), Store(path)
+    one.keep("units", "line", Measured("abc", {"LUTs": 7}))
+    other.keep("papers", "line", Measured("def", {"LUTs": 8}))
     again = Store(path)
     assert (again.digest("units", "line"), again.digest("units", "core")) == ("abc", None)
+    assert again.rows("papers") == {"line": {"LUTs": 8}}
     report = TABLE.report(again)
     assert report.rows == [("line", 7)]
     assert report.notes == ["Not measured yet: core."]

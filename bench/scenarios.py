@@ -37,6 +37,7 @@ _ENDS = 0.08, 0.92
 _ZONES = 0.35, 0.65
 _RADIUS = 0.06
 _HEIGHT_M = 100.0
+_VALLEY_HEIGHT_M = 60.0
 
 
 def names() -> list[str]:
@@ -56,15 +57,27 @@ def _terrain(name: str) -> Terrain:
 
 @cache
 def problem(name: str) -> Problem:
-    """Return a scenario: corner to corner 100 m above ground, two no-fly circles on the line."""
+    """Return a scenario: two no-fly circles on the straight line from start to goal.
+
+    Of a real terrain, from corner to corner 100 m above ground; of a synthetic one, from south to
+    north 60 m above the lowest ground of the valley, lower than what lies between.
+    """
     terrain = _terrain(name)
     (x0, x1), (y0, y1) = (
         tuple(share * size for share in _ENDS) for size in (terrain.width_m, terrain.height_m)
     )
+    height_m = _HEIGHT_M
+    if name in SYNTHETIC:
+        (x0, x1), height_m = (_valley(terrain, y) for y in (y0, y1)), _VALLEY_HEIGHT_M
     radius = _RADIUS * math.hypot(x1 - x0, y1 - y0)
     zones = tuple(
         Circle(x0 + share * (x1 - x0), y0 + share * (y1 - y0), radius) for share in _ZONES
     )
-    start = (x0, y0, float(terrain.ground(x0, y0)) + _HEIGHT_M)
-    goal = (x1, y1, float(terrain.ground(x1, y1)) + _HEIGHT_M)
+    start = (x0, y0, float(terrain.ground(x0, y0)) + height_m)
+    goal = (x1, y1, float(terrain.ground(x1, y1)) + height_m)
     return Problem(terrain, start, goal, uav.load("silver-fox"), nofly=zones)
+
+
+def _valley(terrain: Terrain, y: float) -> float:
+    """Return where the land is lowest at ``y``, metres east."""
+    return float(terrain.elevation[round(y / terrain.dy_m)].argmin() * terrain.dx_m)

@@ -58,7 +58,8 @@ OPTIONS: Mapping[str, Option] = {
                 "4; the paper's is 1)",
         type=int, metavar="N"),
     "max_waypoints": Option(
-        meaning="most transitional waypoints of a path (default 20)", type=int, metavar="N"),
+        meaning="most transitional waypoints of a path (default 20, of astar 16)", type=int,
+        metavar="N"),
 }
 
 
@@ -99,6 +100,12 @@ def _ga_pc(**options: Any) -> Planner:
     return PcGeneticPlanner(**options)
 
 
+def _astar(**options: Any) -> Planner:
+    from host.planners.astar import AstarPlanner
+
+    return AstarPlanner(**options)
+
+
 #: Every planner, the default first.
 PLANNERS: Mapping[str, Entry] = {
     "ga-fpga": Entry(
@@ -114,6 +121,13 @@ PLANNERS: Mapping[str, Entry] = {
         generations=300,
         options=("max_waypoints",),
         constructor=_ga_pc,
+    ),
+    "astar": Entry(
+        description="Grid search, few waypoints, lowest altitudes: what to beat",
+        paper="none: the search is Dijkstra's, the altitudes are a linear program's",
+        generations=8,
+        options=("max_waypoints",),
+        constructor=_astar,
     ),
 }
 

@@ -116,10 +116,35 @@ def test_baseline_and_an_option_it_does_not_know(hills, tmp_path, capsys):
     assert "board              none" in output.out
 
 
+def test_grid_search_and_what_check_says_of_it(hills, tmp_path, capsys):
+    assert main(["plan", "--terrain", str(hills), *ENDS, "--planner", "astar", "--max-waypoints",
+                 "9", "--out", str(tmp_path), "--json"]) == 0
+    output = capsys.readouterr()
+    assert output.err.splitlines()[-1].startswith("generation 4/8  best 1.")
+    summary = json.loads(output.out)
+    assert (summary["planner"], summary["generations"]) == ("astar", 4)
+    assert len(summary["waypoints"]) <= 11
+    assert main(["check", "--path", str(tmp_path / "summary.json"), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    terms = ("fitness", "penalty", "cost", "length_m", "mean_altitude_m", "fuel_N", "feasible")
+    assert {name: report[name] for name in terms} == {name: summary[name] for name in terms}
+
+
+# A wall of no-fly zones from edge to edge.
+WALL = [part for y in range(0, 4001, 400) for part in ("--nofly-circle", f"3000,{y},300")]
+
+
+def test_grid_search_without_a_way_is_status_1_with_files(hills, tmp_path, capsys):
+    assert main(["plan", "--terrain", str(hills), *ENDS, *WALL, "--planner", "astar", "--out",
+                 str(tmp_path)]) == 1
+    assert capsys.readouterr().err.splitlines()[-1].startswith(
+        "pathgene: No feasible path was found, the best one is written; ")
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == FILES
+    assert len(summary_in(tmp_path)["waypoints"]) == 2
+
+
 def test_no_feasible_path_is_status_1_with_files(hills, tmp_path, capsys):
-    # A wall of no-fly zones from edge to edge.
-    wall = [part for y in range(0, 4001, 400) for part in ("--nofly-circle", f"3000,{y},300")]
-    assert main(["plan", "--terrain", str(hills), *ENDS, *wall, "--generations", "3", "--out",
+    assert main(["plan", "--terrain", str(hills), *ENDS, *WALL, "--generations", "3", "--out",
                  str(tmp_path)]) == 1
     assert capsys.readouterr().err.splitlines()[-1] == (
         "pathgene: No feasible path was found, the best one is written; try more --generations, "

@@ -32,7 +32,7 @@ def test_unknown_planner():
 def test_importing_the_list_loads_nothing_heavy():
     heavy = """
 import sys, host.planners, host.cli
-print([m for m in ("numpy", "numba", "matplotlib", "rasterio", "amaranth", "serial")
+print([m for m in ("numpy", "scipy", "numba", "matplotlib", "rasterio", "amaranth", "serial")
        if m in sys.modules])
 """
     done = subprocess.run([sys.executable, "-c", heavy], capture_output=True, text=True,

@@ -1,0 +1,188 @@
+"""The lowest altitudes of waypoints whose places are given: a linear program."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linprog
+from scipy.spatial import ConvexHull
+
+from host.evaluation import Arc, Straight
+from host.evaluation.evaluator import FINE
+from host.evaluation.geometry import smooth
+from host.planners.grid_search import Prices
+from host.problem import Problem
+from host.terrain import Terrain
+
+
+__all__ = ["lowest_altitudes"]
+
+Floats = NDArray[np.float64]
+
+# Over the ground, so that rounding puts no sample under it, metres.
+_CLEARANCE_M = 1e-3
+# Under the limits of slopes, as a tangent: more than the solver's tolerance.
+_SLOPE_MARGIN = 1e-6
+# Price of a slope over the limits, in metres of altitude all along the path.
+_TOO_STEEP = 1e6
+# Arcs shorter than this are hardly steeper than the segments they join.
+_SHORT_ARC_M = 1e-3
+
+
+def lowest_altitudes(
+    problem: Problem, prices: Prices, places: Floats, *, base_m: float = 0.0, step_m: float = 0.0,
+) -> Floats | None:
+    """Give waypoints the altitudes that cost least.
+
+    For given places the smoothed path is fixed as seen from above, and the altitude anywhere on it
+    is linear in those of the waypoints. So are the cost of altitude, each limit of climb and
+    descent, on arcs too, and "above the ground"; fuel is convex, since a glide steeper than level
+    thrust saves no more. If the limits cannot be kept, they are exceeded by the least slope.
+
+    Parameters
+    ----------
+    problem : Problem
+        Terrain, ends and aircraft.
+    prices : Prices
+        Of altitude and climb.
+    places : (n, 2) float64, metres
+        Waypoints, start and goal included.
+    base_m, step_m : float
+        With a step, altitudes between are ``base_m`` and whole steps, rounded up, and keep all
+        limits nevertheless.
+
+    Returns
+    -------
+    ndarray or None
+        The path, (n, 3) float64 metres; None if an arc does not fit between its neighbours.
+    """
+    count = len(places)
+    # Numbers of waypoints for altitudes: pieces come back knowing what they lie between.
+    smoothed = smooth(np.column_stack((places, np.arange(count, dtype=np.float64))),
+                      problem.uav.turn_radius_m)
+    if smoothed.impossible_arcs:
+        return None
+    finest_m = problem.ds_m / FINE
+    runs = np.hypot(*np.diff(places, axis=0).T)
+    if not runs.any():
+        return None
+    finest_m = problem.ds_m / FINE
+    above, heights, level = [], [], np.zeros(count)
+    rises, flown = [np.diff(np.eye(count), axis=0)], [runs]
+    for piece in smoothed.pieces:
+        start = _between(piece.start[2], count)
+        stop = _between(piece.start[2] + piece.rise_m, count)
+        at, ground = _profile(problem.terrain, piece, finest_m)
+        above.append(np.outer(1 - at, start) + np.outer(at, stop))
+        heights.append(ground)
+        level += 0.5 * piece.run_m * (start + stop)
+        if isinstance(piece, Arc) and piece.run_m > _SHORT_ARC_M:
+            rises.append((stop - start)[None])
+            flown.append(np.array([piece.run_m]))
+    z = _solved(problem, prices, np.concatenate(above), np.concatenate(heights), level,
+                np.concatenate(rises), np.concatenate(flown), step_m)
+    if z is None:
+        return None
+    if step_m > 0:
+        z[1:-1] = base_m + np.ceil((z[1:-1] - base_m) / step_m) * step_m
+    return np.column_stack((places, z))
+
+
+def _between(at: float, count: int) -> Floats:
+    """Weights of the altitudes of all waypoints at the place ``at``, in numbers of waypoints."""
+    before = min(int(at), count - 2)
+    weights = np.zeros(count)
+    weights[before : before + 2] = before + 1 - at, at - before
+    return weights
+
+
+def _profile(terrain: Terrain, piece: Straight | Arc, finest_m: float) -> tuple[Floats, Floats]:
+    """Where along a piece, as shares of it, an altitude linear in these must clear what ground."""
+    if isinstance(piece, Straight):
+        borders = _borders(terrain, piece)
+        x, y, _ = piece.points(0.5 * (borders[1:] + borders[:-1])).T
+        ground = np.repeat(terrain.ground(x, y), 2)
+        at = np.repeat(borders, 2)[1:-1]
+    else:
+        at = np.linspace(0.0, 1.0, math.ceil(piece.run_m / finest_m) + 2)
+        x, y, _ = piece.points(at).T
+        ground = terrain.ground(x, y)
+        # Between two samples the ground is that of the one or of the other.
+        step = np.maximum(ground[1:], ground[:-1])
+        ground = np.maximum(np.append(step, step[-1]), np.append(step[0], step))
+    # Voids have no height to clear: whoever evaluates the path finds them.
+    ground = np.nan_to_num(ground, nan=terrain.lowest)
+    outer = _upper_hull(at, ground)
+    return at[outer], ground[outer]
+
+
+def _borders(terrain: Terrain, piece: Straight) -> Floats:
+    """Shares of a straight piece at which the nearest node changes, with 0 and 1."""
+    shares = [np.array([0.0, 1.0])]
+    x, y, _ = piece.start
+    for at, way, side in ((x, piece.heading[0] * piece.run_m, terrain.dx_m),
+                          (y, piece.heading[1] * piece.run_m, terrain.dy_m)):
+        if way != 0:
+            first, last = sorted((at / side - 0.5, (at + way) / side - 0.5))
+            lines = np.arange(math.ceil(first), math.floor(last) + 1)
+            shares.append(((lines + 0.5) * side - at) / way)
+    return np.unique(np.clip(np.concatenate(shares), 0.0, 1.0))
+
+
+def _upper_hull(at: Floats, ground: Floats) -> NDArray[np.intp]:
+    """Indices of the points that a line over both ends must clear in order to clear all."""
+    span = float(np.ptp(ground))
+    if len(at) < 3 or span == 0:
+        return np.array([0, len(at) - 1])
+    height = (ground - ground.min()) / span
+    # Corners below the points close the hull.
+    shape = np.concatenate((np.column_stack((at, height)), [[0.0, -1.0], [1.0, -1.0]]))
+    corners = ConvexHull(shape).vertices
+    outer: NDArray[np.intp] = np.sort(corners[corners < len(at)])
+    return outer
+
+
+def _solved(
+    problem: Problem, prices: Prices, above: Floats, heights: Floats, level: Floats, rises: Floats,
+    runs: Floats, step_m: float,
+) -> Floats | None:
+    """Solve for the altitudes of all waypoints, what each segment climbs, and the steepness.
+
+    Parameters
+    ----------
+    above, heights : (m, n) and (m,) float64
+        Weights of altitudes, and ground to clear.
+    level : (n,) float64
+        Weights of the integral of altitude over length, metres.
+    rises, runs : (p, n) and (p,) float64
+        Weights of what is risen on a run, and its length in metres: the segments, then arcs.
+    """
+    uav, count = problem.uav, len(level)
+    segments, slopes = count - 1, len(rises)
+    climb, descent = (math.tan(math.radians(limit)) - _SLOPE_MARGIN
+                      for limit in (uav.max_climb_deg, uav.max_descent_deg))
+    # What rounding up may add to a rise, and take from it.
+    more = step_m * np.maximum(rises[:, 1:-1], 0).sum(axis=1)
+    less = step_m * np.maximum(-rises[:, 1:-1], 0).sum(axis=1)
+    over = np.column_stack((np.zeros((slopes, segments)), -runs))
+    paid = -np.eye(segments, segments + 1)
+    matrix = np.concatenate((
+        np.column_stack((-above, np.zeros((len(above), segments + 1)))),
+        np.column_stack((rises, over)),
+        np.column_stack((-rises, over)),
+        np.column_stack((rises[:segments], paid)),
+    ))
+    limits = np.concatenate((
+        -heights - _CLEARANCE_M, runs * climb - more, runs * descent - less, np.zeros(segments)))
+    bounds = np.full((count + segments + 1, 2), (-np.inf, np.inf))
+    bounds[[0, count - 1]] = [[problem.start[2]] * 2, [problem.goal[2]] * 2]
+    bounds[count:-1, 0] = -prices.glide * runs[:segments]
+    bounds[-1, 0] = 0.0
+    # In metres of altitude over the whole way.
+    way_m = runs[:segments].sum()
+    work = np.full(segments, prices.work / prices.area / way_m)
+    costs = np.concatenate((level / way_m, work, [_TOO_STEEP]))
+    solution = linprog(costs, A_ub=matrix, b_ub=limits, bounds=bounds, method="highs")
+    return solution.x[:count] if solution.status == 0 else None

@@ -1,0 +1,224 @@
+"""Cheapest routes over a coarse grid of the terrain: where a path should go, seen from above.
+
+A route costs what :mod:`host.evaluation` would charge for flying it at the altitude of a surface
+over the ground: half for altitude times length, half for fuel, each relative to the straight line.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from host.evaluation.fuel import SEA_LEVEL_DENSITY_KG_M3, air_distance
+from host.evaluation.reference import utopia
+from host.problem import Problem
+
+
+__all__ = ["Prices", "SearchGrid"]
+
+Floats = NDArray[np.float64]
+
+# Nodes on the longer side of the search grid: more find hardly better routes, but take longer.
+_MOST_NODES = 200
+# Steps to 16 neighbours: with 8, a route on level ground is up to 8 % longer than the line.
+_QUARTER = ((1, 0), (1, 1), (2, 1), (1, 2))
+_STEPS = tuple(step for x, y in _QUARTER for step in ((x, y), (-y, x), (-x, -y), (y, -x)))
+# Dijkstra's rule needs steps that cost something.
+_LEAST_COST = 1e-12
+
+
+class Prices:
+    """The cost of equation (2) as prices of what a path does.
+
+    Parameters
+    ----------
+    problem : Problem
+        The aircraft, and the straight line that costs are relative to.
+
+    Attributes
+    ----------
+    area : float
+        Of a metre of altitude over a metre of length.
+    work : float
+        Of a metre of climb, or of what takes as much thrust.
+    glide : float
+        Slope, as a tangent, of level thrust: going down as steeply takes none.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        best = utopia(problem.start, problem.goal, problem.uav, problem.wind)
+        uav = problem.uav
+        lift_area = 0.5 * SEA_LEVEL_DENSITY_KG_M3 * uav.cruise_speed_m_s**2 * uav.wing_area_m2
+        drag = (lift_area * uav.zero_lift_drag_coefficient
+                + uav.induced_drag_factor * uav.weight_N**2 / lift_area)
+        burn_per_m = uav.specific_fuel_consumption_N_per_Ws / uav.propeller_efficiency
+        self.area = 0.5 / (best.altitude_m * best.length_m)
+        self.work = 0.5 / best.fuel_N * burn_per_m * uav.weight_N
+        self.glide = drag / uav.weight_N
+
+
+class SearchGrid:
+    """The terrain drawn together to at most 200 x 200 nodes, each as high as the highest it covers.
+
+    Voids and no-fly zones are left out, and ground that the aircraft cannot get over between here
+    and the start or the goal, even straight on.
+
+    Parameters
+    ----------
+    problem : Problem
+        Terrain, ends, aircraft, zones and wind.
+    margin_m : float
+        Distance that routes keep from what is left out, so that turns may cut their corners.
+
+    Attributes
+    ----------
+    ground : (rows, columns) float64, metres
+        Highest ground of each node.
+    blocked : (rows, columns) bool
+        Nodes left out.
+    """
+
+    def __init__(self, problem: Problem, margin_m: float = 0.0) -> None:
+        terrain, uav = problem.terrain, problem.uav
+        self.problem = problem
+        self.prices = Prices(problem)
+        self._every = math.ceil(max(terrain.shape) / _MOST_NODES)
+        self.dx_m, self.dy_m = self._every * terrain.dx_m, self._every * terrain.dy_m
+        void = np.isnan(terrain.elevation)
+        self.ground = self._pooled(np.where(void, np.nanmin(terrain.elevation), terrain.elevation))
+        self.shape = self.ground.shape
+        rows, columns = np.indices(self.shape)
+        # A node of the terrain, so that no line between nodes runs along the border of cells.
+        middle = self._every // 2
+        x = np.minimum(columns * self._every + middle, terrain.shape[1] - 1) * terrain.dx_m
+        y = np.minimum(rows * self._every + middle, terrain.shape[0] - 1) * terrain.dy_m
+        self._x, self._y = x.ravel(), y.ravel()
+
+        climb, descent = (math.tan(math.radians(limit))
+                          for limit in (uav.max_climb_deg, uav.max_descent_deg))
+        (x0, y0, z0), (x1, y1, z1) = problem.start, problem.goal
+        away_0, away_1 = np.hypot(x - x0, y - y0), np.hypot(x - x1, y - y1)
+        # The ground of a node may lie this far from where it is taken to be.
+        reach = math.hypot(self.dx_m, self.dy_m)
+        out = self._pooled(void | problem.nofly_raster)
+        out |= self.ground > z0 + climb * (away_0 + reach)
+        out |= self.ground > z1 + descent * (away_1 + reach)
+        self._start, self._goal = self._node(x0, y0), self._node(x1, y1)
+        out.flat[[self._start, self._goal]] = False
+        self.blocked = out
+        self._shunned = out
+        if margin_m > 0 and out.any():
+            away = ndimage.distance_transform_edt(~out, sampling=(self.dy_m, self.dx_m))
+            self._shunned = away <= margin_m
+            self._shunned.flat[[self._start, self._goal]] = False
+        # As low as the aircraft can be, coming from the start and going to the goal.
+        self._lowest = np.maximum(z0 - descent * away_0, z1 - climb * away_1)
+        self._link()
+
+    def surface(self, steepness: float) -> Floats:
+        """Altitudes over the ground, (rows, columns) metres, whose slopes are at most a tangent.
+
+        The lowest such surface: each node is at least as high as any other less ``steepness`` times
+        the way between. Infinite: the ground. Never lower than start and goal let it be.
+        """
+        surface = self.ground
+        if math.isfinite(steepness):
+            # From one more node, whose way to each other is how far that lies below the top.
+            top = surface.max()
+            costs = np.concatenate((steepness * self._length, (top - surface).ravel()))
+            below = dijkstra(self._graph(costs), indices=len(self._x))[:-1]
+            surface = top - below.reshape(self.shape)
+        lowest: Floats = np.maximum(surface, self._lowest)
+        return lowest
+
+    def route(self, surface: Floats) -> Floats | None:
+        """The cheapest way from start to goal at the altitudes of ``surface``.
+
+        Returns
+        -------
+        ndarray or None
+            Points x, y from start to goal, (n, 2) float64 metres; None if there is no way.
+        """
+        altitude = surface.ravel()
+        tail, head = altitude[self._tail], altitude[self._head]
+        thrust = np.maximum(self.prices.glide + (head - tail) / self._length, 0.0)
+        costs = (self.prices.area * 0.5 * (tail + head) * self._length
+                 + self.prices.work * thrust * self._air)
+        costs = np.maximum(costs, _LEAST_COST)
+        costs[self._barred] = math.inf
+        graph = self._graph(np.concatenate((costs, np.full(len(self._x), math.inf))))
+        _, before = dijkstra(graph, indices=self._start, return_predecessors=True)
+        nodes = [self._goal]
+        while nodes[-1] != self._start:
+            if before[nodes[-1]] < 0:
+                return None
+            nodes.append(int(before[nodes[-1]]))
+        nodes.reverse()
+        points: Floats = np.stack((self._x[nodes], self._y[nodes]), axis=1)
+        ends = np.array([self.problem.start[:2], self.problem.goal[:2]])
+        return np.concatenate((ends[:1], points[1:-1], ends[1:]))
+
+    def price_per_m(self, surface: Floats) -> Floats:
+        """Cost of a metre of level flight on ``surface``; infinite where nothing may fly."""
+        level = self.prices.area * surface + self.prices.work * self.prices.glide
+        return np.where(self.blocked, math.inf, level)
+
+    def nodes(self, x: Floats, y: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Row and column of the nodes that cover points on the map, metres."""
+        row, column = self.problem.terrain.nearest_nodes(x, y)
+        return row // self._every, column // self._every
+
+    def _node(self, x: float, y: float) -> int:
+        row, column = self.nodes(np.array([x]), np.array([y]))
+        return int(row[0] * self.shape[1] + column[0])
+
+    def _pooled(self, raster: NDArray[Any]) -> NDArray[Any]:
+        """The highest of every block of a raster of the terrain."""
+        rows, columns = (np.arange(0, nodes, self._every) for nodes in raster.shape)
+        return np.maximum.reduceat(np.maximum.reduceat(raster, rows, axis=0), columns, axis=1)
+
+    def _link(self) -> None:
+        """List the steps between nodes, in the order of a sparse matrix."""
+        rows, columns = self.shape
+        count = rows * columns
+        node = np.arange(count, dtype=np.int32)
+        row, column = np.divmod(node, columns)
+        across, up = np.array(_STEPS).T
+        to_row, to_column = row[:, None] + up, column[:, None] + across
+        inside = (to_row >= 0) & (to_row < rows) & (to_column >= 0) & (to_column < columns)
+        self._head = (to_row * columns + to_column)[inside].astype(np.int32)
+        self._tail = np.repeat(node, inside.sum(axis=1))
+        # A step of a chess knight passes two nodes on its way.
+        blocked = self._shunned.ravel()
+        self._barred = blocked[self._head]
+        for half in (np.floor, np.ceil):
+            passed = (row[:, None] + half(up / 2)) * columns + column[:, None] + half(across / 2)
+            self._barred |= blocked[passed[inside].astype(np.int32)]
+        step = np.broadcast_to(np.arange(len(_STEPS)), inside.shape)[inside]
+        runs = np.hypot(across * self.dx_m, up * self.dy_m)
+        self._length, self._air = runs[step], self._air_runs(runs)[step]
+        # The last node is not of the grid: see surface().
+        self._heads = np.concatenate((self._head, node))
+        first = np.concatenate(([0], np.cumsum(inside.sum(axis=1))))
+        self._firsts = np.append(first, first[-1] + count).astype(np.int32)
+
+    def _air_runs(self, runs: Floats) -> Floats:
+        """Distance through the air of each of the steps; infinite where the wind forbids it."""
+        problem = self.problem
+        air = []
+        for run, (across, up) in zip(runs.tolist(), _STEPS, strict=True):
+            heading = across * self.dx_m / run, up * self.dy_m / run, run
+            flown = air_distance(run, run, [heading], problem.wind, problem.uav.cruise_speed_m_s)
+            air.append(math.inf if flown is None else flown)
+        return np.array(air)
+
+    def _graph(self, costs: Floats) -> csr_array:
+        """The grid and one node more, with the costs of all steps."""
+        count = len(self._x) + 1
+        return csr_array((costs, self._heads, self._firsts), shape=(count, count))

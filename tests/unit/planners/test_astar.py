@@ -1,0 +1,131 @@
+"""Grid search as a planner."""
+
+import numpy as np
+import pytest
+
+from bench.scenarios import EMBEDDED, problem
+from host import uav
+from host.errors import InputError
+from host.evaluation import Evaluator
+from host.nofly import Circle, Polygon
+from host.planners import PLANNERS
+from host.planners.astar import MOST_SEARCHES, AstarPlanner
+from host.planners.base import Options, Stop
+from host.problem import Problem
+from host.terrain import Terrain
+
+
+ALL = Options(generations=MOST_SEARCHES)
+
+
+def test_finds_the_gap_and_repeats_it(evaluator, record):
+    first, again = (AstarPlanner().plan(evaluator, Options(generations=8, seed=seed), progress)
+                    for seed, progress in ((1, record), (2, None)))
+    assert first.evaluation.feasible
+    assert evaluator.evaluate(first.path) == first.evaluation
+    assert np.array_equal(first.path, again.path)
+    assert first.history == again.history == record.seen
+    # The straight line, then four surfaces; the wall is no way to go low.
+    assert [generation for generation, _, _ in first.history] == [0, 1, 2, 3, 4]
+    assert (first.generations, first.stopped_by, first.hardware) == (4, "generations", None)
+    assert 1 + 4 <= first.evaluations <= 1 + 4 * 5
+    best = [best for _, best, _ in first.history]
+    assert best == sorted(best)
+    assert best[0] < 1 < best[1]
+    assert set(first.seconds) == {"search", "evaluation", "choice", "total"}
+
+
+def test_beats_the_genetic_algorithm_on_the_embedded_terrain():
+    evaluator = Evaluator(problem(EMBEDDED), threads=1)
+    result = AstarPlanner().plan(evaluator, ALL)
+    assert result.evaluation.feasible
+    # The means of ga-fpga and ga-pc are 1.481 and 1.460.
+    assert result.evaluation.fitness > 1.505
+
+
+def test_keeps_to_the_most_waypoints(evaluator):
+    for most in (1, 3, 16):
+        result = AstarPlanner(max_waypoints=most).plan(evaluator, ALL)
+        assert max(len(path) - 2 for _, path in result.archive) <= most
+
+
+@pytest.mark.parametrize("count", [0, 101])
+def test_refuses_a_number_of_waypoints(count):
+    with pytest.raises(InputError) as caught:
+        AstarPlanner(max_waypoints=count)
+    assert str(caught.value) == (
+        f"The most waypoints of a path must be from 1 to 100, not {count}.")
+
+
+def test_refuses_a_population(evaluator):
+    with pytest.raises(InputError) as caught:
+        AstarPlanner().plan(evaluator, Options(population=32))
+    assert str(caught.value) == (
+        "The planner astar has no population; leave out --population.")
+
+
+def test_level_ground_is_flown_straight(make_evaluator):
+    evaluator = make_evaluator(np.full((41, 61), 100.0), nofly=(), start=(500, 700, 200),
+                               goal=(5500, 700, 200))
+    result = AstarPlanner().plan(evaluator, ALL)
+    run = 5000 / result.evaluation.length_m
+    assert 0.99 < run <= 1
+    assert result.evaluation.fitness > evaluator.evaluate(
+        np.array([evaluator.problem.start, evaluator.problem.goal])).fitness
+
+
+def test_no_way_leaves_the_straight_line(make_evaluator):
+    walls = tuple(Circle(3000, y, 300) for y in range(0, 4001, 400))
+    evaluator = make_evaluator(nofly=walls)
+    result = AstarPlanner().plan(evaluator, ALL)
+    assert (result.generations, result.evaluations) == (0, 1)
+    assert np.array_equal(result.path, [evaluator.problem.start, evaluator.problem.goal])
+    assert not result.evaluation.feasible
+
+
+def test_keeps_away_from_zones_when_hugging_them_fails():
+    # A wall as thin as a node, over whose end the turns are sharp.
+    terrain = Terrain("plain", np.zeros((201, 201)), 10.0, 10.0)
+    wall = Polygon(((995, 0), (1005, 0), (1005, 1100), (995, 1100)))
+    evaluator = Evaluator(Problem(terrain, (200, 200, 50), (1800, 200, 50), uav.load("silver-fox"),
+                                  nofly=(wall,)), threads=1)
+    near, far = (AstarPlanner().plan(evaluator, Options(generations=count)) for count in (4, 8))
+    assert not near.evaluation.feasible
+    assert far.generations > 4
+    assert far.evaluation.feasible
+
+
+def test_stop_criteria(evaluator):
+    planner = AstarPlanner()
+    target = planner.plan(evaluator, Options(generations=8, target_fitness=1.01))
+    assert (target.generations, target.stopped_by) == (1, "target-fitness")
+    few = planner.plan(evaluator, Options(generations=2))
+    assert (few.generations, few.stopped_by) == (2, "generations")
+    late = planner.plan(evaluator, Options(generations=8, time_limit_s=1e-9))
+    assert (late.generations, late.stopped_by) == (0, "time-limit")
+
+
+def test_interrupt_returns_the_best_so_far(evaluator):
+    stop = Stop()
+
+    class Impatient:
+        def update(self, generation, best, mean):
+            if generation == 2:
+                stop.request()
+
+    result = AstarPlanner().plan(evaluator, ALL, Impatient(), stop)
+    assert (result.interrupted, result.generations, stop.heeded) == (True, 2, True)
+    assert result.evaluation.feasible
+
+
+def test_the_registry_knows_how_many_searches_there_are():
+    assert PLANNERS["astar"].generations == MOST_SEARCHES
+
+
+def test_voids_are_flown_around(make_evaluator):
+    elevation = np.full((41, 61), 100.0)
+    elevation[:25, 28:33] = np.nan
+    result = AstarPlanner().plan(make_evaluator(elevation), ALL)
+    assert result.evaluation.feasible
+    assert result.path[:, 1].max() > 2450
+

@@ -60,6 +60,10 @@ OPTIONS: Mapping[str, Option] = {
     "max_waypoints": Option(
         meaning="most transitional waypoints of a path (default 20, of astar 16)", type=int,
         metavar="N"),
+    "init": Option(
+        meaning="what the first population is: random, or astar: what the planner astar finds, "
+                "and varied copies of it (default random)",
+        choices=("random", "astar")),
 }
 
 
@@ -112,14 +116,14 @@ PLANNERS: Mapping[str, Entry] = {
         description="Genetic algorithm on the chip; the host evaluates and sorts",
         paper="Allaire, Tarbouchi, Labonte and Fusina 2008, section 4",
         generations=300,
-        options=("board", "link_mode", "feasibility", "initial_draws"),
+        options=("board", "link_mode", "feasibility", "initial_draws", "init"),
         constructor=_ga_fpga,
     ),
     "ga-pc": Entry(
         description="The same genetic algorithm on the PC alone: the baseline",
         paper="Allaire, Tarbouchi, Labonte and Fusina 2008, section 3",
         generations=300,
-        options=("max_waypoints",),
+        options=("max_waypoints", "init"),
         constructor=_ga_pc,
     ),
     "astar": Entry(

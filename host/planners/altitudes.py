@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 from scipy.optimize import linprog
-from scipy.spatial import ConvexHull
 
 from host.evaluation import Arc, Straight
 from host.evaluation.evaluator import FINE
 from host.evaluation.geometry import smooth
+from host.evaluation.jit import compiled
 from host.planners.grid_search import Prices
 from host.problem import Problem
 from host.terrain import Terrain
@@ -56,25 +58,22 @@ def lowest_altitudes(
     Returns
     -------
     ndarray or None
-        The path, (n, 3) float64 metres; None if an arc does not fit between its neighbours.
+        The path, (n, 3) float64 metres; None if an arc does not fit between its neighbours, or
+        the path goes straight up.
     """
     count = len(places)
     # Numbers of waypoints for altitudes: pieces come back knowing what they lie between.
     smoothed = smooth(np.column_stack((places, np.arange(count, dtype=np.float64))),
                       problem.uav.turn_radius_m)
-    if smoothed.impossible_arcs:
-        return None
-    finest_m = problem.ds_m / FINE
     runs = np.hypot(*np.diff(places, axis=0).T)
-    if not runs.any():
+    if smoothed.impossible_arcs or not runs.any():
         return None
-    finest_m = problem.ds_m / FINE
     above, heights, level = [], [], np.zeros(count)
     rises, flown = [np.diff(np.eye(count), axis=0)], [runs]
-    for piece in smoothed.pieces:
+    profiles = _profiles(problem.terrain, smoothed.pieces, problem.ds_m / FINE)
+    for piece, (at, ground) in zip(smoothed.pieces, profiles, strict=True):
         start = _between(piece.start[2], count)
         stop = _between(piece.start[2] + piece.rise_m, count)
-        at, ground = _profile(problem.terrain, piece, finest_m)
         above.append(np.outer(1 - at, start) + np.outer(at, stop))
         heights.append(ground)
         level += 0.5 * piece.run_m * (start + stop)
@@ -98,24 +97,26 @@ def _between(at: float, count: int) -> Floats:
     return weights
 
 
-def _profile(terrain: Terrain, piece: Straight | Arc, finest_m: float) -> tuple[Floats, Floats]:
-    """Where along a piece, as shares of it, an altitude linear in these must clear what ground."""
-    if isinstance(piece, Straight):
-        borders = _borders(terrain, piece)
-        x, y, _ = piece.points(0.5 * (borders[1:] + borders[:-1])).T
-        ground = np.repeat(terrain.ground(x, y), 2)
-        at = np.repeat(borders, 2)[1:-1]
-    else:
-        at = np.linspace(0.0, 1.0, math.ceil(piece.run_m / finest_m) + 2)
-        x, y, _ = piece.points(at).T
-        ground = terrain.ground(x, y)
-        # Between two samples the ground is that of the one or of the other.
-        step = np.maximum(ground[1:], ground[:-1])
-        ground = np.maximum(np.append(step, step[-1]), np.append(step[0], step))
+def _profiles(
+    terrain: Terrain, pieces: Sequence[Straight | Arc], finest_m: float,
+) -> Iterator[tuple[Floats, Floats]]:
+    """Where along each piece, as shares of it, an altitude linear in these must clear what ground.
+
+    Straight pieces are cut where the nearest node changes, arcs in parts of at most ``finest_m``.
+    """
+    cuts = [_borders(terrain, piece) if isinstance(piece, Straight) else
+            np.linspace(0.0, 1.0, math.ceil(piece.run_m / finest_m) + 1) for piece in pieces]
+    middles = np.concatenate([piece.points(0.5 * (at[1:] + at[:-1]))[:, :2]
+                              for piece, at in zip(pieces, cuts, strict=True)])
     # Voids have no height to clear: whoever evaluates the path finds them.
-    ground = np.nan_to_num(ground, nan=terrain.lowest)
-    outer = _upper_hull(at, ground)
-    return at[outer], ground[outer]
+    grounds = np.nan_to_num(terrain.ground(*middles.T), nan=terrain.lowest)
+    ends = np.cumsum([len(at) - 1 for at in cuts])
+    for piece, at, part in zip(pieces, cuts, np.split(grounds, ends[:-1]), strict=True):
+        # The nearest node of a part of an arc may change on its way: to that of the next.
+        ground = part if isinstance(piece, Straight) else maximum_filter1d(part, 3)
+        at, ground = np.repeat(at, 2)[1:-1], np.repeat(ground, 2)
+        outer = _upper_hull(at, ground)
+        yield at[outer], ground[outer]
 
 
 def _borders(terrain: Terrain, piece: Straight) -> Floats:
@@ -131,17 +132,24 @@ def _borders(terrain: Terrain, piece: Straight) -> Floats:
     return np.unique(np.clip(np.concatenate(shares), 0.0, 1.0))
 
 
-def _upper_hull(at: Floats, ground: Floats) -> NDArray[np.intp]:
-    """Indices of the points that a line over both ends must clear in order to clear all."""
-    span = float(np.ptp(ground))
-    if len(at) < 3 or span == 0:
-        return np.array([0, len(at) - 1])
-    height = (ground - ground.min()) / span
-    # Corners below the points close the hull.
-    shape = np.concatenate((np.column_stack((at, height)), [[0.0, -1.0], [1.0, -1.0]]))
-    corners = ConvexHull(shape).vertices
-    outer: NDArray[np.intp] = np.sort(corners[corners < len(at)])
-    return outer
+@compiled
+def _upper_hull(at: Floats, ground: Floats) -> NDArray[np.int64]:
+    """Indices of the points that a line must clear in order to clear all: Andrew's chain.
+
+    Compiled, because thousands of short profiles are looked at, and Qhull takes longer to start.
+    """
+    outer = np.empty(len(at), dtype=np.int64)
+    size = 0
+    for point in range(len(at)):
+        while size > 1:
+            one, other = outer[size - 2], outer[size - 1]
+            rise = (ground[point] - ground[one]) * (at[other] - at[one])
+            if rise < (ground[other] - ground[one]) * (at[point] - at[one]):
+                break
+            size -= 1
+        outer[size] = point
+        size += 1
+    return outer[:size]
 
 
 def _solved(

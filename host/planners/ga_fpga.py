@@ -16,6 +16,7 @@ from host.errors import InputError, JobError
 from host.evaluation import Evaluator
 from host.planners.base import Options, Progress, Result, Run, Stop
 from host.planners.counting import BoardCounts
+from host.planners.initial import astar_paths, check_init
 from host.terrain import ChipMap
 
 
@@ -64,6 +65,9 @@ class FpgaGeneticPlanner:
         ``host``: the host samples d_ut and d_nf along the smoothed path. ``board``: the chip's
         collision checker counts them along the straight path (see
         :class:`host.planners.counting.BoardCounts`), and its mutations refuse points in the ground.
+    init : str
+        ``random``, or ``astar``: the paths drawn are of :func:`host.planners.initial.astar_paths`,
+        on the cells and altitude steps of the chip.
     open_board : callable, optional
         Returns the :class:`~host.chip.Chip` at a URL.
 
@@ -76,7 +80,8 @@ class FpgaGeneticPlanner:
 
     def __init__(
         self, *, board: str = "model:", link_mode: str = "rank", initial_draws: int = 4,
-        feasibility: str = "host", open_board: Callable[[str], Chip] | None = None,
+        feasibility: str = "host", init: str = "random",
+        open_board: Callable[[str], Chip] | None = None,
     ) -> None:
         names = [mode.name.lower() for mode in LinkMode]
         if link_mode not in names:
@@ -90,6 +95,7 @@ class FpgaGeneticPlanner:
         self.board = board
         self.on_board = feasibility == "board"
         self.initial_draws = initial_draws
+        self.from_astar = check_init(init)
         self.link_mode = LinkMode[link_mode.upper()]
         self._open_board = open_board
 
@@ -120,8 +126,7 @@ class FpgaGeneticPlanner:
             run = Run(evaluator, options, progress, stop)
             with run.phase("map"):
                 grid = ChipMap(config, evaluator.problem)
-                rng = np.random.default_rng(options.seed)
-                drawn = draw_paths(grid, config, rng, self.initial_draws * config.population)
+            drawn = self._first_paths(run, grid, config)
             loop = _Loop(chip, grid, run, self.link_mode, self.on_board)
             loop.start(drawn)
             try:
@@ -133,6 +138,18 @@ class FpgaGeneticPlanner:
                 # What was found before the board was lost is worth a report.
                 run.failure = str(error)
             return run.result()
+
+    def _first_paths(self, run: Run, grid: ChipMap, config: Config) -> list[list[int]]:
+        """Packed paths, of which the best are to be the first population."""
+        rng = np.random.default_rng(run.options.seed)
+        count = self.initial_draws * config.population
+        if self.from_astar:
+            found = astar_paths(run, rng, count, config.max_waypoints,
+                                fewest=config.MIN_WAYPOINTS, lattice=grid)
+            if found is not None:
+                return [pack_waypoints(config, grid.to_cells(path[1:-1])) for path in found]
+        with run.phase("map"):
+            return draw_paths(grid, config, rng, count)
 
     def _open(self) -> Chip:
         return (self._open_board or open_board)(self.board)

@@ -11,6 +11,7 @@ from host.errors import InputError
 from host.evaluation import Evaluator
 from host.planners.airspace import Airspace
 from host.planners.base import Options, Progress, Result, Run, Stop
+from host.planners.initial import astar_paths, check_init
 
 
 __all__ = ["PcGeneticPlanner", "crossover", "roulette", "smooth_turn"]
@@ -52,6 +53,8 @@ class PcGeneticPlanner:
         Most transitional waypoints of a path, 3 to 1000.
     mutation_rate : float
         Chance of a child to be mutated, 0 to 1.
+    init : str
+        ``random``, or ``astar``: the first population is of :func:`host.planners.initial`.
 
     Raises
     ------
@@ -59,7 +62,10 @@ class PcGeneticPlanner:
         If a parameter is outside its range.
     """
 
-    def __init__(self, *, max_waypoints: int = 20, mutation_rate: float = _MUTATION_RATE) -> None:
+    def __init__(
+        self, *, max_waypoints: int = 20, mutation_rate: float = _MUTATION_RATE,
+        init: str = "random",
+    ) -> None:
         if not 3 <= max_waypoints <= _MOST_WAYPOINTS:
             raise InputError(f"The most waypoints of a path must be from 3 to {_MOST_WAYPOINTS}, "
                              f"not {max_waypoints}.")
@@ -67,6 +73,7 @@ class PcGeneticPlanner:
             raise InputError(f"The mutation rate must be from 0 to 1, not {mutation_rate:g}.")
         self.max_waypoints = max_waypoints
         self.mutation_rate = mutation_rate
+        self.from_astar = check_init(init)
 
     def plan(
         self, evaluator: Evaluator, options: Options,
@@ -89,7 +96,11 @@ class PcGeneticPlanner:
         ends = np.array([problem.start]), np.array([problem.goal])
 
         run = Run(evaluator, options, progress, stop)
-        paths = [space.draw(rng, MIN_WAYPOINTS) for _ in range(count)]
+        found = None
+        if self.from_astar:
+            found = astar_paths(run, rng, count, self.max_waypoints, fewest=MIN_WAYPOINTS)
+        paths = ([space.draw(rng, MIN_WAYPOINTS) for _ in range(count)] if found is None else
+                 [path[1:-1] for path in found])
 
         def evaluate(some: list[Path]) -> NDArray[np.float64]:
             return run.fitness([np.concatenate((ends[0], path, ends[1])) for path in some])

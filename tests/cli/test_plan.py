@@ -143,6 +143,25 @@ def test_grid_search_without_a_way_is_status_1_with_files(hills, tmp_path, capsy
     assert len(summary_in(tmp_path)["waypoints"]) == 2
 
 
+@pytest.mark.parametrize("planner", ["ga-fpga", "ga-pc"])
+def test_start_from_the_grid_search(hills, tmp_path, capsys, planner):
+    common = ["plan", "--terrain", str(hills), *ENDS, "--generations", "3", "--json"]
+    assert main([*common, "--planner", planner, "--init", "astar", "--out", str(tmp_path)]) == 0
+    history = json.loads(capsys.readouterr().out)["history"]
+    assert main([*common, "--planner", "astar", "--init", "astar", "--out", str(tmp_path)]) == 0
+    output = capsys.readouterr()
+    assert output.err.splitlines()[0] == "pathgene: --init means nothing to astar and is ignored."
+    assert history[0][1] > json.loads(output.out)["fitness"] - 0.01
+
+
+def test_start_without_a_way_is_random(hills, tmp_path, capsys):
+    main(["plan", "--terrain", str(hills), *ENDS, *WALL, "--planner", "ga-pc", "--init", "astar",
+          "--generations", "2", "--out", str(tmp_path)])
+    assert capsys.readouterr().err.splitlines()[0] == (
+        "pathgene: The grid search finds no way from start to goal, so the first population is "
+        "random.")
+
+
 def test_no_feasible_path_is_status_1_with_files(hills, tmp_path, capsys):
     assert main(["plan", "--terrain", str(hills), *ENDS, *WALL, "--generations", "3", "--out",
                  str(tmp_path)]) == 1

@@ -1,0 +1,184 @@
+"""First populations that start from the paths of a grid search."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.errors import InputError
+from host.evaluation import Straight
+from host.evaluation.geometry import smooth
+from host.planners.airspace import Airspace
+from host.planners.altitudes import lowest_altitudes
+from host.planners.astar import searches
+from host.planners.base import Run
+from host.planners.grid_search import Prices
+from host.problem import Problem
+from host.terrain import ChipMap
+
+
+__all__ = ["astar_paths", "check_init", "lengthened"]
+
+Path = NDArray[np.float64]
+
+# Of the paths asked for, the share that is random, and the greatest that is as found.
+_RANDOM_SHARE, _FOUND_SHARE = 1 / 8, 1 / 4
+# Copies that get altitudes of their own: some hundredths of a second for each.
+_MOST_FITTED = 48
+# Least and greatest size of a variation, as shares of the way from start to goal.
+_LEAST_MOVE, _GREATEST_MOVE = 1e-3, 3e-2
+# Chance that a copy loses a waypoint, and that it gets one more.
+_CHANGE_RATE = 0.2
+
+
+def check_init(init: str) -> bool:
+    """Whether ``init`` asks for a grid search before the first population.
+
+    Raises
+    ------
+    InputError
+        If it is neither ``random`` nor ``astar``.
+    """
+    if init not in ("random", "astar"):
+        raise InputError(f"The start must be random or astar, not {init!r}.")
+    return init == "astar"
+
+
+def astar_paths(
+    run: Run, rng: np.random.Generator, count: int, most: int, *, fewest: int = 1,
+    lattice: ChipMap | None = None,
+) -> list[Path] | None:
+    """Paths for a first population, by the grid search of ``astar``.
+
+    First come the best paths it found, then copies of these, the better the more: one waypoint,
+    some or all are moved by little to much, and some copies have one waypoint more or less. The
+    first 48 copies get the lowest altitudes for their places, so that most of them are feasible;
+    the others are copies of the first ones, moved up or down, too. An eighth is random. Waypoints
+    lie in the airspace.
+
+    Parameters
+    ----------
+    run : Run
+        Evaluates what the search finds, so that it takes part in the final choice; its evaluator
+        has the problem.
+    rng : numpy.random.Generator
+        Of the copies and the random paths.
+    count : int
+        How many.
+    most, fewest : int
+        Waypoints between start and goal; the same for a fixed number. A path that was found with
+        fewer is given more without changing it.
+    lattice : ChipMap, optional
+        On whose cells and altitude steps waypoints must lie.
+
+    Returns
+    -------
+    list of ndarray or None
+        ``count`` paths, (n, 3) float64 metres with both ends; None, with a warning, if there is no
+        way through the grid.
+    """
+    ranked = sorted((pair for paths in searches(run, most, lattice) for pair in paths),
+                    key=lambda pair: -pair[0])
+    if not ranked:
+        warnings.warn("The grid search finds no way from start to goal, so the first population "
+                      "is random.", stacklevel=2)
+        return None
+    problem = run.evaluator.problem
+    with run.phase("variation"):
+        vary = _Variation(problem, rng, most, fewest, lattice)
+        best = ranked[: max(1, int(_FOUND_SHARE * count))]
+        longer = (lengthened(path, fewest, problem.uav.turn_radius_m) for _, path in best)
+        paths = [vary.placed(path[1:-1]) for path in longer]
+        randoms = [vary.random() for _ in range(int(_RANDOM_SHARE * count))]
+        copies = count - len(paths) - len(randoms)
+        fitted = min(copies, _MOST_FITTED)
+        paths += [vary.fitted(vary.copy(paths)) for _ in range(fitted)]
+        paths += [vary.copy(paths) for _ in range(copies - fitted)]
+    return paths + randoms
+
+
+class _Variation:
+    """Draws varied copies of paths, and random ones; parameters as of :func:`astar_paths`."""
+
+    def __init__(
+        self, problem: Problem, rng: np.random.Generator, most: int, fewest: int,
+        lattice: ChipMap | None,
+    ) -> None:
+        self._space = Airspace(problem)
+        self._rng, self._most, self._fewest, self._lattice = rng, most, fewest, lattice
+        self._ends = np.array([problem.start]), np.array([problem.goal])
+        self._way_m = math.dist(problem.start, problem.goal)
+        self._climb = math.tan(math.radians(problem.uav.max_climb_deg))
+        self._problem, self._prices = problem, Prices(problem)
+
+    def random(self) -> Path:
+        """A path of as few waypoints as may be, two if one would do."""
+        count = max(self._fewest, min(2, self._most))
+        return self.placed(self._space.draw(self._rng, count))
+
+    def copy(self, paths: Sequence[Path]) -> Path:
+        """A copy of one of ``paths``: of the first in half of all cases, and so on."""
+        rng = self._rng
+        inner = paths[min(int(rng.geometric(0.5)), len(paths)) - 1][1:-1]
+        change = rng.random()
+        if change < _CHANGE_RATE and len(inner) > self._fewest:
+            inner = np.delete(inner, rng.integers(len(inner)), axis=0)
+        elif change > 1 - _CHANGE_RATE and len(inner) < self._most:
+            path = np.concatenate((self._ends[0], inner, self._ends[1]))
+            after = int(rng.integers(len(path) - 1))
+            inner = np.insert(inner, after, path[after : after + 2].mean(axis=0), axis=0)
+        size_m = self._way_m * _LEAST_MOVE * (_GREATEST_MOVE / _LEAST_MOVE) ** rng.random()
+        moved = rng.random(len(inner)) < rng.choice((0.0, 0.5, 1.0))
+        if len(inner):
+            moved[rng.integers(len(inner))] = True
+        move = size_m * rng.standard_normal((len(inner), 3)) * (1, 1, self._climb)
+        return self.placed(inner + move * moved[:, None])
+
+    def fitted(self, path: Path) -> Path:
+        """``path`` with the lowest altitudes; as it is if its turns do not fit."""
+        steps = ({} if self._lattice is None else
+                 {"base_m": self._lattice.base_m, "step_m": self._lattice.step_m})
+        fitted = lowest_altitudes(self._problem, self._prices, path[:, :2], **steps)
+        return path if fitted is None else self.placed(fitted[1:-1])
+
+    def placed(self, inner: Path) -> Path:
+        """``inner``, (n, 3) metres, in the airspace and on the lattice, between start and goal."""
+        inner = np.clip(inner, self._space.low, self._space.high)
+        if self._lattice is not None:
+            inner = on_lattice(inner, self._lattice)
+        return np.concatenate((self._ends[0], inner, self._ends[1]))
+
+
+def lengthened(path: Path, fewest: int, radius_m: float) -> Path:
+    """Give ``path``, (n, 3), at least ``fewest`` waypoints between its ends, and leave its track.
+
+    Each new one lies in the middle of the longest straight piece of the smoothed path, where it
+    turns nothing and is in no turn's way.
+    """
+    for _ in range(fewest - (len(path) - 2)):
+        numbers = np.arange(len(path), dtype=np.float64)
+        pieces = smooth(np.column_stack((path[:, :2], numbers)), radius_m).pieces
+        longest = max((piece for piece in pieces if isinstance(piece, Straight)),
+                      key=lambda piece: piece.run_m)
+        # The altitudes are the numbers of waypoints, so the middle says where it is.
+        middle = longest.start[2] + longest.rise_m / 2
+        before = min(int(middle), len(path) - 2)
+        share = middle - before
+        added = (1 - share) * path[before] + share * path[before + 1]
+        path = np.insert(path, before + 1, added, axis=0)
+    return path
+
+
+def on_lattice(points: Path, lattice: ChipMap) -> Path:
+    """The nearest of the lattice's points to ``points``, (n, 3) metres, but none below them.
+
+    Points above or beside the map go to its border.
+    """
+    across = np.floor(points[:, :2] / lattice.scale_m + 0.5)
+    up = np.ceil((points[:, 2:] - lattice.base_m) / lattice.step_m)
+    cells = np.clip(np.concatenate((across, up), axis=1), 0, lattice.limits)
+    return lattice.to_metres(cells.astype(np.int64))

@@ -1,0 +1,165 @@
+"""First populations from a grid search."""
+
+import warnings
+from functools import partial
+
+import numpy as np
+import pytest
+
+from hdl.config import Config
+from host.errors import InputError
+from host.nofly import Circle
+from host.planners.airspace import Airspace
+from host.planners.astar import AstarPlanner
+from host.planners.base import Options, Run
+from host.planners.ga_fpga import FpgaGeneticPlanner
+from host.planners.ga_pc import PcGeneticPlanner
+from host.planners.initial import astar_paths, check_init, lengthened, on_lattice
+from host.terrain import ChipMap
+
+
+WALLS = tuple(Circle(3000, y, 300) for y in range(0, 4001, 400))
+NO_WAY = r"^The grid search finds no way from start to goal, so the first population is random\.$"
+
+
+@pytest.fixture
+def start(evaluator):
+    """Draws first paths over the ridge, and evaluates them."""
+
+    def draw(count=16, most=8, seed=1, **options):
+        run = Run(evaluator, Options())
+        paths = astar_paths(run, np.random.default_rng(seed), count, most, **options)
+        return paths, np.array([evaluator.evaluate(path).fitness for path in paths])
+
+    return draw
+
+
+#: With as many paths as draws, so that the tests are quick.
+PLANNERS = {"ga-fpga": partial(FpgaGeneticPlanner, initial_draws=1), "ga-pc": PcGeneticPlanner}
+
+
+def test_the_best_path_is_there_as_it_is(evaluator, start):
+    paths, fitness = start()
+    best = AstarPlanner(max_waypoints=8).plan(evaluator, Options(generations=8))
+    assert np.array_equal(paths[0], best.path)
+    assert fitness[0] == best.evaluation.fitness
+
+
+def test_copies_are_varied_and_mostly_feasible_and_some_paths_are_random(evaluator, start):
+    paths, fitness = start(count=64)
+    assert len(paths) == 64
+    assert len({path.tobytes() for path in paths}) > 60
+    assert (fitness > 1).sum() > 24
+    assert len({len(path) for path in paths}) > 4
+    moved = [np.hypot(*(path[1:-1, :2] - paths[0][1:-1, :2]).T) for path in paths
+             if len(path) == len(paths[0])]
+    least = [shift[shift > 0].min() for shift in moved if shift.any()]
+    # From a thousandth of the way of 5 km to thirty times as much.
+    assert min(least) < 20
+    assert max(shift.max() for shift in moved) > 100
+    space = Airspace(evaluator.problem)
+    for path in paths:
+        assert np.array_equal(path[[0, -1]], [evaluator.problem.start, evaluator.problem.goal])
+        assert ((path >= space.low) & (path <= space.high)).all()
+    # An eighth at the end, of two waypoints each.
+    assert [len(path) for path in paths[-8:]] == [4] * 8
+    assert (fitness[-8:] < 1).sum() >= 6
+
+
+def test_a_fixed_number_of_waypoints(start):
+    for count in (1, 7):
+        paths, fitness = start(most=count, fewest=count)
+        assert {len(path) for path in paths} == {count + 2}
+        assert len(paths) == 16
+    # One waypoint does not do for this flight.
+    assert fitness.max() > 1
+
+
+def test_the_number_of_waypoints_stays_within_limits(start):
+    paths, _ = start(count=60, most=4, fewest=2)
+    assert {len(path) - 2 for path in paths} == {2, 3, 4}
+
+
+def test_lengthened_paths_are_flown_alike(evaluator, start):
+    path, *_ = start()[0]
+    flown = evaluator.evaluate(path)
+    for more in (len(path) - 1, 20, 40):
+        longer = lengthened(path, more, evaluator.problem.uav.turn_radius_m)
+        assert len(longer) == more + 2
+        again = evaluator.evaluate(longer)
+        assert again.feasible
+        assert again.fitness == pytest.approx(flown.fitness, rel=1e-9)
+    assert lengthened(path, 1, 150.0) is path
+
+
+def test_waypoints_lie_on_the_lattice_and_not_below(evaluator, start):
+    grid = ChipMap(Config(), evaluator.problem)
+    paths, fitness = start(lattice=grid, fewest=2)
+    for path in paths:
+        inner = path[1:-1]
+        assert np.array_equal(grid.to_metres(grid.to_cells(inner)), inner)
+    # Rounding does not cost the best path more than a step of altitude.
+    assert fitness[0] > 1
+    assert fitness[0] > start(fewest=2)[1][0] - 0.01
+    rng = np.random.default_rng(4)
+    points = rng.uniform((0, 0, 100), (6000, 4000, 790), size=(200, 3))
+    placed = on_lattice(points, grid)
+    assert (np.abs(placed - points)[:, :2] <= 50).all()
+    assert ((placed - points)[:, 2] >= 0).all()
+    assert ((placed - points)[:, 2] < grid.step_m).all()
+    outside = on_lattice(np.array([[-300.0, 9999.0, 5000.0]]), grid)
+    assert outside.tolist() == [[0.0, 4000.0, grid.top_m]]
+
+
+def test_same_seed_same_paths(start):
+    first, again, other = (start(seed=seed)[0] for seed in (5, 5, 6))
+    assert all(map(np.array_equal, first, again))
+    assert np.array_equal(first[0], other[0])
+    assert not all(map(np.array_equal, first, other))
+
+
+def test_what_the_search_found_is_evaluated_and_kept(evaluator):
+    run = Run(evaluator, Options())
+    paths = astar_paths(run, np.random.default_rng(0), 8, 8)
+    assert run.evaluations > 4
+    assert set(run.seconds) == {"search", "evaluation", "variation"}
+    run.record(0, np.array([1.0]))
+    assert np.array_equal(run.result().path, paths[0])
+
+
+@pytest.mark.parametrize("name", PLANNERS)
+def test_genetic_algorithms_start_there(evaluator, name):
+    planner = PLANNERS[name]
+    alone = AstarPlanner().plan(evaluator, Options(generations=8)).evaluation
+    options = Options(generations=20, seed=2)
+    started, again = (planner(init="astar").plan(evaluator, options) for _ in range(2))
+    assert np.array_equal(started.path, again.path)
+    assert started.history == again.history
+    best = [best for _, best, _ in started.history]
+    # At the chip's altitude steps a little is lost.
+    assert best[0] > alone.fitness - 0.002
+    assert best == sorted(best)
+    assert started.evaluation.feasible
+    assert started.evaluation.fitness > alone.fitness
+    assert planner().plan(evaluator, options).history[0][1] < alone.fitness - 0.02
+
+
+@pytest.mark.parametrize("name", PLANNERS)
+def test_without_a_way_the_start_is_random(make_evaluator, name):
+    planner = PLANNERS[name]
+    evaluator = make_evaluator(nofly=WALLS)
+    options = Options(generations=2, seed=3)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        started = planner(init="astar").plan(evaluator, options)
+    assert [str(warning.message) for warning in caught] == [NO_WAY.strip("^$").replace("\\", "")]
+    assert started.history == planner().plan(evaluator, options).history
+
+
+def test_refuses_another_start():
+    assert check_init("astar")
+    assert not check_init("random")
+    for planner in PLANNERS.values():
+        with pytest.raises(InputError) as caught:
+            planner(init="best")
+        assert str(caught.value) == "The start must be random or astar, not 'best'."

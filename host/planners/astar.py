@@ -13,7 +13,7 @@ from host.evaluation import Evaluator
 from host.planners.altitudes import lowest_altitudes
 from host.planners.base import Options, Progress, Result, Run, Stop
 from host.planners.grid_search import SearchGrid
-from host.planners.polylines import polylines, thinned
+from host.planners.polylines import lengthened, on_corners, polylines, thinned
 from host.terrain import ChipMap
 
 
@@ -27,7 +27,7 @@ _STEEPNESS = (2.5, 1.5, 1.0, math.inf)
 _MARGINS = (0.0, 0.5)
 #: Searches there can be.
 MOST_SEARCHES = len(_MARGINS) * len(_STEEPNESS)
-# Shares of the most waypoints that are tried with each route.
+# Turns that are tried with each route, as shares of the most waypoints.
 _SHARES = (1.0, 0.75, 0.5, 0.25, 0.125)
 _MOST_WAYPOINTS = 100
 
@@ -36,9 +36,10 @@ class AstarPlanner:
     """Grid search in 2.5 dimensions. Nothing is random: all seeds give the same path.
 
     Each search is a generation: a surface that slopes by at most so much is laid over a coarse
-    grid of the ground, the cheapest route at its altitudes is found, is reduced to a few waypoints,
-    and these get the lowest altitudes that ground and climb limits allow. Of all searches and all
-    numbers of waypoints the best path is returned.
+    grid of the ground, the cheapest route at its altitudes is found and reduced to a few turns,
+    waypoints are added on the straight pieces, and all get the lowest altitudes that ground and
+    climb limits allow. Of all searches and all
+    numbers of turns the best path is returned.
 
     A gently sloping surface knows that the aircraft has to climb before a pass, but not that a
     valley between steep walls can be flown through; the ground itself knows the opposite. So four
@@ -108,7 +109,7 @@ def searches(
     Yields
     ------
     list of (float, ndarray)
-        Fitness and path, (n, 3) float64 metres with both ends, for several numbers of waypoints.
+        Fitness and path, (n, 3) float64 metres with both ends, for several numbers of turns.
         A search that finds no way yields nothing.
     """
     problem, best = run.evaluator.problem, 0.0
@@ -127,7 +128,7 @@ def searches(
 
 
 def _paths(grid: SearchGrid, steepness: float, most: int, lattice: ChipMap | None) -> list[Path]:
-    """Paths of several numbers of waypoints along one route; none if there is no way."""
+    """Paths of several numbers of turns along one route; none if there is no way."""
     problem = grid.problem
     surface = grid.surface(steepness * math.tan(math.radians(problem.uav.max_climb_deg)))
     route = grid.route(surface)
@@ -136,11 +137,22 @@ def _paths(grid: SearchGrid, steepness: float, most: int, lattice: ChipMap | Non
     points = thinned(route, None if lattice is None else lattice.scale_m[:2])
     lines = polylines(points, grid, surface, most)
     steps = {} if lattice is None else {"base_m": lattice.base_m, "step_m": lattice.step_m}
-    found = [lowest_altitudes(problem, grid.prices, points[line], **steps)
-             for line in (lines[count] for count in _counts(most)) if line is not None]
-    return [path for path in found if path is not None]
+    found = []
+    for line in (lines[count] for count in _counts(most)):
+        if line is None:
+            continue
+        # More waypoints on the same track allow lower altitudes, but on a lattice they may turn.
+        places = lengthened(points[line], most, problem.uav.turn_radius_m)
+        if lattice is not None:
+            places[1:-1] = on_corners(places[1:-1], lattice.scale_m[:2])
+        path = lowest_altitudes(problem, grid.prices, places, **steps)
+        if path is None and lattice is not None:
+            path = lowest_altitudes(problem, grid.prices, points[line], **steps)
+        if path is not None:
+            found.append(path)
+    return found
 
 
 def _counts(most: int) -> list[int]:
-    """Numbers of waypoints to try, from the fewest on."""
+    """Numbers of turns to try, from the fewest on."""
     return sorted({max(1, round(share * most)) for share in _SHARES})

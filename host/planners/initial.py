@@ -10,18 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
-from host.evaluation import Straight
-from host.evaluation.geometry import smooth
 from host.planners.airspace import Airspace
 from host.planners.altitudes import lowest_altitudes
 from host.planners.astar import searches
 from host.planners.base import Run
 from host.planners.grid_search import Prices
+from host.planners.polylines import lengthened
 from host.problem import Problem
 from host.terrain import ChipMap
 
 
-__all__ = ["astar_paths", "check_init", "lengthened"]
+__all__ = ["astar_paths", "check_init", "on_lattice"]
 
 Path = NDArray[np.float64]
 
@@ -151,26 +150,6 @@ class _Variation:
         if self._lattice is not None:
             inner = on_lattice(inner, self._lattice)
         return np.concatenate((self._ends[0], inner, self._ends[1]))
-
-
-def lengthened(path: Path, fewest: int, radius_m: float) -> Path:
-    """Give ``path``, (n, 3), at least ``fewest`` waypoints between its ends, and leave its track.
-
-    Each new one lies in the middle of the longest straight piece of the smoothed path, where it
-    turns nothing and is in no turn's way.
-    """
-    for _ in range(fewest - (len(path) - 2)):
-        numbers = np.arange(len(path), dtype=np.float64)
-        pieces = smooth(np.column_stack((path[:, :2], numbers)), radius_m).pieces
-        longest = max((piece for piece in pieces if isinstance(piece, Straight)),
-                      key=lambda piece: piece.run_m)
-        # The altitudes are the numbers of waypoints, so the middle says where it is.
-        middle = longest.start[2] + longest.rise_m / 2
-        before = min(int(middle), len(path) - 2)
-        share = middle - before
-        added = (1 - share) * path[before] + share * path[before + 1]
-        path = np.insert(path, before + 1, added, axis=0)
-    return path
 
 
 def on_lattice(points: Path, lattice: ChipMap) -> Path:

@@ -7,10 +7,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from host.evaluation import Straight
+from host.evaluation.geometry import smooth
 from host.planners.grid_search import SearchGrid
 
 
-__all__ = ["polylines", "thinned"]
+__all__ = ["lengthened", "on_corners", "polylines", "thinned"]
 
 Floats = NDArray[np.float64]
 
@@ -26,11 +28,17 @@ def thinned(route: Floats, corner_m: tuple[float, float] | None = None) -> Float
     every = math.ceil(len(route) / _MOST_POINTS)
     between = route[every:-1:every]
     if corner_m is not None:
-        between = np.floor(between / corner_m + 0.5) * corner_m
+        between = on_corners(between, corner_m)
     points: Floats = np.concatenate((route[:1], between, route[-1:]))
     moved = (np.diff(points, axis=0) != 0).any(axis=1)
     distinct: Floats = points[np.append(True, moved)]
     return distinct
+
+
+def on_corners(places: Floats, corner_m: tuple[float, float]) -> Floats:
+    """The nearest multiples of ``corner_m`` to ``places``, (n, 2) float64 metres."""
+    nearest: Floats = np.floor(places / corner_m + 0.5) * corner_m
+    return nearest
 
 
 def polylines(
@@ -65,6 +73,36 @@ def polylines(
         best = through.min(axis=0)
         found.append(_walk(before, best))
     return found
+
+
+def lengthened(path: Floats, fewest: int, radius_m: float) -> Floats:
+    """Give a path at least ``fewest`` waypoints between its ends, and leave its track.
+
+    Each new one lies in the middle of the longest straight piece of the smoothed path, where it
+    turns nothing and is in no turn's way; there is none if all of the path turns.
+
+    Parameters
+    ----------
+    path : (n, 2) or (n, 3) float64, metres
+        Places or points, start and goal included.
+    fewest : int
+    radius_m : float
+        Turning radius.
+    """
+    for _ in range(fewest - (len(path) - 2)):
+        numbers = np.arange(len(path), dtype=np.float64)
+        pieces = smooth(np.column_stack((path[:, :2], numbers)), radius_m).pieces
+        straights = [piece for piece in pieces if isinstance(piece, Straight)]
+        if not straights:
+            break
+        longest = max(straights, key=lambda piece: piece.run_m)
+        # The altitudes are the numbers of waypoints, so the middle says where it is.
+        middle = longest.start[2] + longest.rise_m / 2
+        before = min(int(middle), len(path) - 2)
+        share = middle - before
+        added = (1 - share) * path[before] + share * path[before + 1]
+        path = np.insert(path, before + 1, added, axis=0)
+    return path
 
 
 def _walk(before: list[NDArray[np.intp]], best: Floats) -> NDArray[np.intp] | None:

@@ -23,7 +23,7 @@ NAMES = {
     "simulation": "clocks per second of the simulated board",
     "model": "generations per second of the software model",
     "evaluation": "evaluations per second of one core",
-    "quality": "ga-fpga and ga-pc over seven terrains, many seeds",
+    "quality": "every planner over nine terrains, from both starts, many seeds",
     "onboard": "plans whose collisions the board counts, beside the host's",
     "allaire-table1": "ga-pc and ga-fpga per phase, beside table 1 of allaire-2008",
     "fpga": "area and routed clock on real devices; hours, so only when named",

@@ -1,114 +1,116 @@
-"""How good the paths are: ga-fpga on the software model and ga-pc, over terrains and seeds."""
+"""How good the paths are: every planner over every scenario, from both starts, many seeds."""
 
 from __future__ import annotations
 
 import sys
-from math import ceil
-from statistics import mean
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from statistics import mean, stdev
+from typing import Any
+
+from scipy.stats import ttest_rel
 
 from bench.report import Options as BenchOptions
 from bench.report import Report
-from bench.scenarios import names, problem
+from bench.scenarios import SYNTHETIC, names, problem
 from host.evaluation import Evaluator
-from host.planners import make
-from host.planners.base import Options, Result
+from host.planners import PLANNERS, make
+from host.planners.base import Options
 
 
-__all__ = ["TARGETS", "run"]
+__all__ = ["VARIANTS", "Variant", "run"]
 
-#: Mean best fitness of a trial with the paper's operators in floating point, 300 generations.
-TARGETS = {
-    "himalaya": 1.49,
-    "tujunga": 1.485,
-    "cdem": 1.48,
-    "st-helens": 1.46,
-    "alps": 1.44,
-    "jervis": 1.31,
-}
-_GENERATIONS = 300
+#: The grid search that every other planner is compared with.
+_YARDSTICK = "astar"
+
+Outcome = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A planner with options of its own, ``name`` in the table."""
+
+    name: str
+    planner: str
+    options: dict[str, Any]
+
+
+def _variants() -> list[Variant]:
+    """Every planner of the registry, those that can from both starts; ga-fpga as the paper, too."""
+    variants = []
+    for name, entry in PLANNERS.items():
+        starts = ({"init": "random"}, {"init": "astar"}) if "init" in entry.options else ({},)
+        for options in starts:
+            title = f"{name} from astar" if options.get("init") == "astar" else name
+            variants.append(Variant(title, name, dict(options)))
+        if "initial_draws" in entry.options:
+            variants.append(Variant(f"{name} as the paper", name, {"initial_draws": 1}))
+    return variants
+
+
+#: What is compared.
+VARIANTS = tuple(_variants())
 
 
 def run(options: BenchOptions) -> Report:
-    """Run both planners on every scenario that is there, with as many evaluations each."""
+    """Run everything on every scenario that is there."""
     report = Report(
-        f"Quality: {options.seeds} seeds, {_GENERATIONS} generations, population 32",
-        (
-            "terrain",
-            "ga-fpga feasible",
-            "ga-fpga mean F",
-            "as the paper: feasible",
-            "as the paper: mean F",
-            "trial's mean F",
-            "ga-pc feasible",
-            "ga-pc mean F",
-            "feasible by generation (median)",
-        ),
+        f"Quality: {options.seeds} seeds, each planner's own number of generations",
+        ("terrain", "planner", "feasible", "mean F", "deviation", "best F", "gain over astar",
+         "paired p", "evaluations", "seconds"),
     )
-    runs: dict[str, dict[str, list[dict[str, float]]]] = {}
-    for name in names():
-        evaluator = Evaluator(problem(name))
-        seeds = range(options.seeds)
-        fpga = [_plan("ga-fpga", evaluator, seed, _GENERATIONS) for seed in seeds]
-        plain = [
-            _plan("ga-fpga", evaluator, seed, _GENERATIONS, initial_draws=1) for seed in seeds
-        ]
-        # The host evaluates the first population and then the children of every generation.
-        budget = fpga[0].evaluations
-        pc = [_plan_budget("ga-pc", evaluator, seed, budget) for seed in seeds]
-        first = sorted(_first_feasible(result) for result in fpga)
-        report.rows.append(
-            (
-                name,
-                f"{sum(result.evaluation.feasible for result in fpga)}/{len(fpga)}",
-                mean(result.evaluation.fitness for result in fpga),
-                f"{sum(result.evaluation.feasible for result in plain)}/{len(plain)}",
-                mean(result.evaluation.fitness for result in plain),
-                TARGETS.get(name, "-"),
-                f"{sum(result.evaluation.feasible for result in pc)}/{len(pc)}",
-                mean(result.evaluation.fitness for result in pc),
-                first[len(first) // 2],
-            )
-        )
-        runs[name] = {
-            planner: [
-                {
-                    "seed": seed,
-                    "fitness": result.evaluation.fitness,
-                    "feasible": result.evaluation.feasible,
-                    "first_feasible": _first_feasible(result),
-                    "evaluations": result.evaluations,
-                }
-                for seed, result in enumerate(results)
-            ]
-            for planner, results in (("ga-fpga", fpga), ("as the paper", plain), ("ga-pc", pc))
-        }
-        print(f"quality: {name} done", file=sys.stderr, flush=True)
+    runs: dict[str, dict[str, list[Outcome]]] = {}
+    with ProcessPoolExecutor() as pool:
+        for name in (*names(), *SYNTHETIC):
+            jobs = {variant.name: [pool.submit(_plan, name, variant, seed)
+                                   for seed in range(options.seeds)] for variant in VARIANTS}
+            runs[name] = {title: [job.result() for job in some] for title, some in jobs.items()}
+            yardstick = [outcome["fitness"] for outcome in runs[name][_YARDSTICK]]
+            report.rows += [(name, title, *_row(outcomes, yardstick))
+                            for title, outcomes in runs[name].items()]
+            print(f"quality: {name} done", file=sys.stderr, flush=True)
     report.notes = [
         "Scenario: start and goal at 8 % and 92 % of both axes, 100 m above ground; two no-fly",
         "circles of 6 % of the straight line at 35 % and 65 % of it; voids filled. F of the path",
-        "reported, infeasible ones included; feasible by the strict rule. ga-pc has as many",
-        "evaluations as ga-fpga, or up to a generation more. As the paper: ga-fpga",
-        "with --initial-draws 1, all else alike.",
+        "reported, infeasible ones included; feasible by the strict rule. Gain: mean difference to",
+        "astar; p of a paired t-test over the seeds. From astar: --init astar. As the paper:",
+        "--initial-draws 1, all else alike. Seconds of a run on one core, as many at a time as",
+        "there are cores; evaluations are whole paths.",
     ]
     report.data = {"runs": runs}
     return report
 
 
-def _plan(
-    planner: str, evaluator: Evaluator, seed: int, generations: int, **own: int
-) -> Result:
-    return make(planner, **own).plan(evaluator, Options(seed=seed, generations=generations))
+def _plan(name: str, variant: Variant, seed: int) -> Outcome:
+    planner = make(variant.planner, **variant.options)
+    generations = PLANNERS[variant.planner].generations
+    result = planner.plan(Evaluator(problem(name), threads=1),
+                          Options(seed=seed, generations=generations))
+    feasible = (generation for generation, best, _ in result.history if best > 1)
+    return {
+        "seed": seed,
+        "fitness": result.evaluation.fitness,
+        "feasible": result.evaluation.feasible,
+        "first_feasible": next(feasible, None),
+        "evaluations": result.evaluations,
+        "seconds": result.seconds["total"],
+    }
 
 
-def _plan_budget(planner: str, evaluator: Evaluator, seed: int, evaluations: int) -> Result:
-    """Run ``planner`` until it has used ``evaluations``, to the next whole generation."""
-    few = _plan(planner, evaluator, seed, 2)
-    per_generation = (few.evaluations - 32) / 2
-    return _plan(planner, evaluator, seed, max(1, ceil((evaluations - 32) / per_generation)))
-
-
-def _first_feasible(result: Result) -> int:
-    for generation, best, _ in result.history:
-        if best > 1:
-            return int(generation)
-    return int(result.history[-1][0]) + 1
+def _row(outcomes: list[Outcome], yardstick: list[float]) -> tuple[object, ...]:
+    """The figures of one planner on one terrain; ``yardstick`` has astar's F of the same seeds."""
+    fitness = [outcome["fitness"] for outcome in outcomes]
+    gains = [value - other for value, other in zip(fitness, yardstick, strict=True)]
+    # Without any spread there is nothing to test.
+    spread = len(gains) > 1 and stdev(gains) > 0
+    p_value = float(ttest_rel(fitness, yardstick).pvalue) if spread else "-"
+    return (
+        f"{sum(outcome['feasible'] for outcome in outcomes)}/{len(outcomes)}",
+        f"{mean(fitness):.4f}",
+        stdev(fitness) if len(fitness) > 1 else 0.0,
+        f"{max(fitness):.4f}",
+        f"{mean(gains):+.4f}",
+        p_value,
+        mean(outcome["evaluations"] for outcome in outcomes),
+        mean(outcome["seconds"] for outcome in outcomes),
+    )

@@ -1,0 +1,33 @@
+"""What the benchmark of quality compares, and its statistics."""
+
+import math
+
+import pytest
+
+from bench.quality import VARIANTS, _row
+from host.planners import PLANNERS, make
+
+
+def test_every_planner_takes_part_from_every_start():
+    assert {variant.planner for variant in VARIANTS} == set(PLANNERS)
+    assert len({variant.name for variant in VARIANTS}) == len(VARIANTS)
+    for name, entry in PLANNERS.items():
+        starts = {variant.options.get("init") for variant in VARIANTS
+                  if variant.planner == name and "initial_draws" not in variant.options}
+        assert starts == ({"random", "astar"} if "init" in entry.options else {None})
+    for variant in VARIANTS:
+        assert callable(make(variant.planner, **variant.options).plan)
+
+
+def test_gains_are_paired_by_seed():
+    fitness, yardstick = [1.50, 1.53, 1.52], [1.49, 1.50, 1.50]
+    outcomes = [{"fitness": value, "feasible": value > 1.51, "evaluations": 10, "seconds": 2.0}
+                for value in fitness]
+    feasible, mean, deviation, best, gain, p_value, evaluations, seconds = _row(outcomes, yardstick)
+    assert (feasible, mean, best, gain) == ("2/3", "1.5167", "1.5300", "+0.0200")
+    assert deviation == pytest.approx(math.sqrt(7 / 3) / 100)
+    # Gains of 0.01, 0.03 and 0.02: t = 2 sqrt(3), with 2 degrees of freedom.
+    t = 2 * math.sqrt(3)
+    assert p_value == pytest.approx(1 - t / math.sqrt(2 + t * t))
+    assert (evaluations, seconds) == (10, 2.0)
+    assert _row(outcomes, fitness)[5] == "-"

@@ -88,6 +88,24 @@ def test_a_spike_between_samples_is_cleared():
     assert path[2, 2] == pytest.approx(260, abs=10)
 
 
+# The climb is 28.2 steps high, so that rounding alone makes it 29 for a fifth of these.
+@pytest.mark.parametrize("base_m", [0.0, 0.8, 1.6, 2.4, 3.2, 4.0, 4.8])
+def test_rounding_up_keeps_the_limits_of_climb(base_m):
+    # The waypoint before the wall is only as high as the climb to its top makes it.
+    heights = np.full((41, 61), 100.0)
+    heights[:, 20] = 400.0
+    problem = Problem(Terrain("wall", heights, 100.0, 100.0), (300, 2000, 200), (5700, 2000, 150),
+                      uav.load("silver-fox"))
+    evaluator = Evaluator(problem, threads=1)
+    inner = [(1200, 2000), (2000, 2000), (4000, 2000)]
+    exact, rounded = lowest(problem, inner), lowest(problem, inner, base_m=base_m, step_m=5.0)
+    slope = (exact[2, 2] - exact[1, 2]) / 800
+    assert slope == pytest.approx(math.tan(math.radians(10)), abs=1e-5)
+    assert evaluator.evaluate(exact).feasible
+    assert evaluator.evaluate(rounded).feasible
+    assert (np.abs(rounded - exact)[:, 2] < 12).all()
+
+
 def test_an_arc_that_does_not_fit():
     assert lowest(rough(1), [(1500, 1500), (1550, 1500), (1550, 1600)]) is None
 

@@ -54,7 +54,8 @@ class PcGeneticPlanner:
     mutation_rate : float
         Chance of a child to be mutated, 0 to 1.
     init : str
-        ``random``, or ``astar``: the first population is of :func:`host.planners.initial`.
+        ``random``, or ``astar``: the first population is of
+        :func:`host.planners.initial.astar_paths`.
 
     Raises
     ------

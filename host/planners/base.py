@@ -123,6 +123,8 @@ class Result:
         What the chip counted; see the planner.
     archive : list of (float, ndarray)
         Fitness and path of the best distinct candidates, best first.
+    history_evaluations : list of int
+        Evaluations up to each entry of ``history``.
     """
 
     path: Path
@@ -135,6 +137,7 @@ class Result:
     seconds: dict[str, float]
     hardware: dict[str, Any] | None
     archive: list[tuple[float, Path]]
+    history_evaluations: list[int] = field(default_factory=list)
 
     @property
     def interrupted(self) -> bool:
@@ -182,6 +185,7 @@ class Run:
     stop: Stop | None = None
     evaluations: int = 0
     history: list[list[float]] = field(default_factory=list)
+    history_evaluations: list[int] = field(default_factory=list)
     failure: str | None = None
     hardware: dict[str, Any] | None = None
 
@@ -244,9 +248,10 @@ class Run:
             self._worst_kept = best[-1][1][0]
 
     def record(self, generation: int, fitness: NDArray[np.float64]) -> None:
-        """Note the fitness of the whole population (m,) after ``generation``."""
+        """Note the fitness of the whole population (m,) after ``generation``, and what it took."""
         mean = float(fitness.mean())
         self.history.append([generation, self._best, mean])
+        self.history_evaluations.append(self.evaluations)
         if self.progress is not None:
             self.progress.update(generation, self._best, mean)
 
@@ -290,7 +295,8 @@ class Run:
         self.seconds["total"] = time.perf_counter() - self._started
         return Result(
             path, evaluation, self.history, int(self.history[-1][0]) if self.history else 0,
-            self.evaluations, reason, self.failure, self.seconds, self.hardware, archive)
+            self.evaluations, reason, self.failure, self.seconds, self.hardware, archive,
+            self.history_evaluations)
 
 
 def choose(

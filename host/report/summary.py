@@ -11,7 +11,7 @@ from host.evaluation import Evaluation, Evaluator
 from host.planners.base import Result
 
 
-__all__ = ["describe_problem", "finite", "summarise", "terms", "version"]
+__all__ = ["describe_problem", "describe_run", "finite", "summarise", "terms", "version"]
 
 #: Phases that every summary has, spent or not.
 _PHASES = ("total", "evaluation", "sort", "link", "board")
@@ -61,6 +61,24 @@ def describe_problem(evaluator: Evaluator, source: Mapping[str, Any]) -> dict[st
     }
 
 
+def describe_run(result: Result) -> dict[str, Any]:
+    """What a planner found and what it took; every number is finite."""
+    described = {
+        **result.evaluation.to_dict(),
+        "waypoints": result.path.tolist(),
+        "generations": result.generations,
+        "evaluations": result.evaluations,
+        "stopped_by": result.stopped_by,
+        "interrupted": result.interrupted,
+        "failure": result.failure,
+        "seconds": dict.fromkeys(_PHASES, 0.0) | result.seconds,
+        "hardware": result.hardware,
+        "history": result.history,
+        "history_evaluations": result.history_evaluations,
+    }
+    return {key: finite(value) for key, value in described.items()}
+
+
 def summarise(
     evaluator: Evaluator, result: Result, *, planner: str, board: str | None, seed: int,
     source: Mapping[str, Any],
@@ -82,22 +100,11 @@ def summarise(
     source : mapping
         How the terrain was loaded.
     """
-    seconds = dict.fromkeys(_PHASES, 0.0) | result.seconds
-    summary = {
+    return {
         "pathgene": version(),
         "planner": planner,
         "board": board,
         "seed": seed,
-        **terms(result.evaluation),
-        "waypoints": result.path.tolist(),
         **describe_problem(evaluator, source),
-        "generations": result.generations,
-        "evaluations": result.evaluations,
-        "stopped_by": result.stopped_by,
-        "interrupted": result.interrupted,
-        "failure": result.failure,
-        "seconds": seconds,
-        "hardware": result.hardware,
-        "history": result.history,
+        **describe_run(result),
     }
-    return {key: finite(value) for key, value in summary.items()}

@@ -75,6 +75,7 @@ def test_record_keeps_best_so_far_and_mean(evaluator, record):
     run.record(1, bad)
     assert good[0] > 1 > good[1]
     assert run.history == record.seen == [[0, good[0], good.mean()], [1, good[0], bad.mean()]]
+    assert run.history_evaluations == run.result().history_evaluations == [2, 4]
     assert run.evaluations == 4
 
 

@@ -14,7 +14,7 @@ KEYS = {
     "cost", "length_m", "mean_altitude_m", "fuel_N", "distance_under_terrain_m",
     "distance_in_nofly_m", "distance_too_steep_m", "impossible_arcs", "minimum_clearance_m",
     "waypoints", "terrain", "uav", "nofly", "ds_m", "generations", "evaluations", "seconds",
-    "hardware", "history",
+    "hardware", "history", "history_evaluations",
 }
 
 
@@ -35,6 +35,7 @@ def test_has_every_key(make_run):
     assert summary["nofly"][0] == {"x": 3000.0, "y": 2080.0, "radius_m": 280.0}
     assert list(summary["nofly"][1]) == ["polygon"]
     assert (summary["interrupted"], summary["stopped_by"]) == (False, "generations")
+    assert len(summary["history_evaluations"]) == len(summary["history"])
 
 
 def test_is_json_of_finite_numbers(make_run):

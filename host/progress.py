@@ -7,65 +7,61 @@ from collections.abc import Callable
 from typing import TextIO
 
 
-__all__ = ["Progress"]
+__all__ = ["Bar", "Progress"]
 
 _BAR_WIDTH = 30
 _BAR_PERIOD_S = 0.1
 _LOG_PERIOD_S = 5.0
 
 
-class Progress:
-    """Shows generations as they pass.
+class Bar:
+    """Shows how much of something is done, and a text.
 
     Parameters
     ----------
     stream : TextIO
         A terminal, where one line is drawn again and again, or anything else, which gets whole
-        lines: the first generation, one every 5 seconds, and the last.
-    generations : int
-        How many make the bar full, 1 or more.
+        lines: the first, one every 5 seconds, and the last.
+    total : int
+        How much makes the bar full, 1 or more.
     clock : callable
         Returns seconds.
     """
 
     def __init__(
-        self, stream: TextIO, generations: int, clock: Callable[[], float] = time.monotonic,
+        self, stream: TextIO, total: int, clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._stream = stream
-        self._generations = generations
+        self._total = total
         self._clock = clock
         self._terminal = stream.isatty()
         self._shown_s: float | None = None
         self._pending: str | None = None
         self._open_line = False
 
-    def update(self, generation: int, best: float, mean: float) -> None:
-        """Show a finished generation, unless the last was shown a moment ago."""
+    def show(self, done: int, text: str) -> None:
+        """Show ``text`` beside the bar, unless the last was shown a moment ago."""
         now = self._clock()
-        text = (f"generation {generation}/{self._generations}  best {best:.4f}  mean {mean:.4f}")
         period = _BAR_PERIOD_S if self._terminal else _LOG_PERIOD_S
         if self._terminal:
-            text = f"{self._bar(generation)} {text}"
+            full = min(_BAR_WIDTH, _BAR_WIDTH * done // self._total)
+            text = f"[{'#' * full}{'.' * (_BAR_WIDTH - full)}] {text}"
         if self._shown_s is not None and now - self._shown_s < period:
             self._pending = text
             return
-        self._show(text)
+        self._write(text)
         self._shown_s = now
 
     def close(self) -> None:
-        """Show the last generation if it was held back, and end the line."""
+        """Show the last text if it was held back, and end the line."""
         if self._pending is not None:
-            self._show(self._pending)
+            self._write(self._pending)
         if self._open_line:
             self._stream.write("\n")
             self._stream.flush()
             self._open_line = False
 
-    def _bar(self, generation: int) -> str:
-        full = min(_BAR_WIDTH, _BAR_WIDTH * generation // self._generations)
-        return f"[{'#' * full}{'.' * (_BAR_WIDTH - full)}]"
-
-    def _show(self, text: str) -> None:
+    def _write(self, text: str) -> None:
         self._pending = None
         if self._terminal:
             self._stream.write(f"\r\x1b[K{text}")
@@ -73,3 +69,18 @@ class Progress:
         else:
             self._stream.write(f"{text}\n")
         self._stream.flush()
+
+
+class Progress(Bar):
+    """Shows generations as they pass: of ``generations``, 1 or more; else as :class:`Bar`."""
+
+    def __init__(
+        self, stream: TextIO, generations: int, clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        super().__init__(stream, generations, clock)
+        self._generations = generations
+
+    def update(self, generation: int, best: float, mean: float) -> None:
+        """Show a finished generation, unless the last was shown a moment ago."""
+        self.show(generation, f"generation {generation}/{self._generations}  best {best:.4f}  "
+                              f"mean {mean:.4f}")

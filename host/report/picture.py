@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from host.evaluation import Evaluation, Evaluator, Samples
 from host.evaluation.evaluator import FINE
 from host.report import plan_view
+from host.report.axes import finish
 from host.report.files import replacing
 from host.report.palette import BEST, GROUND, MEAN, NOFLY, PATH, TEXT, TROUBLE, VOID, halo
 
@@ -151,8 +152,8 @@ def _draw_profile(
         axes.plot(along, np.where(trouble, samples.z, np.nan), color=TROUBLE, linewidth=3,
                   zorder=6)
     _mark_clearance(axes, along, samples, scene.evaluation.minimum_clearance_m)
-    _finish(axes, "Altitude over the terrain along the path", f"distance flown ({unit})",
-            "altitude (m)")
+    finish(axes, "Altitude over the terrain along the path", f"distance flown ({unit})",
+           "altitude (m)")
 
 
 def _shade(
@@ -214,15 +215,4 @@ def _draw_convergence(axes: Axes, history: Sequence[Sequence[float]], chosen: fl
         axes.text(0.5, 0.25, "a given path: nothing was searched", transform=axes.transAxes,
                   ha="center", color=MEAN)
     axes.legend(ncols=3, **_LEGEND)
-    _finish(axes, "Convergence", "generation", "fitness")
-
-
-def _finish(axes: Axes, title: str, x: str, y: str) -> None:
-    axes.set_title(title, loc="left", fontsize=11.5, weight="bold", color=TEXT)
-    axes.set_xlabel(x, color=TEXT)
-    axes.set_ylabel(y, color=TEXT)
-    axes.tick_params(colors=TEXT, labelsize=9)
-    axes.grid(color="#d9d9d9", linewidth=0.6, zorder=0)
-    axes.set_axisbelow(True)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
+    finish(axes, "Convergence", "generation", "fitness")

@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from host.cli import INTERRUPTED
+from host.cli.options import own_options
 from host.cli.output import note, print_json, print_pairs, term_pairs
 from host.cli.problem import make_problem, source_of
 from host.errors import JobError
 from host.evaluation import Evaluator
-from host.planners import OPTIONS, PLANNERS, make
+from host.planners import PLANNERS, make
 from host.planners.base import Options, Result, Stop
 from host.progress import Progress
 from host.report.files import prepare_directory
@@ -32,7 +33,7 @@ _GRACE_S = 1.0
 
 def run(args: argparse.Namespace) -> int:
     """Plan, write the files and print the summary."""
-    planner = make(args.planner, **_own_options(args))
+    planner = make(args.planner, **own_options(args, args.planner))
     generations = args.generations
     if generations is None:
         generations = PLANNERS[args.planner].generations
@@ -58,15 +59,6 @@ def run(args: argparse.Namespace) -> int:
     else:
         _print(summary, written)
     return _status(result)
-
-
-def _own_options(args: argparse.Namespace) -> dict[str, Any]:
-    """The planner's own options that were given; says so if it has none such."""
-    given = {name: getattr(args, name) for name in OPTIONS if getattr(args, name) is not None}
-    known = PLANNERS[args.planner].options if args.planner in PLANNERS else tuple(given)
-    for name in sorted(set(given) - set(known)):
-        note(f"--{name.replace('_', '-')} means nothing to {args.planner} and is ignored.")
-    return {name: value for name, value in given.items() if name in known}
 
 
 @contextlib.contextmanager

@@ -63,6 +63,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser.set_defaults(command=None)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")
     _add_plan(commands)
+    _add_compare(commands)
     _add_check(commands)
     _add_feasible(commands)
     _add_board(commands)
@@ -132,6 +133,16 @@ def _add_plan(commands: argparse._SubParsersAction[_Parser]) -> None:
     group = parser.add_argument_group("planning")
     group.add_argument("--planner", metavar="NAME", default=DEFAULT,
                        help=f"one of {', '.join(PLANNERS)} (default %(default)s)")
+    _add_search(group)
+    group.add_argument("--seed", type=int, metavar="N", default=0,
+                       help="same seed, same result (default %(default)s)")
+    group.add_argument("--out", metavar="DIR", default="out",
+                       help="where the files go (default %(default)s)")
+    _add_own_options(parser)
+
+
+def _add_search(group: argparse._ArgumentGroup) -> None:
+    """Add the stop criteria and the population."""
     defaults = ", ".join(f"{name} {entry.generations}" for name, entry in PLANNERS.items())
     group.add_argument("--generations", type=int, metavar="N",
                        help=f"most generations (default {defaults})")
@@ -140,15 +151,44 @@ def _add_plan(commands: argparse._SubParsersAction[_Parser]) -> None:
                        help="stop when the best fitness is as good")
     group.add_argument("--population", type=int, metavar="N",
                        help="paths in the population (default the planner's)")
-    group.add_argument("--seed", type=int, metavar="N", default=0,
-                       help="same seed, same result (default %(default)s)")
-    group.add_argument("--out", metavar="DIR", default="out",
-                       help="where the files go (default %(default)s)")
+
+
+def _add_own_options(parser: _Parser) -> None:
+    """Add the options that some planners have, and others not."""
     group = parser.add_argument_group("options of some planners")
     for name, option in OPTIONS.items():
         having = ", ".join(planner for planner, entry in PLANNERS.items() if name in entry.options)
         group.add_argument(f"--{name.replace('_', '-')}", type=option.type, metavar=option.metavar,
                            choices=option.choices or None, help=f"{having}: {option.meaning}")
+
+
+def _add_compare(commands: argparse._SubParsersAction[_Parser]) -> None:
+    parser = _command(
+        commands, "compare", "compare:run", "Compare planners over many seeds",
+        "pathgene compare --planners ga-fpga,ga-pc,ga-pc:max_waypoints=8 --terrain tile.tif "
+        "--start 1200,1200,100 --goal 14000,14000,100 --agl --runs 5 --generations 20 "
+        "--out out/compare")
+    _add_problem(parser, ends_required=True)
+    group = parser.add_argument_group("comparison")
+    group.add_argument("--planners", metavar="NAME[:KEY=VALUE]...,...", required=True,
+                       help=f"some of {', '.join(PLANNERS)}; each may be followed by options that "
+                            "it alone has, as ga-pc:max_waypoints=8:generations=500, and come "
+                            "again with others")
+    group.add_argument("--runs", type=int, metavar="N", default=50,
+                       help="runs of each, with seeds one after the other (default %(default)s)")
+    group.add_argument("--seed", type=int, metavar="N", default=0,
+                       help="seed of the first run (default %(default)s)")
+    group.add_argument("--jobs", type=int, metavar="N",
+                       help="runs at a time, each in a process (default one per core)")
+    group.add_argument("--scheduler", metavar="ADDRESS|local",
+                       help="hand the runs to the Dask cluster at this address, or to one started "
+                            "here for them; needs the extra pathgene[cluster]")
+    group.add_argument("--out", metavar="DIR", default="out/compare",
+                       help="where the files go; runs that are there already are not run again "
+                            "(default %(default)s)")
+    group = parser.add_argument_group("planning")
+    _add_search(group)
+    _add_own_options(parser)
 
 
 def _add_check(commands: argparse._SubParsersAction[_Parser]) -> None:

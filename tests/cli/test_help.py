@@ -12,9 +12,9 @@ from host.cli import main
 from host.cli.parser import build_parser
 
 
-COMMANDS = [(), ("plan",), ("check",), ("board",), ("board", "serve"), ("board", "info"),
-            ("terrain",), ("terrain", "list"), ("terrain", "info"), ("terrain", "synth"),
-            ("planners",), ("verilog",)]
+COMMANDS = [(), ("plan",), ("compare",), ("check",), ("board",), ("board", "serve"),
+            ("board", "info"), ("terrain",), ("terrain", "list"), ("terrain", "info"),
+            ("terrain", "synth"), ("planners",), ("verilog",)]
 
 
 def example(command, capsys):
@@ -52,6 +52,8 @@ def test_the_example_of_every_command_runs(command, place, capsys, monkeypatch):
     monkeypatch.chdir(place)
     # The model for boards that take long to build, or are not here.
     arguments = ["model:" if word in ("sim:", "/dev/ttyUSB0") else word for word in arguments]
+    if command == ("compare",):         # Several processes have tests of their own.
+        arguments += ["--jobs", "1"]
     if command == ("check",):           # It may run before the plan whose path it names.
         arguments[arguments.index("out/path.geojson")] = "path.csv"
     assert main(arguments) == 0
@@ -67,6 +69,8 @@ def test_the_example_of_every_command_runs(command, place, capsys, monkeypatch):
 # Of each command that prints something, arguments that are quick.
 JSON = [
     "plan --terrain tile.tif --agl --start 1200,1200,100 --goal 14000,14000,100 --generations 5",
+    "compare --planners ga-pc --terrain tile.tif --agl --start 1200,1200,100 "
+    "--goal 14000,14000,100 --generations 5 --runs 1 --jobs 1",
     "check --terrain tile.tif --path path.csv",
     "board info",
     "terrain list",

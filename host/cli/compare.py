@@ -1,0 +1,162 @@
+"""``pathgene compare``."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import functools
+import sys
+from collections import Counter
+from collections.abc import Generator, Sequence
+from pathlib import Path
+from typing import Any
+
+from host.cli import INTERRUPTED
+from host.cli.options import own_options
+from host.cli.output import note, print_json, print_pairs, print_table
+from host.cli.problem import make_problem, source_of
+from host.compare.cluster import LOCAL, on_cluster
+from host.compare.digest import problem_digest
+from host.compare.entrants import SEARCH, Entrant, parse_entrants, planner_names
+from host.compare.processes import available_cores, in_processes
+from host.compare.report import Field, document
+from host.compare.runs import Outcome, Task
+from host.compare.session import complete, kept
+from host.compare.store import RunStore
+from host.compare.write import write_report
+from host.errors import InputError, JobError
+from host.problem import Problem
+from host.report.files import prepare_directory
+
+
+__all__ = ["run"]
+
+# Below this a p-value says no more than that it is small.
+_SMALLEST_P = 1e-99
+
+
+def run(args: argparse.Namespace) -> int:
+    """Do the runs that are missing, write the report and print its tables."""
+    entrants = parse_entrants(
+        args.planners, {name: getattr(args, name) for name in SEARCH},
+        own_options(args, *planner_names(args.planners)))
+    seeds = _seeds(args, entrants)
+    jobs = _jobs(args, entrants)
+    problem = make_problem(args)
+    directory = Path(args.out)
+    prepare_directory(directory)
+    with RunStore(directory, problem_digest(problem)) as store:
+        fields = kept(store, entrants, seeds)
+        try:
+            complete(fields, seeds, store,
+                     functools.partial(_execute, problem, args.scheduler, jobs), sys.stderr)
+            if any(part.records for part in fields):
+                report = document(problem, source_of(args), fields, seeds)
+                written = [store.path, *write_report(directory, report, warn=note)]
+                if args.json:
+                    print_json(report)
+                else:
+                    _print(report, written)
+        except KeyboardInterrupt:
+            done = sum(len(part.records) for part in fields)
+            note(f"Interrupted; {done} of {len(fields) * len(seeds)} runs are kept in "
+                 f"{store.path}, the same command goes on.")
+            return INTERRUPTED
+    return _status(fields, seeds)
+
+
+def _execute(
+    problem: Problem, scheduler: str | None, jobs: int, tasks: Sequence[Task],
+) -> Generator[Outcome]:
+    jobs = min(jobs, len(tasks))
+    if scheduler is None:
+        return in_processes(problem, tasks, jobs)
+    return on_cluster(problem, tasks, scheduler, jobs)
+
+
+def _seeds(args: argparse.Namespace, entrants: Sequence[Entrant]) -> range:
+    if args.runs < 1:
+        raise InputError(f"The number of runs must be 1 or more, not {args.runs}.")
+    for seed in (args.seed, args.seed + args.runs - 1):
+        dataclasses.replace(entrants[0].options, seed=seed)         # Refuses a bad one.
+    return range(args.seed, args.seed + args.runs)
+
+
+def _jobs(args: argparse.Namespace, entrants: Sequence[Entrant]) -> int:
+    """How many runs at a time: one per core, but a board on a line serves one."""
+    if args.jobs is not None and args.jobs < 1:
+        raise InputError(f"The number of jobs must be 1 or more, not {args.jobs}.")
+    on_boards = [entrant.label for entrant in entrants if entrant.has_hardware]
+    if on_boards and args.scheduler is not None:
+        raise InputError(f"{on_boards[0]}: a board at this machine cannot be reached from a "
+                         "cluster; leave --scheduler out.")
+    if on_boards and (args.jobs or 1) > 1:
+        raise InputError(f"{on_boards[0]}: a board serves one run at a time; give --jobs 1.")
+    if args.jobs is not None and args.scheduler not in (None, LOCAL):
+        note("--jobs means nothing to a cluster, which has its own workers, and is ignored.")
+    return args.jobs or (1 if on_boards else available_cores())
+
+
+def _status(fields: Sequence[Field], seeds: Sequence[int]) -> int:
+    """Tell what failed, each reason once, and return the exit status."""
+    failures = [outcome for part in fields for outcome in part.failures.values()]
+    reasons = Counter((outcome.task.entrant.label, outcome.failure) for outcome in failures)
+    for (label, reason), count in reasons.items():
+        note(f"{label}: {count} of {len(seeds)} runs failed: {reason}")
+    if failures and all(outcome.bad_input for outcome in failures):
+        return InputError.exit_status
+    return JobError.exit_status if failures else 0
+
+
+def _print(report: dict[str, Any], written: Sequence[Path]) -> None:
+    print_table([
+        ("planner", "runs", "feasible", "mean F", "std", "best F", "seconds", "evaluations"),
+        *(_row(planner["label"], planner["statistics"]) for planner in report["planners"])])
+    print()
+    if report["pairs"]:
+        print_table([
+            ("pair", "difference of means", "Welch p", "Mann-Whitney p", "first better"),
+            *(_pair_row(pair) for pair in report["pairs"])])
+        print()
+    print(_explanation(report))
+    print()
+    print_pairs([("written", str(path)) for path in written])
+
+
+def _row(label: str, statistics: dict[str, Any]) -> tuple[str, ...]:
+    fitness = statistics["fitness"]
+    return (
+        label, str(statistics["runs"]), _number(statistics["feasible_share"], ".0%"),
+        *(_number(fitness[key], ".4f") for key in ("mean", "std", "best")),
+        _number(statistics["seconds"]["mean"], ".3f"),
+        _number(statistics["evaluations"], ".0f"))
+
+
+def _pair_row(pair: dict[str, Any]) -> tuple[str, ...]:
+    return (" - ".join(pair["planners"]), _number(pair["mean_difference"], "+.4f"),
+            _p_value(pair["welch"]), _p_value(pair["mann_whitney"]),
+            _number(pair["superiority"], ".0%"))
+
+
+def _number(value: float | None, form: str) -> str:
+    return "-" if value is None else format(value, form)
+
+
+def _p_value(test: dict[str, Any]) -> str:
+    if test["p"] is None:
+        return f"({test['note']})"
+    return f"<{_SMALLEST_P:g}" if test["p"] < _SMALLEST_P else f"{test['p']:.2g}"
+
+
+def _explanation(report: dict[str, Any]) -> str:
+    first, last = report["seeds"]
+    lines = ["F of all runs, infeasible ones included; feasible by the strict rule; seconds and "
+             "evaluations are means.",
+             f"Seeds {first} to {last} for every planner. A seed means other numbers to another "
+             "planner: runs are not paired."]
+    if report["pairs"]:
+        lines.append("p two-sided" + (
+            f", not corrected for the {len(report['pairs'])} pairs"
+            if len(report["pairs"]) > 1 else "") + "; first better: chance that a run of the "
+            "first is better than one of the second.")
+    return "\n".join(lines)

@@ -1,0 +1,132 @@
+"""Runs on a Dask cluster."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import logging
+import pickle
+import uuid
+from collections.abc import Generator, Iterator, Sequence
+from typing import Any
+
+from host.compare.processes import ending_children, interrupt_held
+from host.compare.runs import Outcome, Task, execute
+from host.errors import InputError, JobError
+from host.evaluation import Evaluator
+from host.problem import Problem
+
+
+__all__ = ["LOCAL", "on_cluster"]
+
+#: The address that asks for a cluster of our own.
+LOCAL = "local"
+
+_CONNECT_TIMEOUT_S = 10
+# How long a lost worker of our own cluster may take to start again before its place is given up;
+# Dask's 15 seconds are too few for a busy machine, and without workers nothing would ever end.
+_PATIENCE = "1 hour"
+# The longest wait for workers to end by themselves, after the last run and after Ctrl-C.
+_CLOSE_TIMEOUT_S, _INTERRUPT_TIMEOUT_S = 10.0, 1.0
+
+
+def on_cluster(
+    problem: Problem, tasks: Sequence[Task], address: str, jobs: int,
+) -> Generator[Outcome]:
+    """Do ``tasks`` on a Dask cluster and yield their outcomes as they come.
+
+    The workers need this version of pathgene, but none of this machine's files: the problem goes to
+    them by value. What a lost worker was doing is done again by another; a run that was under way
+    on four lost workers in a row counts as failed.
+
+    Parameters
+    ----------
+    problem : Problem
+        What to fly over.
+    tasks : sequence of Task
+        The runs.
+    address : str
+        Of the scheduler, ``tcp://HOST:PORT``; :data:`LOCAL` starts a cluster for these runs.
+    jobs : int
+        Workers of a cluster of our own.
+
+    Raises
+    ------
+    InputError
+        If distributed is not installed, or no scheduler answers.
+    JobError
+        If the scheduler is lost.
+    """
+    distributed = _distributed()
+    with contextlib.ExitStack() as stack:
+        if address == LOCAL:
+            stack.enter_context(ending_children())
+            dask = importlib.import_module("dask.config")
+            stack.enter_context(dask.set({"distributed.deploy.lost-worker-timeout": _PATIENCE}))
+            address = stack.enter_context(_local_cluster(distributed, jobs))
+        client = stack.enter_context(_client(distributed, address))
+        stack.enter_context(client.as_current())
+        # A task, not scattered data: the scheduler can have it made again when its worker is lost.
+        data = client.submit(pickle.loads, pickle.dumps(problem), key=f"problem-{uuid.uuid4()}")
+        futures = {
+            client.submit(_work, data, task,
+                          key=f"{task.entrant.planner}-{task.seed}-{uuid.uuid4()}"): task
+            for task in tasks}
+        for future in distributed.as_completed(list(futures)):
+            yield _outcome(client, future, futures[future], address)
+
+
+def _work(problem: Problem, task: Task) -> Outcome:
+    return execute(Evaluator(problem, threads=1), task)
+
+
+def _distributed() -> Any:
+    try:
+        distributed = importlib.import_module("distributed")
+    except ImportError:
+        raise InputError("A Dask cluster needs the package distributed; install "
+                         "pathgene[cluster], or leave --scheduler out.") from None
+    # It tells of every connection; what matters of its troubles becomes a sentence of ours.
+    for name in list(logging.root.manager.loggerDict):
+        if name.partition(".")[0] == "distributed":
+            logging.getLogger(name).setLevel(logging.CRITICAL)
+    return distributed
+
+
+@contextlib.contextmanager
+def _local_cluster(distributed: Any, jobs: int) -> Iterator[str]:
+    """A cluster of processes on this machine; its address."""
+    with interrupt_held():      # What starts the workers inherits that: they never see Ctrl-C.
+        cluster = distributed.LocalCluster(
+            n_workers=0, threads_per_worker=1, processes=True, silence_logs=logging.CRITICAL,
+            scheduler_kwargs={"dashboard": False})
+    wait_s = _CLOSE_TIMEOUT_S
+    try:
+        cluster.scale(jobs)
+        yield cluster.scheduler_address
+    except BaseException:
+        wait_s = _INTERRUPT_TIMEOUT_S
+        raise
+    finally:
+        cluster.shutdown_on_close = False       # Not once more at the end of the interpreter.
+        with contextlib.suppress(TimeoutError):
+            cluster.close(timeout=wait_s)
+
+
+def _client(distributed: Any, address: str) -> Any:
+    try:
+        return distributed.Client(address, timeout=_CONNECT_TIMEOUT_S, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise InputError(f"No Dask scheduler answers at {address!r} ({error}); start one with "
+                         "'dask scheduler', or give 'local'.") from None
+
+
+def _outcome(client: Any, future: Any, task: Task, address: str) -> Outcome:
+    """The outcome of a future that has ended, also where the cluster could not do its task."""
+    if future.status == "finished":
+        outcome: Outcome = future.result()
+        return outcome
+    if client.status != "running" or future.status == "cancelled":
+        raise JobError(f"The Dask scheduler at {address!r} is lost; the same command goes on.")
+    error = future.exception()
+    return Outcome(task, failure=f"The cluster could not do it, {type(error).__name__}: {error}")

@@ -1,0 +1,34 @@
+"""Digests that tell the runs of one problem and one planner from all others."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import Any
+
+from host.problem import Problem
+
+
+__all__ = ["digest_of", "problem_digest"]
+
+_DIGITS = 20
+
+
+def digest_of(value: Any, data: bytes = b"") -> str:
+    """Return 20 hexadecimal digits that depend on a plain JSON value and on ``data``."""
+    state = hashlib.sha256(json.dumps(value, sort_keys=True).encode())
+    state.update(b"\0")
+    state.update(data)
+    return state.hexdigest()[:_DIGITS]
+
+
+def problem_digest(problem: Problem) -> str:
+    """Digest of all that the worth of a path depends on: not of what the terrain is called."""
+    terrain = problem.terrain
+    described = {
+        "shape": terrain.shape, "dx_m": terrain.dx_m, "dy_m": terrain.dy_m,
+        "start": problem.start, "goal": problem.goal, "uav": problem.uav.to_dict(),
+        "nofly": [zone.to_dict() for zone in problem.nofly], "wind": problem.wind,
+        "ds_m": problem.ds_m,
+    }
+    return digest_of(described, terrain.elevation.tobytes())

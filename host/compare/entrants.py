@@ -1,0 +1,165 @@
+"""Who takes part in a comparison: planners, each with its options."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from host.board import known_config
+from host.compare.digest import digest_of
+from host.errors import InputError
+from host.planners import OPTIONS, PLANNERS, make
+from host.planners.base import Options, Planner
+from host.report.summary import version
+
+
+__all__ = ["SEARCH", "Entrant", "parse_entrants", "planner_names", "split_label"]
+
+#: Options that every planner has, by their name on the command line: the field of
+#: :class:`host.planners.base.Options`, and what turns a text into its value.
+SEARCH: Mapping[str, tuple[str, Callable[[str], Any]]] = {
+    "generations": ("generations", int),
+    "time_limit": ("time_limit_s", float),
+    "target_fitness": ("target_fitness", float),
+    "population": ("population", int),
+}
+_KINDS: Mapping[object, str] = {int: "a whole number", float: "a number"}
+# Values are URLs, too, with colons of their own, but no name and equals sign after one.
+_NEXT_OPTION = re.compile(r":(?=[A-Za-z][\w-]*=)")
+
+
+@dataclass(frozen=True)
+class Entrant:
+    """A planner with all its options but the seed.
+
+    Parameters
+    ----------
+    label : str
+        How the user named it, and what reports call it.
+    planner : str
+        Its name in the registry.
+    own : mapping
+        The planner's own options that are not left at their defaults.
+    options : Options
+        What every planner is told; the seed means nothing.
+    """
+
+    label: str
+    planner: str
+    own: Mapping[str, Any]
+    options: Options
+
+    def make(self) -> Planner:
+        """Return the planner.
+
+        Raises
+        ------
+        InputError
+            If it refuses its options.
+        """
+        return make(self.planner, **self.own)
+
+    def describe(self) -> dict[str, Any]:
+        """The planner and its options, the seed apart, as plain JSON values."""
+        options = dataclasses.asdict(self.options)
+        del options["seed"]
+        table = {"planner": self.planner, "options": {**options, **self.own}}
+        plain: dict[str, Any] = json.loads(json.dumps(table, default=str))
+        return plain
+
+    @property
+    def has_hardware(self) -> bool:
+        """Whether it needs a board that serves one run at a time."""
+        board = self.own.get("board")
+        return board is not None and known_config(board) is None
+
+    @property
+    def key(self) -> str:
+        """Digest of all that its runs depend on besides problem and seed."""
+        return digest_of({**self.describe(), "pathgene": version()})
+
+
+def split_label(label: str) -> list[str]:
+    """Return the name of the planner in ``label``, then each ``KEY=VALUE``."""
+    return _NEXT_OPTION.split(label.strip())
+
+
+def planner_names(text: str) -> list[str]:
+    """Return the names of the planners in the text of ``--planners``."""
+    return [split_label(label)[0] for label in text.split(",")]
+
+
+def parse_entrants(
+    text: str, search: Mapping[str, Any], own: Mapping[str, Any],
+) -> tuple[Entrant, ...]:
+    """Return the entrants that ``--planners`` names.
+
+    Parameters
+    ----------
+    text : str
+        ``NAME[:KEY=VALUE]...``, separated by commas. Keys are those of :data:`SEARCH` and of the
+        planner's own options, with ``_`` or ``-``.
+    search : mapping
+        Values of :data:`SEARCH` for all, None where there is none.
+    own : mapping
+        Own options for all planners that have them.
+
+    Raises
+    ------
+    InputError
+        If there is no such planner or option, a value is bad, or two entrants are the same.
+    """
+    entrants: list[Entrant] = []
+    for label in text.split(","):
+        entrant = _parse(label.strip(), search, own)
+        for other in entrants:
+            if other.describe() == entrant.describe():
+                raise InputError(f"{other.label} and {entrant.label} are the same planner with "
+                                 "the same options; leave one out, or change an option.")
+        entrants.append(entrant)
+    return tuple(entrants)
+
+
+def _parse(label: str, search: Mapping[str, Any], own: Mapping[str, Any]) -> Entrant:
+    name, *settings = split_label(label)
+    if name not in PLANNERS:
+        raise InputError(f"There is no planner {name!r}; the planners are {', '.join(PLANNERS)}.")
+    entry = PLANNERS[name]
+    told = {"generations": entry.generations}
+    told |= {key: value for key, value in search.items() if value is not None}
+    chosen = {key: value for key, value in own.items() if key in entry.options}
+    for setting in settings:
+        key, _, value = setting.partition("=")
+        key = key.replace("-", "_")
+        if key in SEARCH:
+            told[key] = _value(label, key, value, SEARCH[key][1])
+        elif key in entry.options:
+            chosen[key] = _value(label, key, value, OPTIONS[key].type, OPTIONS[key].choices)
+        else:
+            raise InputError(f"{label}: {name} has no option {key!r}; it has "
+                             f"{', '.join((*SEARCH, *entry.options))}.")
+    try:
+        options = Options(**{SEARCH[key][0]: value for key, value in told.items()})
+        entrant = Entrant(label, name, chosen, options)
+        entrant.make()                  # Refuses bad options before anything runs.
+    except InputError as error:
+        raise InputError(f"{label}: {error}") from None
+    return entrant
+
+
+def _value(
+    label: str, key: str, text: str, convert: Callable[[str], Any], choices: tuple[str, ...] = (),
+) -> Any:
+    try:
+        value = convert(text)
+    except (ValueError, TypeError, argparse.ArgumentTypeError):
+        kind = _KINDS.get(convert, "of its kind")
+        raise InputError(f"{label}: {key} must be {kind}, not {text!r}.") from None
+    if choices and value not in choices:
+        raise InputError(f"{label}: {key} must be one of {', '.join(choices)}, not {text!r}.")
+    return value

@@ -1,0 +1,132 @@
+"""Runs in this process, or in several on this machine."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Generator, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.connection import wait
+from types import FrameType
+
+from host.compare.runs import Outcome, Task, execute
+from host.errors import JobError
+from host.evaluation import Evaluator
+from host.problem import Problem
+
+
+__all__ = ["available_cores", "ending_children", "in_processes", "interrupt_held"]
+
+# How often all processes are started again after one of them has died.
+_POOLS = 3
+
+_evaluator: Evaluator
+
+
+def available_cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0))
+
+
+def in_processes(problem: Problem, tasks: Sequence[Task], jobs: int) -> Generator[Outcome]:
+    """Do ``tasks`` ``jobs`` at a time and yield their outcomes as they come.
+
+    Each evaluates with its share of the cores. One at a time is done in this process. When a
+    process dies, what was not finished is begun again in new ones. When the generator is closed,
+    all end at once.
+
+    Raises
+    ------
+    JobError
+        If processes die again and again.
+    """
+    threads = max(1, available_cores() // jobs)
+    if jobs == 1:
+        evaluator = Evaluator(problem, threads=threads)
+        yield from (execute(evaluator, task) for task in tasks)
+        return
+    left = dict(enumerate(tasks))
+    for _ in range(_POOLS):
+        with (contextlib.suppress(BrokenProcessPool),
+              _pool(problem, min(jobs, len(left)), threads) as pool):
+            with interrupt_held():      # A process inherits that, and never sees Ctrl-C.
+                futures = {pool.submit(_work, task): number for number, task in left.items()}
+            for future in as_completed(futures):
+                outcome = future.result()
+                del left[futures[future]]
+                yield outcome
+        if not left:
+            return
+    raise JobError(f"A process that ran planners died, {_POOLS} times; memory may be short, try "
+                   "fewer --jobs. The same command goes on.")
+
+
+@contextlib.contextmanager
+def _pool(problem: Problem, jobs: int, threads: int) -> Iterator[ProcessPoolExecutor]:
+    """Processes that know the problem; killed when the block is left by an exception."""
+    # Spawned: a fork would copy the locks of threads that it does not copy.
+    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), _begin,
+                               (problem, threads))
+    try:
+        with ending_children():
+            yield pool
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+@contextlib.contextmanager
+def ending_children() -> Iterator[None]:
+    """Kill the processes that were started in the block when an exception leaves it."""
+    others = multiprocessing.active_children()
+    try:
+        yield
+    except BaseException:
+        for process in multiprocessing.active_children():
+            if process not in others:
+                process.kill()
+        raise
+
+
+@contextlib.contextmanager
+def interrupt_held() -> Iterator[None]:
+    """Hold Ctrl-C back until the block has ended; processes started in it never see it."""
+    if threading.current_thread() is not threading.main_thread():
+        yield                           # Ctrl-C interrupts the main thread alone.
+        return
+    held: list[tuple[int, FrameType | None]] = []
+    handler = signal.signal(signal.SIGINT, lambda *call: held.append(call))
+    # The mask is what processes inherit; another thread may still take the signal for this one.
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        signal.signal(signal.SIGINT, handler)
+        if held and callable(handler):
+            handler(*held[-1])
+
+
+def _begin(problem: Problem, threads: int) -> None:
+    """Prepare a new process."""
+    global _evaluator
+    logging.basicConfig(format="pathgene: %(message)s")
+    logging.getLogger("sim").setLevel(logging.INFO)     # Says that a simulated board is built.
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    _evaluator = Evaluator(problem, threads=threads)
+
+
+def _end_with_parent() -> None:
+    """Wait until the parent has died, by whatever cause, and then end this process."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    wait([parent.sentinel])
+    os._exit(1)
+
+
+def _work(task: Task) -> Outcome:
+    return execute(_evaluator, task)

@@ -1,0 +1,86 @@
+"""``compare.json``: problem, options, every run and the statistics, in plain numbers."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from host.compare.entrants import Entrant
+from host.compare.runs import Outcome
+from host.compare.statistics import compare_two, describe
+from host.evaluation import Evaluator
+from host.problem import Problem
+from host.report.summary import describe_problem, finite, version
+
+
+__all__ = ["Field", "document"]
+
+
+@dataclass
+class Field:
+    """The runs of one entrant.
+
+    Parameters
+    ----------
+    entrant : Entrant
+        Who.
+    records : dict of int to dict
+        Finished runs by seed.
+    failures : dict of int to Outcome
+        Those that failed, by seed.
+    """
+
+    entrant: Entrant
+    records: dict[int, dict[str, Any]] = field(default_factory=dict)
+    failures: dict[int, Outcome] = field(default_factory=dict)
+
+    def values(self) -> list[float]:
+        """Return F of the finished runs, by seed."""
+        return [self.records[seed]["fitness"] for seed in sorted(self.records)]
+
+
+def document(
+    problem: Problem, source: Mapping[str, Any], fields: Sequence[Field], seeds: Sequence[int],
+) -> dict[str, Any]:
+    """Return the whole report; every number in it is finite.
+
+    Parameters
+    ----------
+    problem : Problem
+        What was flown over.
+    source : mapping
+        How the terrain was loaded.
+    fields : sequence of Field
+        All entrants, in the user's order.
+    seeds : sequence of int
+        Of the runs of each.
+    """
+    report = {
+        "pathgene": version(),
+        **describe_problem(Evaluator(problem, threads=1), source),
+        "seeds": [seeds[0], seeds[-1]],
+        "paired": False,
+        "planners": [_planner(part) for part in fields],
+        "pairs": [
+            {"planners": [one.entrant.label, other.entrant.label],
+             **compare_two(one.values(), other.values())}
+            for one, other in itertools.combinations(fields, 2)],
+    }
+    return {key: finite(value) for key, value in report.items()}
+
+
+def _planner(part: Field) -> dict[str, Any]:
+    records = [part.records[seed] for seed in sorted(part.records)]
+    # Said once, above the runs.
+    common = {"problem", "key", "pathgene", "planner", "options"}
+    return {
+        "label": part.entrant.label,
+        **part.entrant.describe(),
+        "statistics": describe(records),
+        "failures": [{"seed": seed, "failure": part.failures[seed].failure}
+                     for seed in sorted(part.failures)],
+        "runs": [{key: value for key, value in record.items() if key not in common}
+                 for record in records],
+    }

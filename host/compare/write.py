@@ -1,0 +1,42 @@
+"""The files of a comparison."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from host.errors import InputError
+from host.report.files import write_json
+
+
+__all__ = ["write_report"]
+
+
+def write_report(
+    directory: Path, report: Mapping[str, Any], warn: Callable[[str], None],
+) -> list[Path]:
+    """Write ``compare.json`` and ``compare.png``, and return the files written.
+
+    An error in the picture is only a warning: it must not cost the numbers.
+
+    Raises
+    ------
+    InputError
+        If the directory cannot be written to.
+    """
+    numbers, picture = directory / "compare.json", directory / "compare.png"
+    try:
+        write_json(numbers, report)
+    except OSError as error:
+        raise InputError(f"Cannot write to the directory {str(directory)!r} "
+                         f"({error.strerror or error}); give another with --out.") from None
+    try:
+        from host.compare.picture import write
+
+        write(report, picture)
+    except Exception as error:
+        picture.unlink(missing_ok=True)         # One of an earlier comparison would mislead.
+        warn(f"There is no picture this time, drawing it failed: {type(error).__name__}: {error}.")
+        return [numbers]
+    return [numbers, picture]

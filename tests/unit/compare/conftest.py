@@ -1,0 +1,60 @@
+"""A short flight, entrants, and reports of runs made up to be looked at."""
+
+import numpy as np
+import pytest
+
+from host import uav
+from host.compare.entrants import parse_entrants
+from host.compare.statistics import compare_two, describe
+from host.nofly import Circle
+from host.problem import Problem
+from host.terrain import Terrain
+
+
+@pytest.fixture(scope="session")
+def problem():
+    """A flight over hills, around a zone."""
+    y, x = np.mgrid[:41, :61]
+    terrain = Terrain(name="hills", elevation=300 + 150 * np.sin(x / 8) * np.cos(y / 6),
+                      dx_m=100.0, dy_m=100.0)
+    return Problem.from_agl(terrain, (500, 500, 100), (5500, 3500, 100), uav.load("silver-fox"),
+                            (Circle(3000, 2000, 400),))
+
+
+@pytest.fixture
+def entrants():
+    """Two planners of 15 generations, one of them with an option."""
+    return parse_entrants("ga-fpga,ga-pc:max_waypoints=8", {"generations": 15}, {})
+
+
+def made_up_runs(final, *, generations=30, each=22, first=32):
+    """Runs that end with the fitnesses ``final``, feasible above 1."""
+    at = np.arange(generations + 1)
+    runs = []
+    for seed, fitness in enumerate(final):
+        best = fitness * (1 - np.exp(-at - 0.5)) if generations else np.array([fitness])
+        best[-1] = fitness
+        runs.append({
+            "seed": seed, "fitness": float(fitness), "feasible": bool(fitness > 1),
+            "seconds": {"total": 0.25 * (seed + 1)}, "generations": generations,
+            "evaluations": first + each * generations,
+            "history": [[int(i), float(value), 0.5] for i, value in zip(at, best, strict=True)],
+            "history_evaluations": (first + each * at).tolist()})
+    return runs
+
+
+@pytest.fixture(scope="session")
+def report_of():
+    """Make the report of planners given as label to runs."""
+
+    def make(planners, runs=50):
+        listed = [{"label": label, "planner": label, "options": {}, "failures": [],
+                   "statistics": describe(records), "runs": records}
+                  for label, records in planners.items()]
+        pairs = [{"planners": [one["label"], other["label"]], **compare_two(
+                    *([run["fitness"] for run in part["runs"]] for part in (one, other)))}
+                 for i, one in enumerate(listed) for other in listed[i + 1:]]
+        return {"terrain": {"name": "hills"}, "uav": {"name": "Silver Fox-like"}, "ds_m": 50.0,
+                "seeds": [0, runs - 1], "planners": listed, "pairs": pairs}
+
+    return make

@@ -1,0 +1,126 @@
+"""Runs in several processes, one of which dies."""
+
+import multiprocessing
+import signal
+import sys
+
+import pytest
+
+from host.compare.cluster import on_cluster
+from host.compare.processes import in_processes, interrupt_held
+from host.compare.runs import Task
+from host.errors import InputError, JobError
+
+
+def tasks_of(entrants, seeds):
+    return [Task(entrant, seed) for seed in seeds for entrant in entrants]
+
+
+def found(outcomes):
+    """What does not depend on where it was run."""
+    outcomes = list(outcomes)
+    assert not [outcome.failure for outcome in outcomes if outcome.failure]
+    return {(outcome.task.entrant.label, outcome.task.seed):
+            (outcome.record["waypoints"], outcome.record["history"]) for outcome in outcomes}
+
+
+def new_children(before):
+    return [child for child in multiprocessing.active_children() if child not in before]
+
+
+def test_the_death_of_a_process_costs_no_run(problem, entrants):
+    tasks = tasks_of(entrants, range(3))
+    before = multiprocessing.active_children()
+    outcomes = in_processes(problem, tasks, 2)
+    first = next(outcomes)
+    assert len(new_children(before)) == 2
+    new_children(before)[0].kill()
+    assert found([first, *outcomes]) == found(in_processes(problem, tasks, 1))
+    assert not new_children(before)
+
+
+@pytest.mark.long
+def test_a_closed_comparison_leaves_no_process(problem, entrants):
+    before = multiprocessing.active_children()
+    outcomes = in_processes(problem, tasks_of(entrants, range(100)), 2)
+    next(outcomes)
+    outcomes.close()
+    assert not new_children(before)
+
+
+@pytest.fixture
+def distributed():
+    return pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
+
+
+def test_a_cluster_by_its_address(problem, entrants, distributed):
+    """A scheduler and a worker in threads of this process, reached over TCP."""
+    tasks = tasks_of(entrants, range(1))
+    with distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=False, protocol="tcp://",
+            scheduler_kwargs={"dashboard": False}) as cluster:
+        address = cluster.scheduler_address
+        assert address.startswith("tcp://")
+        there = found(on_cluster(problem, tasks, address, 1))
+    assert there == found(in_processes(problem, tasks, 1))
+
+
+def test_the_loss_of_the_scheduler_is_said(problem, entrants, distributed):
+    with distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=False, protocol="tcp://",
+            scheduler_kwargs={"dashboard": False}) as cluster:
+        address = cluster.scheduler_address
+        outcomes = on_cluster(problem, tasks_of(entrants, range(50)), address, 1)
+        assert next(outcomes).failure is None
+    with pytest.raises(JobError) as caught:
+        list(outcomes)
+    assert str(caught.value) == (
+        f"The Dask scheduler at {address!r} is lost; the same command goes on.")
+
+
+def test_no_scheduler_at_the_address(problem, entrants, distributed, monkeypatch):
+    monkeypatch.setattr("host.compare.cluster._CONNECT_TIMEOUT_S", 0.5)
+    with pytest.raises(InputError) as caught:
+        next(on_cluster(problem, tasks_of(entrants, range(1)), "tcp://127.0.0.1:9", 1))
+    assert str(caught.value).startswith("No Dask scheduler answers at 'tcp://127.0.0.1:9' (")
+    assert str(caught.value).endswith("; start one with 'dask scheduler', or give 'local'.")
+
+
+def test_without_the_extra_it_says_what_to_install(problem, entrants, monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(InputError) as caught:
+        next(on_cluster(problem, tasks_of(entrants, range(1)), "local", 1))
+    assert str(caught.value) == ("A Dask cluster needs the package distributed; install "
+                                 "pathgene[cluster], or leave --scheduler out.")
+
+
+@pytest.mark.long
+def test_the_loss_of_a_worker_costs_no_run(problem, entrants, distributed):
+    tasks = tasks_of(entrants, range(10))
+    before = multiprocessing.active_children()
+    outcomes = on_cluster(problem, tasks, "local", 2)
+    first = next(outcomes)
+    workers = new_children(before)
+    assert len(workers) == 2
+    for worker in workers:              # Both: the problem, too, has to be sent again.
+        worker.kill()
+    assert found([first, *outcomes]) == found(in_processes(problem, tasks, 1))
+    assert not new_children(before)
+
+
+def test_ctrl_c_is_held_back_and_comes_afterwards():
+    steps = []
+
+    def interrupted():
+        with interrupt_held():
+            signal.raise_signal(signal.SIGINT)
+            # As if another thread had taken it.
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+            signal.raise_signal(signal.SIGINT)
+            steps.append("end of the block")
+        steps.append("after it")
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert steps == ["end of the block"]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

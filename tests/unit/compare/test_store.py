@@ -1,0 +1,105 @@
+"""Runs on disk: what is kept, what is passed over, what is refused."""
+
+import dataclasses
+import json
+
+import pytest
+
+from host.compare.digest import problem_digest
+from host.compare.entrants import parse_entrants
+from host.compare.store import RunStore
+from host.errors import InputError
+from host.nofly import Circle
+
+
+RECORD = {"fitness": 1.25, "history": [[0, 1.25, 1.0]]}
+
+
+@pytest.fixture
+def entrant(entrants):
+    return entrants[1]
+
+
+def test_keeps_runs_for_the_next_time(tmp_path, entrant):
+    with RunStore(tmp_path, "p") as store:
+        assert store.get(entrant, 3) is None
+        assert store.add(entrant, 3, RECORD) == store.get(entrant, 3)
+        # On the disk already, for whoever comes after a crash.
+        assert json.loads(store.path.read_text())["fitness"] == 1.25
+    with RunStore(tmp_path, "p") as store:
+        found = store.get(entrant, 3)
+        assert found.items() >= RECORD.items()
+        assert found["seed"] == 3
+        assert found["options"]["max_waypoints"] == 8
+        assert store.get(entrant, 4) is None
+
+
+def test_other_options_lie_beside(tmp_path, entrants):
+    with RunStore(tmp_path, "p") as store:
+        store.add(entrants[0], 3, RECORD)
+    (other,) = parse_entrants("ga-fpga:generations=16", {}, {})
+    with RunStore(tmp_path, "p") as store:
+        assert store.get(other, 3) is store.get(entrants[1], 3) is None
+        assert store.get(entrants[0], 3) is not None
+
+
+@pytest.mark.parametrize("cut", [1, 20, -1])
+def test_a_torn_line_costs_no_other_run(tmp_path, entrant, cut):
+    with RunStore(tmp_path, "p") as store:
+        store.add(entrant, 1, RECORD)
+        whole = store.path.read_bytes()
+        store.add(entrant, 2, RECORD)
+        path = store.path
+    path.write_bytes(whole + path.read_bytes()[len(whole):][:cut])
+    with RunStore(tmp_path, "p") as store:
+        assert store.get(entrant, 1) is not None
+        # Of a line that only lacks its end nothing is lost.
+        assert (store.get(entrant, 2) is not None) == (cut == -1)
+        store.add(entrant, 3, RECORD)
+    with RunStore(tmp_path, "p") as store:
+        assert store.get(entrant, 1) is not None
+        assert store.get(entrant, 3) is not None
+
+
+@pytest.mark.parametrize("line", ["", "null", "[1]", '{"problem": "p"}',
+                                  '{"problem": "p", "key": [], "seed": 1}', "\0\0\0"])
+def test_lines_that_are_no_run_are_passed_over(tmp_path, entrant, line):
+    (tmp_path / "runs.jsonl").write_text(f"{line}\n")
+    with RunStore(tmp_path, "p") as store:
+        assert store.get(entrant, 1) is None
+
+
+def test_refuses_runs_of_another_problem(tmp_path, entrant):
+    with RunStore(tmp_path, "p") as store:
+        store.add(entrant, 1, RECORD)
+        before = store.path.read_bytes()
+    with pytest.raises(InputError) as caught:
+        RunStore(tmp_path, "q")
+    assert str(caught.value) == (
+        f"The directory {str(tmp_path)!r} holds runs of another problem; give another with --out, "
+        f"or remove {str(tmp_path / 'runs.jsonl')!r}.")
+    assert (tmp_path / "runs.jsonl").read_bytes() == before
+
+
+def test_refuses_two_at_once(tmp_path):
+    with RunStore(tmp_path, "p"), pytest.raises(InputError) as caught:
+        RunStore(tmp_path, "p")
+    assert str(caught.value) == (f"Another comparison is writing to {str(tmp_path)!r}; wait for "
+                                 "it, or give another directory with --out.")
+    RunStore(tmp_path, "p").__exit__(None, None, None)
+
+
+def test_digest_of_a_problem_says_what_paths_are_worth_and_no_more(problem):
+    terrain = problem.terrain
+    raised = terrain.elevation.copy()
+    raised[20, 30] += 1e-9
+    changes = [
+        {"terrain": dataclasses.replace(terrain, elevation=raised)},
+        {"terrain": dataclasses.replace(terrain, dx_m=101.0)},
+        {"start": (500.0, 500.0, 900.0)}, {"goal": (5500.0, 3500.0, 900.0)},
+        {"nofly": ()}, {"nofly": (Circle(3000, 2000, 401),)}, {"wind": (1.0, 0.0)},
+        {"ds_m": 49.0}, {"uav": dataclasses.replace(problem.uav, turn_radius_m=151.0)}]
+    digests = {problem_digest(dataclasses.replace(problem, **change)) for change in changes}
+    assert len(digests | {problem_digest(problem)}) == len(changes) + 1
+    renamed = dataclasses.replace(terrain, name="other", source="elsewhere")
+    assert problem_digest(dataclasses.replace(problem, terrain=renamed)) == problem_digest(problem)

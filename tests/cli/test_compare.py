@@ -46,7 +46,7 @@ def test_every_planner_takes_part(compared):
         assert [run["seed"] for run in planner["runs"]] == [5, 6]
         assert planner["statistics"]["runs"] == 2
     lines = done.stderr.splitlines()
-    assert lines[0] == f"run 0/{2 * count}"
+    assert f"run 0/{2 * count}" in lines
     assert lines[-1].startswith(f"run {2 * count}/{2 * count}  best 1.")
 
 

@@ -28,6 +28,7 @@ def new_children(before):
     return [child for child in multiprocessing.active_children() if child not in before]
 
 
+@pytest.mark.long
 def test_the_death_of_a_process_costs_no_run(problem, entrants):
     tasks = tasks_of(entrants, range(3))
     before = multiprocessing.active_children()

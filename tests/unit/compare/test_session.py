@@ -33,7 +33,8 @@ class Unlucky:
 
 @pytest.fixture
 def unlucky(monkeypatch):
-    monkeypatch.setitem(PLANNERS, "unlucky", Entry("", "", 4, (), Unlucky))
+    monkeypatch.setitem(PLANNERS, "unlucky", Entry(
+        description="", paper="", generations=4, options=(), constructor=Unlucky))
     return parse_entrants("ga-pc:generations=4,unlucky", {}, {})
 
 
@@ -52,7 +53,9 @@ def run(problem, entrants, seeds, directory):
 
 
 def test_runs_are_those_of_plan(problem, entrants, tmp_path):
-    fields, _ = run(problem, entrants, range(5, 7), tmp_path)
+    fields, done = run(problem, entrants, range(5, 7), tmp_path)
+    # In turns: whenever it ends, the planners have had the same seeds.
+    assert done == [(entrant.label, seed) for seed in (5, 6) for entrant in entrants]
     for part in fields:
         assert sorted(part.records) == [5, 6]
         planner, options = part.entrant.make(), part.entrant.options
@@ -87,6 +90,22 @@ def test_a_run_that_fails_costs_no_other(problem, unlucky, tmp_path):
     # What failed is tried again.
     _, done = run(problem, unlucky, range(5), tmp_path)
     assert done == [("unlucky", 1), ("unlucky", 2), ("unlucky", 3)]
+
+
+def test_the_first_run_of_a_planner_is_preceded_by_one_that_does_not_count(problem, monkeypatch):
+    told = []
+
+    class Told:
+        def plan(self, evaluator, options, progress=None, stop=None):
+            told.append((options.seed, options.generations, options.population))
+            return make("ga-pc").plan(evaluator, options, progress, stop)
+
+    monkeypatch.setitem(PLANNERS, "told", Entry(
+        description="", paper="", generations=4, options=(), constructor=Told))
+    (entrant,) = parse_entrants("told:population=20", {}, {})
+    outcomes = list(in_processes(problem, [Task(entrant, seed) for seed in (7, 8)], 1))
+    assert told == [(7, 1, 20), (7, 4, 20), (8, 4, 20)]
+    assert [outcome.record["generations"] for outcome in outcomes] == [4, 4]
 
 
 def test_another_version_does_no_run(problem, entrants):

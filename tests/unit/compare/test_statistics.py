@@ -32,6 +32,12 @@ def test_of_one_planner():
     assert found["evaluations"] == 32 + 22 * 30
 
 
+def test_feasible_is_what_is_so_between_the_samples_too():
+    runs = made_up_runs([1.4, 1.45])
+    runs[1]["feasible"] = False
+    assert describe(runs)["feasible_share"] == 0.5
+
+
 def test_of_one_run_and_of_none():
     one = describe(made_up_runs([1.4]))
     assert (one["fitness"]["mean"], one["fitness"]["std"]) == (1.4, None)

@@ -1,6 +1,7 @@
-"""What all tests share: hypothesis' profile, and simulators that may be missing."""
+"""What all tests share: hypothesis' profile, Ctrl-C, and simulators that may be missing."""
 
 import shutil
+import signal
 
 import pytest
 from hypothesis import settings
@@ -11,6 +12,9 @@ from sim.runner import SIMULATORS
 # The same examples in every run: a failure can be repeated, and no test fails by a slow machine.
 settings.register_profile("repeatable", derandomize=True, deadline=None, database=None)
 settings.load_profile("repeatable")
+
+# A shell's background jobs ignore Ctrl-C, and so would every program that the tests start.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture

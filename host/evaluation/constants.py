@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-__all__ = ["COORDINATE_LIMIT_M", "VOID_HEIGHT_M", "Constants", "Flags", "Floats", "Point", "Totals"]
+__all__ = ["COORDINATE_LIMIT_M", "VOID_HEIGHT_M", "Constants", "Flags", "Floats", "Point"]
 
 # The height of a void: above every path, and finite, so that it times a weight of 0 is 0.
 VOID_HEIGHT_M = 1e300
@@ -17,8 +17,6 @@ COORDINATE_LIMIT_M = 1e7
 Floats = NDArray[np.float64]
 Flags = NDArray[np.uint8]
 Point = tuple[float, float, float]
-# Length, altitude integral, fuel, distance too steep.
-Totals = tuple[float, float, float, float]
 
 
 class Constants(NamedTuple):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from host.errors import InputError
 from host.evaluation.constants import COORDINATE_LIMIT_M, VOID_HEIGHT_M, Constants
 from host.evaluation.geometry import smooth
-from host.evaluation.kernels import evaluate_share, fitness_of, path_terms
+from host.evaluation.kernels import evaluate_share, fitness_of, path_terms, scratch
 from host.evaluation.reference import utopia
 from host.evaluation.track import SmoothedTrack, ground_below
 
@@ -146,11 +146,12 @@ class Evaluator:
         """
         path = self._checked(path)
         n = len(path)
+        turns, pieces = scratch(n)
         length, altitude, fuel, steep, under, zone, impossible = path_terms(
-            path, n, self._ground, self._nofly, self._constants)
+            path, n, self._ground, self._nofly, self._constants, turns, pieces)
         corners = impossible / (n - 2) * length if n > 2 else 0.0
         penalty = under + zone + steep + corners
-        fine = path_terms(path, n, self._ground, self._nofly, self._fine)
+        fine = path_terms(path, n, self._ground, self._nofly, self._fine, turns, pieces)
         penalty_fine = fine[4] + fine[5] + steep + corners
         cost = (0.5 * altitude / self._constants.utopia_area_m2
                 + 0.5 * fuel / self._constants.utopia_fuel)
@@ -275,7 +276,7 @@ class Evaluator:
 
         def run(first: int) -> None:
             evaluate_share(paths, points, first, shares, self._ground, self._nofly, constants,
-                           counted, out[0], out[1], out[2])
+                           counted, *scratch(paths.shape[1]), out[0], out[1], out[2])
 
         if shares == 1:
             run(0)

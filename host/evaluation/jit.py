@@ -1,20 +1,56 @@
 """How the kernels are compiled for the CPU."""
 
+import hashlib
+import inspect
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from typing import TypeVar, cast
 
 from numba import njit
 
 
-__all__ = ["compiled"]
+__all__ = ["compiled", "inlined", "source_stamp"]
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
+_HERE = Path(__file__).resolve().parent
 
 
 def compiled(function: _Function) -> _Function:
     """Compile ``function`` at its first call, keep the result on disk and hold no lock in it.
 
     Division follows IEEE 754 and raises nothing; no arithmetic is reordered, so that results agree
-    with the reference and are the same on every machine.
+    with the reference and are the same on every machine. A kernel can allocate nothing: references
+    are not counted, which in small functions takes longer than all they do.
+
+    The cache on disk is that of numba, which looks for changes in the file of the outermost
+    function alone; here it looks at all sources beside it and in this package.
     """
-    return cast(_Function, njit(cache=True, nogil=True, error_model="numpy")(function))
+    return _compiled(function, inline=False)
+
+
+def inlined(function: _Function) -> _Function:
+    """As :func:`compiled`, for a small function that is best copied to where it is called.
+
+    A call hands over a problem's constants one by one, which takes longer than such a function.
+    """
+    return _compiled(function, inline=True)
+
+
+def _compiled(function: _Function, *, inline: bool) -> _Function:
+    dispatcher = njit(cache=True, nogil=True, error_model="numpy", forceinline=inline, _nrt=False)(
+        function)
+    # Nothing is kept on disk where the compiler is off or no folder can be written.
+    kept = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
+    if kept is not None:
+        kept._source_stamp = source_stamp(Path(inspect.getfile(function)).resolve().parent)
+    return cast(_Function, dispatcher)
+
+
+@cache
+def source_stamp(folder: Path) -> str:
+    """Digest of the sources that a kernel of ``folder`` may be made of."""
+    digest = hashlib.sha256()
+    for file in sorted({*_HERE.glob("*.py"), *folder.glob("*.py")}):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -125,6 +125,9 @@ class Result:
         Fitness and path of the best distinct candidates, best first.
     history_evaluations : list of int
         Evaluations up to each entry of ``history``.
+    cut_short : int
+        Candidates besides ``evaluations`` that were given up half evaluated, because they could not
+        be better than what they were to replace.
     """
 
     path: Path
@@ -138,6 +141,7 @@ class Result:
     hardware: dict[str, Any] | None
     archive: list[tuple[float, Path]]
     history_evaluations: list[int] = field(default_factory=list)
+    cut_short: int = 0
 
     @property
     def interrupted(self) -> bool:
@@ -184,6 +188,7 @@ class Run:
     progress: Progress | None = None
     stop: Stop | None = None
     evaluations: int = 0
+    cut_short: int = 0
     history: list[list[float]] = field(default_factory=list)
     history_evaluations: list[int] = field(default_factory=list)
     failure: str | None = None
@@ -229,12 +234,18 @@ class Run:
             else:
                 fitness = self.evaluator.fitness_counted(padded, lengths, counted_m)
         self.evaluations += len(paths)
-        if counted_m is not None:
-            return fitness
+        if counted_m is None:
+            self.keep(paths, fitness)
+        return fitness
+
+    def keep(self, paths: Iterable[Path], fitness: NDArray[np.float64]) -> None:
+        """Keep the best of ``paths``, (n, 3) metres each, whose ``fitness`` (m,) is known.
+
+        A path that is kept must not change any more.
+        """
         for value, path in zip(fitness.tolist(), paths, strict=True):
             if value > self._best or (value > 1 and value > self._worst_kept):
                 self._keep(value, path)
-        return fitness
 
     def _keep(self, value: float, path: Path) -> None:
         if value > self._best:
@@ -249,7 +260,10 @@ class Run:
 
     def record(self, generation: int, fitness: NDArray[np.float64]) -> None:
         """Note the fitness of the whole population (m,) after ``generation``, and what it took."""
-        mean = float(fitness.mean())
+        self.note(generation, float(fitness.mean()))
+
+    def note(self, generation: int, mean: float) -> None:
+        """As :meth:`record`, by the mean fitness of the population."""
         self.history.append([generation, self._best, mean])
         self.history_evaluations.append(self.evaluations)
         if self.progress is not None:
@@ -296,7 +310,7 @@ class Run:
         return Result(
             path, evaluation, self.history, int(self.history[-1][0]) if self.history else 0,
             self.evaluations, reason, self.failure, self.seconds, self.hardware, archive,
-            self.history_evaluations)
+            self.history_evaluations, self.cut_short)
 
 
 def choose(

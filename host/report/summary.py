@@ -68,6 +68,7 @@ def describe_run(result: Result) -> dict[str, Any]:
         "waypoints": result.path.tolist(),
         "generations": result.generations,
         "evaluations": result.evaluations,
+        "cut_short": result.cut_short,
         "stopped_by": result.stopped_by,
         "interrupted": result.interrupted,
         "failure": result.failure,

@@ -79,6 +79,20 @@ def test_record_keeps_best_so_far_and_mean(evaluator, record):
     assert run.evaluations == 4
 
 
+def test_keeps_what_others_have_evaluated(evaluator, record):
+    run = Run(evaluator, Options(), progress=record)
+    paths = paths_of(evaluator, FREE, *infeasible(2))
+    values = evaluator.fitness(np.stack(paths), np.full(3, 4))
+    run.keep(paths, values)
+    run.note(7, 0.25)
+    run.cut_short = 5
+    assert run.history == record.seen == [[7, values[0], 0.25]]
+    result = run.result()
+    assert [value for value, _ in result.archive] == [values[0]]
+    assert np.array_equal(result.path, paths[0])
+    assert (result.evaluations, result.cut_short) == (0, 5)
+
+
 def test_population_of_mixed_lengths_equals_single_evaluations(evaluator):
     paths = paths_of(evaluator, FREE, FREE[:1], [], [*FREE, (5000, 1500, 300)])
     fitness = Run(evaluator, Options()).fitness(paths)

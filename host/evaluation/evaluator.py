@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
-from host.evaluation.constants import COORDINATE_LIMIT_M, VOID_HEIGHT_M, Constants
+from host.evaluation.constants import COORDINATE_LIMIT_M, VOID_HEIGHT_M, Constants, Flags, Floats
 from host.evaluation.geometry import smooth
 from host.evaluation.kernels import evaluate_share, fitness_of, path_terms, scratch
 from host.evaluation.reference import utopia
@@ -133,6 +133,11 @@ class Evaluator:
         self._constants = _constants(problem, self.ds_m, self.bilinear, self.isa)
         self._fine = self._constants._replace(ds_m=self.ds_m / FINE)
         self._pool: ThreadPoolExecutor | None = None
+
+    @property
+    def kernel_arguments(self) -> tuple[Floats, Flags, Constants]:
+        """Ground, no-fly raster and constants, as the compiled kernels take them."""
+        return self._ground, self._nofly, self._constants
 
     def evaluate(self, path: NDArray[np.float64]) -> Evaluation:
         """Every term of one path, (n, 3) float64 metres, n >= 2, start and goal included.

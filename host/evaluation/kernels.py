@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 
 from host.evaluation.constants import COORDINATE_LIMIT_M, Constants, Flags, Floats, Point
 from host.evaluation.jit import compiled, inlined
-from host.evaluation.sampling import count_arc, count_straight
+from host.evaluation.sampling import arc_part, count_arc, count_straight, straight_part
 
 
 __all__ = [
     "BELOW_TWO", "LENGTH", "PIECE_FIELDS", "STEEP", "TURN_FIELDS", "WORST_FITNESS", "area_and_fuel",
-    "corners_m", "cost_of", "evaluate_share", "fitness_of", "judge_slope",
-    "lay_segment", "lay_turn", "parts_of", "path_terms", "penalty_cost",
+    "corners_m", "cost_of", "evaluate_share", "fitness_above", "fitness_of", "judge_slope",
+    "lay_segment", "lay_turn", "parts_of", "path_terms", "penalty_cost", "piece_part",
     "prepare_burn", "scratch", "total_of",
 ]
 
@@ -270,6 +270,19 @@ def parts_of(c: Constants, pieces: Floats, row: int) -> int:
 
 
 @inlined
+def piece_part(
+    ground: Floats, nofly: Flags, c: Constants, pieces: Floats, row: int, part: int, parts: int,
+) -> tuple[int, int]:
+    """Whether one of the equal parts of a piece is under the terrain and in a no-fly zone."""
+    a = (pieces[row, _X], pieces[row, _Y], pieces[row, _Z])
+    if pieces[row, _ANGLE] > 0.0:
+        return arc_part(ground, nofly, c, a, pieces[row, _UX], pieces[row, _UY],
+                        pieces[row, _SIDE], pieces[row, _ANGLE], pieces[row, _RISE], part, parts)
+    b = (pieces[row, _X_END], pieces[row, _Y_END], pieces[row, _Z_END])
+    return straight_part(ground, nofly, c, a, b, part, parts)
+
+
+@inlined
 def collided_m(
     ground: Floats, nofly: Flags, c: Constants, pieces: Floats, row: int,
 ) -> tuple[float, float]:
@@ -376,6 +389,64 @@ def penalty_cost(
 def corners_m(turns: Floats, n: int, length: float) -> float:
     """The last term of equation (1): the share of impossible arcs, times the length."""
     return count_impossible(turns, n) / (n - 2) * length if n > 2 else 0.0
+
+
+@compiled
+def fitness_above(
+    path: Floats, n: int, ground: Floats, nofly: Flags, c: Constants, incumbent: float,
+    turns: Floats, pieces: Floats,
+) -> tuple[float, bool]:
+    """Fitness of a candidate that is of use only if it is better than ``incumbent``.
+
+    Stops as soon as it cannot be. Returns the fitness and True, or something that is at least the
+    fitness and at most ``incumbent``, and False: ``value > incumbent`` is true for the same
+    candidates as without the stops, and the value is then that of the full evaluation, bit by bit.
+
+    Why: the penalty is a sum of terms of 0 or more, added in a fixed order. Rounding to nearest is
+    monotone, so the same sum over a part of the terms, with 0 for the others, is never above it.
+    Equation (3), as computed by :func:`fitness_of`, never rises with the penalty: each operation in
+    its branches is monotone, its values for P > 0 are at most 1 and those for P = 0 at least 1, and
+    with P > 0 the cost says nothing, but for one that is no number, which gives the least value of
+    all. Hence the fitness at the part of the penalty known so far is an upper bound. A candidate
+    that passes every stop has had all its terms summed in the order of :func:`penalty_cost`.
+
+    Arguments are those of :func:`path_terms`; every coordinate must be within the limits there or
+    no number at all.
+    """
+    rows = 2 * n - 3                    # No arc at the goal.
+    for i in range(n):
+        lay_turn(path, n, i, c, turns)
+    for i in range(n - 1):
+        lay_segment(path, i, c, turns, pieces)
+    length = total_of(pieces, rows, LENGTH)
+    if not length > 0.0:
+        return WORST_FITNESS, True
+    corners = corners_m(turns, n, length)
+    bound = fitness_of(corners, 0.0)
+    if not bound > incumbent:
+        return bound, False
+    for row in range(rows):
+        judge_slope(c, pieces, row)
+    steep = total_of(pieces, rows, STEEP)
+    bound = fitness_of(steep + corners, 0.0)
+    if not bound > incumbent:
+        return bound, False
+    for row in range(rows):
+        prepare_burn(c, pieces, row)
+    area, fuel = area_and_fuel(c, pieces, rows)
+    cost = cost_of(c, area, fuel)
+    bound = fitness_of(steep + corners, cost)
+    under_m = 0.0
+    nofly_m = 0.0
+    for row in range(rows):
+        if not bound > incumbent:
+            return bound, False
+        under, zone = collided_m(ground, nofly, c, pieces, row)
+        if under + zone > 0.0:
+            under_m += under
+            nofly_m += zone
+            bound = fitness_of(under_m + nofly_m + steep + corners, cost)
+    return bound, True
 
 
 def scratch(points: int) -> tuple[Floats, Floats]:

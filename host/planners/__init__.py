@@ -12,10 +12,12 @@ from host.errors import InputError
 if TYPE_CHECKING:
     from host.planners.base import Planner
 
-__all__ = ["DEFAULT", "OPTIONS", "PLANNERS", "Entry", "Option", "make"]
+__all__ = ["DEFAULT", "ENGINES", "OPTIONS", "PLANNERS", "Entry", "Option", "make"]
 
 #: What ``pathgene plan`` uses when no planner is named.
 DEFAULT = "ga-fpga"
+#: Of the planners that have a choice, the default first.
+ENGINES = ("cores", "sequential", "gpu")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,6 +59,14 @@ OPTIONS: Mapping[str, Option] = {
         meaning="paths drawn for each of the first population, of which the best go on (default "
                 "4; the paper's is 1)",
         type=int, metavar="N"),
+    "engine": Option(
+        meaning="where it runs: all cores, one, or an NVIDIA GPU; the result is the same but for "
+                "rounding on the GPU (default cores)",
+        choices=ENGINES),
+    "waypoints": Option(
+        meaning="free waypoints of every path (default 6)", type=int, metavar="N"),
+    "two_opt_every": Option(
+        meaning="iterations from one 2-opt to the next (default 20)", type=int, metavar="N"),
     "max_waypoints": Option(
         meaning="most transitional waypoints of a path (default 20, of astar 16)", type=int,
         metavar="N"),
@@ -83,6 +93,8 @@ class Entry:
         Which of :data:`OPTIONS` it has, as keywords of ``constructor``.
     constructor : callable
         Returns the planner; loads its module.
+    engines : tuple of str
+        What it can run on, the default first.
     """
 
     description: str
@@ -90,6 +102,7 @@ class Entry:
     generations: int
     options: tuple[str, ...]
     constructor: Callable[..., Planner]
+    engines: tuple[str, ...] = ("cores",)
 
 
 def _ga_fpga(**options: Any) -> Planner:
@@ -110,6 +123,18 @@ def _astar(**options: Any) -> Planner:
     return AstarPlanner(**options)
 
 
+def _fpa(**options: Any) -> Planner:
+    from host.planners.fpa.planner import FlowerPollinationPlanner
+
+    return FlowerPollinationPlanner(two_opt_every=0, **options)
+
+
+def _fpa_2opt(**options: Any) -> Planner:
+    from host.planners.fpa.planner import FlowerPollinationPlanner
+
+    return FlowerPollinationPlanner(**options)
+
+
 #: Every planner, the default first.
 PLANNERS: Mapping[str, Entry] = {
     "ga-fpga": Entry(
@@ -118,6 +143,7 @@ PLANNERS: Mapping[str, Entry] = {
         generations=300,
         options=("board", "link_mode", "feasibility", "initial_draws", "init"),
         constructor=_ga_fpga,
+        engines=("chip",),
     ),
     "ga-pc": Entry(
         description="The same genetic algorithm on the PC alone: the baseline",
@@ -132,6 +158,22 @@ PLANNERS: Mapping[str, Entry] = {
         generations=8,
         options=("max_waypoints",),
         constructor=_astar,
+    ),
+    "fpa": Entry(
+        description="Flower pollination algorithm",
+        paper="Roberge and Tarbouchi, parallel hybrid 2-opt FPA, section 3.3",
+        generations=500,
+        options=("engine", "waypoints"),
+        constructor=_fpa,
+        engines=ENGINES,
+    ),
+    "fpa-2opt": Entry(
+        description="The same with 2-opt, which takes loops out of the paths",
+        paper="Roberge and Tarbouchi, parallel hybrid 2-opt FPA, section 3.4",
+        generations=500,
+        options=("engine", "waypoints", "two_opt_every"),
+        constructor=_fpa_2opt,
+        engines=ENGINES,
     ),
 }
 

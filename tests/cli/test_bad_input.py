@@ -51,6 +51,8 @@ def refused(capsys, *arguments):
     ([*ENDS, "--nofly-circle", "3000,nan,400"],
      "No-fly circle: y_m must be a finite number, not nan."),
     ([*ENDS, "--nofly", "nowhere.geojson"], "Cannot read no-fly file 'nowhere.geojson': "),
+    ([*ENDS, "--planner", "fpa", "--waypoints", "0"],
+     "The number of waypoints must be from 1 to 100, not 0."),
     ([*ENDS, "--planner", "a-star"], "There is no planner 'a-star'; the planners are ga-fpga, "),
     ([*ENDS, "--uav", "kite"], "There is no UAV 'kite'; give one of "),
     ([*ENDS, "--wind", "-30,0"], "A wind of 30 m/s is not below the airspeed of "),

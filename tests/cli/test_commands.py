@@ -20,6 +20,9 @@ def test_planners(capsys):
     listed = json.loads(output_of(capsys, "planners", "--json"))
     assert [entry["name"] for entry in listed] == list(PLANNERS)
     assert all(entry["paper"] and entry["description"] for entry in listed)
+    engines = {entry["name"]: entry["engines"] for entry in listed}
+    assert engines["fpa-2opt"] == ["cores", "sequential", "gpu"]
+    assert engines["ga-fpga"] == ["chip"]
     table = output_of(capsys, "planners").splitlines()
     assert [line.split()[0] for line in table] == ["name", *PLANNERS]
 

@@ -162,6 +162,35 @@ def test_start_without_a_way_is_random(hills, tmp_path, capsys):
         "random.")
 
 
+@pytest.mark.parametrize("planner", ["fpa", "fpa-2opt"])
+def test_flower_pollination_and_check_agree(hills, tmp_path, pathgene, planner):
+    done = pathgene("plan", "--terrain", hills, *ENDS, "--planner", planner, "--generations", 60,
+                    "--population", 64, "--waypoints", 3, "--out", tmp_path, "--json")
+    assert done.returncode == 0, done.stderr
+    summary = summary_in(tmp_path)
+    assert summary == json.loads(done.stdout)
+    assert (summary["planner"], summary["board"], summary["generations"]) == (planner, None, 60)
+    assert len(summary["waypoints"]) == 5
+    assert summary["evaluations"] >= 64
+    assert summary["cut_short"] > 0
+    assert summary["seconds"]["iterations"] > 0
+    checked = json.loads(pathgene("check", "--path", tmp_path / "summary.json", "--json").stdout)
+    for term in ("fitness", "penalty", "cost", "length_m", "mean_altitude_m", "fuel_N", "feasible"):
+        assert checked[term] == summary[term]
+
+
+def test_engines_of_the_processor_agree(hills, tmp_path, capsys):
+    found = []
+    for engine in ("sequential", "cores"):
+        assert main(["plan", "--terrain", str(hills), *ENDS, "--planner", "fpa-2opt", "--engine",
+                     engine, "--generations", "25", "--population", "40", "--two-opt-every", "10",
+                     "--out", str(tmp_path)]) in (0, 1)
+        found.append(summary_in(tmp_path))
+    assert found[0]["history"] == found[1]["history"]
+    assert found[0]["waypoints"] == found[1]["waypoints"]
+    capsys.readouterr()
+
+
 def test_no_feasible_path_is_status_1_with_files(hills, tmp_path, capsys):
     assert main(["plan", "--terrain", str(hills), *ENDS, *WALL, "--generations", "3", "--out",
                  str(tmp_path)]) == 1
@@ -187,7 +216,7 @@ def test_stop_criteria(hills, tmp_path, capsys):
     assert 0.5 <= summary["seconds"]["total"] < 5
 
 
-@pytest.mark.parametrize("planner", ["ga-fpga", "ga-pc"])
+@pytest.mark.parametrize("planner", ["ga-fpga", "ga-pc", "fpa", "fpa-2opt"])
 def test_interrupt_writes_the_best_so_far(hills, tmp_path, planner):
     command = [sys.executable, "-m", "host", "plan", "--terrain", hills, *ENDS, "--planner",
                planner, "--generations", "10000000", "--out", tmp_path, "--json"]

@@ -1,0 +1,59 @@
+"""The first population of a planner whose paths all have as many waypoints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.planners.airspace import Airspace
+
+
+__all__ = ["first_population", "with_more_waypoints"]
+
+Path = NDArray[np.float64]
+
+
+def first_population(
+    space: Airspace, rng: np.random.Generator, count: int, waypoints: int,
+    given: Sequence[Path] = (),
+) -> NDArray[np.float64]:
+    """Return ``count`` paths, (count, n, 3) float64 metres, start and goal included.
+
+    The first are those of ``given``, in its order; the others have waypoints that
+    :meth:`~host.planners.airspace.Airspace.draw` draws. All get the same n - 2 waypoints: the
+    greater of ``waypoints`` and the most of a given path. A given path with less gets more without
+    a change of its course.
+
+    Parameters
+    ----------
+    space : Airspace
+        Where waypoints may be, with start and goal.
+    rng : Generator
+        Draws them.
+    count, waypoints : int
+        Paths, 1 or more; least number of waypoints, 0 or more.
+    given : sequence of (k, 3) float64
+        Paths to start from, ends included; at most ``count`` are taken.
+    """
+    points = max([waypoints + 2, *(len(path) for path in given)])
+    paths = np.empty((count, points, 3))
+    taken = [with_more_waypoints(path, points) for path in given[:count]]
+    if taken:
+        paths[: len(taken)] = taken
+    drawn = count - len(taken)
+    inner = space.draw(rng, drawn * (points - 2))
+    paths[len(taken) :, 1:-1] = inner.reshape(drawn, points - 2, 3)
+    paths[:, 0], paths[:, -1] = space.start, space.goal
+    return paths
+
+
+def with_more_waypoints(path: Path, points: int) -> Path:
+    """Return ``path`` with new waypoints on its longest legs until it has ``points`` points."""
+    while len(path) < points:
+        legs = np.linalg.norm(np.diff(path, axis=0), axis=1)
+        longest = int(np.argmax(legs))
+        middle = path[longest : longest + 2].mean(axis=0)
+        path = np.insert(path, longest + 1, middle, axis=0)
+    return path

@@ -1,0 +1,167 @@
+"""The flower pollination algorithm with or without 2-opt: *roberge*, sections 3.3 and 3.4."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.errors import InputError
+from host.evaluation import Evaluator
+from host.planners import ENGINES
+from host.planners.airspace import Airspace
+from host.planners.base import Options, Progress, Result, Run, Stop
+from host.planners.fpa.engines import CpuEngine, Engine
+from host.planners.fpa.first import first_population
+from host.planners.fpa.kernels import Pollination
+
+
+__all__ = ["FlowerPollinationPlanner"]
+
+Path = NDArray[np.float64]
+
+#: Solutions by default (table 3), and free waypoints, which the paper does not give.
+POPULATION = 512
+WAYPOINTS = 6
+#: Iterations from one 2-opt to the next (table 3).
+TWO_OPT_EVERY = 20
+
+_SWITCH = 0.5                           # Probability of a global step (table 3).
+_FIRST_EPSILON, _LAST_EPSILON = 0.25, 0.02
+_FEWEST, _MOST = 4, 100_000             # Solutions.
+_MOST_WAYPOINTS = 100
+# Iterations between two looks at the whole population, for paths to choose from at the end.
+_LOOK_EVERY = 20
+
+
+class FlowerPollinationPlanner:
+    """Flower pollination: each solution steps relative to the best or to two others.
+
+    In an iteration each solution makes a candidate, either by a Levy flight relative to the best
+    (equation 4) or by a share of the difference of two others (equation 5), which replaces it if it
+    is better. Every so many iterations the 2-opt operator reverses parts of all solutions as long
+    as that makes them better.
+
+    Source: *roberge*, sections 3.3 and 3.4, table 3; what it leaves open is settled in
+    :mod:`host.planners.fpa.kernels`. The first waypoints are drawn uniformly over free ground and
+    the height above it; candidates are clipped to the box of
+    :class:`~host.planners.airspace.Airspace`. The 2-opt operator follows iterations 20, 40 and so
+    on.
+
+    Parameters
+    ----------
+    two_opt_every : int
+        Iterations from one 2-opt to the next, 1 or more; 0 for the algorithm without it.
+    waypoints : int
+        Free waypoints of a path, 1 to 100.
+    engine : str
+        ``cores``, all threads of the evaluator; ``sequential``, one; or ``gpu``. The first two give
+        the same result to the last bit, the third rounds differently.
+    given : sequence of (k, 3) float64, metres
+        Paths that the first population starts with, ends included.
+
+    Raises
+    ------
+    InputError
+        If an argument is outside its range.
+    """
+
+    def __init__(
+        self, *, two_opt_every: int = TWO_OPT_EVERY, waypoints: int = WAYPOINTS,
+        engine: str = ENGINES[0], given: Sequence[Path] = (),
+    ) -> None:
+        if two_opt_every < 0:
+            raise InputError(f"The iterations between 2-opts must be 0 or more, not "
+                             f"{two_opt_every}.")
+        if not 1 <= waypoints <= _MOST_WAYPOINTS:
+            raise InputError(f"The number of waypoints must be from 1 to {_MOST_WAYPOINTS}, not "
+                             f"{waypoints}.")
+        if engine not in ENGINES:
+            raise InputError(f"There is no engine {engine!r}; the engines are "
+                             f"{', '.join(ENGINES)}.")
+        self.two_opt_every = two_opt_every
+        self.waypoints = waypoints
+        self.engine = engine
+        self.given = tuple(given)
+
+    def plan(
+        self, evaluator: Evaluator, options: Options,
+        progress: Progress | None = None, stop: Stop | None = None,
+    ) -> Result:
+        """Search; see :class:`host.planners.base.Planner`.
+
+        Candidates that are given up because they cannot replace their solution are counted apart
+        from evaluations. On the GPU the host looks at the stop criteria every 20 iterations, and
+        what was found in iterations after one that met them is dropped.
+
+        Raises
+        ------
+        InputError
+            If the population is not from 4 to 100,000, nothing of the map is free to fly over, or
+            there is no GPU for the engine ``gpu``.
+        """
+        count = POPULATION if options.population is None else options.population
+        if not _FEWEST <= count <= _MOST:
+            raise InputError(f"The population of fpa must be from {_FEWEST} to {_MOST}, not "
+                             f"{count}.")
+        space = Airspace(evaluator.problem)
+        paths = first_population(
+            space, np.random.default_rng(options.seed), count, self.waypoints, self.given)
+        make_engine = _engine_maker(self.engine, evaluator.threads)
+
+        run = Run(evaluator, options, progress, stop)
+        fitness = run.fitness(list(paths))
+        run.record(0, fitness)
+        parameters = Pollination(
+            np.uint64(options.seed), options.generations, _SWITCH, _FIRST_EPSILON, _LAST_EPSILON)
+        box = np.stack((space.low, space.high))
+        with contextlib.closing(make_engine(
+                evaluator, parameters, self.two_opt_every, box, paths, fitness)) as engine, \
+                run.search():
+            _pollinate(run, engine)
+        return run.result()
+
+
+def _pollinate(run: Run, engine: Engine) -> None:
+    """Let the engine run until a stop criterion is met, and take down what it finds."""
+    before = run.evaluations
+    iteration = 0
+    while run.stopped_by() is None:
+        until = min(iteration + engine.stride, run.options.generations)
+        with run.phase("iterations"):
+            leaders = engine.advance(iteration + 1, until - iteration)
+        evaluated, run.cut_short = engine.counts()
+        run.evaluations = before + evaluated
+        for leader in leaders:
+            iteration += 1
+            run.keep([leader.path], np.array([leader.fitness]))
+            run.note(iteration, leader.mean)
+            if run.stopped_by() is not None:
+                break
+        if iteration == until and (iteration % _LOOK_EVERY == 0 or run.stopped_by() is not None):
+            run.keep(*engine.population())
+
+
+def _engine_maker(name: str, threads: int) -> Callable[..., Engine]:
+    """Return the constructor of an engine, all but what it is to work on.
+
+    Raises
+    ------
+    InputError
+        If it is ``gpu`` and there is none.
+    """
+    if name != "gpu":
+        return partial(CpuEngine, threads=threads if name == "cores" else 1)
+    try:
+        from host.planners.fpa import cuda
+
+        there = cuda.is_available()
+    except ImportError:
+        there = False
+    if not there:
+        raise InputError("The engine gpu needs an NVIDIA GPU and CUDA for numba (the extra 'gpu'), "
+                         "which are not there; use --engine cores.")
+    return partial(cuda.GpuEngine, stride=_LOOK_EVERY)

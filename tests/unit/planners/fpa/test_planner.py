@@ -1,0 +1,146 @@
+"""Whole runs: against the plain reference, alike on every engine of the CPU, and their limits."""
+
+import numpy as np
+import pytest
+
+from host.errors import InputError
+from host.evaluation import Evaluator
+from host.planners import ENGINES, make
+from host.planners.airspace import Airspace
+from host.planners.base import Options, Stop
+from host.planners.fpa.engines import CpuEngine, is_two_opt
+from host.planners.fpa.first import first_population
+from host.planners.fpa.kernels import Pollination
+
+from . import reference
+
+
+SMALL = {"population": 24, "seed": 3}
+
+
+@pytest.mark.parametrize("every", [0, 3])
+def test_iterations_are_those_of_the_reference(evaluator, every):
+    iterations, seed = 9, 2**63 + 5
+    space = Airspace(evaluator.problem)
+    paths = first_population(space, np.random.default_rng(6), 8, 4)
+
+    def worth(path):
+        return evaluator.fitness(path[None], np.array([len(path)]))[0]
+
+    fitness = np.array([worth(path) for path in paths])
+    parameters = Pollination(np.uint64(seed), iterations, 0.5, 0.25, 0.02)
+    engine = CpuEngine(evaluator, parameters, every, np.stack((space.low, space.high)), paths,
+                       fitness, threads=2)
+    improved = 0
+    for iteration in range(1, iterations + 1):
+        (leader,) = engine.advance(iteration, 1)
+        before = fitness
+        paths, fitness = reference.iterate(
+            seed, iteration, iterations, is_two_opt(iteration, every), paths, fitness, space.low,
+            space.high, worth)
+        improved += int((fitness > before).sum())
+        found, values = engine.population()
+        assert found == pytest.approx(paths, rel=1e-12)
+        assert values == pytest.approx(fitness, rel=1e-9)
+        assert leader.fitness == values.max()
+        assert leader.mean == pytest.approx(fitness.mean(), rel=1e-9)
+        assert np.array_equal(leader.path, found[np.argmax(values)])
+    engine.close()
+    assert improved > 10
+    evaluated, cut_short = engine.counts()
+    assert evaluated + cut_short >= iterations * len(paths)
+
+
+def test_2_opt_follows_every_so_many_iterations():
+    assert [i for i in range(1, 70) if is_two_opt(i, 20)] == [20, 40, 60]
+    assert not any(is_two_opt(i, 0) for i in range(70))
+
+
+def test_the_result_depends_on_the_seed_alone(evaluator):
+    options = Options(generations=45, **SMALL)
+    results = [make("fpa-2opt", engine=engine).plan(Evaluator(evaluator.problem, threads=threads),
+                                                   options)
+               for engine, threads in (("sequential", 1), ("cores", 1), ("cores", 2), ("cores", 5))]
+    first = results[0]
+    for other in results[1:]:
+        assert np.array_equal(first.path, other.path)
+        assert first.history == other.history
+        assert (first.evaluations, first.cut_short) == (other.evaluations, other.cut_short)
+    other = make("fpa-2opt").plan(evaluator, Options(generations=45, population=24, seed=4))
+    assert not np.array_equal(first.path, other.path)
+
+
+def test_a_run_is_complete(evaluator):
+    result = make("fpa-2opt").plan(evaluator, Options(generations=60, population=64))
+    assert result.evaluation.feasible
+    assert (result.generations, result.stopped_by, result.hardware) == (60, "generations", None)
+    best = [best for _, best, _ in result.history]
+    mean = [mean for _, _, mean in result.history]
+    assert len(best) == 61
+    assert best == sorted(best)
+    assert mean == sorted(mean)             # Nothing is replaced by anything worse.
+    assert result.path.shape == (8, 3)
+    assert np.array_equal(result.path[[0, -1]], [evaluator.problem.start, evaluator.problem.goal])
+    # The first population, then one candidate for each in each iteration, besides 2-opt.
+    assert result.evaluations + result.cut_short > 64 * 61
+    assert result.evaluations >= 64
+    for fitness, path in result.archive:
+        full = evaluator.fitness(path[None], np.array([len(path)]))[0]
+        assert full == fitness
+        assert (path[:, :2] >= 0).all()
+        assert (path <= (6000, 4000, 700)).all()
+    assert len(result.archive) > 10
+
+
+def test_without_2_opt_a_candidate_for_each_solution(evaluator):
+    result = make("fpa", waypoints=3).plan(evaluator, Options(generations=50, **SMALL))
+    assert result.evaluations + result.cut_short == 24 * 51
+    assert result.cut_short > 0
+    assert result.path.shape == (5, 3)
+
+
+def test_2_opt_ends_with_better_paths(evaluator):
+    means = [np.mean([make(name).plan(evaluator, Options(generations=40, population=24, seed=seed))
+                      .evaluation.fitness for seed in range(6)]) for name in ("fpa", "fpa-2opt")]
+    assert means[1] > means[0] + 0.01
+
+
+def test_given_paths_are_where_it_starts(evaluator):
+    problem = evaluator.problem
+    good = np.array([problem.start, (3050, 3600, 520), (4800, 3300, 450), problem.goal])
+    planner = make("fpa-2opt", given=[good], waypoints=2)
+    stop = Stop()
+    stop.request()
+    result = planner.plan(evaluator, Options(**SMALL), stop=stop)
+    assert np.array_equal(result.path, good)
+    assert (result.generations, result.evaluations, result.interrupted) == (0, 24, True)
+
+
+def test_stop_criteria(evaluator, record):
+    target = make("fpa-2opt").plan(evaluator, Options(target_fitness=1.01, **SMALL), record)
+    assert target.stopped_by == "target-fitness"
+    assert target.history[-1][1] >= 1.01 > target.history[-2][1]
+    assert record.seen == target.history
+    limit = make("fpa").plan(evaluator, Options(generations=10**9, time_limit_s=0.2, **SMALL))
+    assert limit.stopped_by == "time-limit"
+    assert limit.generations > 0
+
+
+@pytest.mark.parametrize(("options", "sentence"), [
+    ({"waypoints": 0}, "The number of waypoints must be from 1 to 100, not 0."),
+    ({"waypoints": 101}, "The number of waypoints must be from 1 to 100, not 101."),
+    ({"two_opt_every": -1}, "The iterations between 2-opts must be 0 or more, not -1."),
+    ({"engine": "abacus"},
+     f"There is no engine 'abacus'; the engines are {', '.join(ENGINES)}."),
+])
+def test_bad_options(options, sentence):
+    with pytest.raises(InputError) as caught:
+        make("fpa-2opt", **options)
+    assert str(caught.value) == sentence
+
+
+@pytest.mark.parametrize("count", [3, 100_001])
+def test_bad_population(evaluator, count):
+    sentence = rf"^The population of fpa must be from 4 to 100000, not {count}\.$"
+    with pytest.raises(InputError, match=sentence):
+        make("fpa").plan(evaluator, Options(population=count))

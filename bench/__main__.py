@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from bench.report import Options
@@ -26,6 +27,9 @@ NAMES = {
     "quality": "every planner over nine terrains, from both starts, many seeds",
     "onboard": "plans whose collisions the board counts, beside the host's",
     "allaire-table1": "ga-pc and ga-fpga per phase, beside table 1 of allaire-2008",
+    "roberge-table4": "fpa with and without 2-opt on four maps, 50 trials, beside the paper's",
+    "roberge-speed": "seconds of fpa-2opt by threads, solutions and engine, beside the paper's",
+    "peers": "optimizers and planners of other projects, beside fpa-2opt",
     "fpga": "area and routed clock on real devices; hours, so only when named",
 }
 
@@ -34,7 +38,9 @@ def main() -> int:
     """Run the benchmarks named on the command line, all of them by default."""
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"{', '.join(NAMES)}")
-    parser.add_argument("--seeds", type=int, default=40, help="seeds of each terrain (default 40)")
+    parser.add_argument(
+        "--seeds", type=int, help="seeds of each terrain (default 40, or the paper's 50)"
+    )
     parser.add_argument(
         "--only", metavar="TEXT", default="", help="of fpga, the rows with this in their names"
     )
@@ -44,7 +50,9 @@ def main() -> int:
     if unknown:
         print(f"bench: no benchmark {unknown[0]}; choose from {', '.join(NAMES)}", file=sys.stderr)
         return 2
-    options = Options(seeds=arguments.seeds, only=arguments.only)
+    options = Options(only=arguments.only)
+    if arguments.seeds is not None:
+        options = replace(options, seeds=arguments.seeds, trials=arguments.seeds)
     arguments.out.mkdir(parents=True, exist_ok=True)
     for name in arguments.names or [name for name in NAMES if name != "fpga"]:
         try:

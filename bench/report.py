@@ -22,11 +22,14 @@ class Options:
     ----------
     seeds : int
         Seeds of each terrain in statistical benchmarks.
+    trials : int
+        The same in benchmarks that repeat a table of 50 trials.
     only : str
         Of ``fpga``, the rows that have this in their names.
     """
 
     seeds: int = 40
+    trials: int = 50
     only: str = ""
 
 

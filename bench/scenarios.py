@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
@@ -13,7 +15,17 @@ from host.problem import Problem
 from host.terrain import Terrain, load
 
 
-__all__ = ["EMBEDDED", "LARGE", "SYNTHETIC", "TILES", "names", "problem"]
+__all__ = [
+    "EMBEDDED",
+    "LARGE",
+    "SYNTHETIC",
+    "TABLE_4",
+    "TILES",
+    "names",
+    "names_of",
+    "problem",
+    "problem_at_one_cell",
+]
 
 #: The terrain that comes with the packages, always there.
 EMBEDDED = "jacksboro"
@@ -30,6 +42,8 @@ TILES = {
     "alps": "alps_jungfrau_voids_ch.tif",
     "jervis": "jervis_inlet_fjord_bc.tif",
 }
+#: In the place of the four maps of *roberge*: its two synthetic kinds, and two real ones.
+TABLE_4 = (*SYNTHETIC, EMBEDDED, "himalaya")
 _FOLDER = Path(__file__).resolve().parents[2] / "shared" / "terrain"
 
 # Start and goal on both axes, the zones on the line between them, and their radius, as shares.
@@ -42,7 +56,12 @@ _VALLEY_HEIGHT_M = 60.0
 
 def names() -> list[str]:
     """Return the real terrains that are there: the embedded one and the tiles."""
-    return [EMBEDDED, *(name for name, file in TILES.items() if (_FOLDER / file).exists())]
+    return names_of([EMBEDDED, *TILES])
+
+
+def names_of(wanted: Sequence[str]) -> list[str]:
+    """Return those of ``wanted`` that are there: only a tile may be missing."""
+    return [name for name in wanted if name not in TILES or (_FOLDER / TILES[name]).exists()]
 
 
 @cache
@@ -76,6 +95,13 @@ def problem(name: str) -> Problem:
     start = (x0, y0, float(terrain.ground(x0, y0)) + height_m)
     goal = (x1, y1, float(terrain.ground(x1, y1)) + height_m)
     return Problem(terrain, start, goal, uav.load("silver-fox"), nofly=zones)
+
+
+@cache
+def problem_at_one_cell(name: str) -> Problem:
+    """Return :func:`problem` sampled once a cell, as the benchmarks that repeat *roberge*."""
+    scenario = problem(name)
+    return dataclasses.replace(scenario, ds_m=min(scenario.terrain.dx_m, scenario.terrain.dy_m))
 
 
 def _valley(terrain: Terrain, y: float) -> float:

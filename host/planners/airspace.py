@@ -30,6 +30,8 @@ class Airspace:
     ----------
     low, high : ndarray
         Corners of the box, (3,) float64 metres.
+    floor : ndarray
+        Height to stay above at each node, of the terrain's shape, infinite where nothing may fly.
 
     Raises
     ------
@@ -41,9 +43,8 @@ class Airspace:
         self.terrain = problem.terrain
         self.start, self.goal = problem.start, problem.goal
         elevation = problem.terrain.elevation
-        #: Height to stay above at each node, infinite where nothing may fly.
-        self._floor = np.where(np.isnan(elevation) | problem.nofly_raster, np.inf, elevation)
-        self._free = np.flatnonzero(np.isfinite(self._floor))
+        self.floor = np.where(np.isnan(elevation) | problem.nofly_raster, np.inf, elevation)
+        self._free = np.flatnonzero(np.isfinite(self.floor))
         if not len(self._free):
             raise InputError("Nothing of the map is free to fly over; lessen the no-fly zones or "
                              "fill the voids with --fill-voids.")
@@ -57,15 +58,15 @@ class Airspace:
     def is_free(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which of ``points``, (n, 3) float64 metres, are in the box and over free ground: (n,)."""
         inside = ((points >= self.low) & (points <= self.high)).all(axis=1)
-        floor = self._floor[self.terrain.nearest_nodes(points[:, 0], points[:, 1])]
+        floor = self.floor[self.terrain.nearest_nodes(points[:, 0], points[:, 1])]
         free: NDArray[np.bool_] = inside & (points[:, 2] >= floor)
         return free
 
     def draw(self, rng: np.random.Generator, count: int) -> NDArray[np.float64]:
         """Return ``count`` points (count, 3): uniform over the free nodes, then over the height."""
         nodes = self._free[rng.integers(len(self._free), size=count)]
-        row, column = np.divmod(nodes, self._floor.shape[1])
-        floor = self._floor[row, column]
+        row, column = np.divmod(nodes, self.floor.shape[1])
+        floor = self.floor[row, column]
         z = floor + (self.high[2] - floor) * rng.random(count)
         return np.stack((column * self.terrain.dx_m, row * self.terrain.dy_m, z), axis=1)
 

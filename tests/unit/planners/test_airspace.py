@@ -45,7 +45,7 @@ def test_draws_are_free_and_everywhere(evaluator):
     points = space.draw(np.random.default_rng(0), 20_000)
     assert space.is_free(points).all()
     wall = (points[:, 0] > 2750) & (points[:, 0] < 3250) & (points[:, 1] < 2950)
-    free = np.isfinite(space._floor).sum()
+    free = np.isfinite(space.floor).sum()
     assert wall.mean() == pytest.approx(30 * 5 / free, abs=0.01)
     # Over flat ground the height is uniform from 100 to 700 m.
     assert points[~wall, 2].mean() == pytest.approx(400, abs=8)

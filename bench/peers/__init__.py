@@ -1,0 +1,158 @@
+"""Optimizers and planners of other projects on the same problem, beside ``fpa-2opt``."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib import metadata
+from statistics import mean
+
+import numpy as np
+
+from bench.peers.objective import BudgetSpentError, Objective
+from bench.peers.optimizers import OPTIMIZERS, POPULATION, Optimizer
+from bench.peers.rrt import PLANNERS, solve
+from bench.report import Options as BenchOptions
+from bench.report import Report
+from bench.scenarios import problem_at_one_cell
+from host.evaluation import Evaluator
+from host.planners import make
+from host.planners.base import Options
+
+
+__all__ = ["run"]
+
+MAP = "canyon"
+WAYPOINTS = 6
+_ITERATIONS = 500
+_MOST_SEEDS = 5
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    """What one run came to; ``early`` is the fitness after the seconds that ``fpa-2opt`` takes."""
+
+    fitness: float
+    feasible: bool
+    evaluations: int
+    seconds: float
+    early: float
+
+
+def run(options: BenchOptions, *, iterations: int = _ITERATIONS) -> Report:
+    """Give every peer that is installed as many evaluations, or seconds, as ``fpa-2opt`` takes."""
+    report = Report(
+        f"Peers on {MAP}, {WAYPOINTS} free waypoints, ds one cell",
+        (
+            "planner",
+            "hands over",
+            "full evaluations",
+            "seconds",
+            "full evaluations/s",
+            "fpa-2opt's, times as many",
+            "feasible",
+            "mean F",
+            "mean F in fpa-2opt's seconds",
+        ),
+    )
+    seeds = range(min(options.seeds, _MOST_SEEDS))
+    evaluator = Evaluator(problem_at_one_cell(MAP))
+    _ours(evaluator, 0, 40)  # Compiles.
+    ours = [_ours(evaluator, seed, iterations) for seed in seeds]
+    evaluations = round(mean(outcome.evaluations for outcome in ours))
+    seconds = mean(outcome.seconds for outcome in ours)
+    _add(report, "fpa-2opt", "batches", ours, ours)
+    missing = set()
+    for name, optimizer in OPTIMIZERS.items():
+        if importlib.util.find_spec(optimizer.package) is None:
+            missing.add(optimizer.package)
+            continue
+        outcomes = [_optimized(optimizer, evaluator, seed, evaluations, seconds) for seed in seeds]
+        hands_over = "batches" if optimizer.batches else "path by path"
+        _add(report, f"{name} {metadata.version(optimizer.package)}", hands_over, outcomes, ours)
+    for name in PLANNERS:
+        if importlib.util.find_spec("ompl") is None:
+            missing.add("ompl")
+            continue
+        outcomes = [_sampled(name, evaluator, seed, seconds) for seed in seeds]
+        _add(report, f"OMPL {name} {metadata.version('ompl')}", "points", outcomes, ours)
+    report.notes = [
+        f"Means of {len(seeds)} seeds. fpa-2opt: table 3 of roberge, all cores. The optimizers",
+        f"have {POPULATION} solutions, as many full evaluations as fpa-2opt (whose candidates cut",
+        "short are not counted), and our evaluation on all cores where they hand over batches.",
+        "OMPL's planners get as many seconds: they know the airspace, but minimize length.",
+    ]
+    if missing:
+        report.notes.append(
+            f"Not installed, so left out: {', '.join(sorted(missing))} (pip install '.[peers]')."
+        )
+    return report
+
+
+def _ours(evaluator: Evaluator, seed: int, iterations: int) -> _Outcome:
+    planner = make("fpa-2opt", waypoints=WAYPOINTS)
+    options = Options(seed=seed, generations=iterations, population=POPULATION)
+    result = planner.plan(evaluator, options)
+    found = result.evaluation
+    return _Outcome(
+        found.fitness,
+        found.feasible,
+        result.evaluations,
+        result.seconds["total"],
+        found.fitness,
+    )
+
+
+def _optimized(
+    optimizer: Optimizer, evaluator: Evaluator, seed: int, evaluations: int, seconds: float
+) -> _Outcome:
+    objective = Objective(evaluator, WAYPOINTS, evaluations)
+    started = time.perf_counter()
+    with suppress(BudgetSpentError):
+        optimizer.run(objective, seed, evaluations)
+    spent = time.perf_counter() - started
+    found = evaluator.evaluate(objective.best)
+    return _Outcome(
+        found.fitness,
+        found.feasible,
+        objective.evaluations,
+        spent,
+        objective.fitness_after(seconds),
+    )
+
+
+def _sampled(planner: str, evaluator: Evaluator, seed: int, seconds: float) -> _Outcome:
+    started = time.perf_counter()
+    path = solve(evaluator, planner, seed, seconds)
+    spent = time.perf_counter() - started
+    if path is None:
+        path = np.array([evaluator.problem.start, evaluator.problem.goal])
+    found = evaluator.evaluate(path)
+    return _Outcome(found.fitness, found.feasible, 0, spent, found.fitness)
+
+
+def _add(
+    report: Report, name: str, hands_over: str, outcomes: list[_Outcome], ours: list[_Outcome]
+) -> None:
+    count, seconds = (
+        mean(getattr(outcome, what) for outcome in outcomes) for what in ("evaluations", "seconds")
+    )
+    rate = count / seconds
+    our_rate = mean(outcome.evaluations / outcome.seconds for outcome in ours)
+    report.rows.append(
+        (
+            name,
+            hands_over,
+            round(count) if count else "-",
+            seconds,
+            rate if count else "-",
+            our_rate / rate if count else "-",
+            f"{sum(outcome.feasible for outcome in outcomes)}/{len(outcomes)}",
+            mean(outcome.fitness for outcome in outcomes),
+            mean(outcome.early for outcome in outcomes),
+        )
+    )
+    print(f"peers: {name} done", file=sys.stderr, flush=True)

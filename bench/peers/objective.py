@@ -1,0 +1,89 @@
+"""What peers minimize: our evaluation as a function of a vector."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.evaluation import Evaluator
+from host.planners.airspace import Airspace
+
+
+__all__ = ["BudgetSpentError", "Objective"]
+
+Vectors = NDArray[np.float64]
+
+
+class BudgetSpentError(Exception):
+    """Ends an optimizer that would go on."""
+
+
+class Objective:
+    """The fitness of paths of free waypoints, its sign changed, within a number of evaluations.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+    waypoints : int
+        Free ones of a path: x, y and z of each are three numbers of a vector, metres.
+    evaluations : int
+        How many are granted.
+
+    Attributes
+    ----------
+    low, high : ndarray
+        Bounds of a vector, (3 * waypoints,) float64: the airspace's.
+    evaluations : int
+        How many were made.
+    history : list of (int, float, float)
+        At each improvement: evaluations, seconds since the first one began, best fitness.
+    best : ndarray
+        The best path so far, (waypoints + 2, 3), start and goal included.
+    """
+
+    def __init__(self, evaluator: Evaluator, waypoints: int, evaluations: int) -> None:
+        problem = evaluator.problem
+        space = Airspace(problem)
+        self.low, self.high = (np.tile(corner, waypoints) for corner in (space.low, space.high))
+        self.evaluations = 0
+        self.history: list[tuple[int, float, float]] = []
+        self._evaluator, self._granted = evaluator, evaluations
+        self._ends = np.array(problem.start), np.array(problem.goal)
+        self._waypoints = waypoints
+        self._started: float | None = None
+        self.best = np.array(self._ends)
+
+    def one(self, vector: Vectors) -> float:
+        """Return the worth of one vector, (d,); the less the better.
+
+        Raises
+        ------
+        BudgetSpentError
+            If no evaluation is left.
+        """
+        return float(self.batch(np.asarray(vector)[None])[0])
+
+    def batch(self, vectors: Vectors) -> NDArray[np.float64]:
+        """Return the worth of vectors, (m, d), as (m,) float64; see :meth:`one`."""
+        if self._started is None:
+            self._started = time.perf_counter()
+        if self.evaluations >= self._granted:
+            raise BudgetSpentError
+        count, last = len(vectors), self._waypoints + 1
+        paths = np.empty((count, last + 1, 3))
+        paths[:, 0], paths[:, last] = self._ends
+        paths[:, 1:last] = vectors.reshape(count, self._waypoints, 3)
+        fitness = self._evaluator.fitness(paths, np.full(count, last + 1))
+        self.evaluations += count
+        best = int(fitness.argmax())
+        if not self.history or fitness[best] > self.history[-1][2]:
+            seconds = time.perf_counter() - self._started
+            self.history.append((self.evaluations, seconds, float(fitness[best])))
+            self.best = paths[best]
+        return -fitness
+
+    def fitness_after(self, seconds: float) -> float:
+        """Return the best fitness so many seconds after the first evaluation began."""
+        return max((best for _, at, best in self.history if at <= seconds), default=0.0)

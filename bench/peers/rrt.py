@@ -1,0 +1,75 @@
+"""The sampling-based planners of OMPL: free straight paths, in as many seconds as are given."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.evaluation import Evaluator
+from host.evaluation.jit import compiled
+from host.planners.airspace import Airspace
+
+
+__all__ = ["PLANNERS", "solve"]
+
+#: Names of the planners in ``ompl.geometric``.
+PLANNERS = ("RRTConnect", "RRTstar", "BITstar")
+
+# Room over the ground and beside zones: the checker sees points, the evaluation what lies between.
+_CLEARANCE_M = 5.0
+
+
+@compiled
+def _is_free(
+    floor: NDArray[np.float64], dx: float, dy: float, x: float, y: float, z: float
+) -> bool:
+    """Whether a point of the map is above its nearest node's ``floor``."""
+    rows, columns = floor.shape
+    row, column = min(int(y / dy + 0.5), rows - 1), min(int(x / dx + 0.5), columns - 1)
+    return bool(z >= floor[row, column])
+
+
+def solve(
+    evaluator: Evaluator, planner: str, seed: int, seconds: float
+) -> NDArray[np.float64] | None:
+    """Return a path (n, 3), start and goal included, or None if none was found.
+
+    The planner knows the airspace and, as its measure, the length; it knows nothing of turns,
+    climbs and fuel. What it found is simplified, as OMPL does it, within the same seconds.
+    """
+    from ompl import base, geometric, util
+
+    util.setLogLevel(util.LogLevel.LOG_NONE)
+    util.RNG.setSeed(seed + 1)  # 0 is none.
+    problem = evaluator.problem
+    airspace = Airspace(problem)
+    floor, dx, dy = airspace.floor, float(problem.terrain.dx_m), float(problem.terrain.dy_m)
+    _is_free(floor, dx, dy, *problem.start)  # Compiles.
+    space = base.RealVectorStateSpace(3)
+    bounds = base.RealVectorBounds(3)
+    for axis in range(3):
+        bounds.setLow(axis, float(airspace.low[axis]))
+        bounds.setHigh(axis, float(airspace.high[axis]))
+    space.setBounds(bounds)
+    setup = geometric.SimpleSetup(space)
+    setup.setStateValidityChecker(
+        lambda state: _is_free(floor, dx, dy, state[0], state[1], state[2] - _CLEARANCE_M)
+    )
+    information = setup.getSpaceInformation()
+    information.setStateValidityCheckingResolution(evaluator.ds_m / space.getMaximumExtent())
+    ends = []
+    for point in (problem.start, problem.goal):
+        end = space.allocState()
+        for axis in range(3):
+            end[axis] = float(point[axis])
+        ends.append(end)
+    setup.setStartAndGoalStates(*ends)
+    setup.setPlanner(getattr(geometric, planner)(information))
+    setup.solve(seconds)
+    if not setup.haveExactSolutionPath():
+        return None
+    left = seconds - setup.getLastPlanComputationTime()
+    if left > 0:
+        setup.simplifySolution(left)
+    states = setup.getSolutionPath().getStates()
+    return np.array([[state[axis] for axis in range(3)] for state in states])

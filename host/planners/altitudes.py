@@ -132,13 +132,18 @@ def _borders(terrain: Terrain, piece: Straight) -> Floats:
     return np.unique(np.clip(np.concatenate(shares), 0.0, 1.0))
 
 
-@compiled
 def _upper_hull(at: Floats, ground: Floats) -> NDArray[np.int64]:
-    """Indices of the points that a line must clear in order to clear all: Andrew's chain.
+    """Indices of the points that a line must clear in order to clear all."""
+    outer = np.empty(len(at), dtype=np.int64)
+    return outer[: _hull_size(at, ground, outer)]
+
+
+@compiled
+def _hull_size(at: Floats, ground: Floats, outer: NDArray[np.int64]) -> int:
+    """Write the indices to ``outer``, and return how many they are: Andrew's chain.
 
     Compiled, because thousands of short profiles are looked at, and Qhull takes longer to start.
     """
-    outer = np.empty(len(at), dtype=np.int64)
     size = 0
     for point in range(len(at)):
         while size > 1:
@@ -149,7 +154,7 @@ def _upper_hull(at: Floats, ground: Floats) -> NDArray[np.int64]:
             size -= 1
         outer[size] = point
         size += 1
-    return outer[:size]
+    return size
 
 
 def _solved(

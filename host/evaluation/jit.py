@@ -10,7 +10,7 @@ from typing import TypeVar, cast
 from numba import njit
 
 
-__all__ = ["compiled", "inlined", "source_stamp"]
+__all__ = ["allocating", "compiled", "inlined", "source_stamp"]
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
 _HERE = Path(__file__).resolve().parent
@@ -29,6 +29,11 @@ def compiled(function: _Function) -> _Function:
     return _compiled(function, inline=False)
 
 
+def allocating(function: _Function) -> _Function:
+    """As :func:`compiled`, for a function that makes arrays, and takes long enough for that."""
+    return _compiled(function, inline=False, counted=True)
+
+
 def inlined(function: _Function) -> _Function:
     """As :func:`compiled`, for a small function that is best copied to where it is called.
 
@@ -37,9 +42,9 @@ def inlined(function: _Function) -> _Function:
     return _compiled(function, inline=True)
 
 
-def _compiled(function: _Function, *, inline: bool) -> _Function:
-    dispatcher = njit(cache=True, nogil=True, error_model="numpy", forceinline=inline, _nrt=False)(
-        function)
+def _compiled(function: _Function, *, inline: bool, counted: bool = False) -> _Function:
+    dispatcher = njit(
+        cache=True, nogil=True, error_model="numpy", forceinline=inline, _nrt=counted)(function)
     # Nothing is kept on disk where the compiler is off or no folder can be written.
     kept = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
     if kept is not None:

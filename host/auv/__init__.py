@@ -1,0 +1,10 @@
+"""The problem of *cheng*: an autonomous underwater vehicle over one of two seabed landscapes.
+
+:func:`host.auv.plan.evolve` runs a planner on it, :class:`host.auv.field.AuvField` says what its
+paths are worth. Light to import, as the command line does.
+"""
+
+__all__ = ["PLANNERS"]
+
+#: The planners of the paper, the proposed one first.
+PLANNERS = ("ga-dp", "ga-auv")

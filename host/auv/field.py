@@ -1,0 +1,161 @@
+"""The AUV problem of *cheng* as its planners see it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.auv.landscape import HALF_SIDE
+from host.auv.measures import Counts, Floats, least_angle, measure, seabed
+from host.errors import InputError
+from host.planners.routes.field import READINGS, Graph, Route, check_reading
+from host.planners.routes.programming import best_by_sum, best_by_whole, segments_of
+from host.planners.routes.spline import sample
+
+
+__all__ = ["ENDS", "SAMPLES", "WEIGHTS", "AuvField", "Base", "control_polygon", "delta",
+           "route_terms", "whole_angle"]
+
+#: Start and goal (section V).
+ENDS = (-0.25, -0.50), (0.25, 0.50)
+#: w1, w2 and w3 of equation (3) (table II).
+WEIGHTS = 1.0, 2.0, 4.0
+#: Samples of a segment.
+SAMPLES = 21
+
+_FEWEST_SAMPLES, _MOST_SAMPLES = 2, 100_001
+
+
+class Base:
+    """The square under the landscape; all of it is free."""
+
+    low = np.full(2, -HALF_SIDE)
+    high = np.full(2, HALF_SIDE)
+
+    def is_free(self, points: Floats) -> NDArray[np.bool_]:
+        """Which of ``points``, (n, 2), are in the square: (n,)."""
+        inside: NDArray[np.bool_] = np.all((points >= self.low) & (points <= self.high), axis=1)
+        return inside
+
+    def draw(self, rng: np.random.Generator, count: int) -> Floats:
+        """Draw ``count`` points, uniform, (count, 2)."""
+        return rng.uniform(self.low, self.high, (count, 2))
+
+
+class AuvField:
+    """One of the two landscapes, between the paper's start and goal.
+
+    The terms of a segment are v1, v2 and v3 of equations (4) to (6). Its cost delta is their
+    weighted mean, equation (3).
+
+    Parameters
+    ----------
+    landscape : int
+        1 or 2.
+    reading : str
+        What a route costs. ``route``: delta of the whole route, whose v1 is the sum of its
+        segments', v2 and v3 the greatest of them; the dynamic programming keeps every way that no
+        other beats in all three. ``sum``: the sum of the segments' deltas, equation (8) as printed.
+    samples : int
+        Points of a segment at which the seabed is read, 2 to 100,001.
+    in_space : bool
+        Whether v1 is the length over the seabed rather than the horizontal one.
+
+    Attributes
+    ----------
+    evaluations : int
+        Segments measured so far, at the samples of the search.
+
+    Raises
+    ------
+    InputError
+        If a parameter is outside its range.
+    """
+
+    def __init__(
+        self, landscape: int, *, reading: str = READINGS[0], samples: int = SAMPLES,
+        in_space: bool = False,
+    ) -> None:
+        check_reading(reading)
+        if not _FEWEST_SAMPLES <= samples <= _MOST_SAMPLES:
+            raise InputError(f"The samples of a segment must be from {_FEWEST_SAMPLES} to "
+                             f"{_MOST_SAMPLES}, not {samples}.")
+        self.landscape = landscape
+        self.reading = reading
+        self.samples = samples
+        self.in_space = in_space
+        self.ends: Floats = np.array(ENDS)
+        self.evaluations = 0
+        self._seabed = seabed(landscape)
+
+    def measure(self, control: Floats, counts: Counts, samples: int | None = None) -> Floats:
+        """v1, v2 and v3 of segments, (m, 3), as :class:`host.planners.routes.field.Field` says.
+
+        With ``samples`` at so many points rather than those of the search.
+        """
+        if samples is None:
+            samples = self.samples
+            self.evaluations += len(counts)
+        points = sample(control, counts, samples)
+        terms: Floats = measure(control, counts, points, self._seabed, self.in_space)
+        return terms
+
+    def costs(self, terms: Floats) -> Floats:
+        """Delta of each segment, (m,)."""
+        return delta(terms)
+
+    def best_routes(self, graph: Graph) -> list[Counts]:
+        """The deterministic crossover: the segments of the route that costs least."""
+        points, terms = len(graph.points), graph.segments.terms
+        if self.reading == "sum":
+            routes, _ = best_by_sum(graph.tails, graph.heads, delta(terms), points, 1)
+            return [segments_of(routes[0])]
+        route, _ = best_by_whole(graph.tails, graph.heads, terms, np.array(WEIGHTS), points)
+        return [segments_of(route)]
+
+    def cost(self, route: Route) -> float:
+        """What a route costs by the reading."""
+        terms = route.segments.terms
+        return float(delta(terms).sum() if self.reading == "sum" else delta(route_terms(terms)))
+
+    def worth(self, routes: Sequence[Route]) -> Floats:
+        """Fitness of routes, (m,): the inverse of what they cost."""
+        return np.array([1 / self.cost(route) for route in routes])
+
+    def whole_terms(self, route: Route, samples: int | None = None) -> Floats:
+        """v1, v2 and v3 of a whole route, (3,), with ``samples`` as for :meth:`measure`."""
+        segments = route.segments
+        return route_terms(segments.terms if samples is None else
+                           self.measure(segments.control, segments.counts, samples))
+
+
+def delta(terms: Floats) -> Floats:
+    """Equation (3): the cost of v1, v2 and v3, (..., 3)."""
+    weights = np.array(WEIGHTS)
+    mean: Floats = terms @ weights / weights.sum()
+    return mean
+
+
+def route_terms(terms: Floats) -> Floats:
+    """v1, v2 and v3 of a route, (3,), of its segments', (k, 3): length adds, the worst counts."""
+    return np.array((terms[:, 0].sum(), terms[:, 1].max(), terms[:, 2].max()))
+
+
+def whole_angle(route: Route) -> float:
+    """Least angle of the control polygon, radians, those at crossover points included.
+
+    By its definition v2 leaves these out: a segment's angles are those inside it.
+    """
+    polygon = control_polygon(route)
+    angle: float = least_angle(polygon, len(polygon))
+    return angle
+
+
+def control_polygon(route: Route) -> Floats:
+    """The control points of a route in a row, crossover points once, (n, 2)."""
+    segments = route.segments
+    inner = (control[1:count]
+             for control, count in zip(segments.control, segments.counts, strict=True))
+    return np.concatenate([route.points[:1], *inner])

@@ -1,0 +1,101 @@
+"""What the segments of a path are worth to an AUV, compiled: *cheng*, section II.C.
+
+All in one file, because the cache on disk notices a change in the file of the outermost function
+only.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.auv.landscape import LANDSCAPES, scale
+from host.evaluation.jit import allocating, compiled
+
+
+__all__ = ["least_angle", "measure", "seabed"]
+
+Floats = NDArray[np.float64]
+Counts = NDArray[np.int64]
+# Number of the landscape, sigma and the constants of table I.
+Seabed = tuple[int, float, float, float, float, float, float]
+
+
+def seabed(landscape: int) -> Seabed:
+    """What the kernels read of a landscape."""
+    return (landscape, scale(landscape), *LANDSCAPES[landscape])
+
+
+@compiled
+def height(bed: Seabed, x: float, y: float) -> float:
+    """Equations (1) and (2); the same as :func:`host.auv.landscape.height`."""
+    number, sigma, a, b, c, d, e = bed
+    u = 4.0 * math.pi * x
+    v = 4.0 * math.pi * y
+    waves = c * math.sin(d * math.sqrt(v * v + u * u))
+    if number == 1:
+        waves += math.sin(v + a) + b * math.cos(u) + e * math.sin(v)
+    else:
+        waves += math.cos(v + a) + b * math.sin(u) + e * math.cos(v)
+    return sigma * waves * waves
+
+
+@compiled
+def least_angle(control: Floats, count: int) -> float:
+    """Least interior angle at a middle point of ``control[:count]``, radians; pi is straight on.
+
+    A repeated point makes no angle that could be sailed, and counts as 0.
+    """
+    least = math.pi
+    for i in range(1, count - 1):
+        ax, ay = control[i - 1, 0] - control[i, 0], control[i - 1, 1] - control[i, 1]
+        bx, by = control[i + 1, 0] - control[i, 0], control[i + 1, 1] - control[i, 1]
+        least = min(least, math.atan2(abs(ax * by - ay * bx), ax * bx + ay * by))
+        if (ax == 0.0 and ay == 0.0) or (bx == 0.0 and by == 0.0):
+            least = 0.0
+    return least
+
+
+@allocating
+def measure(
+    control: Floats, counts: Counts, points: Floats, bed: Seabed, in_space: bool,
+) -> Floats:
+    """Length, ``1 - least angle / pi`` and greatest elevation rate: equations (4) to (6).
+
+    Parameters
+    ----------
+    control : (m, n, 2) float64
+        Control points of the segments, ends included; rows from ``counts[i]`` on are not read.
+    counts : (m,) int64
+        Control points of each.
+    points : (m, s, 2) float64
+        Points of each along its curve.
+    bed : tuple
+        Of :func:`seabed`.
+    in_space : bool
+        Whether the length is that over the seabed rather than the horizontal one.
+
+    Returns
+    -------
+    ndarray
+        (m, 3) float64: v1, v2 and v3 of each.
+    """
+    terms = np.empty((points.shape[0], 3))
+    for i in range(points.shape[0]):
+        length = 0.0
+        rate = 0.0
+        x, y = points[i, 0, 0], points[i, 0, 1]
+        z = height(bed, x, y)
+        for k in range(1, points.shape[1]):
+            x_next, y_next = points[i, k, 0], points[i, k, 1]
+            z_next = height(bed, x_next, y_next)
+            square = (x_next - x) ** 2 + (y_next - y) ** 2
+            rise = abs(z_next - z)
+            length += math.sqrt(square + rise * rise if in_space else square)
+            if square > 0.0:
+                rate = max(rate, rise / math.sqrt(square))
+            x, y, z = x_next, y_next, z_next
+        terms[i, 0] = length
+        terms[i, 1] = 1.0 - least_angle(control[i], counts[i]) / math.pi
+        terms[i, 2] = rate
+    return terms

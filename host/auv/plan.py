@@ -1,0 +1,107 @@
+"""Runs the planners of *cheng* on the AUV problem, and says what they found."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from host.auv import PLANNERS
+from host.auv.field import AuvField, Base, delta, whole_angle
+from host.errors import InputError
+from host.planners.routes.draws import KINDS, Draws
+from host.planners.routes.field import Route
+from host.planners.routes.search import (
+    ADDED_POINTS,
+    ConventionalSearch,
+    DeterministicSearch,
+    Generation,
+    Search,
+)
+
+
+__all__ = ["GENERATIONS", "REPORT_SAMPLES", "describe", "evolve", "history",
+           "terms"]
+
+#: Table II.
+GENERATIONS = 100
+#: Samples of a segment at which a report adds the terms to those of the search.
+REPORT_SAMPLES = 1001
+
+
+def evolve(
+    field: AuvField, planner: str, *, draws: str = KINDS[0], added: int = ADDED_POINTS,
+    seed: int = 0,
+) -> Iterator[Generation]:
+    """Yield every generation, from the first on, without end.
+
+    Parameters
+    ----------
+    field : AuvField
+        The problem.
+    planner : str
+        ``ga-dp`` or ``ga-auv``.
+    draws : str
+        See :class:`host.planners.routes.draws.Draws`.
+    added : int
+        Crossover points added per generation.
+    seed : int
+        0..2**64 - 1. All that is random follows from it.
+
+    Raises
+    ------
+    InputError
+        If there is no such planner, or a parameter is outside its range.
+    """
+    kinds: dict[str, type[DeterministicSearch | ConventionalSearch]] = dict(
+        zip(PLANNERS, (DeterministicSearch, ConventionalSearch), strict=True))
+    if planner not in kinds:
+        raise InputError(f"The planner of the AUV problem must be one of {', '.join(kinds)}, not "
+                         f"{planner!r}.")
+    if not 0 <= seed < 1 << 64:
+        raise InputError(f"The seed must be from 0 to 2**64 - 1, not {seed}.")
+    search: Search = kinds[planner](
+        field, Draws(Base(), draws), np.random.default_rng(seed), added=added)
+    return (search.step() for _ in itertools.count())
+
+
+def terms(field: AuvField, route: Route, samples: int | None = None) -> dict[str, float]:
+    """Delta of a whole route and what it is made of, with ``samples`` a segment if given."""
+    whole = field.whole_terms(route, samples)
+    length, turning, rate = whole.tolist()
+    return {"delta": float(delta(whole)), "path_length": length, "elevation_rate": rate,
+            "minimum_turn_deg": 180 * (1 - turning)}
+
+
+def history(field: AuvField, routes: Sequence[Route]) -> list[list[float]]:
+    """Generation, from 1 on, and the values of :func:`terms` of what was kept."""
+    return [[generation, *terms(field, route).values()]
+            for generation, route in enumerate(routes, 1)]
+
+
+def describe(field: AuvField, routes: Sequence[Route]) -> dict[str, Any]:
+    """What a summary says of a run that kept ``routes``, one of each generation; at least one.
+
+    ``minimum_turn_deg`` is the least angle inside a segment, as v2 has it;
+    ``minimum_turn_at_crossover_deg`` also counts the angles at crossover points. ``cost`` is that
+    of the reading.
+    """
+    best = routes[-1]
+    segments = best.segments
+    return {
+        "landscape": field.landscape,
+        "reading": field.reading,
+        "samples": field.samples,
+        "length": "3d" if field.in_space else "2d",
+        "cost": field.cost(best),
+        **terms(field, best),
+        "minimum_turn_at_crossover_deg": math.degrees(whole_angle(best)),
+        f"at_{REPORT_SAMPLES}_samples": terms(field, best, REPORT_SAMPLES),
+        "crossover_points": best.points.tolist(),
+        "control_points": [control[:count].tolist() for control, count in zip(
+            segments.control, segments.counts, strict=True)],
+        "history": history(field, routes),
+    }

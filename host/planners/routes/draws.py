@@ -1,0 +1,174 @@
+"""How crossover points and control points are drawn: anywhere, as in *cheng*, or near the best."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.errors import InputError
+from host.planners.routes.field import (
+    FEWEST_CONTROL_POINTS,
+    MOST_CONTROL_POINTS,
+    Floats,
+    Ints,
+    Route,
+    Segments,
+)
+from host.planners.routes.spline import sample
+
+
+__all__ = ["KINDS", "Draws", "Space"]
+
+#: ``uniform`` is the paper's.
+KINDS = ("near", "uniform")
+
+# Powers of ten between which the spread of a near draw is, uniform in the exponent: of control
+# points as a share of the distance that they bridge, of the others as a share of the space.
+_OFF_LINE = -2.0, -0.3
+_OFF_ROUTE = -2.5, -0.5
+_OFF_KEPT = -3.0, -0.5
+_NEAR_SHARE = 0.75              # Of new crossover points; the others are drawn anywhere.
+_ONE_POINT_SHARE = 0.5          # Of variants, that have one control point moved rather than all.
+_COUNT_SHARE = 0.1              # Of variants, that first have a control point more or less.
+_CURVE_SAMPLES = 101
+
+
+class Space(Protocol):
+    """Where points may be."""
+
+    @property
+    def low(self) -> Floats:
+        """Corner of the box around it, (d,)."""
+
+    @property
+    def high(self) -> Floats:
+        """The opposite corner, (d,)."""
+
+    def is_free(self, points: Floats) -> NDArray[np.bool_]:
+        """Which of ``points``, (n, d), a path may have: (n,)."""
+
+    def draw(self, rng: np.random.Generator, count: int) -> Floats:
+        """Draw ``count`` free points anywhere, (count, d)."""
+
+
+class Draws:
+    """Draws the points that a generation adds.
+
+    ``uniform``, as in the paper: crossover points and control points lie anywhere in the space.
+    Nearly all such segments wander about, and the search never catches up with a direct optimiser.
+
+    ``near``: the control points of a segment lie around the straight line between its ends, three
+    in four new crossover points around the route that was kept, and segments that were kept have
+    variants. Every spread is drawn anew, small ones as often as large ones, so that it need not
+    shrink on a schedule.
+
+    Parameters
+    ----------
+    space : Space
+        Where points may be.
+    kind : str
+        ``near`` or ``uniform``.
+
+    Attributes
+    ----------
+    near : bool
+        Whether they are near.
+
+    Raises
+    ------
+    InputError
+        If ``kind`` is neither.
+    """
+
+    def __init__(self, space: Space, kind: str = KINDS[0]) -> None:
+        if kind not in KINDS:
+            raise InputError(f"The draws must be one of {', '.join(KINDS)}, not {kind!r}.")
+        self._space = space
+        self._side = space.high - space.low
+        self.near = kind == "near"
+
+    def points(self, rng: np.random.Generator, count: int, kept: Route | None) -> Floats:
+        """Draw crossover points, (count, d); the first ones where nothing was ``kept`` yet."""
+        points = self._space.draw(rng, count)
+        if kept is None or not self.near:
+            return points
+        curves = sample(kept.segments.control, kept.segments.counts, _CURVE_SAMPLES)
+        along = curves.reshape(-1, curves.shape[2])
+        spread = 10 ** rng.uniform(*_OFF_ROUTE, (count, 1)) * self._side
+        near = self._inside(along[rng.integers(len(along), size=count)]
+                            + spread * rng.standard_normal(points.shape))
+        taken = (rng.random(count) < _NEAR_SHARE) & self._space.is_free(near)
+        points[taken] = near[taken]
+        return points
+
+    def segments(
+        self, rng: np.random.Generator, tails: Floats, heads: Floats,
+    ) -> tuple[Floats, Ints]:
+        """Draw a segment from each of ``tails`` to each of ``heads``, (m, d).
+
+        Returns
+        -------
+        tuple
+            Control points, (m, 10, d) float64 with zeros beyond the last of a segment, and how many
+            each has, (m,) int64, uniform from 4 to 10.
+        """
+        m, dimensions = tails.shape
+        counts = rng.integers(
+            FEWEST_CONTROL_POINTS, MOST_CONTROL_POINTS, size=(m,), endpoint=True)
+        shape = m, MOST_CONTROL_POINTS, dimensions
+        if self.near:
+            bridged = heads - tails
+            part = np.arange(MOST_CONTROL_POINTS) / (counts[:, None] - 1)
+            distance = np.sqrt(((bridged / self._side) ** 2).sum(axis=1))
+            spread = 10 ** rng.uniform(*_OFF_LINE, m) * distance
+            control = self._inside(
+                tails[:, None] + part[:, :, None] * bridged[:, None]
+                + spread[:, None, None] * self._side * rng.standard_normal(shape))
+        else:
+            control = self._space.draw(rng, m * MOST_CONTROL_POINTS).reshape(shape)
+        control[:, 0] = tails
+        control[np.arange(m), counts - 1] = heads
+        control[np.arange(MOST_CONTROL_POINTS) >= counts[:, None]] = 0.0
+        return control, counts
+
+    def variants(self, rng: np.random.Generator, segments: Segments) -> tuple[Floats, Ints]:
+        """Draw a variant of each of some segments, with the same ends.
+
+        One or all inner control points are moved, and sometimes there is one more or less before.
+        Control points and their numbers are returned as by :meth:`segments`.
+        """
+        m = len(segments)
+        control, counts = _resized(rng, segments.control, segments.counts)
+        place = np.arange(MOST_CONTROL_POINTS)
+        inner = (place > 0) & (place < counts[:, None] - 1)
+        one = 1 + rng.integers(counts - 2)
+        alone = rng.random(m) < _ONE_POINT_SHARE
+        moved = inner & ~(alone[:, None] & (place != one[:, None]))
+        spread = 10 ** rng.uniform(*_OFF_KEPT, (m, 1, 1)) * self._side
+        noisy = self._inside(control + spread * rng.standard_normal(control.shape))
+        return np.where(moved[:, :, None], noisy, control), counts
+
+    def _inside(self, points: Floats) -> Floats:
+        clipped: Floats = np.clip(points, self._space.low, self._space.high)
+        return clipped
+
+
+def _resized(
+    rng: np.random.Generator, control: Floats, counts: Ints,
+) -> tuple[Floats, Ints]:
+    """Give some segments an inner control point more, half way between two, or one less."""
+    place = np.arange(MOST_CONTROL_POINTS)
+    change = rng.choice((-1, 1), size=len(counts)) * (rng.random(len(counts)) < _COUNT_SHARE)
+    resized = np.clip(counts + change, FEWEST_CONTROL_POINTS, MOST_CONTROL_POINTS)
+    change = resized - counts
+    at = 1 + rng.integers(counts - 2)           # The point before which, or which itself.
+    source = place - change[:, None] * (place >= at[:, None] + (change > 0)[:, None])
+    source = np.minimum(source, MOST_CONTROL_POINTS - 1)
+    moved = np.take_along_axis(control, source[:, :, None], axis=1)
+    new = (change > 0)[:, None] & (place == at[:, None])
+    halves = (np.roll(control, 1, axis=1) + control) / 2
+    moved = np.where(new[:, :, None], halves, moved)
+    moved[place >= resized[:, None]] = 0.0
+    return moved, resized

@@ -1,0 +1,145 @@
+"""Crossover points, the segments between them and the routes they make: *cheng*, section IV.
+
+The planners of that paper know no more of a problem than a :class:`Field` tells: where points may
+be, how segments are drawn, and what segments and routes are worth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.errors import InputError
+
+
+__all__ = ["FEWEST_CONTROL_POINTS", "GOAL", "MOST_CONTROL_POINTS", "MOST_POINTS", "READINGS",
+           "START", "Field", "Graph", "Route", "Segments", "check_reading"]
+
+#: Crossover points of a path at most, start and goal included (table II).
+MOST_POINTS = 10
+#: Control points of a segment, its ends included (table II, read so).
+FEWEST_CONTROL_POINTS, MOST_CONTROL_POINTS = 4, 10
+#: Where start and goal are among the points of a graph.
+START, GOAL = 0, 1
+#: What the deterministic crossover takes for the cost of a route: that of the whole, or the sum of
+#: its segments' as equation (8) has it. A field says what that means to it.
+READINGS = ("route", "sum")
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Segments:
+    """B-splines between crossover points.
+
+    Parameters
+    ----------
+    control : ndarray
+        Control points, both ends included, (m, 10, d) float64; rows from ``counts`` on are zero.
+    counts : ndarray
+        Control points of each, (m,) int64.
+    terms : ndarray
+        What each is worth, (m, t) float64, smaller is better; the field knows what they mean.
+    """
+
+    control: Floats
+    counts: Ints
+    terms: Floats
+
+    def __len__(self) -> int:
+        return len(self.counts)
+
+    @staticmethod
+    def joined(one: Segments, other: Segments) -> Segments:
+        """The segments of ``one``, then those of ``other``."""
+        return Segments(np.concatenate((one.control, other.control)),
+                        np.concatenate((one.counts, other.counts)),
+                        np.concatenate((one.terms, other.terms)))
+
+    def take(self, which: Sequence[int] | Ints) -> Segments:
+        """The segments at some indices."""
+        rows = np.asarray(which, dtype=np.int64)
+        return Segments(self.control[rows], self.counts[rows], self.terms[rows])
+
+
+@dataclass(frozen=True)
+class Route:
+    """A path: crossover points, each once, and the segments between them.
+
+    Parameters
+    ----------
+    points : ndarray
+        From the start to the goal, (k + 1, d) float64.
+    segments : Segments
+        The k segments in the order flown.
+    """
+
+    points: Floats
+    segments: Segments
+
+
+@dataclass(frozen=True)
+class Graph:
+    """Every segment of a generation: the fitness matrix of section IV as a list.
+
+    Start and goal are the points 0 and 1. No segment leads to the start, leaves the goal or has no
+    displacement. Where a segment was kept, others connect the same points: whoever chooses a route
+    takes the fitter.
+
+    Parameters
+    ----------
+    points : ndarray
+        Crossover points, (n, d) float64.
+    tails, heads : ndarray
+        Points that each segment leaves and reaches, (m,) int64.
+    segments : Segments
+        The segments, in the same order.
+    """
+
+    points: Floats
+    tails: Ints
+    heads: Ints
+    segments: Segments
+
+    def extended(self, tails: Ints, heads: Ints, segments: Segments) -> Graph:
+        """The same graph with further segments."""
+        return Graph(self.points, np.concatenate((self.tails, tails)),
+                     np.concatenate((self.heads, heads)),
+                     Segments.joined(self.segments, segments))
+
+    def route(self, edges: Sequence[int] | Ints) -> Route:
+        """The route along some segments, the first of which leaves the start."""
+        order = np.asarray(edges, dtype=np.int64)
+        at = np.concatenate(([START], self.heads[order]))
+        return Route(self.points[at], self.segments.take(order))
+
+
+class Field(Protocol):
+    """A problem as the planners of section IV see it."""
+
+    @property
+    def ends(self) -> Floats:
+        """Start and goal, (2, d) float64."""
+
+    def measure(self, control: Floats, counts: Ints) -> Floats:
+        """The terms of segments, (m, t), of their control points (m, 10, d) and numbers (m,)."""
+
+    def costs(self, terms: Floats) -> Floats:
+        """What segments of these terms, (m, t), cost by themselves: (m,), smaller is better."""
+
+    def best_routes(self, graph: Graph) -> list[Ints]:
+        """The deterministic crossover: the segments of the best route, or of a few candidates."""
+
+    def worth(self, routes: Sequence[Route]) -> Floats:
+        """Fitness of whole routes, (m,) float64 above 0, larger is better."""
+
+
+def check_reading(reading: str) -> None:
+    """Raise :class:`InputError` if there is no such reading."""
+    if reading not in READINGS:
+        raise InputError(f"The reading must be one of {', '.join(READINGS)}, not {reading!r}.")

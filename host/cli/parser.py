@@ -7,6 +7,7 @@ from collections.abc import Callable
 from importlib import metadata
 from typing import NoReturn
 
+from host.auv import PLANNERS as AUV_PLANNERS
 from host.errors import InputError
 from host.feasibility import MODES
 from host.planners import DEFAULT, OPTIONS, PLANNERS
@@ -69,6 +70,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_board(commands)
     _add_terrain(commands)
     _add_planners(commands)
+    _add_auv(commands)
     _add_verilog(commands)
     return parser
 
@@ -273,6 +275,31 @@ def _add_terrain(commands: argparse._SubParsersAction[_Parser]) -> None:
 def _add_planners(commands: argparse._SubParsersAction[_Parser]) -> None:
     _command(commands, "planners", "planners:run", "List the planners and their papers",
              "pathgene planners --json")
+
+
+def _add_auv(commands: argparse._SubParsersAction[_Parser]) -> None:
+    parser = _command(
+        commands, "auv", "auv:run", "Plan the path of an underwater vehicle, the problem of ga-dp",
+        "pathgene auv --landscape 1 --planner ga-dp --seed 1 --out auv")
+    parser.add_argument("--landscape", type=int, metavar="N", default=1,
+                        help="1 or 2 (default %(default)s)")
+    parser.add_argument("--planner", choices=AUV_PLANNERS, default=AUV_PLANNERS[0],
+                        help="the proposed planner, or the conventional GA beside it (default "
+                             "%(default)s)")
+    for name in ("reading", "draws", "added_points"):
+        option = OPTIONS[name]
+        parser.add_argument(f"--{name.replace('_', '-')}", type=option.type,
+                            metavar=option.metavar, choices=option.choices or None,
+                            help=option.meaning)
+    parser.add_argument("--samples", type=int, metavar="N",
+                        help="points of a segment at which the seabed is read (default 21)")
+    parser.add_argument("--length", choices=("2d", "3d"), default="2d",
+                        help="horizontal length, or that over the seabed (default %(default)s)")
+    parser.add_argument("--generations", type=int, metavar="N", help="how many (default 100)")
+    parser.add_argument("--seed", type=int, metavar="N", default=0,
+                        help="same seed, same result (default %(default)s)")
+    parser.add_argument("--out", metavar="DIR", default="out",
+                        help="where the files go (default %(default)s)")
 
 
 def _add_verilog(commands: argparse._SubParsersAction[_Parser]) -> None:

@@ -74,6 +74,16 @@ OPTIONS: Mapping[str, Option] = {
         meaning="what the first population is: random, or astar: what the planner astar finds, "
                 "and varied copies of it (default random)",
         choices=("random", "astar")),
+    "reading": Option(
+        meaning="what the crossover takes for the cost of a route: that of the whole, or the sum "
+                "of its segments' (default route)",
+        choices=("route", "sum")),
+    "draws": Option(
+        meaning="where crossover points and segments are drawn: near the best route, or, as in "
+                "the paper, anywhere (default near)",
+        choices=("near", "uniform")),
+    "added_points": Option(
+        meaning="crossover points added per generation (default 8)", type=int, metavar="N"),
 }
 
 
@@ -135,6 +145,18 @@ def _fpa_2opt(**options: Any) -> Planner:
     return FlowerPollinationPlanner(**options)
 
 
+def _ga_dp(**options: Any) -> Planner:
+    from host.planners.spline_routes import DeterministicRoutePlanner
+
+    return DeterministicRoutePlanner(**options)
+
+
+def _ga_auv(**options: Any) -> Planner:
+    from host.planners.spline_routes import ConventionalRoutePlanner
+
+    return ConventionalRoutePlanner(**options)
+
+
 #: Every planner, the default first.
 PLANNERS: Mapping[str, Entry] = {
     "ga-fpga": Entry(
@@ -174,6 +196,22 @@ PLANNERS: Mapping[str, Entry] = {
         options=("engine", "waypoints", "two_opt_every"),
         constructor=_fpa_2opt,
         engines=ENGINES,
+    ),
+    "ga-dp": Entry(
+        description="B-spline routes; crossover by dynamic programming over all segments",
+        paper="Cheng, Fallahi, Leung and Tse, GA with a deterministic crossover operator, "
+              "section IV",
+        generations=100,
+        options=("reading", "draws", "added_points"),
+        constructor=_ga_dp,
+    ),
+    "ga-auv": Entry(
+        description="B-spline routes; the conventional GA that ga-dp is compared with",
+        paper="Cheng, Fallahi, Leung and Tse, GA with a deterministic crossover operator, "
+              "section V",
+        generations=100,
+        options=("draws", "added_points"),
+        constructor=_ga_auv,
     ),
 }
 

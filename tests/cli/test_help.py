@@ -14,7 +14,7 @@ from host.cli.parser import build_parser
 
 COMMANDS = [(), ("plan",), ("compare",), ("check",), ("board",), ("board", "serve"),
             ("board", "info"), ("terrain",), ("terrain", "list"), ("terrain", "info"),
-            ("terrain", "synth"), ("planners",), ("verilog",)]
+            ("terrain", "synth"), ("planners",), ("auv",), ("verilog",)]
 
 
 def example(command, capsys):
@@ -77,6 +77,7 @@ JSON = [
     "terrain info tile.tif",
     "terrain synth canyon --out canyon.npz",
     "planners",
+    "auv --generations 2 --out auv",
     "verilog --top crossover --out crossover.v",
 ]
 

@@ -216,7 +216,7 @@ def test_stop_criteria(hills, tmp_path, capsys):
     assert 0.5 <= summary["seconds"]["total"] < 5
 
 
-@pytest.mark.parametrize("planner", ["ga-fpga", "ga-pc", "fpa", "fpa-2opt"])
+@pytest.mark.parametrize("planner", ["ga-fpga", "ga-pc", "fpa", "fpa-2opt", "ga-dp", "ga-auv"])
 def test_interrupt_writes_the_best_so_far(hills, tmp_path, planner):
     command = [sys.executable, "-m", "host", "plan", "--terrain", hills, *ENDS, "--planner",
                planner, "--generations", "10000000", "--out", tmp_path, "--json"]

@@ -1,0 +1,100 @@
+"""``pathgene auv``."""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from host.auv.field import SAMPLES, AuvField
+from host.auv.plan import GENERATIONS, REPORT_SAMPLES, describe, evolve
+from host.cli import INTERRUPTED
+from host.cli.output import note, print_json, print_pairs
+from host.errors import InputError
+from host.planners.routes.draws import KINDS
+from host.planners.routes.field import READINGS, Route
+from host.planners.routes.search import ADDED_POINTS
+from host.progress import Progress
+from host.report.files import prepare_directory, write_json
+from host.report.summary import version
+
+
+__all__ = ["run"]
+
+
+def run(args: argparse.Namespace) -> int:
+    """Plan, write the files and print the summary."""
+    generations = GENERATIONS if args.generations is None else args.generations
+    if generations < 1:
+        raise InputError(f"The number of generations must be 1 or more, not {generations}.")
+    field = AuvField(
+        args.landscape, reading=args.reading or READINGS[0],
+        samples=SAMPLES if args.samples is None else args.samples, in_space=args.length == "3d")
+    draws = args.draws or KINDS[0]
+    added = ADDED_POINTS if args.added_points is None else args.added_points
+    search = evolve(field, args.planner, draws=draws, added=added, seed=args.seed)
+    directory = Path(args.out)
+    prepare_directory(directory)
+
+    started = time.perf_counter()
+    routes: list[Route] = []
+    interrupted = False
+    progress = Progress(sys.stderr, generations)
+    try:
+        for generation in itertools.islice(search, generations):
+            routes.append(generation.best)
+            progress.update(len(routes), 1 / field.cost(generation.best),
+                            float(generation.fitness.mean()))
+    except KeyboardInterrupt:
+        if not routes:
+            raise
+        interrupted = True
+    progress.close()
+    summary = {
+        "pathgene": version(), "planner": args.planner, "draws": draws, "added_points": added,
+        "seed": args.seed, "generations": len(routes), "interrupted": interrupted,
+        "seconds": time.perf_counter() - started, **describe(field, routes)}
+    written = _write(directory, field, routes[-1], summary)
+    if args.json:
+        print_json(summary)
+    else:
+        _print(summary, written)
+    if interrupted:
+        note("Interrupted; what was best so far is written.")
+        return INTERRUPTED
+    return 0
+
+
+def _write(
+    directory: Path, field: AuvField, route: Route, summary: dict[str, Any],
+) -> list[Path]:
+    from host.auv.picture import write
+
+    written = [directory / "auv.json", directory / "auv.png"]
+    try:
+        write_json(written[0], summary)
+        write(field, route, summary, written[1])
+    except OSError as error:
+        raise InputError(f"Cannot write to the directory {str(directory)!r} "
+                         f"({error.strerror or error}); give another with --out.") from None
+    return written
+
+
+def _print(summary: dict[str, Any], written: list[Path]) -> None:
+    fine = summary[f"at_{REPORT_SAMPLES}_samples"]
+    names = {"delta": "delta", "path_length": "path length", "elevation_rate": "elevation rate",
+             "minimum_turn_deg": "minimum turn, degrees"}
+    print_pairs([
+        ("planner", f"{summary['planner']}, reading {summary['reading']}, draws "
+                    f"{summary['draws']}"),
+        ("samples of a segment", f"{summary['samples']}, and {REPORT_SAMPLES}"),
+        *((text, f"{summary[name]:.4f}, and {fine[name]:.4f}") for name, text in names.items()),
+        ("  crossover points too", f"{summary['minimum_turn_at_crossover_deg']:.4f}"),
+        ("crossover points", f"{len(summary['crossover_points'])}, start and goal included"),
+        ("generations", f"{summary['generations']}"),
+        ("time", f"{summary['seconds']:.2f} s"),
+        *(("written", str(path)) for path in written),
+    ])

@@ -1,0 +1,105 @@
+"""``pathgene auv``, and its planners over terrain."""
+
+import json
+import signal
+import subprocess
+import sys
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from host.auv.field import AuvField
+from host.cli import main
+
+from .conftest import ENDS, ROOT
+
+
+def run(capsys, out, *options):
+    assert main(["auv", *options, "--out", str(out), "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("planner", ["ga-dp", "ga-auv"])
+def test_writes_a_summary_and_a_picture(tmp_path, capsys, planner):
+    options = ("--landscape", "2", "--planner", planner, "--generations", "12", "--seed", "3")
+    summary = run(capsys, tmp_path / "one", *options)
+    assert summary == json.loads((tmp_path / "one" / "auv.json").read_text())
+    assert (summary["planner"], summary["landscape"], summary["samples"]) == (planner, 2, 21)
+    assert len(summary["history"]) == summary["generations"] == 12
+    assert min(matplotlib.image.imread(tmp_path / "one" / "auv.png").shape[:2]) > 600
+
+    # The control points say it all.
+    control = np.zeros((len(summary["control_points"]), 10, 2))
+    counts = np.array([len(points) for points in summary["control_points"]])
+    for row, points in zip(control, summary["control_points"], strict=True):
+        row[: len(points)] = points
+    for samples, terms in ((21, summary), (1001, summary["at_1001_samples"])):
+        length, turning, rate = AuvField(2, samples=samples).measure(control, counts).T
+        assert terms["path_length"] == pytest.approx(length.sum())
+        assert terms["minimum_turn_deg"] == pytest.approx(180 * (1 - turning.max()))
+        assert terms["elevation_rate"] == pytest.approx(rate.max())
+        assert terms["delta"] == pytest.approx(
+            (length.sum() + 2 * turning.max() + 4 * rate.max()) / 7)
+
+    again = run(capsys, tmp_path / "two", *options)
+    assert again["control_points"] == summary["control_points"]
+    other = run(capsys, tmp_path / "two", *options[:-1], "4")
+    assert other["control_points"] != summary["control_points"]
+
+
+def test_options_reach_the_problem(tmp_path, capsys):
+    common = ("--generations", "5", "--seed", "1")
+    summary = run(capsys, tmp_path, *common, "--reading", "sum", "--draws", "uniform", "--samples",
+                  "11", "--added-points", "3", "--length", "3d")
+    assert [summary[name] for name in (
+        "reading", "draws", "samples", "added_points", "length", "landscape")] == [
+            "sum", "uniform", 11, 3, "3d", 1]
+    assert main(["auv", *common, "--out", str(tmp_path)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].split(maxsplit=1) == ["planner", "ga-dp, reading route, draws near"]
+    assert lines[-1].endswith("auv.png")
+
+
+@pytest.mark.parametrize(("options", "sentence"), [
+    (["--landscape", "3"], "The landscape must be one of 1, 2, not 3."),
+    (["--samples", "1"], "The samples of a segment must be from 2 to 100001, not 1."),
+    (["--generations", "0"], "The number of generations must be 1 or more, not 0."),
+    (["--seed", "-1"], "The seed must be from 0 to 2**64 - 1, not -1."),
+    (["--added-points", "51"],
+     "The crossover points added per generation must be from 1 to 50, not 51."),
+    (["--planner", "ga-pc"], "Argument --planner: invalid choice: 'ga-pc' (choose from "),
+])
+def test_refuses_bad_options(tmp_path, capsys, options, sentence):
+    out = tmp_path / "out"
+    assert main(["auv", *options, "--out", str(out)]) == 2
+    assert capsys.readouterr().err.startswith(f"pathgene: {sentence}")
+    assert not out.exists()
+
+
+def test_interrupt_writes_the_best_so_far(tmp_path):
+    command = [sys.executable, "-m", "host", "auv", "--generations", "10000000", "--out", tmp_path,
+               "--json"]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          text=True) as process:
+        assert process.stderr.readline().startswith("generation 1/")
+        process.send_signal(signal.SIGINT)
+        output, error = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert error.splitlines()[-1] == "pathgene: Interrupted; what was best so far is written."
+    assert json.loads(output) == json.loads((tmp_path / "auv.json").read_text())
+    assert json.loads(output)["interrupted"]
+
+
+@pytest.mark.parametrize(("planner", "options"), [
+    ("ga-dp", ()), ("ga-dp", ("--reading", "sum", "--draws", "uniform")),
+    ("ga-auv", ("--population", "24", "--added-points", "6"))])
+def test_over_terrain_check_agrees(hills, tmp_path, capsys, planner, options):
+    assert main(["plan", "--terrain", str(hills), *ENDS, "--planner", planner, *options,
+                 "--generations", "30", "--seed", "1", "--out", str(tmp_path), "--json"]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    assert (summary["planner"], summary["feasible"]) == (planner, True)
+    assert main(["check", "--path", str(tmp_path / "summary.json"), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    for name in ("fitness", "penalty", "cost", "length_m", "fuel_N", "feasible", "waypoints"):
+        assert report[name] == summary[name]

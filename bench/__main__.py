@@ -27,6 +27,7 @@ NAMES = {
     "quality": "every planner over nine terrains, from both starts, many seeds",
     "onboard": "plans whose collisions the board counts, beside the host's",
     "allaire-table1": "ga-pc and ga-fpga per phase, beside table 1 of allaire-2008",
+    "cheng-table4": "ga-dp and ga-auv on the AUV problem, beside the paper's table IV",
     "roberge-table4": "fpa with and without 2-opt on four maps, 50 trials, beside the paper's",
     "roberge-speed": "seconds of fpa-2opt by threads, solutions and engine, beside the paper's",
     "peers": "optimizers and planners of other projects, beside fpa-2opt",

@@ -118,6 +118,20 @@ def test_route_has_at_most_ten_points(inner, possible):
         assert totals[0] == total == np.inf
 
 
+def test_worse_way_of_fewer_segments_counts_where_the_better_is_too_long():
+    """A cheap detour to the first point of a chain would make the route one segment too long."""
+    chain = [2, *range(4, 4 + MOST_POINTS - 3), GOAL]
+    tails = np.array([START, 3, START, *chain[:-1]])
+    heads = np.array([3, 2, 2, *chain[1:]])
+    costs = np.array([0.1, 0.1, 5.0, *[1.0] * (len(chain) - 1)])
+    terms = np.stack((costs, costs, costs), axis=1)
+    expected = [2, *range(3, 3 + len(chain) - 1)]
+    points = 4 + len(chain) - 2
+    routes, _ = best_by_sum(tails, heads, costs, points, 1)
+    route, _ = best_by_whole(tails, heads, terms, WEIGHTS, points)
+    assert segments_of(routes[0]).tolist() == segments_of(route).tolist() == expected
+
+
 def test_many_ways_that_no_other_beats():
     """Two terms that trade off: every way to a point counts, and memory for them grows."""
     points = MOST_POINTS

@@ -47,6 +47,7 @@ from host.planners.fpa.kernels import (
     choose_step,
     move,
     reversed_row,
+    to_beat,
 )
 
 
@@ -196,8 +197,8 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
         for d in range(thread, numbers - 6, threads):
             candidate[1 + d // 3, d % 3] = move(p, iteration, i, d, step, old, state[_BEST], box)
         cuda.syncthreads()
-        value, exact = block_fitness(candidate, fitness, ground, nofly, c, turns, pieces, hits,
-                                     verdict)
+        value, exact = block_fitness(candidate, to_beat(p, fitness), ground, nofly, c, turns,
+                                     pieces, hits, verdict)
         if thread == 0:
             counts[i, EVALUATED if exact else CUT_SHORT] += 1
         if value > fitness:
@@ -216,8 +217,8 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
                     for d in range(thread, numbers, threads):
                         candidate[d // 3, d % 3] = path[reversed_row(d // 3, first, last), d % 3]
                     cuda.syncthreads()
-                    value, exact = block_fitness(candidate, fitness, ground, nofly, c, turns,
-                                                 pieces, hits, verdict)
+                    value, exact = block_fitness(candidate, to_beat(p, fitness), ground, nofly,
+                                                 c, turns, pieces, hits, verdict)
                     if thread == 0:
                         counts[i, EVALUATED if exact else CUT_SHORT] += 1
                     improved = value > fitness

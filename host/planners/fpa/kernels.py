@@ -26,7 +26,7 @@ from host.planners.fpa.philox import uniform, words
 
 __all__ = ["CUT_SHORT", "EVALUATED", "Counts", "Pollination", "choose_step", "epsilon_bound",
            "global_step", "improve_share", "levy_step", "local_step", "mantegna", "move",
-           "reversed_row", "untangle"]
+           "reversed_row", "to_beat", "untangle"]
 
 Counts = NDArray[np.int64]
 
@@ -49,7 +49,8 @@ class Pollination(NamedTuple):
     """The parameters of table 3 that a step depends on, and the seed.
 
     ``switch`` is the probability of a global step; epsilon's bound goes from ``first_epsilon`` in
-    iteration 1 to ``last_epsilon`` in iteration ``iterations``.
+    iteration 1 to ``last_epsilon`` in iteration ``iterations``. Where ``give_up`` is 0, not 1,
+    candidates that cannot be better are evaluated to the end all the same.
     """
 
     seed: np.uint64
@@ -57,6 +58,7 @@ class Pollination(NamedTuple):
     switch: float
     first_epsilon: float
     last_epsilon: float
+    give_up: int = 1
 
 
 @inlined
@@ -164,10 +166,16 @@ def copy_path(source: Floats, target: Floats) -> None:
             target[row, axis] = source[row, axis]
 
 
+@inlined
+def to_beat(p: Pollination, fitness: float) -> float:
+    """What a candidate is measured against until it is given up; nothing is below 0."""
+    return fitness if p.give_up else 0.0
+
+
 @compiled
 def untangle(
-    path: Floats, fitness: float, candidate: Floats, ground: Floats, nofly: Flags, c: Constants,
-    turns: Floats, pieces: Floats, counts: Counts,
+    p: Pollination, path: Floats, fitness: float, candidate: Floats, ground: Floats, nofly: Flags,
+    c: Constants, turns: Floats, pieces: Floats, counts: Counts,
 ) -> float:
     """Run the 2-opt operator on ``path`` (n, 3) until no reversal is better; return its fitness.
 
@@ -184,7 +192,8 @@ def untangle(
                 source = reversed_row(row, first, last)
                 for axis in range(3):
                     candidate[row, axis] = path[source, axis]
-            value, exact = fitness_above(candidate, n, ground, nofly, c, fitness, turns, pieces)
+            value, exact = fitness_above(candidate, n, ground, nofly, c, to_beat(p, fitness), turns,
+                                         pieces)
             counts[EVALUATED if exact else CUT_SHORT] += 1
             if value > fitness:
                 copy_path(candidate, path)
@@ -236,8 +245,8 @@ def improve_share(
             copy_path(old[i], candidate)
             for d in range(3 * (n - 2)):
                 candidate[1 + d // 3, d % 3] = move(p, iteration, i, d, step, old, best, box)
-            value, exact = fitness_above(candidate, n, ground, nofly, c, old_fitness[i], turns,
-                                         pieces)
+            value, exact = fitness_above(candidate, n, ground, nofly, c,
+                                         to_beat(p, old_fitness[i]), turns, pieces)
             counts[EVALUATED if exact else CUT_SHORT] += 1
             if value > old_fitness[i]:
                 copy_path(candidate, new[i])
@@ -247,6 +256,6 @@ def improve_share(
                 copy_path(old[i], new[i])
                 new_fitness[i] = old_fitness[i]
             if two_opt and not settled[i]:
-                new_fitness[i] = untangle(new[i], new_fitness[i], candidate, ground, nofly, c,
-                                          turns, pieces, counts)
+                new_fitness[i] = untangle(p, new[i], new_fitness[i], candidate, ground, nofly,
+                                          c, turns, pieces, counts)
                 settled[i] = 1

@@ -62,6 +62,8 @@ class FlowerPollinationPlanner:
         the same result to the last bit, the third rounds differently.
     given : sequence of (k, 3) float64, metres
         Paths that the first population starts with, ends included.
+    give_up : bool
+        Give up a candidate once it cannot be better; the paths found are the same without.
 
     Raises
     ------
@@ -71,7 +73,7 @@ class FlowerPollinationPlanner:
 
     def __init__(
         self, *, two_opt_every: int = TWO_OPT_EVERY, waypoints: int = WAYPOINTS,
-        engine: str = ENGINES[0], given: Sequence[Path] = (),
+        engine: str = ENGINES[0], given: Sequence[Path] = (), give_up: bool = True,
     ) -> None:
         if two_opt_every < 0:
             raise InputError(f"The iterations between 2-opts must be 0 or more, not "
@@ -86,6 +88,7 @@ class FlowerPollinationPlanner:
         self.waypoints = waypoints
         self.engine = engine
         self.given = tuple(given)
+        self.give_up = give_up
 
     def plan(
         self, evaluator: Evaluator, options: Options,
@@ -116,7 +119,8 @@ class FlowerPollinationPlanner:
         fitness = run.fitness(list(paths))
         run.record(0, fitness)
         parameters = Pollination(
-            np.uint64(options.seed), options.generations, _SWITCH, _FIRST_EPSILON, _LAST_EPSILON)
+            np.uint64(options.seed), options.generations, _SWITCH, _FIRST_EPSILON, _LAST_EPSILON,
+            int(self.give_up))
         box = np.stack((space.low, space.high))
         with contextlib.closing(make_engine(
                 evaluator, parameters, self.two_opt_every, box, paths, fitness)) as engine, \

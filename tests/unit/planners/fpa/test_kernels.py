@@ -183,8 +183,8 @@ def test_2_opt_is_that_of_brute_force(evaluator, worth):
         expected, best = reference.untangled(path, fitness, worth)
         counts = np.zeros(2, dtype=np.int64)
         found = path.copy()
-        value = untangle(found, fitness, np.empty_like(path), *evaluator.kernel_arguments,
-                         *scratch(7), counts)
+        value = untangle(TABLE_3, found, fitness, np.empty_like(path),
+                         *evaluator.kernel_arguments, *scratch(7), counts)
         assert np.array_equal(found, expected)
         assert value == best
         assert counts.sum() >= 10           # All pairs of five waypoints at the end.
@@ -198,6 +198,6 @@ def test_2_opt_of_too_few_waypoints_does_nothing(evaluator, worth):
     path = np.array([evaluator.problem.start, (900, 900, 300), evaluator.problem.goal])
     counts = np.zeros(2, dtype=np.int64)
     fitness = worth(path)
-    assert untangle(path, fitness, np.empty_like(path), *evaluator.kernel_arguments, *scratch(3),
-                    counts) == fitness
+    assert untangle(TABLE_3, path, fitness, np.empty_like(path), *evaluator.kernel_arguments,
+                    *scratch(3), counts) == fitness
     assert counts.sum() == 0

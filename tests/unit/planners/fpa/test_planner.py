@@ -99,6 +99,17 @@ def test_without_2_opt_a_candidate_for_each_solution(evaluator):
     assert result.path.shape == (5, 3)
 
 
+def test_giving_up_changes_nothing_but_the_counts(evaluator):
+    options = Options(generations=45, **SMALL)
+    quick, thorough = (make("fpa-2opt", give_up=give_up).plan(evaluator, options)
+                       for give_up in (True, False))
+    assert quick.history == thorough.history
+    assert np.array_equal(quick.path, thorough.path)
+    assert thorough.cut_short == 0
+    assert thorough.evaluations == quick.evaluations + quick.cut_short
+    assert quick.cut_short > quick.evaluations
+
+
 def test_2_opt_ends_with_better_paths(evaluator):
     means = [np.mean([make(name).plan(evaluator, Options(generations=40, population=24, seed=seed))
                       .evaluation.fitness for seed in range(6)]) for name in ("fpa", "fpa-2opt")]

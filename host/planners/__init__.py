@@ -74,6 +74,10 @@ OPTIONS: Mapping[str, Option] = {
         meaning="what the first population is: random, or astar: what the planner astar finds, "
                 "and varied copies of it (default random)",
         choices=("random", "astar")),
+    "refits": Option(
+        meaning="children of a generation that are the best path with a waypoint or two moved and "
+                "the lowest altitudes (default 2 with --init astar, else 0)",
+        type=int, metavar="N"),
     "reading": Option(
         meaning="what the crossover takes for the cost of a route: that of the whole, or the sum "
                 "of its segments' (default route)",
@@ -171,7 +175,7 @@ PLANNERS: Mapping[str, Entry] = {
         description="The same genetic algorithm on the PC alone: the baseline",
         paper="Allaire, Tarbouchi, Labonte and Fusina 2008, section 3",
         generations=300,
-        options=("max_waypoints", "init"),
+        options=("max_waypoints", "init", "refits"),
         constructor=_ga_pc,
     ),
     "astar": Entry(
@@ -185,7 +189,7 @@ PLANNERS: Mapping[str, Entry] = {
         description="Flower pollination algorithm",
         paper="Roberge and Tarbouchi, parallel hybrid 2-opt FPA, section 3.3",
         generations=500,
-        options=("engine", "waypoints"),
+        options=("engine", "waypoints", "init"),
         constructor=_fpa,
         engines=ENGINES,
     ),
@@ -193,7 +197,7 @@ PLANNERS: Mapping[str, Entry] = {
         description="The same with 2-opt, which takes loops out of the paths",
         paper="Roberge and Tarbouchi, parallel hybrid 2-opt FPA, section 3.4",
         generations=500,
-        options=("engine", "waypoints", "two_opt_every"),
+        options=("engine", "waypoints", "two_opt_every", "init"),
         constructor=_fpa_2opt,
         engines=ENGINES,
     ),
@@ -202,7 +206,7 @@ PLANNERS: Mapping[str, Entry] = {
         paper="Cheng, Fallahi, Leung and Tse, GA with a deterministic crossover operator, "
               "section IV",
         generations=100,
-        options=("reading", "draws", "added_points"),
+        options=("reading", "draws", "added_points", "init"),
         constructor=_ga_dp,
     ),
     "ga-auv": Entry(
@@ -210,7 +214,7 @@ PLANNERS: Mapping[str, Entry] = {
         paper="Cheng, Fallahi, Leung and Tse, GA with a deterministic crossover operator, "
               "section V",
         generations=100,
-        options=("draws", "added_points"),
+        options=("draws", "added_points", "init"),
         constructor=_ga_auv,
     ),
 }

@@ -20,7 +20,7 @@ from host.problem import Problem
 from host.terrain import ChipMap
 
 
-__all__ = ["astar_paths", "check_init", "on_lattice"]
+__all__ = ["Variation", "astar_paths", "check_init", "on_lattice"]
 
 Path = NDArray[np.float64]
 
@@ -32,6 +32,8 @@ _MOST_FITTED = 48
 _LEAST_MOVE, _GREATEST_MOVE = 1e-3, 3e-2
 # Chance that a copy loses a waypoint, and that it gets one more.
 _CHANGE_RATE = 0.2
+# Least size of a nudge, as a share of that way, and the chance that it moves two waypoints.
+_LEAST_NUDGE, _TWO_RATE = 1e-4, 0.4
 
 
 def check_init(init: str) -> bool:
@@ -88,7 +90,7 @@ def astar_paths(
         return None
     problem = run.evaluator.problem
     with run.phase("variation"):
-        vary = _Variation(problem, rng, most, fewest, lattice)
+        vary = Variation(problem, rng, most, fewest, lattice)
         best = ranked[: max(1, int(_FOUND_SHARE * count))]
         longer = (lengthened(path, fewest, problem.uav.turn_radius_m) for _, path in best)
         paths = [vary.placed(path[1:-1]) for path in longer]
@@ -100,12 +102,20 @@ def astar_paths(
     return paths + randoms
 
 
-class _Variation:
-    """Draws varied copies of paths, and random ones; parameters as of :func:`astar_paths`."""
+class Variation:
+    """Draws varied copies of paths, and random ones.
+
+    Parameters
+    ----------
+    problem : Problem
+        Airspace, ground and aircraft.
+    rng, most, fewest, lattice
+        As of :func:`astar_paths`.
+    """
 
     def __init__(
         self, problem: Problem, rng: np.random.Generator, most: int, fewest: int,
-        lattice: ChipMap | None,
+        lattice: ChipMap | None = None,
     ) -> None:
         self._space = Airspace(problem)
         self._rng, self._most, self._fewest, self._lattice = rng, most, fewest, lattice
@@ -122,20 +132,44 @@ class _Variation:
     def copy(self, paths: Sequence[Path]) -> Path:
         """A copy of one of ``paths``: of the first in half of all cases, and so on."""
         rng = self._rng
-        inner = paths[min(int(rng.geometric(0.5)), len(paths)) - 1][1:-1]
-        change = rng.random()
-        if change < _CHANGE_RATE and len(inner) > self._fewest:
-            inner = np.delete(inner, rng.integers(len(inner)), axis=0)
-        elif change > 1 - _CHANGE_RATE and len(inner) < self._most:
-            path = np.concatenate((self._ends[0], inner, self._ends[1]))
-            after = int(rng.integers(len(path) - 1))
-            inner = np.insert(inner, after, path[after : after + 2].mean(axis=0), axis=0)
-        size_m = self._way_m * _LEAST_MOVE * (_GREATEST_MOVE / _LEAST_MOVE) ** rng.random()
+        inner, _ = self._resized(paths[min(int(rng.geometric(0.5)), len(paths)) - 1])
         moved = rng.random(len(inner)) < rng.choice((0.0, 0.5, 1.0))
         if len(inner):
             moved[rng.integers(len(inner))] = True
-        move = size_m * rng.standard_normal((len(inner), 3)) * (1, 1, self._climb)
+        move = (self._size_m(_LEAST_MOVE) * rng.standard_normal((len(inner), 3))
+                * (1, 1, self._climb))
         return self.placed(inner + move * moved[:, None])
+
+    def nudged(self, path: Path) -> Path:
+        """``path`` with a waypoint or two neighbours moved a little, and the lowest altitudes.
+
+        Sometimes there is a waypoint less, or the one that is moved is new.
+        """
+        rng = self._rng
+        inner, new = self._resized(path)
+        if len(inner):
+            first = int(rng.integers(len(inner))) if new is None else new
+            for at in (first, first + 1)[: 1 + (rng.random() < _TWO_RATE)]:
+                if at < len(inner):
+                    inner[at, :2] += self._size_m(_LEAST_NUDGE) * rng.standard_normal(2)
+        return self.fitted(self.placed(inner))
+
+    def _resized(self, path: Path) -> tuple[Path, int | None]:
+        """Copy the inner waypoints of ``path``: sometimes one less, or one more, and which."""
+        rng, inner = self._rng, path[1:-1].copy()
+        change = rng.random()
+        if change < _CHANGE_RATE and len(inner) > self._fewest:
+            return np.delete(inner, rng.integers(len(inner)), axis=0), None
+        if change > 1 - _CHANGE_RATE and len(inner) < self._most:
+            after = int(rng.integers(len(path) - 1))
+            middle = path[after : after + 2].mean(axis=0)
+            return np.insert(inner, after, middle, axis=0), after
+        return inner, None
+
+    def _size_m(self, least: float) -> float:
+        """Draw the size of a move, small ones as often as large ones."""
+        size: float = self._way_m * least * (_GREATEST_MOVE / least) ** self._rng.random()
+        return size
 
     def fitted(self, path: Path) -> Path:
         """``path`` with the lowest altitudes; as it is if its turns do not fit."""

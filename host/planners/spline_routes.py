@@ -10,8 +10,20 @@ from host.errors import InputError
 from host.evaluation import Evaluator
 from host.planners.airspace import Airspace
 from host.planners.base import Options, Progress, Result, Run, Stop
+from host.planners.initial import astar_paths, check_init
 from host.planners.routes.draws import KINDS, Draws
-from host.planners.routes.field import READINGS, Floats, Graph, Ints, Route, check_reading
+from host.planners.routes.field import (
+    FEWEST_CONTROL_POINTS,
+    MOST_CONTROL_POINTS,
+    MOST_POINTS,
+    READINGS,
+    Floats,
+    Graph,
+    Ints,
+    Route,
+    Segments,
+    check_reading,
+)
 from host.planners.routes.programming import best_by_sum, segments_of
 from host.planners.routes.search import (
     ADDED_POINTS,
@@ -96,6 +108,16 @@ class TerrainField:
         """Fitness F of routes, (m,)."""
         return self._run.fitness([self.path(route) for route in routes])
 
+    def route(self, path: Floats) -> Route:
+        """A route along ``path``, (n, 3) metres with 2 to 10 points: its segments are straight."""
+        count = FEWEST_CONTROL_POINTS
+        part = np.arange(count)[:, None] / (count - 1)
+        control = np.zeros((len(path) - 1, MOST_CONTROL_POINTS, 3))
+        control[:, :count] = path[:-1, None] + part * np.diff(path, axis=0)[:, None]
+        control[:, count - 1] = path[1:]
+        counts = np.full(len(control), count)
+        return Route(path, Segments(control, counts, self.measure(control, counts)))
+
     def path(self, route: Route) -> Floats:
         """The waypoints of a route, (8 k + 1, 3) float64 metres, start and goal included."""
         segments = route.segments
@@ -117,13 +139,17 @@ class DeterministicRoutePlanner:
         ``near`` or ``uniform``; see :class:`host.planners.routes.draws.Draws`.
     added_points : int
         Crossover points added per generation, 1 to 50.
+    init : str
+        ``random``, or ``astar``: the first route kept is the best of the planner ``astar`` with at
+        most 8 waypoints, in straight segments.
     """
 
     def __init__(
         self, *, reading: str = READINGS[0], draws: str = KINDS[0],
-        added_points: int = ADDED_POINTS,
+        added_points: int = ADDED_POINTS, init: str = "random",
     ) -> None:
         self.reading, self.draws, self.added_points = reading, draws, added_points
+        self.from_astar = check_init(init)
 
     def plan(
         self, evaluator: Evaluator, options: Options,
@@ -139,10 +165,11 @@ class DeterministicRoutePlanner:
         if options.population is not None:
             raise InputError("ga-dp has no population; leave out --population.")
         run = Run(evaluator, options, progress, stop)
+        field = TerrainField(run, reading=self.reading)
+        rng = np.random.default_rng(options.seed)
         return _searched(run, DeterministicSearch(
-            TerrainField(run, reading=self.reading),
-            Draws(Airspace(evaluator.problem), self.draws),
-            np.random.default_rng(options.seed), added=self.added_points))
+            field, Draws(Airspace(evaluator.problem), self.draws), rng, added=self.added_points,
+            given=_given(run, field, rng) if self.from_astar else ()))
 
 
 class ConventionalRoutePlanner:
@@ -153,12 +180,15 @@ class ConventionalRoutePlanner:
 
     Parameters
     ----------
-    draws, added_points
+    draws, added_points, init
         As for :class:`DeterministicRoutePlanner`.
     """
 
-    def __init__(self, *, draws: str = KINDS[0], added_points: int = ADDED_POINTS) -> None:
+    def __init__(
+        self, *, draws: str = KINDS[0], added_points: int = ADDED_POINTS, init: str = "random",
+    ) -> None:
         self.draws, self.added_points = draws, added_points
+        self.from_astar = check_init(init)
 
     def plan(
         self, evaluator: Evaluator, options: Options,
@@ -173,9 +203,17 @@ class ConventionalRoutePlanner:
         """
         count = CHROMOSOMES if options.population is None else options.population
         run = Run(evaluator, options, progress, stop)
+        field = TerrainField(run)
+        rng = np.random.default_rng(options.seed)
         return _searched(run, ConventionalSearch(
-            TerrainField(run), Draws(Airspace(evaluator.problem), self.draws),
-            np.random.default_rng(options.seed), added=self.added_points, chromosomes=count))
+            field, Draws(Airspace(evaluator.problem), self.draws), rng, added=self.added_points,
+            chromosomes=count, given=_given(run, field, rng) if self.from_astar else ()))
+
+
+def _given(run: Run, field: TerrainField, rng: np.random.Generator) -> list[Route]:
+    """The best route of a grid search, if there is a way."""
+    found = astar_paths(run, rng, 1, MOST_POINTS - 2)
+    return [] if found is None else [field.route(path) for path in found]
 
 
 def _searched(run: Run, search: Search) -> Result:

@@ -143,7 +143,7 @@ def test_grid_search_without_a_way_is_status_1_with_files(hills, tmp_path, capsy
     assert len(summary_in(tmp_path)["waypoints"]) == 2
 
 
-@pytest.mark.parametrize("planner", ["ga-fpga", "ga-pc"])
+@pytest.mark.parametrize("planner", ["ga-fpga", "ga-pc", "fpa", "fpa-2opt", "ga-dp", "ga-auv"])
 def test_start_from_the_grid_search(hills, tmp_path, capsys, planner):
     common = ["plan", "--terrain", str(hills), *ENDS, "--generations", "3", "--json"]
     assert main([*common, "--planner", planner, "--init", "astar", "--out", str(tmp_path)]) == 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -17,6 +17,7 @@ from host.planners.base import Options, Progress, Result, Run, Stop
 from host.planners.fpa.engines import CpuEngine, Engine
 from host.planners.fpa.first import first_population
 from host.planners.fpa.kernels import Pollination
+from host.planners.initial import astar_paths, check_init
 
 
 __all__ = ["FlowerPollinationPlanner"]
@@ -60,8 +61,9 @@ class FlowerPollinationPlanner:
     engine : str
         ``cores``, all threads of the evaluator; ``sequential``, one; or ``gpu``. The first two give
         the same result to the last bit, the third rounds differently.
-    given : sequence of (k, 3) float64, metres
-        Paths that the first population starts with, ends included.
+    init : str
+        ``random``, or ``astar``: the first population is of
+        :func:`host.planners.initial.astar_paths`.
     give_up : bool
         Give up a candidate once it cannot be better; the paths found are the same without.
 
@@ -73,7 +75,7 @@ class FlowerPollinationPlanner:
 
     def __init__(
         self, *, two_opt_every: int = TWO_OPT_EVERY, waypoints: int = WAYPOINTS,
-        engine: str = ENGINES[0], given: Sequence[Path] = (), give_up: bool = True,
+        engine: str = ENGINES[0], init: str = "random", give_up: bool = True,
     ) -> None:
         if two_opt_every < 0:
             raise InputError(f"The iterations between 2-opts must be 0 or more, not "
@@ -87,7 +89,7 @@ class FlowerPollinationPlanner:
         self.two_opt_every = two_opt_every
         self.waypoints = waypoints
         self.engine = engine
-        self.given = tuple(given)
+        self.from_astar = check_init(init)
         self.give_up = give_up
 
     def plan(
@@ -110,12 +112,14 @@ class FlowerPollinationPlanner:
         if not _FEWEST <= count <= _MOST:
             raise InputError(f"The population of fpa must be from {_FEWEST} to {_MOST}, not "
                              f"{count}.")
-        space = Airspace(evaluator.problem)
-        paths = first_population(
-            space, np.random.default_rng(options.seed), count, self.waypoints, self.given)
         make_engine = _engine_maker(self.engine, evaluator.threads)
+        space = Airspace(evaluator.problem)
+        rng = np.random.default_rng(options.seed)
 
         run = Run(evaluator, options, progress, stop)
+        found = (astar_paths(run, rng, count, self.waypoints, fewest=self.waypoints)
+                 if self.from_astar else None)
+        paths = first_population(space, rng, count, self.waypoints, found or ())
         fitness = run.fitness(list(paths))
         run.record(0, fitness)
         parameters = Pollination(

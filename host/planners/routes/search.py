@@ -68,6 +68,7 @@ class _Survivor:
 
     def __init__(
         self, field: Field, draws: Draws, rng: np.random.Generator, added: int,
+        given: Sequence[Route] = (),
     ) -> None:
         if not 1 <= added <= _MOST_ADDED:
             raise InputError(f"The crossover points added per generation must be from 1 to "
@@ -76,6 +77,8 @@ class _Survivor:
         self.fitness = 0.0
         self.field, self.draws, self.rng = field, draws, rng
         self._added = added
+        if given:
+            self.compete(given)
 
     @property
     def places(self) -> Ints:
@@ -141,6 +144,8 @@ class DeterministicSearch:
         All that is random.
     added : int
         Crossover points added per generation, 1 to 50.
+    given : sequence of Route
+        Routes of which the best is kept before the first generation.
 
     Raises
     ------
@@ -150,9 +155,9 @@ class DeterministicSearch:
 
     def __init__(
         self, field: Field, draws: Draws, rng: np.random.Generator, *,
-        added: int = ADDED_POINTS,
+        added: int = ADDED_POINTS, given: Sequence[Route] = (),
     ) -> None:
-        self._survivor = _Survivor(field, draws, rng, added)
+        self._survivor = _Survivor(field, draws, rng, added, given)
         self._strands: Segments | None = None
 
     def step(self) -> Generation:
@@ -228,6 +233,8 @@ class ConventionalSearch:
         Crossover points added per generation, 1 to 50.
     chromosomes : int
         Paths in the population, 2 to 10,000; an odd number breeds one child less.
+    given : sequence of Route
+        Routes of which the best is kept before the first generation.
 
     Raises
     ------
@@ -237,12 +244,12 @@ class ConventionalSearch:
 
     def __init__(
         self, field: Field, draws: Draws, rng: np.random.Generator, *,
-        added: int = ADDED_POINTS, chromosomes: int = CHROMOSOMES,
+        added: int = ADDED_POINTS, chromosomes: int = CHROMOSOMES, given: Sequence[Route] = (),
     ) -> None:
         if not _FEWEST_CHROMOSOMES <= chromosomes <= _MOST_CHROMOSOMES:
             raise InputError(f"The population of ga-auv must be from {_FEWEST_CHROMOSOMES} to "
                              f"{_MOST_CHROMOSOMES}, not {chromosomes}.")
-        self._survivor = _Survivor(field, draws, rng, added)
+        self._survivor = _Survivor(field, draws, rng, added, given)
         self._chromosomes = chromosomes
 
     def step(self) -> Generation:

@@ -12,10 +12,12 @@ from host.nofly import Circle
 from host.planners.airspace import Airspace
 from host.planners.astar import AstarPlanner
 from host.planners.base import Options, Run
+from host.planners.fpa.planner import FlowerPollinationPlanner
 from host.planners.ga_fpga import FpgaGeneticPlanner
 from host.planners.ga_pc import PcGeneticPlanner
-from host.planners.initial import astar_paths, check_init, on_lattice
+from host.planners.initial import Variation, astar_paths, check_init, on_lattice
 from host.planners.polylines import lengthened
+from host.planners.spline_routes import ConventionalRoutePlanner, DeterministicRoutePlanner
 from host.terrain import ChipMap
 
 
@@ -35,8 +37,15 @@ def start(evaluator):
     return draw
 
 
-#: With as many paths as draws, so that the tests are quick.
-PLANNERS = {"ga-fpga": partial(FpgaGeneticPlanner, initial_draws=1), "ga-pc": PcGeneticPlanner}
+#: With as many paths as draws, so that the tests are quick; and the waypoints that each may have.
+PLANNERS = {
+    "ga-fpga": (partial(FpgaGeneticPlanner, initial_draws=1), 16),
+    "ga-pc": (partial(PcGeneticPlanner, refits=2), 16),
+    "fpa": (partial(FlowerPollinationPlanner, two_opt_every=0), 6),
+    "fpa-2opt": (partial(FlowerPollinationPlanner, two_opt_every=5), 6),
+    "ga-dp": (DeterministicRoutePlanner, 8),
+    "ga-auv": (ConventionalRoutePlanner, 8),
+}
 
 
 def test_the_best_path_is_there_as_it_is(evaluator, start):
@@ -129,9 +138,9 @@ def test_what_the_search_found_is_evaluated_and_kept(evaluator):
 
 
 @pytest.mark.parametrize("name", PLANNERS)
-def test_genetic_algorithms_start_there(evaluator, name):
-    planner = PLANNERS[name]
-    alone = AstarPlanner().plan(evaluator, Options(generations=8)).evaluation
+def test_planners_start_there(evaluator, name):
+    planner, waypoints = PLANNERS[name]
+    alone = AstarPlanner(max_waypoints=waypoints).plan(evaluator, Options(generations=8)).evaluation
     options = Options(generations=20, seed=2)
     started, again = (planner(init="astar").plan(evaluator, options) for _ in range(2))
     assert np.array_equal(started.path, again.path)
@@ -147,7 +156,7 @@ def test_genetic_algorithms_start_there(evaluator, name):
 
 @pytest.mark.parametrize("name", PLANNERS)
 def test_without_a_way_the_start_is_random(make_evaluator, name):
-    planner = PLANNERS[name]
+    planner, _ = PLANNERS[name]
     evaluator = make_evaluator(nofly=WALLS)
     options = Options(generations=2, seed=3)
     with warnings.catch_warnings(record=True) as caught:
@@ -160,7 +169,60 @@ def test_without_a_way_the_start_is_random(make_evaluator, name):
 def test_refuses_another_start():
     assert check_init("astar")
     assert not check_init("random")
-    for planner in PLANNERS.values():
+    for planner, _ in PLANNERS.values():
         with pytest.raises(InputError) as caught:
             planner(init="best")
         assert str(caught.value) == "The start must be random or astar, not 'best'."
+
+
+def test_a_nudge_moves_one_or_two_neighbours_and_fits_the_altitudes(evaluator, start):
+    paths, fitness = start()
+    best, problem = paths[0], evaluator.problem
+    vary = Variation(problem, np.random.default_rng(4), most=len(best), fewest=2)
+    nudged = [vary.nudged(best) for _ in range(200)]
+    assert {len(path) - len(best) for path in nudged} == {-1, 0, 1}
+    sizes = []
+    for path in nudged:
+        if len(path) == len(best):
+            moved = np.flatnonzero((path[:, :2] != best[:, :2]).any(axis=1))
+            assert moved[-1] - moved[0] <= 1
+            assert 0 < moved[0] <= moved[-1] < len(best) - 1
+            sizes += np.hypot(*(path - best)[moved, :2].T).tolist()
+    # From a ten-thousandth of the way of 5 km to three hundred times as much.
+    assert min(sizes) < 5
+    assert max(sizes) > 100
+    worth = np.array([evaluator.evaluate(path).fitness for path in nudged])
+    assert (worth > 1).mean() > 0.8
+    assert worth.max() > fitness[0]
+    again = Variation(problem, np.random.default_rng(4), most=len(best), fewest=2)
+    assert np.array_equal(again.nudged(best), nudged[0])
+
+
+def test_a_nudge_keeps_the_limits(evaluator, start):
+    paths, _ = start()
+    inner = len(paths[0]) - 2
+    vary = Variation(evaluator.problem, np.random.default_rng(0), most=inner, fewest=inner)
+    assert {len(vary.nudged(paths[0])) for _ in range(50)} == {inner + 2}
+
+
+def test_refits_better_what_the_search_found(evaluator):
+    options = Options(generations=40, seed=5)
+    alone = AstarPlanner().plan(evaluator, Options(generations=8)).evaluation.fitness
+    with_refits, without = (PcGeneticPlanner(init="astar", refits=refits).plan(evaluator, options)
+                            for refits in (4, 0))
+    assert with_refits.evaluation.fitness > alone + 0.002
+    assert with_refits.evaluation.fitness > without.evaluation.fitness + 0.001
+    assert with_refits.evaluations == without.evaluations
+    assert with_refits.seconds["refits"] > 0
+    assert "refits" not in without.seconds
+    assert PcGeneticPlanner(init="astar").refits == 2
+    assert PcGeneticPlanner().refits == 0
+
+
+@pytest.mark.parametrize(("refits", "sentence"), [
+    (-1, "The refits of a generation must be 0 or more, not -1."),
+    (7, "A generation has 6 children, so there can be at most as many refits, not 7.")])
+def test_refuses_refits(evaluator, refits, sentence):
+    with pytest.raises(InputError) as caught:
+        PcGeneticPlanner(refits=refits).plan(evaluator, Options(population=8))
+    assert str(caught.value) == sentence

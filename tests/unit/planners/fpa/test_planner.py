@@ -7,7 +7,7 @@ from host.errors import InputError
 from host.evaluation import Evaluator
 from host.planners import ENGINES, make
 from host.planners.airspace import Airspace
-from host.planners.base import Options, Stop
+from host.planners.base import Options
 from host.planners.fpa.engines import CpuEngine, is_two_opt
 from host.planners.fpa.first import first_population
 from host.planners.fpa.kernels import Pollination
@@ -114,17 +114,6 @@ def test_2_opt_ends_with_better_paths(evaluator):
     means = [np.mean([make(name).plan(evaluator, Options(generations=40, population=24, seed=seed))
                       .evaluation.fitness for seed in range(6)]) for name in ("fpa", "fpa-2opt")]
     assert means[1] > means[0] + 0.01
-
-
-def test_given_paths_are_where_it_starts(evaluator):
-    problem = evaluator.problem
-    good = np.array([problem.start, (3050, 3600, 520), (4800, 3300, 450), problem.goal])
-    planner = make("fpa-2opt", given=[good], waypoints=2)
-    stop = Stop()
-    stop.request()
-    result = planner.plan(evaluator, Options(**SMALL), stop=stop)
-    assert np.array_equal(result.path, good)
-    assert (result.generations, result.evaluations, result.interrupted) == (0, 24, True)
 
 
 def test_stop_criteria(evaluator, record):

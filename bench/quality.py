@@ -59,11 +59,13 @@ def run(options: BenchOptions) -> Report:
         ("terrain", "planner", "feasible", "mean F", "deviation", "best F", "gain over astar",
          "paired p", "evaluations", "seconds"),
     )
+    variants = [variant for variant in VARIANTS
+                if variant.name == _YARDSTICK or options.only in variant.name]
     runs: dict[str, dict[str, list[Outcome]]] = {}
     with ProcessPoolExecutor() as pool:
         for name in (*names(), *SYNTHETIC):
             jobs = {variant.name: [pool.submit(_plan, name, variant, seed)
-                                   for seed in range(options.seeds)] for variant in VARIANTS}
+                                   for seed in range(options.seeds)] for variant in variants}
             runs[name] = {title: [job.result() for job in some] for title, some in jobs.items()}
             yardstick = [outcome["fitness"] for outcome in runs[name][_YARDSTICK]]
             report.rows += [(name, title, *_row(outcomes, yardstick))

@@ -25,7 +25,7 @@ class Options:
     trials : int
         The same in benchmarks that repeat a table of 50 trials.
     only : str
-        Of ``fpga``, the rows that have this in their names.
+        Of ``fpga`` and ``quality``, the rows that have this in their names.
     """
 
     seeds: int = 40

@@ -20,7 +20,7 @@ from hdl.boards.ecp5_floor_plan import floor_plan
 from hdl.boards.route import Routed
 
 
-__all__ = ["BOARDS_TABLE", "LANES_TABLE", "board_jobs", "lanes_jobs"]
+__all__ = ["BOARDS_TABLE", "LANES_TABLE", "board_jobs", "device_of", "lanes_jobs"]
 
 #: Families that can be placed and routed here.
 _FAMILIES = ("ecp5", "ice40")
@@ -47,6 +47,11 @@ class _ChipJob(Job):
         return try_seeds(self.board, folder, seeds=1)[0]
 
 
+def device_of(platform: Any) -> str:
+    """Return the device of an Amaranth platform with its speed grade; an iCE40 has none."""
+    return "-".join(filter(None, (platform.device, getattr(platform, "speed", None))))
+
+
 @dataclass(frozen=True)
 class _BoardJob(_ChipJob):
     """The chip of a board as ``make bitstream`` makes it; the row has the board's name."""
@@ -66,7 +71,7 @@ class _BoardJob(_ChipJob):
         platform, routed = self.board.platform(), self.route(folder)
         achieved, asked = chip_clock(routed)
         return {
-            "device": f"{platform.device}-{platform.speed}",
+            "device": device_of(platform),
             **used(routed, _family(self.board)),
             "asked, MHz": asked,
             "routed, MHz": achieved,

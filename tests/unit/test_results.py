@@ -6,10 +6,11 @@ from pathlib import Path
 import pytest
 
 from bench.fpga import PAGE, STORE, TABLES, render
-from bench.fpga.boards import board_jobs, lanes_jobs
+from bench.fpga.boards import board_jobs, device_of, lanes_jobs
 from bench.fpga.job import Job, Measured
 from bench.fpga.store import Store, Table
 from bench.fpga.units import paper_jobs, unit_jobs
+from hdl.boards import find_board
 from hdl.boards.tools import BuildError
 from host.errors import PathgeneError
 
@@ -51,6 +52,12 @@ def test_every_row_of_every_table_has_a_job():
     # What is made in one folder is routed once: a board, and its chip among the lanes.
     folders = [job.folder for job in jobs]
     assert len(folders) - len(set(folders)) == 2
+
+
+@pytest.mark.parametrize(("board", "device"), [
+    ("ulx3s-85f", "LFE5U-85F-6"), ("ecpix5-85f", "LFE5UM5G-85F-8"), ("icebreaker", "iCE40UP5K")])
+def test_devices_have_their_names(board, device):
+    assert device_of(find_board(board).platform()) == device
 
 
 def test_only_what_has_changed_is_measured(root):

@@ -1,7 +1,7 @@
 """Samples of a path on the rasters, compiled: d_ut and d_nf of equation (1).
 
 Each piece is cut into equal parts; the mid-point stands for the part. Scalar functions as in
-:mod:`host.evaluation.kernels`.
+:mod:`host.evaluation.pieces`.
 """
 
 import math

@@ -22,15 +22,13 @@ from numba import cuda, float64, int32, int64
 from numpy.typing import NDArray
 
 from host.evaluation import Evaluator
-from host.evaluation.kernels import (
+from host.evaluation.kernels import corners_m, cost_of, fitness_of
+from host.evaluation.pieces import (
     LENGTH,
     PIECE_FIELDS,
     STEEP,
     TURN_FIELDS,
     area_and_fuel,
-    corners_m,
-    cost_of,
-    fitness_of,
     judge_slope,
     lay_segment,
     lay_turn,

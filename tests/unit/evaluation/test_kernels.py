@@ -7,14 +7,8 @@ import pytest
 
 from host.evaluation import Evaluator, reference
 from host.evaluation.geometry import COLLINEAR_RAD, Arc, smooth
-from host.evaluation.kernels import (
-    _ARC_PARTS_IN_WIND,
-    _COLLINEAR_RAD,
-    _SLOPE_TOLERANCE_RAD,
-    BELOW_TWO,
-    WORST_FITNESS,
-    fitness_of,
-)
+from host.evaluation.kernels import BELOW_TWO, WORST_FITNESS, fitness_of
+from host.evaluation.pieces import _ARC_PARTS_IN_WIND, _COLLINEAR_RAD, _SLOPE_TOLERANCE_RAD
 from host.nofly import Circle, Polygon
 
 

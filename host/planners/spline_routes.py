@@ -164,12 +164,10 @@ class DeterministicRoutePlanner:
         """
         if options.population is not None:
             raise InputError("ga-dp has no population; leave out --population.")
-        run = Run(evaluator, options, progress, stop)
-        field = TerrainField(run, reading=self.reading)
-        rng = np.random.default_rng(options.seed)
-        return _searched(run, DeterministicSearch(
-            field, Draws(Airspace(evaluator.problem), self.draws), rng, added=self.added_points,
-            given=_given(run, field, rng) if self.from_astar else ()))
+        problem = _Problem(Run(evaluator, options, progress, stop), self.reading, self.from_astar)
+        return problem.searched(DeterministicSearch(
+            problem.field, problem.draws(self.draws), problem.rng, added=self.added_points,
+            given=problem.given))
 
 
 class ConventionalRoutePlanner:
@@ -202,26 +200,35 @@ class ConventionalRoutePlanner:
             If the population or an option is out of range, or nothing of the map is free.
         """
         count = CHROMOSOMES if options.population is None else options.population
-        run = Run(evaluator, options, progress, stop)
-        field = TerrainField(run)
-        rng = np.random.default_rng(options.seed)
-        return _searched(run, ConventionalSearch(
-            field, Draws(Airspace(evaluator.problem), self.draws), rng, added=self.added_points,
-            chromosomes=count, given=_given(run, field, rng) if self.from_astar else ()))
+        problem = _Problem(Run(evaluator, options, progress, stop), READINGS[0], self.from_astar)
+        return problem.searched(ConventionalSearch(
+            problem.field, problem.draws(self.draws), problem.rng, added=self.added_points,
+            chromosomes=count, given=problem.given))
 
 
-def _given(run: Run, field: TerrainField, rng: np.random.Generator) -> list[Route]:
-    """The best route of a grid search, if there is a way."""
-    found = astar_paths(run, rng, 1, MOST_POINTS - 2)
-    return [] if found is None else [field.route(path) for path in found]
+class _Problem:
+    """What both searches are given for a run, and the run."""
 
+    def __init__(self, run: Run, reading: str, from_astar: bool) -> None:
+        self._run = run
+        self.field = TerrainField(run, reading=reading)
+        self.rng = np.random.default_rng(run.options.seed)
+        #: The best route of a grid search, if one is asked for and there is a way.
+        self.given: list[Route] = []
+        if from_astar:
+            found = astar_paths(run, self.rng, 1, MOST_POINTS - 2)
+            self.given = [] if found is None else [self.field.route(path) for path in found]
 
-def _searched(run: Run, search: Search) -> Result:
-    """Run generations until a stop criterion is met."""
-    run.record(0, search.step().fitness)
-    generation = 0
-    with run.search():
-        while run.stopped_by() is None:
-            generation += 1
-            run.record(generation, search.step().fitness)
-    return run.result()
+    def draws(self, kind: str) -> Draws:
+        return Draws(Airspace(self._run.evaluator.problem), kind)
+
+    def searched(self, search: Search) -> Result:
+        """Run generations until a stop criterion is met."""
+        run = self._run
+        run.record(0, search.step().fitness)
+        generation = 0
+        with run.search():
+            while run.stopped_by() is None:
+                generation += 1
+                run.record(generation, search.step().fitness)
+        return run.result()

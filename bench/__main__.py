@@ -52,6 +52,9 @@ def main() -> int:
     if unknown:
         print(f"bench: no benchmark {unknown[0]}; choose from {', '.join(NAMES)}", file=sys.stderr)
         return 2
+    if arguments.seeds is not None and arguments.seeds < 1:
+        print(f"bench: --seeds must be 1 or more, not {arguments.seeds}", file=sys.stderr)
+        return 2
     options = Options(only=arguments.only)
     if arguments.seeds is not None:
         options = replace(options, seeds=arguments.seeds, trials=arguments.seeds)

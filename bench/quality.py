@@ -13,6 +13,7 @@ from scipy.stats import ttest_rel
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import SYNTHETIC, names, problem
+from host.errors import InputError
 from host.evaluation import Evaluator
 from host.planners import PLANNERS, make
 from host.planners.base import Options
@@ -59,6 +60,9 @@ def run(options: BenchOptions) -> Report:
         ("terrain", "planner", "feasible", "mean F", "deviation", "best F", "gain over astar",
          "paired p", "evaluations", "seconds"),
     )
+    if not any(options.only in variant.name for variant in VARIANTS):
+        raise InputError(f"No planner of the benchmark has {options.only!r} in its name; there are "
+                         f"{', '.join(variant.name for variant in VARIANTS)}.")
     variants = [variant for variant in VARIANTS
                 if variant.name == _YARDSTICK or options.only in variant.name]
     runs: dict[str, dict[str, list[Outcome]]] = {}

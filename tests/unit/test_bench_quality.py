@@ -4,7 +4,10 @@ import math
 
 import pytest
 
-from bench.quality import VARIANTS, _row
+from bench.__main__ import main
+from bench.quality import VARIANTS, _row, run
+from bench.report import Options
+from host.errors import InputError
 from host.planners import PLANNERS, make
 
 
@@ -31,3 +34,14 @@ def test_gains_are_paired_by_seed():
     assert p_value == pytest.approx(1 - t / math.sqrt(2 + t * t))
     assert (evaluations, seconds) == (10, 2.0)
     assert _row(outcomes, fitness)[5] == "-"
+
+
+def test_unknown_name_is_refused():
+    with pytest.raises(InputError, match=r"^No planner of the benchmark has 'anneal' in its"):
+        run(Options(only="anneal"))
+
+
+def test_no_seeds_are_refused(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["bench", "quality", "--seeds", "0"])
+    assert main() == 2
+    assert capsys.readouterr().err == "bench: --seeds must be 1 or more, not 0\n"

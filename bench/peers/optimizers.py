@@ -64,7 +64,7 @@ def _pymoo(algorithm: str) -> Callable[[Objective, int, int], None]:
         from pymoo.core.problem import Problem
         from pymoo.optimize import minimize
 
-        class Paths(Problem):  # type: ignore[misc]
+        class Paths(Problem):  # type: ignore[misc]  # pymoo has no types.
             def __init__(self) -> None:
                 super().__init__(
                     n_var=len(objective.low), n_obj=1, xl=objective.low, xu=objective.high

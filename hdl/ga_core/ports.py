@@ -5,7 +5,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
-from hdl.ga_core.multiplexer import gated
+from hdl.ga_core.multiplexer import gated_tree
 from hdl.ga_core.slot_mapping import carriers
 
 
@@ -65,10 +65,12 @@ class Ports(wiring.Component):
             chosen = Signal(len(select), name=f"select_{number}", reset_less=True)
             port = Signal(len(waypoint), name=f"port_{number}", reset_less=True)
             m.d.sync += chosen.eq(select)
+            # Not within a condition, which would be an input more of every table.
+            passing = gated_tree(m, chosen, self.slots, f"of_slots_{number}")
             m.d.comb += waypoint.eq(port)
             with m.If(self.writing[number // _PORTS_OF_PART]):
                 m.d.sync += port.eq(self.written)
             with m.Elif(self.step if number == 0 else C(1)):
-                m.d.sync += port.eq(gated(chosen, self.slots))
+                m.d.sync += port.eq(passing)
 
         return m

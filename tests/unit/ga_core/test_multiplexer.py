@@ -4,7 +4,7 @@ import pytest
 from amaranth.hdl import Module, Signal
 from amaranth.sim import Simulator
 
-from hdl.ga_core.multiplexer import chosen, gated
+from hdl.ga_core.multiplexer import chosen, gated, gated_tree
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 5, 8, 11, 32])
@@ -26,13 +26,14 @@ def test_every_index(count):
     simulator.run()
 
 
-@pytest.mark.parametrize("count", [1, 2, 5, 32])
-def test_every_bit_of_a_selection(count):
+@pytest.mark.parametrize("count", [1, 2, 5, 8, 9, 32])
+@pytest.mark.parametrize("tree", [False, True])
+def test_every_bit_of_a_selection(count, tree):
     items = [Signal(6, init=40 - i, name=f"item_{i}") for i in range(count)]
     select = Signal(count)
     out = Signal(6)
     m = Module()
-    m.d.comb += out.eq(gated(select, items))
+    m.d.comb += out.eq(gated_tree(m, select, items, "part") if tree else gated(select, items))
 
     async def testbench(ctx):
         assert ctx.get(out) == 0

@@ -16,9 +16,10 @@ _SIZES = Config(checker=CheckerBuild.PARALLEL, lanes=8)
 BOARD = Board(
     name="ulx3s-85f",
     platform=ULX3S_85F_Platform,
-    # 25 MHz to 75 MHz; its USB bridge, an FT231X, goes up to 3 Mbaud.
-    pll=Ecp5Pll(feedback_divider=3, output_divider=8),
+    # 25 MHz to 100 MHz; its USB bridge, an FT231X, goes up to 3 Mbaud.
+    pll=Ecp5Pll(feedback_divider=4, output_divider=6),
     reset=("button_fire", 0),
     sizes=_SIZES,
+    seed=2,
     overrides={**OVERRIDES, "script_after_synth": floor_plan(_SIZES)},
 )

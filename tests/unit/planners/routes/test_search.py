@@ -188,6 +188,18 @@ def test_roulette_and_mutation_of_the_conventional_search():
         assert at.tolist() == list(child.points)
 
 
+def test_a_child_that_is_fitter_than_all_parents_survives():
+    field, search = searched(ConventionalSearch)
+    survived = 0
+    for _ in range(25):
+        generation = search.step()
+        parents, children = np.split(generation.fitness, 2)
+        if children.max() > parents.max():
+            survived += 1
+            assert 1 / field.cost(generation.best) == pytest.approx(children.max(), rel=1e-12)
+    assert survived > 0
+
+
 @pytest.mark.parametrize(("kind", "options", "sentence"), [
     (DeterministicSearch, {"added": 0},
      "The crossover points added per generation must be from 1 to 50, not 0."),

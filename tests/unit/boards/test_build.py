@@ -1,11 +1,11 @@
 """The flow of a bitstream, with programs in the tools' places that do what they are told."""
 
-import dataclasses
 import json
 import stat
 import sys
 import textwrap
 import time
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -18,6 +18,8 @@ from hdl.boards.route import Routed, route
 from hdl.boards.tools import BuildError, tool_path
 
 
+# Whatever seed its file names.
+BOARD = replace(find_board("ulx3s-85f"), seed=1)
 COMMANDS = [
     ["yosys", "-q", "chip.ys"],
     ["nextpnr-ecp5", "--json", "chip.json", "--textcfg", "chip.config"],
@@ -76,6 +78,7 @@ def tools(tmp_path, monkeypatch):
             return COMMANDS
 
         monkeypatch.setattr(flow, "prepare", prepare)
+        monkeypatch.setattr(flow, "find_board", lambda name: replace(find_board(name), seed=1))
 
     return install
 
@@ -87,20 +90,20 @@ def calls(tmp_path):
 def test_seeds_until_timing_closes(tools, tmp_path):
     tools(achieved=(80, 99.9, 100, 120))
     folder = tmp_path / "out"
-    routed = build(find_board("ulx3s-85f"), folder, jobs=1)
+    routed = build(BOARD, folder, jobs=1)
     assert routed == Routed(seed=3, clocks={"clock": (100, 100)}, cells={"DP16KD": (192, 208)})
     assert [call[0] for call in calls(tmp_path)] == ["yosys", *["nextpnr-ecp5"] * 3, "ecppack"]
     assert (folder / "chip.bit").read_text() == "3"
     report = json.loads((folder / "report.json").read_text())
     assert report["board"] == "ulx3s-85f"
-    assert report["build_id"] == find_board("ulx3s-85f").config.build_id
+    assert report["build_id"] == BOARD.config.build_id
     assert report["seed"] == 3
     assert report["clocks"] == {"clock": [100, 100]}
 
 
 def test_the_boards_seed_is_tried_first(tools, tmp_path):
     tools(achieved=(90, 91, 92, 93))
-    board = dataclasses.replace(find_board("ulx3s-85f"), seed=3)
+    board = replace(BOARD, seed=3)
     with pytest.raises(BuildError, match=r"the best, 4, reaches 93\.0%"):
         build(board, tmp_path / "out", seeds=4, jobs=1)
     seeds = [call[call.index("--seed") + 1] for call in calls(tmp_path) if "--seed" in call]
@@ -110,14 +113,14 @@ def test_the_boards_seed_is_tried_first(tools, tmp_path):
 def test_a_seed_that_closes_ends_the_later_ones(tools, tmp_path):
     tools(achieved=(90, 100, 101), slow={3: 3600})
     folder = tmp_path / "out"
-    assert build(find_board("ulx3s-85f"), folder, seeds=3, jobs=3).seed == 2
+    assert build(BOARD, folder, seeds=3, jobs=3).seed == 2
     assert (folder / "chip.config").read_text() == "2"
     assert (folder / "nextpnr-ecp5.log").read_text() == "the output of nextpnr-ecp5\n"
 
 
 def test_an_earlier_seed_is_waited_for(tools, tmp_path):
     tools(achieved=(100, 101, 102), slow={1: 2})
-    assert build(find_board("ulx3s-85f"), tmp_path / "out", seeds=3, jobs=2).seed == 1
+    assert build(BOARD, tmp_path / "out", seeds=3, jobs=2).seed == 1
     seeds = [call[call.index("--seed") + 1] for call in calls(tmp_path) if "--seed" in call]
     assert sorted(seeds) == ["1", "2"]
 
@@ -134,7 +137,7 @@ def test_the_best_is_kept_where_none_is_enough(tools, tmp_path):
 def test_nothing_is_done_twice(tools, tmp_path):
     tools(achieved=(80, 100))
     folder = tmp_path / "out"
-    board = find_board("ulx3s-85f")
+    board = BOARD
 
     def run(**options):
         (tmp_path / "calls").unlink(missing_ok=True)
@@ -163,7 +166,7 @@ def test_nothing_is_done_twice(tools, tmp_path):
 def test_a_seed_that_fails(tools, tmp_path, capfd):
     tools(status=7, failing="nextpnr-ecp5")
     with pytest.raises(BuildError, match=r"^nextpnr-ecp5 failed with status 7; .*nextpnr-ecp5.log"):
-        build(find_board("ulx3s-85f"), tmp_path / "out", jobs=1)
+        build(BOARD, tmp_path / "out", jobs=1)
     assert "the output of nextpnr-ecp5" in capfd.readouterr().err
 
 
@@ -173,7 +176,7 @@ def test_no_seed_closes(tools, tmp_path):
         BuildError,
         match=r"^No seed closes timing on ulx3s-85f: the best, 2, reaches 99.9% of what is asked.$",
     ):
-        build(find_board("ulx3s-85f"), tmp_path / "out", seeds=3)
+        build(BOARD, tmp_path / "out", seeds=3)
     assert not (tmp_path / "out" / "chip.bit").exists()
 
 
@@ -183,7 +186,7 @@ def test_a_tool_that_fails(tools, tmp_path, capfd):
     with pytest.raises(
         BuildError, match=r"^yosys failed with status 3; its output is in .*\.log.$"
     ):
-        build(find_board("ulx3s-85f"), folder)
+        build(BOARD, folder)
     assert len(calls(tmp_path)) == 1
     assert "the output of yosys" in capfd.readouterr().err
 

@@ -106,7 +106,8 @@ def test_altitudes_round_down_even_a_hair_below_a_step(place, step, towards):
 def test_holds_the_relief_and_headroom_with_the_least_step(place):
     chip, terrain = ChipMap(Sizes(), place), place.terrain
     top = terrain.highest + max(150.0, 0.1 * (terrain.highest - terrain.lowest))
-    assert terrain.lowest - 1 < chip.base_m <= terrain.lowest
+    # Exactly: a hair under 0 less 1 is no other number than -1.
+    assert Fraction(terrain.lowest) - 1 < Fraction(chip.base_m) <= Fraction(terrain.lowest)
     assert (chip.step_m * 64).is_integer()
     assert chip.top_m >= top
     assert chip.base_m + 4094 * (chip.step_m - 1 / 64) < top

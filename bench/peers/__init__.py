@@ -5,11 +5,11 @@ from __future__ import annotations
 import importlib.util
 import sys
 import time
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib import metadata
 from statistics import mean
+from typing import NamedTuple
 
 import numpy as np
 
@@ -43,6 +43,13 @@ class _Outcome:
     early: float
 
 
+class _Rates(NamedTuple):
+    """Candidates a second of ``fpa-2opt``: in full or cut short, and where all are in full."""
+
+    judged: float
+    full: float
+
+
 def run(options: BenchOptions, *, iterations: int = _ITERATIONS) -> Report:
     """Give every peer that is installed as many evaluations, or seconds, as ``fpa-2opt`` takes."""
     report = Report(
@@ -69,9 +76,11 @@ def run(options: BenchOptions, *, iterations: int = _ITERATIONS) -> Report:
     # As fast as it evaluates, too: what is cut short takes time, but counts for nothing.
     full = [_ours(evaluator, seed, iterations, give_up=False) for seed in seeds]
     # The same candidates are judged with and without cutting short.
-    judged = [(whole.evaluations / outcome.seconds, whole.evaluations / whole.seconds)
-              for outcome, whole in zip(ours, full, strict=True)]
-    rates = tuple(mean(of_seed) for of_seed in zip(*judged, strict=True))
+    rates = _Rates(
+        judged=mean(whole.evaluations / outcome.seconds
+                    for outcome, whole in zip(ours, full, strict=True)),
+        full=mean(whole.evaluations / whole.seconds for whole in full),
+    )
     _add(report, "fpa-2opt", "batches", ours, rates)
     _add(report, "fpa-2opt, all in full", "batches", full, rates)
     missing = set()
@@ -148,14 +157,12 @@ def _sampled(planner: str, evaluator: Evaluator, seed: int, seconds: float) -> _
 
 
 def _add(
-    report: Report, name: str, hands_over: str, outcomes: list[_Outcome], ours: Sequence[float]
+    report: Report, name: str, hands_over: str, outcomes: list[_Outcome], ours: _Rates
 ) -> None:
-    """Add a row; ``ours`` are candidates a second that fpa-2opt judges, and those in full."""
     count, seconds = (
         mean(getattr(outcome, what) for outcome in outcomes) for what in ("evaluations", "seconds")
     )
     rate = count / seconds
-    judged, full = ours
     report.rows.append(
         (
             name,
@@ -163,8 +170,8 @@ def _add(
             round(count) if count else "-",
             seconds,
             rate if count else "-",
-            full / rate if count else "-",
-            judged / rate if count else "-",
+            ours.full / rate if count else "-",
+            ours.judged / rate if count else "-",
             f"{sum(outcome.feasible for outcome in outcomes)}/{len(outcomes)}",
             mean(outcome.fitness for outcome in outcomes),
             mean(outcome.early for outcome in outcomes),

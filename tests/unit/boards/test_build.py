@@ -137,11 +137,10 @@ def test_the_best_is_kept_where_none_is_enough(tools, tmp_path):
 def test_nothing_is_done_twice(tools, tmp_path):
     tools(achieved=(80, 100))
     folder = tmp_path / "out"
-    board = BOARD
 
     def run(**options):
         (tmp_path / "calls").unlink(missing_ok=True)
-        seed = build(board, folder, jobs=1, **options).seed
+        seed = build(BOARD, folder, jobs=1, **options).seed
         assert (folder / "chip.bit").read_text() == str(seed)
         return [call[0] for call in calls(tmp_path)]
 

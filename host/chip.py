@@ -39,6 +39,8 @@ __all__ = ["Chip", "Step", "pack_waypoints", "unpack_waypoints"]
 
 #: Bytes of waypoints in one frame of a transfer: short enough to survive a bad line.
 _TRANSFER_BYTES = 128
+#: Height of a cell of which nobody knows what the chip holds.
+_UNKNOWN = -1
 #: Frames of the map between two reports of progress.
 _FRAMES_PER_REPORT = 64
 
@@ -108,6 +110,8 @@ class Chip:
         self._steps = 0
         self.info = self._ask_info()
         self.config = self._checked_config()
+        # The host's copy of the map.
+        self._heights = np.full((self.config.map_size,) * 2, _UNKNOWN, dtype=np.int32)
         link.open(self.info["session"], credit=self.config.receive_buffer)
 
     def __enter__(self) -> Self:
@@ -255,7 +259,12 @@ class Chip:
             If ``heights`` is no such array, or leaves the map.
         """
         self._require_checker()
+        heights = np.asarray(heights)
         frames = list(map_frames(self.config, heights, x, y))
+        rows, columns = heights.shape
+        part_of_map = self._heights[y : y + rows, x : x + columns]
+        # Nobody knows what a transfer that fails has written.
+        part_of_map[...] = _UNKNOWN
         cells = sum(size for _, size in frames)
         done = 0
         for first in range(0, len(frames), _FRAMES_PER_REPORT):
@@ -264,6 +273,44 @@ class Chip:
             done += sum(size for _, size in part)
             if progress:
                 progress(done, cells)
+        part_of_map[...] = heights
+
+    def update_map(
+        self,
+        heights: NDArray[np.integer],
+        *,
+        progress: Callable[[int, int], object] | None = None,
+    ) -> None:
+        """Make ``heights`` the chip's map, sending only the rectangle that holds every change.
+
+        What is compared with is what this object has written: nothing goes over the line if that is
+        ``heights``, and all of it does the first time, or after an upload that failed.
+
+        Parameters
+        ----------
+        heights : ndarray
+            ``(map_size, map_size)`` integers, as for :meth:`upload_map`.
+        progress : callable, optional
+            As for :meth:`upload_map`.
+
+        Raises
+        ------
+        InputError
+            If the chip has no map.
+        ValueError
+            If ``heights`` is no whole map.
+        """
+        self._require_checker()
+        heights = np.asarray(heights)
+        if heights.shape != self._heights.shape:
+            raise ValueError(
+                f"Heights must be a whole map of {self._heights.shape}, not of {heights.shape}"
+            )
+        rows, columns = np.nonzero(self._heights != heights)
+        if len(rows):
+            south, west = int(rows.min()), int(columns.min())
+            changed = heights[south : rows.max() + 1, west : columns.max() + 1]
+            self.upload_map(changed, west, south, progress=progress)
 
     def check_path(self, points: Sequence[int], *, counting: bool = False) -> Checked:
         """Check one path against the chip's map.

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hdl.config import CheckerBuild
 from host.chip import Chip, pack_waypoints
 from host.evaluation.geometry import smooth
 from host.evaluation.track import SmoothedTrack
@@ -51,7 +52,7 @@ class BoardCounts:
         self._counted = self._in_full = self._samples = self._claimed = 0
         self._refuted: Counter[str] = Counter()
         with run.phase("link"):
-            chip.upload_map(grid.heights)
+            chip.update_map(grid.heights)
 
     def fitness(self, paths: Sequence[Path], slot: int) -> NDArray[np.float64]:
         """Fitness of the paths in consecutive slots of the chip, with the chip's counts.
@@ -122,9 +123,13 @@ class BoardCounts:
         }
 
     def _metres_per_cell(self, path: Path, segment: int) -> float:
+        config = self._chip.config
         ends = path[segment : segment + 2]
-        cells = self._grid.to_cells(ends)
-        across = int(np.abs(cells[1, :2] - cells[0, :2]).max()) + 1
+        cells = self._grid.to_cells(ends)[:, :2]
+        # The paper's build counts the cells of its coarse map there.
+        if config.checker is CheckerBuild.TWO_TIER and segment >= config.DETAILED_SEGMENTS:
+            cells //= config.coarse_factor
+        across = int(np.abs(cells[1] - cells[0]).max()) + 1
         return float(np.hypot(*(ends[1, :2] - ends[0, :2]))) / across
 
     def _samples_of(self, path: Path) -> int:

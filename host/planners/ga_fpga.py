@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -69,7 +71,8 @@ class FpgaGeneticPlanner:
         ``random``, or ``astar``: the paths drawn are of :func:`host.planners.initial.astar_paths`,
         on the cells and altitude steps of the chip.
     open_board : callable, optional
-        Returns the :class:`~host.chip.Chip` at a URL.
+        Returns a context manager of the :class:`~host.chip.Chip` at a URL, which each run leaves at
+        its end; one that keeps the chip open lets the next run find its map there.
 
     Raises
     ------
@@ -81,7 +84,7 @@ class FpgaGeneticPlanner:
     def __init__(
         self, *, board: str = "model:", link_mode: str = "rank", initial_draws: int = 4,
         feasibility: str = "host", init: str = "random",
-        open_board: Callable[[str], Chip] | None = None,
+        open_board: Callable[[str], AbstractContextManager[Chip]] | None = None,
     ) -> None:
         names = [mode.name.lower() for mode in LinkMode]
         if link_mode not in names:
@@ -151,7 +154,7 @@ class FpgaGeneticPlanner:
         with run.phase("map"):
             return draw_paths(grid, config, rng, count)
 
-    def _open(self) -> Chip:
+    def _open(self) -> AbstractContextManager[Chip]:
         return (self._open_board or open_board)(self.board)
 
 
@@ -179,6 +182,7 @@ class _Loop:
         self._chip, self._grid, self._run, self._mode = chip, grid, run, mode
         self._start, self._goal = np.array([problem.start]), np.array([problem.goal])
         self._after: dict[str, int] = {}
+        self._traffic_before = replace(chip.link.traffic)
         with run.phase("link"):
             self._before = chip.counters()
             chip.start(run.options.seed, grid.limits, avoid_ground=on_board)
@@ -259,7 +263,8 @@ class _Loop:
 
     def hardware(self) -> dict[str, Any]:
         """The block ``hardware`` of a summary."""
-        chip = self._chip
+        chip, before = self._chip, self._traffic_before
+        traffic = chip.link.traffic
         hardware = {
             "clock_hz": chip.config.clock_hz,
             "build_id": f"{chip.config.build_id:08x}",
@@ -268,8 +273,8 @@ class _Loop:
             "cycles": {name: self.counted(counter) for name, counter in _CYCLES.items()},
             "bytes": {"to_board": self.counted("bytes_received"),
                       "from_board": self.counted("bytes_sent")},
-            "frames": {"repeated": chip.link.traffic.frames_repeated,
-                       "damaged": chip.link.traffic.frames_damaged},
+            "frames": {"repeated": traffic.frames_repeated - before.frames_repeated,
+                       "damaged": traffic.frames_damaged - before.frames_damaged},
             "generations": self.counted("generations"),
             "longest_generation_cycles": self._after["longest"],
             "refused_mutations": self.counted("refused_mutations"),

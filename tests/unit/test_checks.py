@@ -18,7 +18,7 @@ from hdl.protocol import (
 from host.checks import map_frames
 from host.chip import Chip
 from host.errors import InputError
-from host.link import Link, RefusedError
+from host.link import Link, LinkError, RefusedError
 from sim.model.checker import check_path
 from sim.model.chip import ChipModel
 from sim.model.port import ModelPort
@@ -129,6 +129,41 @@ def test_a_part_of_the_map():
     assert (port.chip.checking.terrain.heights == expected).all()
 
 
+@pytest.mark.parametrize(
+    ("south", "west", "rows", "columns"), [(0, 0, 0, 0), (7, 12, 5, 3), (9, 2, 1, 1)]
+)
+def test_only_what_has_changed_is_sent(south, west, rows, columns):
+    chip, port = opened(CHECKING)
+    heights = heights_of(CHECKING, np.random.default_rng(5), 16, 16)
+    chip.upload_map(heights[:3])
+    chip.update_map(heights)  # What was never written, too.
+    port.commands.clear()
+    heights[south : south + rows, west : west + columns] ^= 1
+    chip.update_map(heights)
+    assert (port.chip.checking.terrain.heights == heights).all()
+    layout = map_request(CHECKING)
+    sent = [layout.unpack(payload[: layout.size]) for _, payload in port.commands]
+    assert sum(tile["width"] * tile["height"] for tile in sent) == rows * columns
+
+
+def test_an_upload_that_failed_is_sent_again():
+    chip, port = opened(CHECKING)
+    heights = heights_of(CHECKING, np.random.default_rng(6), 16, 16)
+    chip.update_map(heights)
+    transfer = chip.link.transfer
+
+    def lost(requests):
+        transfer(requests)
+        raise LinkError("lost")
+
+    chip.link.transfer = lost
+    with pytest.raises(LinkError):
+        chip.update_map(heights ^ 1)
+    chip.link.transfer = transfer
+    chip.update_map(heights)
+    assert (port.chip.checking.terrain.heights == heights).all()
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_a_map_over_a_bad_line(seed):
     port = ModelPort(ChipModel(CHECKING.replace(map_size=64)))
@@ -158,6 +193,11 @@ def test_a_map_over_a_bad_line(seed):
 def test_wrong_heights(chip, heights, x, y, sentence):
     with pytest.raises(ValueError, match=sentence):
         chip.upload_map(heights, x, y)
+
+
+def test_a_part_is_no_whole_map(chip):
+    with pytest.raises(ValueError, match=r"must be a whole map of \(16, 16\), not of \(16, 15\)$"):
+        chip.update_map(np.zeros((16, 15), int))
 
 
 @pytest.mark.parametrize("counting", [False, True])
@@ -241,6 +281,7 @@ def test_without_a_checker():
     )
     for ask in (
         lambda: chip.upload_map(np.zeros((1, 1), int)),
+        lambda: chip.update_map(np.zeros((1, 1), int)),
         lambda: chip.check_path([1, 2]),
         lambda: chip.check_population(1, 2),
     ):

@@ -113,6 +113,20 @@ def _print(summary: dict[str, Any], written: list[Path]) -> None:
         *term_pairs(summary),
         ("generations", f"{summary['generations']}"),
         ("evaluations", f"{summary['evaluations']}"),
+        *_counted(summary["hardware"] or {}),
         ("time", f"{summary['seconds']['total']:.2f} s"),
         *(("written", str(path)) for path in written),
     ])
+
+
+def _counted(hardware: dict[str, Any]) -> list[tuple[str, str]]:
+    """What the board's collision checker did and saved, if it was asked to."""
+    if (counted := hardware.get("feasibility")) is None:
+        return []
+    refuted = sum(counted["refuted_by"].values())
+    return [
+        ("counted on board", f"{counted['counted_on_board']} paths"),
+        ("  evaluated in full", f"{counted['evaluated_in_full']}, of which {refuted} were counted "
+         "feasible and are not"),
+        ("  samples saved", f"{counted['host_samples_saved']}"),
+    ]

@@ -105,6 +105,17 @@ def test_same_seed_same_path_in_every_link_mode(planned, hills, tmp_path, capsys
     assert "fitness" in capsys.readouterr().out
 
 
+def test_collisions_counted_by_the_board(hills, tmp_path, capsys):
+    assert main(["plan", "--terrain", str(hills), *ENDS, "--generations", "40", "--seed", "1",
+                 "--feasibility", "board", "--out", str(tmp_path)]) == 0
+    summary, said = summary_in(tmp_path), capsys.readouterr().out
+    counted = summary["hardware"]["feasibility"]
+    assert 0 < counted["evaluated_in_full"] < counted["counted_on_board"] == 128 + 40 * 22
+    assert f"{counted['counted_on_board']} paths" in said
+    assert main(["check", "--path", str(tmp_path / "summary.json"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["fitness"] == summary["fitness"]
+
+
 def test_baseline_and_an_option_it_does_not_know(hills, tmp_path, capsys):
     assert main(["plan", "--terrain", str(hills), *ENDS, "--planner", "ga-pc", "--generations",
                  "40", "--board", "sim:", "--out", str(tmp_path)]) == 0

@@ -7,8 +7,14 @@ import pytest
 
 from hdl.config import CheckerBuild
 from hdl.protocol import Command, LinkMode, StickyError
+from host import uav
 from host.board import open_board, start_simulated
+from host.evaluation import Evaluator
 from host.link import RefusedError
+from host.planners.base import Options
+from host.planners.ga_fpga import FpgaGeneticPlanner
+from host.problem import Problem
+from host.terrain import Terrain
 from tests.chips import SMALL, Pair, board_url, random_path, without_line_clocks
 from tests.fuzz import Fuzz
 
@@ -119,6 +125,29 @@ def test_a_chip_that_only_checks(pair, checker):
     counters, expected = chips.board.counters(), chips.model.counters()
     assert without_line_clocks(counters) == without_line_clocks(expected)
     assert counters["paths"] == 20
+
+
+@CHIP
+def test_plans_with_its_counts_as_the_model_does(config):
+    elevation = np.full((31, 31), 100.0)
+    elevation[:24, 14:17] = 500.0
+    terrain = Terrain(
+        name="wall", elevation=elevation, dx_m=100.0, dy_m=100.0, crs=None, origin=(0.0, 0.0)
+    )
+    problem = Problem(terrain, (200, 300, 200), (2800, 300, 200), uav.load("silver-fox"))
+    evaluator, options = Evaluator(problem, threads=1), Options(generations=15, seed=2)
+    board, model = (
+        FpgaGeneticPlanner(board=board_url(scheme, config), feasibility="board").plan(
+            evaluator, options
+        )
+        for scheme in ("sim", "model")
+    )
+    assert board.history == model.history
+    assert np.array_equal(board.path, model.path)
+    told, expected = (run.hardware["feasibility"] for run in (board, model))
+    assert told == expected
+    assert told["redrawn"] > 0
+    assert board.hardware["cycles"]["feasibility"] == model.hardware["cycles"]["feasibility"] > 0
 
 
 def test_icarus_agrees(pair, icarus):

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import os
 import sys
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import nullcontext
+from operator import itemgetter
 from statistics import mean
 from typing import Any
 
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import names, problem
+from host.board import open_board
 from host.evaluation import Evaluator
 from host.planners import make
-from host.planners.base import Options
+from host.planners.base import Options, Planner
 
 
 __all__ = ["run"]
@@ -44,14 +49,19 @@ def run(options: BenchOptions) -> Report:
     runs: dict[str, Any] = {}
     cases = [(name, "model:") for name in names()]
     cases += [(name, "sim:") for name in names()[:_SIMULATED]]
-    with ProcessPoolExecutor() as pool:
+    workers = min(os.cpu_count() or 1, options.seeds)
+    with ProcessPoolExecutor(workers) as pool:
         for name, board in cases:
             seeds = range(options.seeds)
             ways: dict[str, list[Outcome]] = {}
             for way in ("host", "board"):
                 where = board if way == "board" else "model:"
-                jobs = [pool.submit(_plan, name, where, way, seed) for seed in seeds]
-                ways[way] = [job.result() for job in jobs]
+                jobs = [
+                    pool.submit(_plans, name, where, way, seeds[first::workers])
+                    for first in range(workers)
+                ]
+                outcomes = [outcome for job in jobs for outcome in job.result()]
+                ways[way] = sorted(outcomes, key=itemgetter("seed"))
             counted = [outcome["hardware"]["feasibility"] for outcome in ways["board"]]
             report.rows.append(
                 (
@@ -78,9 +88,17 @@ def run(options: BenchOptions) -> Report:
     return report
 
 
-def _plan(name: str, board: str, way: str, seed: int) -> Outcome:
+def _plans(name: str, board: str, way: str, seeds: Sequence[int]) -> list[Outcome]:
+    """Plan with each of ``seeds`` on one board, which keeps its map between them."""
     evaluator = Evaluator(problem(name), threads=1)
-    planner = make("ga-fpga", board=board, feasibility=way)
+    with open_board(board) as chip:
+        planner = make(
+            "ga-fpga", board=board, feasibility=way, open_board=lambda _: nullcontext(chip)
+        )
+        return [_plan(planner, evaluator, seed) for seed in seeds]
+
+
+def _plan(planner: Planner, evaluator: Evaluator, seed: int) -> Outcome:
     result = planner.plan(evaluator, Options(seed=seed, generations=_GENERATIONS))
     return {
         "seed": seed,

@@ -16,13 +16,19 @@ __all__ = ["arc_part", "count_arc", "count_straight", "straight_part"]
 
 _QUICK_PARTS = 1_000_000_000
 
+_QUARTER, _ROOT_HALF = math.pi / 4, math.sqrt(0.5)
+_S3, _S5, _S7, _S9, _S11, _S13, _S15 = (
+    (-1) ** (power // 2) / math.factorial(power) for power in range(3, 16, 2))
+_C2, _C4, _C6, _C8, _C10, _C12, _C14, _C16 = (
+    (-1) ** (power // 2) / math.factorial(power) for power in range(2, 17, 2))
+
 
 @compiled
 def inside_map(x: float, y: float, c: Constants) -> bool:
     """Whether a point lies in the rectangle of the nodes, its edge included."""
-    on_x: bool = 0.0 <= x <= (c.columns - 1) * c.dx_m
-    on_y: bool = 0.0 <= y <= (c.rows - 1) * c.dy_m
-    return on_x and on_y
+    on_x: bool = (x >= 0.0) & (x <= (c.columns - 1) * c.dx_m)
+    on_y: bool = (y >= 0.0) & (y <= (c.rows - 1) * c.dy_m)
+    return on_x & on_y
 
 
 @compiled
@@ -34,15 +40,14 @@ def sample(
     Takes any point: outside the map it is under the terrain, and over the nearest node of the edge
     as far as no-fly zones go.
     """
-    # CUDA's floor is no integer.
-    column = np.int64(math.floor(min(max(x / c.dx_m + 0.5, 0.0), c.columns - 1.0)))
-    row = np.int64(math.floor(min(max(y / c.dy_m + 0.5, 0.0), c.rows - 1.0)))
-    node = row * c.columns + column
-    under = 1
-    if inside_map(x, y, c):
-        height = bilinear_ground(ground, c, x, y) if c.bilinear else ground[node]
-        under = 1 if z < height else 0
-    return under, int(nofly[node]) if c.zones else 0
+    node = quick_node(c, min(max(x, 0.0), (c.columns - 1) * c.dx_m),
+                      min(max(y, 0.0), (c.rows - 1) * c.dy_m))
+    inside = inside_map(x, y, c)
+    if c.bilinear:
+        under = z < bilinear_ground(ground, c, x, y) if inside else True
+    else:
+        under = (not inside) | (z < ground[node])
+    return int(under), int(nofly[node]) if c.zones else 0
 
 
 @compiled
@@ -60,21 +65,29 @@ def bilinear_ground(ground: Floats, c: Constants, x: float, y: float) -> float:
     return height
 
 
+@inlined
+def quick_node(c: Constants, x: float, y: float) -> np.uint64:
+    """The node nearest to a point inside the map.
+
+    True divisions, because a path along the border between two cells must fall as the definition
+    says. Unsigned: no test for Python's negative indices.
+    """
+    column = np.int32(x / c.dx_m + 0.5)
+    row = np.int32(y / c.dy_m + 0.5)
+    return np.uint64(row * np.int32(c.columns) + column)
+
+
 @compiled
 def straight_under(ground: Floats, c: Constants, a: Point, b: Point, parts: int) -> int:
     """Parts of a straight piece under the terrain, by nearest nodes; both ends inside the map.
 
-    One part is a dozen arithmetic operations, one load and no branch: the loop vectorises. True
-    divisions, because a path along the border between two cells must fall as the definition says.
+    One part is a dozen arithmetic operations, one load and no branch: the loop vectorises.
     """
     (x, y, z), ex, ey, ez = a, b[0] - a[0], b[1] - a[1], b[2] - a[2]
     under = 0
     for part in range(np.int32(parts)):
         t = (part + 0.5) / parts
-        column = np.int32((x + ex * t) / c.dx_m + 0.5)
-        row = np.int32((y + ey * t) / c.dy_m + 0.5)
-        # Unsigned: no test for Python's negative indices.
-        under += z + ez * t < ground[np.uint64(row * np.int32(c.columns) + column)]
+        under += z + ez * t < ground[quick_node(c, x + ex * t, y + ey * t)]
     return under
 
 
@@ -88,9 +101,7 @@ def straight_under_nofly(
     inside = 0
     for part in range(np.int32(parts)):
         t = (part + 0.5) / parts
-        column = np.int32((x + ex * t) / c.dx_m + 0.5)
-        row = np.int32((y + ey * t) / c.dy_m + 0.5)
-        node = np.uint64(row * np.int32(c.columns) + column)
+        node = quick_node(c, x + ex * t, y + ey * t)
         under += z + ez * t < ground[node]
         inside += nofly[node]
     return under, inside
@@ -150,6 +161,34 @@ def count_straight(
 
 
 @inlined
+def half_turn(half: float) -> tuple[float, float]:
+    """Sine and cosine of an angle from 0 to pi / 2, to about 2e-16.
+
+    Taylor's series about pi / 4. They are of arithmetic alone, so that a loop over the parts of an
+    arc vectorises, and that it sees the same samples on every machine.
+    """
+    g = half - _QUARTER
+    q = g * g
+    sin = g * (1.0 + q * (_S3 + q * (_S5 + q * (_S7 + q * (_S9 + q * (_S11 + q * (
+        _S13 + q * _S15)))))))
+    cos = 1.0 + q * (_C2 + q * (_C4 + q * (_C6 + q * (_C8 + q * (_C10 + q * (_C12 + q * (
+        _C14 + q * _C16)))))))
+    return (cos + sin) * _ROOT_HALF, (cos - sin) * _ROOT_HALF
+
+
+@inlined
+def arc_point(
+    c: Constants, a: Point, ux: float, uy: float, side: float, angle: float, rise: float,
+    t: float,
+) -> Point:
+    """Point at the fraction ``t`` of an arc; the other arguments are those of :func:`arc_part`."""
+    sin, cos = half_turn(0.5 * (angle * t))
+    ahead = c.turn_radius_m * (2.0 * sin * cos)
+    aside = side * c.turn_radius_m * (2.0 * sin * sin)
+    return (a[0] + (ahead * ux - aside * uy), a[1] + (ahead * uy + aside * ux), a[2] + rise * t)
+
+
+@inlined
 def arc_part(
     ground: Floats, nofly: Flags, c: Constants, a: Point, ux: float, uy: float, side: float,
     angle: float, rise: float, part: int, parts: int,
@@ -158,12 +197,52 @@ def arc_part(
 
     It is entered at ``a`` with the unit heading ux, uy; ``side`` is 1 to the left, else -1.
     """
-    t = (part + 0.5) / parts
-    half_sin = math.sin(0.5 * (angle * t))
-    ahead = c.turn_radius_m * math.sin(angle * t)
-    aside = side * c.turn_radius_m * 2.0 * half_sin * half_sin
-    return sample(ground, nofly, c, a[0] + (ahead * ux - aside * uy),
-                  a[1] + (ahead * uy + aside * ux), a[2] + rise * t)
+    x, y, z = arc_point(c, a, ux, uy, side, angle, rise, (part + 0.5) / parts)
+    return sample(ground, nofly, c, x, y, z)
+
+
+@compiled
+def arc_under(
+    ground: Floats, c: Constants, a: Point, ux: float, uy: float, side: float, angle: float,
+    rise: float, parts: int,
+) -> int:
+    """As :func:`straight_under`, for an arc."""
+    under = 0
+    for part in range(np.int32(parts)):
+        x, y, z = arc_point(c, a, ux, uy, side, angle, rise, (part + 0.5) / parts)
+        under += z < ground[quick_node(c, x, y)]
+    return under
+
+
+@compiled
+def arc_under_nofly(
+    ground: Floats, nofly: Flags, c: Constants, a: Point, ux: float, uy: float, side: float,
+    angle: float, rise: float, parts: int,
+) -> tuple[int, int]:
+    """As :func:`arc_under`, and the parts in a no-fly zone beside it."""
+    under = 0
+    inside = 0
+    for part in range(np.int32(parts)):
+        x, y, z = arc_point(c, a, ux, uy, side, angle, rise, (part + 0.5) / parts)
+        node = quick_node(c, x, y)
+        under += z < ground[node]
+        inside += nofly[node]
+    return under, inside
+
+
+@compiled
+def arc_general(
+    ground: Floats, nofly: Flags, c: Constants, a: Point, ux: float, uy: float, side: float,
+    angle: float, rise: float, parts: int,
+) -> tuple[int, int]:
+    """As :func:`arc_under_nofly` for an arc anywhere and any reading of the ground."""
+    under = 0
+    inside = 0
+    for part in range(parts):
+        hit, zone = arc_part(ground, nofly, c, a, ux, uy, side, angle, rise, part, parts)
+        under += hit
+        inside += zone
+    return under, inside
 
 
 @compiled
@@ -172,10 +251,12 @@ def count_arc(
     angle: float, rise: float, parts: int,
 ) -> tuple[int, int]:
     """Parts of an arc under the terrain and in a no-fly zone; arguments of :func:`arc_part`."""
-    under = 0
-    inside = 0
-    for part in range(parts):
-        hit, zone = arc_part(ground, nofly, c, a, ux, uy, side, angle, rise, part, parts)
-        under += hit
-        inside += zone
-    return under, inside
+    # No point of it is farther from its entry.
+    reach = c.turn_radius_m * min(angle, 2.0)
+    if (c.bilinear or parts > _QUICK_PARTS
+            or not (inside_map(a[0] - reach, a[1] - reach, c)
+                    and inside_map(a[0] + reach, a[1] + reach, c))):
+        return arc_general(ground, nofly, c, a, ux, uy, side, angle, rise, parts)
+    if c.zones:
+        return arc_under_nofly(ground, nofly, c, a, ux, uy, side, angle, rise, parts)
+    return arc_under(ground, c, a, ux, uy, side, angle, rise, parts), 0

@@ -1,0 +1,93 @@
+"""Samples on arcs and straight pieces: the quick loops, the general ones, and plain arithmetic."""
+
+import math
+
+import numpy as np
+import pytest
+
+from host.evaluation import Evaluator
+from host.evaluation.sampling import (
+    arc_general,
+    arc_point,
+    count_arc,
+    count_straight,
+    half_turn,
+    straight_general,
+)
+from host.nofly import Circle
+
+
+@pytest.fixture(params=[(), (Circle(2600, 2000, 700),)], ids=["no zone", "zone"])
+def evaluator(make_problem, request):
+    """Rough ground, so that every cell that is missed shows."""
+    elevation = np.random.default_rng(1).uniform(0, 1000, (45, 60))
+    elevation[[0, -1], [0, -1]] = 100.0
+    return Evaluator(make_problem((0, 0, 400), (5900, 4400, 500), elevation, nofly=request.param))
+
+
+def test_sine_and_cosine():
+    for half in np.linspace(0, math.pi / 2, 20_001):
+        sin, cos = half_turn(half)
+        assert abs(sin - math.sin(half)) < 4e-16
+        assert abs(cos - math.cos(half)) < 4e-16
+
+
+def arcs(rng, count):
+    """Arguments of arcs that begin on the map, some of which leave it."""
+    for _ in range(count):
+        heading = rng.uniform(0, 2 * math.pi)
+        yield ((*rng.uniform(0, (5900, 4400)), rng.uniform(0, 1000)), math.cos(heading),
+               math.sin(heading), rng.choice([-1.0, 1.0]), rng.uniform(1e-9, math.pi),
+               rng.uniform(-300, 300))
+
+
+def test_points_of_an_arc(evaluator):
+    _, _, c = evaluator.kernel_arguments
+    for a, ux, uy, side, angle, rise in arcs(np.random.default_rng(2), 500):
+        for t in (0.0, 0.1, 0.5, 0.99, 1.0):
+            x, y, z = arc_point(c, a, ux, uy, side, angle, rise, t)
+            # Turned about the centre, which lies a radius to the side.
+            centre = np.array(a[:2]) + side * c.turn_radius_m * np.array((-uy, ux))
+            turned = side * angle * t
+            cos, sin = math.cos(turned), math.sin(turned)
+            out = np.array(a[:2]) - centre
+            expected = centre + (cos * out[0] - sin * out[1], sin * out[0] + cos * out[1])
+            assert (x, y) == pytest.approx(tuple(expected), abs=1e-11)
+            assert z == a[2] + rise * t
+
+
+def test_quick_and_general_arcs_count_the_same(evaluator):
+    ground, nofly, c = evaluator.kernel_arguments
+    seen = set()
+    for arc in arcs(np.random.default_rng(3), 3000):
+        parts = int(np.ceil(c.turn_radius_m * arc[4] / 7))
+        told = tuple(count_arc(ground, nofly, c, *arc, parts))
+        assert told == tuple(arc_general(ground, nofly, c, *arc, parts))
+        seen.add(told)
+    assert len(seen) > 30
+    assert any(zone for _, zone in seen) == bool(c.zones)
+
+
+def test_quick_and_general_straights_count_the_same(evaluator):
+    ground, nofly, c = evaluator.kernel_arguments
+    rng = np.random.default_rng(4)
+    corner = ((c.columns - 1) * c.dx_m, (c.rows - 1) * c.dy_m)
+    for _ in range(2000):
+        a, b = ((*point, z) for point, z in zip(
+            rng.uniform(0, corner, (2, 2)).round(int(rng.integers(-2, 3))).clip(0, corner),
+            rng.uniform(0, 1000, 2), strict=True))
+        parts = int(rng.integers(1, 300))
+        told = count_straight(ground, nofly, c, a, b, parts)
+        assert tuple(told) == tuple(straight_general(ground, nofly, c, a, b, parts))
+
+
+def test_what_lies_off_the_map_is_under_the_ground(evaluator):
+    ground, nofly, c = evaluator.kernel_arguments
+    east = (c.columns - 1) * c.dx_m
+    under, _ = count_straight(ground, nofly, c, (east, 500.0, 2000.0), (east + 100, 500.0, 2000.0),
+                              10)
+    assert under == 10
+    under, _ = count_arc(ground, nofly, c, (east - 1e-9, 500.0, 2000.0), 1.0, 0.0, 1.0, 3.0, 0.0, 9)
+    assert under == 9
+    under, _ = count_arc(ground, nofly, c, (east, 500.0, 2000.0), -1.0, 0.0, 1.0, 3.0, 0.0, 9)
+    assert under == 0

@@ -1,19 +1,20 @@
-"""A counter that threads share, for kernels that hold no lock."""
+"""What threads share without a lock, for kernels that hold none: counters and a meeting point."""
 
 from typing import Any
 
+from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
 
-__all__ = ["fetch_add"]
+__all__ = ["fetch_add", "read", "yield_core"]
 
 
 @intrinsic
 def fetch_add(_context: Any, _counter: Any, _amount: Any) -> Any:
     """Add ``amount`` to the first of ``counter``, (n,) int64, at once; return what it was before.
 
-    For kernels on the CPU only.
+    For kernels on the CPU only. What a thread wrote before, others see once they see the sum.
     """
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -21,3 +22,27 @@ def fetch_add(_context: Any, _counter: Any, _amount: Any) -> Any:
         return builder.atomic_rmw("add", counter.data, arguments[1], "seq_cst")
 
     return types.int64(types.Array(types.int64, 1, "C"), types.int64), generate
+
+
+@intrinsic
+def read(_context: Any, _counter: Any) -> Any:
+    """Return the first of ``counter``, (n,) int64, as another thread may just have left it."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        counter = context.make_array(signature.args[0])(context, builder, arguments[0])
+        return builder.load_atomic(counter.data, "seq_cst", 8)
+
+    return types.int64(types.Array(types.int64, 1, "C")), generate
+
+
+@intrinsic
+def yield_core(_context: Any) -> Any:
+    """Let another thread have the core, if one waits for it: POSIX ``sched_yield``."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
+        kind = ir.FunctionType(ir.IntType(32), [])
+        name = "sched_yield"
+        function = builder.module.globals.get(name) or ir.Function(builder.module, kind, name)
+        return builder.call(function, [])
+
+    return types.int32(), generate

@@ -37,12 +37,13 @@ from host.evaluation.pieces import (
     prepare_burn,
     total_of,
 )
-from host.planners.fpa.engines import Leader, is_two_opt
+from host.planners.fpa.engines import Leader
 from host.planners.fpa.kernels import (
     CUT_SHORT,
     EVALUATED,
     Pollination,
     choose_step,
+    is_two_opt,
     move,
     reversed_row,
     to_beat,
@@ -306,17 +307,13 @@ class GpuEngine:
                 self._counts, self._state, slot, self._history, self._leaders)
             self._old, self._new = self._new, self._old
         history, leaders = self._history.copy_to_host(), self._leaders.copy_to_host()
-        return [Leader(path, float(best), float(mean))
+        evaluated, cut_short = self._counts.copy_to_host().sum(axis=0).tolist()
+        return [Leader(path, float(best), float(mean), evaluated, cut_short)
                 for path, (best, mean) in zip(leaders[:count], history, strict=False)]
 
     def population(self) -> tuple[Paths, NDArray[np.float64]]:
         """See :class:`host.planners.fpa.engines.Engine`."""
         return self._old[0].copy_to_host(), self._old[1].copy_to_host()
-
-    def counts(self) -> tuple[int, int]:
-        """See :class:`host.planners.fpa.engines.Engine`."""
-        evaluated, cut_short = self._counts.copy_to_host().sum(axis=0).tolist()
-        return evaluated, cut_short
 
     def close(self) -> None:
         """See :class:`host.planners.fpa.engines.Engine`."""

@@ -11,25 +11,40 @@ from numpy.typing import NDArray
 
 from host.evaluation import Evaluator
 from host.evaluation.kernels import scratch
-from host.planners.fpa.kernels import Counts, Pollination, improve_share
+from host.planners.fpa.kernels import (
+    HISTORY_FIELDS,
+    LINE,
+    Counts,
+    Pollination,
+    pollinate_share,
+    shared_state,
+)
 
 
-__all__ = ["CpuEngine", "Engine", "Leader", "is_two_opt"]
+__all__ = ["CpuEngine", "Engine", "Leader"]
 
 Paths = NDArray[np.float64]
 
 # Solutions a thread takes at a time: few enough that no thread waits long for another's 2-opt.
 _CHUNK = 4
-# Counters of a thread are as far apart as cache lines.
-_COUNTERS = 16
+# Solutions that are improved between two visits of the host, about, and the most iterations.
+_VISIT_SOLUTIONS = 5_000
+_MOST_ITERATIONS = 20
 
 
 class Leader(NamedTuple):
-    """The state after one iteration: best solution (n, 3) in metres, its fitness, and the mean."""
+    """The state after one iteration.
+
+    ``path`` is the best solution, (n, 3) in metres, ``fitness`` its worth, and ``mean`` that of
+    all. ``evaluated`` candidates were evaluated to the end so far, and ``cut_short`` given up
+    before; at the end of the call where an engine does not count each iteration.
+    """
 
     path: Paths
     fitness: float
     mean: float
+    evaluated: int
+    cut_short: int
 
 
 class Engine(Protocol):
@@ -49,23 +64,15 @@ class Engine(Protocol):
     def population(self) -> tuple[Paths, NDArray[np.float64]]:
         """All paths (m, n, 3) in metres and their fitness (m,), after the last iteration."""
 
-    def counts(self) -> tuple[int, int]:
-        """Candidates evaluated to the end so far, and those given up before."""
-
     def close(self) -> None:
         """Let go of threads and memory."""
-
-
-def is_two_opt(iteration: int, every: int) -> bool:
-    """Whether the 2-opt operator follows an iteration; ``every`` is 0 for never."""
-    return every > 0 and iteration % every == 0
 
 
 class CpuEngine:
     """One or several threads of the processor; the result is the same for any number of them.
 
     In an iteration each thread takes a few solutions at a time until none is left. Who is done
-    early sleeps until the next.
+    early lets others have the core until the next; the host comes every few iterations.
 
     Parameters
     ----------
@@ -83,61 +90,55 @@ class CpuEngine:
         1 or more.
     """
 
-    stride = 1
-
     def __init__(
         self, evaluator: Evaluator, parameters: Pollination, two_opt_every: int, box: Paths,
         paths: Paths, fitness: NDArray[np.float64], threads: int,
     ) -> None:
+        solutions, points, _ = paths.shape
+        self.stride = min(max(_VISIT_SOLUTIONS // solutions, 1), _MOST_ITERATIONS)
         self._parameters = parameters
         self._two_opt_every = two_opt_every
         self._box = box
         self._arguments = evaluator.kernel_arguments
-        self._paths, self._fitness = paths.copy(), fitness.copy()
-        self._next_paths, self._next_fitness = paths.copy(), fitness.copy()
-        self._best = int(np.argmax(fitness))
-        self._settled = np.zeros(len(paths), dtype=np.uint8)
-        self._cursor = np.zeros(1, dtype=np.int64)
-        points = paths.shape[1]
+        self._paths, self._fitness = np.stack((paths, paths)), np.stack((fitness, fitness))
+        self._side = 0
+        self._settled = np.zeros(solutions, dtype=np.uint8)
+        self._shared = shared_state(int(np.argmax(fitness)))
         self._scratch = [(np.empty((points, 3)), *scratch(points)) for _ in range(threads)]
-        self._counts: Counts = np.zeros((threads, _COUNTERS), dtype=np.int64)
+        self._counts: Counts = np.zeros((threads, LINE), dtype=np.int64)
         self._helpers = ThreadPoolExecutor(threads - 1, "pollinate") if threads > 1 else None
 
     def advance(self, first: int, count: int) -> Sequence[Leader]:
         """See :class:`Engine`."""
-        return [self._iterate(iteration) for iteration in range(first, first + count)]
+        history = np.empty((count, HISTORY_FIELDS))
+        leaders = np.empty((count, *self._paths.shape[2:]))
+
+        def share(thread: int) -> None:
+            pollinate_share(
+                self._parameters, first, count, self._two_opt_every, self._shared, _CHUNK,
+                self._paths, self._fitness, self._side, self._settled, self._box, *self._arguments,
+                *self._scratch[thread], self._counts, thread, history, leaders)
+
+        try:
+            helping = [] if self._helpers is None else [
+                self._helpers.submit(share, thread) for thread in range(1, len(self._counts))]
+        except BaseException:
+            # Nobody waits for a thread that could not be started.
+            self._shared.meetings[0] = -1
+            raise
+        share(0)
+        for help_ in helping:
+            help_.result()
+        self._side = (self._side + count) % 2
+        return [Leader(path, best, mean, int(evaluated), int(cut_short))
+                for path, (best, mean, evaluated, cut_short)
+                in zip(leaders, history.tolist(), strict=True)]
 
     def population(self) -> tuple[Paths, NDArray[np.float64]]:
         """See :class:`Engine`."""
-        return self._paths.copy(), self._fitness.copy()
-
-    def counts(self) -> tuple[int, int]:
-        """See :class:`Engine`."""
-        evaluated, cut_short, *_ = self._counts.sum(axis=0).tolist()
-        return evaluated, cut_short
+        return self._paths[self._side].copy(), self._fitness[self._side].copy()
 
     def close(self) -> None:
         """See :class:`Engine`."""
         if self._helpers is not None:
             self._helpers.shutdown()
-
-    def _iterate(self, iteration: int) -> Leader:
-        self._cursor[0] = 0
-
-        def share(thread: int) -> None:
-            improve_share(
-                self._parameters, iteration, is_two_opt(iteration, self._two_opt_every),
-                self._cursor, _CHUNK, self._paths, self._fitness, self._best, self._next_paths,
-                self._next_fitness, self._settled, self._box, *self._arguments,
-                *self._scratch[thread], self._counts[thread])
-
-        helping = [] if self._helpers is None else [
-            self._helpers.submit(share, thread) for thread in range(1, len(self._counts))]
-        share(0)
-        for help_ in helping:
-            help_.result()
-        self._paths, self._next_paths = self._next_paths, self._paths
-        self._fitness, self._next_fitness = self._next_fitness, self._fitness
-        self._best = int(np.argmax(self._fitness))
-        return Leader(self._paths[self._best].copy(), float(self._fitness[self._best]),
-                      float(self._fitness.mean()))

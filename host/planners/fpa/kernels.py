@@ -20,13 +20,15 @@ from numpy.typing import NDArray
 from host.evaluation.constants import Constants, Flags, Floats
 from host.evaluation.jit import compiled, inlined
 from host.evaluation.kernels import fitness_above
-from host.planners.fpa.atomic import fetch_add
+from host.planners.fpa.atomic import fetch_add, read, yield_core
 from host.planners.fpa.philox import uniform, words
 
 
-__all__ = ["CUT_SHORT", "EVALUATED", "Counts", "Pollination", "choose_step", "epsilon_bound",
-           "global_step", "improve_share", "levy_step", "local_step", "mantegna", "move",
-           "reversed_row", "to_beat", "untangle"]
+__all__ = ["BEST_FITNESS", "CUT_SHORT", "CUT_SHORT_SO_FAR", "EVALUATED", "EVALUATED_SO_FAR",
+           "HISTORY_FIELDS", "LINE", "MEAN_FITNESS", "Counts", "Pollination", "Shared",
+           "choose_step", "epsilon_bound", "global_step", "improve_share", "is_two_opt",
+           "levy_step", "local_step", "mantegna", "move", "pollinate_share", "reversed_row",
+           "shared_state", "to_beat", "untangle"]
 
 Counts = NDArray[np.int64]
 
@@ -38,8 +40,18 @@ _LEVY_DEVIATION = (
     / (math.gamma((1 + LEVY_EXPONENT) / 2) * LEVY_EXPONENT * 2 ** ((LEVY_EXPONENT - 1) / 2))
 ) ** (1 / LEVY_EXPONENT)
 
+# Counters of different threads are as far apart as lines of a cache, in words.
+LINE = 16
+
 # Counters: candidates evaluated to the end, and those given up once they could not be better.
 EVALUATED, CUT_SHORT = 0, 1
+
+# What is told of an iteration, besides the path of the best.
+BEST_FITNESS, MEAN_FITNESS, EVALUATED_SO_FAR, CUT_SHORT_SO_FAR = range(4)
+HISTORY_FIELDS = 4
+
+# Looks of a thread at a meeting point before it lets others have the core each time.
+_LOOKS = 500
 
 # Draws of a solution in an iteration: its kind of step, epsilon, then one for each coordinate.
 _KIND, _EPSILON, _COORDINATES = 0, 1, 2
@@ -59,6 +71,33 @@ class Pollination(NamedTuple):
     first_epsilon: float
     last_epsilon: float
     give_up: int = 1
+
+
+class Shared(NamedTuple):
+    """What the threads of a run share to meet after each iteration; arrays of one line of a cache.
+
+    ``cursor`` is the next solution that no thread has taken, ``arrived`` the threads that wait for
+    the others, ``meetings`` how often they have met, below 0 to let those go that wait for one that
+    will not come, ``best`` the best solution, g*.
+    """
+
+    cursor: Counts
+    arrived: Counts
+    meetings: Counts
+    best: Counts
+
+
+def shared_state(best: int) -> Shared:
+    """What threads share before the first iteration."""
+    cursor, arrived, meetings, of_best = np.zeros((4, LINE), dtype=np.int64)
+    of_best[0] = best
+    return Shared(cursor, arrived, meetings, of_best)
+
+
+@inlined
+def is_two_opt(iteration: int, every: int) -> bool:
+    """Whether the 2-opt operator follows an iteration; ``every`` is 0 for never."""
+    return every > 0 and iteration % every == 0
 
 
 @inlined
@@ -259,3 +298,77 @@ def improve_share(
                 new_fitness[i] = untangle(p, new[i], new_fitness[i], candidate, ground, nofly,
                                           c, turns, pieces, counts)
                 settled[i] = 1
+
+
+@compiled
+def note_iteration(
+    fitness: Floats, paths: Floats, counts: Counts, shared: Shared, history: Floats, leader: Floats,
+) -> None:
+    """Find g* and write what is told of an iteration; by one thread, in the same order always."""
+    best = 0
+    total = 0.0
+    for i in range(fitness.shape[0]):
+        total += fitness[i]
+        if fitness[i] > fitness[best]:
+            best = i
+    shared.best[0] = best
+    copy_path(paths[best], leader)
+    history[BEST_FITNESS] = fitness[best]
+    history[MEAN_FITNESS] = total / fitness.shape[0]
+    history[EVALUATED_SO_FAR] = 0.0
+    history[CUT_SHORT_SO_FAR] = 0.0
+    for thread in range(counts.shape[0]):
+        history[EVALUATED_SO_FAR] += counts[thread, EVALUATED]
+        history[CUT_SHORT_SO_FAR] += counts[thread, CUT_SHORT]
+
+
+@compiled
+def pollinate_share(
+    p: Pollination, first: int, iterations: int, two_opt_every: int, shared: Shared, chunk: int,
+    paths: Floats, fitness: Floats, side: int, settled: Flags, box: Floats, ground: Floats,
+    nofly: Flags, c: Constants, candidate: Floats, turns: Floats, pieces: Floats, counts: Counts,
+    thread: int, history: Floats, leaders: Floats,
+) -> None:
+    """One thread's share of some iterations; each of them ends when all threads are there.
+
+    The last to arrive looks for g*. Who waits looks for some hundred nanoseconds, then lets others
+    have the core between two looks: a machine that is busy loses nothing.
+
+    Parameters
+    ----------
+    first, iterations : int
+        The first iteration, and how many.
+    shared : Shared
+        The same for all threads.
+    paths, fitness : (2, m, n, 3), (2, m) float64
+        The population is at ``side`` before the first iteration, at the other after it.
+    counts : (threads, 16) int64
+        See :func:`improve_share`; ``thread`` is this one's row.
+    history, leaders : (iterations, HISTORY_FIELDS), (iterations, n, 3) float64
+        What is told of each iteration; the path of its best.
+
+    The others are those of :func:`improve_share`.
+    """
+    threads = counts.shape[0]
+    for number in range(iterations):
+        iteration = first + number
+        old = (side + number) % 2
+        meeting = read(shared.meetings)
+        improve_share(
+            p, iteration, is_two_opt(iteration, two_opt_every), shared.cursor, chunk, paths[old],
+            fitness[old], shared.best[0], paths[1 - old], fitness[1 - old], settled, box, ground,
+            nofly, c, candidate, turns, pieces, counts[thread])
+        if fetch_add(shared.arrived, 1) == threads - 1:
+            note_iteration(fitness[1 - old], paths[1 - old], counts, shared, history[number],
+                           leaders[number])
+            shared.cursor[0] = 0
+            shared.arrived[0] = 0
+            fetch_add(shared.meetings, 1)
+            continue
+        looks = 0
+        while read(shared.meetings) == meeting:
+            looks += 1
+            if looks > _LOOKS:
+                yield_core()
+        if read(shared.meetings) < 0:
+            return

@@ -99,8 +99,9 @@ class FlowerPollinationPlanner:
         """Search; see :class:`host.planners.base.Planner`.
 
         Candidates that are given up because they cannot replace their solution are counted apart
-        from evaluations. On the GPU the host looks at the stop criteria every 20 iterations, and
-        what was found in iterations after one that met them is dropped.
+        from evaluations. The host looks at the stop criteria every 20 iterations at most, more
+        often the more solutions there are, and what was found in iterations after one that met
+        them is dropped.
 
         Raises
         ------
@@ -141,10 +142,9 @@ def _pollinate(run: Run, engine: Engine) -> None:
         until = min(iteration + engine.stride, run.options.generations)
         with run.phase("iterations"):
             leaders = engine.advance(iteration + 1, until - iteration)
-        evaluated, run.cut_short = engine.counts()
-        run.evaluations = before + evaluated
         for leader in leaders:
             iteration += 1
+            run.evaluations, run.cut_short = before + leader.evaluated, leader.cut_short
             run.keep([leader.path], np.array([leader.fitness]))
             run.note(iteration, leader.mean)
             if run.stopped_by() is not None:

@@ -51,7 +51,7 @@ def test_points_of_an_arc(evaluator):
             turned = side * angle * t
             cos, sin = math.cos(turned), math.sin(turned)
             out = np.array(a[:2]) - centre
-            expected = centre + (cos * out[0] - sin * out[1], sin * out[0] + cos * out[1])
+            expected = centre + np.array([[cos, -sin], [sin, cos]]) @ out
             assert (x, y) == pytest.approx(tuple(expected), abs=1e-11)
             assert z == a[2] + rise * t
 

@@ -27,7 +27,7 @@ def main():
     leaders = []
     for first in range(1, iterations + 1, stride):
         leaders += engine.advance(first, min(stride, iterations + 1 - first))
-    found = [tuple(leader) for leader in leaders], engine.population(), engine.counts()
+    found = [tuple(leader) for leader in leaders], engine.population()
     file.with_suffix(".out").write_bytes(pickle.dumps(found))
 
 

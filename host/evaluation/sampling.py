@@ -40,8 +40,8 @@ def sample(
     Takes any point: outside the map it is under the terrain, and over the nearest node of the edge
     as far as no-fly zones go.
     """
-    node = quick_node(c, min(max(x, 0.0), (c.columns - 1) * c.dx_m),
-                      min(max(y, 0.0), (c.rows - 1) * c.dy_m))
+    node = quick_node(c, min(max(x / c.dx_m + 0.5, 0.0), c.columns - 1.0),
+                      min(max(y / c.dy_m + 0.5, 0.0), c.rows - 1.0))
     inside = inside_map(x, y, c)
     if c.bilinear:
         under = z < bilinear_ground(ground, c, x, y) if inside else True
@@ -66,28 +66,26 @@ def bilinear_ground(ground: Floats, c: Constants, x: float, y: float) -> float:
 
 
 @inlined
-def quick_node(c: Constants, x: float, y: float) -> np.uint64:
-    """The node nearest to a point inside the map.
-
-    True divisions, because a path along the border between two cells must fall as the definition
-    says. Unsigned: no test for Python's negative indices.
-    """
-    column = np.int32(x / c.dx_m + 0.5)
-    row = np.int32(y / c.dy_m + 0.5)
-    return np.uint64(row * np.int32(c.columns) + column)
+def quick_node(c: Constants, column: float, row: float) -> np.uint64:
+    """The node nearest to a point inside the map, whose place in nodes is half a node less."""
+    # Unsigned: no test for Python's negative indices.
+    return np.uint64(np.int32(row) * np.int32(c.columns) + np.int32(column))
 
 
 @compiled
 def straight_under(ground: Floats, c: Constants, a: Point, b: Point, parts: int) -> int:
     """Parts of a straight piece under the terrain, by nearest nodes; both ends inside the map.
 
-    One part is a dozen arithmetic operations, one load and no branch: the loop vectorises.
+    One part is a dozen arithmetic operations, one load and no branch: the loop vectorises. Ends are
+    divided into nodes once, by true divisions: a path along the border between two cells then falls
+    as the definition says, all of it.
     """
-    (x, y, z), ex, ey, ez = a, b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    column, row, z = a[0] / c.dx_m + 0.5, a[1] / c.dy_m + 0.5, a[2]
+    ex, ey, ez = (b[0] - a[0]) / c.dx_m, (b[1] - a[1]) / c.dy_m, b[2] - z
     under = 0
     for part in range(np.int32(parts)):
         t = (part + 0.5) / parts
-        under += z + ez * t < ground[quick_node(c, x + ex * t, y + ey * t)]
+        under += z + ez * t < ground[quick_node(c, column + ex * t, row + ey * t)]
     return under
 
 
@@ -96,12 +94,13 @@ def straight_under_nofly(
     ground: Floats, nofly: Flags, c: Constants, a: Point, b: Point, parts: int,
 ) -> tuple[int, int]:
     """As :func:`straight_under`, and the parts in a no-fly zone beside it."""
-    (x, y, z), ex, ey, ez = a, b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    column, row, z = a[0] / c.dx_m + 0.5, a[1] / c.dy_m + 0.5, a[2]
+    ex, ey, ez = (b[0] - a[0]) / c.dx_m, (b[1] - a[1]) / c.dy_m, b[2] - z
     under = 0
     inside = 0
     for part in range(np.int32(parts)):
         t = (part + 0.5) / parts
-        node = quick_node(c, x + ex * t, y + ey * t)
+        node = quick_node(c, column + ex * t, row + ey * t)
         under += z + ez * t < ground[node]
         inside += nofly[node]
     return under, inside
@@ -210,7 +209,7 @@ def arc_under(
     under = 0
     for part in range(np.int32(parts)):
         x, y, z = arc_point(c, a, ux, uy, side, angle, rise, (part + 0.5) / parts)
-        under += z < ground[quick_node(c, x, y)]
+        under += z < ground[quick_node(c, x / c.dx_m + 0.5, y / c.dy_m + 0.5)]
     return under
 
 
@@ -224,7 +223,7 @@ def arc_under_nofly(
     inside = 0
     for part in range(np.int32(parts)):
         x, y, z = arc_point(c, a, ux, uy, side, angle, rise, (part + 0.5) / parts)
-        node = quick_node(c, x, y)
+        node = quick_node(c, x / c.dx_m + 0.5, y / c.dy_m + 0.5)
         under += z < ground[node]
         inside += nofly[node]
     return under, inside

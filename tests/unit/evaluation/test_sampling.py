@@ -68,17 +68,24 @@ def test_quick_and_general_arcs_count_the_same(evaluator):
     assert any(zone for _, zone in seen) == bool(c.zones)
 
 
-def test_quick_and_general_straights_count_the_same(evaluator):
+@pytest.mark.parametrize("along", ["anything", "a border east", "a border north"])
+def test_quick_and_general_straights_count_the_same(evaluator, along):
     ground, nofly, c = evaluator.kernel_arguments
     rng = np.random.default_rng(4)
     corner = ((c.columns - 1) * c.dx_m, (c.rows - 1) * c.dy_m)
-    for _ in range(2000):
-        a, b = ((*point, z) for point, z in zip(
-            rng.uniform(0, corner, (2, 2)).round(int(rng.integers(-2, 3))).clip(0, corner),
-            rng.uniform(0, 1000, 2), strict=True))
+    seen = set()
+    for _ in range(1500):
+        ends = rng.uniform(0, corner, (2, 2))
+        if along != "anything":
+            axis = int(along == "a border east")
+            cells = (c.columns, c.rows)[axis] - 1
+            ends[:, axis] = (rng.integers(cells) + 0.5) * (c.dx_m, c.dy_m)[axis]
+        a, b = ((*end, z) for end, z in zip(ends, rng.uniform(0, 1000, 2), strict=True))
         parts = int(rng.integers(1, 300))
-        told = count_straight(ground, nofly, c, a, b, parts)
-        assert tuple(told) == tuple(straight_general(ground, nofly, c, a, b, parts))
+        told = tuple(count_straight(ground, nofly, c, a, b, parts))
+        assert told == tuple(straight_general(ground, nofly, c, a, b, parts))
+        seen.add(told)
+    assert len(seen) > 200
 
 
 def test_what_lies_off_the_map_is_under_the_ground(evaluator):

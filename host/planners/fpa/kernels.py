@@ -354,6 +354,8 @@ def pollinate_share(
         iteration = first + number
         old = (side + number) % 2
         meeting = read(shared.meetings)
+        if meeting < 0:
+            return
         improve_share(
             p, iteration, is_two_opt(iteration, two_opt_every), shared.cursor, chunk, paths[old],
             fitness[old], shared.best[0], paths[1 - old], fitness[1 - old], settled, box, ground,
@@ -370,5 +372,3 @@ def pollinate_share(
             looks += 1
             if looks > _LOOKS:
                 yield_core()
-        if read(shared.meetings) < 0:
-            return

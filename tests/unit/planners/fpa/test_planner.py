@@ -143,3 +143,22 @@ def test_bad_population(evaluator, count):
     sentence = rf"^The population of fpa must be from 4 to 100000, not {count}\.$"
     with pytest.raises(InputError, match=sentence):
         make("fpa").plan(evaluator, Options(population=count))
+
+
+def test_a_thread_that_cannot_be_started_leaves_nobody_waiting(evaluator, monkeypatch):
+    space = Airspace(evaluator.problem)
+    paths = first_population(space, np.random.default_rng(6), 8, 4)
+    fitness = evaluator.fitness(paths, np.full(8, paths.shape[1]))
+    engine = CpuEngine(evaluator, Pollination(np.uint64(1), 9, 0.5, 0.25, 0.02), 3,
+                       np.stack((space.low, space.high)), paths, fitness, threads=3)
+    submit = engine._helpers.submit
+
+    def only_one(share, thread):
+        if thread == 2:
+            raise RuntimeError("can't start new thread")
+        return submit(share, thread)
+
+    monkeypatch.setattr(engine._helpers, "submit", only_one)
+    with pytest.raises(RuntimeError):
+        engine.advance(1, 9)
+    engine.close()

@@ -84,8 +84,8 @@ def run(options: BenchOptions) -> Report:
         f"the simulated board, at its nominal {clock_hz / 1e6:.0f} MHz (docs/results.md has the "
         "routed clocks).",
         "The link is in neither. Evaluation is the host's in both, compiled: "
-        f"{evaluations[0]:.0f} and {evaluations[1]:.0f} paths a run; for ga-fpga with the waypoints "
-        "unpacked, and with caches that the simulator has used meanwhile.",
+        f"{evaluations[0]:.0f} and {evaluations[1]:.0f} paths a run; for ga-fpga with "
+        "waypoints to unpack, and with caches that the simulator has used meanwhile.",
     ]
     return report
 

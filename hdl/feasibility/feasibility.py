@@ -57,7 +57,8 @@ class Feasibility(wiring.Component):
     busy : Out(1)
         A check is under way: from the clock after ``enable`` up to that in which a flag rises.
     collision, over : Out(1)
-        Flags; see :class:`hdl.feasibility.checker.Checker`. They stay until the next check.
+        Flags; see :class:`hdl.feasibility.checker.Checker`. They stay until the clock of the next
+        ``enable``, that clock included.
     verdict : Out(verdict_layout)
         From the clock on in which it is offered, until the next is.
     counts : Out(stream.Signature(count_layout))
@@ -97,10 +98,12 @@ class Feasibility(wiring.Component):
 
         connect(m, checker.counts, flipped(self.counts))
         connect(m, flipped(self.writes), checker.writes)
+        # The checker clears its flags with the first point, for which it may let us wait.
+        waiting = Signal()
         m.d.comb += [
             checker.count.eq(self.count),
-            self.collision.eq(checker.collision),
-            self.over.eq(checker.over),
+            self.collision.eq(checker.collision & ~waiting),
+            self.over.eq(checker.over & ~waiting),
         ]
 
         held = Signal(verdict_layout(self.config))
@@ -146,7 +149,7 @@ class Feasibility(wiring.Component):
                     m.next = "Aircraft"
 
             with m.State("Aircraft"):
-                m.d.comb += [point.eq(start), checker.points.valid.eq(1)]
+                m.d.comb += [point.eq(start), checker.points.valid.eq(1), waiting.eq(1)]
                 with m.If(moves):
                     m.next = "Waypoints"
 

@@ -60,8 +60,8 @@ class Checked:
 
 def map_frames(
     config: Config, heights: NDArray[np.integer], x: int, y: int
-) -> Iterator[tuple[bytes, int]]:
-    """Yield the payload of every MAP for a rectangle, and how many cells it has.
+) -> Iterator[tuple[bytes, tuple[slice, slice]]]:
+    """Yield the payload of every MAP for a rectangle, and its rows and columns of the map.
 
     The cells of a frame share their block of the coarse map where they can: the chip then renews
     fewest of those.
@@ -103,7 +103,7 @@ def map_frames(
                 x=left, y=bottom, width=right - left, height=above - bottom
             )
             cells = heights[bottom - y : above - y, left - x : right - x]
-            yield header + _packed(config, cells), cells.size
+            yield header + _packed(config, cells), (slice(bottom, above), slice(left, right))
 
 
 def _tile(config: Config) -> tuple[int, int]:

@@ -239,7 +239,7 @@ class Chip:
         *,
         progress: Callable[[int, int], object] | None = None,
     ) -> None:
-        """Write a rectangle of the chip's map; one that failed can simply be sent again.
+        """Write a rectangle of the chip's map; :meth:`update_map` resumes one that failed.
 
         Parameters
         ----------
@@ -262,18 +262,19 @@ class Chip:
         heights = np.asarray(heights)
         frames = list(map_frames(self.config, heights, x, y))
         rows, columns = heights.shape
-        part_of_map = self._heights[y : y + rows, x : x + columns]
-        # Nobody knows what a transfer that fails has written.
-        part_of_map[...] = _UNKNOWN
-        cells = sum(size for _, size in frames)
+        written = self._heights.copy()
+        written[y : y + rows, x : x + columns] = heights
+        # Nobody knows what a transfer that fails has written, but for what was acknowledged.
+        self._heights[y : y + rows, x : x + columns] = _UNKNOWN
         done = 0
         for first in range(0, len(frames), _FRAMES_PER_REPORT):
             part = frames[first : first + _FRAMES_PER_REPORT]
             self.link.transfer([(Command.MAP, payload) for payload, _ in part])
-            done += sum(size for _, size in part)
+            for _, cells in part:
+                self._heights[cells] = written[cells]
+                done += self._heights[cells].size
             if progress:
-                progress(done, cells)
-        part_of_map[...] = heights
+                progress(done, heights.size)
 
     def update_map(
         self,
@@ -284,7 +285,8 @@ class Chip:
         """Make ``heights`` the chip's map, sending only the rectangle that holds every change.
 
         What is compared with is what this object has written: nothing goes over the line if that is
-        ``heights``, and all of it does the first time, or after an upload that failed.
+        ``heights``, and all of it does the first time. After an upload that failed, what the chip
+        had not acknowledged does: so an upload is resumed.
 
         Parameters
         ----------

@@ -92,9 +92,12 @@ def test_frames_tile_the_rectangle(config, x, y, shape):
         layout = map_request(config)
         at = layout.unpack(payload[: layout.size])
         size = at["width"] * at["height"]
-        assert size == cells
+        assert cells == (
+            slice(at["y"], at["y"] + at["height"]),
+            slice(at["x"], at["x"] + at["width"]),
+        )
         block = unpack_cells(config, payload[layout.size :])[:size]
-        part = told[at["y"] : at["y"] + at["height"], at["x"] : at["x"] + at["width"]]
+        part = told[cells]
         assert (part == -1).all()  # No cell twice.
         part[...] = np.reshape(block, part.shape)
         sizes.append(len(payload) + BODY_HEADER_BYTES + CRC_BYTES)
@@ -146,22 +149,33 @@ def test_only_what_has_changed_is_sent(south, west, rows, columns):
     assert sum(tile["width"] * tile["height"] for tile in sent) == rows * columns
 
 
-def test_an_upload_that_failed_is_sent_again():
-    chip, port = opened(CHECKING)
-    heights = heights_of(CHECKING, np.random.default_rng(6), 16, 16)
-    chip.update_map(heights)
-    transfer = chip.link.transfer
+def test_an_upload_that_failed_is_resumed():
+    """The line is cut in the middle: what was acknowledged is not sent again, the rest is."""
+    config = CHECKING.replace(map_size=128)
+    chip, port = opened(config)
+    heights = heights_of(config, np.random.default_rng(6), 128, 128)
+    transfer, parts = chip.link.transfer, 0
 
-    def lost(requests):
-        transfer(requests)
-        raise LinkError("lost")
+    def cut(requests):
+        nonlocal parts
+        parts += 1
+        transfer(requests if parts < 4 else requests[:5])
+        if parts == 4:
+            raise LinkError("lost")
 
-    chip.link.transfer = lost
+    chip.link.transfer = cut
     with pytest.raises(LinkError):
-        chip.update_map(heights ^ 1)
+        chip.update_map(heights)
+    frames = len(list(map_frames(config, heights, 0, 0)))
+    assert frames >= 4 * 64
     chip.link.transfer = transfer
+    port.commands.clear()
     chip.update_map(heights)
     assert (port.chip.checking.terrain.heights == heights).all()
+    assert port.count(Command.MAP) <= frames - 2 * 64
+    port.commands.clear()
+    chip.update_map(heights)
+    assert not port.commands
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -18,12 +18,13 @@ from host.cli.problem import make_problem, source_of
 from host.compare.cluster import LOCAL, on_cluster
 from host.compare.digest import problem_digest
 from host.compare.entrants import SEARCH, Entrant, parse_entrants, planner_names
-from host.compare.processes import available_cores, in_processes
+from host.compare.processes import in_processes
 from host.compare.report import Field, document
 from host.compare.runs import Outcome, Task
 from host.compare.session import complete, kept
 from host.compare.store import RunStore
 from host.compare.write import write_report
+from host.cores import available_cores
 from host.errors import InputError, JobError
 from host.problem import Problem
 from host.report.files import prepare_directory

@@ -15,22 +15,18 @@ from multiprocessing.connection import wait
 from types import FrameType
 
 from host.compare.runs import Outcome, Task, execute
+from host.cores import available_cores
 from host.errors import JobError
 from host.evaluation import Evaluator
 from host.problem import Problem
 
 
-__all__ = ["available_cores", "ending_children", "in_processes", "interrupt_held"]
+__all__ = ["ending_children", "in_processes", "interrupt_held"]
 
 # How often all processes are started again after one of them has died.
 _POOLS = 3
 
 _evaluator: Evaluator
-
-
-def available_cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0))
 
 
 def in_processes(problem: Problem, tasks: Sequence[Task], jobs: int) -> Generator[Outcome]:

@@ -2,13 +2,13 @@
 
 import dataclasses
 import math
-import os
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from host.cores import available_cores
 from host.errors import InputError
 from host.evaluation.constants import COORDINATE_LIMIT_M, VOID_HEIGHT_M, Constants, Flags, Floats
 from host.evaluation.geometry import smooth
@@ -116,7 +116,7 @@ class Evaluator:
         ds_m = problem.ds_m if ds_m is None else ds_m
         if not (math.isfinite(ds_m) and ds_m > 0):
             raise ValueError(f"Sampling step must be a positive number of metres, not {ds_m!r}")
-        threads = (os.cpu_count() or 1) if threads is None else threads
+        threads = available_cores() if threads is None else threads
         if not isinstance(threads, int) or threads < 1:
             raise ValueError(f"Thread count must be a positive integer, not {threads!r}")
 

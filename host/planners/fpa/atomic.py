@@ -7,7 +7,7 @@ from numba import types
 from numba.extending import intrinsic
 
 
-__all__ = ["fetch_add", "read", "yield_core"]
+__all__ = ["fetch_add", "read", "sleep", "yield_core"]
 
 
 @intrinsic
@@ -38,11 +38,21 @@ def read(_context: Any, _counter: Any) -> Any:
 @intrinsic
 def yield_core(_context: Any) -> Any:
     """Let another thread have the core, if one waits for it: POSIX ``sched_yield``."""
+    return types.int32(), _call("sched_yield")
 
-    def generate(_context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
-        kind = ir.FunctionType(ir.IntType(32), [])
-        name = "sched_yield"
+
+@intrinsic
+def sleep(_context: Any, _microseconds: Any) -> Any:
+    """Let the core go for so many microseconds, 0 to 999,999: POSIX ``usleep``."""
+    return types.int32(types.uint32), _call("usleep", ir.IntType(32))
+
+
+def _call(name: str, *of: ir.Type) -> Any:
+    """Return the generator of a call to a function of the C library, by its name."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        kind = ir.FunctionType(ir.IntType(32), of)
         function = builder.module.globals.get(name) or ir.Function(builder.module, kind, name)
-        return builder.call(function, [])
+        return builder.call(function, arguments)
 
-    return types.int32(), generate
+    return generate

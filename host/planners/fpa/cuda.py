@@ -37,7 +37,7 @@ from host.evaluation.pieces import (
     prepare_burn,
     total_of,
 )
-from host.planners.fpa.engines import Leader
+from host.planners.fpa.engines import Leader, never
 from host.planners.fpa.kernels import (
     CUT_SHORT,
     EVALUATED,
@@ -281,7 +281,6 @@ class GpuEngine:
         self, evaluator: Evaluator, parameters: Pollination, two_opt_every: int, box: Paths,
         paths: Paths, fitness: NDArray[np.float64], *, stride: int, threads: int = THREADS,
     ) -> None:
-        self.stride = stride
         self._parameters = parameters
         self._two_opt_every = two_opt_every
         count, points, _ = paths.shape
@@ -297,8 +296,13 @@ class GpuEngine:
         self._history = to_device(np.zeros((stride, 2)))
         self._leaders = to_device(np.zeros((stride, points, 3)))
 
-    def advance(self, first: int, count: int) -> Sequence[Leader]:
-        """See :class:`host.planners.fpa.engines.Engine`; ``count`` is at most the stride."""
+    def advance(
+        self, first: int, count: int, should_stop: Callable[[], bool] = never,
+    ) -> Sequence[Leader]:
+        """See :class:`host.planners.fpa.engines.Engine`; ``count`` is at most the stride.
+
+        What was launched runs to its end, whatever ``should_stop`` says.
+        """
         for slot in range(count):
             iteration = first + slot
             self._kernel(

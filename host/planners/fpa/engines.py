@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Sequence
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -21,15 +21,14 @@ from host.planners.fpa.kernels import (
 )
 
 
-__all__ = ["CpuEngine", "Engine", "Leader"]
+__all__ = ["CpuEngine", "Engine", "Leader", "never"]
 
 Paths = NDArray[np.float64]
 
 # Solutions a thread takes at a time: few enough that no thread waits long for another's 2-opt.
 _CHUNK = 4
-# Solutions that are improved between two visits of the host, about, and the most iterations.
-_VISIT_SOLUTIONS = 5_000
-_MOST_ITERATIONS = 20
+# Seconds between two looks at whether to stop.
+_LOOK_S = 0.05
 
 
 class Leader(NamedTuple):
@@ -47,19 +46,22 @@ class Leader(NamedTuple):
     cut_short: int
 
 
+def never() -> bool:
+    """Nothing stops an engine."""
+    return False
+
+
 class Engine(Protocol):
-    """Runs iterations over a population that it keeps.
+    """Runs iterations over a population that it keeps."""
 
-    Attributes
-    ----------
-    stride : int
-        Iterations that are best asked for at once.
-    """
+    def advance(
+        self, first: int, count: int, should_stop: Callable[[], bool] = never,
+    ) -> Sequence[Leader]:
+        """Run iterations ``first``, from 1, to ``first + count - 1``; return what each left.
 
-    stride: int
-
-    def advance(self, first: int, count: int) -> Sequence[Leader]:
-        """Run iterations ``first``, from 1, to ``first + count - 1``."""
+        Fewer if ``should_stop``, which is asked now and then where an engine can be stopped; it is
+        then good for :meth:`population` and :meth:`close` alone.
+        """
 
     def population(self) -> tuple[Paths, NDArray[np.float64]]:
         """All paths (m, n, 3) in metres and their fitness (m,), after the last iteration."""
@@ -72,7 +74,8 @@ class CpuEngine:
     """One or several threads of the processor; the result is the same for any number of them.
 
     In an iteration each thread takes a few solutions at a time until none is left. Who is done
-    early lets others have the core until the next; the host comes every few iterations.
+    early lets others have the core until the next. The threads are not the caller's, which waits
+    for them and can stop them, within a solution's 2-opt or so.
 
     Parameters
     ----------
@@ -95,7 +98,6 @@ class CpuEngine:
         paths: Paths, fitness: NDArray[np.float64], threads: int,
     ) -> None:
         solutions, points, _ = paths.shape
-        self.stride = min(max(_VISIT_SOLUTIONS // solutions, 1), _MOST_ITERATIONS)
         self._parameters = parameters
         self._two_opt_every = two_opt_every
         self._box = box
@@ -106,33 +108,41 @@ class CpuEngine:
         self._shared = shared_state(int(np.argmax(fitness)))
         self._scratch = [(np.empty((points, 3)), *scratch(points)) for _ in range(threads)]
         self._counts: Counts = np.zeros((threads, LINE), dtype=np.int64)
-        self._helpers = ThreadPoolExecutor(threads - 1, "pollinate") if threads > 1 else None
+        self._pool = ThreadPoolExecutor(threads, "pollinate")
+        self._share(0, 1, 0, np.empty((0, HISTORY_FIELDS)), self._paths[0, :0])     # Compiles.
 
-    def advance(self, first: int, count: int) -> Sequence[Leader]:
+    def advance(
+        self, first: int, count: int, should_stop: Callable[[], bool] = never,
+    ) -> Sequence[Leader]:
         """See :class:`Engine`."""
         history = np.empty((count, HISTORY_FIELDS))
         leaders = np.empty((count, *self._paths.shape[2:]))
-
-        def share(thread: int) -> None:
-            pollinate_share(
-                self._parameters, first, count, self._two_opt_every, self._shared, _CHUNK,
-                self._paths, self._fitness, self._side, self._settled, self._box, *self._arguments,
-                *self._scratch[thread], self._counts, thread, history, leaders)
-
+        before = int(self._shared.meetings[0])
         try:
-            helping = [] if self._helpers is None else [
-                self._helpers.submit(share, thread) for thread in range(1, len(self._counts))]
+            shares = [self._pool.submit(self._share, thread, first, count, history, leaders)
+                      for thread in range(len(self._counts))]
+            while wait(shares, _LOOK_S, FIRST_EXCEPTION).not_done:
+                if should_stop() or any(share.done() and share.exception() for share in shares):
+                    self._shared.ended[0] = 1
+            for share in shares:
+                share.result()
         except BaseException:
-            # Nobody waits for a thread that could not be started.
-            self._shared.meetings[0] = -1
+            # Nobody waits for a thread that will not come.
+            self._shared.ended[0] = 1
             raise
-        share(0)
-        for help_ in helping:
-            help_.result()
-        self._side = (self._side + count) % 2
+        done = int(self._shared.meetings[0]) - before
+        self._side = (self._side + done) % 2
         return [Leader(path, best, mean, int(evaluated), int(cut_short))
                 for path, (best, mean, evaluated, cut_short)
-                in zip(leaders, history.tolist(), strict=True)]
+                in zip(leaders[:done], history[:done].tolist(), strict=True)]
+
+    def _share(
+        self, thread: int, first: int, count: int, history: NDArray[np.float64], leaders: Paths,
+    ) -> None:
+        pollinate_share(
+            self._parameters, first, count, self._two_opt_every, self._shared, _CHUNK, self._paths,
+            self._fitness, self._side, self._settled, self._box, *self._arguments,
+            *self._scratch[thread], self._counts, thread, history, leaders)
 
     def population(self) -> tuple[Paths, NDArray[np.float64]]:
         """See :class:`Engine`."""
@@ -140,5 +150,4 @@ class CpuEngine:
 
     def close(self) -> None:
         """See :class:`Engine`."""
-        if self._helpers is not None:
-            self._helpers.shutdown()
+        self._pool.shutdown()

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from host.evaluation.constants import Constants, Flags, Floats
 from host.evaluation.jit import compiled, inlined
 from host.evaluation.kernels import fitness_above
-from host.planners.fpa.atomic import fetch_add, read, yield_core
+from host.planners.fpa.atomic import fetch_add, read, sleep, yield_core
 from host.planners.fpa.philox import uniform, words
 
 
@@ -50,8 +50,10 @@ EVALUATED, CUT_SHORT = 0, 1
 BEST_FITNESS, MEAN_FITNESS, EVALUATED_SO_FAR, CUT_SHORT_SO_FAR = range(4)
 HISTORY_FIELDS = 4
 
-# Looks of a thread at a meeting point before it lets others have the core each time.
-_LOOKS = 500
+# Looks of a thread at a meeting point before it yields its core between two, some microseconds;
+# and before it sleeps, some hundred.
+_LOOKS, _YIELDS = 500, 700
+_SLEEP_US = np.uint32(50)
 
 # Draws of a solution in an iteration: its kind of step, epsilon, then one for each coordinate.
 _KIND, _EPSILON, _COORDINATES = 0, 1, 2
@@ -77,21 +79,22 @@ class Shared(NamedTuple):
     """What the threads of a run share to meet after each iteration; arrays of one line of a cache.
 
     ``cursor`` is the next solution that no thread has taken, ``arrived`` the threads that wait for
-    the others, ``meetings`` how often they have met, below 0 to let those go that wait for one that
-    will not come, ``best`` the best solution, g*.
+    the others, ``meetings`` how often they have met: the iterations that are complete. ``best`` is
+    the best solution, g*. Where ``ended`` is 1, all leave as soon as they can.
     """
 
     cursor: Counts
     arrived: Counts
     meetings: Counts
     best: Counts
+    ended: Counts
 
 
 def shared_state(best: int) -> Shared:
     """What threads share before the first iteration."""
-    cursor, arrived, meetings, of_best = np.zeros((4, LINE), dtype=np.int64)
-    of_best[0] = best
-    return Shared(cursor, arrived, meetings, of_best)
+    shared = Shared(*np.zeros((5, LINE), dtype=np.int64))
+    shared.best[0] = best
+    return shared
 
 
 @inlined
@@ -245,8 +248,8 @@ def untangle(
 
 @compiled
 def improve_share(
-    p: Pollination, iteration: int, two_opt: bool, cursor: Counts, chunk: int,
-    old: Floats, old_fitness: Floats, best: int, new: Floats, new_fitness: Floats,
+    p: Pollination, iteration: int, two_opt: bool, shared: Shared, chunk: int,
+    old: Floats, old_fitness: Floats, new: Floats, new_fitness: Floats,
     settled: Flags, box: Floats, ground: Floats, nofly: Flags, c: Constants, candidate: Floats,
     turns: Floats, pieces: Floats, counts: Counts,
 ) -> None:
@@ -254,13 +257,13 @@ def improve_share(
 
     Parameters
     ----------
-    p, iteration, best, box
+    p, iteration, box
         As for :func:`move`.
     two_opt : bool
         Whether the 2-opt operator follows.
-    cursor : (1,) int64
-        The next solution that no thread has taken; 0 at first. Each takes ``chunk`` at a time, so
-        that those whose 2-opt ends early take more.
+    shared : Shared
+        The same for all threads. Each takes ``chunk`` solutions at a time, so that those whose
+        2-opt ends early take more.
     old, old_fitness : (m, n, 3), (m,) float64
         The population before the iteration.
     new, new_fitness : (m, n, 3), (m,) float64
@@ -275,8 +278,9 @@ def improve_share(
         :data:`EVALUATED` and :data:`CUT_SHORT` are counted up; one array for each thread.
     """
     count, n = old.shape[0], old.shape[1]
-    while True:
-        start = fetch_add(cursor, chunk)
+    best = shared.best[0]
+    while not read(shared.ended):
+        start = fetch_add(shared.cursor, chunk)
         if start >= count:
             return
         for i in range(start, min(start + chunk, count)):
@@ -331,8 +335,8 @@ def pollinate_share(
 ) -> None:
     """One thread's share of some iterations; each of them ends when all threads are there.
 
-    The last to arrive looks for g*. Who waits looks for some hundred nanoseconds, then lets others
-    have the core between two looks: a machine that is busy loses nothing.
+    The last to arrive looks for g*. Who waits looks for some microseconds, then yields its core
+    between two looks, then sleeps: it is never in the way for long on a machine that is busy.
 
     Parameters
     ----------
@@ -354,12 +358,12 @@ def pollinate_share(
         iteration = first + number
         old = (side + number) % 2
         meeting = read(shared.meetings)
-        if meeting < 0:
-            return
         improve_share(
-            p, iteration, is_two_opt(iteration, two_opt_every), shared.cursor, chunk, paths[old],
-            fitness[old], shared.best[0], paths[1 - old], fitness[1 - old], settled, box, ground,
-            nofly, c, candidate, turns, pieces, counts[thread])
+            p, iteration, is_two_opt(iteration, two_opt_every), shared, chunk, paths[old],
+            fitness[old], paths[1 - old], fitness[1 - old], settled, box, ground, nofly, c,
+            candidate, turns, pieces, counts[thread])
+        if read(shared.ended):
+            return
         if fetch_add(shared.arrived, 1) == threads - 1:
             note_iteration(fitness[1 - old], paths[1 - old], counts, shared, history[number],
                            leaders[number])
@@ -369,6 +373,10 @@ def pollinate_share(
             continue
         looks = 0
         while read(shared.meetings) == meeting:
+            if read(shared.ended):
+                return
             looks += 1
-            if looks > _LOOKS:
+            if looks > _YIELDS:
+                sleep(_SLEEP_US)
+            elif looks > _LOOKS:
                 yield_core()

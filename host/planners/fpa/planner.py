@@ -99,9 +99,8 @@ class FlowerPollinationPlanner:
         """Search; see :class:`host.planners.base.Planner`.
 
         Candidates that are given up because they cannot replace their solution are counted apart
-        from evaluations. The host looks at the stop criteria every 20 iterations at most, more
-        often the more solutions there are, and what was found in iterations after one that met
-        them is dropped.
+        from evaluations. A time limit or an interrupt ends a search within the iteration, of which
+        nothing is kept; on the GPU, after 20 iterations at most.
 
         Raises
         ------
@@ -138,18 +137,19 @@ def _pollinate(run: Run, engine: Engine) -> None:
     """Let the engine run until a stop criterion is met, and take down what it finds."""
     before = run.evaluations
     iteration = 0
+    # A fitness to stop at is looked at after each iteration; time and interrupts stop an engine.
+    at_once = _LOOK_EVERY if run.options.target_fitness is None else 1
     while run.stopped_by() is None:
-        until = min(iteration + engine.stride, run.options.generations)
+        count = min(at_once, run.options.generations - iteration)
         with run.phase("iterations"):
-            leaders = engine.advance(iteration + 1, until - iteration)
+            leaders = engine.advance(
+                iteration + 1, count, lambda: run.stopped_by() is not None)
         for leader in leaders:
             iteration += 1
             run.evaluations, run.cut_short = before + leader.evaluated, leader.cut_short
             run.keep([leader.path], np.array([leader.fitness]))
             run.note(iteration, leader.mean)
-            if run.stopped_by() is not None:
-                break
-        if iteration == until and (iteration % _LOOK_EVERY == 0 or run.stopped_by() is not None):
+        if iteration % _LOOK_EVERY == 0 or run.stopped_by() is not None:
             run.keep(*engine.population())
 
 

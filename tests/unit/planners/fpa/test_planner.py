@@ -1,5 +1,7 @@
 """Whole runs: against the plain reference, alike on every engine of the CPU, and their limits."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from host.evaluation import Evaluator
 from host.planners import ENGINES, make
 from host.planners.airspace import Airspace
 from host.planners.base import Options
+from host.planners.fpa import engines
 from host.planners.fpa.engines import CpuEngine
 from host.planners.fpa.first import first_population
 from host.planners.fpa.kernels import Pollination, is_two_opt
@@ -145,20 +148,96 @@ def test_bad_population(evaluator, count):
         make("fpa").plan(evaluator, Options(population=count))
 
 
-def test_a_thread_that_cannot_be_started_leaves_nobody_waiting(evaluator, monkeypatch):
+@pytest.fixture
+def engine_of(evaluator):
+    """Makes engines that all start from the same population of 24 paths of 7 points."""
     space = Airspace(evaluator.problem)
-    paths = first_population(space, np.random.default_rng(6), 8, 4)
-    fitness = evaluator.fitness(paths, np.full(8, paths.shape[1]))
-    engine = CpuEngine(evaluator, Pollination(np.uint64(1), 9, 0.5, 0.25, 0.02), 3,
-                       np.stack((space.low, space.high)), paths, fitness, threads=3)
-    submit = engine._helpers.submit
+    paths = first_population(space, np.random.default_rng(6), 24, 5)
+    fitness = evaluator.fitness(paths, np.full(24, paths.shape[1]))
+    engines = []
 
-    def only_one(share, thread):
+    def make_engine(threads):
+        engines.append(CpuEngine(
+            evaluator, Pollination(np.uint64(1), 400, 0.5, 0.25, 0.02), 3,
+            np.stack((space.low, space.high)), paths, fitness, threads=threads))
+        return engines[-1]
+
+    yield make_engine
+    for engine in engines:
+        engine.close()
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_a_stop_keeps_the_iterations_that_are_complete(engine_of, threads, monkeypatch):
+    monkeypatch.setattr(engines, "_LOOK_S", 0.001)
+    looks = iter([False, False, False])
+    stopped, whole = engine_of(threads), engine_of(1)
+    found = stopped.advance(1, 400_000, lambda: next(looks, True))
+    assert 0 < len(found) < 400_000
+    expected = whole.advance(1, len(found))
+    for leader, other in zip(found, expected, strict=True):
+        assert np.array_equal(leader.path, other.path)
+        assert leader[1:] == other[1:]
+    for told, other in zip(stopped.population(), whole.population(), strict=True):
+        assert np.array_equal(told, other)
+
+
+@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
+@pytest.mark.parametrize("where", ["submit", "wait", "share"])
+def test_nobody_waits_for_a_thread_that_does_not_come(engine_of, monkeypatch, where, error):
+    engine = engine_of(3)
+    submit, share = engine._pool.submit, engine._share
+
+    def submit_two(work, thread, *rest):
         if thread == 2:
-            raise RuntimeError("can't start new thread")
-        return submit(share, thread)
+            raise error
+        return submit(work, thread, *rest)
 
-    monkeypatch.setattr(engine._helpers, "submit", only_one)
-    with pytest.raises(RuntimeError):
-        engine.advance(1, 9)
-    engine.close()
+    def fail_one(thread, *rest):
+        if thread == 1:
+            raise error
+        share(thread, *rest)
+
+    def fail(*_):
+        raise error
+
+    if where == "submit":
+        monkeypatch.setattr(engine._pool, "submit", submit_two)
+    elif where == "wait":
+        monkeypatch.setattr(engines, "wait", fail)
+    else:
+        monkeypatch.setattr(engine, "_share", fail_one)
+    with pytest.raises(error):
+        engine.advance(1, 400_000)
+
+
+def test_who_waits_for_another_thread_leaves_the_core_alone(engine_of, monkeypatch):
+    engine = engine_of(2)
+    share = engine._share
+
+    def late(thread, *rest):
+        time.sleep(1.0 if thread else 0.0)
+        share(thread, *rest)
+
+    monkeypatch.setattr(engine, "_share", late)
+    before = time.process_time()
+    engine.advance(1, 2)
+    assert time.process_time() - before < 0.5
+
+
+def test_a_time_limit_ends_a_search_within_an_iteration(evaluator):
+    # A single 2-opt of all these solutions takes minutes.
+    options = Options(generations=500, population=3000, time_limit_s=0.5)
+    result = make("fpa-2opt", waypoints=60, two_opt_every=1).plan(evaluator, options)
+    assert (result.stopped_by, result.generations) == ("time-limit", 0)
+    assert len(result.history) == 1
+
+
+def test_a_target_ends_a_search_in_the_iteration_that_reaches_it(evaluator):
+    whole = make("fpa-2opt").plan(evaluator, Options(generations=60, **SMALL))
+    bests = [best for _, best, _ in whole.history]
+    target = bests[33]
+    result = make("fpa-2opt").plan(
+        evaluator, Options(generations=60, target_fitness=target, **SMALL))
+    assert result.generations == next(i for i, best in enumerate(bests) if best >= target)
+    assert result.history == whole.history[: result.generations + 1]

@@ -11,15 +11,19 @@ from numpy.typing import NDArray
 
 from hdl.config import CheckerBuild
 from host.chip import Chip, pack_waypoints
+from host.evaluation import Evaluator
 from host.evaluation.geometry import smooth
 from host.evaluation.track import SmoothedTrack
 from host.planners.base import Run
 from host.terrain import ChipMap
 
 
-__all__ = ["BoardCounts"]
+__all__ = ["CAUSES", "BoardCounts", "refutation"]
 
 Path = NDArray[np.float64]
+
+#: Why the full evaluation may not confirm what the counts call feasible.
+CAUSES = ("turn_arcs", "between_cells", "between_samples")
 
 # Turning radius that leaves a path what it is before smoothing, metres.
 _NO_RADIUS_M = 1e-6
@@ -103,23 +107,23 @@ class BoardCounts:
             settled[best] = True
             self._in_full += 1
             self._claimed += int(claimed)
-            if claimed and fitness[best] <= 1:
-                self._refuted[self._cause(path)] += 1
+            if claimed and (cause := refutation(self._run.evaluator, path)):
+                self._refuted[cause] += 1
 
     def report(self) -> dict[str, Any]:
         """What was counted, what that saved, and what the full evaluation did not confirm.
 
         ``host_samples_saved`` are points of the straight paths at ``ds`` that the host did not look
-        up. Of the paths that the counts called feasible and the host then evaluated,
-        ``refuted_by`` gives how many it called infeasible, and why: ``turn_arcs`` where only the
-        smoothed track collides, ``between_cells`` where the straight path does, too.
+        up, those of the paths evaluated in full included. Of the paths that the counts called
+        feasible and the host then evaluated, ``refuted_by`` gives how many it called infeasible,
+        and why: see :func:`refutation`.
         """
         return {
             "counted_on_board": self._counted,
             "evaluated_in_full": self._in_full,
             "host_samples_saved": self._samples,
             "claimed_feasible": self._claimed,
-            "refuted_by": {name: self._refuted[name] for name in ("turn_arcs", "between_cells")},
+            "refuted_by": {name: self._refuted[name] for name in CAUSES},
         }
 
     def _metres_per_cell(self, path: Path, segment: int) -> float:
@@ -136,12 +140,28 @@ class BoardCounts:
         lengths = np.sqrt((np.diff(path, axis=0) ** 2).sum(axis=1))
         return int(np.ceil(lengths / self._run.evaluator.ds_m).sum())
 
-    def _cause(self, path: Path) -> str:
-        evaluator = self._run.evaluator
-        problem = evaluator.problem
-        straight = smooth(path, _NO_RADIUS_M)
-        track = SmoothedTrack(straight.pieces, problem.terrain, evaluator.bilinear)
-        samples, _ = track.midpoints(evaluator.ds_m)
-        under = (samples.clearance < 0) | np.isnan(samples.ground)
-        inside = problem.nofly_raster[problem.terrain.nearest_nodes(samples.x, samples.y)]
-        return "between_cells" if (under | inside).any() else "turn_arcs"
+
+def refutation(evaluator: Evaluator, path: Path) -> str | None:
+    """Why a path that the counts call feasible is not; None if it is.
+
+    ``between_cells`` where the straight path itself collides, ``turn_arcs`` where only the smoothed
+    track does, both at ``ds``; ``between_samples`` where that is clear at ``ds`` and not at
+    ``ds / 8``, as the strict rule of a report asks.
+
+    Parameters
+    ----------
+    path : (n, 3) float64
+        Metres, ends included.
+    """
+    evaluation = evaluator.evaluate(path)
+    if evaluation.feasible:
+        return None
+    if evaluation.feasible_at_ds:
+        return "between_samples"
+    problem = evaluator.problem
+    straight = smooth(path, _NO_RADIUS_M)
+    track = SmoothedTrack(straight.pieces, problem.terrain, evaluator.bilinear)
+    samples, _ = track.midpoints(evaluator.ds_m)
+    under = (samples.clearance < 0) | np.isnan(samples.ground)
+    inside = problem.nofly_raster[problem.terrain.nearest_nodes(samples.x, samples.y)]
+    return "between_cells" if (under | inside).any() else "turn_arcs"

@@ -9,9 +9,10 @@ from hdl.config import CheckerBuild, Config
 from host.board import open_board
 from host.chip import pack_waypoints
 from host.errors import InputError
+from host.evaluation import Evaluator
 from host.nofly import Circle
 from host.planners.base import Options, Run
-from host.planners.counting import BoardCounts
+from host.planners.counting import CAUSES, BoardCounts, refutation
 from host.planners.ga_fpga import FpgaGeneticPlanner
 from host.terrain import ChipMap
 from sim.model.checker import TerrainModel, check_path
@@ -145,8 +146,19 @@ def test_why_a_claim_was_refuted(make_evaluator, counts_on, first, corner, cause
     path = np.array([problem.start, first, corner, (3000, 1218, 650), problem.goal])
     assert evaluator.evaluate(path).distance_in_nofly_m > 0
     counts.settle(np.array([1.5]), np.zeros(1, bool), lambda slot: path)
-    expected = {"turn_arcs": 0, "between_cells": 0} | {cause: 1}
+    expected = dict.fromkeys(CAUSES, 0) | {cause: 1}
     assert counts.report()["refuted_by"] == expected
+
+
+def test_what_only_the_strict_rule_refutes(make_evaluator):
+    ends = {"start": (500, 2800, 650), "goal": (2700, 2800, 650)}
+    evaluator = make_evaluator(nofly=(Circle(2000, 2800, 1),), **ends)
+    # Three samples, which step over a zone of one node.
+    coarse = Evaluator(evaluator.problem, threads=1, ds_m=900.0)
+    path = np.array([ends["start"], ends["goal"]], dtype=float)
+    assert refutation(coarse, path) == "between_samples"
+    assert refutation(evaluator, path) == "between_cells"
+    assert refutation(make_evaluator(nofly=(), **ends), path) is None
 
 
 def test_new_waypoints_keep_off_the_ground(evaluator):

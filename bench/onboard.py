@@ -95,7 +95,7 @@ def run(options: BenchOptions) -> Report:
         "Scenarios and F as in BENCH=quality. Board: --feasibility board, so the chip counts the",
         "colliding cells of the straight path and its mutations refuse points in the ground; every",
         "path that becomes the best is evaluated in full. Counted feasible: different paths of all",
-        "runs, each evaluated here by the strict rule of pathgene check. Not feasible: because only",
+        "runs, each evaluated here by the strict rule of pathgene check. Not feasible: as only",
         "the turn arcs collide, because the straight path does between the cells that the line",
         "visits, or only between the samples at ds. Reported: the result of a run. Saved, counted:",
         "mean of a run. Host: on model:, whichever board the row names.",

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from hdl.boards.tools import Stamp, start_tool, tool_failed
+from hdl.boards.tools import BuildError, Stamp, start_tool, tool_failed
 
 
 __all__ = ["MOST_JOBS", "Routed", "route"]
@@ -105,13 +105,14 @@ def route(
     Raises
     ------
     BuildError
-        If a run fails.
+        If every run fails.
     """
     inputs = [name for option, name in pairwise(command) if option in _INPUTS]
     jobs = jobs or min(os.cpu_count() or 1, MOST_JOBS)
     waiting = list(seeds)
     running: list[_Run] = []
     tried: list[Routed] = []
+    failed: list[BuildError] = []
     close: Routed | None = None
     try:
         # The first of the order that closes is taken, whichever ends first.
@@ -123,10 +124,16 @@ def route(
             if ended is None:
                 time.sleep(_POLL_S)
                 continue
-            tried.append(ended.result())
-            _tell(tried[-1])
             later = running[running.index(ended) + 1 :]
             running.remove(ended)
+            try:
+                tried.append(ended.result())
+            except BuildError as error:
+                # A placement that cannot be routed; another seed may.
+                failed.append(error)
+                sys.stderr.write(f"seed {ended.seed}: {error}\n")
+                continue
+            _tell(tried[-1])
             if tried[-1].slack >= enough:
                 close = tried[-1]
                 for run in later:
@@ -135,6 +142,8 @@ def route(
     finally:
         for run in running:
             run.stop()
+    if not tried:
+        raise failed[0]
     best = close or max(tried, key=lambda routed: routed.slack)
     for file in _own(folder, best.seed).iterdir():
         if file.name not in inputs and file.suffix != Stamp.SUFFIX:

@@ -47,7 +47,7 @@ if name == "yosys":
 if name == "ecppack":
     pathlib.Path("chip.bit").write_text(pathlib.Path("chip.config").read_text())
 print("the output of", name)
-sys.exit({status})
+sys.exit({status} or (name == "nextpnr-ecp5" and {achieved}[seed - 1] is None))
 """
 
 
@@ -167,6 +167,14 @@ def test_a_seed_that_fails(tools, tmp_path, capfd):
     with pytest.raises(BuildError, match=r"^nextpnr-ecp5 failed with status 7; .*nextpnr-ecp5.log"):
         build(BOARD, tmp_path / "out", jobs=1)
     assert "the output of nextpnr-ecp5" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("jobs", [1, 3])
+def test_a_seed_that_cannot_be_routed_is_one_that_does_not_close(tools, tmp_path, jobs, capfd):
+    tools(achieved=(None, 99.0, 101))
+    assert build(BOARD, tmp_path / "out", seeds=3, jobs=jobs).seed == 3
+    assert "seed 1: nextpnr-ecp5 failed with status 1; " in capfd.readouterr().err
+    assert (tmp_path / "out" / "chip.bit").read_text() == "3"
 
 
 def test_no_seed_closes(tools, tmp_path):

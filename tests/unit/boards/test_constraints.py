@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from hdl.boards import BOARDS, find_board
+from hdl.config import Config
 
 
 ROOT = Path(__file__).parents[3] / "constraints"
@@ -80,6 +81,27 @@ def test_pins_and_clock(name):
         expected = {port: (pin, None) for port, (pin, _) in expected.items()}
     assert ports == expected
     assert clock_hz == reference_hz
+
+
+@pytest.mark.parametrize("name", BOARDS)
+def test_the_command_of_the_header_makes_what_fits_the_board(name):
+    (file,) = ROOT.glob(f"{name}.*")
+    board = find_board(name)
+    header = " ".join(
+        line.removeprefix("#").strip()
+        for line in file.read_text(encoding="utf-8").splitlines()
+        if line.startswith("#")
+    )
+    assert "pathgene verilog --top planner" in header
+    options = dict(re.findall(r"--set (\w+)=(\S+)", header))
+    config = Config().replace(
+        **{name: int(value) if value.isdigit() else value for name, value in options.items()}
+    )
+    line = {name: getattr(config, name) for name in ("clock_hz", "clocks_per_bit")}
+    assert config == board.sizes.replace(**line)
+    assert config.clock_hz == board.reference_hz
+    (baud_m,) = re.findall(r"\((\d+) Mbaud\)", header)
+    assert config.clock_hz / config.clocks_per_bit == pytest.approx(int(baud_m) * 1e6, rel=0.02)
 
 
 def test_no_other_files():

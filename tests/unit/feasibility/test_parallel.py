@@ -84,7 +84,7 @@ def test_every_segment_of_a_tiny_map(lanes):
             strict=True,
         )
     ]
-    paths = paths[:: 5 if lanes == 2 else 7]  # All of them: tests/cosim/test_checker.py.
+    paths = paths[:: 5 if lanes == 2 else 7]  # All of them: tests/cosim/test_parallel_checker.py.
     results = results_of(Checker(config), terrain, paths)
     assert results.summaries == expected(config, terrain, paths)
     assert results.clocks == batch_clocks(config, terrain, paths)

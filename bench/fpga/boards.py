@@ -142,7 +142,8 @@ BOARDS_TABLE = Table(
     order=_ROUTED_BOARDS,
     notes=[
         "The chip of `make bitstream BOARD=...` with the board's first seed. Block RAMs: of 18 "
-        "kbit on ECP5; of 4 and of 256 kbit, together, on iCE40. Build script only, as their tools "
+        "kbit on ECP5; of 4 and of 256 kbit, together, on iCE40, where the flip-flops are in the "
+        "logic cells that are counted as LUTs. Build script only, as their tools "
         f"do not come along: {', '.join(name for name in BOARDS if name not in _ROUTED_BOARDS)}."
     ],
 )

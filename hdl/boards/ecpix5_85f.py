@@ -1,4 +1,4 @@
-"""LambdaConcept ECPIX-5 with an LFE5UM5G-85F of speed grade 8: the full design, faster."""
+"""LambdaConcept ECPIX-5 with an LFE5UM5G-85F of speed grade 8: the full design, 16 lanes."""
 
 from amaranth.build import Attrs, Pins, Resource
 from amaranth_boards.ecpix5 import ECPIX585Platform
@@ -12,7 +12,7 @@ from hdl.config import CheckerBuild, Config
 
 __all__ = ["BOARD"]
 
-_SIZES = Config(checker=CheckerBuild.PARALLEL, lanes=8)
+_SIZES = Config(checker=CheckerBuild.PARALLEL, lanes=16)
 
 
 class _Platform(ECPIX585Platform):

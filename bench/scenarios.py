@@ -25,6 +25,7 @@ __all__ = [
     "names_of",
     "problem",
     "problem_at_one_cell",
+    "source_of",
 ]
 
 #: The terrain that comes with the packages, always there.
@@ -64,14 +65,19 @@ def names_of(wanted: Sequence[str]) -> list[str]:
     return [name for name in wanted if name not in TILES or (_FOLDER / TILES[name]).exists()]
 
 
+def source_of(name: str) -> str:
+    """Return what ``--terrain`` takes for it: a name that comes with the packages, or a file."""
+    return str(_FOLDER / TILES[name]) if name in TILES else name
+
+
 @cache
 def _terrain(name: str) -> Terrain:
-    if name in (EMBEDDED, LARGE, *SYNTHETIC):
+    source = source_of(name)
+    if source == name:
         return load(name)
-    file = _FOLDER / TILES[name]
-    if not file.exists():
-        raise InputError(f"The elevation tile {file.name} is not beside the repository.")
-    return load(file, fill_voids=True)
+    if not Path(source).exists():
+        raise InputError(f"The elevation tile {TILES[name]} is not beside the repository.")
+    return load(source, fill_voids=True)
 
 
 @cache

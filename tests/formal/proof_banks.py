@@ -10,7 +10,7 @@ from tests.formal.parts import Opened, free
 
 
 class Banks(Elaboratable):
-    """Proved for all time, for 1, 2, 4 and 8 lanes on a map of 32 x 32 cells.
+    """Proved for all time, for 1, 2, 4, 8 and 16 lanes on a map of 32 x 32 cells.
 
     For all time, since in any clock the addresses of the banks depend on the lanes of the clock
     before alone. Assumed is ``walking``. Lane c has a cell whose coordinate along the major axis
@@ -22,7 +22,7 @@ class Banks(Elaboratable):
     - At most one lane looks for a cell in a bank through a port.
     """
 
-    LANES = (1, 2, 4, 8)
+    LANES = (1, 2, 4, 8, 16)
 
     def __init__(self, unit):
         self.unit = unit

@@ -116,6 +116,7 @@ def run(options: BenchOptions) -> Report:
         "PL, ER, MT: path length, elevation rate, minimum turn in degrees. Draws uniform is the",
         "paper's; the paper's delta is equation (3) of its columns. Sum: the mean delta shown is",
         "that of the whole path, not what that reading minimises.",
+        *itertools.chain.from_iterable(wrap(said, _NOTE_WIDTH) for said in _work(outcomes)),
         *itertools.chain.from_iterable(_verdicts(landscape, draws, outcomes, direct[landscape])
                                        for landscape in LANDSCAPES for draws in KINDS),
         *itertools.chain.from_iterable(wrap(said, _NOTE_WIDTH) for said in contradictions()),
@@ -124,6 +125,13 @@ def run(options: BenchOptions) -> Report:
         str(landscape): {str(points): values for points, values in found.items()}
         for landscape, found in direct.items()}}
     return report
+
+
+def _work(outcomes: dict[_Case, list[_Outcome]]) -> Iterable[str]:
+    """Say what each planner evaluates: a table by generations is not one by work."""
+    for case, runs in outcomes.items():
+        count = np.mean([outcome.evaluations for outcome in runs])
+        yield f"Evaluations of a run, {case}: {count:,.0f}."
 
 
 def _planned(case: _Case, seed: int) -> _Outcome:

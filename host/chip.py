@@ -30,19 +30,16 @@ from hdl.protocol import (
     unpack_paths,
     write_request,
 )
-from host.checks import Checked, check_points, check_slots, map_frames
+from host.checks import Checked, check_points, check_slots
 from host.errors import InputError
 from host.link import Link
+from host.map_copy import MapCopy
 
 
 __all__ = ["Chip", "Step", "pack_waypoints", "unpack_waypoints"]
 
 #: Bytes of waypoints in one frame of a transfer: short enough to survive a bad line.
 _TRANSFER_BYTES = 128
-#: Height of a cell of which nobody knows what the chip holds.
-_UNKNOWN = -1
-#: Frames of the map between two reports of progress.
-_FRAMES_PER_REPORT = 64
 
 
 @dataclass(frozen=True)
@@ -110,8 +107,7 @@ class Chip:
         self._steps = 0
         self.info = self._ask_info()
         self.config = self._checked_config()
-        # The host's copy of the map.
-        self._heights = np.full((self.config.map_size,) * 2, _UNKNOWN, dtype=np.int32)
+        self._map = MapCopy(self.config, link)
         link.open(self.info["session"], credit=self.config.receive_buffer)
 
     def __enter__(self) -> Self:
@@ -259,22 +255,7 @@ class Chip:
             If ``heights`` is no such array, or leaves the map.
         """
         self._require_checker()
-        heights = np.asarray(heights)
-        frames = list(map_frames(self.config, heights, x, y))
-        rows, columns = heights.shape
-        written = self._heights.copy()
-        written[y : y + rows, x : x + columns] = heights
-        # Nobody knows what a transfer that fails has written, but for what was acknowledged.
-        self._heights[y : y + rows, x : x + columns] = _UNKNOWN
-        done = 0
-        for first in range(0, len(frames), _FRAMES_PER_REPORT):
-            part = frames[first : first + _FRAMES_PER_REPORT]
-            self.link.transfer([(Command.MAP, payload) for payload, _ in part])
-            for _, cells in part:
-                self._heights[cells] = written[cells]
-                done += self._heights[cells].size
-            if progress:
-                progress(done, heights.size)
+        self._map.upload(heights, x, y, progress=progress)
 
     def update_map(
         self,
@@ -303,16 +284,7 @@ class Chip:
             If ``heights`` is no whole map.
         """
         self._require_checker()
-        heights = np.asarray(heights)
-        if heights.shape != self._heights.shape:
-            raise ValueError(
-                f"Heights must be a whole map of {self._heights.shape}, not of {heights.shape}"
-            )
-        rows, columns = np.nonzero(self._heights != heights)
-        if len(rows):
-            south, west = int(rows.min()), int(columns.min())
-            changed = heights[south : rows.max() + 1, west : columns.max() + 1]
-            self.upload_map(changed, west, south, progress=progress)
+        self._map.update(heights, progress=progress)
 
     def check_path(self, points: Sequence[int], *, counting: bool = False) -> Checked:
         """Check one path against the chip's map.

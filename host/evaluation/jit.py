@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import TypeVar, cast
 
+import numba
 from numba import njit
 
 
@@ -48,7 +49,11 @@ def _compiled(function: _Function, *, inline: bool, counted: bool = False) -> _F
     # Nothing is kept on disk where the compiler is off or no folder can be written.
     kept = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
     if kept is not None:
-        kept._source_stamp = source_stamp(Path(inspect.getfile(function)).resolve().parent)
+        stamp = source_stamp(Path(inspect.getfile(function)).resolve().parent)
+        kept._source_stamp = stamp
+        # In the version, too, which is read first: what other sources have left may be of classes
+        # that are no more, and is not to be read at all.
+        kept._version = f"{numba.__version__} {stamp}"
     return cast(_Function, dispatcher)
 
 

@@ -2,6 +2,8 @@
 
 import importlib.util
 import sys
+from types import ModuleType
+from typing import NamedTuple
 
 import pytest
 
@@ -13,7 +15,7 @@ from host.evaluation.jit import inlined
 
 @inlined
 def inner(x):
-    return x + {}
+    return {}
 """
 OUTER = """
 from kernel_inner import inner
@@ -29,8 +31,8 @@ def outer(x):
 def load(tmp_path, monkeypatch):
     """Write and import both modules as a new process would; the function that users call."""
 
-    def load(added):
-        (tmp_path / "kernel_inner.py").write_text(INNER.format(added))
+    def load(value):
+        (tmp_path / "kernel_inner.py").write_text(INNER.format(value))
         (tmp_path / "kernel_outer.py").write_text(OUTER)
         source_stamp.cache_clear()
         for name in ("kernel_inner", "kernel_outer"):
@@ -44,11 +46,11 @@ def load(tmp_path, monkeypatch):
 
 
 def test_a_change_in_another_file_is_noticed(load):
-    assert load(1)(1) == 20
-    again = load(1)
+    assert load("x + 1")(1) == 20
+    again = load("x + 1")
     assert again(1) == 20
     assert sum(again.stats.cache_hits.values()) == 1
-    changed = load(2)
+    changed = load("x + 2")
     assert changed(1) == 30
     assert not changed.stats.cache_hits
 
@@ -58,3 +60,13 @@ def test_stamp_covers_the_evaluation_and_the_folder(tmp_path):
     (tmp_path / "one.py").write_text("1")
     source_stamp.cache_clear()
     assert source_stamp(tmp_path) != empty
+
+
+def test_what_was_kept_of_classes_that_are_gone_is_not_read(load, monkeypatch):
+    types = ModuleType("kernel_types")
+    types.Pair = NamedTuple("Pair", [("a", int), ("b", int)])
+    types.Pair.__module__ = types.__name__
+    monkeypatch.setitem(sys.modules, types.__name__, types)
+    assert load("x.a + x.b")(types.Pair(1, 3)) == 40
+    del types.Pair
+    assert load("x + 1")(1) == 20

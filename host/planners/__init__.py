@@ -64,7 +64,8 @@ OPTIONS: Mapping[str, Option] = {
                 "rounding on the GPU (default cores)",
         choices=ENGINES),
     "waypoints": Option(
-        meaning="free waypoints of every path (default 6)", type=int, metavar="N"),
+        meaning="free waypoints of every path (default 6, with --init astar 16)", type=int,
+        metavar="N"),
     "two_opt_every": Option(
         meaning="iterations from one 2-opt to the next (default 20)", type=int, metavar="N"),
     "max_waypoints": Option(

@@ -17,7 +17,7 @@ from host.planners.polylines import lengthened, on_corners, polylines, thinned
 from host.terrain import ChipMap
 
 
-__all__ = ["MOST_SEARCHES", "AstarPlanner", "searches"]
+__all__ = ["DEFAULT_MAX_WAYPOINTS", "MOST_SEARCHES", "AstarPlanner", "searches"]
 
 Path = NDArray[np.float64]
 
@@ -30,6 +30,8 @@ MOST_SEARCHES = len(_MARGINS) * len(_STEEPNESS)
 # Turns that are tried with each route, as shares of the most waypoints.
 _SHARES = (1.0, 0.75, 0.5, 0.25, 0.125)
 _MOST_WAYPOINTS = 100
+#: Most waypoints of a path by default.
+DEFAULT_MAX_WAYPOINTS = 16
 
 
 class AstarPlanner:
@@ -59,7 +61,7 @@ class AstarPlanner:
         If ``max_waypoints`` is outside its range.
     """
 
-    def __init__(self, *, max_waypoints: int = 16) -> None:
+    def __init__(self, *, max_waypoints: int = DEFAULT_MAX_WAYPOINTS) -> None:
         if not 1 <= max_waypoints <= _MOST_WAYPOINTS:
             raise InputError(f"The most waypoints of a path must be from 1 to {_MOST_WAYPOINTS}, "
                              f"not {max_waypoints}.")

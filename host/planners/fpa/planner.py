@@ -13,6 +13,7 @@ from host.errors import InputError
 from host.evaluation import Evaluator
 from host.planners import ENGINES
 from host.planners.airspace import Airspace
+from host.planners.astar import DEFAULT_MAX_WAYPOINTS
 from host.planners.base import Options, Progress, Result, Run, Stop
 from host.planners.fpa.engines import CpuEngine, Engine
 from host.planners.fpa.first import first_population
@@ -56,8 +57,9 @@ class FlowerPollinationPlanner:
     ----------
     two_opt_every : int
         Iterations from one 2-opt to the next, 1 or more; 0 for the algorithm without it.
-    waypoints : int
-        Free waypoints of a path, 1 to 100.
+    waypoints : int, optional
+        Free waypoints of a path, 1 to 100; by default 6, or 16 where the first population is of
+        the grid search, which its best paths need; 6 again if that finds no way.
     engine : str
         ``cores``, all threads of the evaluator; ``sequential``, one; or ``gpu``. The first two give
         the same result to the last bit, the third rounds differently.
@@ -74,13 +76,13 @@ class FlowerPollinationPlanner:
     """
 
     def __init__(
-        self, *, two_opt_every: int = TWO_OPT_EVERY, waypoints: int = WAYPOINTS,
+        self, *, two_opt_every: int = TWO_OPT_EVERY, waypoints: int | None = None,
         engine: str = ENGINES[0], init: str = "random", give_up: bool = True,
     ) -> None:
         if two_opt_every < 0:
             raise InputError(f"The iterations between 2-opts must be 0 or more, not "
                              f"{two_opt_every}.")
-        if not 1 <= waypoints <= _MOST_WAYPOINTS:
+        if waypoints is not None and not 1 <= waypoints <= _MOST_WAYPOINTS:
             raise InputError(f"The number of waypoints must be from 1 to {_MOST_WAYPOINTS}, not "
                              f"{waypoints}.")
         if engine not in ENGINES:
@@ -117,9 +119,11 @@ class FlowerPollinationPlanner:
         rng = np.random.default_rng(options.seed)
 
         run = Run(evaluator, options, progress, stop)
-        found = (astar_paths(run, rng, count, self.waypoints, fewest=self.waypoints)
-                 if self.from_astar else None)
-        paths = first_population(space, rng, count, self.waypoints, found or ())
+        found = None
+        if self.from_astar:
+            waypoints = self.waypoints or DEFAULT_MAX_WAYPOINTS
+            found = astar_paths(run, rng, count, waypoints, fewest=waypoints)
+        paths = first_population(space, rng, count, self.waypoints or WAYPOINTS, found or ())
         fitness = run.fitness(list(paths))
         run.record(0, fitness)
         parameters = Pollination(

@@ -41,8 +41,8 @@ def start(evaluator):
 PLANNERS = {
     "ga-fpga": (partial(FpgaGeneticPlanner, initial_draws=1), 16),
     "ga-pc": (partial(PcGeneticPlanner, refits=2), 16),
-    "fpa": (partial(FlowerPollinationPlanner, two_opt_every=0), 6),
-    "fpa-2opt": (partial(FlowerPollinationPlanner, two_opt_every=5), 6),
+    "fpa": (partial(FlowerPollinationPlanner, two_opt_every=0), 16),
+    "fpa-2opt": (partial(FlowerPollinationPlanner, two_opt_every=5), 16),
     "ga-dp": (DeterministicRoutePlanner, 8),
     "ga-auv": (ConventionalRoutePlanner, 8),
 }
@@ -152,6 +152,15 @@ def test_planners_start_there(evaluator, name):
     assert started.evaluation.feasible
     assert started.evaluation.fitness > alone.fitness
     assert planner().plan(evaluator, options).history[0][1] < alone.fitness - 0.02
+
+
+@pytest.mark.parametrize(("waypoints", "most"), [(None, 16), (6, 6), (20, 20)])
+def test_waypoints_of_a_fixed_number(evaluator, waypoints, most):
+    """What was found may have less, and is flown as it was found."""
+    planner = FlowerPollinationPlanner(init="astar", waypoints=waypoints)
+    result = planner.plan(evaluator, Options(generations=2, population=24))
+    lengths = {len(path) - 2 for _, path in result.archive}
+    assert max(lengths) == most
 
 
 @pytest.mark.parametrize("name", PLANNERS)

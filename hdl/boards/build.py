@@ -65,22 +65,29 @@ def prepare(board: Board, folder: Path) -> list[list[str]]:
     return [[line[0].removeprefix("$").lower().replace("_", "-"), *line[1:]] for line in lines]
 
 
-def build(board: Board, folder: Path, *, seeds: int = 8, jobs: int | None = None) -> Routed:
+def build(
+    board: Board,
+    folder: Path,
+    *,
+    seeds: int = 8,
+    jobs: int | None = None,
+    limit_s: float | None = None,
+) -> Routed:
     """Make the bitstream of ``board`` in ``folder``, and a report beside it, ``report.json``.
 
     Parameters
     ----------
     seeds : int
         Seeds to try: the one that the board file names, then the lowest others.
-    jobs : int, optional
-        Seeds at a time; see :func:`hdl.boards.route.route`.
+    jobs, limit_s : int, float, optional
+        Seeds at a time, and seconds of one; see :func:`hdl.boards.route.route`.
 
     Raises
     ------
     BuildError
         If a tool is missing or fails, or no seed closes timing.
     """
-    routed, packing = try_seeds(board, folder, seeds=seeds, jobs=jobs)
+    routed, packing = try_seeds(board, folder, seeds=seeds, jobs=jobs, limit_s=limit_s)
     if not routed.closed:
         raise BuildError(
             f"No seed closes timing on {board.name}: the best, {routed.seed}, reaches "
@@ -94,7 +101,12 @@ def build(board: Board, folder: Path, *, seeds: int = 8, jobs: int | None = None
 
 
 def try_seeds(
-    board: Board, folder: Path, *, seeds: int, jobs: int | None = None
+    board: Board,
+    folder: Path,
+    *,
+    seeds: int,
+    jobs: int | None = None,
+    limit_s: float | None = None,
 ) -> tuple[Routed, list[list[str]]]:
     """Synthesize and route ``board``, as :func:`build` does, until timing closes or not at all.
 
@@ -122,7 +134,8 @@ def try_seeds(
         _run_once(command, folder)
     others = (seed for seed in itertools.count(1) if seed != board.seed)
     order = [board.seed, *itertools.islice(others, seeds - 1)]
-    return route(commands[at], folder, order, jobs=jobs), commands[at + 1 :]
+    routed = route(commands[at], folder, order, jobs=jobs, limit_s=limit_s)
+    return routed, commands[at + 1 :]
 
 
 def _run_once(command: Sequence[str], folder: Path) -> None:
@@ -144,6 +157,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--jobs", type=int, help=f"seeds at a time (default one a core, at most {MOST_JOBS})"
     )
+    parser.add_argument("--hours", type=float, help="longest time of a seed (default: no limit)")
     parser.add_argument("--out", type=Path, default=Path("build/bitstream"), help="folder")
     options = parser.parse_args(arguments)
     if options.board not in BOARDS:
@@ -153,9 +167,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if (value := getattr(options, name)) is not None and value < 1:
             sys.stderr.write(f"bitstream: --{name} must be at least 1, not {value}.\n")
             return 2
+    if options.hours is not None and not options.hours > 0:
+        sys.stderr.write(f"bitstream: --hours must be more than 0, not {options.hours:g}.\n")
+        return 2
+    limit_s = None if options.hours is None else 3600 * options.hours
     folder = options.out / options.board
     try:
-        routed = build(find_board(options.board), folder, seeds=options.seeds, jobs=options.jobs)
+        routed = build(
+            find_board(options.board),
+            folder,
+            seeds=options.seeds,
+            jobs=options.jobs,
+            limit_s=limit_s,
+        )
     except BuildError as error:
         sys.stderr.write(f"bitstream: {error}\n")
         return 1

@@ -82,6 +82,7 @@ def route(
     *,
     enough: float = 1.0,
     jobs: int | None = None,
+    limit_s: float | None = None,
 ) -> Routed:
     """Run ``command``, a nextpnr with its arguments, with each seed until timing closes.
 
@@ -95,6 +96,9 @@ def route(
         Part of the asked frequency at which to stop.
     jobs : int, optional
         Seeds at a time; by default one a core, at most :data:`MOST_JOBS`.
+    limit_s : float, optional
+        Seconds after which a seed is stopped, and counts as one that cannot be routed: the router
+        goes on for ever where it comes to no end.
 
     Returns
     -------
@@ -120,6 +124,8 @@ def route(
             while waiting and close is None and len(running) < jobs:
                 running.append(_Run(command, folder, waiting.pop(0), inputs))
                 running[-1].start()
+            for run in running:
+                run.stop_after(limit_s)
             ended = next((run for run in running if run.has_ended()), None)
             if ended is None:
                 time.sleep(_POLL_S)
@@ -163,6 +169,8 @@ class _Run:
         self.inputs = inputs
         self.arguments = [*command[1:], *_ROUTER, "--seed", str(seed), "--report", _REPORT]
         self.process: subprocess.Popen[bytes] | None = None
+        self.started = 0.0
+        self.stopped_after: float | None = None
         self.folder.mkdir(exist_ok=True)
         for name in inputs:
             (self.folder / name).unlink(missing_ok=True)
@@ -178,17 +186,27 @@ class _Run:
             if file.name not in self.inputs:
                 file.unlink()
         self.process = start_tool(self.tool, self.arguments, self.folder)
+        self.started = time.monotonic()
 
     def has_ended(self) -> bool:
         return self.process is None or self.process.poll() is not None
 
     def result(self) -> Routed:
         """Return what it came to, once it has ended."""
+        if self.stopped_after is not None:
+            raise BuildError(f"{self.tool} came to no end in {self.stopped_after:,.0f} s.")
         if self.process is not None:
             if status := self.process.returncode:
                 raise tool_failed(self.tool, self.folder, status)
             self.stamp.set()
         return Routed.read(self.folder / _REPORT, self.seed)
+
+    def stop_after(self, limit_s: float | None) -> None:
+        """Stop the tool if it has run for so long."""
+        late = limit_s is not None and time.monotonic() - self.started > limit_s
+        if late and not self.has_ended():
+            self.stop()
+            self.stopped_after = limit_s
 
     def stop(self) -> None:
         if self.process is not None:

@@ -177,6 +177,15 @@ def test_a_seed_that_cannot_be_routed_is_one_that_does_not_close(tools, tmp_path
     assert (tmp_path / "out" / "chip.bit").read_text() == "3"
 
 
+def test_a_seed_that_comes_to_no_end(tools, tmp_path, capfd):
+    tools(achieved=(101, 102), slow={1: 3600})
+    assert build(BOARD, tmp_path / "out", seeds=2, jobs=1, limit_s=3).seed == 2
+    assert "seed 1: nextpnr-ecp5 came to no end in 3 s.\n" in capfd.readouterr().err
+    # It is tried again the next time; it was stopped, not routed.
+    with pytest.raises(BuildError, match=r"^nextpnr-ecp5 came to no end in 1 s\.$"):
+        build(BOARD, tmp_path / "out", seeds=1, limit_s=1)
+
+
 def test_no_seed_closes(tools, tmp_path):
     tools(achieved=(80, 99.9, 90))
     with pytest.raises(
@@ -220,6 +229,8 @@ def test_command_line(tools, tmp_path, capsys):
     for option in ("--seeds", "--jobs"):
         assert main(["ulx3s-85f", option, "0", "--out", str(tmp_path)]) == 2
         assert capsys.readouterr().err == f"bitstream: {option} must be at least 1, not 0.\n"
+    assert main(["ulx3s-85f", "--hours", "-1"]) == 2
+    assert capsys.readouterr().err == "bitstream: --hours must be more than 0, not -1.\n"
 
 
 def test_interrupted(tools, tmp_path, capsys, monkeypatch):
@@ -233,7 +244,7 @@ def test_interrupted(tools, tmp_path, capsys, monkeypatch):
         time.sleep(seconds)
 
     with monkeypatch.context() as context:
-        context.setattr(routing, "time", SimpleNamespace(sleep=pause))
+        context.setattr(routing, "time", SimpleNamespace(sleep=pause, monotonic=time.monotonic))
         assert main(arguments) == 130
     assert capsys.readouterr().err.splitlines()[-1].startswith("bitstream: interrupted. What has ")
     time.sleep(2.5)

@@ -59,6 +59,7 @@ def main() -> int:
     if arguments.seeds is not None:
         options = replace(options, seeds=arguments.seeds, trials=arguments.seeds)
     arguments.out.mkdir(parents=True, exist_ok=True)
+    status = 0
     for name in arguments.names or [name for name in NAMES if name != "fpga"]:
         try:
             report = importlib.import_module(f"bench.{name.replace('-', '_')}").run(options)
@@ -67,7 +68,8 @@ def main() -> int:
             return error.exit_status
         print(report.text(), flush=True)
         print(f"JSON: {report.write(arguments.out / f'{name}.json')}\n", flush=True)
-    return 0
+        status |= report.failed
+    return status
 
 
 if __name__ == "__main__":

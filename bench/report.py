@@ -48,6 +48,8 @@ class Report:
         Sentences below the table.
     data : dict
         What the JSON has besides.
+    failed : bool
+        Whether something could not be measured; a note says why.
     """
 
     title: str
@@ -55,6 +57,7 @@ class Report:
     rows: list[Sequence[Any]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     data: dict[str, Any] = field(default_factory=dict)
+    failed: bool = False
 
     def text(self) -> str:
         """Return the table in Markdown."""

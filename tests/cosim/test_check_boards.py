@@ -5,45 +5,34 @@ import random
 import numpy as np
 import pytest
 
-from hdl.config import CheckerBuild
 from hdl.protocol import Command, LinkMode, StickyError
 from host import uav
-from host.board import open_board, start_simulated
+from host.board import start_simulated
 from host.evaluation import Evaluator
 from host.link import RefusedError
 from host.planners.base import Options
 from host.planners.ga_fpga import FpgaGeneticPlanner
 from host.problem import Problem
 from host.terrain import Terrain
-from tests.chips import SMALL, Pair, board_url, random_path, without_line_clocks
+from tests.chips import CHECKERS, board_url, random_path, without_line_clocks
 from tests.fuzz import Fuzz
 
 
 pytestmark = pytest.mark.cosim
 
-CHIPS = {
-    "two-tier": SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
-    "parallel": SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4),
-    "hierarchical": SMALL.replace(checker=CheckerBuild.HIERARCHICAL, lanes=2),
-}
-CHIP = pytest.mark.parametrize("config", CHIPS.values(), ids=CHIPS)
+CHIP = pytest.mark.parametrize("config", CHECKERS.values(), ids=CHECKERS)
 
 
 @pytest.fixture
-def pair():
+def pair(pair):
     """Opens a simulated board and the model of the same chip, both with a map; closes both."""
-    opened = []
 
     def open_pair(config, **options):
-        for url in (board_url("sim", config, **options), board_url("model", config)):
-            opened.append(open_board(url))
-        chips = Pair(*opened)
+        chips = pair(config, **options)
         upload(chips, np.random.default_rng(1), config.map_size, config.map_size)
         return chips
 
-    yield open_pair
-    for chip in opened:
-        chip.close()
+    return open_pair
 
 
 def upload(chips, rng, rows, columns, x=0, y=0):
@@ -104,7 +93,7 @@ def test_new_waypoints_keep_off_the_ground(pair, config):
 @pytest.mark.parametrize("checker", ["two-tier", "parallel"])
 def test_a_chip_that_only_checks(pair, checker):
     """Every verdict and clock is the model's, and what needs the genetic core is refused."""
-    chips = pair(CHIPS[checker].replace(genetic=False))
+    chips = pair(CHECKERS[checker].replace(genetic=False))
     rng, config = chips.rng, chips.config
     high = 12 << 2 * config.coordinate_bits  # Above all but the blocked cells.
     told = []
@@ -151,7 +140,7 @@ def test_plans_with_its_counts_as_the_model_does(config):
 
 
 def test_icarus_agrees(pair, icarus):
-    chips = pair(CHIPS["parallel"], sim="icarus")
+    chips = pair(CHECKERS["parallel"], sim="icarus")
     chips.start()
     for counting in (False, True):
         check_all(chips, counting)
@@ -160,7 +149,7 @@ def test_icarus_agrees(pair, icarus):
 
 def test_random_frames_get_the_answers_of_the_model():
     """Whole, broken, repeated and damaged frames of every command; byte for byte."""
-    config = CHIPS["parallel"]
+    config = CHECKERS["parallel"]
     fuzz = Fuzz(config, seed=1)
     with start_simulated(board_url("sim", config)) as board, board.open(timeout=5) as port:
         while fuzz.frames < 3000:

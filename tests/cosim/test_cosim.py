@@ -2,13 +2,30 @@
 
 import pytest
 
-from sim.runner import benches, run_bench
+from sim.runner import SIMULATORS, benches, run_bench
 
 
 pytestmark = pytest.mark.cosim
 
+#: Minutes on Icarus, where smaller chips agree with the model in ``test_boards.py`` and, with the
+#: parallel checker, in ``test_check_boards.py``; ``make sim`` runs them, too.
+LONG_ON_ICARUS = ("checker", "checker_hierarchical", "core", "planner", "population", "receiving")
 
-@pytest.mark.parametrize("bench", [pytest.param(path, id=name) for name, path in benches().items()])
+
+@pytest.mark.parametrize(
+    ("bench", "simulator"),
+    [
+        pytest.param(
+            path,
+            simulator,
+            id=f"{simulator}-{name}",
+            marks=[pytest.mark.long] if simulator == "icarus" and name in LONG_ON_ICARUS else [],
+        )
+        for name, path in benches().items()
+        for simulator in SIMULATORS
+    ],
+    indirect=["simulator"],
+)
 def test_bench(bench, simulator):
     result = run_bench(simulator, bench)
     # Each once or more: not one that could not be found, or was skipped.

@@ -6,31 +6,16 @@ import pytest
 
 from hdl.config import Config, SurvivorSelection
 from hdl.protocol import LinkMode
-from host.board import open_board, start_simulated
+from host.board import start_simulated
 from sim.exported import exported_verilog
 from sim.runner import BENCHES, run
-from tests.chips import SMALL, Pair, board_url
+from tests.chips import SMALL, board_url
 from tests.fuzz import Fuzz
 
 
 pytestmark = [pytest.mark.long, pytest.mark.cosim]
 
 DEFAULT = Config(clocks_per_bit=4)
-
-
-@pytest.fixture
-def pair():
-    """Opens a simulated board and the model of the same chip; closes both."""
-    opened = []
-
-    def open_pair(config, seed=1, **options):
-        for url in (board_url("sim", config, **options), board_url("model", config)):
-            opened.append(open_board(url))
-        return Pair(*opened, seed)
-
-    yield open_pair
-    for chip in opened:
-        chip.close()
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from hdl.config import Config
 from hdl.verilog import SHIPPED, TOPS, export, main, write_shipped
 from sim.exported import exported_verilog
 from sim.lint import lint
-from tests.chips import CHECKING, SMALL
+from tests.chips import CHECKERS, CHECKING, SMALL
 
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -99,7 +99,11 @@ def test_hierarchy_and_names_are_kept():
     assert not [module for module in modules if re.search(r"U\$\d", module)]
 
 
-@pytest.mark.parametrize("config", [SMALL, Config()], ids=["small", "default"])
+@pytest.mark.parametrize(
+    "config",
+    [SMALL, CHECKERS["parallel"], pytest.param(Config(), marks=pytest.mark.long)],
+    ids=["small", "checking", "default"],
+)
 def test_yosys_reads_it(tmp_path, monkeypatch, capfd, config):
     """Synthesis finds no latch, no second driver, no loop and nothing undriven."""
     # Of the extra packages for synthesis; Amaranth's own Yosys cannot read Verilog.

@@ -14,6 +14,7 @@ from hdl.protocol import (
     pack_paths,
     read_request,
 )
+from tests.refusals import refusals
 from tests.unit.ga_core.receiving_bench import (
     CHECKING,
     CONFIG,
@@ -24,7 +25,6 @@ from tests.unit.ga_core.receiving_bench import (
     check,
     check_paths,
     generate,
-    start,
 )
 
 
@@ -94,57 +94,7 @@ def test_clocks():
     assert chip.clocks == 6
 
 
-@pytest.mark.parametrize(
-    ("code", "payload", "status"),
-    [
-        (0, b"", Status.UNKNOWN_COMMAND),
-        (200, b"abc", Status.UNKNOWN_COMMAND),
-        (Command.INFO, b"", Status.UNKNOWN_COMMAND),
-        (Command.STATUS, b"\0", Status.BAD_LENGTH),
-        (Command.COUNTERS, b"\0", Status.BAD_LENGTH),
-        (Command.CLEAR, b"abc", Status.BAD_LENGTH),
-        (Command.START, b"", Status.BAD_LENGTH),
-        (Command.START, GOOD_START[:-1], Status.BAD_LENGTH),
-        (Command.START, GOOD_START + b"\0", Status.BAD_LENGTH),
-        (Command.START, GOOD_START * 9, Status.BAD_LENGTH),
-        (
-            Command.START,
-            start(16, 0, 0),
-            Status.BAD_VALUE,
-        ),
-        (
-            Command.START,
-            start(0, 16, 0),
-            Status.BAD_VALUE,
-        ),
-        (
-            Command.START,
-            start(0, 0, 15),
-            Status.BAD_VALUE,
-        ),
-        (Command.READ, b"\0", Status.BAD_LENGTH),
-        (Command.READ, b"\0\1\0", Status.BAD_LENGTH),
-        (Command.READ, b"\0\0", Status.BAD_VALUE),
-        (Command.READ, b"\7\2", Status.BAD_VALUE),
-        (Command.READ, b"\xff\xff", Status.BAD_VALUE),
-        (Command.WRITE, b"", Status.BAD_LENGTH),
-        (Command.WRITE, b"\0", Status.BAD_LENGTH),
-        (Command.WRITE, b"\0\1", Status.BAD_LENGTH),
-        (Command.WRITE, b"\0\1\0\0", Status.BAD_LENGTH),
-        (Command.WRITE, b"\0\1\0", Status.BAD_VALUE),  # No last waypoint.
-        (Command.WRITE, b"\0" + pack_paths(CONFIG, [[1]]), Status.BAD_VALUE),
-        (Command.WRITE, b"\0" + pack_paths(CONFIG, [[1] * 5]), Status.BAD_VALUE),
-        (Command.WRITE, b"\7" + pack_paths(CONFIG, [[1, 2], [1, 2]]), Status.BAD_VALUE),
-        (Command.WRITE, b"\x08" + pack_paths(CONFIG, [[1, 2]]), Status.BAD_VALUE),
-        (Command.GENERATE, b"", Status.BAD_LENGTH),
-        (Command.GENERATE, b"\3", Status.BAD_VALUE),
-        (Command.GENERATE, b"\0\0", Status.BAD_LENGTH),
-        (Command.GENERATE, generate(LinkMode.RANK, ORDER[:-1]), Status.BAD_LENGTH),
-        (Command.GENERATE, generate(LinkMode.RANK, [*ORDER, 0, 1]), Status.BAD_LENGTH),
-        (Command.GENERATE, generate(LinkMode.RECIPE, [*ORDER[:-1], 8]), Status.BAD_VALUE),
-        (Command.GENERATE, generate(LinkMode.RECIPE, [*ORDER[:-1], 3]), Status.BAD_VALUE),
-    ],
-)
+@pytest.mark.parametrize(("code", "payload", "status"), refusals(CONFIG, ORDER))
 def test_refused(code, payload, status):
     """A refusal is told, remembered, and uses up no sequence number."""
     chip = Chip()

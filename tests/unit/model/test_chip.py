@@ -32,15 +32,12 @@ from sim.model.chip import ChipModel
 from sim.model.core import Core
 from sim.model.mutation import Limits
 from tests.chips import SMALL, random_paths
+from tests.refusals import refusals
 
 
 START = start_request(SMALL)
 ORDER = [3, 0, 7, 1, 2, 6, 5, 4]
 GOOD_START = START.pack(seed=0x0123456789ABCDEF, x=15, y=3, altitude=14, avoid_ground=0)
-
-
-def start(x, y, altitude, avoid_ground=0):
-    return START.pack(seed=0, x=x, y=y, altitude=altitude, avoid_ground=avoid_ground)
 
 
 def ask(chip, body, *, plain=False):
@@ -86,44 +83,7 @@ def test_information_comes_plain_and_without_a_session():
         assert (answer is None) == (code is not Command.INFO)
 
 
-@pytest.mark.parametrize(
-    ("code", "payload", "status"),
-    [
-        (0, b"", Status.UNKNOWN_COMMAND),
-        (200, b"abc", Status.UNKNOWN_COMMAND),
-        (Command.INFO, b"", Status.UNKNOWN_COMMAND),
-        (Command.STATUS, b"\0", Status.BAD_LENGTH),
-        (Command.COUNTERS, b"\0", Status.BAD_LENGTH),
-        (Command.CLEAR, b"abc", Status.BAD_LENGTH),
-        (Command.START, b"", Status.BAD_LENGTH),
-        (Command.START, GOOD_START[:-1], Status.BAD_LENGTH),
-        (Command.START, GOOD_START + b"\0", Status.BAD_LENGTH),
-        (Command.START, start(16, 0, 0), Status.BAD_VALUE),
-        (Command.START, start(0, 16, 0), Status.BAD_VALUE),
-        (Command.START, start(0, 0, 15), Status.BAD_VALUE),
-        (Command.READ, b"\0", Status.BAD_LENGTH),
-        (Command.READ, b"\0\1\0", Status.BAD_LENGTH),
-        (Command.READ, b"\0\0", Status.BAD_VALUE),
-        (Command.READ, b"\7\2", Status.BAD_VALUE),
-        (Command.READ, b"\xff\xff", Status.BAD_VALUE),
-        (Command.WRITE, b"", Status.BAD_LENGTH),
-        (Command.WRITE, b"\0", Status.BAD_LENGTH),
-        (Command.WRITE, b"\0\1", Status.BAD_LENGTH),
-        (Command.WRITE, b"\0\1\0\0", Status.BAD_LENGTH),
-        (Command.WRITE, b"\0\1\0", Status.BAD_VALUE),  # No last waypoint.
-        (Command.WRITE, b"\0" + pack_paths(SMALL, [[1]]), Status.BAD_VALUE),
-        (Command.WRITE, b"\0" + pack_paths(SMALL, [[1] * 6]), Status.BAD_VALUE),
-        (Command.WRITE, b"\7" + pack_paths(SMALL, [[1, 2], [1, 2]]), Status.BAD_VALUE),
-        (Command.WRITE, b"\x08" + pack_paths(SMALL, [[1, 2]]), Status.BAD_VALUE),
-        (Command.GENERATE, b"", Status.BAD_LENGTH),
-        (Command.GENERATE, b"\3", Status.BAD_VALUE),
-        (Command.GENERATE, b"\0\0", Status.BAD_LENGTH),
-        (Command.GENERATE, bytes((1, *ORDER[:-1])), Status.BAD_LENGTH),
-        (Command.GENERATE, bytes((1, *ORDER, 0, 1)), Status.BAD_LENGTH),
-        (Command.GENERATE, bytes((2, *ORDER[:-1], 8)), Status.BAD_VALUE),
-        (Command.GENERATE, bytes((2, *ORDER[:-1], 3)), Status.BAD_VALUE),
-    ],
-)
+@pytest.mark.parametrize(("code", "payload", "status"), refusals(SMALL, ORDER))
 def test_refused(host, code, payload, status):
     """A refusal is told, remembered, uses up no sequence number, and changes nothing."""
     host(Command.WRITE, b"\0" + pack_paths(SMALL, random_paths(SMALL, random.Random(1))))

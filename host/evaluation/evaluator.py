@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from host.cores import available_cores
 from host.errors import InputError
-from host.evaluation.constants import COORDINATE_LIMIT_M, VOID_HEIGHT_M, Constants, Flags, Floats
+from host.evaluation.constants import COORDINATE_LIMIT_M, VOID_HEIGHT_M, Constants, Floats
 from host.evaluation.geometry import smooth
 from host.evaluation.kernels import evaluate_share, fitness_of, path_terms, scratch
 from host.evaluation.reference import utopia
@@ -129,15 +129,15 @@ class Evaluator:
 
         elevation = problem.terrain.elevation
         self._ground = np.where(np.isnan(elevation), VOID_HEIGHT_M, elevation).ravel()
-        self._nofly = problem.nofly_raster.astype(np.uint8).ravel()
+        self._zoned = np.where(problem.nofly_raster.ravel(), np.nan, self._ground)
         self._constants = _constants(problem, self.ds_m, self.bilinear, self.isa)
         self._fine = self._constants._replace(ds_m=self.ds_m / FINE)
         self._pool: ThreadPoolExecutor | None = None
 
     @property
-    def kernel_arguments(self) -> tuple[Floats, Flags, Constants]:
-        """Ground, no-fly raster and constants, as the compiled kernels take them."""
-        return self._ground, self._nofly, self._constants
+    def kernel_arguments(self) -> tuple[Floats, Floats, Constants]:
+        """Ground, the same with NaN in no-fly zones, and constants, as the kernels take them."""
+        return self._ground, self._zoned, self._constants
 
     def evaluate(self, path: NDArray[np.float64]) -> Evaluation:
         """Every term of one path, (n, 3) float64 metres, n >= 2, start and goal included.
@@ -153,10 +153,10 @@ class Evaluator:
         n = len(path)
         turns, pieces = scratch(n)
         length, altitude, fuel, steep, under, zone, impossible = path_terms(
-            path, n, self._ground, self._nofly, self._constants, turns, pieces)
+            path, n, self._ground, self._zoned, self._constants, turns, pieces)
         corners = impossible / (n - 2) * length if n > 2 else 0.0
         penalty = under + zone + steep + corners
-        fine = path_terms(path, n, self._ground, self._nofly, self._fine, turns, pieces)
+        fine = path_terms(path, n, self._ground, self._zoned, self._fine, turns, pieces)
         penalty_fine = fine[4] + fine[5] + steep + corners
         cost = (0.5 * altitude / self._constants.utopia_area_m2
                 + 0.5 * fuel / self._constants.utopia_fuel)
@@ -280,7 +280,7 @@ class Evaluator:
         shares = min(self.threads, max(1, count // _PATHS_PER_THREAD))
 
         def run(first: int) -> None:
-            evaluate_share(paths, points, first, shares, self._ground, self._nofly, constants,
+            evaluate_share(paths, points, first, shares, self._ground, self._zoned, constants,
                            counted, *scratch(paths.shape[1]), out[0], out[1], out[2])
 
         if shares == 1:

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation.constants import COORDINATE_LIMIT_M, Constants, Flags, Floats
+from host.evaluation.constants import COORDINATE_LIMIT_M, Constants, Floats
 from host.evaluation.jit import compiled, inlined
 from host.evaluation.pieces import (
     LENGTH,
@@ -41,7 +41,8 @@ BELOW_TWO = float(np.nextafter(2.0, 0.0))
 
 @compiled
 def path_terms(
-    path: Floats, n: int, ground: Floats, nofly: Flags, c: Constants, turns: Floats, pieces: Floats,
+    path: Floats, n: int, ground: Floats, zoned: Floats, c: Constants, turns: Floats,
+    pieces: Floats,
 ) -> tuple[float, float, float, float, float, float, int]:
     """Every term of one path.
 
@@ -51,8 +52,8 @@ def path_terms(
         The first ``n`` rows count, n >= 2. Finite and within ``COORDINATE_LIMIT_M``.
     ground : (rows * columns,) float64, metres
         Flat raster, ``VOID_HEIGHT_M`` for a void.
-    nofly : (rows * columns,) uint8
-        Flat raster of 0 and 1; a single element will do when ``c.zones`` is 0.
+    zoned : (rows * columns,) float64, metres
+        The same, but NaN in no-fly zones; so that one load says both, as a rule.
     c : Constants
     turns, pieces : (max_n, TURN_FIELDS), (2 * max_n, PIECE_FIELDS) float64
         Scratch: the turn at each point; the straight part of each segment and the arc at its end.
@@ -76,7 +77,7 @@ def path_terms(
     nofly_m = 0.0
     if c.sampled:
         for row in range(rows):
-            under, zone = collided_m(ground, nofly, c, pieces, row)
+            under, zone = collided_m(ground, zoned, c, pieces, row)
             under_m += under
             nofly_m += zone
     return (total_of(pieces, rows, LENGTH), area, fuel, total_of(pieces, rows, STEEP),
@@ -103,7 +104,7 @@ def fitness_of(penalty: float, cost: float) -> float:
 
 @compiled
 def penalty_cost(
-    path: Floats, n: int, ground: Floats, nofly: Flags, c: Constants, counted_m: float,
+    path: Floats, n: int, ground: Floats, zoned: Floats, c: Constants, counted_m: float,
     turns: Floats, pieces: Floats,
 ) -> tuple[float, float]:
     """Penalty, equation (1), and cost, equation (2); infinite for what is no path.
@@ -115,7 +116,7 @@ def penalty_cost(
             if not abs(path[i, axis]) <= COORDINATE_LIMIT_M:
                 return math.inf, math.inf
     length, area, fuel, steep, under, zone, _ = path_terms(
-        path, n, ground, nofly, c, turns, pieces)
+        path, n, ground, zoned, c, turns, pieces)
     if not length > 0.0:
         return math.inf, math.inf
     penalty = under + zone + counted_m + steep
@@ -131,7 +132,7 @@ def corners_m(turns: Floats, n: int, length: float) -> float:
 
 @compiled
 def fitness_above(
-    path: Floats, n: int, ground: Floats, nofly: Flags, c: Constants, incumbent: float,
+    path: Floats, n: int, ground: Floats, zoned: Floats, c: Constants, incumbent: float,
     turns: Floats, pieces: Floats,
 ) -> tuple[float, bool]:
     """Fitness of a candidate that is of use only if it is better than ``incumbent``.
@@ -179,7 +180,7 @@ def fitness_above(
     for row in range(rows):
         if not bound > incumbent:
             return bound, False
-        under, zone = collided_m(ground, nofly, c, pieces, row)
+        under, zone = collided_m(ground, zoned, c, pieces, row)
         if under + zone > 0.0:
             under_m += under
             nofly_m += zone
@@ -195,7 +196,7 @@ def scratch(points: int) -> tuple[Floats, Floats]:
 @compiled
 def evaluate_share(
     paths: Floats, lengths: NDArray[np.int64], first: int, stride: int, ground: Floats,
-    nofly: Flags, c: Constants, counted_m: Floats, turns: Floats, pieces: Floats, penalty: Floats,
+    zoned: Floats, c: Constants, counted_m: Floats, turns: Floats, pieces: Floats, penalty: Floats,
     cost: Floats, fitness: Floats,
 ) -> None:
     """Evaluate every ``stride``-th path from ``first`` on; holds no lock, so shares run at once.
@@ -205,6 +206,6 @@ def evaluate_share(
     each.
     """
     for i in range(first, paths.shape[0], stride):
-        penalty[i], cost[i] = penalty_cost(paths[i], lengths[i], ground, nofly, c, counted_m[i],
+        penalty[i], cost[i] = penalty_cost(paths[i], lengths[i], ground, zoned, c, counted_m[i],
                                            turns, pieces)
         fitness[i] = fitness_of(penalty[i], cost[i])

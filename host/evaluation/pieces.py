@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from host.evaluation.constants import Constants, Flags, Floats, Point
+from host.evaluation.constants import Constants, Floats, Point
 from host.evaluation.jit import inlined
 from host.evaluation.sampling import arc_part, count_arc, count_straight, straight_part
 
@@ -29,6 +29,8 @@ __all__ = [
 _COLLINEAR_RAD = 1e-12
 _SLOPE_TOLERANCE_RAD = 1e-9
 _ARC_PARTS_IN_WIND = 8
+# Below it what the series leaves out is less than 1e-16. Most pieces are: 1 km has some 1e-8.
+_SMALL_SQUARE = 1e-5
 
 # Fields of a turn and of a piece: the heading's unit vector is (UX, UY), AIR the distance through
 # the air, STEEP the length if it is too steep, and the last four are those of the thrust.
@@ -188,10 +190,12 @@ def judge_slope(c: Constants, pieces: Floats, row: int) -> None:
     if length > 0.0:
         distance = air_distance(c, length, run, pieces[row, _UX], pieces[row, _UY],
                                 pieces[row, _SIDE], pieces[row, _ANGLE])
-        slope = math.atan2(rise, run)
-        if (slope > c.max_climb_rad + _SLOPE_TOLERANCE_RAD
-                or slope < -c.max_descent_rad - _SLOPE_TOLERANCE_RAD or distance < 0.0):
-            steep = length
+        # An angle is below its tangent, so that gentle slopes, most of all, need no arc tangent.
+        if not -c.max_descent_rad * run <= rise <= c.max_climb_rad * run or distance < 0.0:
+            slope = math.atan2(rise, run)
+            if (slope > c.max_climb_rad + _SLOPE_TOLERANCE_RAD
+                    or slope < -c.max_descent_rad - _SLOPE_TOLERANCE_RAD or distance < 0.0):
+                steep = length
         pieces[row, _AIR] = distance if distance >= 0.0 else length
     pieces[row, STEEP] = steep
 
@@ -210,13 +214,15 @@ def prepare_burn(c: Constants, pieces: Floats, row: int) -> None:
         e = pressure_area * c.drag_coefficient
         discriminant = 4.0 * a * e - b * b
         half = 0.5 * pieces[row, _AIR] * c.burn_per_m
-        root = math.sqrt(abs(discriminant))
-        if discriminant > 0.0:
-            tau = math.tan(half * root) / root
-        elif discriminant < 0.0:
-            tau = math.tanh(half * root) / root
+        # The square of the argument, its sign that of the discriminant.
+        square = discriminant * (half * half)
+        if abs(square) < _SMALL_SQUARE:
+            # The series of tan(x) / x and of tanh(x) / x, in one.
+            tau = half * (1.0 + square * (1.0 / 3.0 + square * (2.0 / 15.0)))
         else:
-            tau = half
+            root = math.sqrt(abs(discriminant))
+            swing = math.tan(half * root) if discriminant > 0.0 else math.tanh(half * root)
+            tau = swing / root
         pieces[row, _THRUST_A], pieces[row, _THRUST_B], pieces[row, _THRUST_E] = a, b, e
         pieces[row, _TAU] = tau
 
@@ -265,20 +271,20 @@ def parts_of(c: Constants, pieces: Floats, row: int) -> int:
 
 @inlined
 def piece_part(
-    ground: Floats, nofly: Flags, c: Constants, pieces: Floats, row: int, part: int, parts: int,
+    ground: Floats, zoned: Floats, c: Constants, pieces: Floats, row: int, part: int, parts: int,
 ) -> tuple[int, int]:
     """Whether one of the equal parts of a piece is under the terrain and in a no-fly zone."""
     a = (pieces[row, _X], pieces[row, _Y], pieces[row, _Z])
     if pieces[row, _ANGLE] > 0.0:
-        return arc_part(ground, nofly, c, a, pieces[row, _UX], pieces[row, _UY],
+        return arc_part(ground, zoned, c, a, pieces[row, _UX], pieces[row, _UY],
                         pieces[row, _SIDE], pieces[row, _ANGLE], pieces[row, _RISE], part, parts)
     b = (pieces[row, _X_END], pieces[row, _Y_END], pieces[row, _Z_END])
-    return straight_part(ground, nofly, c, a, b, part, parts)
+    return straight_part(ground, zoned, c, a, b, part, parts)
 
 
 @inlined
 def collided_m(
-    ground: Floats, nofly: Flags, c: Constants, pieces: Floats, row: int,
+    ground: Floats, zoned: Floats, c: Constants, pieces: Floats, row: int,
 ) -> tuple[float, float]:
     """Metres of a piece under the terrain and in a no-fly zone."""
     parts = parts_of(c, pieces, row)
@@ -287,9 +293,9 @@ def collided_m(
     part_m = pieces[row, LENGTH] / parts
     a = (pieces[row, _X], pieces[row, _Y], pieces[row, _Z])
     if pieces[row, _ANGLE] > 0.0:
-        under, zone = count_arc(ground, nofly, c, a, pieces[row, _UX], pieces[row, _UY],
+        under, zone = count_arc(ground, zoned, c, a, pieces[row, _UX], pieces[row, _UY],
                                 pieces[row, _SIDE], pieces[row, _ANGLE], pieces[row, _RISE], parts)
     else:
         b = (pieces[row, _X_END], pieces[row, _Y_END], pieces[row, _Z_END])
-        under, zone = count_straight(ground, nofly, c, a, b, parts)
+        under, zone = count_straight(ground, zoned, c, a, b, parts)
     return under * part_m, zone * part_m

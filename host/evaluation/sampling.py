@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from host.evaluation.constants import Constants, Flags, Floats, Point
+from host.evaluation.constants import Constants, Floats, Point
 from host.evaluation.jit import compiled, inlined
 
 
@@ -33,7 +33,7 @@ def inside_map(x: float, y: float, c: Constants) -> bool:
 
 @compiled
 def sample(
-    ground: Floats, nofly: Flags, c: Constants, x: float, y: float, z: float,
+    ground: Floats, zoned: Floats, c: Constants, x: float, y: float, z: float,
 ) -> tuple[int, int]:
     """Whether a point is under the terrain, and in a no-fly zone, as two integers 0 or 1.
 
@@ -47,7 +47,7 @@ def sample(
         under = z < bilinear_ground(ground, c, x, y) if inside else True
     else:
         under = (not inside) | (z < ground[node])
-    return int(under), int(nofly[node]) if c.zones else 0
+    return int(under), int(math.isnan(zoned[node]))
 
 
 @compiled
@@ -73,42 +73,30 @@ def quick_node(c: Constants, column: float, row: float) -> np.uint64:
 
 
 @compiled
-def straight_under(ground: Floats, c: Constants, a: Point, b: Point, parts: int) -> int:
-    """Parts of a straight piece under the terrain, by nearest nodes; both ends inside the map.
+def straight_hits(ground: Floats, c: Constants, a: Point, b: Point, parts: int) -> tuple[int, int]:
+    """Parts of a straight piece below ``ground``, and where that is NaN; both ends inside the map.
 
-    One part is a dozen arithmetic operations, one load and no branch: the loop vectorises. Ends are
-    divided into nodes once, by true divisions: a path along the border between two cells then falls
-    as the definition says, all of it.
+    By nearest nodes. One part is a dozen arithmetic operations, one load, no division and no
+    branch: the loop vectorises. Ends are divided into nodes once, by true divisions: a path along
+    the border between two cells then falls as the definition says, all of it.
     """
     column, row, z = a[0] / c.dx_m + 0.5, a[1] / c.dy_m + 0.5, a[2]
-    ex, ey, ez = (b[0] - a[0]) / c.dx_m, (b[1] - a[1]) / c.dy_m, b[2] - z
+    # Nodes and metres from one part to the next.
+    ex, ey, ez = ((b[0] - a[0]) / c.dx_m / parts, (b[1] - a[1]) / c.dy_m / parts,
+                  (b[2] - z) / parts)
     under = 0
+    missing = 0
     for part in range(np.int32(parts)):
-        t = (part + 0.5) / parts
-        under += z + ez * t < ground[quick_node(c, column + ex * t, row + ey * t)]
-    return under
-
-
-@compiled
-def straight_under_nofly(
-    ground: Floats, nofly: Flags, c: Constants, a: Point, b: Point, parts: int,
-) -> tuple[int, int]:
-    """As :func:`straight_under`, and the parts in a no-fly zone beside it."""
-    column, row, z = a[0] / c.dx_m + 0.5, a[1] / c.dy_m + 0.5, a[2]
-    ex, ey, ez = (b[0] - a[0]) / c.dx_m, (b[1] - a[1]) / c.dy_m, b[2] - z
-    under = 0
-    inside = 0
-    for part in range(np.int32(parts)):
-        t = (part + 0.5) / parts
-        node = quick_node(c, column + ex * t, row + ey * t)
-        under += z + ez * t < ground[node]
-        inside += nofly[node]
-    return under, inside
+        t = part + 0.5
+        height = ground[quick_node(c, column + ex * t, row + ey * t)]
+        under += z + ez * t < height
+        missing += math.isnan(height)
+    return under, missing
 
 
 @compiled
 def straight_under_bilinear(ground: Floats, c: Constants, a: Point, b: Point, parts: int) -> int:
-    """As :func:`straight_under`, by the height between nodes."""
+    """As :func:`straight_hits`, by the height between nodes."""
     (x, y, z), ex, ey, ez = a, b[0] - a[0], b[1] - a[1], b[2] - a[2]
     under = 0
     for part in range(np.int32(parts)):
@@ -119,23 +107,23 @@ def straight_under_bilinear(ground: Floats, c: Constants, a: Point, b: Point, pa
 
 @inlined
 def straight_part(
-    ground: Floats, nofly: Flags, c: Constants, a: Point, b: Point, part: int, parts: int,
+    ground: Floats, zoned: Floats, c: Constants, a: Point, b: Point, part: int, parts: int,
 ) -> tuple[int, int]:
     """:func:`sample` of the mid-point of one of the equal parts of a straight piece."""
     t = (part + 0.5) / parts
-    return sample(ground, nofly, c, a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t,
+    return sample(ground, zoned, c, a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t,
                   a[2] + (b[2] - a[2]) * t)
 
 
 @compiled
 def straight_general(
-    ground: Floats, nofly: Flags, c: Constants, a: Point, b: Point, parts: int,
+    ground: Floats, zoned: Floats, c: Constants, a: Point, b: Point, parts: int,
 ) -> tuple[int, int]:
-    """As :func:`straight_under_nofly` for any end points and any reading of the ground."""
+    """As :func:`count_straight` for any end points and any reading of the ground."""
     under = 0
     inside = 0
     for part in range(parts):
-        hit, zone = straight_part(ground, nofly, c, a, b, part, parts)
+        hit, zone = straight_part(ground, zoned, c, a, b, part, parts)
         under += hit
         inside += zone
     return under, inside
@@ -143,20 +131,18 @@ def straight_general(
 
 @compiled
 def count_straight(
-    ground: Floats, nofly: Flags, c: Constants, a: Point, b: Point, parts: int,
+    ground: Floats, zoned: Floats, c: Constants, a: Point, b: Point, parts: int,
 ) -> tuple[int, int]:
     """Parts of a straight piece under the terrain and in a no-fly zone."""
     # The quick loops count in 32 bits and do not look whether they are on the map.
     if parts > _QUICK_PARTS or not (inside_map(a[0], a[1], c) and inside_map(b[0], b[1], c)):
-        return straight_general(ground, nofly, c, a, b, parts)
-    hit, zone = 0, 0
-    if c.zones:
-        hit, zone = straight_under_nofly(ground, nofly, c, a, b, parts)
-    elif not c.bilinear:
-        hit = straight_under(ground, c, a, b, parts)
+        return straight_general(ground, zoned, c, a, b, parts)
     if c.bilinear:
-        hit = straight_under_bilinear(ground, c, a, b, parts)
-    return hit, zone
+        zone = straight_hits(zoned, c, a, b, parts)[1] if c.zones else 0
+        return straight_under_bilinear(ground, c, a, b, parts), zone
+    under, zone = straight_hits(zoned, c, a, b, parts)
+    # In a zone the height is not known, and few pieces touch one.
+    return straight_hits(ground, c, a, b, parts)[0] if zone else under, zone
 
 
 @inlined
@@ -189,7 +175,7 @@ def arc_point(
 
 @inlined
 def arc_part(
-    ground: Floats, nofly: Flags, c: Constants, a: Point, ux: float, uy: float, side: float,
+    ground: Floats, zoned: Floats, c: Constants, a: Point, ux: float, uy: float, side: float,
     angle: float, rise: float, part: int, parts: int,
 ) -> tuple[int, int]:
     """:func:`sample` of the mid-point of one of the equal parts of an arc.
@@ -197,48 +183,44 @@ def arc_part(
     It is entered at ``a`` with the unit heading ux, uy; ``side`` is 1 to the left, else -1.
     """
     x, y, z = arc_point(c, a, ux, uy, side, angle, rise, (part + 0.5) / parts)
-    return sample(ground, nofly, c, x, y, z)
+    return sample(ground, zoned, c, x, y, z)
 
 
 @compiled
-def arc_under(
+def arc_hits(
     ground: Floats, c: Constants, a: Point, ux: float, uy: float, side: float, angle: float,
     rise: float, parts: int,
-) -> int:
-    """As :func:`straight_under`, for an arc."""
-    under = 0
-    for part in range(np.int32(parts)):
-        x, y, z = arc_point(c, a, ux, uy, side, angle, rise, (part + 0.5) / parts)
-        under += z < ground[quick_node(c, x / c.dx_m + 0.5, y / c.dy_m + 0.5)]
-    return under
-
-
-@compiled
-def arc_under_nofly(
-    ground: Floats, nofly: Flags, c: Constants, a: Point, ux: float, uy: float, side: float,
-    angle: float, rise: float, parts: int,
 ) -> tuple[int, int]:
-    """As :func:`arc_under`, and the parts in a no-fly zone beside it."""
+    """As :func:`straight_hits`, for an arc; its arguments are those of :func:`arc_part`."""
+    column, row, z = a[0] / c.dx_m + 0.5, a[1] / c.dy_m + 0.5, a[2]
+    # Twice the radius ahead and to the side, in nodes; half the turn and metres to the next part.
+    across = 2.0 * c.turn_radius_m
+    ahead_x, ahead_y = across * ux / c.dx_m, across * uy / c.dy_m
+    aside_x, aside_y = -side * across * uy / c.dx_m, side * across * ux / c.dy_m
+    half, ez = 0.5 * angle / parts, rise / parts
     under = 0
-    inside = 0
+    missing = 0
     for part in range(np.int32(parts)):
-        x, y, z = arc_point(c, a, ux, uy, side, angle, rise, (part + 0.5) / parts)
-        node = quick_node(c, x / c.dx_m + 0.5, y / c.dy_m + 0.5)
-        under += z < ground[node]
-        inside += nofly[node]
-    return under, inside
+        t = part + 0.5
+        sin, cos = half_turn(half * t)
+        ahead, aside = sin * cos, sin * sin
+        height = ground[quick_node(c, column + (ahead * ahead_x + aside * aside_x),
+                                   row + (ahead * ahead_y + aside * aside_y))]
+        under += z + ez * t < height
+        missing += math.isnan(height)
+    return under, missing
 
 
 @compiled
 def arc_general(
-    ground: Floats, nofly: Flags, c: Constants, a: Point, ux: float, uy: float, side: float,
+    ground: Floats, zoned: Floats, c: Constants, a: Point, ux: float, uy: float, side: float,
     angle: float, rise: float, parts: int,
 ) -> tuple[int, int]:
-    """As :func:`arc_under_nofly` for an arc anywhere and any reading of the ground."""
+    """As :func:`count_arc` for an arc anywhere and any reading of the ground."""
     under = 0
     inside = 0
     for part in range(parts):
-        hit, zone = arc_part(ground, nofly, c, a, ux, uy, side, angle, rise, part, parts)
+        hit, zone = arc_part(ground, zoned, c, a, ux, uy, side, angle, rise, part, parts)
         under += hit
         inside += zone
     return under, inside
@@ -246,7 +228,7 @@ def arc_general(
 
 @compiled
 def count_arc(
-    ground: Floats, nofly: Flags, c: Constants, a: Point, ux: float, uy: float, side: float,
+    ground: Floats, zoned: Floats, c: Constants, a: Point, ux: float, uy: float, side: float,
     angle: float, rise: float, parts: int,
 ) -> tuple[int, int]:
     """Parts of an arc under the terrain and in a no-fly zone; arguments of :func:`arc_part`."""
@@ -255,7 +237,8 @@ def count_arc(
     if (c.bilinear or parts > _QUICK_PARTS
             or not (inside_map(a[0] - reach, a[1] - reach, c)
                     and inside_map(a[0] + reach, a[1] + reach, c))):
-        return arc_general(ground, nofly, c, a, ux, uy, side, angle, rise, parts)
-    if c.zones:
-        return arc_under_nofly(ground, nofly, c, a, ux, uy, side, angle, rise, parts)
-    return arc_under(ground, c, a, ux, uy, side, angle, rise, parts), 0
+        return arc_general(ground, zoned, c, a, ux, uy, side, angle, rise, parts)
+    under, zone = arc_hits(zoned, c, a, ux, uy, side, angle, rise, parts)
+    if zone:
+        under = arc_hits(ground, c, a, ux, uy, side, angle, rise, parts)[0]
+    return under, zone

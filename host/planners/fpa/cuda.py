@@ -91,7 +91,7 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
 
     @cuda.jit(device=True)
     def block_fitness(
-        path: Any, incumbent: Any, ground: Any, nofly: Any, c: Any, turns: Any, pieces: Any,
+        path: Any, incumbent: Any, ground: Any, zoned: Any, c: Any, turns: Any, pieces: Any,
         hits: Any, verdict: Any,
     ) -> Any:
         """As ``fitness_above``, by all threads of a block; all get the same answer."""
@@ -128,7 +128,7 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
         while row < rows:
             parts = hits[2, row]
             if mine < before + parts:
-                under, zone = piece_part(ground, nofly, c, pieces, row, mine - before, parts)
+                under, zone = piece_part(ground, zoned, c, pieces, row, mine - before, parts)
                 if under:
                     cuda.atomic.add(hits, (0, row), 1)
                 if zone:
@@ -171,7 +171,7 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
 
     def iterate(
         p: Any, iteration: Any, two_opt: Any, old: Any, old_fitness: Any, new: Any,
-        new_fitness: Any, settled: Any, box: Any, ground: Any, nofly: Any, c: Any, counts: Any,
+        new_fitness: Any, settled: Any, box: Any, ground: Any, zoned: Any, c: Any, counts: Any,
         state: Any, slot: Any, history: Any, leaders: Any,
     ) -> None:
         path = cuda.shared.array(path_shape, float64)
@@ -196,7 +196,7 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
         for d in range(thread, numbers - 6, threads):
             candidate[1 + d // 3, d % 3] = move(p, iteration, i, d, step, old, state[_BEST], box)
         cuda.syncthreads()
-        value, exact = block_fitness(candidate, to_beat(p, fitness), ground, nofly, c, turns,
+        value, exact = block_fitness(candidate, to_beat(p, fitness), ground, zoned, c, turns,
                                      pieces, hits, verdict)
         if thread == 0:
             counts[i, EVALUATED if exact else CUT_SHORT] += 1
@@ -216,7 +216,7 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
                     for d in range(thread, numbers, threads):
                         candidate[d // 3, d % 3] = path[reversed_row(d // 3, first, last), d % 3]
                     cuda.syncthreads()
-                    value, exact = block_fitness(candidate, to_beat(p, fitness), ground, nofly,
+                    value, exact = block_fitness(candidate, to_beat(p, fitness), ground, zoned,
                                                  c, turns, pieces, hits, verdict)
                     if thread == 0:
                         counts[i, EVALUATED if exact else CUT_SHORT] += 1
@@ -285,11 +285,11 @@ class GpuEngine:
         self._two_opt_every = two_opt_every
         count, points, _ = paths.shape
         self._kernel = _compiled_kernel(points, threads)[count, threads]
-        ground, nofly, self._constants = evaluator.kernel_arguments
+        ground, zoned, self._constants = evaluator.kernel_arguments
         to_device = cuda.to_device
         self._old = to_device(paths), to_device(fitness)
         self._new = to_device(paths), to_device(fitness)
-        self._problem = to_device(box), to_device(ground), to_device(nofly)
+        self._problem = to_device(box), to_device(ground), to_device(zoned)
         self._settled = to_device(np.zeros(count, dtype=np.uint8))
         self._counts = to_device(np.zeros((count, 2), dtype=np.int64))
         self._state = to_device(np.array([0, int(np.argmax(fitness))]))

@@ -216,7 +216,7 @@ def to_beat(p: Pollination, fitness: float) -> float:
 
 @compiled
 def untangle(
-    p: Pollination, path: Floats, fitness: float, candidate: Floats, ground: Floats, nofly: Flags,
+    p: Pollination, path: Floats, fitness: float, candidate: Floats, ground: Floats, zoned: Floats,
     c: Constants, turns: Floats, pieces: Floats, counts: Counts,
 ) -> float:
     """Run the 2-opt operator on ``path`` (n, 3) until no reversal is better; return its fitness.
@@ -234,7 +234,7 @@ def untangle(
                 source = reversed_row(row, first, last)
                 for axis in range(3):
                     candidate[row, axis] = path[source, axis]
-            value, exact = fitness_above(candidate, n, ground, nofly, c, to_beat(p, fitness), turns,
+            value, exact = fitness_above(candidate, n, ground, zoned, c, to_beat(p, fitness), turns,
                                          pieces)
             counts[EVALUATED if exact else CUT_SHORT] += 1
             if value > fitness:
@@ -250,7 +250,7 @@ def untangle(
 def improve_share(
     p: Pollination, iteration: int, two_opt: bool, shared: Shared, chunk: int,
     old: Floats, old_fitness: Floats, new: Floats, new_fitness: Floats,
-    settled: Flags, box: Floats, ground: Floats, nofly: Flags, c: Constants, candidate: Floats,
+    settled: Flags, box: Floats, ground: Floats, zoned: Floats, c: Constants, candidate: Floats,
     turns: Floats, pieces: Floats, counts: Counts,
 ) -> None:
     """Take solutions through one iteration until none is left; several threads may do so at once.
@@ -270,7 +270,7 @@ def improve_share(
         The population after it.
     settled : (m,) uint8
         1 where the last 2-opt left a solution as it is now: another would change nothing.
-    ground, nofly, c
+    ground, zoned, c
         As for :func:`host.evaluation.kernels.path_terms`.
     candidate, turns, pieces : (n, 3), (n, TURN_FIELDS), (2 n, PIECE_FIELDS) float64
         Scratch of one thread.
@@ -288,7 +288,7 @@ def improve_share(
             copy_path(old[i], candidate)
             for d in range(3 * (n - 2)):
                 candidate[1 + d // 3, d % 3] = move(p, iteration, i, d, step, old, best, box)
-            value, exact = fitness_above(candidate, n, ground, nofly, c,
+            value, exact = fitness_above(candidate, n, ground, zoned, c,
                                          to_beat(p, old_fitness[i]), turns, pieces)
             counts[EVALUATED if exact else CUT_SHORT] += 1
             if value > old_fitness[i]:
@@ -299,7 +299,7 @@ def improve_share(
                 copy_path(old[i], new[i])
                 new_fitness[i] = old_fitness[i]
             if two_opt and not settled[i]:
-                new_fitness[i] = untangle(p, new[i], new_fitness[i], candidate, ground, nofly,
+                new_fitness[i] = untangle(p, new[i], new_fitness[i], candidate, ground, zoned,
                                           c, turns, pieces, counts)
                 settled[i] = 1
 
@@ -330,7 +330,7 @@ def note_iteration(
 def pollinate_share(
     p: Pollination, first: int, iterations: int, two_opt_every: int, shared: Shared, chunk: int,
     paths: Floats, fitness: Floats, side: int, settled: Flags, box: Floats, ground: Floats,
-    nofly: Flags, c: Constants, candidate: Floats, turns: Floats, pieces: Floats, counts: Counts,
+    zoned: Floats, c: Constants, candidate: Floats, turns: Floats, pieces: Floats, counts: Counts,
     thread: int, history: Floats, leaders: Floats,
 ) -> None:
     """One thread's share of some iterations; each of them ends when all threads are there.
@@ -360,7 +360,7 @@ def pollinate_share(
         meeting = read(shared.meetings)
         improve_share(
             p, iteration, is_two_opt(iteration, two_opt_every), shared, chunk, paths[old],
-            fitness[old], paths[1 - old], fitness[1 - old], settled, box, ground, nofly, c,
+            fitness[old], paths[1 - old], fitness[1 - old], settled, box, ground, zoned, c,
             candidate, turns, pieces, counts[thread])
         if read(shared.ended):
             return

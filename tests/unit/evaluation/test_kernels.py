@@ -75,7 +75,7 @@ def test_kernels_match_the_reference(make_problem, world, options, seed, count):
         for name in CLOSED_FORMS:
             assert getattr(terms, name) == pytest.approx(getattr(expected, name), rel=1e-12), name
         assert terms.impossible_arcs == expected.impossible_arcs
-        # Straight pieces have the same samples to the last bit; on an arc the sine may differ.
+        # Straight pieces have the same samples but for rounding; on an arc the sine may differ.
         arcs = sum(isinstance(piece, Arc) for piece in pieces)
         for name in SAMPLED:
             assert getattr(terms, name) == pytest.approx(
@@ -99,6 +99,30 @@ def test_samples_on_straight_pieces_are_the_same(make_problem):
         assert terms.impossible_arcs == 24
         for name in SAMPLED:
             assert getattr(terms, name) == pytest.approx(getattr(expected, name), rel=1e-12), name
+
+
+@pytest.mark.parametrize("length_m", [10.0, 1e3, 1e5, 1e6])
+@pytest.mark.parametrize("slope", [-0.3, -0.07, 0.0, 0.0729, 0.073, 0.2, 5.0])
+def test_fuel_by_the_series_and_in_closed_form(make_problem, length_m, slope):
+    """Glides, the slope at which the discriminant changes its sign, and hour-long pieces."""
+    problem = make_problem((0, 0, 200), (4000, 0, 250), ds_m=50.0)
+    path = np.array([problem.start, (length_m, 0.0, 200 + slope * length_m), problem.goal])
+    terms = Evaluator(problem, threads=1).evaluate(path)
+    expected = reference.evaluate(problem, path)
+    assert terms.fuel_N == pytest.approx(expected.fuel_N, rel=1e-13)
+    assert terms.distance_too_steep_m == expected.distance_too_steep_m
+
+
+@pytest.mark.parametrize("beyond", [-2e-9, -1e-12, 0.0, 0.9e-9, 1.1e-9, 1e-6])
+def test_slopes_about_the_limits(make_problem, beyond):
+    """Within the tolerance a climb or descent at the limit can be flown."""
+    problem = make_problem((0, 0, 800), (4000, 0, 800), ds_m=50.0)
+    climb, descent = (math.radians(limit) + beyond
+                      for limit in (problem.uav.max_climb_deg, problem.uav.max_descent_deg))
+    for rise in (200 * math.tan(climb), -200 * math.tan(descent)):
+        path = np.array([problem.start, (200, 0, 800 + rise), problem.goal])
+        steep = Evaluator(problem, threads=1).evaluate(path).distance_too_steep_m
+        assert (steep > 200) == (beyond > 1e-9)
 
 
 def test_constants_are_those_of_the_reference():

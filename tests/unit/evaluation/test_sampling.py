@@ -57,12 +57,12 @@ def test_points_of_an_arc(evaluator):
 
 
 def test_quick_and_general_arcs_count_the_same(evaluator):
-    ground, nofly, c = evaluator.kernel_arguments
+    ground, zoned, c = evaluator.kernel_arguments
     seen = set()
     for arc in arcs(np.random.default_rng(3), 3000):
         parts = int(np.ceil(c.turn_radius_m * arc[4] / 7))
-        told = tuple(count_arc(ground, nofly, c, *arc, parts))
-        assert told == tuple(arc_general(ground, nofly, c, *arc, parts))
+        told = tuple(count_arc(ground, zoned, c, *arc, parts))
+        assert told == tuple(arc_general(ground, zoned, c, *arc, parts))
         seen.add(told)
     assert len(seen) > 30
     assert any(zone for _, zone in seen) == bool(c.zones)
@@ -70,7 +70,7 @@ def test_quick_and_general_arcs_count_the_same(evaluator):
 
 @pytest.mark.parametrize("along", ["anything", "a border east", "a border north"])
 def test_quick_and_general_straights_count_the_same(evaluator, along):
-    ground, nofly, c = evaluator.kernel_arguments
+    ground, zoned, c = evaluator.kernel_arguments
     rng = np.random.default_rng(4)
     corner = ((c.columns - 1) * c.dx_m, (c.rows - 1) * c.dy_m)
     seen = set()
@@ -82,19 +82,19 @@ def test_quick_and_general_straights_count_the_same(evaluator, along):
             ends[:, axis] = (rng.integers(cells) + 0.5) * (c.dx_m, c.dy_m)[axis]
         a, b = ((*end, z) for end, z in zip(ends, rng.uniform(0, 1000, 2), strict=True))
         parts = int(rng.integers(1, 300))
-        told = tuple(count_straight(ground, nofly, c, a, b, parts))
-        assert told == tuple(straight_general(ground, nofly, c, a, b, parts))
+        told = tuple(count_straight(ground, zoned, c, a, b, parts))
+        assert told == tuple(straight_general(ground, zoned, c, a, b, parts))
         seen.add(told)
     assert len(seen) > 200
 
 
 def test_what_lies_off_the_map_is_under_the_ground(evaluator):
-    ground, nofly, c = evaluator.kernel_arguments
+    ground, zoned, c = evaluator.kernel_arguments
     east = (c.columns - 1) * c.dx_m
-    under, _ = count_straight(ground, nofly, c, (east, 500.0, 2000.0), (east + 100, 500.0, 2000.0),
+    under, _ = count_straight(ground, zoned, c, (east, 500.0, 2000.0), (east + 100, 500.0, 2000.0),
                               10)
     assert under == 10
-    under, _ = count_arc(ground, nofly, c, (east - 1e-9, 500.0, 2000.0), 1.0, 0.0, 1.0, 3.0, 0.0, 9)
+    under, _ = count_arc(ground, zoned, c, (east - 1e-9, 500.0, 2000.0), 1.0, 0.0, 1.0, 3.0, 0.0, 9)
     assert under == 9
-    under, _ = count_arc(ground, nofly, c, (east, 500.0, 2000.0), -1.0, 0.0, 1.0, 3.0, 0.0, 9)
+    under, _ = count_arc(ground, zoned, c, (east, 500.0, 2000.0), -1.0, 0.0, 1.0, 3.0, 0.0, 9)
     assert under == 0

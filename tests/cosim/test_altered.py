@@ -93,12 +93,11 @@ def altered_verilog(folder, name):
 
 @pytest.fixture
 def open_chip():
-    """Opens a chip of this Verilog: with Icarus, which need not compile, where it is installed."""
-    simulator = "icarus" if shutil.which("iverilog") else "verilator"
+    """Opens a chip of this Verilog."""
     boards = []
 
     def open_verilog(verilog):
-        program = build_program(simulator, verilog, "planner", SMALL.clocks_per_bit)
+        program = build_program("verilator", verilog, "planner", SMALL.clocks_per_bit)
         boards.append(SimulatedBoard(program))
         return Chip(Link(boards[-1].open(), timeout_s=60, attempts=2))
 

@@ -65,6 +65,7 @@ def test_other_chips_in_every_mode(pair, config):
         chips.check()
 
 
+@pytest.mark.long  # As test_check_boards.py has it with a checker.
 def test_icarus_agrees(pair, icarus):
     chips = pair(SMALL, seed=4, sim="icarus")
     chips.start()

@@ -90,7 +90,7 @@ def test_new_waypoints_keep_off_the_ground(pair, config):
     assert counters["left_out"] > 0
 
 
-@pytest.mark.parametrize("checker", ["two-tier", "parallel"])
+@pytest.mark.parametrize("checker", ["two-tier", pytest.param("parallel", marks=pytest.mark.long)])
 def test_a_chip_that_only_checks(pair, checker):
     """Every verdict and clock is the model's, and what needs the genetic core is refused."""
     chips = pair(CHECKERS[checker].replace(genetic=False))
@@ -143,6 +143,7 @@ def test_icarus_agrees(pair, icarus):
     chips = pair(CHECKERS["parallel"], sim="icarus")
     chips.start()
     for counting in (False, True):
+        chips.step()
         check_all(chips, counting)
     chips.check()
 

@@ -7,9 +7,17 @@ from sim.runner import SIMULATORS, benches, run_bench
 
 pytestmark = pytest.mark.cosim
 
-#: Minutes on Icarus, where smaller chips agree with the model in ``test_boards.py`` and, with the
-#: parallel checker, in ``test_check_boards.py``; ``make sim`` runs them, too.
-LONG_ON_ICARUS = ("checker", "checker_hierarchical", "core", "planner", "population", "receiving")
+#: Minutes on Icarus, where a small chip with the parallel checker agrees with the model in
+#: ``test_check_boards.py``; ``make sim`` runs them, too.
+LONG_ON_ICARUS = (
+    "checker",
+    "checker_hierarchical",
+    "core",
+    "core_with_map",
+    "planner",
+    "population",
+    "receiving",
+)
 
 
 @pytest.mark.parametrize(

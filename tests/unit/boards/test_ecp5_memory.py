@@ -131,7 +131,9 @@ def test_blocks_of_a_map_have_sites_of_their_own():
     assert "BEL" not in verilog.convert(Ecp5Memory(rows=16384, width=4, ports=2), emit_src=False)
 
 
-@pytest.mark.parametrize("lanes", [1, 8, 16])
+@pytest.mark.parametrize(
+    "lanes", [8, *(pytest.param(lanes, marks=pytest.mark.long) for lanes in (1, 16))]
+)
 def test_a_whole_map_has_all_sites(lanes):
     """A bank of the parallel build has neighbouring block RAMs; other devices have other sites."""
     config = Config(lanes=lanes)

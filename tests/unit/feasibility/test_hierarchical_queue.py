@@ -61,17 +61,18 @@ def test_every_segment_of_a_tiny_map(build):
 
 
 @pytest.mark.parametrize(
-    ("build", "lanes", "factor", "latency"),
+    ("build", "lanes", "factor", "latency", "turns"),
     [
-        (CheckerBuild.TWO_TIER, 1, 16, 1),
-        (CheckerBuild.HIERARCHICAL, 1, 16, 2),
-        pytest.param(CheckerBuild.HIERARCHICAL, 2, 4, 1, marks=pytest.mark.long),
-        pytest.param(CheckerBuild.HIERARCHICAL, 4, 2, 2, marks=pytest.mark.long),
-        pytest.param(CheckerBuild.HIERARCHICAL, 8, 8, 1, marks=pytest.mark.long),
-        pytest.param(CheckerBuild.HIERARCHICAL, 16, 4, 2, marks=pytest.mark.long),
+        (CheckerBuild.TWO_TIER, 1, 16, 1, 8),
+        (CheckerBuild.HIERARCHICAL, 1, 16, 2, 8),
+        pytest.param(CheckerBuild.TWO_TIER, 1, 16, 2, 30, marks=pytest.mark.long),
+        pytest.param(CheckerBuild.HIERARCHICAL, 2, 4, 1, 20, marks=pytest.mark.long),
+        pytest.param(CheckerBuild.HIERARCHICAL, 4, 2, 2, 20, marks=pytest.mark.long),
+        pytest.param(CheckerBuild.HIERARCHICAL, 8, 8, 1, 20, marks=pytest.mark.long),
+        pytest.param(CheckerBuild.HIERARCHICAL, 16, 4, 2, 20, marks=pytest.mark.long),
     ],
 )
-def test_queues_over_a_changing_map(build, lanes, factor, latency):
+def test_queues_over_a_changing_map(build, lanes, factor, latency, turns):
     """Queues, counted and not, stalled and not, between partial uploads that raise and lower."""
     config = Config(
         map_size=64,
@@ -87,7 +88,7 @@ def test_queues_over_a_changing_map(build, lanes, factor, latency):
     with VerilatedChecker(config) as checker:
         terrain.write(0, 0, rng.integers(0, top // 4, (edge, edge)))
         load(checker, terrain)
-        for turn in range(20):
+        for turn in range(turns):
             x, y = rng.integers(0, edge - 1, 2).tolist()
             width, height = rng.integers(1, 20, 2).tolist()
             altitudes = rng.integers(0, top // 4, (min(height, edge - y), min(width, edge - x)))

@@ -67,7 +67,8 @@ OPTIONS: Mapping[str, Option] = {
         meaning="free waypoints of every path (default 6, with --init astar 16)", type=int,
         metavar="N"),
     "two_opt_every": Option(
-        meaning="iterations from one 2-opt to the next (default 20)", type=int, metavar="N"),
+        meaning="iterations from one 2-opt to the next (default 20), 0 for none", type=int,
+        metavar="N"),
     "max_waypoints": Option(
         meaning="most transitional waypoints of a path (default 20, of astar 16)", type=int,
         metavar="N"),

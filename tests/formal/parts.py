@@ -3,11 +3,12 @@
 import inspect
 
 from amaranth import *
-from amaranth.hdl import Assert, Assume, Fragment
+from amaranth.hdl import Assert, Assume, Cover, Fragment
 from amaranth.hdl._ast import AnyConst, AnySeq
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from hdl.protocol import ChipState
 from sim.formal import altered
 
 
@@ -17,6 +18,7 @@ __all__ = [
     "Opened",
     "Scoreboard",
     "any_constant",
+    "comes_back",
     "free",
     "made_of",
 ]
@@ -31,6 +33,38 @@ def free(m, *signals):
     """Let inputs have any value in every clock."""
     for signal in signals:
         _set(m, signal, AnySeq)
+
+
+def comes_back(m, states, earlier, age, away, limit, *, most):
+    """Claim that a control unit is in LISTEN again at most ``most * limit`` clocks after it left.
+
+    Parameters
+    ----------
+    m : Module
+    states : (Signal, Signal)
+        The state in the clock before, and in this one.
+    earlier : dict of ChipState to int
+        Every other state, and how many have been before it, at most.
+    age, away : Signal
+        Clocks in the state, and out of LISTEN.
+    limit : Signal
+        Longest time in a state.
+    most : int
+    """
+    before, state = states
+    with m.Switch(state):
+        with m.Case(ChipState.LISTEN):
+            pass
+        for at, count in earlier.items():
+            with m.Case(at):
+                m.d.comb += [Assert(age < limit), Assert(away <= count * limit + age)]
+        with m.Default():
+            m.d.comb += Assert(0)
+    with m.If((state == ChipState.LISTEN) & (before != ChipState.LISTEN)):
+        m.d.comb += [
+            Assert(away <= most * limit),
+            Cover((away == most * limit) & (limit == 2)),
+        ]
 
 
 def made_of(component, **units):

@@ -1,13 +1,13 @@
 """The control unit of a chip that only checks paths always returns to listening."""
 
 from amaranth import *
-from amaranth.hdl import Assert, Assume, Cover
+from amaranth.hdl import Assert, Assume
 
 from hdl.check_control import CheckControl
 from hdl.config import CheckerBuild, Config
 from hdl.protocol import ChipState
 from sim.formal import Proof
-from tests.formal.parts import Opened, any_constant, free
+from tests.formal.parts import Opened, any_constant, comes_back, free
 
 
 #: The unit of each state, and how many units have been on before it, at most.
@@ -33,9 +33,7 @@ class Returns(Elaboratable):
     """
 
     def __init__(self, unit):
-        self.dut = unit(CheckControl)(
-            Config(genetic=False, checker=CheckerBuild.TWO_TIER, lanes=1)
-        )
+        self.dut = unit(CheckControl)(Config(genetic=False, checker=CheckerBuild.TWO_TIER, lanes=1))
 
     def elaborate(self, platform):
         m = Module()
@@ -94,19 +92,8 @@ class Returns(Elaboratable):
             Assert(Cat(on[at] == (state == at) for at in on).all()),
             Assert(listening == (state == ChipState.LISTEN)),
         ]
-        with m.Switch(state):
-            with m.Case(ChipState.LISTEN):
-                pass
-            for at, (_, earlier) in UNITS.items():
-                with m.Case(at):
-                    m.d.comb += [Assert(age < limit), Assert(away <= earlier * limit + age)]
-            with m.Default():
-                m.d.comb += Assert(0)
-        with m.If((state == ChipState.LISTEN) & (before != ChipState.LISTEN)):
-            m.d.comb += [
-                Assert(away <= 3 * limit),
-                Cover((away == 3 * limit) & (limit == 2)),
-            ]
+        earlier = {at: count for at, (_, count) in UNITS.items()}
+        comes_back(m, (before, state), earlier, age, away, limit, most=3)
         return m
 
 

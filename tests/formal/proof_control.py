@@ -7,7 +7,7 @@ from hdl.config import Config
 from hdl.ga_core.control import Control
 from hdl.protocol import ChipState
 from sim.formal import Proof
-from tests.formal.parts import Opened, any_constant, free
+from tests.formal.parts import Opened, any_constant, comes_back, free
 
 
 #: The unit of each state, and how many units have been on before it, at most. The receiving unit
@@ -122,19 +122,8 @@ class Returns(Elaboratable):
             Assert(listening == (state == ChipState.LISTEN)),
             Assert(~asked | (state == ChipState.RECEIVE)),
         ]
-        with m.Switch(state):
-            with m.Case(ChipState.LISTEN):
-                pass
-            for at, (_, earlier) in UNITS.items():
-                with m.Case(at):
-                    m.d.comb += [Assert(age < limit), Assert(away <= earlier * limit + age)]
-            with m.Default():
-                m.d.comb += Assert(0)
-        with m.If((state == ChipState.LISTEN) & (before != ChipState.LISTEN)):
-            m.d.comb += [
-                Assert(away <= 5 * limit),
-                Cover((away == 5 * limit) & (limit == 2)),
-            ]
+        earlier = {at: count for at, (_, count) in UNITS.items()}
+        comes_back(m, (before, state), earlier, age, away, limit, most=5)
         seen = Signal()
         with m.If(state == ChipState.CHECK):
             m.d.sync += seen.eq(1)

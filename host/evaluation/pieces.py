@@ -3,10 +3,10 @@
 The functions take numbers, tuples, plain arrays and one
 :class:`~host.evaluation.constants.Constants`, allocate nothing and know no Python object, so the
 same source serves a CPU core and a CUDA thread. The arithmetic of points follows
-:mod:`host.evaluation.geometry` operation by operation, so that both see the same samples. First the
-turns at the waypoints, then the pieces between them, then what each piece costs, then the samples
-of :mod:`host.evaluation.sampling`: each step is a loop over independent rows, so that the threads
-of a GPU share it.
+:mod:`host.evaluation.geometry` but for roots and tangents, which here are the quick ones: both see
+the same samples but for rounding. First the turns at the waypoints, then the pieces between them,
+then what each piece costs, then the samples of :mod:`host.evaluation.sampling`: each step is a loop
+over independent rows, so that the threads of a GPU share it.
 
 Source: Roberge and Tarbouchi, sections 3.1 and 3.2.
 """
@@ -51,14 +51,17 @@ def turn(
     """
     if run_a == 0.0 or run_b == 0.0:
         return 0.0, 1.0, math.inf
-    cross = ax * by - ay * bx
-    angle = math.atan2(abs(cross), ax * bx + ay * by)
+    cross, dot = ax * by - ay * bx, ax * bx + ay * by
+    angle = math.atan2(abs(cross), dot)
     if angle <= _COLLINEAR_RAD:
         return 0.0, 1.0, 0.0
     side = 1.0 if cross >= 0.0 else -1.0
     if cross == 0.0:
         return math.pi, side, math.inf
-    return angle, side, radius_m * math.tan(0.5 * angle)
+    # The tangent of half the angle, by whichever of its two forms loses nothing.
+    lengths = run_a * run_b
+    half = abs(cross) / (lengths + dot) if dot > 0.0 else (lengths - dot) / abs(cross)
+    return angle, side, radius_m * half
 
 
 @inlined
@@ -113,11 +116,12 @@ def lay_turn(path: Floats, n: int, i: int, c: Constants, turns: Floats) -> None:
     bx, by, run_b = 0.0, 0.0, 0.0
     if i + 1 < n:
         bx, by = path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1]
-        run_b = math.hypot(bx, by)
+        run_b = math.sqrt(bx * bx + by * by)
     angle, side, tangent = 0.0, 1.0, 0.0
     if 0 < i < n - 1:
         ax, ay = path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1]
-        angle, side, tangent = turn(ax, ay, bx, by, math.hypot(ax, ay), run_b, c.turn_radius_m)
+        run_a = math.sqrt(ax * ax + ay * ay)
+        angle, side, tangent = turn(ax, ay, bx, by, run_a, run_b, c.turn_radius_m)
     turns[i, _ANGLE] = angle
     turns[i, _SIDE] = side
     turns[i, _TANGENT] = tangent
@@ -152,7 +156,7 @@ def lay_piece(
     pieces[row, _UX], pieces[row, _UY] = ux, uy
     pieces[row, _SIDE], pieces[row, _ANGLE] = side, angle
     pieces[row, _RUN], pieces[row, _RISE] = run, rise
-    pieces[row, LENGTH] = math.hypot(run, rise)
+    pieces[row, LENGTH] = math.sqrt(run * run + rise * rise)
 
 
 @inlined

@@ -8,7 +8,12 @@ import pytest
 from host.evaluation import Evaluator, reference
 from host.evaluation.geometry import COLLINEAR_RAD, Arc, smooth
 from host.evaluation.kernels import BELOW_TWO, WORST_FITNESS, fitness_of
-from host.evaluation.pieces import _ARC_PARTS_IN_WIND, _COLLINEAR_RAD, _SLOPE_TOLERANCE_RAD
+from host.evaluation.pieces import (
+    _ARC_PARTS_IN_WIND,
+    _COLLINEAR_RAD,
+    _SLOPE_TOLERANCE_RAD,
+    turn,
+)
 from host.nofly import Circle, Polygon
 
 
@@ -99,6 +104,22 @@ def test_samples_on_straight_pieces_are_the_same(make_problem):
         assert terms.impossible_arcs == 24
         for name in SAMPLED:
             assert getattr(terms, name) == pytest.approx(getattr(expected, name), rel=1e-12), name
+
+
+@pytest.mark.parametrize("angle", [1e-9, 1e-3, 0.7, 1.57, math.pi / 2, 1.58, 2.5, 3.14])
+@pytest.mark.parametrize("side", [-1, 1])
+@pytest.mark.parametrize("lengths", [(1000.0, 0.01), (3.0, 20000.0)])
+def test_tangent_of_a_turn(angle, side, lengths):
+    """Sharp and hardly any: the radius times the tangent of half the angle."""
+    for heading in np.linspace(0, 2 * math.pi, 50):
+        (ax, ay), (bx, by) = (
+            (run * math.cos(to), run * math.sin(to))
+            for run, to in zip(lengths, (heading, heading + side * angle), strict=True))
+        found = turn(ax, ay, bx, by, *lengths, 150.0)
+        # What rounding of the headings makes of the angle.
+        error = 4e-16 / angle + 4e-16 / (math.pi - angle)
+        expected = angle, side, 150 * math.tan(angle / 2)
+        assert found == pytest.approx(expected, rel=4 * error)
 
 
 @pytest.mark.parametrize("length_m", [10.0, 1e3, 1e5, 1e6])

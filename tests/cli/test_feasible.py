@@ -171,7 +171,7 @@ def test_matches_the_model(tmp_path, capsys, mode):
 
 @pytest.mark.cosim
 @pytest.mark.parametrize(
-    "mode", [pytest.param(mode, marks=[] if mode in CHECKERS else pytest.mark.long)
+    "mode", [pytest.param(mode, marks=[] if mode == "parallel" else pytest.mark.long)
              for mode in MODES],
 )  # fmt: skip
 def test_the_gateware_says_what_the_model_says(tmp_path, capsys, mode):

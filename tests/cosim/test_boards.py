@@ -30,7 +30,7 @@ DEFAULT = Config(clocks_per_bit=4)
 LONG_PATHS = SMALL.replace(max_waypoints=20)
 
 
-@pytest.mark.parametrize("generations", [20, pytest.param(60, marks=pytest.mark.long)])
+@pytest.mark.parametrize("generations", [10, pytest.param(60, marks=pytest.mark.long)])
 def test_default_chip_generation_by_generation(pair, generations):
     """The same population after each, and the clocks that the model foretells."""
     chips = pair(DEFAULT)

@@ -17,6 +17,7 @@ LONG_ON_ICARUS = (
     "planner",
     "population",
     "receiving",
+    "transmitting",
 )
 
 

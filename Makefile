@@ -107,7 +107,7 @@ formal: setup
 	@$(IN_ROOT) "$(BIN)/python" -m sim.formal $(if $(PROOF),--proof "$(PROOF)")
 
 .PHONY: bench
-bench: setup
+bench: setup $(if $(filter fpga,$(BENCH)),setup-synth)
 	@$(IN_ROOT) "$(BIN)/python" -m bench $(if $(BENCH),"$(BENCH)") $(if $(ONLY),--only "$(ONLY)")
 
 .PHONY: lint

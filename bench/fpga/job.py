@@ -95,8 +95,20 @@ class Job(ABC):
 
 
 def digest_of(folder: Path, names: tuple[str, ...], *options: object) -> str:
-    """Return a digest of files in ``folder``, of ``options``, and of the tools' versions."""
-    digest = hashlib.sha256(repr((options, *map(metadata.version, _TOOLS))).encode())
+    """Return a digest of files in ``folder``, of ``options``, and of the tools' versions.
+
+    Raises
+    ------
+    PathgeneError
+        If a tool's package is missing.
+    """
+    try:
+        versions = tuple(map(metadata.version, _TOOLS))
+    except metadata.PackageNotFoundError as error:
+        raise PathgeneError(
+            f"The package {error.name} is not there: `make setup-synth` installs it."
+        ) from None
+    digest = hashlib.sha256(repr((options, *versions)).encode())
     for name in names:
         digest.update(hashlib.sha256((folder / name).read_bytes()).digest())
     return digest.hexdigest()[:16]

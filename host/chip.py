@@ -267,7 +267,8 @@ class Chip:
 
         What is compared with is what this object has written: nothing goes over the line if that is
         ``heights``, and all of it does the first time. After an upload that failed, what the chip
-        had not acknowledged does: so an upload is resumed.
+        had not acknowledged does, in a new session if the failure has ended the other: so an upload
+        is resumed.
 
         Parameters
         ----------
@@ -280,10 +281,14 @@ class Chip:
         ------
         InputError
             If the chip has no map.
+        LinkError
+            If there is still no answer, or the board was reset meanwhile.
         ValueError
             If ``heights`` is no whole map.
         """
         self._require_checker()
+        if self.link.session is None:
+            self.link.reopen()
         self._map.update(heights, progress=progress)
 
     def check_path(self, points: Sequence[int], *, counting: bool = False) -> Checked:

@@ -1,10 +1,15 @@
 """The whole map of the real size over the line of a simulated board."""
 
+import os
+import signal
+
 import numpy as np
 import pytest
 
 from hdl.config import CheckerBuild, Config
-from host.board import open_board
+from host.board import open_board, start_simulated
+from host.chip import Chip
+from host.link import Link, LinkTimeoutError
 from tests.chips import board_url
 
 
@@ -13,14 +18,13 @@ pytestmark = [pytest.mark.cosim, pytest.mark.long]
 BITS_PER_BYTE = 10
 
 
-@pytest.mark.parametrize(
-    "config",
-    [
-        Config(checker=CheckerBuild.PARALLEL, clocks_per_bit=4),
-        Config(checker=CheckerBuild.HIERARCHICAL, clocks_per_bit=4),
-    ],
-    ids=lambda config: config.checker.value,
-)
+BUILDS = [
+    Config(checker=checker, clocks_per_bit=4)
+    for checker in (CheckerBuild.PARALLEL, CheckerBuild.HIERARCHICAL)
+]
+
+
+@pytest.mark.parametrize("config", BUILDS, ids=lambda config: config.checker.value)
 def test_the_line_is_never_idle(config):
     """At most 1.11 times the clocks of the cells' bytes alone; then the chip has that map."""
     edge = config.map_size
@@ -38,11 +42,45 @@ def test_the_line_is_never_idle(config):
         assert board.link.traffic.frames_repeated == 0
 
         model.upload_map(heights)
-        # Far up, so that paths get far before they collide.
-        rng = np.random.default_rng(2)
-        top = config.blocked_altitude
-        for _ in range(20):
-            x, y, z = rng.integers(0, (edge, edge, 4), (10, 3)).T
-            points = (x | y << config.coordinate_bits) | (top - z) << 2 * config.coordinate_bits
-            path = points.tolist()
-            assert board.check_path(path, counting=True) == model.check_path(path, counting=True)
+        check_the_same(board, model)
+
+
+def check_the_same(board, model):
+    """Count the collisions of random paths on both."""
+    config = board.config
+    edge = config.map_size
+    # Far up, so that paths get far before they collide.
+    rng = np.random.default_rng(2)
+    top = config.blocked_altitude
+    for _ in range(20):
+        x, y, z = rng.integers(0, (edge, edge, 4), (10, 3)).T
+        points = (x | y << config.coordinate_bits) | (top - z) << 2 * config.coordinate_bits
+        path = points.tolist()
+        assert board.check_path(path, counting=True) == model.check_path(path, counting=True)
+
+
+def test_an_interrupted_upload_is_resumed():
+    """The board stands still in the middle, the host gives up, and later sends what is missing."""
+    config = BUILDS[0]
+    edge = config.map_size
+    heights = np.random.default_rng(1).integers(0, 1 << config.altitude_bits, (edge, edge))
+    with (
+        start_simulated(board_url("sim", config)) as simulated,
+        open_board(board_url("model", config)) as model,
+    ):
+        board = Chip(Link(simulated.open(), timeout_s=0.3, attempts=3))
+        sent = []
+
+        def stop_in_the_middle(done, cells):
+            sent.append(done)
+            if done > cells // 2:
+                os.kill(simulated.pid, signal.SIGSTOP)
+
+        with pytest.raises(LinkTimeoutError, match=r"^The board did not answer MAP in 3 attempts"):
+            board.upload_map(heights, progress=stop_in_the_middle)
+        os.kill(simulated.pid, signal.SIGCONT)
+        resumed = []
+        board.update_map(heights, progress=lambda done, cells: resumed.append((done, cells)))
+        assert resumed[-1] == (edge * edge - sent[-1],) * 2
+        model.upload_map(heights)
+        check_the_same(board, model)

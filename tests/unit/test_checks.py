@@ -18,7 +18,7 @@ from hdl.protocol import (
 from host.checks import map_frames
 from host.chip import Chip
 from host.errors import InputError
-from host.link import Link, LinkError, RefusedError
+from host.link import Link, LinkTimeoutError, RefusedError
 from sim.model.checker import check_path
 from sim.model.chip import ChipModel
 from sim.model.port import ModelPort
@@ -154,21 +154,19 @@ def test_an_upload_that_failed_is_resumed():
     config = CHECKING.replace(map_size=128)
     chip, port = opened(config)
     heights = heights_of(config, np.random.default_rng(6), 128, 128)
-    transfer, parts = chip.link.transfer, 0
-
-    def cut(requests):
-        nonlocal parts
-        parts += 1
-        transfer(requests if parts < 4 else requests[:5])
-        if parts == 4:
-            raise LinkError("lost")
-
-    chip.link.transfer = cut
-    with pytest.raises(LinkError):
-        chip.update_map(heights)
     frames = len(list(map_frames(config, heights, 0, 0)))
     assert frames >= 4 * 64
-    chip.link.transfer = transfer
+    write = port.write
+
+    def cut(data):
+        return write(data if port.count(Command.MAP) < 3 * 64 else b"")
+
+    port.write = cut
+    with pytest.raises(LinkTimeoutError, match=r"^The board did not answer MAP in 8 attempts"):
+        chip.update_map(heights)
+    with pytest.raises(LinkTimeoutError):
+        chip.update_map(heights)
+    port.write = write
     port.commands.clear()
     chip.update_map(heights)
     assert (port.chip.checking.terrain.heights == heights).all()

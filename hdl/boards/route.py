@@ -104,7 +104,7 @@ def route(
     -------
     Routed
         The first, in the order of ``seeds``, that closes, or the best of all: the same however
-        many run at a time.
+        many run at a time, but for seeds that ``limit_s`` stops.
 
     Raises
     ------

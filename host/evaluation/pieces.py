@@ -29,7 +29,7 @@ __all__ = [
 _COLLINEAR_RAD = 1e-12
 _SLOPE_TOLERANCE_RAD = 1e-9
 _ARC_PARTS_IN_WIND = 8
-# Below it what the series leaves out is less than 1e-16. Most pieces are: 1 km has some 1e-8.
+# Below it what the series leaves out is less than 1e-16. Most pieces are: 1 km has less than 1e-8.
 _SMALL_SQUARE = 1e-5
 
 # Fields of a turn and of a piece: the heading's unit vector is (UX, UY), AIR the distance through
@@ -194,7 +194,7 @@ def judge_slope(c: Constants, pieces: Floats, row: int) -> None:
     if length > 0.0:
         distance = air_distance(c, length, run, pieces[row, _UX], pieces[row, _UY],
                                 pieces[row, _SIDE], pieces[row, _ANGLE])
-        # An angle is below its tangent, so that gentle slopes, most of all, need no arc tangent.
+        # An angle is below its tangent, so that gentle slopes, as most are, need no arc tangent.
         if not -c.max_descent_rad * run <= rise <= c.max_climb_rad * run or distance < 0.0:
             slope = math.atan2(rise, run)
             if (slope > c.max_climb_rad + _SLOPE_TOLERANCE_RAD

@@ -43,11 +43,13 @@ def sample(
     node = quick_node(c, min(max(x / c.dx_m + 0.5, 0.0), c.columns - 1.0),
                       min(max(y / c.dy_m + 0.5, 0.0), c.rows - 1.0))
     inside = inside_map(x, y, c)
+    height = zoned[node]
+    zone = math.isnan(height)
     if c.bilinear:
         under = z < bilinear_ground(ground, c, x, y) if inside else True
     else:
-        under = (not inside) | (z < ground[node])
-    return int(under), int(math.isnan(zoned[node]))
+        under = (not inside) | (z < (ground[node] if zone else height))
+    return int(under), int(zone)
 
 
 @compiled
@@ -96,7 +98,7 @@ def straight_hits(ground: Floats, c: Constants, a: Point, b: Point, parts: int) 
 
 @compiled
 def straight_under_bilinear(ground: Floats, c: Constants, a: Point, b: Point, parts: int) -> int:
-    """As :func:`straight_hits`, by the height between nodes."""
+    """The first count of :func:`straight_hits`, by the height between nodes."""
     (x, y, z), ex, ey, ez = a, b[0] - a[0], b[1] - a[1], b[2] - a[2]
     under = 0
     for part in range(np.int32(parts)):

@@ -48,7 +48,7 @@ def test_scipy_takes_its_part_and_the_missing_are_named(monkeypatch, capsys):
     assert hands_over == "batches"
     assert evaluations >= POPULATION
     assert rate == pytest.approx(evaluations / seconds, rel=1e-3)
-    assert full > 0  # Of seconds: which is greater is the machine's.
+    assert full > 0  # Which rate is greater depends on the machine.
     assert judged > 0
     assert feasible in ("0/1", "1/1")
     assert 0 < fitness < 2

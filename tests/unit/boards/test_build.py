@@ -6,6 +6,7 @@ import sys
 import textwrap
 import time
 from dataclasses import replace
+from itertools import chain, repeat
 from types import SimpleNamespace
 
 import pytest
@@ -177,13 +178,21 @@ def test_a_seed_that_cannot_be_routed_is_one_that_does_not_close(tools, tmp_path
     assert (tmp_path / "out" / "chip.bit").read_text() == "3"
 
 
-def test_a_seed_that_comes_to_no_end(tools, tmp_path, capfd):
+def test_a_seed_that_comes_to_no_end(tools, tmp_path, capfd, monkeypatch):
     tools(achieved=(101, 102), slow={1: 3600})
-    assert build(BOARD, tmp_path / "out", seeds=2, jobs=1, limit_s=3).seed == 2
-    assert "seed 1: nextpnr-ecp5 came to no end in 3 s.\n" in capfd.readouterr().err
+
+    def build_for(seconds, **options):
+        """Let so much time pass while the first seed is under way, and none else."""
+        clock = chain([0.0, 0.0], repeat(seconds))
+        fake = SimpleNamespace(sleep=time.sleep, monotonic=lambda: next(clock))
+        monkeypatch.setattr(routing, "time", fake)
+        return build(BOARD, tmp_path / "out", limit_s=3600, jobs=1, **options)
+
+    assert build_for(3601.0, seeds=2).seed == 2
+    assert "seed 1: nextpnr-ecp5 came to no end in 3,600 s.\n" in capfd.readouterr().err
     # It is tried again the next time; it was stopped, not routed.
-    with pytest.raises(BuildError, match=r"^nextpnr-ecp5 came to no end in 1 s\.$"):
-        build(BOARD, tmp_path / "out", seeds=1, limit_s=1)
+    with pytest.raises(BuildError, match=r"^nextpnr-ecp5 came to no end in 3,600 s\.$"):
+        build_for(3601.0, seeds=1)
 
 
 def test_no_seed_closes(tools, tmp_path):

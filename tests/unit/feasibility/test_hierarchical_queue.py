@@ -65,7 +65,9 @@ def test_every_segment_of_a_tiny_map(build):
     [
         (CheckerBuild.TWO_TIER, 1, 16, 1, 8),
         (CheckerBuild.HIERARCHICAL, 1, 16, 2, 8),
-        pytest.param(CheckerBuild.TWO_TIER, 1, 16, 2, 30, marks=pytest.mark.long),
+        pytest.param(CheckerBuild.TWO_TIER, 1, 16, 1, 20, marks=pytest.mark.long),
+        pytest.param(CheckerBuild.TWO_TIER, 1, 16, 2, 20, marks=pytest.mark.long),
+        pytest.param(CheckerBuild.HIERARCHICAL, 1, 16, 2, 20, marks=pytest.mark.long),
         pytest.param(CheckerBuild.HIERARCHICAL, 2, 4, 1, 20, marks=pytest.mark.long),
         pytest.param(CheckerBuild.HIERARCHICAL, 4, 2, 2, 20, marks=pytest.mark.long),
         pytest.param(CheckerBuild.HIERARCHICAL, 8, 8, 1, 20, marks=pytest.mark.long),

@@ -4,8 +4,10 @@ One thread block has one solution. Its threads share the waypoints, the pieces b
 samples of these; a launch is one iteration, 2-opt included, and the block that ends last finds g*.
 Launches follow each other in the stream, so that the host only comes for the history.
 
-Rounding differs from a CPU's: the compiler contracts products and sums, and the sine is another.
-A fitness agrees to about 1e-9, a decision between two that are nearer may not.
+Rounding differs from a CPU's: the compiler contracts products and sums, the sine is another, and a
+thread computes the place of its sample alone, where a CPU goes from one to the next. A fitness
+agrees to about 1e-9, but for samples on the border between two cells; a decision between two that
+are nearer may not.
 
 Source: Roberge and Tarbouchi, section 4. They launch one child kernel for each path that 2-opt
 tries; here the block that runs the operator evaluates them itself.

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from bench.report import Options as BenchOptions
 from bench.report import Report
-from bench.scenarios import names, problem
+from bench.scenarios import missing, names, problem
 from host.board import open_board
 from host.evaluation import Evaluator
 from host.planners import make
@@ -99,6 +99,7 @@ def run(options: BenchOptions) -> Report:
         "the turn arcs collide, because the straight path does between the cells that the line",
         "visits, or only between the samples at ds. Reported: the result of a run. Saved, counted:",
         "mean of a run. Host: on model:, whichever board the row names.",
+        *missing(),
     ]
     report.data = {"runs": runs}
     return report

@@ -21,6 +21,7 @@ __all__ = [
     "SYNTHETIC",
     "TABLE_4",
     "TILES",
+    "missing",
     "names",
     "names_of",
     "problem",
@@ -63,6 +64,12 @@ def names() -> list[str]:
 def names_of(wanted: Sequence[str]) -> list[str]:
     """Return those of ``wanted`` that are there: only a tile may be missing."""
     return [name for name in wanted if name not in TILES or (_FOLDER / TILES[name]).exists()]
+
+
+def missing(wanted: Sequence[str] = (EMBEDDED, *TILES)) -> list[str]:
+    """Return a line for a benchmark's notes on those of ``wanted`` that are not there, if any."""
+    left_out = [name for name in wanted if name not in names_of(wanted)]
+    return [f"Not beside the repository, so left out: {', '.join(left_out)}."] if left_out else []
 
 
 def source_of(name: str) -> str:

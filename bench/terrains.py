@@ -17,7 +17,7 @@ import numpy as np
 
 from bench.report import Options as BenchOptions
 from bench.report import Report
-from bench.scenarios import names, problem
+from bench.scenarios import missing, names, problem
 from hdl.config import CheckerBuild, Config
 from hdl.protocol import LinkMode
 from host.board import open_board
@@ -204,6 +204,7 @@ def run(options: BenchOptions) -> Report:
         "Mismatches: answers of any build that differ from the model's in verdict, first colliding",
         "cell, cells looked at or counts; parallel and hierarchical against the full detailed",
         "check, two-tier against its own.",
+        *missing(),
     ]
     report.data = {"random_seed": _RANDOM_SEED, "evolved_seeds": seeds}
     return report

@@ -15,7 +15,8 @@ from host.cli import INTERRUPTED
 from host.cli.options import own_options
 from host.cli.output import note, print_json, print_pairs, print_table
 from host.cli.problem import make_problem, source_of
-from host.compare.cluster import LOCAL, on_cluster
+from host.compare import LOCAL
+from host.compare.cluster import on_cluster
 from host.compare.digest import problem_digest
 from host.compare.entrants import SEARCH, Entrant, parse_entrants, planner_names
 from host.compare.processes import in_processes

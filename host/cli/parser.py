@@ -8,6 +8,7 @@ from importlib import metadata
 from typing import NoReturn
 
 from host.auv import PLANNERS as AUV_PLANNERS
+from host.compare import LOCAL
 from host.errors import InputError
 from host.feasibility import MODES
 from host.planners import DEFAULT, OPTIONS, PLANNERS
@@ -182,9 +183,10 @@ def _add_compare(commands: argparse._SubParsersAction[_Parser]) -> None:
                        help="seed of the first run (default %(default)s)")
     group.add_argument("--jobs", type=int, metavar="N",
                        help="runs at a time, each in a process (default one per core)")
-    group.add_argument("--scheduler", metavar="ADDRESS|local",
-                       help="hand the runs to the Dask cluster at this address, or to one started "
-                            "here for them; needs the extra pathgene[cluster]")
+    group.add_argument("--scheduler", metavar="ADDRESS|local", nargs="?", const=LOCAL,
+                       help="hand the runs to the Dask cluster at this address, or (local, or no "
+                            "address) to one started here for them; needs the extra "
+                            "pathgene[cluster]")
     group.add_argument("--out", metavar="DIR", default="out/compare",
                        help="where the files go; runs that are there already are not run again "
                             "(default %(default)s)")

@@ -10,6 +10,7 @@ import uuid
 from collections.abc import Generator, Iterator, Sequence
 from typing import Any
 
+from host.compare import LOCAL
 from host.compare.processes import ending_children, interrupt_held
 from host.compare.runs import Outcome, Task, execute
 from host.errors import InputError, JobError
@@ -17,10 +18,7 @@ from host.evaluation import Evaluator
 from host.problem import Problem
 
 
-__all__ = ["LOCAL", "on_cluster"]
-
-#: The address that asks for a cluster of our own.
-LOCAL = "local"
+__all__ = ["on_cluster"]
 
 _CONNECT_TIMEOUT_S = 10
 # How long a lost worker of our own cluster may take to start again before its place is given up;

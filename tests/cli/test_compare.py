@@ -146,6 +146,8 @@ def test_a_planner_that_fails_is_told_and_costs_no_other(hills, tmp_path, capsys
      "ga-fpga: a board serves one run at a time; give --jobs 1."),
     ("ga-fpga:board=/dev/ttyUSB0", ["--scheduler", "local"],
      "ga-fpga:board=/dev/ttyUSB0: a board at this machine cannot be reached from a cluster; "),
+    ("ga-fpga:board=/dev/ttyUSB0", ["--scheduler"],
+     "ga-fpga:board=/dev/ttyUSB0: a board at this machine cannot be reached from a cluster; "),
     ("ga-pc", ["--goal", "9500,3500,100"], "The goal at (9500, 3500) is outside the map"),
 ])
 def test_bad_input(hills, tmp_path, capsys, planners, options, sentence):

@@ -13,8 +13,8 @@ __all__ = ["BOARD"]
 BOARD = Board(
     name="ulx3s-45f",
     platform=ULX3S_45F_Platform,
-    # 25 MHz to 75 MHz; its USB bridge, an FT231X, goes up to 3 Mbaud.
-    pll=Ecp5Pll(feedback_divider=3, output_divider=8),
+    # 25 MHz to 100 MHz; its USB bridge, an FT231X, goes up to 3 Mbaud.
+    pll=Ecp5Pll(feedback_divider=4, output_divider=6),
     reset=("button_fire", 0),
     sizes=Config(checker=CheckerBuild.PARALLEL, lanes=4, map_size=256),
     overrides=OVERRIDES,

@@ -27,7 +27,8 @@ _BUILDS = (
 )
 # Table 2 and section 5.1.3 of allaire two-tier, in clocks of 8 ns.
 _PAPER_CLOCKS, _PAPER_CLOCK_S, _PAPER_CELLS_PER_US = 171, 8e-9, 100.0
-_PAPER_CELLS = 55 + 100 + 6
+_PAPER_SEGMENTS = 55, 100, 6
+_PAPER_CELLS = sum(_PAPER_SEGMENTS)
 _PATHS = 400
 _SEED = 2011
 
@@ -73,6 +74,8 @@ def run(options: Options) -> Report:
         [(predicted, _)] = batch_clocks(config, terrain, [TESTING_TRAJECTORY])
         with VerilatedChecker(config) as checker:
             checker.write(canyon)
+            if build is CheckerBuild.TWO_TIER:
+                report.notes.append(_table_2([_clocks(checker, number) for number in (1, 2, 3)]))
             trajectory = checker.check([TESTING_TRAJECTORY]).verdicts[0]
             over_canyon = checker.check(flights).verdicts
             sustained = _over_level_ground(checker, mixed)
@@ -101,6 +104,29 @@ def run(options: Options) -> Report:
         f"ground, free: {', '.join(f'{count} {build}' for build, count in free.items())}.",
     ]
     return report
+
+
+def _clocks(checker: VerilatedChecker, segments: int) -> int:
+    """Clocks of the first segments of the testing trajectory alone."""
+    clocks: int = checker.check([TESTING_TRAJECTORY[: segments + 1]]).verdicts[0]["cycles"]
+    return clocks
+
+
+def _table_2(parts: Sequence[int]) -> str:
+    """The steps of the paper's Table 2, and the clocks of the two-tier build for so many."""
+    first, second, third = _PAPER_SEGMENTS
+    paper = [
+        paper_clocks(sum(_PAPER_SEGMENTS[:segments]), segments=segments) for segments in (1, 2, 3)
+    ]
+    return (
+        f"Table 2, clocks: 4 to capture the path, {first} for the first segment, 3 to change, "
+        f"{second} for the second, 3 to change, {third} for the third: {_listed(paper)} after each "
+        f"segment. The two-tier build: {_listed(parts)}."
+    )
+
+
+def _listed(numbers: Sequence[int]) -> str:
+    return ", ".join(map(str, numbers))
 
 
 def cells_per_clock(config: Config) -> float:

@@ -64,6 +64,7 @@ _UNITS: Mapping[str, tuple[str, Config, _Device]] = MappingProxyType(
             _PLAIN,
             _LESS_ASKED,
         ),
+        "selection": ("hdl.ga_core.selection.Selection", _PLAIN, _ECP5),
         "mutation": ("hdl.ga_core.mutation.Mutation", _PLAIN, _ECP5),
         "random source": ("hdl.ga_core.random_source.RandomSource", _PLAIN, _ECP5),
         "receiving": ("hdl.ga_core.receiving.ReceivingUnit", _PLAIN, _ECP5),
@@ -212,7 +213,8 @@ UNITS_TABLE = Table(
         f"{_LESS_ASKED.asked_mhz} of the population; the registers around every port are counted. "
         "LUTs are those of carry chains and LUT RAMs, too. The two-tier checker of a map of "
         "256 x 256 on a UP5K is the chip of the board icebreaker, with nothing but the link. "
-        "Selection has no row: ABC, by which yosys maps logic, dies on it where it is alone.",
+        "Selection is synthesized by the yosys 0.23 of Debian (`YOSYS=yosys`): ABC, by which yosys "
+        "maps logic, of the 0.70 dies on it where it is alone.",
     ],
 )
 PAPERS_TABLE = Table(

@@ -224,8 +224,10 @@ def test_partial_uploads_raise_and_lower_the_ground():
     assert {(True, False), (False, True)} <= set(itertools.pairwise(seen))
 
 
-def test_writes_wait_while_busy():
-    config = SMALL.replace(lanes=2)
+@pytest.mark.parametrize("build", list(CheckerBuild)[1:], ids=str)
+def test_writes_are_refused_while_busy(build):
+    """By every build: the source has to wait until all verdicts are taken."""
+    config = SMALL.replace(checker=build, lanes=1 if build is CheckerBuild.TWO_TIER else 2)
     terrain = flat(config)
     dut = Checker(config)
 
@@ -246,6 +248,12 @@ def test_writes_wait_while_busy():
         await ctx.tick()
         assert not ctx.get(dut.busy)
         assert ctx.get(dut.writes.ready)
+        await ctx.tick()
+        ctx.set(dut.writes.valid, 0)
+        # What is written now counts for the next path.
+        await feed(ctx, dut, [(0, 0, 9), (15, 15, 9)])
+        *_, verdict = await ctx.tick().sample(dut.verdicts.p.collision).until(dut.verdicts.valid)
+        assert verdict
 
     simulate(dut, bench)
 

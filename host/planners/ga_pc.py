@@ -52,7 +52,8 @@ class PcGeneticPlanner:
     Source: *allaire-2008*, section 3. Settled here where it is silent: the mutation box has edges
     of 15 % of the map's; a new waypoint in the ground, in a no-fly zone or over a void is redrawn 7
     times, then the mutation is left out; a turn is sharp above 45 degrees; children to mutate are
-    drawn uniformly.
+    drawn uniformly. The swap is one of the five of section 3.4 here, although section 3.4.5 keeps
+    it for missions of several objectives.
 
     Parameters
     ----------

@@ -1,0 +1,1 @@
+"""Tools of the developers: set-up, and the record of what the program computes."""

@@ -1,0 +1,143 @@
+"""Record of what the program computes, to show that a change of its code changes no result.
+
+``python -m tools.record FILE.json`` records; ``--compare FILE.json`` records anew, lists every
+difference and exits with 1 if there is one. Floats are kept to the last bit, so compare a record on
+the machine that made it. ``--goldens`` writes the small record of the tests, which holds integers
+and the terms of fixed paths and is valid on every machine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from tools.recording.checkers import record_paths, record_verilated
+from tools.recording.chips import record_frames, record_generations
+from tools.recording.commands import record_keys, record_options, record_plans
+from tools.recording.draws import checksum
+from tools.recording.fitness import draw_fixed_paths
+
+
+__all__ = ["GOLDENS", "PARTS", "differences", "golden_integers", "main"]
+
+#: The committed record of the tests.
+GOLDENS = Path(__file__).resolve().parents[1] / "tests" / "golden" / "golden.json"
+
+#: What can be recorded, quick parts first.
+PARTS: dict[str, Callable[[], dict[str, Any]]] = {
+    "options": record_options,
+    "frames": record_frames,
+    "generations": record_generations,
+    "paths": record_paths,
+    "verilated": record_verilated,
+    "keys": record_keys,
+    "plans": record_plans,
+}
+
+_GOLDEN_SEEDS = (1,)
+_GOLDEN_CHIPS = ("default", "with map", "small with map")
+_GOLDEN_EVERY = 10
+_GOLDEN_PATHS = 500
+_GOLDEN_BLOCK = 100
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command; return 1 if something differs, else 0."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tools.record", description="Record what the program computes."
+    )
+    parser.add_argument(
+        "file",
+        type=Path,
+        nargs="?",
+        metavar="FILE.json",
+        help="file to write or, with --compare, to compare with",
+    )
+    parser.add_argument(
+        "--compare",
+        action="store_true",
+        help="record anew and list every difference from FILE.json",
+    )
+    parser.add_argument(
+        "--only", choices=PARTS, metavar="PART", help=f"one part only: {', '.join(PARTS)}"
+    )
+    parser.add_argument(
+        "--goldens", action="store_true", help="write the small record of the tests instead"
+    )
+    arguments = parser.parse_args(argv)
+    if arguments.goldens == (arguments.file is not None):
+        parser.error("give either FILE.json or --goldens")
+    if arguments.goldens:
+        _write(GOLDENS, {**golden_integers(), "fitness": draw_fixed_paths()})
+        return 0
+    # Before minutes of recording.
+    before = json.loads(arguments.file.read_text()) if arguments.compare else None
+    found = _record([arguments.only] if arguments.only else list(PARTS))
+    if before is None:
+        _write(arguments.file, found)
+        return 0
+    if arguments.only:
+        before = {arguments.only: before[arguments.only]}
+    differing = list(differences(before, found))
+    print(*differing, f"{len(differing)} differences", sep="\n")
+    return 1 if differing else 0
+
+
+def _record(parts: Sequence[str]) -> dict[str, Any]:
+    found = {}
+    for part in parts:
+        started = time.monotonic()
+        found[part] = PARTS[part]()
+        print(f"{part}: {time.monotonic() - started:.0f} s", file=sys.stderr, flush=True)
+    # As it comes back from a file: tuples are lists.
+    result: dict[str, Any] = json.loads(json.dumps(found, allow_nan=False))
+    return result
+
+
+def _write(file: Path, value: Any) -> None:
+    file.write_text(json.dumps(value, indent=1, allow_nan=False) + "\n")
+
+
+def differences(before: Any, after: Any, place: str = "") -> Iterator[str]:
+    """Yield a line for every value of JSON data that is not the same in both."""
+    if isinstance(before, dict) and isinstance(after, dict):
+        for key in [*before, *(key for key in after if key not in before)]:
+            where = f"{place}/{key}"
+            if key not in after:
+                yield f"{where}: gone"
+            elif key not in before:
+                yield f"{where}: new"
+            else:
+                yield from differences(before[key], after[key], where)
+    elif isinstance(before, list) and isinstance(after, list):
+        if len(before) != len(after):
+            yield f"{place}: {len(before)} entries, now {len(after)}"
+        for number, pair in enumerate(zip(before, after, strict=False)):
+            yield from differences(*pair, f"{place}/{number}")
+    # 1, 1.0 and true are different things.
+    elif type(before) is not type(after) or before != after:
+        yield f"{place}: {before!r}, now {after!r}"
+
+
+def golden_integers() -> dict[str, Any]:
+    """Return what the tests repeat exactly: generations, checks of paths, frames."""
+    runs = record_generations(_GOLDEN_SEEDS, _GOLDEN_CHIPS)
+    for run in runs.values():
+        run["populations"] = run["populations"][_GOLDEN_EVERY - 1 :: _GOLDEN_EVERY]
+    paths = {
+        title: [
+            checksum(rows[first : first + _GOLDEN_BLOCK])
+            for first in range(0, len(rows), _GOLDEN_BLOCK)
+        ]
+        for title, rows in record_paths(_GOLDEN_PATHS).items()
+    }
+    return {"generations": runs, "paths": paths, "frames": record_frames()}
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import hashlib
 import random
 import zlib
 from typing import Any
@@ -72,19 +73,23 @@ _CHIPS = {
 
 
 class _TappedPort(ModelPort):
-    """A port of the model that keeps the CRC-32 of the bytes of both directions."""
+    """A port of the model that keeps a digest of the bytes of each direction.
+
+    No CRC-32: a frame ends with its own, which makes the CRC-32 of all frames blind to what they
+    say.
+    """
 
     def __init__(self, chip: ChipModel) -> None:
         super().__init__(chip)
-        self.sent = self.received = 0
+        self.sent, self.received = hashlib.sha256(), hashlib.sha256()
 
     def write(self, data: bytes | bytearray | memoryview) -> int:
-        self.sent = zlib.crc32(data, self.sent)
+        self.sent.update(data)
         return super().write(data)
 
     def read(self, size: int = 1) -> bytes:
         data = super().read(size)
-        self.received = zlib.crc32(data, self.received)
+        self.received.update(data)
         return data
 
 
@@ -110,8 +115,8 @@ def _generations(config: Config, avoid_ground: bool, mode: LinkMode, seed: int) 
     """Breed on the model behind a link, in an order drawn anew for each generation.
 
     ``populations`` are the CRC-32 of each generation's population as the chip sends it, which is
-    also the host's copy; ``sent`` and ``received`` those of all bytes before the last reading;
-    ``checks`` those of everything a check of the whole population says.
+    also the host's copy; ``checks`` those of everything a check of the whole population says;
+    ``sent`` and ``received`` the SHA-256 of all bytes on the line.
     """
     rng = random.Random(seed)
     port = _TappedPort(ChipModel(config))
@@ -138,8 +143,8 @@ def _generations(config: Config, avoid_ground: bool, mode: LinkMode, seed: int) 
     return {
         "populations": populations,
         "checks": checks,
-        "sent": port.sent,
-        "received": port.received,
+        "sent": port.sent.hexdigest(),
+        "received": port.received.hexdigest(),
         "counters": counters,
     }
 

@@ -23,7 +23,7 @@ from host.cli.parser import build_parser
 from host.planners import PLANNERS, make
 
 
-__all__ = ["MAPS", "plan", "record_keys", "record_options", "record_plans"]
+__all__ = ["MAPS", "describe_options", "plan", "record_keys", "record_options", "record_plans"]
 
 #: Terrains that come with the program.
 MAPS = ("jacksboro", "canyon", "river")
@@ -136,7 +136,7 @@ def record_options() -> dict[str, Any]:
     """Return name, default and choices of every option, the planners' and the chip's too."""
     _, planners = run("planners", "--json")
     return {
-        **dict(_options(build_parser())),
+        **dict(describe_options(build_parser())),
         "planners": {
             entry["name"]: {
                 "generations": entry["generations"],
@@ -156,16 +156,17 @@ def _defaults(planner: str, options: Iterable[str]) -> dict[str, Any]:
     return {name: parameters[name].default for name in options}
 
 
-def _options(parser: argparse.ArgumentParser) -> Iterator[tuple[str, Any]]:
+def describe_options(parser: argparse.ArgumentParser) -> Iterator[tuple[str, Any]]:
     """Yield each command that takes options, and what argparse knows of them but the prose."""
     rows = {}
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
             for command in action.choices.values():
-                yield from _options(command)
+                yield from describe_options(command)
         else:
             rows[", ".join(action.option_strings) or action.dest] = {
                 "dest": action.dest,
+                "number": action.type.__name__ if action.type in (int, float) else None,
                 "default": action.default,
                 "const": action.const,
                 "choices": action.choices and list(action.choices),

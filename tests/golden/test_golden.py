@@ -1,0 +1,35 @@
+"""The results that no change may alter, committed in ``golden.json``.
+
+``python -m tools.record --goldens`` makes the file anew, for a change that is to alter a result.
+"""
+
+import json
+
+import pytest
+
+from tools.record import GOLDEN_PARTS, GOLDENS, differences
+from tools.recording.fitness import evaluate
+
+
+GOLDEN = json.loads(GOLDENS.read_text())
+
+
+@pytest.mark.parametrize("part", ["generations", "paths", "frames"])
+def test_integers(part):
+    """Repeat populations, bytes and counters of runs; verdicts, cycles and reads; and frames."""
+    # As it comes back from a file.
+    found = json.loads(json.dumps(GOLDEN_PARTS[part]()))
+    assert list(differences(GOLDEN[part], found)) == []
+
+
+@pytest.mark.parametrize("number", range(len(GOLDEN["fitness"])))
+def test_fitness_of_a_fixed_path(number):
+    fixed = GOLDEN["fitness"][number]
+    found = evaluate(fixed["map"], fixed["path"])
+    assert found == pytest.approx(fixed["terms"], rel=1e-9, abs=1e-9)
+
+
+def test_fixed_paths_are_of_both_kinds():
+    for name in ("jacksboro", "canyon", "river"):
+        of_map = [fixed["terms"] for fixed in GOLDEN["fitness"] if fixed["map"] == name]
+        assert {terms["feasible"] for terms in of_map} == {0.0, 1.0}

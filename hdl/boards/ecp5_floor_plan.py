@@ -89,7 +89,7 @@ def floor_plan(config: Config) -> str:
     ValueError
         If it has other cells.
     """
-    if config.replace(lanes=Config().lanes) != Config():
+    if config != Config(lanes=config.lanes):
         raise ValueError(
             "Floor plan must be that of the default configuration with any lanes; a board with "
             "another one can leave `script_after_synth` out"

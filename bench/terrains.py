@@ -38,8 +38,6 @@ __all__ = ["BUILDS", "Ground", "differing", "run"]
 BUILDS = (
     (CheckerBuild.TWO_TIER, 1),
     (CheckerBuild.PARALLEL, 8),
-    (CheckerBuild.HIERARCHICAL, 1),
-    (CheckerBuild.HIERARCHICAL, 8),
 )
 _PATHS = 10_000
 _RANDOM_SEED = 2011
@@ -140,11 +138,8 @@ def differing(
 ) -> list[int]:
     """Return the numbers of the paths of which ``batch`` says something else than the model.
 
-    Compared are verdict, first colliding segment and cell, cells, and every count. The hierarchical
-    build must say what the full detailed check of the parallel one does.
+    Compared are verdict, first colliding segment and cell, cells, and every count.
     """
-    if config.checker is CheckerBuild.HIERARCHICAL:
-        config = config.replace(checker=CheckerBuild.PARALLEL)
     said = [
         Verdict(
             collision=bool(verdict["collision"]),
@@ -202,8 +197,8 @@ def run(options: BenchOptions) -> Report:
         f"generations of ga-fpga on model:, {_GENERATIONS} generations of each seed from 0 to",
         f"{', '.join(f'{used - 1} ({name})' for name, used in seeds.items())}.",
         "Mismatches: answers of any build that differ from the model's in verdict, first colliding",
-        "cell, cells looked at or counts; parallel and hierarchical against the full detailed",
-        "check, two-tier against its own.",
+        "cell, cells looked at or counts; parallel against the full detailed check, two-tier",
+        "against its own.",
         *missing(),
     ]
     report.data = {"random_seed": _RANDOM_SEED, "evolved_seeds": seeds}
@@ -239,7 +234,7 @@ def _check(name: str, kind: str) -> tuple[_Outcomes, int]:
 def _row(name: str, kind: str, mode: str, every: Sequence[_Outcomes]) -> tuple[object, ...]:
     """A row of the means over one terrain or more."""
     of_build = [[outcomes[number, mode] for outcomes in every] for number in range(len(BUILDS))]
-    tiered, detailed, *_ = (
+    tiered, detailed = (
         mean(outcome.collisions for outcome in outcomes) / _PATHS for outcomes in of_build
     )
     return (

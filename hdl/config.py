@@ -44,8 +44,6 @@ class CheckerBuild(enum.StrEnum):
     TWO_TIER = "two-tier"
     #: Every segment in the detailed map, several cells a clock.
     PARALLEL = "parallel"
-    #: As parallel, but only where a safe test in the coarse map hits.
-    HIERARCHICAL = "hierarchical"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,7 +133,10 @@ class Config:
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
             if field.name in _CHOICES:
-                object.__setattr__(self, field.name, _CHOICES[field.name](value))
+                choices = _CHOICES[field.name]
+                *others, last = choices
+                self._check(field.name, f"{', '.join(others)} or {last}", value in list(choices))
+                object.__setattr__(self, field.name, choices(value))
             elif isinstance(field.default, bool):
                 self._check(field.name, "1 or 0", value in (True, False))
                 object.__setattr__(self, field.name, bool(value))

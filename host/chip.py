@@ -352,8 +352,8 @@ class Chip:
     def _require_checker(self) -> None:
         if self.config.checker is CheckerBuild.NONE:
             raise InputError(
-                "The board has no collision checker: use one that was built with checker=parallel, "
-                "hierarchical or two-tier."
+                "The board has no collision checker: use one that was built with "
+                "checker=parallel or checker=two-tier."
             )
 
     def counters(self) -> dict[str, int]:

@@ -45,7 +45,6 @@ CHECKING = SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1)
 CHECKERS = {
     "two-tier": CHECKING,
     "parallel": SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4),
-    "hierarchical": SMALL.replace(checker=CheckerBuild.HIERARCHICAL, lanes=2),
 }
 
 #: The smallest core: one mutator of each kind, no map.

@@ -81,11 +81,6 @@ _UNITS: Mapping[str, tuple[str, Config, _Device]] = MappingProxyType(
             _PLAIN.replace(checker=CheckerBuild.PARALLEL, lanes=16),
             _ECP5,
         ),
-        "checker, hierarchical, 8 lanes": (
-            _CHECKER,
-            _PLAIN.replace(checker=CheckerBuild.HIERARCHICAL, lanes=8),
-            _ECP5,
-        ),
     }
 )
 

@@ -8,6 +8,7 @@ from hdl.config import CheckerBuild, Config
 from hdl.feasibility.layouts import cell_layout, count_layout, point_layout, verdict_layout
 from hdl.feasibility.parallel import ParallelWalker
 from hdl.feasibility.results import Results
+from hdl.feasibility.sequential import TwoTierWalker
 
 
 __all__ = ["Checker"]
@@ -50,8 +51,8 @@ class Checker(wiring.Component):
         offered: the one if it collides, the other if it does not; when counting, ``collision``
         rises with the first hit. Both clear with the first point of a path.
     writes : In(stream.Signature(cell_layout))
-        Cells of the map; ``last`` ends a rectangle, of which the builds with a coarse map make the
-        coarse one follow. Taken only while not ``busy``. Cells never written hold anything.
+        Cells of the map; ``last`` ends a rectangle, after which the two-tier build updates its
+        coarse map. Taken only while not ``busy``. Cells never written hold anything.
     lookup_valid : In(1)
     lookup_x, lookup_y : In(coordinate_bits)
         With ``lookup_valid``, a cell: one a clock, but not while ``busy``, nor in the clock of a
@@ -155,14 +156,6 @@ class Checker(wiring.Component):
         return m
 
     def _walker(self):
-        match self.config.checker:
-            case CheckerBuild.TWO_TIER:
-                from hdl.feasibility.sequential import TwoTierWalker
-
-                return TwoTierWalker(self.config)
-            case CheckerBuild.HIERARCHICAL:
-                from hdl.feasibility.hierarchical import HierarchicalWalker
-
-                return HierarchicalWalker(self.config)
-            case _:
-                return ParallelWalker(self.config)
+        if self.config.checker is CheckerBuild.TWO_TIER:
+            return TwoTierWalker(self.config)
+        return ParallelWalker(self.config)

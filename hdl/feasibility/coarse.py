@@ -25,8 +25,6 @@ class CoarseMap(wiring.Component):
     Parameters
     ----------
     config : Config
-    ports : int
-        Read ports, 1 or 2.
     scan_latency : int
         Clocks from ``scanning`` to its ``scanned``, 1 or more.
 
@@ -44,26 +42,23 @@ class CoarseMap(wiring.Component):
     scanned : In(altitude_bits)
         Altitude of the cell that was asked for ``scan_latency`` clocks ago, every write that came
         before ``busy`` included.
-    x, y : In(coarse_bits).array(ports)
+    x, y : In(coarse_bits)
         Block to be read, not while ``busy``.
-    altitudes : Out(altitude_bits).array(ports)
+    altitude : Out(altitude_bits)
         Its maximum, ``memory_latency`` clocks later: anything until the block was scanned. See
         :class:`hdl.feasibility.terrain_bank.TerrainBank`.
 
     Raises
     ------
     ValueError
-        If ``ports`` or ``scan_latency`` is out of its range.
+        If ``scan_latency`` is out of its range.
     """
 
-    def __init__(self, config, *, ports, scan_latency):
-        if ports not in (1, 2):
-            raise ValueError(f"Read ports must be 1 or 2, not {ports!r}")
+    def __init__(self, config, *, scan_latency):
         if scan_latency < 1:
             raise ValueError(f"Latency of a scan must be 1 or more, not {scan_latency!r}")
 
         self.config = config
-        self.ports = ports
         self.scan_latency = scan_latency
         super().__init__(
             {
@@ -74,9 +69,9 @@ class CoarseMap(wiring.Component):
                 "scan_x": Out(config.coordinate_bits),
                 "scan_y": Out(config.coordinate_bits),
                 "scanned": In(config.altitude_bits),
-                "x": In(config.coarse_bits).array(ports),
-                "y": In(config.coarse_bits).array(ports),
-                "altitudes": Out(config.altitude_bits).array(ports),
+                "x": In(config.coarse_bits),
+                "y": In(config.coarse_bits),
+                "altitude": Out(config.altitude_bits),
             }
         )
 
@@ -167,19 +162,14 @@ class CoarseMap(wiring.Component):
             rows=1 << len(row),
             width=config.altitude_bits,
             latency=config.memory_latency,
-            ports=self.ports,
+            ports=1,
         )
         port = blocks.a
         m.d.comb += [
             port.write_enable.eq(writing),
             port.write_data.eq(highest),
-            port.address.eq(Mux(writing, row, Cat(self.x[0], self.y[0]))),
-            self.altitudes[0].eq(port.data),
+            port.address.eq(Mux(writing, row, Cat(self.x, self.y))),
+            self.altitude.eq(port.data),
         ]
-        if self.ports == 2:
-            m.d.comb += [
-                blocks.b.address.eq(Cat(self.x[1], self.y[1])),
-                self.altitudes[1].eq(blocks.b.data),
-            ]
 
         return m

@@ -54,7 +54,7 @@ class ParallelWalker(wiring.Component):
         m.submodules.set_up = set_up = SetUp(config)
         m.submodules.slopes = slopes = Slopes(config)
         m.submodules.lanes = lanes = Lanes(config)
-        m.submodules.terrain = terrain = TerrainMemory(config, lead=1)
+        m.submodules.terrain = terrain = TerrainMemory(config)
         m.submodules.first_hit = first_hit = FirstHit(config)
         connect(m, flipped(self.points), set_up.points)
         m.d.comb += [

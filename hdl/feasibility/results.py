@@ -7,11 +7,16 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 from hdl.config import Config
 from hdl.feasibility.layouts import CYCLES_BITS, count_layout, verdict_layout
 from hdl.feasibility.result_queue import ResultQueue
-from hdl.feasibility.sizes import VERDICT_PLACES, count_places
+from hdl.feasibility.sizes import count_places
 from hdl.feasibility.walker import step_layout
 
 
 __all__ = ["Results"]
+
+#: Verdicts that can wait to be transferred, those of paths in flight included: as many as paths of
+#: a segment and a cell each can be in flight in a walker, so that they follow each other at full
+#: rate.
+_VERDICT_PLACES = 8
 
 
 class Results(wiring.Component):
@@ -165,7 +170,7 @@ class Results(wiring.Component):
                 verdict.y.eq(step.y),
                 verdict.coarse.eq(step.coarse),
             ]
-        verdict_depth = VERDICT_PLACES if config.genetic else 1
+        verdict_depth = _VERDICT_PLACES if config.genetic else 1
         verdict_queue = ResultQueue(verdict.shape(), verdict_depth)
         m.submodules.verdict_queue = verdict_queue
         m.d.comb += [verdict_queue.put.eq(decides), verdict_queue.word.eq(verdict)]

@@ -60,9 +60,7 @@ class TwoTierWalker(wiring.Component):
             ports=1,
             number=0,
         )
-        m.submodules.coarse = coarse = CoarseMap(
-            config, ports=1, scan_latency=config.lookup_latency
-        )
+        m.submodules.coarse = coarse = CoarseMap(config, scan_latency=config.lookup_latency)
 
         visit = line.visit
         connect(m, setup.segments, line.segments)
@@ -93,8 +91,8 @@ class TwoTierWalker(wiring.Component):
         m.d.sync += [port.write_enable.eq(coarse.written), port.write_data.eq(write.altitude)]
         m.d.comb += [
             port.address.eq(Mux(line.visiting, Cat(visit.x, visit.y), address)),
-            coarse.x[0].eq(visit.x),
-            coarse.y[0].eq(visit.y),
+            coarse.x.eq(visit.x),
+            coarse.y.eq(visit.y),
         ]
 
         # Which map answers; to look-ups and scans, which never meet a walk, the detailed one.
@@ -104,7 +102,7 @@ class TwoTierWalker(wiring.Component):
             m.d.sync += earlier.eq(from_coarse)
             from_coarse = earlier
         ground = Signal(config.altitude_bits, reset_less=True)
-        m.d.sync += ground.eq(Mux(from_coarse, coarse.altitudes[0], port.data))
+        m.d.sync += ground.eq(Mux(from_coarse, coarse.altitude, port.data))
         m.d.comb += [
             compare.ground.eq(ground),
             self.lookup_altitude.eq(ground),

@@ -41,9 +41,9 @@ def segment_layout(config: Config) -> data.StructLayout:
 class SequentialSetup(wiring.Component):
     """Makes segments of points: differences, sides in order of length, the map to be used.
 
-    With ``tiers`` the first :attr:`hdl.config.Config.DETAILED_SEGMENTS` segments of a path are for
-    the detailed map, all others for the coarse one: their points are brought to the blocks they lie
-    in, their altitudes stay (*allaire two-tier*, section 3.2).
+    The first :attr:`hdl.config.Config.DETAILED_SEGMENTS` segments of a path are for the detailed
+    map, all others for the coarse one: their points are brought to the blocks they lie in, their
+    altitudes stay (*allaire two-tier*, section 3.2).
 
     A pipeline of two stages that takes a point and offers a segment every clock: the segment is
     offered 2 clocks after its second point is taken. With ``segments`` stalled, two wait here.
@@ -51,8 +51,6 @@ class SequentialSetup(wiring.Component):
     Parameters
     ----------
     config : Config
-    tiers : bool
-        Otherwise all segments are for the detailed map.
 
     Members
     -------
@@ -62,12 +60,8 @@ class SequentialSetup(wiring.Component):
         One segment fewer than points, path by path.
     """
 
-    #: Clocks from the transfer of a point to the offer of the segment that it ends.
-    LATENCY = 2
-
-    def __init__(self, config, *, tiers=True):
+    def __init__(self, config):
         self.config = config
-        self.tiers = tiers
         super().__init__(
             {
                 "points": In(stream.Signature(point_layout(config))),
@@ -129,9 +123,8 @@ class SequentialSetup(wiring.Component):
                 previous.eq(point),
                 first.eq(point.last),
                 number.eq(Mux(first, 0, number + 1)),
+                coarse.eq(~first & (coarse | (number == config.DETAILED_SEGMENTS - 1))),
             ]
-            if self.tiers:
-                m.d.sync += coarse.eq(~first & (coarse | (number == config.DETAILED_SEGMENTS - 1)))
             with m.If(~first):
                 m.d.sync += [
                     sides.x.eq(start_x),

@@ -5,19 +5,7 @@ from __future__ import annotations
 from hdl.config import Config
 
 
-__all__ = ["COLUMN_TASKS", "SPAN_STAGES", "VERDICT_PLACES", "count_places"]
-
-#: Verdicts that can wait to be transferred, those of paths under way included: as many as paths of
-#: a segment and a cell each can be under way in a walker, so that they follow each other at full
-#: rate.
-VERDICT_PLACES = 8
-
-#: Clocks from the transfer of a point to the offer of the segment that it ends, in the hierarchical
-#: build: stages, a segment each.
-SPAN_STAGES = 10
-
-#: Columns of the hierarchical build between their test in the coarse map and their walk.
-COLUMN_TASKS = 16
+__all__ = ["count_places"]
 
 _COUNTS = 16
 

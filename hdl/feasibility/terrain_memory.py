@@ -47,20 +47,18 @@ class TerrainMemory(wiring.Component):
     another, and each bank port has two lanes that it can belong to.
 
     What comes from a bank is compared there with the altitude of the lane that looks there, if any
-    does. The latency from a cell to ``hits`` is ``lead + memory_latency + 2``: address, compare,
-    and gather each lane's banks.
+    does. The latency from a cell to ``hits`` is ``memory_latency + 3``: bank, address, compare, and
+    gather each lane's banks.
 
     The banks are all over the device, and the block RAMs of each side by side, as far as the place
-    of a block says so (:class:`hdl.feasibility.terrain_block.TerrainBlock`). With a ``lead`` of 1,
-    each bank has registers for its addresses, with nothing but wires from there to its block RAMs.
+    of a block says so (:class:`hdl.feasibility.terrain_block.TerrainBlock`). Each bank has
+    registers for its addresses, with nothing but wires from there to its block RAMs.
 
     Source: *allaire two-tier*, section 5.3.
 
     Parameters
     ----------
     config : Config
-    lead : int
-        Clocks from a cell to its bank, 0 or 1.
 
     Members
     -------
@@ -82,21 +80,11 @@ class TerrainMemory(wiring.Component):
         A cell to be looked up; not in the clock of a write.
     lookup_altitude : Out(altitude_bits)
         What is there, ``config.lookup_latency`` clocks later, one small multiplexer behind
-        registers. Writes and look-ups get to the memory
-        one clock after they are given, whatever the ``lead``.
-
-    Raises
-    ------
-    ValueError
-        If ``lead`` is out of its range.
+        registers. Writes and look-ups reach the memory one clock after they are given.
     """
 
-    def __init__(self, config: Config, *, lead: int = 0):
-        if lead not in (0, 1):
-            raise ValueError(f"Lead must be 0 or 1, not {lead!r}")
-
+    def __init__(self, config: Config):
         self.config = config
-        self.lead = lead
         xy, z = config.coordinate_bits, config.altitude_bits
         super().__init__(
             {
@@ -123,12 +111,12 @@ class TerrainMemory(wiring.Component):
         edge, ports = config.bank_edge, config.read_ports
         bank_bits = exact_log2(edge)
         row_bits = config.coordinate_bits - bank_bits
-        answer = self.lead + latency  # Clocks from a cell to its ground.
+        answer = latency + 1  # Clocks from a cell to its ground.
 
-        # Accesses pass one register, at the banks or before them.
+        # Accesses pass one register, at the banks.
         asked_x = Mux(self.lookup_valid, self.lookup_x, self.write_x)
         asked_y = Mux(self.lookup_valid, self.lookup_y, self.write_y)
-        access = delayed(m, Cat(asked_x[bank_bits:], asked_y[bank_bits:]), 1 - self.lead, "access")
+        access = Cat(asked_x[bank_bits:], asked_y[bank_bits:])
         bank_x = delayed(m, asked_x[:bank_bits], 1, "bank_x")
         bank_y = delayed(m, asked_y[:bank_bits], 1, "bank_y")
 
@@ -174,7 +162,7 @@ class TerrainMemory(wiring.Component):
                         address = Mux(self.walking, address, access)
                         ground[x][y] = member.data
                     name = f"{x}_{y}_{port}"
-                    m.d.comb += member.address.eq(delayed(m, address, self.lead, f"row_{name}"))
+                    m.d.comb += member.address.eq(delayed(m, address, 1, f"row_{name}"))
 
                     # Of the two lanes that may look here, whether the one that does.
                     would = Mux(

@@ -11,5 +11,4 @@ MODES: dict[str, dict[str, str | int]] = {
     "two-tier": {"checker": "two-tier", "lanes": 1},
     "detailed": {"checker": "parallel", "lanes": 1},
     "parallel": {"checker": "parallel"},
-    "hierarchical": {"checker": "hierarchical"},
 }

@@ -189,9 +189,8 @@ def check_path(
     """Check a path against the ground, as the build that ``config.checker`` names.
 
     The two-tier build takes all segments after the first two to the coarse map, where their ends
-    have coarse cells and their own altitudes. The other builds take every segment to the detailed
-    map; the hierarchical one only reads less of it. A cell collides where the path is not above its
-    ground.
+    have coarse cells and their own altitudes. The parallel build takes every segment to the
+    detailed map. A cell collides where the path is not above its ground.
 
     Parameters
     ----------

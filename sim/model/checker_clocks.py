@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from hdl.config import CheckerBuild, Config
 from sim.model.checker import Point, TerrainModel
-from sim.model.checker_clocks_hierarchical import hierarchical_clocks
 from sim.model.checker_clocks_parallel import parallel_clocks
 from sim.model.checker_clocks_two_tier import two_tier_clocks
 
@@ -31,10 +30,5 @@ def batch_clocks(
     ValueError
         As :func:`sim.model.checker.check_path` does.
     """
-    match config.checker:
-        case CheckerBuild.TWO_TIER:
-            return two_tier_clocks(config, terrain, paths, count)
-        case CheckerBuild.HIERARCHICAL:
-            return hierarchical_clocks(config, terrain, paths, count)
-        case _:
-            return parallel_clocks(config, terrain, paths, count)
+    clocks = two_tier_clocks if config.checker is CheckerBuild.TWO_TIER else parallel_clocks
+    return clocks(config, terrain, paths, count)

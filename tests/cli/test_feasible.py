@@ -83,7 +83,7 @@ def test_the_testing_trajectory_in_two_tiers(canyon, capsys):
     assert feasible(capsys, *canyon, "--mode", "two-tier") == printed
 
 
-@pytest.mark.parametrize("mode", ["detailed", "parallel", "hierarchical"])
+@pytest.mark.parametrize("mode", ["detailed", "parallel"])
 def test_the_testing_trajectory_in_detail(canyon, capsys, mode):
     printed = feasible(capsys, *canyon, "--mode", mode)
     assert list(printed) == KEYS
@@ -210,8 +210,6 @@ def test_a_terminal_sees_how_far_the_upload_is(level, capsys, monkeypatch):
         ("model:?checker=parallel", "detailed", "model:?checker=parallel&lanes=1",
          ("parallel", 1)),
         ("model:?checker=two-tier", None, "model:?checker=two-tier&lanes=1", ("two-tier", 1)),
-        ("sim:?checker=hierarchical", "hierarchical", "sim:?checker=hierarchical",
-         ("hierarchical", 8)),
     ],
 )  # fmt: skip
 def test_boards_are_built_for_their_mode(url, mode, order, build):
@@ -339,7 +337,8 @@ def test_bad_paths(level, tmp_path, capsys, rows, sentence):
          "The board at 'model:?checker=none' has no collision checker; "),
         (["--board", "model:?genetic=0&checker=none"],
          "Config.genetic must be 1 on a chip without a checker, not 0; "),
-        (["--board", "model:?checker=round"], "'round' is not a valid CheckerBuild; "),
+        (["--board", "model:?checker=hierarchical"],
+         "Config.checker must be none, two-tier or parallel, not 'hierarchical'; "),
         (["--board", "model:?checker=parallel", "--mode", "two-tier"],
          "The board at 'model:?checker=parallel' has the parallel checker of 1 lane, "
          "which does not serve --mode two-tier; leave --mode out."),

@@ -11,7 +11,6 @@ pytestmark = pytest.mark.cosim
 #: ``test_check_boards.py``; ``make sim`` runs them, too.
 LONG_ON_ICARUS = (
     "checker",
-    "checker_hierarchical",
     "core",
     "core_with_map",
     "planner",

@@ -36,7 +36,7 @@ class Banks(Elaboratable):
 
     def _build(self, config):
         m = Module()
-        terrain = self.unit(TerrainMemory)(config, lead=1)
+        terrain = self.unit(TerrainMemory)(config)
         edge = config.bank_edge
         m.submodules.dut = dut = Opened(terrain)
         m.d.comb += terrain.walking.eq(1)

@@ -19,8 +19,8 @@ BITS_PER_BYTE = 10
 
 
 BUILDS = [
-    Config(checker=checker, clocks_per_bit=4)
-    for checker in (CheckerBuild.PARALLEL, CheckerBuild.HIERARCHICAL)
+    Config(checker=checker, lanes=lanes, clocks_per_bit=4)
+    for checker, lanes in ((CheckerBuild.PARALLEL, 8), (CheckerBuild.TWO_TIER, 1))
 ]
 
 

@@ -77,7 +77,7 @@ def test_every_field_is_an_option():
         ),
         (
             "model:?survivor_selection=best",
-            "'best' is not a valid SurvivorSelection; "
+            "Config.survivor_selection must be uniform or rank, not 'best'; "
             "see the options in 'model:?survivor_selection=best'.",
         ),
         (

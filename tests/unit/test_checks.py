@@ -288,8 +288,8 @@ def test_long_answers_that_never_come_are_asked_for_in_parts(chip, counting):
 def test_without_a_checker():
     chip, port = opened(SMALL)
     sentence = (
-        "^The board has no collision checker: use one that was built with checker=parallel, "
-        "hierarchical or two-tier.$"
+        "^The board has no collision checker: use one that was built with "
+        "checker=parallel or checker=two-tier.$"
     )
     for ask in (
         lambda: chip.upload_map(np.zeros((1, 1), int)),

@@ -79,7 +79,14 @@ def test_halves_of_a_path(max_waypoints, head, tail, length_bits, index_bits):
         ),
         ({"memory_latency": 3}, "Config.memory_latency must be 1 or 2, not 3"),
         ({"redraws": 8}, "Config.redraws must be from 0 to 7, not 8"),
-        ({"survivor_selection": "best"}, "'best' is not a valid SurvivorSelection"),
+        (
+            {"survivor_selection": "best"},
+            "Config.survivor_selection must be uniform or rank, not 'best'",
+        ),
+        (
+            {"checker": "hierarchical"},
+            "Config.checker must be none, two-tier or parallel, not 'hierarchical'",
+        ),
     ],
 )
 def test_broken_rule_is_named(changes, sentence):

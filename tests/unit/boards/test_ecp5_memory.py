@@ -137,13 +137,13 @@ def test_blocks_of_a_map_have_sites_of_their_own():
 def test_a_whole_map_has_all_sites(lanes):
     """A bank of the parallel build has neighbouring block RAMs; other devices have other sites."""
     config = Config(lanes=lanes)
-    memory = TerrainMemory(config, lead=1)
+    memory = TerrainMemory(config)
     sites = re.findall(r'BEL = "(.*?)"', verilog.convert(memory, platform=ECP5, emit_src=False))
     assert len(sites) == 192
     assert set(sites) == set(MAP_SITES)
     assert len(set(MAP_SITES)) == 192
     other = verilog.convert(
-        TerrainMemory(config, lead=1), platform=SimpleNamespace(device="LFE5U-45F"), emit_src=False
+        TerrainMemory(config), platform=SimpleNamespace(device="LFE5U-45F"), emit_src=False
     )
     assert "DP16KD" in other
     assert "BEL" not in other

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""What all builds of the checker have in common."""
+"""Behaviour that all builds of the checker share."""
 
 import numpy as np
 import pytest
@@ -10,9 +10,7 @@ from tests.streams import put, simulate
 from tests.unit.feasibility.checks import upload
 
 
-@pytest.mark.parametrize(
-    ("build", "lanes"), [("two-tier", 1), ("parallel", 4), ("hierarchical", 4)]
-)
+@pytest.mark.parametrize(("build", "lanes"), [("two-tier", 1), ("parallel", 4)])
 def test_busy_until_the_last_point_of_a_path_that_collides_early(build, lanes):
     """Its verdict is transferred long before: the ground under its other points must stay."""
     config = Config(

@@ -26,7 +26,6 @@ from tests.streams import collect, put, simulate
 CONFIGS = {
     "two-tier": SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
     "parallel": SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4),
-    "hierarchical": SMALL.replace(checker=CheckerBuild.HIERARCHICAL, lanes=2),
 }
 
 

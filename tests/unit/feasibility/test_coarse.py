@@ -20,9 +20,9 @@ CONFIG = Config(checker="two-tier", lanes=1, map_size=16, coarse_factor=4, altit
 class Bench:
     """A coarse map beside a detailed one that answers after ``scan_latency`` clocks."""
 
-    def __init__(self, config, ports=1, scan_latency=3):
+    def __init__(self, config, scan_latency=3):
         self.config = config
-        self.dut = CoarseMap(config, ports=ports, scan_latency=scan_latency)
+        self.dut = CoarseMap(config, scan_latency=scan_latency)
         self.terrain = TerrainModel(config)
         self.scans = 0
 
@@ -63,21 +63,18 @@ class Bench:
         return clocks
 
     async def check(self, ctx):
-        """Compare every block, at each port, one a clock."""
+        """Compare every block, one a cycle."""
         edge = 1 << self.config.coarse_bits
         blocks = list(itertools.product(range(edge), repeat=2))
         latency = self.config.memory_latency
         for clock in range(len(blocks) + latency):
             if clock >= latency:
                 x, y = blocks[clock - latency]
-                for number, altitude in enumerate(self.dut.altitudes):
-                    read = (edge - 1 - x if number else x, y)
-                    assert ctx.get(altitude) == self.terrain.coarse[read[::-1]]
+                assert ctx.get(self.dut.altitude) == self.terrain.coarse[y, x]
             if clock < len(blocks):
                 x, y = blocks[clock]
-                for number in range(self.dut.ports):
-                    ctx.set(self.dut.x[number], edge - 1 - x if number else x)
-                    ctx.set(self.dut.y[number], y)
+                ctx.set(self.dut.x, x)
+                ctx.set(self.dut.y, y)
             await ctx.tick()
 
     def run(self, function):
@@ -90,9 +87,9 @@ class Bench:
 
 
 @pytest.mark.parametrize("memory_latency", [1, 2])
-@pytest.mark.parametrize(("ports", "scan_latency"), [(1, 1), (2, 4)])
-def test_rises_and_falls(ports, scan_latency, memory_latency):
-    bench = Bench(CONFIG.replace(memory_latency=memory_latency), ports, scan_latency)
+@pytest.mark.parametrize("scan_latency", [1, 4])
+def test_rises_and_falls(scan_latency, memory_latency):
+    bench = Bench(CONFIG.replace(memory_latency=memory_latency), scan_latency)
 
     async def function(ctx):
         await bench.check(ctx)
@@ -147,13 +144,6 @@ def test_reads_touched_blocks_only(scan_latency):
     bench.run(function)
 
 
-@pytest.mark.parametrize(
-    ("parameters", "message"),
-    [
-        ({"ports": 3, "scan_latency": 1}, r"^Read ports must be 1 or 2, not 3$"),
-        ({"ports": 1, "scan_latency": 0}, r"^Latency of a scan must be 1 or more, not 0$"),
-    ],
-)
-def test_refuses(parameters, message):
-    with pytest.raises(ValueError, match=message):
-        CoarseMap(CONFIG, **parameters)
+def test_refuses_a_scan_without_latency():
+    with pytest.raises(ValueError, match=r"^Latency of a scan must be 1 or more, not 0$"):
+        CoarseMap(CONFIG, scan_latency=0)

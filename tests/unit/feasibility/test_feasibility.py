@@ -25,7 +25,6 @@ CONFIG = Config(
 )
 BUILDS = {
     "parallel": CONFIG,
-    "hierarchical": CONFIG.replace(checker=CheckerBuild.HIERARCHICAL),
     "two-tier": CONFIG.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
 }
 

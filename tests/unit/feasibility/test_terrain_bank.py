@@ -5,9 +5,7 @@ import random
 
 import pytest
 
-from hdl.config import Config
 from hdl.feasibility.terrain_bank import TerrainBank
-from hdl.feasibility.terrain_memory import TerrainMemory
 from tests.streams import simulate
 
 
@@ -54,8 +52,3 @@ def test_reads_what_was_written(latency, ports, block_rows, monkeypatch):
 def test_wrong_parameters(change, message):
     with pytest.raises(ValueError, match=f"^{message}$"):
         TerrainBank(**{"rows": 16, "width": 5, "latency": 1, "ports": 1, **change})
-
-
-def test_wrong_lead():
-    with pytest.raises(ValueError, match=r"^Lead must be 0 or 1, not 2$"):
-        TerrainMemory(Config(), lead=2)

@@ -17,7 +17,7 @@ CONFIGS = {
     "small": SMALL,
     "no_redraws": SMALL.replace(redraws=0),
     "most_redraws": SMALL.replace(redraws=7, max_waypoints=5),
-    "near_memory": SMALL.replace(memory_latency=1, checker=CheckerBuild.HIERARCHICAL),
+    "near_memory": SMALL.replace(memory_latency=1),
     "longest": SMALL.replace(max_waypoints=20, checker=CheckerBuild.TWO_TIER, lanes=1),
     "more_patches": SMALL.replace(max_waypoints=5, survivors=1, elites=1, children=6, inserts=3),
 }

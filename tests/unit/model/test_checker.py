@@ -212,25 +212,6 @@ def test_a_coarse_segment_in_one_block_is_there_at_its_lower_end():
     assert hit == Verdict(True, False, 2, 1, 0, True, cells=2 + 4 + 1)
 
 
-@pytest.mark.parametrize("count", [False, True])
-def test_the_hierarchical_build_says_what_the_parallel_one_says(count):
-    rng = np.random.default_rng(4)
-    terrain = TerrainModel(TINY)
-    terrain.write(0, 0, rng.integers(0, 9, (8, 8)))
-    parallel, hierarchical = (
-        TINY.replace(checker=build) for build in (CheckerBuild.PARALLEL, CheckerBuild.HIERARCHICAL)
-    )
-    collisions = 0
-    for _ in range(300):
-        points = rng.integers(0, (8, 8, 16), (rng.integers(2, 7), 3))
-        path = [tuple(map(int, point)) for point in points]
-        verdict = check_path(parallel, terrain, path, count)
-        assert check_path(hierarchical, terrain, path, count) == verdict
-        assert verdict.over is not verdict.collision
-        collisions += verdict.collision
-    assert 0 < collisions < 300
-
-
 @pytest.mark.parametrize(
     ("points", "sentence"),
     [

@@ -1,11 +1,11 @@
-"""The two builds with a coarse map at full speed, under Verilator: every segment, long queues."""
+"""The two-tier build at full speed, under Verilator: every segment, long queues."""
 
 import itertools
 
 import numpy as np
 import pytest
 
-from hdl.config import CheckerBuild, Config
+from hdl.config import Config
 from sim.harness import VerilatedChecker
 from sim.model.checker import TerrainModel, check_path
 from sim.model.checker_clocks import batch_clocks
@@ -14,8 +14,6 @@ from tests.unit.feasibility.checks import summary
 
 
 pytestmark = pytest.mark.cosim
-
-BUILDS = [CheckerBuild.TWO_TIER, CheckerBuild.HIERARCHICAL]
 
 
 def check(checker, terrain, paths, *, count=False, stall=0):
@@ -28,10 +26,7 @@ def check(checker, terrain, paths, *, count=False, stall=0):
         segment, x, y, coarse, cells = (verdict[field] for field in fields)
         entries = tuple((entry["segment"], entry["terrain"], entry["nofly"]) for entry in entries)
         found.append((bool(verdict["collision"]), segment, x, y, bool(coarse), cells, entries))
-    full = config
-    if config.checker is CheckerBuild.HIERARCHICAL:
-        full = config.replace(checker=CheckerBuild.PARALLEL)
-    assert found == [summary(check_path(full, terrain, path, count)) for path in paths]
+    assert found == [summary(check_path(config, terrain, path, count)) for path in paths]
     if not stall:
         clocks = [(verdict["cycles"], verdict["reads"]) for verdict in batch.verdicts]
         assert clocks == batch_clocks(config, terrain, paths, count)
@@ -42,10 +37,9 @@ def load(checker, terrain):
     checker.write(terrain.heights)
 
 
-@pytest.mark.parametrize("build", BUILDS)
-def test_every_segment_of_a_tiny_map(build):
+def test_every_segment_of_a_tiny_map():
     """All pairs of cells as first, second and third segment of a path: both tiers, all slopes."""
-    config = TINY.replace(checker=build)
+    config = TINY
     rng = np.random.default_rng(1)
     cells = list(itertools.product(range(config.map_size), repeat=2))
     with VerilatedChecker(config) as checker:
@@ -61,30 +55,19 @@ def test_every_segment_of_a_tiny_map(build):
 
 
 @pytest.mark.parametrize(
-    ("build", "lanes", "factor", "latency", "turns"),
+    ("latency", "turns"),
     [
-        (CheckerBuild.TWO_TIER, 1, 16, 1, 8),
-        (CheckerBuild.HIERARCHICAL, 1, 16, 2, 8),
-        pytest.param(CheckerBuild.TWO_TIER, 1, 16, 1, 20, marks=pytest.mark.long),
-        pytest.param(CheckerBuild.TWO_TIER, 1, 16, 2, 20, marks=pytest.mark.long),
-        pytest.param(CheckerBuild.HIERARCHICAL, 1, 16, 2, 20, marks=pytest.mark.long),
-        pytest.param(CheckerBuild.HIERARCHICAL, 2, 4, 1, 20, marks=pytest.mark.long),
-        pytest.param(CheckerBuild.HIERARCHICAL, 4, 2, 2, 20, marks=pytest.mark.long),
-        pytest.param(CheckerBuild.HIERARCHICAL, 8, 8, 1, 20, marks=pytest.mark.long),
-        pytest.param(CheckerBuild.HIERARCHICAL, 16, 4, 2, 20, marks=pytest.mark.long),
+        (1, 8),
+        pytest.param(1, 20, marks=pytest.mark.long),
+        pytest.param(2, 20, marks=pytest.mark.long),
     ],
 )
-def test_queues_over_a_changing_map(build, lanes, factor, latency, turns):
+def test_queues_over_a_changing_map(latency, turns):
     """Queues, counted and not, stalled and not, between partial uploads that raise and lower."""
     config = Config(
-        map_size=64,
-        altitude_bits=8,
-        coarse_factor=factor,
-        checker=build,
-        lanes=lanes,
-        memory_latency=latency,
+        map_size=64, altitude_bits=8, checker="two-tier", lanes=1, memory_latency=latency
     )
-    rng = np.random.default_rng(lanes)
+    rng = np.random.default_rng(1)
     edge, top = config.map_size, config.blocked_altitude
     terrain = TerrainModel(config)
     with VerilatedChecker(config) as checker:

@@ -99,12 +99,12 @@ bitstream: setup-synth
 
 .PHONY: sim
 sim: setup
-	@$(IN_ROOT) "$(BIN)/python" -m sim.runner $(if $(SIM),--sim "$(SIM)") \
+	@$(IN_ROOT) "$(BIN)/python" -m tools.runner $(if $(SIM),--sim "$(SIM)") \
 		$(if $(BENCH),--bench "$(BENCH)") $(if $(filter-out 0,$(WAVES)),--waves)
 
 .PHONY: formal
 formal: setup
-	@$(IN_ROOT) "$(BIN)/python" -m sim.formal $(if $(PROOF),--proof "$(PROOF)")
+	@$(IN_ROOT) "$(BIN)/python" -m tools.formal $(if $(PROOF),--proof "$(PROOF)")
 
 .PHONY: bench
 bench: setup $(if $(filter fpga,$(BENCH)),setup-synth)
@@ -114,7 +114,7 @@ bench: setup $(if $(filter fpga,$(BENCH)),setup-synth)
 lint: setup verilog
 	@$(IN_ROOT) "$(BIN)/ruff" check .
 	@$(IN_ROOT) "$(BIN)/mypy"
-	@$(IN_ROOT) "$(BIN)/python" -m sim.lint build/verilog/*.v
+	@$(IN_ROOT) "$(BIN)/python" -m tools.lint build/verilog/*.v
 
 .PHONY: clean
 clean:

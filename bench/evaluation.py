@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import EMBEDDED, problem
-from host.board import open_board
-from host.chip import Chip, unpack_waypoints
+from host.device.boards import open_board
+from host.device.chip import Chip, unpack_waypoints
 from host.evaluation import Evaluator
 from host.planners.base import Options
 from host.planners.ga_fpga import FpgaGeneticPlanner

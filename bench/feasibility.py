@@ -14,7 +14,7 @@ from host.feasibility.files import pad
 from host.feasibility.trajectory import TESTING_TRAJECTORY, canyon_map
 from sim.harness import VerilatedChecker
 from sim.model.checker import Point, TerrainModel, paper_clocks, segment_cells
-from sim.model.checker_clocks import batch_clocks
+from sim.model.checker_cycles import batch_clocks
 
 
 __all__ = ["cells_per_clock", "run"]

@@ -10,7 +10,7 @@ from bench.allaire import GENERATIONS, PHASES
 from bench.report import Options, Report
 from bench.scenarios import EMBEDDED, problem
 from hdl.protocol import LinkMode
-from host.board import open_board
+from host.device.boards import open_board
 from host.evaluation import Evaluator
 from host.planners import make
 from host.planners.base import Options as PlanOptions

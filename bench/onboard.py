@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import missing, names, problem
-from host.board import open_board
+from host.device.boards import open_board
 from host.evaluation import Evaluator
 from host.planners import make
 from host.planners.base import Options, Planner
 from host.planners.counting import CAUSES, refutation
-from host.problem import Problem
+from host.problem.problem import Problem
 
 
 __all__ = ["run"]

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
-from host import uav
 from host.errors import InputError
-from host.nofly import Circle
-from host.problem import Problem
+from host.problem import aircraft
+from host.problem.problem import Problem
+from host.problem.zones import Circle
 from host.terrain import Terrain, load
 
 
@@ -107,7 +107,7 @@ def problem(name: str) -> Problem:
     )
     start = (x0, y0, float(terrain.ground(x0, y0)) + height_m)
     goal = (x1, y1, float(terrain.ground(x1, y1)) + height_m)
-    return Problem(terrain, start, goal, uav.load("silver-fox"), nofly=zones)
+    return Problem(terrain, start, goal, aircraft.load("silver-fox"), nofly=zones)
 
 
 @cache

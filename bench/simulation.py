@@ -7,9 +7,9 @@ import time
 
 from bench.report import Options, Report
 from hdl.protocol import LinkMode
-from host.board import open_board, start_simulated
-from host.chip import Chip
-from host.link import Link
+from host.device.boards import open_board, start_simulated
+from host.device.chip import Chip
+from host.device.link import Link
 
 
 __all__ = ["run"]

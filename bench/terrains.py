@@ -20,10 +20,10 @@ from bench.report import Report
 from bench.scenarios import missing, names, problem
 from hdl.config import CheckerBuild, Config
 from hdl.protocol import LinkMode
-from host.board import open_board
-from host.chip import Chip, Step, unpack_waypoints
+from host.device.boards import open_board
+from host.device.chip import Chip, Step, unpack_waypoints
+from host.device.link import Link
 from host.evaluation import Evaluator
-from host.link import Link
 from host.planners import make
 from host.planners.base import Options
 from host.terrain import ChipMap

@@ -5,8 +5,8 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
+from hdl.primitives.one_hot_sequencer import OneHotSequencer
 from hdl.protocol import ChipState, Counter, counters_reply, status_reply
-from hdl.states import States
 
 
 __all__ = ["CheckControl"]
@@ -17,7 +17,7 @@ class CheckControl(wiring.Component):
 
     A unit is on from its state's first clock to the clock in which it says that it is over, both
     included; the next unit is on in the clock after that. It is what is left of
-    :class:`hdl.ga_core.control.Control` where no generation ever runs.
+    :class:`hdl.control.Control` where no generation ever runs.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class CheckControl(wiring.Component):
             (ChipState.CHECK, ChipState.TRANSMIT): self.check_over,
             (ChipState.TRANSMIT, ChipState.LISTEN): self.transmit_over,
         }
-        m.submodules.states = states = States(self.config, steps)
+        m.submodules.states = states = OneHotSequencer(self.config, steps)
         m.d.comb += [
             states.take.eq(Cat(steps.values())),
             self.receive_on.eq(states.on[ChipState.RECEIVE]),

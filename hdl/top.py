@@ -5,14 +5,14 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, connect
 
 from hdl.check_control import CheckControl
+from hdl.command.receiver import CommandReceiver
+from hdl.command.transmitter import ReplyTransmitter
 from hdl.config import CheckerBuild, Config
+from hdl.feasibility.check_controller import CheckController
 from hdl.feasibility.checker import Checker
-from hdl.feasibility.checking import CheckingUnit
 from hdl.ga_core.core import Core
-from hdl.ga_core.receiving import ReceivingUnit
-from hdl.ga_core.transmitting import TransmittingUnit
 from hdl.link.line import Line
-from hdl.link.skid import SkidBuffer
+from hdl.primitives.skid_buffer import SkidBuffer
 from hdl.protocol import Counter
 
 
@@ -68,11 +68,11 @@ class Planner(wiring.Component):
                 reset = ResetSignal(domain)
 
         m.submodules.line = line = Line(self.config)
-        m.submodules.receiving = receiving = ReceivingUnit(self.config)
+        m.submodules.receiving = receiving = CommandReceiver(self.config)
         # Either has the control unit and its counters.
         core = (Core if self.config.genetic else CheckControl)(self.config)
         m.submodules.core = DomainRenamer("core")(core)
-        m.submodules.transmitting = transmitting = TransmittingUnit(self.config)
+        m.submodules.transmitting = transmitting = ReplyTransmitter(self.config)
 
         m.d.comb += [line.rx.eq(self.rx), self.tx.eq(line.tx)]
         connect(m, line.requests, receiving.requests)
@@ -149,7 +149,7 @@ class Planner(wiring.Component):
         """Add the checker, between the units that take commands and answer them."""
         checker = Checker(self.config)
         m.submodules.checker = DomainRenamer("checker")(checker)
-        m.submodules.checking = checking = CheckingUnit(self.config)
+        m.submodules.checking = checking = CheckController(self.config)
 
         if self.config.genetic:
             # On a large chip, the checker's `ready` comes late and from afar.

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from hdl.config import Config
-from hdl.memories import without_contents
+from hdl.zero_init import strip_zero_init
 
 
 __all__ = ["SHIPPED", "TOPS", "export", "write_shipped"]
@@ -31,9 +31,9 @@ TOPS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "population": ("hdl.ga_core.population", "Population"),
         "crossover": ("hdl.ga_core.crossover", "Crossover"),
         "mutation": ("hdl.ga_core.mutation", "Mutation"),
-        "control": ("hdl.ga_core.control", "Control"),
-        "receiving": ("hdl.ga_core.receiving", "ReceivingUnit"),
-        "transmitting": ("hdl.ga_core.transmitting", "TransmittingUnit"),
+        "control": ("hdl.control", "Control"),
+        "receiving": ("hdl.command.receiver", "CommandReceiver"),
+        "transmitting": ("hdl.command.transmitter", "ReplyTransmitter"),
         "path_checker": ("hdl.feasibility.checker", "Checker"),
         "feasibility": ("hdl.feasibility.feasibility", "Feasibility"),
     }
@@ -59,7 +59,7 @@ def export(name: str, config: Config) -> str:
 
     module, component = TOPS[name]
     top = getattr(importlib.import_module(module), component)(config)
-    return without_contents(verilog.convert(top, name=name, emit_src=False))
+    return strip_zero_init(verilog.convert(top, name=name, emit_src=False))
 
 
 def write_shipped(folder: Path, config: Config) -> list[Path]:

@@ -89,7 +89,7 @@ def random_paths(config, rng, length=None):
 
 
 def without_line_clocks(counters):
-    """Return what board and model must agree on of :meth:`host.chip.Chip.counters`."""
+    """Return what board and model must agree on of :meth:`host.device.chip.Chip.counters`."""
     return {name: count for name, count in counters.items() if name not in LINE_CLOCKS}
 
 
@@ -98,7 +98,7 @@ class Pair:
 
     Parameters
     ----------
-    board, model : host.chip.Chip
+    board, model : host.device.chip.Chip
     seed : int
         Of everything random.
     """

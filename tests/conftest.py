@@ -6,9 +6,9 @@ import signal
 import pytest
 from hypothesis import settings
 
-from host.board import open_board
-from sim.runner import SIMULATORS
+from host.device.boards import open_board
 from tests.chips import Pair, board_url
+from tools.runner import SIMULATORS
 
 
 # The same examples in every run: a failure can be repeated, and no test fails by a slow machine.

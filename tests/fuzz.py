@@ -10,7 +10,6 @@ import random
 import numpy as np
 
 from hdl.config import CheckerBuild
-from hdl.framing import FrameSplitter, decode_frame, encode_frame
 from hdl.protocol import (
     BODY_HEADER_BYTES,
     CheckFlag,
@@ -28,7 +27,8 @@ from hdl.protocol import (
     start_request,
     write_request,
 )
-from host.checks import map_frames
+from hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
+from host.device.checks import map_frames
 from sim.model.chip import ChipModel
 from sim.model.frames import FrameReceiverModel
 from tests.chips import LINE_CLOCKS, random_path

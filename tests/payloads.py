@@ -1,4 +1,4 @@
-"""Hands a payload to a unit of hdl.commands as the receiving unit does."""
+"""Hands a payload to a unit of hdl.command as the receiving unit does."""
 
 from hdl.protocol import Status
 from tests.streams import simulate

@@ -70,7 +70,7 @@ def stamp_of(level: str) -> str:
     state = hashlib.sha256()
     for part in (
         (ROOT / "pyproject.toml").read_bytes(),
-        *(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py"))),
+        *(path.read_bytes() for path in (Path(__file__), Path(__file__).with_name("install.py"))),
         str(VENV).encode(),  # Scripts in it hold its path: a copied tree needs its own.
         repr(sys.version_info[:2]).encode(),
         level.encode(),

@@ -14,12 +14,12 @@ from bench.fpga.cells import CELLS, XILINX, chip_clock, used
 from bench.fpga.job import LIMIT_S, Job, digest_of
 from bench.fpga.store import Table
 from hdl.boards import find_board
-from hdl.boards.ecp5 import KEEP_COPIES, PLACEMENT, SYNTHESIS
+from hdl.boards.ecp5 import KEEP_FANOUT, PLACEMENT, SYNTHESIS
 from hdl.boards.harness import Harness
 from hdl.boards.route import route
 from hdl.boards.tools import run_tool
 from hdl.config import CheckerBuild, Config
-from hdl.memories import without_contents
+from hdl.zero_init import strip_zero_init
 
 
 __all__ = ["PAPERS_TABLE", "UNITS_TABLE", "paper_jobs", "unit_jobs"]
@@ -46,7 +46,7 @@ class _Device:
 _ECP5 = _Device(
     "ecp5",
     "ulx3s-85f",
-    f"{KEEP_COPIES}; synth_ecp5 {SYNTHESIS}",
+    f"{KEEP_FANOUT}; synth_ecp5 {SYNTHESIS}",
     (
         "nextpnr-ecp5",
         *("--85k", "--package", "CABGA381", "--speed", "6", "--lpf-allow-unconstrained"),
@@ -67,8 +67,8 @@ _UNITS: Mapping[str, tuple[str, Config, _Device]] = MappingProxyType(
         "selection": ("hdl.ga_core.selection.Selection", _PLAIN, _ECP5),
         "mutation": ("hdl.ga_core.mutation.Mutation", _PLAIN, _ECP5),
         "random source": ("hdl.ga_core.random_source.RandomSource", _PLAIN, _ECP5),
-        "receiving": ("hdl.ga_core.receiving.ReceivingUnit", _PLAIN, _ECP5),
-        "transmitting": ("hdl.ga_core.transmitting.TransmittingUnit", _PLAIN, _ECP5),
+        "receiving": ("hdl.command.receiver.CommandReceiver", _PLAIN, _ECP5),
+        "transmitting": ("hdl.command.transmitter.ReplyTransmitter", _PLAIN, _ECP5),
         "line": ("hdl.link.line.Line", _PLAIN, _ECP5),
         "checker, two-tier": (_CHECKER, _TWO_TIER, _ECP5),
         "checker, parallel, 8 lanes": (
@@ -189,7 +189,7 @@ def _write(unit: Any, folder: Path, platform: Any = None) -> None:
     """Write the Verilog of ``unit`` to ``folder``."""
     from amaranth.back import verilog
 
-    text = without_contents(verilog.convert(unit, platform=platform, name="unit", emit_src=False))
+    text = strip_zero_init(verilog.convert(unit, platform=platform, name="unit", emit_src=False))
     (folder / "unit.v").write_text(text, encoding="utf-8")
 
 

@@ -21,7 +21,7 @@ from hdl.boards.board import Board
 from hdl.boards.chip import Chip
 from hdl.boards.route import MOST_JOBS, Routed, route
 from hdl.boards.tools import BuildError, Stamp, run_tool
-from hdl.memories import without_contents
+from hdl.zero_init import strip_zero_init
 
 
 __all__ = ["build", "prepare", "try_seeds"]
@@ -55,7 +55,7 @@ def prepare(board: Board, folder: Path) -> list[list[str]]:
         files[f"{NAME}.v"] = debug
         script = files[f"{NAME}.ys"]
         files[f"{NAME}.ys"] = script.replace(f"read_rtlil {NAME}.il", f"read_verilog {NAME}.v")
-    files[f"{NAME}.v"] = without_contents(files[f"{NAME}.v"])
+    files[f"{NAME}.v"] = strip_zero_init(files[f"{NAME}.v"])
     folder.mkdir(parents=True, exist_ok=True)
     for name, content in files.items():
         (folder / name).write_text(content, encoding="utf-8")

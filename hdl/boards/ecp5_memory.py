@@ -5,7 +5,7 @@ from amaranth.lib import wiring
 from amaranth.utils import exact_log2
 
 from hdl.boards.ecp5_floor_plan import MAP_SITES
-from hdl.feasibility.terrain_block import block_members
+from hdl.feasibility.map_block import block_members
 
 
 __all__ = ["Ecp5Memory"]
@@ -17,7 +17,7 @@ _WIDTHS = {14: 1, 13: 2, 12: 4, 11: 9, 10: 18}
 class Ecp5Memory(wiring.Component):
     """Memory of DP16KD primitives, side by side, whose data are in registers at their outputs.
 
-    Twin of :class:`hdl.feasibility.terrain_block.TerrainBlock` with a latency of 2: the same ports,
+    Twin of :class:`hdl.feasibility.map_block.MapBlock` with a latency of 2: the same ports,
     rows and clocks. There a register anywhere on the device follows 6 ns after the clock and some
     of wire; here the data are there 1 ns after it.
 
@@ -40,7 +40,7 @@ class Ecp5Memory(wiring.Component):
     Members
     -------
     a, b
-        See :func:`hdl.feasibility.terrain_block.block_members`.
+        See :func:`hdl.feasibility.map_block.block_members`.
 
     Raises
     ------

@@ -11,7 +11,7 @@ __all__ = ["Ecp5Multiplier"]
 class Ecp5Multiplier(wiring.Component):
     """One MULT18X18D, whose product is in a register at its output.
 
-    What :class:`hdl.feasibility.product.Product` is, of full width: the same clocks.
+    What :class:`hdl.primitives.multiplier.Multiplier` is, of full width: the same clocks.
 
     Members
     -------

@@ -6,9 +6,9 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 
 from hdl.config import CheckerBuild, Config
 from hdl.feasibility.layouts import cell_layout, count_layout, point_layout, verdict_layout
-from hdl.feasibility.parallel import ParallelWalker
+from hdl.feasibility.parallel.walker import ParallelWalker
 from hdl.feasibility.results import Results
-from hdl.feasibility.sequential import TwoTierWalker
+from hdl.feasibility.two_tier.walker import TwoTierWalker
 
 
 __all__ = ["Checker"]

@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.commands.layouts import check_layout
+from hdl.command.layouts import check_layout
 from hdl.config import Config
 from hdl.feasibility.layouts import point_layout
 from hdl.ga_core.layouts import read_layout, waypoint_layout

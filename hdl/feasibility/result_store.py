@@ -4,10 +4,10 @@ from amaranth import *
 from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.commands.layouts import struct
+from hdl.command.layouts import struct
 from hdl.config import Config
-from hdl.feasibility.delay import delayed
 from hdl.feasibility.layouts import count_layout, verdict_layout
+from hdl.primitives.delay_line import delayed
 from hdl.protocol import check_reply, entry_record, hit_record, path_record
 
 

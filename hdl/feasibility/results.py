@@ -8,7 +8,7 @@ from hdl.config import Config
 from hdl.feasibility.layouts import CYCLES_BITS, count_layout, verdict_layout
 from hdl.feasibility.result_queue import ResultQueue
 from hdl.feasibility.sizes import count_places
-from hdl.feasibility.walker import step_layout
+from hdl.feasibility.walker_interface import step_layout
 
 
 __all__ = ["Results"]
@@ -47,8 +47,8 @@ class Results(wiring.Component):
     room, segment_room : Out(1)
     step : In(step_layout)
     drop : Out(1)
-        See :func:`hdl.feasibility.walker.walker_signature`. ``drop`` follows ``step`` within the
-        clock.
+        See :func:`hdl.feasibility.walker_interface.walker_signature`. ``drop`` follows ``step``
+        within the clock.
     hit, free : Out(1)
         The first hit of a path, and the end of a path that is free: in the clock of the step.
     verdicts : Out(stream.Signature(verdict_layout))

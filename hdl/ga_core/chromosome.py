@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 from amaranth.utils import ceil_log2
 
 from hdl.config import Config
-from hdl.ga_core.multiplexer import chosen, gated
+from hdl.primitives.multiplexer import chosen, gated
 
 
 __all__ = [

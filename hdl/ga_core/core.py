@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from hdl.config import CheckerBuild, Config
-from hdl.ga_core.control import Control, clocks_layout, counters_layout
+from hdl.control import Control, clocks_layout, counters_layout
 from hdl.ga_core.layouts import (
     limits_layout,
     mutation_layout,
@@ -19,7 +19,7 @@ from hdl.ga_core.mutation import Mutation
 from hdl.ga_core.population import Population
 from hdl.ga_core.selection import Selection
 from hdl.ga_core.slot_mapping import SlotMapping
-from hdl.link.skid import SkidBuffer
+from hdl.primitives.skid_buffer import SkidBuffer
 from hdl.protocol import ChipState
 
 
@@ -70,7 +70,7 @@ class Core(wiring.Component):
         The first is there 5 clocks after a read is taken, then one a clock, 3 clocks between paths.
     pending, receive_on, receive_over, generate, check, check_on, check_over, transmit_on,
     transmit_over, line_busy, line_sending
-        See :class:`hdl.ga_core.control.Control`.
+        See :class:`hdl.control.Control`.
     state, history, generation, clocks, counters
         See there; ``generation`` counts from the latest of ``starts``.
     parents : Out(slot_bits).array(crossovers)
@@ -81,7 +81,8 @@ class Core(wiring.Component):
     patches : Out(waypoint_bits).array(patches)
         The waypoints that the perturbing, then the inserting mutators made; 0 if not applied.
     lookup_valid, lookup_x, lookup_y, lookup_altitude
-        Only with a map: see :class:`hdl.ga_core.patcher.Patcher`. Only while a generation runs.
+        Only with a map: see :class:`hdl.ga_core.terrain_aware_sampler.TerrainAwareSampler`. Only
+        while a generation runs.
     """
 
     def __init__(self, config):

@@ -5,12 +5,12 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import CheckerBuild, Config, MutationKind
-from hdl.draws import DrawLayout
 from hdl.ga_core.layouts import limits_layout, mutation_layout, offset_layout
-from hdl.ga_core.mover import Mover
 from hdl.ga_core.mutation_plan import MutationPlan
 from hdl.ga_core.mutator import Mutator
-from hdl.ga_core.patcher import Patcher
+from hdl.ga_core.terrain_aware_sampler import TerrainAwareSampler
+from hdl.ga_core.waypoint_perturber import WaypointPerturber
+from hdl.protocol.random_words import RandomWordLayout
 
 
 __all__ = ["Mutation"]
@@ -37,8 +37,8 @@ class Mutation(wiring.Component):
     Without a map, the mutators take the waypoints they work on off the ports during the crossover.
     The mutation itself takes two clocks.
 
-    With a map, these waypoints are read ahead, after the planning, and :class:`Patcher` looks for
-    new ones above the ground. The mutation takes two clocks, or more until ``n +
+    With a map, these waypoints are read ahead, after the planning, and :class:`TerrainAwareSampler`
+    looks for new ones above the ground. The mutation takes two clocks, or more until ``n +
     config.lookup_latency + 6`` clocks have passed since ``run`` rose, where ``n`` is how many
     candidates, in the order in which they are looked up, it takes to decide all new waypoints. What
     has no candidate above the ground is not done, and counted in ``left_out``.
@@ -92,7 +92,7 @@ class Mutation(wiring.Component):
     settled, peeks, peek, peek_position
         See :class:`hdl.ga_core.population.Population`.
     offset, offset_taken, avoid, lookup_valid, lookup_x, lookup_y, lookup_altitude
-        See :class:`hdl.ga_core.patcher.Patcher`.
+        See :class:`hdl.ga_core.terrain_aware_sampler.TerrainAwareSampler`.
     redrawn : Out(range(patches * candidates))
         Candidates that took the place of one in the ground.
     left_out : Out(range(patches + 1))
@@ -113,7 +113,7 @@ class Mutation(wiring.Component):
         self.avoids_ground = config.checker is not CheckerBuild.NONE
         self.latency = MutationPlan.latency_of(config) + 1
         if self.avoids_ground:
-            self.latency += Patcher.latency_of(config)
+            self.latency += TerrainAwareSampler.latency_of(config)
             members = {
                 "run": In(1),
                 "settled": In(1),
@@ -141,7 +141,7 @@ class Mutation(wiring.Component):
                 "start": In(1),
                 "clear": In(1),
                 "children": In(data.ArrayLayout(config.child_bits, config.mutators)),
-                "draws": In(data.ArrayLayout(DrawLayout.OFFSET_BITS, config.mutators)),
+                "draws": In(data.ArrayLayout(RandomWordLayout.OFFSET_BITS, config.mutators)),
                 "lengths": In(config.length_bits).array(config.crossovers),
                 "planned": Out(1),
                 "limits": In(limits_layout(config)),
@@ -197,7 +197,7 @@ class Mutation(wiring.Component):
         m.d.comb += self.planned.eq(complete)
         m.d.sync += self.over.eq(self.on & ~self.over)
         for number, mutator in enumerate(mutators[: self.config.patches]):
-            m.submodules[f"mover_{number}"] = mover = Mover(self.config)
+            m.submodules[f"mover_{number}"] = mover = WaypointPerturber(self.config)
             m.d.comb += [
                 mover.plan.eq(mutator.kept),
                 mover.offset.eq(self.offsets[number]),
@@ -213,7 +213,7 @@ class Mutation(wiring.Component):
 
     def _search(self, m, mutators, complete):
         """Look for new waypoints above the ground."""
-        m.submodules.patcher = patcher = Patcher(self.config)
+        m.submodules.patcher = patcher = TerrainAwareSampler(self.config)
         m.d.comb += [
             patcher.fetch.eq(complete),
             patcher.clear.eq(self.clear),

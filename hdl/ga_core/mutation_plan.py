@@ -6,8 +6,8 @@ from amaranth.lib.wiring import In, Out
 from amaranth.utils import ceil_log2
 
 from hdl.config import Config
-from hdl.draws import DrawLayout
-from hdl.ga_core.multiplexer import chosen, gated
+from hdl.primitives.multiplexer import chosen, gated
+from hdl.protocol.random_words import RandomWordLayout
 
 
 __all__ = ["MutationPlan", "plan_layout"]
@@ -71,7 +71,7 @@ class MutationPlan(wiring.Component):
                 "start": In(1),
                 "clear": In(1),
                 "children": In(data.ArrayLayout(config.child_bits, config.mutators)),
-                "draws": In(data.ArrayLayout(DrawLayout.OFFSET_BITS, config.mutators)),
+                "draws": In(data.ArrayLayout(RandomWordLayout.OFFSET_BITS, config.mutators)),
                 "lengths": In(config.length_bits).array(config.crossovers),
                 "valid": Out(1),
                 "number": Out(range(config.mutators)),
@@ -167,7 +167,7 @@ class MutationPlan(wiring.Component):
         aimed = stage(
             "aimed",
             multiplied["valid"],
-            index=(product >> DrawLayout.OFFSET_BITS)[: config.index_bits],
+            index=(product >> RandomWordLayout.OFFSET_BITS)[: config.index_bits],
             **kept(multiplied, *passed),
         )
 

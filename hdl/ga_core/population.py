@@ -5,7 +5,6 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from hdl.config import CheckerBuild, Config, MutationKind
-from hdl.copies import copies
 from hdl.ga_core.chromosome import (
     Chromosome,
     ReadIndex,
@@ -15,12 +14,13 @@ from hdl.ga_core.chromosome import (
 )
 from hdl.ga_core.crossover import Crossover, parents_of
 from hdl.ga_core.layouts import mutation_layout, read_layout, waypoint_layout, write_layout
-from hdl.ga_core.multiplexer import gated
-from hdl.ga_core.passing import Passing
-from hdl.ga_core.ports import Ports
-from hdl.ga_core.reading import Reading
-from hdl.ga_core.readout import ReadOut
+from hdl.ga_core.path_reader import PathReader
+from hdl.ga_core.position_counter import PositionCounter
+from hdl.ga_core.read_crossbar import ReadCrossbar
+from hdl.ga_core.read_pointer import ReadPointer
 from hdl.ga_core.slot_mapping import carrier_layout, carriers
+from hdl.primitives.fanout import fanout
+from hdl.primitives.multiplexer import gated
 
 
 __all__ = ["Population"]
@@ -79,16 +79,16 @@ class Population(wiring.Component):
         Waypoints for the present population.
     reads : In(stream.Signature(read_layout))
     read_waypoints : Out(stream.Signature(waypoint_layout))
-        See :class:`hdl.ga_core.readout.ReadOut`. A waypoint is offered 5 clocks after a read is
-        taken.
+        See :class:`hdl.ga_core.path_reader.PathReader`. A waypoint is offered 5 clocks after a read
+        is taken.
     peeks : In(1)
         Only with a map: ``peek`` may come. No read is taken meanwhile, nor for 3 clocks after the
         last one.
     peek : In(1)
         Only while ``peeks``: pass the waypoints at ``peek_position``, which are in ``waypoints``
-        :data:`hdl.ga_core.reading.PEEK_LATENCY` clocks later. May rise only while ``settled``, and
-        stays for all positions that are wanted; 6 clocks after the last of them the population is
-        ``settled`` again.
+        :data:`hdl.ga_core.read_pointer.PEEK_LATENCY` clocks later. May rise only while ``settled``,
+        and stays for all positions that are wanted; 6 clocks after the last of them the population
+        is ``settled`` again.
     peek_position : In(index_bits)
     """
 
@@ -131,9 +131,9 @@ class Population(wiring.Component):
         # Slots that share a copy of what all of them need.
         parts = config.population // _SLOTS_OF_PART
         bank = Signal()
-        banks = copies(m, *[bank ^ self.update] * parts, name="bank")
+        banks = fanout(m, *[bank ^ self.update] * parts, name="bank")
         m.d.comb += bank.eq(banks[0])
-        begin, *begins = copies(m, *[self.starts] * (1 + parts), name="begin")
+        begin, *begins = fanout(m, *[self.starts] * (1 + parts), name="begin")
 
         # Host writes pass through the ports too: each memory then has one writer. What reaches all
         # slots comes from registers, here and below: so long a wire leaves no time for more.
@@ -148,8 +148,8 @@ class Population(wiring.Component):
         read_slot = Signal(config.population, reset_less=True)
         read_length = Signal(config.length_bits, reset_less=True)
         peeks = Signal()
-        m.submodules.reading = reading = Reading(config, parts)
-        m.submodules.readout = readout = ReadOut(config)
+        m.submodules.reading = reading = ReadPointer(config, parts)
+        m.submodules.readout = readout = PathReader(config)
         connect(m, flipped(self.reads), readout.reads)
         connect(m, readout.waypoints, flipped(self.read_waypoints))
         m.d.sync += [
@@ -163,7 +163,9 @@ class Population(wiring.Component):
             self.writes.ready.eq(self.allow & ~readout.active),
             taken.eq(self.writes.valid & self.writes.ready),
         ]
-        writing, *writings = copies(m, *[taken] * (1 + Ports.parts_of(config)), name="writing")
+        writing, *writings = fanout(
+            m, *[taken] * (1 + ReadCrossbar.parts_of(config)), name="writing"
+        )
         m.d.sync += [
             closing.eq(taken & write.last),
             addressed.eq(1 << write.slot),
@@ -194,7 +196,7 @@ class Population(wiring.Component):
                 reading.peek_position.eq(self.peek_position),
             ]
 
-        m.submodules.passing = passing = Passing(config)
+        m.submodules.passing = passing = PositionCounter(config)
         running, following = passing.running, passing.following
         m.d.comb += [
             passing.begin.eq(begin),
@@ -238,7 +240,7 @@ class Population(wiring.Component):
             m.d.sync += index.eq(mutation.index)
             indices.append(index)
 
-        written_banks = copies(m, *[bank ^ ~writing] * parts, name="written_bank")
+        written_banks = fanout(m, *[bank ^ ~writing] * parts, name="written_bank")
 
         slots = []
         for number in range(config.population):
@@ -278,7 +280,7 @@ class Population(wiring.Component):
                 ]
 
         # Only the first port, from which the host reads, has to hold a waypoint.
-        m.submodules.ports = ports = Ports(config)
+        m.submodules.ports = ports = ReadCrossbar(config)
         m.d.comb += [
             ports.step.eq(reading.step),
             *(target.eq(copy) for target, copy in zip(ports.writing, writings, strict=True)),

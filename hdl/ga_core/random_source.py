@@ -5,7 +5,7 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import ceil_log2
 
-from hdl.draws import LANES, SEED_BITS, WARM_UP_STEPS, WORD_BITS
+from hdl.protocol.random_words import LANES, SEED_BITS, WARM_UP_STEPS, WORD_BITS
 
 
 __all__ = ["RandomSource", "Trivium"]

@@ -5,10 +5,10 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import CheckerBuild, SurvivorSelection
-from hdl.draws import SEED_BITS, DrawLayout
 from hdl.ga_core.distinct_draw import DistinctDraw
 from hdl.ga_core.layouts import offset_layout
 from hdl.ga_core.random_source import RandomSource
+from hdl.protocol.random_words import SEED_BITS, RandomWordLayout
 
 
 __all__ = ["Selection"]
@@ -68,7 +68,7 @@ class Selection(wiring.Component):
 
     def __init__(self, config):
         self.config = config
-        self.draw_layout = DrawLayout(config)
+        self.draw_layout = RandomWordLayout(config)
         self.latency = 2 + max(
             config.crossovers + 1,
             config.survivors + DistinctDraw.LATENCY,
@@ -85,7 +85,7 @@ class Selection(wiring.Component):
             "parents": Out(data.ArrayLayout(config.slot_bits, config.crossovers)),
             "survivors": Out(data.ArrayLayout(config.slot_bits, config.survivors)),
             "children": Out(data.ArrayLayout(config.child_bits, config.mutators)),
-            "waypoints": Out(data.ArrayLayout(DrawLayout.OFFSET_BITS, config.mutators)),
+            "waypoints": Out(data.ArrayLayout(RandomWordLayout.OFFSET_BITS, config.mutators)),
             "offsets": Out(offsets),
             **({} if config.checker is CheckerBuild.NONE else {"offset_taken": In(1)}),
         })
@@ -155,7 +155,7 @@ class Selection(wiring.Component):
         m.submodules.survivor_draw = survivor_draw = DistinctDraw(
             total=config.population - config.elites,
             count=config.survivors,
-            draw_bits=DrawLayout.DISTINCT_BITS,
+            draw_bits=RandomWordLayout.DISTINCT_BITS,
             first=config.elites,
             best_of=2 if by_rank else 1,
         )
@@ -169,7 +169,7 @@ class Selection(wiring.Component):
         m.submodules.child_draw = child_draw = DistinctDraw(
             total=config.children,
             count=config.mutators,
-            draw_bits=DrawLayout.DISTINCT_BITS,
+            draw_bits=RandomWordLayout.DISTINCT_BITS,
         )
         m.d.comb += [
             child_draw.clear.eq(clear),

@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
 from hdl.ga_core.layouts import ranking_layout
-from hdl.ga_core.multiplexer import gated
+from hdl.primitives.multiplexer import gated
 
 
 __all__ = ["SlotMapping", "carrier_layout", "carriers"]

@@ -6,9 +6,9 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 
 from hdl.config import Config
 from hdl.link.frame import FrameReceiver, FrameTransmitter
-from hdl.link.skid import SkidBuffer
-from hdl.link.stream_register import StreamRegister
 from hdl.link.uart import UartReceiver, UartTransmitter
+from hdl.primitives.skid_buffer import SkidBuffer
+from hdl.primitives.stream_register import StreamRegister
 from hdl.protocol import Counter, counters_reply
 
 

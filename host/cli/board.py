@@ -6,8 +6,8 @@ import argparse
 import dataclasses
 import socket
 
-from host.board import open_board, start_simulated
 from host.cli.output import note, print_json, print_pairs
+from host.device.boards import open_board, start_simulated
 from host.errors import InputError, JobError
 
 

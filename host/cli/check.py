@@ -14,14 +14,14 @@ from host.cli.output import print_json, print_pairs, term_pairs
 from host.cli.problem import DEFAULT_UAV, end_point, load_terrain, load_zones, source_of
 from host.errors import InputError
 from host.evaluation import Evaluator
-from host.nofly import Zone, zone_from_dict
-from host.problem import Problem
+from host.problem.aircraft import Uav
+from host.problem.aircraft import load as load_uav
+from host.problem.problem import Problem
+from host.problem.zones import Zone, zone_from_dict
 from host.report.geojson import read_path
 from host.report.summary import describe_problem, terms, version
 from host.report.tables import read_csv
 from host.terrain import Terrain
-from host.uav import Uav
-from host.uav import load as load_uav
 
 
 __all__ = ["run"]

@@ -27,7 +27,7 @@ from host.compare.store import RunStore
 from host.compare.write import write_report
 from host.cores import available_cores
 from host.errors import InputError, JobError
-from host.problem import Problem
+from host.problem.problem import Problem
 from host.report.files import prepare_directory
 
 

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdl.config import Config
-from host.board import open_board
-from host.checks import Checked
-from host.chip import pack_waypoints
 from host.cli.output import print_json
+from host.device.boards import open_board
+from host.device.checks import Checked
+from host.device.chip import pack_waypoints
 from host.feasibility.board import ordered, require
 from host.feasibility.files import read_map, read_points
 

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from host.errors import InputError
-from host.nofly import Circle, Zone, read_geojson
-from host.problem import Problem
+from host.problem.aircraft import Uav
+from host.problem.aircraft import load as load_uav
+from host.problem.problem import Problem
+from host.problem.zones import Circle, Zone, read_geojson
 from host.terrain import Terrain, load
-from host.uav import Uav
-from host.uav import load as load_uav
 
 
 __all__ = ["DEFAULT_UAV", "end_point", "load_terrain", "load_zones", "make_problem", "source_of"]

@@ -15,7 +15,7 @@ from host.compare.processes import ending_children, interrupt_held
 from host.compare.runs import Outcome, Task, execute
 from host.errors import InputError, JobError
 from host.evaluation import Evaluator
-from host.problem import Problem
+from host.problem.problem import Problem
 
 
 __all__ = ["on_cluster"]

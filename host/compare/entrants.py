@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from host.board import known_config
 from host.compare.digest import digest_of
+from host.device.boards import known_config
 from host.errors import InputError
 from host.planners import OPTIONS, PLANNERS, make
 from host.planners.base import Options, Planner

@@ -18,7 +18,7 @@ from host.compare.runs import Outcome, Task, execute
 from host.cores import available_cores
 from host.errors import JobError
 from host.evaluation import Evaluator
-from host.problem import Problem
+from host.problem.problem import Problem
 
 
 __all__ = ["ending_children", "in_processes", "interrupt_held"]

@@ -11,7 +11,7 @@ from host.compare.entrants import Entrant
 from host.compare.runs import Outcome
 from host.compare.statistics import compare_two, describe
 from host.evaluation import Evaluator
-from host.problem import Problem
+from host.problem.problem import Problem
 from host.report.summary import describe_problem, finite, version
 
 

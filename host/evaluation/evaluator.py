@@ -18,7 +18,7 @@ from host.evaluation.track import SmoothedTrack, ground_below
 
 
 if TYPE_CHECKING:
-    from host.problem import Problem
+    from host.problem.problem import Problem
 
 __all__ = ["FINE", "Evaluation", "Evaluator"]
 

@@ -8,7 +8,7 @@ Riccati equation with constant coefficients on a piece of constant slope.
 import math
 from collections.abc import Iterable
 
-from host.uav import Uav
+from host.problem.aircraft import Uav
 
 
 __all__ = ["SEA_LEVEL_DENSITY_KG_M3", "air_density", "air_distance", "fuel_burned"]

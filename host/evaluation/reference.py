@@ -15,11 +15,11 @@ from host.errors import InputError
 from host.evaluation.fuel import SEA_LEVEL_DENSITY_KG_M3, air_density, air_distance, fuel_burned
 from host.evaluation.geometry import Piece, Straight, smooth
 from host.evaluation.track import SmoothedTrack
-from host.uav import Uav
+from host.problem.aircraft import Uav
 
 
 if TYPE_CHECKING:
-    from host.problem import Problem
+    from host.problem.problem import Problem
 
 __all__ = ["SLOPE_TOLERANCE_RAD", "Terms", "Utopia", "evaluate", "too_steep", "utopia"]
 

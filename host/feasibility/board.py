@@ -5,7 +5,7 @@ from __future__ import annotations
 from urllib.parse import parse_qsl, urlencode
 
 from hdl.config import CheckerBuild, Config
-from host.board import split_config
+from host.device.boards import split_config
 from host.errors import InputError
 from host.feasibility import MODES
 
@@ -22,8 +22,9 @@ def ordered(url: str, mode: str | None) -> tuple[str, Config | None]:
     Parameters
     ----------
     url : str
-        As for :func:`host.board.open_board`. ``model:`` and ``sim:`` are built for the mode, unless
-        they name a ``checker`` and ``lanes`` themselves; other boards are what they are.
+        As for :func:`host.device.boards.open_board`. ``model:`` and ``sim:`` are built for the
+        mode, unless they name a ``checker`` and ``lanes`` themselves; other boards are what they
+        are.
     mode : str or None
         One of :data:`host.feasibility.MODES`; None for what the URL names, by default ``two-tier``.
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
-from host.problem import Problem
+from host.problem.problem import Problem
 
 
 __all__ = ["HEADROOM_M", "Airspace"]

@@ -15,7 +15,7 @@ from host.evaluation.evaluator import FINE
 from host.evaluation.geometry import smooth
 from host.evaluation.jit import compiled
 from host.planners.grid_search import Prices
-from host.problem import Problem
+from host.problem.problem import Problem
 from host.terrain import Terrain
 
 

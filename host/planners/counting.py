@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdl.config import CheckerBuild
-from host.chip import Chip, pack_waypoints
+from host.device.chip import Chip, pack_waypoints
 from host.evaluation import Evaluator
 from host.evaluation.geometry import smooth
 from host.evaluation.track import SmoothedTrack
@@ -18,7 +18,7 @@ from host.planners.base import Run
 from host.terrain import ChipMap
 
 
-__all__ = ["CAUSES", "BoardCounts", "refutation"]
+__all__ = ["CAUSES", "BoardCollisionCounter", "refutation"]
 
 Path = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ CAUSES = ("turn_arcs", "between_cells", "between_samples")
 _NO_RADIUS_M = 1e-6
 
 
-class BoardCounts:
+class BoardCollisionCounter:
     """The collision checker of a chip as a part of the fitness.
 
     The chip counts the colliding cells of every segment of the straight path; d_ut + d_nf of the

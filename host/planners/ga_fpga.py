@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from hdl.config import CheckerBuild
 from hdl.protocol import LinkMode
-from host.board import known_config, open_board
-from host.chip import Chip, pack_waypoints, unpack_waypoints
+from host.device.boards import known_config, open_board
+from host.device.chip import Chip, pack_waypoints, unpack_waypoints
 from host.errors import InputError, JobError
 from host.evaluation import Evaluator
 from host.planners.base import Options, Progress, Result, Run, Stop
-from host.planners.counting import BoardCounts
+from host.planners.counting import BoardCollisionCounter
 from host.planners.initial import astar_paths, check_init
 from host.terrain import ChipMap
 
@@ -58,7 +58,7 @@ class FpgaGeneticPlanner:
     Parameters
     ----------
     board : str
-        URL of the board; see :func:`host.board.open_board`.
+        URL of the board; see :func:`host.device.boards.open_board`.
     link_mode : str
         ``rank``, ``population`` or ``recipe``: what goes over the link. The result is the same.
     initial_draws : int
@@ -66,13 +66,14 @@ class FpgaGeneticPlanner:
     feasibility : str
         ``host``: the host samples d_ut and d_nf along the smoothed path. ``board``: the chip's
         collision checker counts them along the straight path (see
-        :class:`host.planners.counting.BoardCounts`), and its mutations refuse points in the ground.
+        :class:`host.planners.counting.BoardCollisionCounter`), and its mutations refuse points in
+        the ground.
     init : str
         ``random``, or ``astar``: the paths drawn are of :func:`host.planners.initial.astar_paths`,
         on the cells and altitude steps of the chip.
     open_board : callable, optional
-        Returns a context manager of the :class:`~host.chip.Chip` at a URL, which each run leaves at
-        its end; one that keeps the chip open lets the next run find its map there.
+        Returns a context manager of the :class:`~host.device.chip.Chip` at a URL, which each run
+        leaves at its end; one that keeps the chip open lets the next run find its map there.
 
     Raises
     ------
@@ -186,7 +187,7 @@ class _Loop:
         with run.phase("link"):
             self._before = chip.counters()
             chip.start(run.options.seed, grid.limits, avoid_ground=on_board)
-        self._counts = BoardCounts(chip, grid, run) if on_board else None
+        self._counts = BoardCollisionCounter(chip, grid, run) if on_board else None
 
     def start(self, drawn: list[list[int]]) -> None:
         """Evaluate the paths ``drawn`` and load the best of them, best first."""

@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from host.evaluation.fuel import SEA_LEVEL_DENSITY_KG_M3, air_distance
 from host.evaluation.reference import utopia
-from host.problem import Problem
+from host.problem.problem import Problem
 
 
 __all__ = ["Prices", "SearchGrid"]

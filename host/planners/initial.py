@@ -16,7 +16,7 @@ from host.planners.astar import searches
 from host.planners.base import Run
 from host.planners.grid_search import Prices
 from host.planners.polylines import lengthened
-from host.problem import Problem
+from host.problem.problem import Problem
 from host.terrain import ChipMap
 
 

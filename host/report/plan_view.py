@@ -23,12 +23,12 @@ from matplotlib.path import Path as Outline
 from numpy.typing import NDArray
 
 from host.evaluation import Samples
-from host.nofly import Circle, Zone
+from host.problem.zones import Circle, Zone
 from host.report.palette import GOAL, LAND, NOFLY, PATH, START, TEXT, TROUBLE, VOID, halo
 
 
 if TYPE_CHECKING:
-    from host.problem import Problem
+    from host.problem.problem import Problem
 
 __all__ = ["axis_unit", "draw", "nice_length"]
 

@@ -1,6 +1,6 @@
 """Terrains: grids of heights, where they come from, and how they look on the chip's map."""
 
-from host.terrain.chip_map import ChipMap
+from host.problem.chip_map import ChipMap
 from host.terrain.embedded import names
 from host.terrain.grid import Terrain
 from host.terrain.load import info, load

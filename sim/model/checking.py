@@ -19,7 +19,7 @@ from hdl.protocol import (
     unpack_cells,
 )
 from sim.model.checker import Point, TerrainModel, Verdict
-from sim.model.checker_clocks import batch_clocks
+from sim.model.checker_cycles import batch_clocks
 from sim.model.checker_kernels import check_paths
 from sim.model.refusal import expect
 

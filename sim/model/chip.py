@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from hdl.config import CheckerBuild, Config
-from hdl.framing import encode_frame
 from hdl.protocol import (
     BODY_HEADER_BYTES,
     ChipState,
@@ -28,6 +27,7 @@ from hdl.protocol import (
     unpack_paths,
     write_request,
 )
+from hdl.protocol.codec import encode_frame
 from sim.model.core import Core, Generation
 from sim.model.frames import FrameReceiverModel
 from sim.model.mutation import Limits

@@ -7,8 +7,8 @@ as the chip takes bodies out of its buffer as fast as they come.
 from __future__ import annotations
 
 from hdl.config import Config
-from hdl.framing import Frame, FrameError, FrameSplitter, decode_frame, encode_frame
 from hdl.protocol import StickyError
+from hdl.protocol.codec import Frame, FrameError, FrameSplitter, decode_frame, encode_frame
 
 
 __all__ = ["FrameReceiverModel", "encode_frame"]

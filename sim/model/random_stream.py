@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from hdl.draws import LANES, SEED_BITS, WORD_BITS
+from hdl.protocol.random_words import LANES, SEED_BITS, WORD_BITS
 from sim.model.random_source import Trivium
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hdl.config import Config, SurvivorSelection
-from hdl.draws import DrawLayout, Slice
+from hdl.protocol.random_words import RandomWordLayout, Slice
 from sim.model.random_source import RandomSource
 
 
@@ -79,7 +79,7 @@ class Selection:
 
     def __init__(self, config: Config) -> None:
         self._config = config
-        self._layout = DrawLayout(config)
+        self._layout = RandomWordLayout(config)
 
     def draw(self, source: RandomSource) -> Draws:
         """Take ``config.draw_steps`` steps of ``source`` and return what they mean."""

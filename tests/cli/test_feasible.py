@@ -14,7 +14,7 @@ from host.feasibility.board import ordered
 from host.feasibility.files import pad
 from host.feasibility.trajectory import TESTING_TRAJECTORY, canyon_map
 from sim.model.checker import TerrainModel, check_path
-from sim.model.checker_clocks import batch_clocks
+from sim.model.checker_cycles import batch_clocks
 from tests.chips import CHECKERS, board_url
 
 

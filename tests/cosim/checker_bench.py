@@ -10,7 +10,7 @@ from drivers import Stream
 
 from hdl.feasibility.layouts import cell_layout, count_layout, point_layout, verdict_layout
 from sim.model.checker import TerrainModel, check_path
-from sim.model.checker_clocks import batch_clocks
+from sim.model.checker_cycles import batch_clocks
 
 
 class Bench:

@@ -7,7 +7,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
 
 from hdl.config import CheckerBuild, Config
-from hdl.ga_core.control import clocks_layout, counters_layout
+from hdl.control import clocks_layout, counters_layout
 from hdl.protocol import ChipState, Counter
 
 

@@ -6,10 +6,10 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, ReadOnly
 
-from hdl.commands.layouts import request_layout
+from hdl.command.layouts import request_layout
 from hdl.config import Config
-from hdl.framing import encode_frame
 from hdl.protocol import StickyError
+from hdl.protocol.codec import encode_frame
 from sim.model.frames import FrameReceiverModel
 from tests.faults import ByteFaults
 

@@ -8,9 +8,9 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, ReadOnly
 
-from hdl.commands.layouts import request_layout
+from hdl.command.layouts import request_layout
 from hdl.config import Config
-from hdl.framing import encode_frame
+from hdl.protocol.codec import encode_frame
 
 
 TOP = "frame_transmitter"

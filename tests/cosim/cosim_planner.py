@@ -17,10 +17,10 @@ from cocotb.task import bridge, resume
 from cocotb.triggers import Event, FallingEdge, First, Timer
 
 from hdl.config import CheckerBuild, Config
-from hdl.framing import encode_frame
 from hdl.protocol import Command, LinkMode, StickyError
-from host.chip import Chip
-from host.link import Link, LinkError
+from hdl.protocol.codec import encode_frame
+from host.device.chip import Chip
+from host.device.link import Link, LinkError
 from sim.model.chip import ChipModel
 from sim.model.port import ModelPort
 from tests.chips import CHECKING, Pair, random_path, without_line_clocks

@@ -6,7 +6,7 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
 
-from hdl.draws import LANES, WARM_UP_STEPS, WORD_BITS
+from hdl.protocol.random_words import LANES, WARM_UP_STEPS, WORD_BITS
 from sim.model.random_source import RandomSource
 
 

@@ -8,10 +8,9 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge
 from drivers import Stream
 
-from hdl.commands.layouts import AnswerKind, answer_layout, request_layout
+from hdl.command.layouts import AnswerKind, answer_layout, request_layout
+from hdl.command.receiver import CommandReceiver
 from hdl.config import CheckerBuild, Config
-from hdl.framing import FrameSplitter, decode_frame, encode_frame
-from hdl.ga_core.receiving import ReceivingUnit
 from hdl.protocol import (
     CheckFlag,
     Command,
@@ -22,6 +21,7 @@ from hdl.protocol import (
     check_paths_request,
     start_request,
 )
+from hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
 from sim.model.chip import ChipModel
 from sim.model.frames import FrameReceiverModel
 from tests.fuzz import Fuzz
@@ -30,7 +30,7 @@ from tests.fuzz import Fuzz
 TOP = "receiving"
 CONFIG = Config(checker=CheckerBuild.PARALLEL, map_size=32, coarse_factor=4)
 
-UNIT = ReceivingUnit(CONFIG)
+UNIT = CommandReceiver(CONFIG)
 KINDS = {
     Command.STATUS: AnswerKind.STATUS,
     Command.COUNTERS: AnswerKind.COUNTERS,

@@ -8,8 +8,8 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
 
 from hdl.config import CheckerBuild, Config
-from hdl.draws import WARM_UP_STEPS
 from hdl.ga_core.selection import Selection
+from hdl.protocol.random_words import WARM_UP_STEPS
 from sim.model import selection as model
 from sim.model.random_source import RandomSource
 

@@ -10,9 +10,9 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge
 from drivers import Stream
 
-from hdl.commands.layouts import AnswerKind, answer_layout, request_layout
+from hdl.command.layouts import AnswerKind, answer_layout, request_layout
+from hdl.command.transmitter import ReplyTransmitter
 from hdl.config import CheckerBuild, Config
-from hdl.ga_core.transmitting import TransmittingUnit
 from hdl.protocol import (
     Layout,
     Status,
@@ -31,7 +31,7 @@ from tests.chips import random_paths
 TOP = "transmitting"
 CONFIG = Config(checker=CheckerBuild.PARALLEL)
 
-UNIT = TransmittingUnit(CONFIG)
+UNIT = ReplyTransmitter(CONFIG)
 RECIPE = Layout(recipe_reply(CONFIG).fields[:-1])
 KEPT = CONFIG.elites + CONFIG.survivors
 

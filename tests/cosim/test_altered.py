@@ -16,14 +16,14 @@ import pytest
 
 import hdl
 from hdl.protocol import LinkMode
-from host import uav
-from host.board import open_board
-from host.chip import Chip
+from host.device.boards import open_board
+from host.device.chip import Chip
+from host.device.link import Link
 from host.evaluation import Evaluator
-from host.link import Link
 from host.planners.base import Options
 from host.planners.ga_fpga import FpgaGeneticPlanner
-from host.problem import Problem
+from host.problem import aircraft
+from host.problem.problem import Problem
 from host.terrain import Terrain
 from sim.board import SimulatedBoard, build_program
 from sim.exported import cached_verilog, exported_verilog
@@ -47,7 +47,7 @@ ALTERATIONS = {
         "Mux(first < second, second, first)",
     ),
     "offset-subtracted": (
-        "ga_core/mover.py",
+        "ga_core/waypoint_perturber.py",
         "passed[axis] + self.offset[axis]",
         1,
         "passed[axis] - self.offset[axis]",
@@ -114,7 +114,7 @@ def evaluator():
     terrain = Terrain(
         name="wall", elevation=elevation, dx_m=100.0, dy_m=100.0, crs=None, origin=(0.0, 0.0)
     )
-    problem = Problem(terrain, (200, 300, 200), (2800, 300, 200), uav.load("silver-fox"))
+    problem = Problem(terrain, (200, 300, 200), (2800, 300, 200), aircraft.load("silver-fox"))
     return Evaluator(problem, threads=1)
 
 

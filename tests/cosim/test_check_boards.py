@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from hdl.protocol import Command, LinkMode, StickyError
-from host import uav
-from host.board import start_simulated
+from host.device.boards import start_simulated
+from host.device.link import RefusedError
 from host.evaluation import Evaluator
-from host.link import RefusedError
 from host.planners.base import Options
 from host.planners.ga_fpga import FpgaGeneticPlanner
-from host.problem import Problem
+from host.problem import aircraft
+from host.problem.problem import Problem
 from host.terrain import Terrain
 from tests.chips import CHECKERS, board_url, random_path, without_line_clocks
 from tests.fuzz import Fuzz
@@ -123,7 +123,7 @@ def test_plans_with_its_counts_as_the_model_does(config):
     terrain = Terrain(
         name="wall", elevation=elevation, dx_m=100.0, dy_m=100.0, crs=None, origin=(0.0, 0.0)
     )
-    problem = Problem(terrain, (200, 300, 200), (2800, 300, 200), uav.load("silver-fox"))
+    problem = Problem(terrain, (200, 300, 200), (2800, 300, 200), aircraft.load("silver-fox"))
     evaluator, options = Evaluator(problem, threads=1), Options(generations=15, seed=2)
     board, model = (
         FpgaGeneticPlanner(board=board_url(scheme, config), feasibility="board").plan(

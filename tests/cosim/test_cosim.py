@@ -2,7 +2,7 @@
 
 import pytest
 
-from sim.runner import SIMULATORS, benches, run_bench
+from tools.runner import SIMULATORS, benches, run_bench
 
 
 pytestmark = pytest.mark.cosim

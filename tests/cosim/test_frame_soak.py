@@ -8,9 +8,9 @@ import pytest
 from amaranth.back import verilog
 
 from hdl.config import Config
-from hdl.framing import encode_frame
 from hdl.link.frame import FrameReceiver
 from hdl.protocol import StickyError
+from hdl.protocol.codec import encode_frame
 from sim.cache import BuildCache, build_root
 from sim.exported import cached_verilog
 from sim.model.frames import FrameReceiverModel

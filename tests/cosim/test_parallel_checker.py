@@ -10,7 +10,7 @@ from host.feasibility.files import pad
 from host.feasibility.trajectory import TESTING_TRAJECTORY, canyon_map
 from sim.harness import VerilatedChecker
 from sim.model.checker import TerrainModel, check_path
-from sim.model.checker_clocks import batch_clocks
+from sim.model.checker_cycles import batch_clocks
 from sim.model.checker_kernels import check_paths
 from tests.checking import ground, paths_of, random_batch
 

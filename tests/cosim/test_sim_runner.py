@@ -1,10 +1,10 @@
 import pytest
 
 from host.errors import InputError, JobError
-from sim.lint import lint
-from sim.lint import main as lint_main
-from sim.runner import BENCHES, CosimError, benches, main, run, run_bench
 from tests.cosim.echo_design import echo_verilog
+from tools.lint import lint
+from tools.lint import main as lint_main
+from tools.runner import BENCHES, CosimError, benches, main, run, run_bench
 
 
 pytestmark = pytest.mark.cosim

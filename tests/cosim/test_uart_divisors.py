@@ -6,7 +6,7 @@ from amaranth.back import verilog
 from hdl.config import Config
 from hdl.link.uart import Uart
 from sim.exported import cached_verilog
-from sim.runner import BENCHES, run
+from tools.runner import BENCHES, run
 
 
 pytestmark = pytest.mark.cosim

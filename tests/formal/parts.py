@@ -9,7 +9,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.protocol import ChipState
-from sim.formal import altered
+from tools.formal import altered
 
 
 __all__ = [

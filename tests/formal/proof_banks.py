@@ -4,9 +4,9 @@ from amaranth import *
 from amaranth.hdl import Assert, Cover
 
 from hdl.config import Config
-from hdl.feasibility.terrain_memory import TerrainMemory
-from sim.formal import Proof
+from hdl.feasibility.parallel.terrain_memory import TerrainMemory
 from tests.formal.parts import Opened, free
+from tools.formal import Proof
 
 
 class Banks(Elaboratable):

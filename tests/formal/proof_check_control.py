@@ -6,8 +6,8 @@ from amaranth.hdl import Assert, Assume
 from hdl.check_control import CheckControl
 from hdl.config import CheckerBuild, Config
 from hdl.protocol import ChipState
-from sim.formal import Proof
 from tests.formal.parts import Opened, any_constant, comes_back, free
+from tools.formal import Proof
 
 
 #: The unit of each state, and how many units have been on before it, at most.

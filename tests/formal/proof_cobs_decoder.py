@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.hdl import Assert, Cover
 
 from hdl.link.cobs import CobsDecoder
-from sim.formal import Proof
 from tests.formal.parts import Opened, free
+from tools.formal import Proof
 
 
 class Decoder(Elaboratable):

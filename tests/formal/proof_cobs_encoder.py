@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.hdl import Assert, Cover
 
 from hdl.link.cobs import CobsEncoder
-from sim.formal import Proof
 from tests.formal.parts import Opened, any_constant, free
+from tools.formal import Proof
 
 
 class Encoder(Elaboratable):

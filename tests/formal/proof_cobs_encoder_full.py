@@ -1,7 +1,7 @@
 """The COBS encoder sends the code of each frame by its definition, at its real sizes."""
 
-from sim.formal import Proof
 from tests.formal import proof_cobs_encoder
+from tools.formal import Proof
 
 
 class Encoder(proof_cobs_encoder.Encoder):

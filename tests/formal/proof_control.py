@@ -4,10 +4,10 @@ from amaranth import *
 from amaranth.hdl import Assert, Assume, Cover
 
 from hdl.config import Config
-from hdl.ga_core.control import Control
+from hdl.control import Control
 from hdl.protocol import ChipState
-from sim.formal import Proof
 from tests.formal.parts import Opened, any_constant, comes_back, free
+from tools.formal import Proof
 
 
 #: The unit of each state, and how many units have been on before it, at most. The receiving unit

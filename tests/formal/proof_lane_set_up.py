@@ -6,13 +6,13 @@ from amaranth.utils import exact_log2
 
 from hdl.config import Config
 from hdl.feasibility.layouts import point_layout
-from hdl.feasibility.parallel import ParallelWalker
-from hdl.feasibility.reciprocal import Precision
-from hdl.feasibility.set_up import SetUp
-from hdl.feasibility.slopes import Slopes
-from sim.formal import Proof
+from hdl.feasibility.parallel.reciprocal import Precision
+from hdl.feasibility.parallel.segment_setup import SegmentSetup
+from hdl.feasibility.parallel.slopes import Slopes
+from hdl.feasibility.parallel.walker import ParallelWalker
 from tests.formal.cells import Segment
 from tests.formal.parts import Opened, any_constant, free, made_of
+from tools.formal import Proof
 
 
 #: Stands for a multiplier: what counts here is what it is given.
@@ -44,7 +44,9 @@ class SetUpInOrder(Elaboratable):
 
     def __init__(self, unit):
         self.config = Config(map_size=8, coarse_factor=2, altitude_bits=4, max_waypoints=3, lanes=2)
-        walker = made_of(ParallelWalker, SetUp=unit(SetUp), Slopes=unit(Slopes, MIXED))
+        walker = made_of(
+            ParallelWalker, SegmentSetup=unit(SegmentSetup), Slopes=unit(Slopes, MIXED)
+        )
         self.dut = walker(self.config)
 
     def elaborate(self, platform):
@@ -149,12 +151,15 @@ PROOF = Proof(
     reached=9,
     long=True,
     faults={
-        "the start of the next segment": (SetUp, ("ends[0].eq(before)", "ends[0].eq(point)")),
-        "a group too few": (SetUp, ("free_next.eq(left <= 1)", "free_next.eq(left <= 2)")),
+        "the start of the next segment": (
+            SegmentSetup,
+            ("ends[0].eq(before)", "ends[0].eq(point)"),
+        ),
+        "a group too few": (SegmentSetup, ("free_next.eq(left <= 1)", "free_next.eq(left <= 2)")),
         "lanes take the wrong places": (
-            SetUp,
+            SegmentSetup,
             ("start.eq(Mux(steep, ends[0].y, ends[0].x))", "start.eq(ends[0].x)"),
         ),
-        "a segment overtakes": (SetUp, ("has_waiting & free", "has_waiting")),
+        "a segment overtakes": (SegmentSetup, ("has_waiting & free", "has_waiting")),
     },
 )

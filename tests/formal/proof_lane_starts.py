@@ -5,12 +5,12 @@ from amaranth.hdl import Assert, Cover
 
 from hdl.config import Config
 from hdl.feasibility.layouts import point_layout
-from hdl.feasibility.parallel import ParallelWalker
-from hdl.feasibility.reciprocal import Precision
-from hdl.feasibility.set_up import SetUp
-from hdl.feasibility.slopes import Slopes
-from sim.formal import Proof
+from hdl.feasibility.parallel.reciprocal import Precision
+from hdl.feasibility.parallel.segment_setup import SegmentSetup
+from hdl.feasibility.parallel.slopes import Slopes
+from hdl.feasibility.parallel.walker import ParallelWalker
 from tests.formal.parts import Opened, any_constant, made_of
+from tools.formal import Proof
 
 
 class Starts(Elaboratable):
@@ -31,7 +31,7 @@ class Starts(Elaboratable):
 
     def __init__(self, unit):
         self.config = Config(map_size=8, coarse_factor=2, altitude_bits=4, max_waypoints=3, lanes=2)
-        walker = made_of(ParallelWalker, SetUp=unit(SetUp), Slopes=unit(Slopes))
+        walker = made_of(ParallelWalker, SegmentSetup=unit(SegmentSetup), Slopes=unit(Slopes))
         self.dut = walker(self.config)
 
     def elaborate(self, platform):
@@ -133,6 +133,6 @@ PROOF = Proof(
             ),
         ),
         "a step of one cell": (Slopes, ("shift - lane_bits", "shift")),
-        "the upper end of a cell": (SetUp, ("(rise < 0) &", "(rise > 0) &")),
+        "the upper end of a cell": (SegmentSetup, ("(rise < 0) &", "(rise > 0) &")),
     },
 )

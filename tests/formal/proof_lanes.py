@@ -6,11 +6,11 @@ from amaranth.lib import data
 from amaranth.utils import exact_log2
 
 from hdl.config import Config
-from hdl.feasibility.lanes import Lanes
-from hdl.feasibility.reciprocal import Precision
-from hdl.feasibility.slopes import motion_layout
-from sim.formal import Proof
+from hdl.feasibility.parallel.lanes import Lanes
+from hdl.feasibility.parallel.reciprocal import Precision
+from hdl.feasibility.parallel.slopes import motion_layout
 from tests.formal.parts import Opened, any_constant, free
+from tools.formal import Proof
 
 
 class Together(Elaboratable):

@@ -1,7 +1,7 @@
 """Eight lanes of the parallel checker together visit each cell of a segment, just once."""
 
-from sim.formal import Proof
 from tests.formal import proof_lanes
+from tools.formal import Proof
 
 
 class Together(proof_lanes.Together):

@@ -8,8 +8,8 @@ from amaranth.hdl import Assert, Cover
 
 from hdl.link.frame import FrameReceiver
 from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, frame_crc
-from sim.formal import Proof
 from tests.formal.parts import Opened, any_constant, free
+from tools.formal import Proof
 
 
 #: A CRC that may compute anything: so any frame may be found right, and any wrong.

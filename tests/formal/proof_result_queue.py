@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.hdl import Assert, Assume, Cover
 
 from hdl.feasibility.result_queue import ResultQueue
-from sim.formal import Proof
 from tests.formal.parts import Opened, Scoreboard, free
+from tools.formal import Proof
 
 
 class Queue(Elaboratable):

@@ -5,8 +5,8 @@ from amaranth.hdl import Assert, Assume, Cover
 from amaranth.utils import exact_log2
 
 from hdl.link.ring import CommitRing
-from sim.formal import Proof
 from tests.formal.parts import Opened, any_constant, free
+from tools.formal import Proof
 
 
 class Ring(Elaboratable):

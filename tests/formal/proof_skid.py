@@ -3,9 +3,9 @@
 from amaranth import *
 from amaranth.hdl import Assert, Cover
 
-from hdl.link.skid import SkidBuffer
-from sim.formal import Proof
+from hdl.primitives.skid_buffer import SkidBuffer
 from tests.formal.parts import Opened, Scoreboard, free
+from tools.formal import Proof
 
 
 class Skid(Elaboratable):

@@ -3,9 +3,9 @@
 from amaranth import *
 from amaranth.hdl import Assert, Cover
 
-from hdl.link.stream_register import StreamRegister
-from sim.formal import Proof
+from hdl.primitives.stream_register import StreamRegister
 from tests.formal.parts import Scoreboard, free
+from tools.formal import Proof
 
 
 class Register(Elaboratable):

@@ -7,8 +7,8 @@ from amaranth.hdl import Assert, Cover
 
 from hdl.link.frame import FrameTransmitter
 from hdl.protocol import frame_crc
-from sim.formal import Proof
 from tests.formal.parts import Opened, free
+from tools.formal import Proof
 
 
 #: A CRC and an encoder that may do anything.

@@ -5,10 +5,10 @@ from amaranth.hdl import Assert, Assume, Cover
 
 from hdl.config import Config
 from hdl.feasibility.layouts import point_layout
-from hdl.feasibility.sequential_walk import SequentialWalker
-from sim.formal import Proof
+from hdl.feasibility.two_tier.cell_walker import CellWalker
 from tests.formal.cells import Segment
 from tests.formal.parts import Opened, free
+from tools.formal import Proof
 
 
 class Walk(Elaboratable):
@@ -33,7 +33,7 @@ class Walk(Elaboratable):
             checker="two-tier",
             lanes=1,
         )
-        self.dut = unit(SequentialWalker)(self.config)
+        self.dut = unit(CellWalker)(self.config)
 
     def elaborate(self, platform):
         m = Module()
@@ -142,19 +142,19 @@ PROOF = Proof(
     induction=2,
     faults={
         "halves are rounded away from the start": (
-            SequentialWalker,
+            CellWalker,
             (
                 "error.eq(-segment.steps - Mux(segment.steep, segment.west, segment.south))",
                 "error.eq(-segment.steps)",
             ),
         ),
-        "a step too early": (SequentialWalker, ("across.eq(grown >= 0)", "across.eq(grown >= -1)")),
+        "a step too early": (CellWalker, ("across.eq(grown >= 0)", "across.eq(grown >= -1)")),
         "the last cell is missing": (
-            SequentialWalker,
+            CellWalker,
             ("ended.eq(left == 0)", "ended.eq(left <= 1)"),
         ),
         "a step along the wrong side": (
-            SequentialWalker,
+            CellWalker,
             ("with m.If(steep | across):", "with m.If(~steep | across):"),
         ),
     },

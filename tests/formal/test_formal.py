@@ -2,8 +2,8 @@
 
 import pytest
 
-from hdl.link.skid import SkidBuffer
-from sim.formal import Proof, altered, check, load, main, proofs
+from hdl.primitives.skid_buffer import SkidBuffer
+from tools.formal import Proof, altered, check, load, main, proofs
 
 
 CHECKS = [

@@ -6,11 +6,11 @@ import pytest
 
 from hdl.config import Config, SurvivorSelection
 from hdl.protocol import LinkMode
-from host.board import start_simulated
+from host.device.boards import start_simulated
 from sim.exported import exported_verilog
-from sim.runner import BENCHES, run
 from tests.chips import SMALL, board_url
 from tests.fuzz import Fuzz
+from tools.runner import BENCHES, run
 
 
 pytestmark = [pytest.mark.long, pytest.mark.cosim]

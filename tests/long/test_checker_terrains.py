@@ -8,7 +8,7 @@ from bench.scenarios import EMBEDDED, TILES, names
 from bench.terrains import BUILDS, Ground, differing
 from hdl.config import CheckerBuild, Config
 from sim.harness import VerilatedChecker
-from sim.model.checker_clocks import batch_clocks
+from sim.model.checker_cycles import batch_clocks
 
 
 pytestmark = [pytest.mark.cosim, pytest.mark.long]

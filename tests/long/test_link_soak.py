@@ -5,9 +5,9 @@ import random
 import pytest
 
 from hdl.config import Config
-from hdl.framing import encode_frame
 from hdl.protocol import Command, LinkMode, info_reply
-from host.link import Link
+from hdl.protocol.codec import encode_frame
+from host.device.link import Link
 from sim.model.chip import ChipModel
 from sim.model.core import Limits
 from sim.model.frames import FrameReceiverModel

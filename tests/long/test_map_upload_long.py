@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from hdl.config import CheckerBuild, Config
-from host.board import open_board, start_simulated
-from host.chip import Chip
-from host.link import Link, LinkTimeoutError
+from host.device.boards import open_board, start_simulated
+from host.device.chip import Chip
+from host.device.link import Link, LinkTimeoutError
 from tests.chips import board_url
 
 

@@ -6,7 +6,7 @@ import re
 import pytest
 
 from hdl.config import CheckerBuild, Config, MutationKind, SurvivorSelection
-from hdl.draws import WORD_BITS, DrawLayout
+from hdl.protocol.random_words import WORD_BITS, RandomWordLayout
 
 
 def test_default_is_the_papers_chip():
@@ -128,7 +128,7 @@ def test_replace_checks_again():
 
 
 def test_draws_do_not_overlap():
-    layout = DrawLayout(Config())
+    layout = RandomWordLayout(Config())
     selection = [
         layout.rank_first,
         layout.rank_second,

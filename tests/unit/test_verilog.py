@@ -14,8 +14,8 @@ import pytest
 from hdl.config import Config
 from hdl.verilog import SHIPPED, TOPS, export, main, write_shipped
 from sim.exported import exported_verilog
-from sim.lint import lint
 from tests.chips import CHECKERS, CHECKING, SMALL
+from tools.lint import lint
 
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hdl.config import Config
 from sim.harness import VerilatedChecker
 from sim.model.checker import TerrainModel
-from sim.model.checker_clocks import batch_clocks
+from sim.model.checker_cycles import batch_clocks
 from sim.model.checker_kernels import check_paths
 from tools.recording.draws import Point, below, ground, point
 

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdl.config import Config
-from hdl.framing import encode_frame
 from hdl.protocol import (
     BODY_HEADER_BYTES,
     CheckFlag,
@@ -31,8 +30,9 @@ from hdl.protocol import (
     start_request,
     write_request,
 )
-from host.chip import Chip
-from host.link import Link
+from hdl.protocol.codec import encode_frame
+from host.device.chip import Chip
+from host.device.link import Link
 from sim.model.chip import ChipModel
 from sim.model.port import ModelPort
 from tools.recording.draws import checksum, ground, point, population, shuffled, waypoint

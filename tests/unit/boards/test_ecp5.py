@@ -9,9 +9,9 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.boards import BOARDS, find_board
-from hdl.boards.ecp5 import KEEP_COPIES, OVERRIDES, SYNTHESIS
+from hdl.boards.ecp5 import KEEP_FANOUT, OVERRIDES, SYNTHESIS
 from hdl.boards.tools import run_tool
-from hdl.copies import copies
+from hdl.primitives.fanout import fanout
 
 
 class Copied(wiring.Component):
@@ -23,12 +23,12 @@ class Copied(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        three = copies(m, *[self.first & self.second] * 3, name="copy")
+        three = fanout(m, *[self.first & self.second] * 3, name="copy")
         m.d.comb += self.taken.eq(Cat(three) ^ self.first.replicate(3))
         return m
 
 
-@pytest.mark.parametrize(("before", "registers"), [(KEEP_COPIES, 3), ("", 1)])
+@pytest.mark.parametrize(("before", "registers"), [(KEEP_FANOUT, 3), ("", 1)])
 def test_copies_stay_apart(before, registers, tmp_path):
     (tmp_path / "copied.v").write_text(verilog.convert(Copied(), name="copied"))
     script = f"read_verilog copied.v; {before}; synth_ecp5 {SYNTHESIS} -top copied"

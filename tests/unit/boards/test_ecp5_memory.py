@@ -11,9 +11,9 @@ from amaranth.back import verilog
 from hdl.boards.ecp5_floor_plan import MAP_SITES
 from hdl.boards.ecp5_memory import Ecp5Memory
 from hdl.config import Config
-from hdl.feasibility.terrain_bank import TerrainBank
-from hdl.feasibility.terrain_block import TerrainBlock
-from hdl.feasibility.terrain_memory import TerrainMemory
+from hdl.feasibility.map_block import MapBlock
+from hdl.feasibility.map_memory import MapMemory
+from hdl.feasibility.parallel.terrain_memory import TerrainMemory
 from tests.ecp5_twins import ECP5, twins_of
 
 
@@ -102,7 +102,7 @@ def test_equals_the_simulated_memory(rows, width, ports, tmp_path, icarus):
         second_b=", .b__address(address_b), .b__data(built_b)" if ports == 2 else "",
         differs_b="simulated_b !== built_b" if ports == 2 else "0",
     )
-    make = functools.partial(TerrainBlock, rows=rows, width=width, latency=2, ports=ports)
+    make = functools.partial(MapBlock, rows=rows, width=width, latency=2, ports=ports)
     simulated, built = twins_of(make, primitive(), bench, tmp_path)
     assert "DP16KD" in built
     assert "DP16KD" not in simulated
@@ -111,12 +111,12 @@ def test_equals_the_simulated_memory(rows, width, ports, tmp_path, icarus):
 def test_registers_are_those_of_the_primitive():
     """No flip-flop of the fabric, a primitive for each four bits, and none where one clock is."""
     text = verilog.convert(
-        TerrainBank(rows=4096, width=12, latency=2, ports=2), platform=ECP5, emit_src=False
+        MapMemory(rows=4096, width=12, latency=2, ports=2), platform=ECP5, emit_src=False
     )
     assert text.count("DP16KD") == 3
     assert text.count('.REGMODE_A("OUTREG")') == text.count('.REGMODE_B("OUTREG")') == 3
     assert "always @(posedge" not in text
-    quick = TerrainBank(rows=4096, width=12, latency=1, ports=2)
+    quick = MapMemory(rows=4096, width=12, latency=1, ports=2)
     assert "DP16KD" not in verilog.convert(quick, platform=ECP5, emit_src=False)
 
 

@@ -4,7 +4,7 @@
 import pytest
 from amaranth.back import verilog
 
-from hdl.feasibility.product import Product
+from hdl.primitives.multiplier import Multiplier
 from tests.ecp5_twins import ECP5, twins_of
 
 
@@ -63,7 +63,7 @@ endmodule
 @pytest.mark.parametrize(("bits", "shift"), [((13, 18), 17), ((16, 16), 0), ((18, 18), 5)])
 def test_equals_the_simulated_product(bits, shift, tmp_path, icarus):
     bench = BENCH.format(first=bits[0] - 1, second=bits[1] - 1, top=sum(bits) - shift - 1)
-    simulated, built = twins_of(lambda: Product(bits, shift), primitive(), bench, tmp_path)
+    simulated, built = twins_of(lambda: Multiplier(bits, shift), primitive(), bench, tmp_path)
     assert built.count("MULT18X18D") == 1
     assert "always @(posedge" not in built
     assert "MULT18X18D" not in simulated
@@ -71,6 +71,6 @@ def test_equals_the_simulated_product(bits, shift, tmp_path, icarus):
 
 def test_too_wide():
     """Then it is the same on all targets."""
-    built = verilog.convert(Product((13, 19)), platform=ECP5, emit_src=False)
-    assert built == verilog.convert(Product((13, 19)), emit_src=False)
+    built = verilog.convert(Multiplier((13, 19)), platform=ECP5, emit_src=False)
+    assert built == verilog.convert(Multiplier((13, 19)), emit_src=False)
     assert "MULT18X18D" not in built

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from host import uav
 from host.compare.entrants import parse_entrants
 from host.compare.statistics import compare_two, describe
-from host.nofly import Circle
-from host.problem import Problem
+from host.problem import aircraft
+from host.problem.problem import Problem
+from host.problem.zones import Circle
 from host.terrain import Terrain
 
 
@@ -17,8 +17,8 @@ def problem():
     y, x = np.mgrid[:41, :61]
     terrain = Terrain(name="hills", elevation=300 + 150 * np.sin(x / 8) * np.cos(y / 6),
                       dx_m=100.0, dy_m=100.0)
-    return Problem.from_agl(terrain, (500, 500, 100), (5500, 3500, 100), uav.load("silver-fox"),
-                            (Circle(3000, 2000, 400),))
+    return Problem.from_agl(terrain, (500, 500, 100), (5500, 3500, 100),
+                            aircraft.load("silver-fox"), (Circle(3000, 2000, 400),))
 
 
 @pytest.fixture

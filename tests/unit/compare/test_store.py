@@ -9,7 +9,7 @@ from host.compare.digest import problem_digest
 from host.compare.entrants import parse_entrants
 from host.compare.store import RunStore
 from host.errors import InputError
-from host.nofly import Circle
+from host.problem.zones import Circle
 
 
 RECORD = {"fitness": 1.25, "history": [[0, 1.25, 1.0]]}

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from host import uav
-from host.problem import Problem
+from host.problem import aircraft
+from host.problem.problem import Problem
 from host.terrain import Terrain
 
 
@@ -21,7 +21,7 @@ def make_problem() -> MakeProblem:
         elevation = np.full((51, 51), 100.0) if elevation is None else elevation
         terrain = Terrain(name="world", elevation=elevation, dx_m=dx_m, dy_m=dy_m,
                           crs=None, origin=(0.0, 0.0))
-        options.setdefault("uav", uav.load("silver-fox"))
+        options.setdefault("uav", aircraft.load("silver-fox"))
         return Problem(terrain, start, goal, **options)
 
     return make

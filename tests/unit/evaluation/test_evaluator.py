@@ -8,7 +8,7 @@ import pytest
 from host.errors import InputError
 from host.evaluation import Evaluator
 from host.evaluation.kernels import WORST_FITNESS
-from host.nofly import Circle
+from host.problem.zones import Circle
 
 
 @pytest.fixture

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from host import uav
 from host.evaluation.fuel import air_density, air_distance, fuel_burned
+from host.problem import aircraft as uav
 
 
 FOX = uav.load("silver-fox")

@@ -14,7 +14,7 @@ from host.evaluation.pieces import (
     _SLOPE_TOLERANCE_RAD,
     turn,
 )
-from host.nofly import Circle, Polygon
+from host.problem.zones import Circle, Polygon
 
 
 ZONES = (Circle(2000, 2500, 700), Polygon(((3000, 500), (4500, 800), (3500, 2500))))

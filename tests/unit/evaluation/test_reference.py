@@ -6,10 +6,10 @@ import math
 import numpy as np
 import pytest
 
-from host import uav
 from host.errors import InputError
 from host.evaluation import Evaluator, reference
-from host.nofly import Circle
+from host.problem import aircraft as uav
+from host.problem.zones import Circle
 
 
 FOX = uav.load("silver-fox")

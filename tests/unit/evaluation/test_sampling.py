@@ -14,7 +14,7 @@ from host.evaluation.sampling import (
     half_turn,
     straight_general,
 )
-from host.nofly import Circle
+from host.problem.zones import Circle
 
 
 @pytest.fixture(params=[(), (Circle(2600, 2000, 700),)], ids=["no zone", "zone"])

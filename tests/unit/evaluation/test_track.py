@@ -7,16 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from host import uav
 from host.evaluation import Evaluator
 from host.evaluation.track import ground_below
-from host.problem import Problem
+from host.problem import aircraft
+from host.problem.problem import Problem
 from host.terrain import Terrain
 
 
 ROUGH = Terrain(name="rough", elevation=np.random.default_rng(5).uniform(0, 400, (41, 51)),
                 dx_m=100.0, dy_m=125.0, crs=None, origin=(0.0, 0.0))
-PROBLEM = Problem(ROUGH, (0, 0, 400), (5000, 5000, 500), uav.load("silver-fox"))
+PROBLEM = Problem(ROUGH, (0, 0, 400), (5000, 5000, 500), aircraft.load("silver-fox"))
 EVALUATOR = Evaluator(PROBLEM, threads=1)
 
 points = st.lists(st.tuples(st.floats(0, 5000), st.floats(0, 5000), st.floats(300, 900)),

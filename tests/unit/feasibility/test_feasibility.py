@@ -9,7 +9,7 @@ import pytest
 from hdl.config import CheckerBuild, Config
 from hdl.feasibility.feasibility import Feasibility
 from sim.model.checker import check_path
-from sim.model.checker_clocks import batch_clocks
+from sim.model.checker_cycles import batch_clocks
 from tests.checking import ground, paths_of, random_batch
 from tests.streams import simulate
 from tests.unit.feasibility.checks import upload

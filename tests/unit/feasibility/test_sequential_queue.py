@@ -8,7 +8,7 @@ import pytest
 from hdl.config import Config
 from sim.harness import VerilatedChecker
 from sim.model.checker import TerrainModel, check_path
-from sim.model.checker_clocks import batch_clocks
+from sim.model.checker_cycles import batch_clocks
 from tests.checking import TINY, ground, paths_of, random_batch
 from tests.unit.feasibility.checks import summary
 

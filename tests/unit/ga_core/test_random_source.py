@@ -7,8 +7,8 @@ import random
 import pytest
 from amaranth.sim import Simulator
 
-from hdl.draws import LANES, WARM_UP_STEPS
 from hdl.ga_core.random_source import RandomSource, Trivium
+from hdl.protocol.random_words import LANES, WARM_UP_STEPS
 from sim.model import random_source as model
 
 

@@ -8,8 +8,8 @@ from amaranth.hdl import Fragment, ResetInserter, Signal
 from amaranth.sim import Simulator
 
 from hdl.config import CheckerBuild, Config, SurvivorSelection
-from hdl.draws import WARM_UP_STEPS
 from hdl.ga_core.selection import Selection
+from hdl.protocol.random_words import WARM_UP_STEPS
 from sim.model import selection as model
 from sim.model.random_source import RandomSource
 from tests.chips import TINY

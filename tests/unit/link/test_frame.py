@@ -7,9 +7,9 @@ import pytest
 from cobs import cobs
 
 from hdl.config import Config
-from hdl.framing import encode_frame
 from hdl.link.frame import FrameReceiver, FrameTransmitter
 from hdl.protocol import StickyError, frame_crc
+from hdl.protocol.codec import encode_frame
 from sim.model.frames import FrameReceiverModel
 from tests.streams import simulate
 from tests.unit.link.drive import drive, watch

@@ -17,7 +17,7 @@ from sim.model.checker import (
     to_coarse,
     walk,
 )
-from sim.model.checker_clocks import batch_clocks
+from sim.model.checker_cycles import batch_clocks
 from tests.checking import FULL
 
 

@@ -23,7 +23,7 @@ from hdl.protocol import (
     unpack_results,
 )
 from sim.model.checker import check_path
-from sim.model.checker_clocks import batch_clocks
+from sim.model.checker_cycles import batch_clocks
 from sim.model.chip import ChipModel
 from tests.chips import CHECKING, random_path, random_paths
 from tests.unit.model.test_chip import Session, ask
@@ -56,7 +56,7 @@ def host():
     for at in rng.sample(range(256), 4):
         heights[at] = 15
     host(Command.MAP, rectangle(0, 0, 16, 16, heights))
-    assert host.chip.checking.terrain.heights.reshape(-1).tolist() == heights
+    assert host.device.chip.checking.terrain.heights.reshape(-1).tolist() == heights
     return host
 
 
@@ -68,7 +68,7 @@ def results_of(host, paths, counting):
     """What the definition of the checker says of ``paths``, and the sums."""
     results, cells = [], 0
     for path in paths:
-        said = check_path(CHECKING, host.chip.checking.terrain, points_of(path), counting)
+        said = check_path(CHECKING, host.device.chip.checking.terrain, points_of(path), counting)
         cells += said.cells
         results.append(
             PathResult(True, said.segment, (said.x, said.y), said.coarse, said.cells, said.entries)
@@ -76,7 +76,7 @@ def results_of(host, paths, counting):
             else PathResult()
         )
     clocks = batch_clocks(
-        CHECKING, host.chip.checking.terrain, [points_of(path) for path in paths], counting
+        CHECKING, host.device.chip.checking.terrain, [points_of(path) for path in paths], counting
     )
     totals = {
         "cycles": sum(cycles for cycles, _ in clocks),
@@ -131,18 +131,18 @@ def test_the_latest_results_can_be_asked_for_again(host):
     host(Command.CHECK_PATHS, check_paths(1, 6, CheckFlag.COUNT | CheckFlag.BRIEF))
     sequence = (host.sequence - 1) % 256
     body = bytes((1, sequence, Command.CHECK_PATHS)) + check_paths(1, 6, CheckFlag.COUNT)
-    answer = ask(host.chip, body)
+    answer = ask(host.device.chip, body)
     assert unpack_results(CHECKING, answer[3 + TOTALS.size :]) == every
 
 
 def test_repeated_commands_change_nothing(host):
     def again(command, payload):
-        return ask(host.chip, bytes((1, (host.sequence - 1) % 256, command)) + payload)[2:]
+        return ask(host.device.chip, bytes((1, (host.sequence - 1) % 256, command)) + payload)[2:]
 
-    before = host.chip.checking.terrain.heights.tolist()
+    before = host.device.chip.checking.terrain.heights.tolist()
     host(Command.MAP, rectangle(3, 3, 1, 1, [before[3][3]]))
     assert again(Command.MAP, rectangle(0, 0, 2, 1, [15, 15])) == bytes((Status.OK,))
-    assert host.chip.checking.terrain.heights.tolist() == before
+    assert host.device.chip.checking.terrain.heights.tolist() == before
 
     host(Command.CHECK, check(CheckFlag.COUNT, [0x400, 0x4FF]))
     counters = counters_reply(CHECKING).unpack(host(Command.COUNTERS))
@@ -185,15 +185,15 @@ def test_counters_and_states(host):
     ],
 )
 def test_a_map_of_a_wrong_length_is_written_as_far_as_it_goes(host, payload, written):
-    expected = host.chip.checking.terrain.heights.tolist()
+    expected = host.device.chip.checking.terrain.heights.tolist()
     cells = [*range(12)] if written > 2 else [1, 0]
     for number in range(written):
         expected[3 + number // 4][2 + number % 4] = cells[number]
     if written == 7:
         expected[4][5] = 0  # The padding is a cell, too.
-    answer = ask(host.chip, bytes((1, host.sequence, Command.MAP)) + payload)
+    answer = ask(host.device.chip, bytes((1, host.sequence, Command.MAP)) + payload)
     assert answer[2] == Status.BAD_LENGTH
-    assert host.chip.checking.terrain.heights.tolist() == expected
+    assert host.device.chip.checking.terrain.heights.tolist() == expected
 
 
 @pytest.mark.parametrize(
@@ -224,10 +224,10 @@ def test_a_map_of_a_wrong_length_is_written_as_far_as_it_goes(host, payload, wri
     ],
 )
 def test_refused(host, code, payload, status):
-    before = host.chip.checking.terrain.heights.tolist()
-    answer = ask(host.chip, bytes((1, host.sequence, code)) + payload)
+    before = host.device.chip.checking.terrain.heights.tolist()
+    answer = ask(host.device.chip, bytes((1, host.sequence, code)) + payload)
     assert answer == bytes((1, host.sequence, status))
-    assert host.chip.checking.terrain.heights.tolist() == before
+    assert host.device.chip.checking.terrain.heights.tolist() == before
     host(Command.READ, read_request(CHECKING).pack(slot=0, count=8))
 
 
@@ -241,6 +241,6 @@ def test_only_a_chip_with_a_checker_avoids_the_ground(host):
     layout = start_request(CHECKING)
     payload = layout.pack(seed=0, x=1, y=1, altitude=1, avoid_ground=1)
     host(Command.START, payload)
-    assert host.chip.core.avoid_ground
+    assert host.device.chip.core.avoid_ground
     chip = ChipModel(CHECKING.replace(checker="none"))
     assert ask(chip, bytes((0, 0, Command.START)) + payload)[2] == Status.BAD_VALUE

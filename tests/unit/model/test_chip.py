@@ -7,7 +7,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hdl.config import Config
-from hdl.framing import FrameSplitter, decode_frame, encode_frame
 from hdl.protocol import (
     BODY_HEADER_BYTES,
     ChipState,
@@ -28,6 +27,7 @@ from hdl.protocol import (
     survivors_reply,
     unpack_paths,
 )
+from hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
 from sim.model.chip import ChipModel
 from sim.model.core import Core
 from sim.model.mutation import Limits
@@ -87,11 +87,11 @@ def test_information_comes_plain_and_without_a_session():
 def test_refused(host, code, payload, status):
     """A refusal is told, remembered, uses up no sequence number, and changes nothing."""
     host(Command.WRITE, b"\0" + pack_paths(SMALL, random_paths(SMALL, random.Random(1))))
-    before = [list(path) for path in host.chip.core.paths]
-    answer = ask(host.chip, bytes((1, host.sequence, code)) + payload)
+    before = [list(path) for path in host.device.chip.core.paths]
+    answer = ask(host.device.chip, bytes((1, host.sequence, code)) + payload)
     assert answer == bytes((1, host.sequence, status))
-    assert host.chip.core.paths == before
-    assert host.chip.core.generation == 0
+    assert host.device.chip.core.paths == before
+    assert host.device.chip.core.generation == 0
     told = status_reply(SMALL).unpack(host(Command.STATUS))
     assert told["errors"] == StickyError.REFUSED
     host(Command.CLEAR)
@@ -125,12 +125,12 @@ def test_numbers_wrap(host):
     for _ in range(300):
         host(Command.STATUS)
     for session in [*range(2, 256), 0, 1]:
-        assert ask(host.chip, (session, 3, Command.OPEN)) == bytes((session, 3, Status.OK))
-    assert ask(host.chip, (1, 0, Command.STATUS))[2] == Status.OK
+        assert ask(host.device.chip, (session, 3, Command.OPEN)) == bytes((session, 3, Status.OK))
+    assert ask(host.device.chip, (1, 0, Command.STATUS))[2] == Status.OK
 
 
 def test_repeated_commands_change_nothing(host):
-    chip = host.chip
+    chip = host.device.chip
     rng = random.Random(2)
 
     def again(command, payload):

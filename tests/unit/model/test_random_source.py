@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hdl.draws import LANES, WARM_UP_STEPS, WORD_BITS
+from hdl.protocol.random_words import LANES, WARM_UP_STEPS, WORD_BITS
 from sim.model.random_source import RandomSource, Trivium
 from sim.model.random_stream import RandomStream, main
 

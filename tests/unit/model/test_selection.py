@@ -12,7 +12,7 @@ import pytest
 from scipy import stats
 
 from hdl.config import CheckerBuild, Config, SurvivorSelection
-from hdl.draws import DrawLayout
+from hdl.protocol.random_words import RandomWordLayout
 from sim.model.random_source import RandomSource
 from sim.model.random_stream import RandomStream
 from sim.model.selection import DistinctDraw, Selection
@@ -96,7 +96,7 @@ def pairs(first, second, total):
 @pytest.mark.parametrize("config", [TINY, DEFAULT, LARGE], ids=["8", "32", "256"])
 def test_parents_have_the_published_distribution(config):
     """Every pair of uniform draws once: rank r comes from 2 (N - r) - 1 of them, exactly."""
-    layout, total = DrawLayout(config), config.population
+    layout, total = RandomWordLayout(config), config.population
     unit = Selection(config)
     words = [
         (first << layout.rank_first[0] | second << layout.rank_second[0], 0)
@@ -137,7 +137,7 @@ def test_distinct_draw_until_none_is_left():
 @pytest.mark.parametrize("unit", ["children", "survivors"])
 def test_raw_draws_are_scaled_to_those_left(unit):
     """The first and the last raw draw of every number; between them it cannot be another."""
-    layout = DrawLayout(DEFAULT)
+    layout = RandomWordLayout(DEFAULT)
     lane, (low, high), lowest, total, count = {
         "children": (1, layout.child, 0, 22, 5),
         "survivors": (0, layout.survivor_first, 2, 30, 8),
@@ -213,7 +213,7 @@ def test_candidates_come_in_rounds_after_all_else():
         assert (config.candidates, config.draw_steps) == (1 + redraws, steps)
         # The offset in x of step i of the highest words: i cells from the lowest.
         scale = (1 << 16) // 77 + 1
-        words = [(i, (i * scale) << DrawLayout(config).offsets[0][0]) for i in range(steps)]
+        words = [(i, (i * scale) << RandomWordLayout(config).offsets[0][0]) for i in range(steps)]
         drawn = Selection(config).draw(Script(words))
         expected = [step - 38 for step in range(5, 5 + 3 * (1 + redraws))]
         assert [x for x, _, _ in drawn.offsets] == expected

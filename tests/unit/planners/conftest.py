@@ -5,10 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from host import uav
 from host.evaluation import Evaluator
-from host.nofly import Circle
-from host.problem import Problem
+from host.problem import aircraft
+from host.problem.problem import Problem
+from host.problem.zones import Circle
 from host.terrain import Terrain
 
 
@@ -33,7 +33,7 @@ def make_evaluator():
             name="ridge", elevation=ridge() if elevation is None else elevation, dx_m=100.0,
             dy_m=100.0, crs=None, origin=(0.0, 0.0))
         start, goal = options.pop("start", (500, 500, 200)), options.pop("goal", (5500, 700, 220))
-        problem = Problem(terrain, start, goal, uav.load("silver-fox"), nofly=nofly, **options)
+        problem = Problem(terrain, start, goal, aircraft.load("silver-fox"), nofly=nofly, **options)
         return Evaluator(problem, threads=1)
 
     return make

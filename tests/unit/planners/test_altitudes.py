@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from host import uav
 from host.evaluation import Evaluator
 from host.planners.altitudes import lowest_altitudes
 from host.planners.grid_search import Prices
-from host.problem import Problem
+from host.problem import aircraft
+from host.problem.problem import Problem
 from host.terrain import Terrain
 
 
@@ -22,7 +22,7 @@ def rough(seed, relief_m=120.0, height_m=150.0):
     terrain = Terrain("rough", heights, 100.0, 100.0)
     start, goal = ((x, y, float(terrain.ground(x, y)) + height_m)
                    for x, y in ((300, 300), (5700, 3700)))
-    return Problem(terrain, start, goal, uav.load("silver-fox"))
+    return Problem(terrain, start, goal, aircraft.load("silver-fox"))
 
 
 def lowest(problem, inner, **step):
@@ -64,7 +64,7 @@ def test_no_other_altitudes_cost_less():
 def test_steep_glides_are_not_free():
     # From far above flat ground, altitude alone would be lost as fast as it may.
     terrain = Terrain("flat", np.zeros((41, 61)), 100.0, 100.0)
-    problem = Problem(terrain, (300, 2000, 400), (5700, 2000, 400), uav.load("silver-fox"))
+    problem = Problem(terrain, (300, 2000, 400), (5700, 2000, 400), aircraft.load("silver-fox"))
     evaluator, prices = Evaluator(problem, threads=1), Prices(problem)
     places = np.array([(300, 2000), (1500, 2000), (4000, 2000), (5700, 2000)], dtype=float)
     free = Prices(problem)
@@ -80,7 +80,7 @@ def test_a_spike_between_samples_is_cleared():
     heights = np.full((41, 61), 100.0)
     heights[20, 30] = 260.0
     problem = Problem(Terrain("spike", heights, 100.0, 100.0), (300, 1951, 150), (5700, 1951, 150),
-                      uav.load("silver-fox"), ds_m=900.0)
+                      aircraft.load("silver-fox"), ds_m=900.0)
     path = lowest(problem, [(1500, 1951), (3000, 1951), (4500, 1951)])
     # 1 m north of the border of the spike's cell, from 2950 to 3050 m.
     evaluator = Evaluator(problem, ds_m=0.5, threads=1)
@@ -95,7 +95,7 @@ def test_rounding_up_keeps_the_limits_of_climb(base_m):
     heights = np.full((41, 61), 100.0)
     heights[:, 20] = 400.0
     problem = Problem(Terrain("wall", heights, 100.0, 100.0), (300, 2000, 200), (5700, 2000, 150),
-                      uav.load("silver-fox"))
+                      aircraft.load("silver-fox"))
     evaluator = Evaluator(problem, threads=1)
     inner = [(1200, 2000), (2000, 2000), (4000, 2000)]
     exact, rounded = lowest(problem, inner), lowest(problem, inner, base_m=base_m, step_m=5.0)

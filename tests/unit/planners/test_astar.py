@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from bench.scenarios import EMBEDDED, problem
-from host import uav
 from host.errors import InputError
 from host.evaluation import Evaluator
-from host.nofly import Circle, Polygon
 from host.planners import PLANNERS
 from host.planners.astar import MOST_SEARCHES, AstarPlanner
 from host.planners.base import Options, Stop
-from host.problem import Problem
+from host.problem import aircraft
+from host.problem.problem import Problem
+from host.problem.zones import Circle, Polygon
 from host.terrain import Terrain
 
 
@@ -87,8 +87,8 @@ def test_keeps_away_from_zones_when_hugging_them_fails():
     # A wall as thin as a node, over whose end the turns are sharp.
     terrain = Terrain("plain", np.zeros((201, 201)), 10.0, 10.0)
     wall = Polygon(((995, 0), (1005, 0), (1005, 1100), (995, 1100)))
-    evaluator = Evaluator(Problem(terrain, (200, 200, 50), (1800, 200, 50), uav.load("silver-fox"),
-                                  nofly=(wall,)), threads=1)
+    evaluator = Evaluator(Problem(terrain, (200, 200, 50), (1800, 200, 50),
+                                  aircraft.load("silver-fox"), nofly=(wall,)), threads=1)
     near, far = (AstarPlanner().plan(evaluator, Options(generations=count)) for count in (4, 8))
     assert not near.evaluation.feasible
     assert far.generations > 4

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from hdl.config import CheckerBuild, Config
-from host.board import open_board
-from host.chip import pack_waypoints
+from host.device.boards import open_board
+from host.device.chip import pack_waypoints
 from host.errors import InputError
 from host.evaluation import Evaluator
-from host.nofly import Circle
 from host.planners.base import Options, Run
-from host.planners.counting import CAUSES, BoardCounts, refutation
+from host.planners.counting import CAUSES, BoardCollisionCounter, refutation
 from host.planners.ga_fpga import FpgaGeneticPlanner
+from host.problem.zones import Circle
 from host.terrain import ChipMap
 from sim.model.checker import TerrainModel, check_path
 from tests.chips import board_url
@@ -38,7 +38,7 @@ def counts_on(evaluator):
         config = chip_config(build)
         opened.append(chip := open_board(board_url("model", config)))
         grid = ChipMap(chip.config, evaluator.problem)
-        return BoardCounts(chip, grid, Run(evaluator, OPTIONS)), chip, grid
+        return BoardCollisionCounter(chip, grid, Run(evaluator, OPTIONS)), chip, grid
 
     yield make
     for chip in opened:

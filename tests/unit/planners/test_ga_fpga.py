@@ -7,8 +7,8 @@ import pytest
 
 from hdl.config import Config
 from hdl.protocol import LinkMode
-from host.board import open_board
-from host.chip import unpack_waypoints
+from host.device.boards import open_board
+from host.device.chip import unpack_waypoints
 from host.errors import InputError, JobError
 from host.planners import ga_fpga
 from host.planners.base import Options, Stop

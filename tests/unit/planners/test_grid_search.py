@@ -6,11 +6,11 @@ import math
 import numpy as np
 import pytest
 
-from host import uav
 from host.evaluation import Evaluator
-from host.nofly import Circle
 from host.planners.grid_search import Prices, SearchGrid
-from host.problem import Problem
+from host.problem import aircraft
+from host.problem.problem import Problem
+from host.problem.zones import Circle
 from host.terrain import Terrain
 
 
@@ -23,7 +23,7 @@ def small(rows=6, columns=7, nofly=(), wind=(0.0, 0.0), seed=1):
     rng = np.random.default_rng(seed)
     terrain = Terrain("small", 200 + 120 * rng.random((rows, columns)), 400.0, 300.0)
     start, goal = (0, 0, 500), ((columns - 1) * 400, (rows - 1) * 300, 500)
-    return Problem(terrain, start, goal, uav.load("silver-fox"), nofly=nofly, wind=wind)
+    return Problem(terrain, start, goal, aircraft.load("silver-fox"), nofly=nofly, wind=wind)
 
 
 def steps(problem):
@@ -108,7 +108,7 @@ def test_wind_changes_the_route():
     ends = (0, 1600, 200), (11600, 1600, 200)
     routes = []
     for wind in (WIND, (WIND[0], -WIND[1])):
-        problem = Problem(Terrain("flat", flat, 400.0, 400.0), *ends, uav.load("silver-fox"),
+        problem = Problem(Terrain("flat", flat, 400.0, 400.0), *ends, aircraft.load("silver-fox"),
                           wind=wind)
         grid = SearchGrid(problem)
         routes.append(grid.route(grid.surface(math.inf)))
@@ -139,7 +139,7 @@ def test_large_terrain_keeps_its_highest_nodes_zones_and_voids():
     heights[101, 202] = 90.0
     heights[300, 4] = np.nan
     problem = Problem(Terrain("large", heights, 10.0, 10.0), (0, 0, 100), (6990, 4490, 100),
-                      uav.load("silver-fox"), nofly=(Circle(5000, 2000, 4),))
+                      aircraft.load("silver-fox"), nofly=(Circle(5000, 2000, 4),))
     grid = SearchGrid(problem)
     assert grid.shape == (113, 175)
     assert (grid.dx_m, grid.dy_m) == (40.0, 40.0)
@@ -149,7 +149,7 @@ def test_large_terrain_keeps_its_highest_nodes_zones_and_voids():
 
 def test_routes_keep_their_margin():
     terrain = Terrain("plain", np.full((61, 61), 10.0), 100.0, 100.0)
-    problem = Problem(terrain, (0, 3000, 100), (6000, 3000, 100), uav.load("silver-fox"),
+    problem = Problem(terrain, (0, 3000, 100), (6000, 3000, 100), aircraft.load("silver-fox"),
                       nofly=(Circle(3000, 2900, 600),))
     for margin_m in (0.0, 300.0):
         grid = SearchGrid(problem, margin_m)
@@ -165,7 +165,7 @@ def test_ground_out_of_reach_is_left_out():
     heights[:, 30] = 1000.0
     terrain = Terrain("wall", heights, 100.0, 100.0)
     far, near = (
-        SearchGrid(Problem(terrain, start, (6000, 200, 700), uav.load("silver-fox")))
+        SearchGrid(Problem(terrain, start, (6000, 200, 700), aircraft.load("silver-fox")))
         for start in ((0, 200, 700), (0, 200, 200)))
     assert far.route(far.surface(math.inf)) is not None
     assert near.route(near.surface(math.inf)) is None

@@ -8,7 +8,6 @@ import pytest
 
 from hdl.config import Config
 from host.errors import InputError
-from host.nofly import Circle
 from host.planners.airspace import Airspace
 from host.planners.astar import AstarPlanner
 from host.planners.base import Options, Run
@@ -18,6 +17,7 @@ from host.planners.ga_pc import PcGeneticPlanner
 from host.planners.initial import Variation, astar_paths, check_init, on_lattice
 from host.planners.polylines import lengthened
 from host.planners.spline_routes import ConventionalRoutePlanner, DeterministicRoutePlanner
+from host.problem.zones import Circle
 from host.terrain import ChipMap
 
 

@@ -6,11 +6,11 @@ import math
 import numpy as np
 import pytest
 
-from host import uav
-from host.nofly import Circle
 from host.planners.grid_search import SearchGrid
 from host.planners.polylines import _chord_costs, polylines, thinned
-from host.problem import Problem
+from host.problem import aircraft
+from host.problem.problem import Problem
+from host.problem.zones import Circle
 from host.terrain import Terrain
 
 
@@ -19,7 +19,7 @@ def hilly():
     """A grid, its surface and a winding route of nine points over it."""
     rng = np.random.default_rng(3)
     problem = Problem(Terrain("hilly", 400 * rng.random((40, 60)), 100.0, 100.0),
-                      (0, 0, 500), (5900, 3900, 500), uav.load("silver-fox"),
+                      (0, 0, 500), (5900, 3900, 500), aircraft.load("silver-fox"),
                       nofly=(Circle(2000, 1900, 250),))
     grid = SearchGrid(problem)
     route = np.array([(0, 0), (200, 0), (500, 700), (1500, 1500), (2500, 1600), (3400, 2600),

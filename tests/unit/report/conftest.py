@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from host import uav
 from host.evaluation import Evaluator
-from host.nofly import Circle, Polygon
 from host.planners.base import Options, Run
-from host.problem import Problem
+from host.problem import aircraft
+from host.problem.problem import Problem
+from host.problem.zones import Circle, Polygon
 from host.terrain import Terrain
 
 
@@ -31,7 +31,7 @@ def make_run():
                  Polygon(((0.1 * width, 0.6 * height), (0.2 * width, 0.6 * height),
                           (0.2 * width, 0.8 * height)))) if nofly else ()
         problem = Problem.from_agl(terrain, (*ends[0], 100), (*ends[1], 100),
-                                   uav.load("silver-fox"), zones)
+                                   aircraft.load("silver-fox"), zones)
         evaluator = Evaluator(problem, threads=1)
         run = Run(evaluator, Options())
         path = np.array([problem.start, (0.3 * width, 0.2 * height, 100 + relief + height_m),

@@ -1,0 +1,154 @@
+"""Takes the cells of a MAP."""
+
+from math import gcd
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.command.layouts import payload_members, struct
+from hdl.config import Config
+from hdl.feasibility.layouts import cell_layout
+from hdl.protocol import Status, map_request
+
+
+__all__ = ["CellParser"]
+
+
+class CellParser(wiring.Component):
+    """Writes the cells of a rectangle, row by row from its south-western cell.
+
+    ``gcd(8, altitude_bits)`` bits are taken a clock, and a clock more for each cell: 4 clocks for a
+    cell of 12 bits, 15 times what the shortest divisor brings over the line. It is over when the
+    checker takes writes again after the last cell: from then on the map is as the command says.
+
+    A cell is held back until the next one is there, so that the checker is told of the last cell of
+    a request that is too short, too, which is then refused; as is one that is too long.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    on, repeated, bytes, ended, over, status
+        See :func:`hdl.command.layouts.payload_members`.
+    rectangle : In(struct of map_request)
+        South-western cell and size; it lies on the map.
+    writes : Out(stream of x, y, altitude, last)
+        Cells for the checker; registers. Not ready after a ``last`` one until it has been worked
+        in.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        self.cell_layout = cell_layout(config)
+        self.rectangle_layout = struct(map_request(config))
+        super().__init__(
+            {
+                **payload_members(),
+                "rectangle": In(self.rectangle_layout),
+                "writes": Out(stream.Signature(self.cell_layout)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+        step = gcd(8, config.altitude_bits)
+
+        # A byte, and a cell that is filled from it.
+        byte = Signal(8)
+        left = Signal(range(8 // step + 1))  # Steps of the byte.
+        cell = Signal(config.altitude_bits)
+        steps = config.altitude_bits // step
+        missing = Signal(range(steps + 1), init=steps)
+        # Where the next cell goes: from the rectangle's first one, and what is left.
+        column = Signal(config.coordinate_bits)
+        row = Signal(config.coordinate_bits)
+        complete = Signal()  # The last cell of the rectangle is held.
+        held = Signal()
+        altitude = Signal(config.altitude_bits)
+        x = Signal(config.coordinate_bits)
+        y = Signal(config.coordinate_bits)
+
+        last_column = Signal.like(column)
+        last_row = Signal.like(row)
+        full = Signal()
+        move = Signal()
+        exhausted = Signal()
+        due = Signal()  # The cell may go with the next clock.
+        leaves = Signal()
+        load = Signal()
+        offered = Signal()  # Or passed over, when repeated.
+        settling = Signal()
+        m.d.comb += [
+            last_column.eq(self.rectangle.width - 1),
+            last_row.eq(self.rectangle.height - 1),
+            full.eq(missing == 0),
+            move.eq((left != 0) & ~full & ~complete),
+            exhausted.eq(self.ended & (left == 0) & ~full),
+            due.eq(held & (full | (move & (missing == 1)) | complete | exhausted) & ~settling),
+            self.writes.p.x.eq(x),
+            self.writes.p.y.eq(y),
+            self.writes.p.altitude.eq(altitude),
+            leaves.eq(offered & (self.repeated | self.writes.ready)),
+            load.eq(full & (~held | leaves)),
+            self.bytes.ready.eq(~complete & ((left == 0) | ((left == 1) & move))),
+        ]
+
+        with m.If(move):
+            m.d.sync += [
+                cell.eq(Cat(cell[step:], byte[:step])),
+                byte.eq(byte >> step),
+                left.eq(left - 1),
+                missing.eq(missing - 1),
+            ]
+        with m.If(self.bytes.valid & self.bytes.ready):
+            m.d.sync += [byte.eq(self.bytes.payload), left.eq(8 // step)]
+        with m.If(due & ~offered):
+            m.d.sync += [
+                offered.eq(1),
+                self.writes.valid.eq(~self.repeated),
+                self.writes.p.last.eq(complete | exhausted),
+            ]
+        with m.If(leaves):
+            m.d.sync += [offered.eq(0), self.writes.valid.eq(0)]
+        with m.If(load):
+            m.d.sync += [
+                missing.eq(steps),
+                altitude.eq(cell),
+                x.eq(self.rectangle.x + column),
+                y.eq(self.rectangle.y + row),
+                held.eq(1),
+                column.eq(column + 1),
+            ]
+            with m.If(column == last_column):
+                m.d.sync += [column.eq(0), row.eq(row + 1)]
+                with m.If(row == last_row):
+                    m.d.sync += complete.eq(1)
+        with m.Elif(leaves):
+            m.d.sync += [held.eq(0), settling.eq(1)]
+        with m.If(exhausted & ~held):
+            m.d.sync += settling.eq(1)
+        with m.If(~self.on):
+            m.d.sync += [
+                left.eq(0),
+                missing.eq(steps),
+                column.eq(0),
+                row.eq(0),
+                complete.eq(0),
+                held.eq(0),
+                offered.eq(0),
+                self.writes.valid.eq(0),
+                settling.eq(0),
+            ]
+
+        # A byte of which nothing went into the rectangle is one too many.
+        surplus = ~self.ended | (left == 8 // step)
+        m.d.comb += [
+            self.over.eq(self.on & settling & (self.repeated | self.writes.ready)),
+            self.status.eq(Mux(complete & ~surplus, Status.OK, Status.BAD_LENGTH)),
+        ]
+
+        return m

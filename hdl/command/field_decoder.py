@@ -1,0 +1,260 @@
+"""What the fixed fields of a request say, and whether they are right."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.command.layouts import AnswerKind, check_layout, struct
+from hdl.config import CheckerBuild, Config
+from hdl.ga_core.layouts import start_layout
+from hdl.protocol import (
+    CheckFlag,
+    Command,
+    Layout,
+    LinkMode,
+    Status,
+    check_paths_request,
+    check_request,
+    map_request,
+    read_request,
+    results_request,
+    start_request,
+    write_request,
+)
+
+
+__all__ = ["FieldDecoder", "request_fields"]
+
+#: Commands of which more follows; all others end with their fixed fields.
+FOLLOWED = (Command.WRITE, Command.GENERATE, Command.MAP, Command.CHECK)
+
+
+def request_fields(config: Config) -> dict[Command, Layout]:
+    """Return the fields at the start of every request that has a number, by its command."""
+    fields = {
+        Command.STATUS: Layout(()),
+        Command.COUNTERS: Layout(()),
+        Command.CLEAR: Layout(()),
+    }
+    if config.genetic:
+        fields |= {
+            Command.START: start_request(config),
+            Command.WRITE: write_request(config),
+            # Of a GENERATE, what it has in all modes.
+            Command.GENERATE: Layout((("mode", 8),)),
+            Command.READ: read_request(config),
+        }
+    if config.checker is not CheckerBuild.NONE:
+        fields |= {
+            Command.MAP: map_request(config),
+            Command.CHECK: check_request(config),
+            Command.RESULTS: results_request(config),
+        }
+    if config.genetic and config.checker is not CheckerBuild.NONE:
+        fields[Command.CHECK_PATHS] = check_paths_request(config)
+    return fields
+
+
+class FieldDecoder(wiring.Component):
+    """Reads the fixed fields of a request.
+
+    ``status`` follows its inputs two clocks later, ``checks`` one, all else at once.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    code : In(8)
+        One of the commands in :func:`request_fields`.
+    packed : In(8 * size)
+        The bytes of its fields, the last one highest; ``size`` is that of the longest.
+    ended : In(1)
+        Nothing follows.
+    checked : In(9)
+        Paths of the latest check, whose results can be asked for.
+    status : Out(8)
+        :class:`hdl.protocol.Status`: OK, or what is wrong with the fields.
+    kind, slot, count : Out
+        How to answer, if nothing is wrong with the rest: see
+        :data:`hdl.command.layouts.answer_layout`.
+    start : Out(start_layout)
+        Fields of a START.
+    write_slot : Out(8)
+        Slot of a WRITE.
+    identity : Out(1)
+        A GENERATE brings no order of the slots.
+    rectangle : Out(struct of map_request)
+        Fields of a MAP.
+    checks : Out(check_layout)
+        What a CHECK or CHECK_PATHS asks for. Of these, what no command asks for is 0.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        self._fields = request_fields(config)
+        self.size = max(layout.size for layout in self._fields.values())
+        self.start_layout = start_layout(config)
+        self.rectangle_layout = struct(map_request(config))
+        self.check_layout = check_layout(config)
+        super().__init__(
+            {
+                "code": In(8),
+                "packed": In(8 * self.size),
+                "ended": In(1),
+                "checked": In(9),
+                "status": Out(8),
+                "kind": Out(AnswerKind),
+                "slot": Out(8),
+                "count": Out(9),
+                "start": Out(self.start_layout),
+                "write_slot": Out(8),
+                "identity": Out(1),
+                "rectangle": Out(self.rectangle_layout),
+                "checks": Out(self.check_layout),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        m.d.comb += self.kind.eq(AnswerKind.EMPTY)
+        if Command.START in self._fields:
+            m.d.comb += [
+                self.start.eq(self._of(Command.START)),
+                self.write_slot.eq(self._of(Command.WRITE).slot),
+                self.identity.eq(self._of(Command.GENERATE).mode == LinkMode.POPULATION),
+            ]
+        if Command.MAP in self._fields:
+            m.d.comb += self.rectangle.eq(self._of(Command.MAP))
+            m.d.sync += [
+                self.checks.batch.eq(0),
+                self.checks.counting.eq(self._of(Command.CHECK).flags & CheckFlag.COUNT.value),
+            ]
+        if Command.CHECK_PATHS in self._fields:
+            batch = self._of(Command.CHECK_PATHS)
+            with m.If(self.code == Command.CHECK_PATHS):
+                m.d.sync += [
+                    self.checks.batch.eq(1),
+                    self.checks.counting.eq(batch.flags & CheckFlag.COUNT.value),
+                ]
+            m.d.sync += [
+                self.checks[name].eq(batch[name]) for name in ("slot", "count", "start", "goal")
+            ]
+
+        judges = {
+            Command.STATUS: self._judge_status,
+            Command.START: self._judge_start,
+            Command.GENERATE: self._judge_generate,
+            Command.READ: self._judge_read,
+            Command.COUNTERS: self._judge_counters,
+            Command.MAP: self._judge_map,
+            Command.CHECK: self._judge_check,
+            Command.CHECK_PATHS: self._judge_check_paths,
+            Command.RESULTS: self._judge_results,
+        }
+        # First what each command makes of the fields, then what the one at hand does.
+        wrong = {command: Signal(name=f"{command.name.lower()}_wrong") for command in judges}
+        followed = Signal()
+        m.d.sync += [self.status.eq(Status.OK), followed.eq(0)]
+        with m.Switch(self.code):
+            with m.Case(*FOLLOWED):
+                m.d.sync += followed.eq(1)
+        with m.Switch(self.code):
+            for command in self._fields:
+                with m.Case(command):
+                    if command in judges:
+                        m.d.sync += wrong[command].eq(judges[command](m))
+                        with m.If(wrong[command]):
+                            m.d.sync += self.status.eq(Status.BAD_VALUE)
+        with m.If(~self.ended & ~followed):
+            m.d.sync += self.status.eq(Status.BAD_LENGTH)
+
+        return m
+
+    def _of(self, command):
+        layout = self._fields[command]
+        start = 8 * (self.size - layout.size)
+        return data.View(struct(layout), self.packed[start : start + layout.bits])
+
+    # Each sets how to answer, and returns whether a value is out of its range.
+
+    def _judge_status(self, m):
+        m.d.comb += self.kind.eq(AnswerKind.STATUS)
+        return 0
+
+    def _judge_counters(self, m):
+        m.d.comb += self.kind.eq(AnswerKind.COUNTERS)
+        return 0
+
+    def _judge_start(self, m):
+        return (
+            (self.start.x >= self.config.map_size)
+            | (self.start.y >= self.config.map_size)
+            | (self.start.altitude >= self.config.blocked_altitude)
+            | (self.start.avoid_ground & (Command.MAP not in self._fields))
+        )
+
+    def _judge_read(self, m):
+        asked = self._of(Command.READ)
+        m.d.comb += [
+            self.kind.eq(AnswerKind.PATHS),
+            self.slot.eq(asked.slot),
+            self.count.eq(asked.count),
+        ]
+        return self._no_slots(asked)
+
+    def _no_slots(self, asked):
+        return (asked.count == 0) | (asked.slot + asked.count > self.config.population)
+
+    def _judge_generate(self, m):
+        config = self.config
+        wrong = Signal(name="bad_mode")
+        with m.Switch(self._of(Command.GENERATE).mode):
+            with m.Case(LinkMode.POPULATION):
+                m.d.comb += [
+                    self.kind.eq(AnswerKind.PATHS),
+                    self.count.eq(config.population),
+                ]
+            with m.Case(LinkMode.RANK):
+                m.d.comb += [
+                    self.kind.eq(AnswerKind.CHILDREN),
+                    self.slot.eq(config.elites + config.survivors),
+                    self.count.eq(config.children),
+                ]
+            with m.Case(LinkMode.RECIPE):
+                m.d.comb += self.kind.eq(AnswerKind.RECIPE)
+            with m.Default():
+                m.d.comb += wrong.eq(1)
+        return wrong
+
+    def _judge_map(self, m):
+        rectangle, edge = self.rectangle, self.config.map_size
+        return (
+            (rectangle.width == 0)
+            | (rectangle.height == 0)
+            | (rectangle.x + rectangle.width > edge)
+            | (rectangle.y + rectangle.height > edge)
+        )
+
+    def _judge_check(self, m):
+        return self._judge_flags(m, self._of(Command.CHECK).flags)
+
+    def _judge_check_paths(self, m):
+        asked = self._of(Command.CHECK_PATHS)
+        return self._judge_flags(m, asked.flags) | self._no_slots(asked)
+
+    def _judge_flags(self, m, flags):
+        brief = flags & CheckFlag.BRIEF.value
+        m.d.comb += self.kind.eq(Mux(brief, AnswerKind.TOTALS, AnswerKind.CHECKED))
+        return flags >= 1 << len(CheckFlag)
+
+    def _judge_results(self, m):
+        asked = self._of(Command.RESULTS)
+        m.d.comb += [
+            self.kind.eq(AnswerKind.RESULTS),
+            self.slot.eq(asked.path),
+            self.count.eq(asked.count),
+        ]
+        return (asked.count == 0) | (asked.path + asked.count > self.checked)

@@ -1,0 +1,95 @@
+"""Takes the paths of a WRITE."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out, connect, flipped
+
+from hdl.command.layouts import payload_members
+from hdl.command.waypoint_assembler import WaypointAssembler
+from hdl.config import Config
+from hdl.ga_core.layouts import write_layout
+from hdl.protocol import Status
+
+
+__all__ = ["PathParser"]
+
+
+class PathParser(wiring.Component):
+    """Writes paths into consecutive slots.
+
+    It is over in the clock after the last waypoint was written. Paths of a wrong length, or past
+    the last slot, are refused; waypoints before what is wrong have been written by then.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    on, repeated, bytes, ended, over, status
+        See :func:`hdl.command.layouts.payload_members`.
+    slot : In(8)
+        The first slot; steady from the clock before ``on``.
+    writes : Out(stream of slot, index, waypoint, last)
+        Waypoints for the present population; ``valid`` is a register.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        self.write_layout = write_layout(config)
+        super().__init__(
+            {
+                **payload_members(),
+                "slot": In(8),
+                "writes": Out(stream.Signature(self.write_layout)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+
+        m.submodules.words = words = WaypointAssembler(config)
+        word = words.words
+        connect(m, flipped(self.bytes), words.bytes)
+
+        # No reset: `on` is low then.
+        slot = Signal(9, reset_less=True)  # Of this path.
+        index = Signal(range(config.max_waypoints + 1), reset_less=True)
+        any_word = Signal(reset_less=True)
+        bad_value = Signal(reset_less=True)
+        m.d.comb += [
+            words.on.eq(self.on),
+            words.repeated.eq(self.repeated),
+            words.wrong.eq(
+                (slot >= config.population)
+                | (index >= config.max_waypoints)
+                | (word.p.last & (index < config.MIN_WAYPOINTS - 1))
+                | bad_value
+            ),
+            self.writes.p.slot.eq(slot),
+            self.writes.p.index.eq(index),
+            self.writes.p.waypoint.eq(word.p.waypoint),
+            self.writes.p.last.eq(word.p.last),
+            self.writes.valid.eq(word.valid),
+            word.ready.eq(self.writes.ready),
+        ]
+        with m.If(~self.on):
+            m.d.sync += [slot.eq(self.slot), index.eq(0), any_word.eq(0), bad_value.eq(0)]
+        with m.Elif(words.judge):
+            m.d.sync += [any_word.eq(1), bad_value.eq(words.wrong)]
+        with m.Elif(words.passes):
+            m.d.sync += index.eq(index + 1)
+            with m.If(word.p.last):
+                m.d.sync += [index.eq(0), slot.eq(slot + 1)]
+
+        m.d.comb += [
+            self.over.eq(self.on & self.ended & ~words.busy),
+            self.status.eq(Status.OK),
+        ]
+        with m.If(words.partial | ~any_word):
+            m.d.comb += self.status.eq(Status.BAD_LENGTH)
+        with m.Elif(bad_value | (index != 0)):
+            m.d.comb += self.status.eq(Status.BAD_VALUE)
+
+        return m

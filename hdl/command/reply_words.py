@@ -1,0 +1,114 @@
+"""Header and fields of the answers, a word at a time."""
+
+from functools import reduce
+from operator import or_
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.command.layouts import AnswerKind
+
+
+__all__ = ["WORD_BYTES", "ReplyWords"]
+
+#: Bytes of a word: a counter, so that none is ever sent half old, half new.
+WORD_BYTES = 6
+#: Words that are put together in the first step.
+_GROUP = 8
+
+
+class ReplyWords(wiring.Component):
+    """Gives the words of an answer one after the other.
+
+    The words are many and come from all over the chip. Which of them it is therefore walks along a
+    register of one bit a word, and they are put together in two steps with a register after each.
+
+    Parameters
+    ----------
+    header : Value
+        First word of every answer.
+    replies : dict of tuple of AnswerKind to Value
+        Fields of all kinds of answers that have any. Both are whole bytes.
+
+    Members
+    -------
+    kind : In(AnswerKind)
+        Steady from 2 clocks before ``word`` is used.
+    begin : In(1)
+        Go to the header.
+    next : In(1)
+        Go to the next word. There is ``begin`` before any, after a reset, too.
+    word : Out(48)
+        Its bytes, the first lowest, then zeros. It is there 3 clocks after ``begin`` or ``next``,
+        and follows what it is made of 2 clocks later.
+    size : Out(3)
+        Bytes of it, there as soon as the word; so is
+    final : Out(1)
+        It is the last of its kind.
+    """
+
+    def __init__(self, header: Value, replies: dict[tuple[AnswerKind, ...], Value]):
+        self._firsts = {}
+        self._words = [(header, len(header) // 8, False)]
+        for kinds, value in replies.items():
+            size, rest = divmod(len(value), 8)
+            if rest:
+                raise ValueError(f"Fields of an answer must be whole bytes, not {len(value)} bits")
+            self._firsts[kinds] = len(self._words)
+            for at in range(0, size, WORD_BYTES):
+                end = min(size, at + WORD_BYTES)
+                self._words.append((value[8 * at : 8 * end], end - at, end == size))
+        super().__init__(
+            {
+                "kind": In(AnswerKind),
+                "begin": In(1),
+                "next": In(1),
+                "word": Out(8 * WORD_BYTES),
+                "size": Out(range(WORD_BYTES + 1)),
+                "final": Out(1),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        chosen = Signal(len(self._words), init=1, reset_less=True)
+        bare = Signal()  # The header is all.
+        with m.If(self.begin):
+            m.d.sync += chosen.eq(1)
+        with m.Elif(self.next):
+            m.d.sync += chosen.eq(Cat(C(0, 2), chosen[1:]))
+            with m.If(chosen[0]):
+                with m.Switch(self.kind):
+                    for kinds, first in self._firsts.items():
+                        with m.Case(*kinds):
+                            m.d.sync += chosen[first].eq(1)
+        with m.Switch(self.kind):
+            with m.Case(*(kind for kinds in self._firsts for kind in kinds)):
+                m.d.comb += bare.eq(0)
+            with m.Default():
+                m.d.comb += bare.eq(1)
+
+        numbered = list(zip(chosen, self._words, strict=True))
+        groups = []
+        for start in range(0, len(numbered), _GROUP):
+            group = Signal(8 * WORD_BYTES, reset_less=True, name=f"group_{len(groups)}")
+            words = numbered[start : start + _GROUP]
+            m.d.sync += group.eq(_any(Mux(bit, word, 0) for bit, (word, _, _) in words))
+            groups.append(group)
+        size = Signal.like(self.size, reset_less=True)
+        final = Signal(reset_less=True)
+        m.d.sync += [
+            size.eq(_any(Mux(bit, count, 0) for bit, (_, count, _) in numbered)),
+            final.eq(_any(bit for bit, (_, _, last) in numbered if last) | (chosen[0] & bare)),
+            self.word.eq(_any(groups)),
+            self.size.eq(size),
+            self.final.eq(final),
+        ]
+
+        return m
+
+
+def _any(values):
+    return reduce(or_, values)

@@ -1,0 +1,322 @@
+"""Transmitting unit: sends one answer."""
+
+from amaranth import *
+from amaranth.lib import data, enum, stream, wiring
+from amaranth.lib.crc.catalog import CRC32_ISO_HDLC
+from amaranth.lib.wiring import In, Out
+
+from hdl.command.layouts import AnswerKind, answer_layout, request_layout, struct
+from hdl.command.reply_words import WORD_BYTES, ReplyWords
+from hdl.config import CheckerBuild, Config
+from hdl.feasibility.result_store import record_layout
+from hdl.ga_core.layouts import read_layout, waypoint_layout
+from hdl.protocol import (
+    Counter,
+    Layout,
+    check_reply,
+    counters_reply,
+    info_reply,
+    info_values,
+    recipe_reply,
+    status_reply,
+    survivors_reply,
+)
+
+
+__all__ = ["ReplyTransmitter"]
+
+
+class _After(enum.Enum, shape=3):
+    """What follows the bytes at hand."""
+
+    NOTHING = 0
+    FIELDS = 1
+    READ_OUT = 2
+    WAYPOINT = 3
+    RESULTS = 4
+
+
+class ReplyTransmitter(wiring.Component):
+    """Sends the answer that the receiving unit has settled, as a body without CRC.
+
+    The first byte is offered 3 clocks after the unit is turned on, then a byte a clock while
+    ``replies`` is ready, with a clock before each six bytes of fields and before each waypoint.
+    Registers on the chip are read as their turn comes, six bytes in one clock, so that a counter
+    that counts on is whole. That of the bytes sent is copied when the unit is turned on: it does
+    not count the answer that it is in. Paths follow as the core reads them out, results of a check
+    as they are served. A recipe waits for the CRC of the population, a clock per waypoint and a few
+    more.
+
+    Source: *allaire-2008*, section 4.7. Differs: only what the host asked for is sent.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    on, over : In(1), Out(1)
+        Hand-over with the control unit.
+    answer : In(answer_layout)
+        What to answer.
+    session : In(8)
+        The open session, for ``INFO``.
+    status, counters : In
+        Registers of the chip, as the replies of :mod:`hdl.protocol` lay them out.
+    replies : Out(stream of request_layout)
+        The body, byte by byte.
+
+    Only where ``config`` has a genetic core:
+
+    recipe, survivors : In
+        Further registers, laid out as in the replies; ``recipe`` is without its checksum.
+    reads : Out(stream of slot, count)
+        Slots to read out.
+    waypoints : In(stream of waypoint, last, final)
+        Their waypoints. ``last`` ends a path, ``final`` the last path.
+
+    Only where ``config`` has a checker:
+
+    checked : In(9), totals : In, result_reads : Out(stream), records : In(stream)
+        Paths of the latest check, and its results: see
+        :class:`hdl.feasibility.result_store.ResultStore`.
+    """
+
+    def __init__(self, config: Config):
+        if not isinstance(config, Config):
+            raise TypeError(f"Configuration must be a Config, not {config!r}")
+        self.config = config
+        self.has_checker = config.checker is not CheckerBuild.NONE
+
+        self.status_layout = struct(status_reply(config))
+        self.counters_layout = struct(counters_reply(config))
+        members = {
+            "on": In(1),
+            "over": Out(1),
+            "answer": In(answer_layout),
+            "session": In(8),
+            "status": In(self.status_layout),
+            "counters": In(self.counters_layout),
+            "replies": Out(stream.Signature(request_layout)),
+        }
+        if config.genetic:
+            recipe = recipe_reply(config)
+            assert recipe.fields[-1][0] == "checksum"
+            self.recipe_layout = struct(Layout(recipe.fields[:-1]))
+            self.survivors_layout = data.ArrayLayout(config.slot_bits, config.survivors)
+            self.read_layout = read_layout(config)
+            self.waypoint_layout = waypoint_layout(config)
+            members |= {
+                "recipe": In(self.recipe_layout),
+                "survivors": In(self.survivors_layout),
+                "reads": Out(stream.Signature(self.read_layout)),
+                "waypoints": In(stream.Signature(self.waypoint_layout)),
+            }
+        if self.has_checker:
+            self.totals_layout = struct(check_reply(config))
+            self.result_read_layout = data.StructLayout({"path": 8, "count": 9})
+            self.record_layout = record_layout(config)
+            members |= {
+                "checked": In(9),
+                "totals": In(self.totals_layout),
+                "result_reads": Out(stream.Signature(self.result_read_layout)),
+                "records": In(stream.Signature(self.record_layout)),
+            }
+        super().__init__(members)
+
+    def elaborate(self, platform):
+        m = Module()
+        answer = self.answer
+
+        checksum = Signal(32)
+        m.submodules.fields = fields = ReplyWords(
+            Cat(answer.session, answer.sequence, answer.status),
+            self._replies(self._counters(m), checksum),
+        )
+
+        # The bytes that go out, and what comes after them.
+        word = Signal(8 * WORD_BYTES, reset_less=True)
+        left = Signal(range(WORD_BYTES + 1))
+        after = Signal(_After)
+        m.d.comb += [fields.kind.eq(answer.kind), self.replies.p.plain.eq(answer.plain)]
+
+        # Steady from the clock after `on`.
+        after_fields = Signal(_After)
+        m.d.sync += after_fields.eq(_After.NOTHING)
+        with m.Switch(answer.kind):
+            if self.config.genetic:
+                with m.Case(AnswerKind.PATHS, AnswerKind.CHILDREN):
+                    m.d.sync += after_fields.eq(_After.READ_OUT)
+            if self.has_checker:
+                with m.Case(AnswerKind.RESULTS):
+                    m.d.sync += after_fields.eq(_After.RESULTS)
+                with m.Case(AnswerKind.CHECKED):
+                    with m.If(self.checked != 0):
+                        m.d.sync += after_fields.eq(_After.RESULTS)
+
+        with m.FSM():
+            with m.State("Off"):
+                m.d.comb += fields.begin.eq(1)
+                with m.If(self.on):
+                    m.next = "Choose"
+                    with m.Switch(answer.kind):
+                        with m.Case(AnswerKind.SILENCE):
+                            m.next = "Over"
+                        if self.config.genetic:
+                            with m.Case(AnswerKind.RECIPE):
+                                m.next = "Ask"
+
+            with m.State("Choose"):
+                m.next = "Fields"
+
+            # What is sent before takes longer than the next word.
+            with m.State("Fields"):
+                m.d.comb += fields.next.eq(1)
+                m.d.sync += [
+                    word.eq(fields.word),
+                    left.eq(fields.size),
+                    after.eq(Mux(fields.final, after_fields, _After.FIELDS)),
+                ]
+                m.next = "Send"
+
+            with m.State("Send"):
+                m.d.comb += [
+                    self.replies.valid.eq(1),
+                    self.replies.p.data.eq(word[:8]),
+                    self.replies.p.last.eq((left == 1) & (after == _After.NOTHING)),
+                ]
+                with m.If(self.replies.ready):
+                    m.d.sync += [word.eq(word >> 8), left.eq(left - 1)]
+                    with m.If(left == 1):
+                        m.next = "Over"
+                        with m.Switch(after):
+                            with m.Case(_After.FIELDS):
+                                m.next = "Fields"
+                            if self.config.genetic:
+                                with m.Case(_After.READ_OUT):
+                                    m.next = "Ask"
+                                with m.Case(_After.WAYPOINT):
+                                    m.next = "Take"
+                            if self.has_checker:
+                                with m.Case(_After.RESULTS):
+                                    m.next = "Ask for results"
+
+            if self.config.genetic:
+                self._read_out(m, checksum, word, left, after)
+            if self.has_checker:
+                self._serve_results(m)
+
+            with m.State("Over"):
+                # So that the next header is there even if it is soon asked for.
+                m.d.comb += [self.over.eq(1), fields.begin.eq(1)]
+                with m.If(~self.on):
+                    m.next = "Off"
+
+        return m
+
+    def _counters(self, m):
+        """Return the counters as they go out."""
+        was_on = Signal()
+        bytes_sent = Signal.like(self.counters.bytes_sent, reset_less=True)
+        m.d.sync += was_on.eq(self.on)
+        with m.If(~was_on):
+            m.d.sync += bytes_sent.eq(self.counters.bytes_sent)
+        return Cat(
+            bytes_sent if name == Counter.BYTES_SENT else self.counters[name]
+            for name in self.counters_layout.members
+        )
+
+    def _replies(self, counters, checksum):
+        """Return the fields of each reply that has any."""
+        config = self.config
+        constants = info_values(config)
+        info = Cat(
+            self.session if name == "session" else Const(constants[name], width)
+            for name, width in info_reply(config).fields
+        )
+        replies = {
+            (AnswerKind.INFO,): (info_reply(config), info),
+            (AnswerKind.STATUS,): (status_reply(config), self.status),
+            (AnswerKind.COUNTERS,): (counters_reply(config), counters),
+        }
+        if config.genetic:
+            survivors = Cat(Cat(slot, Const(0, 8 - len(slot))) for slot in self.survivors)
+            replies |= {
+                (AnswerKind.CHILDREN,): (survivors_reply(config), survivors),
+                (AnswerKind.RECIPE,): (recipe_reply(config), Cat(self.recipe, checksum)),
+            }
+        if self.has_checker:
+            replies[AnswerKind.TOTALS, AnswerKind.CHECKED] = (check_reply(config), self.totals)
+        return {
+            kinds: Cat(value, Const(0, 8 * layout.size - layout.bits))
+            for kinds, (layout, value) in replies.items()
+        }
+
+    def _read_out(self, m, checksum, word, left, after):
+        """Add the states in which waypoints come, for the checksum or to be sent."""
+        config, answer, waypoint = self.config, self.answer, self.waypoints.p
+        m.submodules.checksum = unit = CRC32_ISO_HDLC(data_width=8 * config.waypoint_bytes).create()
+        summing = Signal()  # The waypoints read out are for the checksum,
+        summed = Signal()  # and one of them is in the word.
+        m.d.comb += [
+            unit.start.eq(~summing),
+            unit.data.eq(word[: config.waypoint_bits + 1]),
+            unit.valid.eq(summed),
+            checksum.eq(unit.crc),
+            self.reads.p.slot.eq(Mux(summing, 0, answer.slot)),
+            self.reads.p.count.eq(Mux(summing, config.population, answer.count)),
+        ]
+        m.d.sync += [
+            summing.eq(self.on & (answer.kind == AnswerKind.RECIPE)),
+            summed.eq(0),
+        ]
+
+        with m.State("Ask"):
+            m.d.comb += self.reads.valid.eq(1)
+            with m.If(self.reads.ready):
+                m.next = "Take"
+                with m.If(summing):
+                    m.next = "Sum up"
+
+        with m.State("Sum up"):
+            m.d.comb += self.waypoints.ready.eq(1)
+            m.d.sync += [
+                word.eq(Cat(waypoint.waypoint, waypoint.last)),
+                summed.eq(self.waypoints.valid),
+            ]
+            with m.If(self.waypoints.valid & waypoint.final):
+                m.next = "Choose"
+
+        with m.State("Take"):
+            m.d.comb += self.waypoints.ready.eq(1)
+            m.d.sync += [
+                word.eq(Cat(waypoint.waypoint, waypoint.last)),
+                left.eq(config.waypoint_bytes),
+                after.eq(Mux(waypoint.final, _After.NOTHING, _After.WAYPOINT)),
+            ]
+            with m.If(self.waypoints.valid):
+                m.next = "Send"
+
+    def _serve_results(self, m):
+        """Add the states in which results of a check are sent."""
+        answer = self.answer
+        every = answer.kind == AnswerKind.CHECKED
+        m.d.comb += [
+            self.result_reads.p.path.eq(Mux(every, 0, answer.slot)),
+            self.result_reads.p.count.eq(Mux(every, self.checked, answer.count)),
+        ]
+
+        with m.State("Ask for results"):
+            m.d.comb += self.result_reads.valid.eq(1)
+            with m.If(self.result_reads.ready):
+                m.next = "Results"
+
+        with m.State("Results"):
+            m.d.comb += [
+                self.replies.valid.eq(self.records.valid),
+                self.replies.p.data.eq(self.records.p.data),
+                self.replies.p.last.eq(self.records.p.last),
+                self.records.ready.eq(self.replies.ready),
+            ]
+            with m.If(self.records.valid & self.replies.ready & self.records.p.last):
+                m.next = "Over"

@@ -1,0 +1,89 @@
+"""Puts waypoints together from the bytes of the link."""
+
+from amaranth import *
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import Config
+
+
+__all__ = ["WaypointAssembler"]
+
+
+class WaypointAssembler(wiring.Component):
+    """Bytes in, waypoints out: a byte a clock, and two clocks for each waypoint.
+
+    In the first of them the user says whether the waypoint is wrong, in the second it is offered,
+    so that the way of ``valid`` begins at a register.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    on : In(1)
+        While low, the unit is as after reset.
+    bytes : In(stream.Signature(8))
+        ``waypoint_bytes`` for each waypoint, lowest first.
+    partial : Out(1)
+        Bytes of a waypoint have come, but not all of them.
+    busy : Out(1)
+        A waypoint is complete, and has not gone.
+    judge : Out(1)
+        For one clock, the first of ``busy``: ``wrong`` is looked at.
+    wrong : In(1)
+        The waypoint goes at once, without being offered.
+    repeated : In(1)
+        No waypoint is offered. Steady while ``on``.
+    words : Out(stream of waypoint, last)
+        The payload is steady while ``busy``.
+    passes : Out(1)
+        A waypoint that is not wrong goes, offered or not.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        self.word_layout = data.StructLayout({"waypoint": config.waypoint_bits, "last": 1})
+        super().__init__(
+            {
+                "on": In(1),
+                "bytes": In(stream.Signature(8)),
+                "partial": Out(1),
+                "busy": Out(1),
+                "judge": Out(1),
+                "wrong": In(1),
+                "repeated": In(1),
+                "words": Out(stream.Signature(self.word_layout)),
+                "passes": Out(1),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        size = self.config.waypoint_bytes
+
+        word = Signal(8 * size, reset_less=True)
+        part = Signal(range(size), reset_less=True)
+        m.d.comb += [
+            self.bytes.ready.eq(~self.busy),
+            self.words.p.eq(word),
+            self.partial.eq(part != 0),
+            self.passes.eq(self.busy & ~self.judge & (self.repeated | self.words.ready)),
+        ]
+        m.d.sync += self.judge.eq(0)
+        with m.If(self.bytes.valid & self.bytes.ready):
+            m.d.sync += [word.eq(Cat(word[8:], self.bytes.payload)), part.eq(part + 1)]
+            with m.If(part == size - 1):
+                m.d.sync += [part.eq(0), self.busy.eq(1), self.judge.eq(1)]
+        with m.If(self.judge):
+            m.d.sync += [
+                self.busy.eq(~self.wrong),
+                self.words.valid.eq(~self.wrong & ~self.repeated),
+            ]
+        with m.If(self.passes):
+            m.d.sync += [self.busy.eq(0), self.words.valid.eq(0)]
+        with m.If(~self.on):
+            m.d.sync += [part.eq(0), self.busy.eq(0), self.judge.eq(0), self.words.valid.eq(0)]
+
+        return m

@@ -1,0 +1,152 @@
+"""Checking unit: has the collision checker do what the host asks for."""
+
+from amaranth import *
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out, connect, flipped
+
+from hdl.command.layouts import check_layout, struct
+from hdl.config import Config
+from hdl.feasibility.layouts import count_layout, point_layout, verdict_layout
+from hdl.feasibility.path_source import PathSource
+from hdl.feasibility.result_store import ResultStore, record_layout
+from hdl.ga_core.layouts import read_layout, waypoint_layout
+from hdl.primitives.skid_buffer import SkidBuffer
+from hdl.primitives.stream_register import StreamRegister
+from hdl.protocol import Counter, check_reply, counters_reply
+
+
+__all__ = ["CheckController", "check_counters_layout"]
+
+
+def check_counters_layout(config: Config) -> data.StructLayout:
+    """Return the layout of the counters of what was checked."""
+    widths = dict(counters_reply(config).fields)
+    counted = (Counter.FEASIBILITY, Counter.CELLS, Counter.READS, Counter.PATHS)
+    return data.StructLayout({counter.value: widths[counter] for counter in counted})
+
+
+class CheckController(wiring.Component):
+    """Gives the checker its points, and keeps its results until the next check.
+
+    It is over two clocks after the last verdict and the last of its entries. Neither the link nor
+    the population slows the checker down: it is offered a point in every clock, and what it says is
+    always taken.
+
+    Parameters
+    ----------
+    config : Config
+        Has a checker.
+
+    Members
+    -------
+    on, over : In(1), Out(1)
+        Hand-over with the control unit.
+    checks : In(check_layout)
+        What is to be checked, steady while ``on``.
+    forget, points
+        Of one path; see :class:`hdl.feasibility.path_source.PathSource`.
+    reads : Out(stream), waypoints : In(stream)
+        To and from the population, if there is one; see there, too.
+    counting : Out(1)
+        The colliding cells are to be counted; steady while the checker is busy.
+    paths : Out(stream.Signature(point_layout))
+        To the checker.
+    verdicts : In(stream.Signature(verdict_layout))
+    counts : In(stream.Signature(count_layout))
+        From the checker; always ready.
+    counters : Out(StructLayout({counter: 48, ...}))
+        Sums over all verdicts since reset.
+    checked : Out(9)
+        Paths of the latest check.
+    totals : Out, result_reads : In(stream), records : Out(stream)
+        Its results; see :class:`hdl.feasibility.result_store.ResultStore`.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        points = point_layout(config)
+        population = {
+            "reads": Out(stream.Signature(read_layout(config))),
+            "waypoints": In(stream.Signature(waypoint_layout(config))),
+        }
+        super().__init__(
+            {
+                "on": In(1),
+                "over": Out(1),
+                "checks": In(check_layout(config)),
+                "forget": In(1),
+                "points": In(stream.Signature(points)),
+                **(population if config.genetic else {}),
+                "counting": Out(1),
+                "paths": Out(stream.Signature(points)),
+                "verdicts": In(stream.Signature(verdict_layout(config))),
+                "counts": In(stream.Signature(count_layout(config))),
+                "counters": Out(check_counters_layout(config)),
+                "checked": Out(9),
+                "totals": Out(struct(check_reply(config))),
+                "result_reads": In(stream.Signature(data.StructLayout({"path": 8, "count": 9}))),
+                "records": Out(stream.Signature(record_layout(config))),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        m.submodules.source = source = PathSource(self.config)
+        m.submodules.store = store = ResultStore(self.config)
+        connect(m, flipped(self.points), source.points)
+        if self.config.genetic:
+            connect(m, source.reads, flipped(self.reads))
+            m.submodules.read = read = StreamRegister(self.waypoints.payload.shape())
+            connect(m, flipped(self.waypoints), read.words)
+            connect(m, read.passed, source.waypoints)
+            # On a large chip, the checker's `ready` comes late and from afar.
+            m.submodules.skid = skid = SkidBuffer(source.paths.payload.shape())
+            m.submodules.register = register = StreamRegister(skid.shape)
+            connect(m, source.paths, skid.words)
+            connect(m, skid.passed, register.words)
+            connect(m, register.passed, flipped(self.paths))
+        else:
+            connect(m, source.paths, flipped(self.paths))
+        connect(m, flipped(self.verdicts), store.verdicts)
+        connect(m, flipped(self.counts), store.counts)
+        connect(m, flipped(self.result_reads), store.reads)
+        connect(m, store.records, flipped(self.records))
+
+        was_on = Signal()
+        cleared = Signal()  # What the store has is of this check.
+        wanted = Signal(9, reset_less=True)
+        # There is time for a register until the first point: so the checker does not wait for the
+        # order to be decoded.
+        m.d.sync += [
+            was_on.eq(self.on),
+            cleared.eq(self.on & was_on),
+            self.counting.eq(self.checks.counting),
+            wanted.eq(Mux(self.checks.batch, self.checks.count, 1)),
+            self.over.eq(self.on & cleared & (store.paths == wanted) & store.complete & ~self.over),
+        ]
+        m.d.comb += [
+            source.forget.eq(self.forget),
+            source.on.eq(self.on),
+            source.checks.eq(self.checks),
+            store.clear.eq(self.on & ~was_on),
+            self.checked.eq(store.paths),
+            self.totals.eq(store.totals),
+        ]
+
+        # Sums are wide: all of a verdict comes out of registers of their own.
+        came = Signal()
+        counters, verdict = self.counters, Signal.like(self.verdicts.p, reset_less=True)
+        m.d.sync += [
+            came.eq(self.verdicts.valid & self.verdicts.ready),
+            verdict.eq(self.verdicts.p),
+        ]
+        with m.If(came):
+            m.d.sync += [
+                counters[Counter.FEASIBILITY].eq(counters[Counter.FEASIBILITY] + verdict.cycles),
+                counters[Counter.CELLS].eq(counters[Counter.CELLS] + verdict.cells),
+                counters[Counter.READS].eq(counters[Counter.READS] + verdict.reads),
+                counters[Counter.PATHS].eq(counters[Counter.PATHS] + 1),
+            ]
+
+        return m

@@ -1,0 +1,104 @@
+"""One memory of altitudes, for a map or for a part of one."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.utils import ceil_log2
+
+from hdl.feasibility.map_block import MapBlock, block_members
+from hdl.primitives.multiplexer import chosen
+
+
+__all__ = ["MapMemory"]
+
+
+class MapMemory(wiring.Component):
+    """Memory that is read through one or two ports, and written through the first.
+
+    Rows are read in every clock. What a port reads while a row is written is undefined, in all
+    rows; rows never written hold anything.
+
+    On a target it is one memory of dual-port block RAMs, none of them doubled: the writer is the
+    same port as the first reader. With a latency of 2 the data come out of registers straight
+    behind the block RAMs of up to 16384 rows; where there are more rows, a multiplexer of these
+    registers is all that follows.
+
+    Parameters
+    ----------
+    rows : int
+        A power of two, 2 or more.
+    width : int
+        Bits of a row.
+    latency : int
+        Clocks from an address to its data, 1 or 2.
+    ports : int
+        Ports, 1 or 2.
+    number : int or None
+        Which of the banks of a map it is: tells where on the device it lies.
+
+    Members
+    -------
+    a, b
+        See :func:`hdl.feasibility.map_block.block_members`.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of its range.
+    """
+
+    #: Rows of the deepest block RAM (ECP5: 16384 of one bit).
+    BLOCK_ROWS = 1 << 14
+
+    def __init__(self, *, rows, width, latency, ports, number=None):
+        if rows < 2 or rows & (rows - 1):
+            raise ValueError(f"Rows must be a power of two from 2 on, not {rows!r}")
+        if latency not in (1, 2):
+            raise ValueError(f"Latency must be 1 or 2, not {latency!r}")
+        if ports not in (1, 2):
+            raise ValueError(f"Ports must be 1 or 2, not {ports!r}")
+
+        self.rows = rows
+        self.width = width
+        self.latency = latency
+        self.ports = ports
+        self.number = number
+        super().__init__(block_members(rows=rows, width=width, ports=ports))
+
+    def elaborate(self, platform):
+        m = Module()
+
+        depth = min(self.rows, self.BLOCK_ROWS)
+        blocks = self.rows // depth
+        bits = ceil_log2(depth)
+        ports = [self.a, self.b] if self.ports == 2 else [self.a]
+        data = [[] for _ in ports]
+        for number in range(blocks):
+            block = MapBlock(
+                rows=depth,
+                width=self.width,
+                latency=self.latency,
+                ports=self.ports,
+                place=None if self.number is None else self.number * blocks + number,
+            )
+            m.submodules[f"block_{number}"] = block
+            enable = self.a.write_enable
+            if blocks > 1:
+                enable = enable & (self.a.address[bits:] == number)
+            m.d.comb += [
+                block.a.write_data.eq(self.a.write_data),
+                block.a.write_enable.eq(enable),
+            ]
+            members = [block.a, block.b] if self.ports == 2 else [block.a]
+            for source, member, outs in zip(ports, members, data, strict=True):
+                m.d.comb += member.address.eq(source.address)
+                outs.append(member.data)
+
+        for port, (source, outs) in enumerate(zip(ports, data, strict=True)):
+            block = source.address[bits:]
+            for clock in range(self.latency if blocks > 1 else 0):
+                earlier = Signal(len(block), name=f"at_{port}_{clock}", reset_less=True)
+                m.d.sync += earlier.eq(block)
+                block = earlier
+            m.d.comb += source.data.eq(chosen(block, outs))
+
+        return m

@@ -1,0 +1,121 @@
+"""Which of the cells of a group collides first."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+from amaranth.utils import exact_log2
+
+from hdl.config import Config
+from hdl.feasibility.parallel.lanes import group_layout
+from hdl.feasibility.parallel.terrain_memory import lane_row_bits
+
+
+__all__ = ["FirstHit"]
+
+
+class FirstHit(wiring.Component):
+    """Finds the first colliding cell of a group, and counts them all; one clock later.
+
+    Along a segment the lanes follow each other from that of the group's first cell on, around to
+    the one before it, or the other way if it descends.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    group : In(group_layout)
+    hits, blocked : In(lanes)
+        Lanes whose cells collide, and those of them that are blocked.
+    hit : Out(1)
+    until : Out(range(lanes + 1))
+    x, y : Out(coordinate_bits)
+    terrain, nofly : Out(range(lanes + 1))
+        See :func:`hdl.feasibility.walker_interface.step_layout`.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        super().__init__(
+            {
+                "group": In(group_layout(config)),
+                "hits": In(config.lanes),
+                "blocked": In(config.lanes),
+                "hit": Out(1),
+                "until": Out(range(config.lanes + 1)),
+                "x": Out(config.coordinate_bits),
+                "y": Out(config.coordinate_bits),
+                "terrain": Out(range(config.lanes + 1)),
+                "nofly": Out(range(config.lanes + 1)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config, group = self.config, self.group
+        lanes, lane_bits = config.lanes, exact_log2(config.lanes)
+
+        # Mirrored if it descends, lane numbers rise along the segment, but for those that have
+        # gone around and are the later ones.
+        start = group.major[:lane_bits]
+        mirrored, late = Signal(lanes), Signal(lanes)
+        m.d.comb += mirrored.eq(Mux(group.descending, self.hits[::-1], self.hits))
+        for number in range(lanes):
+            opposite = lanes - 1 - number
+            # Written so that no number is compared with what it always is.
+            m.d.comb += late[number].eq(
+                Mux(
+                    group.descending,
+                    start < opposite if opposite else 0,
+                    start > number if opposite else 0,
+                )
+            )
+        chosen, gone = Signal(lanes), Signal()
+        early = mirrored & ~late
+        m.d.comb += [
+            gone.eq(~early.any()),
+            chosen.eq(Mux(gone, _lowest(mirrored & late), _lowest(early))),
+        ]
+
+        # All lanes have gone around into the same row.
+        row = Signal(lane_row_bits(config), reset_less=True)
+        here = group.major[lane_bits:]
+        first = Signal(lanes, reset_less=True)
+        places = [Signal.like(self.until, name=f"place_{n}", reset_less=True) for n in range(lanes)]
+        now = Signal.like(group, reset_less=True)
+        m.d.sync += [
+            now.eq(group),
+            row.eq(Mux(gone, Mux(group.descending, here - 1, here + 1), here)),
+            first.eq(Mux(group.descending, chosen[::-1], chosen)),
+            self.hit.eq(self.hits.any()),
+            self.terrain.eq(sum(self.hits & ~self.blocked)),
+            self.nofly.eq(sum(self.blocked)),
+            *(
+                place.eq(Mux(group.descending, start - number, number - start)[:lane_bits] + 1)
+                for number, place in enumerate(places)
+            ),
+        ]
+
+        major, minor = (Signal(config.coordinate_bits, name=n) for n in ("major", "minor"))
+        m.d.comb += [
+            self.until.eq(_selected(first, places)),
+            minor.eq(_selected(first, now.minors)),
+            major.eq(Cat(_selected(first, range(lanes))[:lane_bits], row)),
+            self.x.eq(Mux(now.steep, minor, major)),
+            self.y.eq(Mux(now.steep, major, minor)),
+        ]
+
+        return m
+
+
+def _lowest(flags):
+    return flags & (~flags + 1)[: len(flags)]
+
+
+def _selected(flags, items):
+    """Return the item of the flag that is set, 0 of none."""
+    result = Const(0)
+    for flag, item in zip(flags, items, strict=True):
+        result |= Mux(flag, item, 0)
+    return result

@@ -1,0 +1,322 @@
+"""From points to segments, and from these to the groups of cells that the lanes take in a clock."""
+
+from amaranth import *
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+from amaranth.utils import exact_log2
+
+from hdl.config import Config
+from hdl.feasibility.layouts import point_layout
+from hdl.feasibility.parallel.reciprocal import Precision, Reciprocals
+from hdl.primitives.fanout import fanout
+from hdl.primitives.multiplexer import chosen
+from hdl.primitives.skid_buffer import SkidBuffer
+
+
+__all__ = ["TAG_BITS", "SegmentSetup", "segment_layout", "token_layout"]
+
+#: Width of the number by which paths under way are told apart: there are no more of them than
+#: places for their verdicts.
+TAG_BITS = 4
+
+
+def segment_layout(config: Config) -> data.StructLayout:
+    """Return the layout of a segment as the lanes see it.
+
+    ``steep`` (the major axis is y), ``descending`` (along it), ``length`` (cells but one),
+    ``major``, ``minor``, ``altitude`` (where it starts), ``across`` and ``rise`` (what minor
+    coordinate and altitude gain along it), ``places`` (of each lane's first cell along the
+    segment), ``across_to`` and ``rise_to`` (their products with ``across`` and ``rise``),
+    ``reciprocal`` (of the length).
+    """
+    xy, z = config.coordinate_bits, config.altitude_bits
+    lane_bits = exact_log2(config.lanes)
+    return data.StructLayout(
+        {
+            "steep": 1,
+            "descending": 1,
+            "length": xy,
+            "major": xy,
+            "minor": xy,
+            "altitude": z,
+            "across": signed(xy + 1),
+            "rise": signed(z + 1),
+            "places": data.ArrayLayout(max(1, lane_bits), config.lanes),
+            "across_to": data.ArrayLayout(signed(xy + 1 + lane_bits), config.lanes),
+            "rise_to": data.ArrayLayout(signed(z + 1 + lane_bits), config.lanes),
+            "reciprocal": Precision.of(config).reciprocal,
+        }
+    )
+
+
+def token_layout(config: Config) -> data.StructLayout:
+    """Return the layout of what goes with a group of cells through all stages.
+
+    ``valid``; ``starts`` and ``ends_segment``, ``first`` and ``ends_path`` (it is the first or last
+    group of its segment, of its path), ``segment`` (its number), ``tag`` (of its path).
+    """
+    return data.StructLayout(
+        {
+            "valid": 1,
+            "starts": 1,
+            "ends_segment": 1,
+            "first": 1,
+            "ends_path": 1,
+            "segment": config.segment_bits,
+            "tag": TAG_BITS,
+        }
+    )
+
+
+class SegmentSetup(wiring.Component):
+    """Makes segments of points, and has the lanes walk them one right after the other.
+
+    A segment goes through two stages that wait for their turn: differences, their signs, and which
+    axis is the major one; small multiples of the differences, and the reciprocal of the length.
+    From the second it is launched: a group of its cells a clock, then the next segment. So nothing
+    behind this unit ever waits, and as long as points come no clock is lost between segments or
+    paths. A segment whose second point is taken in some clock is launched 2 clocks later, if it is
+    its turn. A path begins with its first point, and a segment with its second: points wait for the
+    places of verdict and count.
+
+    In the clock of ``drop`` all that belongs to that path is given up; its points to come are taken
+    and forgotten.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    points : In(stream.Signature(point_layout))
+    room, segment_room : In(1)
+    begins, segment_begins : Out(1)
+        See :func:`hdl.feasibility.walker_interface.walker_signature`.
+    drop : In(1)
+    drop_tag : In(TAG_BITS)
+        Path to be given up.
+    token : Out(token_layout)
+        The group that is launched.
+    segment : Out(segment_layout)
+        With ``token.starts``.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        super().__init__(
+            {
+                "points": In(stream.Signature(point_layout(config))),
+                "room": In(1),
+                "segment_room": In(1),
+                "begins": Out(1),
+                "segment_begins": Out(1),
+                "drop": In(1),
+                "drop_tag": In(TAG_BITS),
+                "token": Out(token_layout(config)),
+                "segment": Out(segment_layout(config)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config, segment, token = self.config, self.segment, self.token
+        xy, z = config.coordinate_bits, config.altitude_bits
+        lane_bits = exact_log2(config.lanes)
+
+        identity = data.StructLayout(
+            {
+                "tag": TAG_BITS,
+                "first": 1,
+                "ends_path": 1,
+                "segment": config.segment_bits,
+            }
+        )
+        # Whether the stages hold a segment, and whether the last group of one has been launched.
+        # Registers of its own tell the first stage, for which the others would be late.
+        measured_next, waiting_next, free_next = Signal(), Signal(), Signal()
+        has_measured, measured_full = fanout(m, *[measured_next] * 2, name="measured")
+        has_waiting, waiting_full = fanout(m, *[waiting_next] * 2, name="waiting")
+        free, freed = fanout(m, *[free_next] * 2, name="free", init=1)
+        load, move_on, launch = Signal(), Signal(), Signal()
+
+        # A point comes in if there is room, and waits in the buffer for its turn: each takes about
+        # half a clock.
+        m.submodules.point_buffer = buffer = SkidBuffer(point_layout(config))
+        begun, room, comes = Signal(), Signal(), Signal()
+        m.d.comb += [
+            room.eq(Mux(begun, self.segment_room, self.room)),
+            buffer.words.p.eq(self.points.p),
+            buffer.words.valid.eq(self.points.valid & room),
+            self.points.ready.eq(buffer.words.ready & room),
+            comes.eq(self.points.valid & self.points.ready),
+            self.begins.eq(comes & ~begun),
+            self.segment_begins.eq(comes & begun),
+        ]
+        with m.If(comes):
+            m.d.sync += begun.eq(~self.points.p.last)
+
+        # The path whose points are coming.
+        point, before = buffer.passed.p, Signal(point_layout(config), reset_less=True)
+        inside, unwanted = Signal(), Signal()
+        tag, number = Signal(TAG_BITS), Signal(config.segment_bits)
+        dropped, taken = Signal(), Signal()
+        m.d.comb += [
+            load.eq(~measured_full | ~waiting_full | freed),
+            buffer.passed.ready.eq(load),
+            taken.eq(buffer.passed.valid & load),
+            dropped.eq(unwanted | (inside & self.drop & (self.drop_tag == tag))),
+        ]
+        m.d.sync += unwanted.eq(dropped & ~(taken & point.last))
+        with m.If(taken):
+            m.d.sync += [before.eq(point), inside.eq(~point.last)]
+            with m.If(inside):
+                m.d.sync += number.eq(number + 1)
+            with m.Else():
+                m.d.sync += [number.eq(0), tag.eq(tag + 1)]
+
+        # First stage. An axis is longer than the other if sum and difference of the two gains have
+        # the same sign; if they are equally long, either may be the major one: same cells.
+        measured = Signal(identity, reset_less=True)
+        ends = Signal(data.ArrayLayout(point_layout(config), 2), reset_less=True)
+        gains = [Signal(signed(xy + 1), name=f"gain_{n}", reset_less=True) for n in "xy"]
+        sides = [Signal(xy, name=f"side_{n}", reset_less=True) for n in "xy"]
+        rise = Signal(signed(z + 1), reset_less=True)
+        steep = Signal(reset_less=True)
+        sums, sums_before = [point.y + point.x, point.y - point.x], []
+        for name, value in zip(("sum", "difference"), sums, strict=True):
+            sums_before.append(Signal(value.shape(), name=f"{name}_before", reset_less=True))
+            with m.If(taken):
+                m.d.sync += sums_before[-1].eq(value)
+        m.submodules.reciprocals = reciprocals = Reciprocals(config)
+        differences = reciprocals.differences
+        m.d.comb += [
+            reciprocals.load.eq(load),
+            reciprocals.move.eq(move_on),
+            reciprocals.second.eq(steep),
+            *(
+                difference.eq(point[axis] - before[axis])
+                for axis, difference in zip("xy", differences, strict=True)
+            ),
+        ]
+        m.d.comb += measured_next.eq(
+            Mux(load, taken & inside & ~dropped, has_measured & ~self._is_dropped(measured))
+        )
+        with m.If(load):
+            turns = [(now - before)[-1] for now, before in zip(sums, sums_before, strict=True)]
+            m.d.sync += [
+                measured.tag.eq(tag),
+                measured.first.eq(number == 0),
+                measured.ends_path.eq(point.last),
+                measured.segment.eq(number),
+                ends[0].eq(before),
+                ends[1].eq(point),
+                rise.eq(point.altitude - before.altitude),
+                steep.eq(turns[0] == turns[1]),
+            ]
+            for axis, gain, side, difference in zip("xy", gains, sides, differences, strict=True):
+                m.d.sync += [
+                    gain.eq(difference),
+                    side.eq(Mux(difference < 0, before[axis] - point[axis], difference)),
+                ]
+
+        # Second stage.
+        waiting = Signal(identity, reset_less=True)
+        across, descending, start = Signal(signed(xy + 1)), Signal(), Signal(lane_bits)
+        shape = Signal(
+            data.StructLayout(
+                {name: field.shape for name, field in segment.shape() if name != "reciprocal"}
+            ),
+            reset_less=True,
+        )
+        m.d.comb += [
+            move_on.eq(~has_waiting | launch),
+            waiting_next.eq(
+                Mux(
+                    move_on,
+                    has_measured & ~self._is_dropped(measured),
+                    has_waiting & ~self._is_dropped(waiting),
+                )
+            ),
+            across.eq(Mux(steep, gains[0], gains[1])),
+            descending.eq(Mux(steep, gains[1], gains[0]) < 0),
+            start.eq(Mux(steep, ends[0].y, ends[0].x)),
+        ]
+        with m.If(move_on):
+            m.d.sync += [
+                waiting.eq(measured),
+                shape.steep.eq(steep),
+                shape.descending.eq(descending),
+                shape.length.eq(Mux(steep, sides[1], sides[0])),
+                shape.major.eq(Mux(steep, ends[0].y, ends[0].x)),
+                shape.minor.eq(Mux(steep, ends[0].x, ends[0].y)),
+                shape.across.eq(across),
+                shape.rise.eq(rise),
+                # Within one cell, the lower end counts; a length of 0 makes it level.
+                shape.altitude.eq(
+                    Mux(
+                        (rise < 0) & ~Cat(sides).any(),
+                        ends[1].altitude,
+                        ends[0].altitude,
+                    )
+                ),
+            ]
+            for lane in range(config.lanes):
+                # A table, as adders would take longer: how far the lane's first cell is from the
+                # start, upwards and downwards.
+                up = [(lane - at) % config.lanes for at in range(config.lanes)]
+                down = [(at - lane) % config.lanes for at in range(config.lanes)]
+                places = [C(place, lane_bits) for place in (*up, *down)]
+                place = chosen(Cat(start, descending), places)
+                m.d.sync += [
+                    shape.places[lane].eq(place),
+                    shape.across_to[lane].eq(_multiple(across, place)),
+                    shape.rise_to[lane].eq(_multiple(rise, place)),
+                ]
+
+        # Groups left of the segment that was launched last.
+        left = Signal(xy)
+        launched = Signal(identity, reset_less=True)
+        dropping = Signal()
+        m.d.comb += [
+            launch.eq(has_waiting & free),
+            segment.reciprocal.eq(reciprocals.reciprocal),
+            *(segment[name].eq(shape[name]) for name, _ in shape.shape()),
+        ]
+        groups = shape.length >> lane_bits
+        with m.If(launch):
+            m.d.sync += [left.eq(groups), launched.eq(waiting)]
+            m.d.comb += [
+                free_next.eq(groups == 0),
+                token.starts.eq(1),
+                token.first.eq(waiting.first),
+                token.ends_segment.eq(groups == 0),
+                token.ends_path.eq(waiting.ends_path & (groups == 0)),
+                token.segment.eq(waiting.segment),
+                token.tag.eq(waiting.tag),
+            ]
+        with m.Else():
+            m.d.sync += left.eq(left - ~free)
+            m.d.comb += [
+                free_next.eq(left <= 1),
+                token.ends_segment.eq(left == 1),
+                token.ends_path.eq(launched.ends_path & (left == 1)),
+                token.segment.eq(launched.segment),
+                token.tag.eq(launched.tag),
+            ]
+        m.d.comb += [
+            dropping.eq(self.drop & (token.tag == self.drop_tag)),
+            token.valid.eq((launch | ~free) & ~dropping),
+        ]
+        with m.If(dropping):
+            m.d.sync += left.eq(0)
+            m.d.comb += free_next.eq(1)
+
+        return m
+
+    def _is_dropped(self, identity):
+        return self.drop & (identity.tag == self.drop_tag)
+
+
+def _multiple(value, factor):
+    """Return a product, of adders: a multiplier for so few bits would be slower."""
+    return sum((Mux(bit, value << i, 0) for i, bit in enumerate(factor)), Const(0, signed(1)))

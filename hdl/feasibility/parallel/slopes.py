@@ -1,0 +1,118 @@
+"""Where the lanes start on a segment, and how far they go in a clock."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+from amaranth.utils import exact_log2
+
+from hdl.config import Config
+from hdl.feasibility.parallel.reciprocal import Precision
+from hdl.feasibility.parallel.segment_setup import segment_layout
+from hdl.primitives.delay_line import delayed
+from hdl.primitives.multiplier import Multiplier
+
+
+__all__ = ["Slopes", "motion_layout"]
+
+# Bits of a reciprocal that one multiplier takes, beside its sign: 18 x 18 bits signed on a target.
+_PART = 17
+
+
+def motion_layout(config: Config) -> data.StructLayout:
+    """Return the layout of two numbers in the units of a segment's slope.
+
+    See :class:`hdl.feasibility.parallel.reciprocal.Precision`.
+
+    ``minor`` and ``rise``: coordinate and altitude, modulo the edge of the map and the number of
+    altitudes.
+    """
+    precision = Precision.of(config)
+    return data.StructLayout(
+        {
+            "minor": config.coordinate_bits + precision.minor,
+            "rise": config.altitude_bits + precision.rise,
+        }
+    )
+
+
+class Slopes(wiring.Component):
+    """Multiplies slopes, a segment a clock.
+
+    A slope is a difference times the reciprocal of the length. The cell that a lane starts with is
+    found by a product of its own, of a multiple of the difference, and so needs no sum of slopes.
+    ``starts`` and ``step`` follow 1 clock after ``segment``, and are there for one clock: products
+    of registers into registers, and then the sum of their parts in the same clock in which the
+    lanes take it. On a target the registers are those of the multipliers.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    segment : In(segment_layout)
+    starts : Out(motion_layout).array(lanes)
+        The cell of each lane, from which lanes past the end of the segment would go on.
+    step : Out(motion_layout)
+        What all lanes gain in a clock.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        self.precision = Precision.of(config)
+        super().__init__(
+            {
+                "segment": In(segment_layout(config)),
+                "starts": Out(motion_layout(config)).array(config.lanes),
+                "step": Out(motion_layout(config)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config, precision, segment = self.config, self.precision, self.segment
+        lane_bits = exact_log2(config.lanes)
+
+        minor = delayed(m, segment.minor, 1, "minor")
+        altitude = delayed(m, segment.altitude, 1, "altitude")
+        biases = {
+            "minor": Cat(Const(precision.minor_bias, precision.minor), minor),
+            "rise": Cat(Const(precision.rise_bias, precision.rise), altitude),
+        }
+        fractions = {"minor": precision.minor, "rise": precision.rise}
+        for axis, difference, multiples in (
+            ("minor", segment.across, segment.across_to),
+            ("rise", segment.rise, segment.rise_to),
+        ):
+            shift = precision.reciprocal - fractions[axis]
+            product = self._product(m, difference, shift - lane_bits, 0, f"{axis}_step")
+            m.d.comb += self.step[axis].eq(product)
+            for lane, start in enumerate(self.starts):
+                name = f"{axis}_{lane}"
+                product = self._product(m, multiples[lane], shift, biases[axis], name)
+                m.d.comb += start[axis].eq(product)
+
+        return m
+
+    def _product(self, m, factor, shift, bias, name):
+        """Return ``bias + floor(factor * reciprocal / 2**shift)``, a clock later."""
+        reciprocal = self.segment.reciprocal
+        if len(reciprocal) <= _PART:
+            return _registered(m, factor, _signed(reciprocal), shift, name) + bias
+
+        cut = min(shift, _PART)
+        low = _registered(m, factor, _signed(reciprocal[:_PART]), cut, f"{name}_low")
+        high = _registered(m, factor, _signed(reciprocal[_PART:]), 0, f"{name}_high")
+        return (low + (high << _PART - cut) >> shift - cut) + bias
+
+
+def _registered(m, first, second, shift, name):
+    """Return ``first * second >> shift``, a clock later."""
+    m.submodules[name] = product = Multiplier((len(first), len(second)), shift)
+    m.d.comb += [product.first.eq(first), product.second.eq(second)]
+    return product.product
+
+
+def _signed(value):
+    """Return an unsigned value as a signed one, as a multiplier of signed numbers takes it."""
+    return Cat(value, Const(0, 1)).as_signed()

@@ -1,0 +1,203 @@
+"""The detailed map in banks, and what compares it with the cells of the lanes."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+from amaranth.utils import exact_log2
+
+from hdl.config import Config
+from hdl.feasibility.map_memory import MapMemory
+from hdl.primitives.delay_line import delayed
+from hdl.primitives.multiplexer import chosen
+
+
+__all__ = ["TerrainMemory", "lane_layout", "lane_row_bits"]
+
+
+def lane_row_bits(config: Config) -> int:
+    """Width of a major coordinate divided by the number of lanes; 1 if that is always 0."""
+    return max(1, config.coordinate_bits - exact_log2(config.lanes))
+
+
+def lane_layout(config: Config) -> data.StructLayout:
+    """Return the layout of the cell of one lane.
+
+    ``valid`` (there is one), ``row`` (its major coordinate divided by the number of lanes, of which
+    the remainder is the number of the lane), ``minor`` (its other coordinate), and ``ceiling``, the
+    highest altitude of the ground there under a path that passes: collides if the ground is at
+    ``ceiling`` or above.
+    """
+    return data.StructLayout(
+        {
+            "valid": 1,
+            "row": lane_row_bits(config),
+            "minor": config.coordinate_bits,
+            "ceiling": config.altitude_bits,
+        }
+    )
+
+
+class TerrainMemory(wiring.Component):
+    """Map of which each lane tests a cell in every clock.
+
+    Cell (x, y) lies in bank (x mod B, y mod B), with B = ``bank_edge``. Lane c has cells whose
+    coordinate along the major axis of the segment is c mod ``lanes``. So in a clock the first B
+    lanes, which use the first port of the banks, all are in other columns of banks (or rows, if the
+    segment is steep), and so are the other B lanes, which use the second port: none waits for
+    another, and each bank port has two lanes that it can belong to.
+
+    What comes from a bank is compared there with the altitude of the lane that looks there, if any
+    does. The latency from a cell to ``hits`` is ``memory_latency + 3``: bank, address, compare, and
+    gather each lane's banks.
+
+    The banks are all over the device, and the block RAMs of each side by side, as far as the place
+    of a block says so (:class:`hdl.feasibility.map_block.MapBlock`). Each bank has
+    registers for its addresses, with nothing but wires from there to its block RAMs.
+
+    Source: *allaire two-tier*, section 5.3.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    steep : In(1)
+        The major axis is y, else x.
+    lanes : In(lane_layout).array(lanes)
+    walking : In(1)
+        The lanes have cells: accesses below do not reach the memory.
+    hits : Out(lanes)
+        Lanes whose cell collides.
+    blocked : Out(lanes)
+        Lanes whose cell holds ``blocked_altitude``, and so collides, too.
+    write_enable : In(1)
+    write_x, write_y : In(coordinate_bits)
+    write_altitude : In(altitude_bits)
+        A cell to be written; it is read from the next clock on.
+    lookup_valid : In(1)
+    lookup_x, lookup_y : In(coordinate_bits)
+        A cell to be looked up; not in the clock of a write.
+    lookup_altitude : Out(altitude_bits)
+        What is there, ``config.lookup_latency`` clocks later, one small multiplexer behind
+        registers. Writes and look-ups reach the memory one clock after they are given.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        xy, z = config.coordinate_bits, config.altitude_bits
+        super().__init__(
+            {
+                "steep": In(1),
+                "lanes": In(lane_layout(config)).array(config.lanes),
+                "walking": In(1),
+                "hits": Out(config.lanes),
+                "blocked": Out(config.lanes),
+                "write_enable": In(1),
+                "write_x": In(xy),
+                "write_y": In(xy),
+                "write_altitude": In(z),
+                "lookup_valid": In(1),
+                "lookup_x": In(xy),
+                "lookup_y": In(xy),
+                "lookup_altitude": Out(z),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+        latency, top = config.memory_latency, config.blocked_altitude
+        edge, ports = config.bank_edge, config.read_ports
+        bank_bits = exact_log2(edge)
+        row_bits = config.coordinate_bits - bank_bits
+        answer = latency + 1  # Clocks from a cell to its ground.
+
+        # Accesses pass one register, at the banks.
+        asked_x = Mux(self.lookup_valid, self.lookup_x, self.write_x)
+        asked_y = Mux(self.lookup_valid, self.lookup_y, self.write_y)
+        access = Cat(asked_x[bank_bits:], asked_y[bank_bits:])
+        bank_x = delayed(m, asked_x[:bank_bits], 1, "bank_x")
+        bank_y = delayed(m, asked_y[:bank_bits], 1, "bank_y")
+
+        # Rows of each lane in the bank it is in, and what it compares: in time for the last
+        # register before the comparison, which is at the bank.
+        across, along, ceilings, valids = [], [], [], []
+        for number, lane in enumerate(self.lanes):
+            major = Cat(Const(number, exact_log2(config.lanes)), lane.row)[bank_bits:][:row_bits]
+            minor = lane.minor[bank_bits:]
+            across.append(Cat(major, minor))
+            along.append(Cat(minor, major))
+            ceilings.append(delayed(m, lane.ceiling, answer - 1, f"ceiling_{number}"))
+            valids.append(delayed(m, lane.valid, 1, f"valid_{number}"))
+        steep = [self.steep]
+        for clock in range(1, answer + 2):
+            steep.append(delayed(m, steep[-1], 1, f"steep_{clock}"))
+
+        # Of the bank in column x and row y: data of the first port, and both ports' comparisons,
+        # none of them set where no lane looks.
+        ground = [[None] * edge for _ in range(edge)]
+        hits, tops = ([[[None] * edge for _ in range(edge)] for _ in range(ports)] for _ in "ht")
+        for x in range(edge):
+            for y in range(edge):
+                m.submodules[f"bank_{x}_{y}"] = bank = MapMemory(
+                    rows=max(2, 1 << 2 * row_bits),
+                    width=config.altitude_bits,
+                    latency=latency,
+                    ports=ports,
+                    number=x * edge + y,
+                )
+                written_here = Signal(name=f"written_{x}_{y}")
+                written = Signal(config.altitude_bits, name=f"altitude_{x}_{y}", reset_less=True)
+                is_here = (self.write_x[:bank_bits] == x) & (self.write_y[:bank_bits] == y)
+                m.d.sync += written_here.eq(self.write_enable & is_here)
+                # A register for each bank, which is near it.
+                with m.If(is_here):
+                    m.d.sync += written.eq(self.write_altitude)
+                m.d.comb += [bank.a.write_enable.eq(written_here), bank.a.write_data.eq(written)]
+                for port, member in enumerate([bank.a, bank.b] if ports == 2 else [bank.a]):
+                    by_x, by_y = port * edge + x, port * edge + y
+                    address = Mux(self.steep, along[by_y], across[by_x])
+                    if port == 0:
+                        address = Mux(self.walking, address, access)
+                        ground[x][y] = member.data
+                    name = f"{x}_{y}_{port}"
+                    m.d.comb += member.address.eq(delayed(m, address, 1, f"row_{name}"))
+
+                    # Of the two lanes that may look here, whether the one that does.
+                    would = Mux(
+                        self.steep,
+                        self.lanes[by_y].minor[:bank_bits] == x,
+                        self.lanes[by_x].minor[:bank_bits] == y,
+                    )
+                    does = Mux(steep[1], valids[by_y], valids[by_x])
+                    looks = delayed(m, would, 1, f"would_look_{name}") & does
+                    looked = delayed(m, looks, answer - 1, f"looked_{name}")
+                    ceiling = Signal(config.altitude_bits, name=f"at_{name}", reset_less=True)
+                    hit = Signal(name=f"hit_{name}", reset_less=True)
+                    is_top = Signal(name=f"top_{name}", reset_less=True)
+                    m.d.sync += [
+                        ceiling.eq(Mux(steep[answer - 1], ceilings[by_y], ceilings[by_x])),
+                        hit.eq(looked & (member.data >= ceiling)),
+                        is_top.eq(looked & (member.data == top)),
+                    ]
+                    hits[port][x][y], tops[port][x][y] = hit, is_top
+
+        for number in range(config.lanes):
+            port, column = divmod(number, edge)
+            for flags, out in ((hits[port], self.hits), (tops[port], self.blocked)):
+                level = Cat(flags[column]).any()
+                upright = Cat(flags[x][column] for x in range(edge)).any()
+                m.d.sync += out[number].eq(Mux(steep[answer + 1], upright, level))
+
+        # The banks of a column are near each other; columns are chosen from in the next clock.
+        at_x = delayed(m, bank_x, latency + 1, "at_x")
+        at_y = delayed(m, bank_y, latency, "at_y")
+        looked_up = []
+        for x, column in enumerate(ground):
+            found = Signal(config.altitude_bits, name=f"looked_up_{x}", reset_less=True)
+            m.d.sync += found.eq(chosen(at_y, column))
+            looked_up.append(found)
+        m.d.comb += self.lookup_altitude.eq(chosen(at_x, looked_up))
+
+        return m

@@ -1,0 +1,200 @@
+"""Bresenham walker of the two-tier build: one cell a clock, without a divider."""
+
+from amaranth import *
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import Config
+from hdl.feasibility.two_tier.segment_setup import segment_layout
+
+
+__all__ = ["CellWalker", "level_layout", "visit_layout"]
+
+
+def visit_layout(config: Config) -> data.StructLayout:
+    """One cell that a path visits, in cells of its map, and the place of the cell in the path.
+
+    ``coarse``: its map is the coarse one. ``segment`` that visits it; ``first``: it is the first
+    cell of its path; ``ends_segment`` and ``ends_path``: it is the last one of these.
+    """
+    return data.StructLayout(
+        {
+            "x": config.coordinate_bits,
+            "y": config.coordinate_bits,
+            "coarse": 1,
+            "segment": config.segment_bits,
+            "first": 1,
+            "ends_segment": 1,
+            "ends_path": 1,
+        }
+    )
+
+
+def level_layout(config: Config) -> data.StructLayout:
+    """Altitude of a path at a cell as the exact quotient ``scaled / steps``, ``steps`` not 0."""
+    return data.StructLayout(
+        {
+            "scaled": config.altitude_bits + config.coordinate_bits,
+            "steps": config.coordinate_bits,
+        }
+    )
+
+
+class CellWalker(wiring.Component):
+    """Visits every cell of segments, both ends included, in walking order.
+
+    Cell k of a segment of n steps is ``x0 + floor((2 k dx + n) / (2 n))``, y likewise: along the
+    longer side one cell a step; along the other an error, kept between -2 n and -1, grows by twice
+    the shorter side and steps when it gets to 0. Halves are rounded up, not away from the start:
+    towards lower coordinates the error begins one lower. The altitude is the exact
+    ``(z0 n + k dz) / n``, its numerator summed up step by step; a segment without steps is taken
+    for one of a single step, of which only the first cell is visited.
+
+    A cell is visited in the clock after its segment is taken, then one a clock; a segment is taken
+    in the last clock of the one before, so that no clock is lost.
+
+    Source: *allaire two-tier*, section 3.2.3. Differs: the next segment is set up during the walk.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    segments : In(stream.Signature(segment_layout))
+    room : In(1)
+        The first segment of a path may be taken.
+    segment_room : In(1)
+        A segment may be taken.
+    begins : Out(1)
+        The first segment of a path is taken.
+    segment_begins : Out(1)
+        A segment is taken, not only to be dropped.
+    drop : In(1)
+        Leave the path under way, from the next clock on: that whose cell was visited last, which
+        must not have been its last one. A cell may still be visited in the clock of ``drop``; it
+        counts for nothing. Later segments of that path are taken and not walked, one a clock.
+    visiting : Out(1)
+        ``visit`` is visited in this clock.
+    visit : Out(visit_layout)
+        A register.
+    level : Out(level_layout)
+        Altitude at the cell that was visited in the clock before.
+    """
+
+    def __init__(self, config):
+        self.config = config
+        super().__init__(
+            {
+                "segments": In(stream.Signature(segment_layout(config))),
+                "room": In(1),
+                "segment_room": In(1),
+                "begins": Out(1),
+                "segment_begins": Out(1),
+                "drop": In(1),
+                "visiting": Out(1),
+                "visit": Out(visit_layout(config)),
+                "level": Out(level_layout(config)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+
+        segment = self.segments.p
+        active = Signal()
+        dropping = Signal()
+        # Of the segment under way.
+        last = Signal()
+        west = Signal()
+        south = Signal()
+        steep = Signal()
+        left = Signal(config.coordinate_bits)
+        error = Signal(signed(config.coordinate_bits + 2))
+        growth = Signal(config.coordinate_bits + 1)
+        excess = Signal(signed(config.coordinate_bits + 2))
+
+        visit = self.visit
+        opens = Signal()
+        ended = Signal()
+        free = Signal()
+        load = Signal()
+        m.d.comb += [
+            opens.eq(segment.number == 0),
+            ended.eq(left == 0),
+            self.visiting.eq(active),
+            visit.ends_segment.eq(ended),
+            visit.ends_path.eq(ended & last),
+            free.eq(~active | ended),
+            self.segments.ready.eq(
+                dropping | (free & ~self.drop & self.segment_room & (self.room | ~opens))
+            ),
+            load.eq(self.segments.valid & self.segments.ready & ~dropping),
+            self.begins.eq(load & opens),
+            self.segment_begins.eq(load),
+        ]
+
+        with m.If(self.drop):
+            m.d.sync += dropping.eq(~(active & last))
+        with m.Elif(dropping & self.segments.valid & segment.last):
+            m.d.sync += dropping.eq(0)
+
+        with m.If(self.drop):
+            m.d.sync += active.eq(0)
+        with m.Elif(free):
+            m.d.sync += active.eq(load)
+
+        grown = Signal(signed(config.coordinate_bits + 2))
+        across = Signal()  # A step along the shorter side.
+        m.d.comb += [grown.eq(error + growth), across.eq(grown >= 0)]
+        with m.If(load):
+            m.d.sync += [
+                visit.x.eq(segment.x),
+                visit.y.eq(segment.y),
+                visit.coarse.eq(segment.coarse),
+                visit.segment.eq(segment.number),
+                visit.first.eq(opens),
+                last.eq(segment.last),
+                west.eq(segment.west),
+                south.eq(segment.south),
+                steep.eq(segment.steep),
+                left.eq(segment.steps),
+                # n - 2 n, and one lower where steps go towards 0.
+                error.eq(-segment.steps - Mux(segment.steep, segment.west, segment.south)),
+                growth.eq(segment.minor << 1),
+                excess.eq((segment.minor - segment.steps) << 1),
+            ]
+        with m.Elif(active):
+            m.d.sync += [
+                visit.first.eq(0),
+                left.eq(left - 1),
+                error.eq(Mux(across, error + excess, grown)),
+            ]
+            with m.If(steep | across):
+                m.d.sync += visit.y.eq(Mux(south, visit.y - 1, visit.y + 1))
+            with m.If(~steep | across):
+                m.d.sync += visit.x.eq(Mux(west, visit.x - 1, visit.x + 1))
+
+        # The altitude follows a clock later, which gives the product of a new segment its clock.
+        steps = Signal(config.coordinate_bits)
+        climb = Signal(signed(config.altitude_bits + 1))
+        product = Signal(self.level.scaled.shape())
+        begins = Signal()
+        with m.If(load):
+            divisor = Mux(segment.steps == 0, 1, segment.steps)
+            m.d.sync += [
+                begins.eq(1),
+                steps.eq(divisor),
+                climb.eq(segment.climb),
+                product.eq(segment.altitude * divisor),
+            ]
+        with m.Else():
+            m.d.sync += begins.eq(0)
+        with m.If(active):
+            m.d.sync += [
+                self.level.scaled.eq(Mux(begins, product, self.level.scaled + climb)),
+                self.level.steps.eq(steps),
+            ]
+
+        return m

@@ -1,0 +1,175 @@
+"""The coarse map: highest cell of every block of the detailed map, kept up to date."""
+
+from amaranth import *
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.feasibility.layouts import cell_layout
+from hdl.feasibility.map_memory import MapMemory
+
+
+__all__ = ["CoarseMap"]
+
+
+class CoarseMap(wiring.Component):
+    """Memory of the maxima of blocks of ``coarse_factor`` x ``coarse_factor`` cells.
+
+    The cells that are written to the detailed map come by, and it keeps the blocks that they span.
+    After the last one of a rectangle it reads every cell of those blocks again, a cell a clock, and
+    writes their maxima: so a maximum also comes down where its cell did. That takes
+    ``coarse_factor`` squared clocks a block, and ``scan_latency + 2`` more in all: so many clocks
+    ``busy`` is high, from that after the last cell on.
+
+    Source: *allaire two-tier*, section 3.1.1.
+
+    Parameters
+    ----------
+    config : Config
+    scan_latency : int
+        Clocks from ``scanning`` to its ``scanned``, 1 or more.
+
+    Members
+    -------
+    writes : In(stream.Signature(cell_layout))
+        Cells of the detailed map; ``last`` ends a rectangle. Taken while not ``busy``.
+    written : Out(1)
+        The cell that is offered is taken: it is to be written to the detailed map.
+    busy : Out(1)
+        Blocks are being read.
+    scanning : Out(1)
+        Read cell ``scan_x``, ``scan_y`` of the detailed map.
+    scan_x, scan_y : Out(coordinate_bits)
+    scanned : In(altitude_bits)
+        Altitude of the cell that was asked for ``scan_latency`` clocks ago, every write that came
+        before ``busy`` included.
+    x, y : In(coarse_bits)
+        Block to be read, not while ``busy``.
+    altitude : Out(altitude_bits)
+        Its maximum, ``memory_latency`` clocks later: anything until the block was scanned. See
+        :class:`hdl.feasibility.map_memory.MapMemory`.
+
+    Raises
+    ------
+    ValueError
+        If ``scan_latency`` is out of its range.
+    """
+
+    def __init__(self, config, *, scan_latency):
+        if scan_latency < 1:
+            raise ValueError(f"Latency of a scan must be 1 or more, not {scan_latency!r}")
+
+        self.config = config
+        self.scan_latency = scan_latency
+        super().__init__(
+            {
+                "writes": In(stream.Signature(cell_layout(config))),
+                "written": Out(1),
+                "busy": Out(1),
+                "scanning": Out(1),
+                "scan_x": Out(config.coordinate_bits),
+                "scan_y": Out(config.coordinate_bits),
+                "scanned": In(config.altitude_bits),
+                "x": In(config.coarse_bits),
+                "y": In(config.coarse_bits),
+                "altitude": Out(config.altitude_bits),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+        bits = config.coordinate_bits - config.coarse_bits
+
+        cell = self.writes.p
+        m.d.comb += [
+            self.writes.ready.eq(~self.busy),
+            self.written.eq(self.writes.valid & self.writes.ready),
+        ]
+
+        # Blocks written to since the last rectangle ended.
+        block_x, block_y = cell.x >> bits, cell.y >> bits
+        fresh = Signal(init=1)
+        west, east, south, north = (
+            Signal(config.coarse_bits, name=name) for name in ("west", "east", "south", "north")
+        )
+        with m.If(self.written):
+            m.d.sync += fresh.eq(cell.last)
+            with m.If(fresh | (block_x < west)):
+                m.d.sync += west.eq(block_x)
+            with m.If(fresh | (block_x > east)):
+                m.d.sync += east.eq(block_x)
+            with m.If(fresh | (block_y < south)):
+                m.d.sync += south.eq(block_y)
+            with m.If(fresh | (block_y > north)):
+                m.d.sync += north.eq(block_y)
+
+        # A clock for these to settle, then the cells: through a block, then to the next one.
+        starting = Signal()
+        m.d.sync += starting.eq(self.written & cell.last)
+        at_x, at_y = Signal(config.coarse_bits), Signal(config.coarse_bits)
+        inner_x, inner_y = Signal(bits), Signal(bits)
+        block_ends = Signal()
+        m.d.comb += [
+            self.scan_x.eq(Cat(inner_x, at_x)),
+            self.scan_y.eq(Cat(inner_y, at_y)),
+            block_ends.eq(Cat(inner_x, inner_y).all()),
+        ]
+        with m.If(starting):
+            m.d.sync += [
+                self.scanning.eq(1),
+                at_x.eq(west),
+                at_y.eq(south),
+                Cat(inner_x, inner_y).eq(0),
+            ]
+        with m.Elif(self.scanning):
+            m.d.sync += Cat(inner_x, inner_y).eq(Cat(inner_x, inner_y) + 1)
+            with m.If(block_ends):
+                m.d.sync += at_x.eq(Mux(at_x == east, west, at_x + 1))
+                with m.If(at_x == east):
+                    m.d.sync += at_y.eq(at_y + 1)
+                    with m.If(at_y == north):
+                        m.d.sync += self.scanning.eq(0)
+
+        # What comes back, with the block it belongs to.
+        block = {"x": config.coarse_bits, "y": config.coarse_bits}
+        asked = Signal(data.StructLayout({"valid": 1, "first": 1, "last": 1, **block}))
+        m.d.comb += [
+            asked.valid.eq(self.scanning),
+            asked.first.eq(~Cat(inner_x, inner_y).any()),
+            asked.last.eq(block_ends),
+            asked.x.eq(at_x),
+            asked.y.eq(at_y),
+        ]
+        under_way = [starting, self.scanning]
+        for clock in range(self.scan_latency):
+            following = Signal.like(asked, name=f"asked_{clock}")
+            m.d.sync += following.eq(asked)
+            asked = following
+            under_way.append(asked.valid)
+
+        highest = Signal(config.altitude_bits)
+        writing = Signal()
+        row = Signal(2 * config.coarse_bits)
+        m.d.sync += [
+            writing.eq(asked.valid & asked.last),
+            row.eq(Cat(asked.x, asked.y)),
+        ]
+        with m.If(asked.valid & (asked.first | (self.scanned > highest))):
+            m.d.sync += highest.eq(self.scanned)
+        m.d.comb += self.busy.eq(Cat(under_way).any() | writing)
+
+        m.submodules.blocks = blocks = MapMemory(
+            rows=1 << len(row),
+            width=config.altitude_bits,
+            latency=config.memory_latency,
+            ports=1,
+        )
+        port = blocks.a
+        m.d.comb += [
+            port.write_enable.eq(writing),
+            port.write_data.eq(highest),
+            port.address.eq(Mux(writing, row, Cat(self.x, self.y))),
+            self.altitude.eq(port.data),
+        ]
+
+        return m

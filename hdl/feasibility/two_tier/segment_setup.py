@@ -1,0 +1,170 @@
+"""Turns the points of paths into segments that the sequential walker can start at once."""
+
+from amaranth import *
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import Config
+from hdl.feasibility.layouts import point_layout
+
+
+__all__ = ["TwoTierSegmentSetup", "segment_layout"]
+
+
+def segment_layout(config: Config) -> data.StructLayout:
+    """One segment to be walked.
+
+    ``x``, ``y`` of its first cell, in cells of the map it is for; ``west`` and ``south``: x, y do
+    not grow; ``steep``: y is the longer side. ``steps`` of the longer side and ``minor`` of the
+    other. ``altitude`` of the first cell, ``climb`` to the last one; of a segment without steps
+    the lower end. ``coarse``: it is for the coarse map. ``number`` within its path, ``last``: it
+    ends there.
+    """
+    return data.StructLayout(
+        {
+            "x": config.coordinate_bits,
+            "y": config.coordinate_bits,
+            "west": 1,
+            "south": 1,
+            "steep": 1,
+            "steps": config.coordinate_bits,
+            "minor": config.coordinate_bits,
+            "altitude": config.altitude_bits,
+            "climb": signed(config.altitude_bits + 1),
+            "coarse": 1,
+            "number": config.segment_bits,
+            "last": 1,
+        }
+    )
+
+
+class TwoTierSegmentSetup(wiring.Component):
+    """Makes segments of points: differences, sides in order of length, the map to be used.
+
+    The first :attr:`hdl.config.Config.DETAILED_SEGMENTS` segments of a path are for the detailed
+    map, all others for the coarse one: their points are brought to the blocks they lie in, their
+    altitudes stay (*allaire two-tier*, section 3.2).
+
+    A pipeline of two stages that takes a point and offers a segment every clock: the segment is
+    offered 2 clocks after its second point is taken. With ``segments`` stalled, two wait here.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    points : In(stream.Signature(point_layout))
+        Paths of two points or more, one after the other.
+    segments : Out(stream.Signature(segment_layout))
+        One segment fewer than points, path by path.
+    """
+
+    def __init__(self, config):
+        self.config = config
+        super().__init__(
+            {
+                "points": In(stream.Signature(point_layout(config))),
+                "segments": Out(stream.Signature(segment_layout(config))),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+        shift = config.coordinate_bits - config.coarse_bits
+
+        point = self.points.p
+        taken = Signal()
+        first = Signal(init=1)
+        previous = Signal(point_layout(config), reset_less=True)
+        number = Signal(config.segment_bits)
+        coarse = Signal()
+
+        measured = Signal()  # The first stage holds a segment: its sides with their signs.
+        sides = Signal(
+            data.StructLayout(
+                {
+                    "x": config.coordinate_bits,
+                    "y": config.coordinate_bits,
+                    "altitude": config.altitude_bits,
+                    "goal": config.altitude_bits,
+                    "climb": signed(config.altitude_bits + 1),
+                    "across": config.coordinate_bits,
+                    "along": config.coordinate_bits,
+                    "west": 1,
+                    "south": 1,
+                    "coarse": 1,
+                    "number": config.segment_bits,
+                    "last": 1,
+                }
+            ),
+            reset_less=True,
+        )
+        move_measured = Signal()
+
+        m.d.comb += [
+            move_measured.eq(~self.segments.valid | self.segments.ready),
+            self.points.ready.eq(first | ~measured | move_measured),
+            taken.eq(self.points.valid & self.points.ready),
+        ]
+
+        def located(point):
+            """Return x and y of a point in the cells of the segment's map."""
+            return [Mux(coarse, axis >> shift, axis) for axis in (point.x, point.y)]
+
+        (start_x, start_y), (stop_x, stop_y) = located(previous), located(point)
+        west = Signal()
+        south = Signal()
+        m.d.comb += [west.eq(stop_x < start_x), south.eq(stop_y < start_y)]
+
+        with m.If(taken):
+            m.d.sync += [
+                previous.eq(point),
+                first.eq(point.last),
+                number.eq(Mux(first, 0, number + 1)),
+                coarse.eq(~first & (coarse | (number == config.DETAILED_SEGMENTS - 1))),
+            ]
+            with m.If(~first):
+                m.d.sync += [
+                    sides.x.eq(start_x),
+                    sides.y.eq(start_y),
+                    sides.altitude.eq(previous.altitude),
+                    sides.goal.eq(point.altitude),
+                    sides.climb.eq(point.altitude - previous.altitude),
+                    sides.across.eq(Mux(west, start_x - stop_x, stop_x - start_x)),
+                    sides.along.eq(Mux(south, start_y - stop_y, stop_y - start_y)),
+                    sides.west.eq(west),
+                    sides.south.eq(south),
+                    sides.coarse.eq(coarse),
+                    sides.number.eq(number),
+                    sides.last.eq(point.last),
+                ]
+        with m.If(~measured | move_measured):
+            m.d.sync += measured.eq(taken & ~first)
+
+        segment = self.segments.p
+        steep = Signal()
+        level = Signal()
+        m.d.comb += [
+            steep.eq(sides.along > sides.across),
+            level.eq((sides.across == 0) & (sides.along == 0)),
+        ]
+        with m.If(move_measured):
+            m.d.sync += [
+                self.segments.valid.eq(measured),
+                segment.x.eq(sides.x),
+                segment.y.eq(sides.y),
+                segment.west.eq(sides.west),
+                segment.south.eq(sides.south),
+                segment.steep.eq(steep),
+                segment.steps.eq(Mux(steep, sides.along, sides.across)),
+                segment.minor.eq(Mux(steep, sides.across, sides.along)),
+                segment.altitude.eq(Mux(level & (sides.climb < 0), sides.goal, sides.altitude)),
+                segment.climb.eq(sides.climb),
+                segment.coarse.eq(sides.coarse),
+                segment.number.eq(sides.number),
+                segment.last.eq(sides.last),
+            ]
+
+        return m

@@ -1,0 +1,137 @@
+"""The two-tier build: a cell a clock, near the aircraft in the detailed map, then in the coarse."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import connect, flipped
+
+from hdl.feasibility.map_memory import MapMemory
+from hdl.feasibility.two_tier.altitude_compare import AltitudeCompare
+from hdl.feasibility.two_tier.cell_walker import CellWalker
+from hdl.feasibility.two_tier.coarse_map import CoarseMap
+from hdl.feasibility.two_tier.segment_setup import TwoTierSegmentSetup
+from hdl.feasibility.walker_interface import walker_signature
+
+
+__all__ = ["TwoTierWalker"]
+
+
+class TwoTierWalker(wiring.Component):
+    """Walks the first two segments of a path in the detailed map, all others in the coarse one.
+
+    With a source that always has the next point, the first cell of a path is visited 4 clocks after
+    its first point is taken, one cell a clock after that, segments and paths following each other
+    without a gap; the step of a cell comes ``memory_latency + 3`` clocks after its visit. So a path
+    of c cells is decided ``c + memory_latency + 6`` clocks after its first point is taken, that
+    clock included, and its verdict is offered in the next one.
+
+    In the clock of ``drop`` one more address is given, and counted. The points left of that path
+    are taken, one a clock.
+
+    Points and writes wait while the coarse map is rebuilt: see
+    :class:`hdl.feasibility.two_tier.coarse_map.CoarseMap`.
+
+    Source: *allaire two-tier*, section 3. Differs: the set-up of segments and paths overlaps the
+    walk, and altitudes are compared exactly.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    Those of :func:`hdl.feasibility.walker_interface.walker_signature`.
+    """
+
+    def __init__(self, config):
+        self.config = config
+        super().__init__(walker_signature(config))
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+
+        m.submodules.setup = setup = TwoTierSegmentSetup(config)
+        m.submodules.line = line = CellWalker(config)
+        m.submodules.compare = compare = AltitudeCompare(config)
+        m.submodules.detailed = detailed = MapMemory(
+            rows=config.map_size**2,
+            width=config.altitude_bits,
+            latency=config.memory_latency,
+            ports=1,
+            number=0,
+        )
+        m.submodules.coarse = coarse = CoarseMap(config, scan_latency=config.lookup_latency)
+
+        visit = line.visit
+        connect(m, setup.segments, line.segments)
+        m.d.comb += [
+            setup.points.p.eq(self.points.p),
+            setup.points.valid.eq(self.points.valid & ~coarse.busy),
+            self.points.ready.eq(setup.points.ready & ~coarse.busy),
+            line.room.eq(self.room),
+            line.segment_room.eq(self.segment_room),
+            self.begins.eq(line.begins),
+            self.segment_begins.eq(line.segment_begins),
+            compare.visiting.eq(line.visiting),
+            compare.visit.eq(visit),
+            compare.level.eq(line.level),
+        ]
+
+        # All other accesses pass one register, so that the walk has the shortest way to the memory.
+        write = self.writes.p
+        connect(m, flipped(self.writes), coarse.writes)
+        address = Signal(2 * config.coordinate_bits, reset_less=True)
+        with m.If(coarse.scanning):
+            m.d.sync += address.eq(Cat(coarse.scan_x, coarse.scan_y))
+        with m.Elif(coarse.written):
+            m.d.sync += address.eq(Cat(write.x, write.y))
+        with m.Else():
+            m.d.sync += address.eq(Cat(self.lookup_x, self.lookup_y))
+        port = detailed.a
+        m.d.sync += [port.write_enable.eq(coarse.written), port.write_data.eq(write.altitude)]
+        m.d.comb += [
+            port.address.eq(Mux(line.visiting, Cat(visit.x, visit.y), address)),
+            coarse.x.eq(visit.x),
+            coarse.y.eq(visit.y),
+        ]
+
+        # Which map answers; to look-ups and scans, which never meet a walk, the detailed one.
+        from_coarse = line.visiting & visit.coarse
+        for clock in range(config.memory_latency):
+            earlier = Signal(name=f"from_coarse_{clock}", reset_less=True)
+            m.d.sync += earlier.eq(from_coarse)
+            from_coarse = earlier
+        ground = Signal(config.altitude_bits, reset_less=True)
+        m.d.sync += ground.eq(Mux(from_coarse, coarse.altitude, port.data))
+        m.d.comb += [
+            compare.ground.eq(ground),
+            self.lookup_altitude.eq(ground),
+            coarse.scanned.eq(ground),
+        ]
+
+        tested, step = compare.tested, self.step
+        passed = Signal(config.path_cells_bits)
+        drop = Signal()
+        m.d.comb += [
+            drop.eq(self.drop & tested.open),
+            line.drop.eq(drop),
+            compare.drop.eq(drop),
+            step.valid.eq(compare.valid),
+            step.first.eq(tested.visit.first),
+            step.ends_segment.eq(tested.visit.ends_segment),
+            step.ends_path.eq(tested.visit.ends_path),
+            step.segment.eq(tested.visit.segment),
+            step.coarse.eq(tested.visit.coarse),
+            step.x.eq(tested.visit.x),
+            step.y.eq(tested.visit.y),
+            step.cells.eq(1),
+            step.hit.eq(tested.hit),
+            step.until.eq(1),
+            step.terrain.eq(tested.hit & ~tested.blocked),
+            step.nofly.eq(tested.hit & tested.blocked),
+            step.reads.eq(Mux(tested.visit.first, 0, passed) + 1 + tested.reads),
+        ]
+        with m.If(compare.valid):
+            m.d.sync += passed.eq(Mux(tested.visit.first, 0, passed) + 1)
+
+        return m

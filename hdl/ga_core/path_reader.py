@@ -1,0 +1,146 @@
+"""Reads paths out for the host, a waypoint at a time."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.ga_core.layouts import read_layout, waypoint_layout
+
+
+__all__ = ["PathReader"]
+
+
+class PathReader(wiring.Component):
+    """Turns the lock-step reading of the population into a stream of one path after another.
+
+    It rewinds the reading before each path and after the last; ``waypoint`` is the register into
+    which a step moves the next waypoint of ``slot``. Three clocks pass between two paths.
+
+    A waypoint that is not taken moves aside to let one more in: so a step does not depend on
+    ``waypoints.ready`` in the same clock, which would have to reach the whole population.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    reads : In(stream.Signature(read_layout))
+        ``count`` is 1 or more.
+    allow : In(1)
+        Whether ``reads`` is taken.
+    waypoints : Out(stream.Signature(waypoint_layout))
+    active : Out(1)
+        A read is under way: the population must not change.
+    slot : Out(slot_bits)
+        Slot being read.
+    length : In(length_bits)
+        Length of its path, two clocks after ``slot``.
+    rewind : Out(1)
+    primes : In(1)
+        The reading has been rewound, and can be stepped from the next clock on.
+    steps : Out(1)
+        It steps in the next clock.
+    waypoint : In(waypoint_bits)
+    """
+
+    def __init__(self, config):
+        self.config = config
+        super().__init__(
+            {
+                "reads": In(stream.Signature(read_layout(config))),
+                "allow": In(1),
+                "waypoints": Out(stream.Signature(waypoint_layout(config))),
+                "active": Out(1),
+                "slot": Out(config.slot_bits),
+                "length": In(config.length_bits),
+                "rewind": Out(1),
+                "primes": In(1),
+                "steps": Out(1),
+                "waypoint": In(config.waypoint_bits),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+        waypoints = self.waypoints
+
+        # Whether the next waypoint ends a path, and all paths, is known a clock before. `second` is
+        # two past that waypoint's position; no path has but one.
+        left = Signal(range(config.population + 1))
+        second = Signal(config.length_bits + 1)
+        last = Signal()
+        only = Signal()
+        final = Signal()
+        m.d.sync += only.eq(left == 1)
+        m.d.comb += final.eq(last & only)
+
+        # The waypoint in the register, and the one before it, if it has moved aside.
+        loaded = Signal()
+        present = Signal(waypoint_layout(config))
+        ends = Signal()
+        ends_all = Signal()
+        reading = Signal()
+        step = Signal()
+        full = Signal()
+        aside = Signal(waypoint_layout(config), reset_less=True)
+        m.d.comb += [
+            present.waypoint.eq(self.waypoint),
+            present.last.eq(ends),
+            present.final.eq(ends_all),
+            waypoints.valid.eq(loaded | full),
+            waypoints.p.eq(Mux(full, aside, present)),
+        ]
+        with m.If(full):
+            with m.If(waypoints.ready):
+                m.d.sync += full.eq(0)
+        with m.Else():
+            m.d.sync += aside.eq(present)
+            with m.If(step):
+                m.d.sync += [loaded.eq(1), full.eq(loaded & ~waypoints.ready)]
+            with m.Elif(waypoints.ready):
+                m.d.sync += loaded.eq(0)
+        with m.If(step):
+            m.d.sync += [
+                ends.eq(last),
+                ends_all.eq(final),
+                last.eq(second == self.length),
+                second.eq(second + 1),
+            ]
+
+        # A step is decided a clock before: none after the last of a path, none that finds the
+        # register and the place aside taken.
+        room = Signal()
+        m.d.comb += [
+            room.eq(waypoints.ready | ~(full | (loaded & step))),
+            self.steps.eq(reading & ~(step & last) & self.primes & room),
+        ]
+        m.d.sync += step.eq(self.steps)
+        with m.FSM():
+            with m.State("Idle"):
+                m.d.comb += self.reads.ready.eq(self.allow)
+                m.d.sync += [self.slot.eq(self.reads.p.slot), left.eq(self.reads.p.count)]
+                with m.If(self.reads.valid & self.allow):
+                    m.d.sync += self.active.eq(1)
+                    m.next = "Rewind"
+
+            with m.State("Rewind"):
+                m.d.comb += self.rewind.eq(1)
+                m.d.sync += [second.eq(2), last.eq(0), reading.eq(1)]
+                m.next = "Read"
+
+            with m.State("Read"):
+                with m.If(step & last):
+                    m.d.sync += [self.slot.eq(self.slot + 1), left.eq(left - 1), reading.eq(0)]
+                    m.next = "Rewind"
+                    with m.If(final):
+                        m.next = "Drain"
+
+            with m.State("Drain"):
+                m.d.comb += self.rewind.eq(1)
+                with m.If(waypoints.ready & waypoints.p.final):
+                    m.d.sync += self.active.eq(0)
+                    m.next = "Idle"
+
+        return m

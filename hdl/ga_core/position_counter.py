@@ -1,0 +1,80 @@
+"""Counts the waypoints that pass through the ports during a crossover."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import Config
+from hdl.ga_core.chromosome import position_bits
+from hdl.ga_core.slot_mapping import carriers
+
+
+__all__ = ["PositionCounter"]
+
+
+class PositionCounter(wiring.Component):
+    """Says which waypoints pass, and when the longest path has passed.
+
+    All about a position is there a clock before its waypoints are in the ports. What reaches the
+    whole population comes from registers.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    begin : In(1)
+        Pulse, in the clock before the first of the crossover. Not during one.
+    lengths : In(length_bits).array(carriers)
+        Length of the path of each port, 2 or more. Steady from ``begin`` to ``over``.
+    goes_on : Out(1)
+        ``running``, and in the next clock, too.
+    running : Out(1)
+        The ports take the waypoints at ``following``: from the first clock of the crossover on, for
+        as many clocks as the longest path has waypoints.
+    following : Out(index_bits)
+        0, 1, ... while ``running``.
+    carrying, position : Out(1), Out(index_bits)
+        ``running`` and ``following`` of a clock ago: the ports hold those waypoints.
+    over : Out(1)
+        In the clock after the last of ``running``.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        super().__init__(
+            {
+                "begin": In(1),
+                "lengths": In(config.length_bits).array(carriers(config)),
+                "goes_on": Out(1),
+                "running": Out(1),
+                "following": Out(config.index_bits),
+                "carrying": Out(1),
+                "position": Out(config.index_bits),
+                "over": Out(1),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        # Whether all paths end is worked out in three clocks: each of them first, for the waypoint
+        # after the following one, then all. So `third` is three past `following`.
+        last = Signal()
+        third = Signal(position_bits(self.config), init=2)
+        ended = Signal(len(self.lengths), reset_less=True)
+        passes = self.begin | self.goes_on
+        m.d.comb += self.goes_on.eq(self.running & ~last)
+        m.d.sync += [
+            self.running.eq(passes),
+            self.following.eq(Mux(self.running, self.following + 1, 0)),
+            third.eq(Mux(passes, third + 1, 2)),
+            ended.eq(Cat(length <= third for length in self.lengths)),
+            last.eq(self.running & ~last & ended.all()),
+            self.carrying.eq(self.running),
+            self.position.eq(self.following),
+            self.over.eq(last),
+        ]
+
+        return m

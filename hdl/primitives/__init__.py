@@ -1,0 +1,1 @@
+"""Small building blocks of gateware that know nothing of paths, maps or commands."""

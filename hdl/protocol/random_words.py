@@ -1,0 +1,94 @@
+"""Where each random draw lies in the words of the random source: read by gateware and model alike.
+
+A generation takes :attr:`hdl.config.Config.draw_steps` steps of the source; each step gives one
+selection word and one mutation word. Pure Python.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from hdl.config import Config
+
+
+__all__ = ["LANES", "SEED_BITS", "WARM_UP_STEPS", "WORD_BITS", "RandomWordLayout", "Slice"]
+
+#: Width of a word; also the widest that Trivium's feedback taps allow in one step.
+WORD_BITS = 64
+#: Words a step: selection first, then mutation. Each comes from a generator of its own.
+LANES = 2
+#: Width of the seed.
+SEED_BITS = 64
+#: Steps between loading a seed and the first word used: four full cycles of the 288-bit state.
+WARM_UP_STEPS = 4 * 288 // WORD_BITS
+
+Slice = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class RandomWordLayout:
+    """Bit slices ``(low, high)`` of the draws of one configuration.
+
+    A uniform draw below ``n`` is ``slice * n >> width``, so its probabilities differ from ``1 / n``
+    by at most ``n / 2**width`` of themselves: 24 bits for children and survivors keep every
+    ordered choice of 5 of 22 within 7e-6.
+
+    Step ``i`` of a generation carries, in the selection word, the two draws of crossover rank ``i``
+    and the two of survivor ``i``; in the mutation word, the child and the waypoint of mutator
+    ``i``.
+    The steps after the last mutator carry the offsets of new waypoints, one each: those of the
+    first candidate of every patch, then of the second of every patch, and so on.
+    """
+
+    config: Config
+
+    #: Width of the draws that pick different children and survivors.
+    DISTINCT_BITS = 24
+    #: Width of the draw that picks a waypoint, and of each coordinate's offset.
+    OFFSET_BITS = 16
+
+    def __post_init__(self) -> None:
+        if self.survivor_second[1] > WORD_BITS:
+            raise ValueError(
+                f"Config.population must leave room in a {WORD_BITS}-bit word, "
+                f"not {self.config.population!r}"
+            )
+
+    @cached_property
+    def rank_first(self) -> Slice:
+        """First uniform draw of a crossover rank; the smaller of the two is the rank."""
+        return 0, self.config.slot_bits
+
+    @cached_property
+    def rank_second(self) -> Slice:
+        """Second uniform draw of a crossover rank."""
+        return self.config.slot_bits, 2 * self.config.slot_bits
+
+    @cached_property
+    def survivor_first(self) -> Slice:
+        """Draw of a survivor among those left."""
+        low = 2 * self.config.slot_bits
+        return low, low + self.DISTINCT_BITS
+
+    @cached_property
+    def survivor_second(self) -> Slice:
+        """Second draw of a survivor, used when survivors are drawn by rank."""
+        low = self.survivor_first[1]
+        return low, low + self.DISTINCT_BITS
+
+    @cached_property
+    def child(self) -> Slice:
+        """Draw of a mutator's child among those left."""
+        return 0, self.DISTINCT_BITS
+
+    @cached_property
+    def waypoint(self) -> Slice:
+        """Draw of the waypoint a mutator works on."""
+        return self.DISTINCT_BITS, self.DISTINCT_BITS + self.OFFSET_BITS
+
+    @cached_property
+    def offsets(self) -> tuple[Slice, Slice, Slice]:
+        """Draws of a new waypoint's offsets in x, y and altitude."""
+        width = self.OFFSET_BITS
+        return (0, width), (width, 2 * width), (2 * width, 3 * width)

@@ -1,0 +1,443 @@
+"""One chip, whatever is behind the link: the commands of :mod:`hdl.protocol` as methods."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdl.config import CheckerBuild, Config, MutationKind
+from hdl.protocol import (
+    VERSION,
+    Command,
+    Layout,
+    LinkMode,
+    config_from_info,
+    counters_reply,
+    generate_request,
+    info_reply,
+    pack_paths,
+    read_request,
+    recipe_reply,
+    start_request,
+    status_reply,
+    survivors_reply,
+    unpack_paths,
+    write_request,
+)
+from host.device.checks import Checked, check_points, check_slots
+from host.device.link import Link
+from host.device.map_copy import MapCopy
+from host.errors import InputError
+
+
+__all__ = ["Chip", "Step", "pack_waypoints", "unpack_waypoints"]
+
+#: Bytes of waypoints in one frame of a transfer: short enough to survive a bad line.
+_TRANSFER_BYTES = 128
+
+
+@dataclass(frozen=True)
+class Step:
+    """What one generation made.
+
+    Attributes
+    ----------
+    paths : list of list of int
+        Packed waypoints of every slot: elites, survivors, children.
+    origin : tuple of int, or None
+        Former slots of the elites and survivors. None in population mode, which does not tell.
+    """
+
+    paths: list[list[int]]
+    origin: tuple[int, ...] | None
+
+
+def pack_waypoints(config: Config, cells: NDArray[np.integer]) -> list[int]:
+    """Pack ``cells``, (n, 3) integers x, y, altitude step, as the chip holds them."""
+    bits = config.coordinate_bits
+    columns = np.asarray(cells, dtype=np.int64).T
+    packed: list[int] = (columns[0] | columns[1] << bits | columns[2] << 2 * bits).tolist()
+    return packed
+
+
+def unpack_waypoints(config: Config, path: Sequence[int]) -> NDArray[np.int64]:
+    """Return the (n, 3) cells of a packed path, the inverse of :func:`pack_waypoints`."""
+    bits = config.coordinate_bits
+    packed = np.asarray(path, dtype=np.int64)
+    mask = (1 << bits) - 1
+    return np.stack((packed & mask, packed >> bits & mask, packed >> 2 * bits), axis=-1)
+
+
+class Chip:
+    """A chip with an open session.
+
+    Parameters
+    ----------
+    link : Link
+        Closed with the chip.
+    verify_every : int
+        In recipe mode, generations between full reads of the population.
+
+    Attributes
+    ----------
+    config : Config
+        What the chip was built from, as it says itself.
+    info : dict
+        All of its answer to ``INFO``.
+
+    Raises
+    ------
+    LinkTimeoutError
+        If nothing answers.
+    InputError
+        If what answers is of another protocol version or build.
+    """
+
+    def __init__(self, link: Link, *, verify_every: int = 256) -> None:
+        self.link = link
+        self._verify_every = verify_every
+        # The host's copy of the population. None: unknown, as before the first load.
+        self._paths: list[list[int]] | None = None
+        self._steps = 0
+        self.info = self._ask_info()
+        self.config = self._checked_config()
+        self._map = MapCopy(self.config, link)
+        link.open(self.info["session"], credit=self.config.receive_buffer)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    @property
+    def paths(self) -> list[list[int]]:
+        """Packed waypoints of every slot: the host's copy, read from the chip if there is none.
+
+        There is none before the first :meth:`load` of all slots, and after a call that failed.
+        """
+        return [list(path) for path in self._known()]
+
+    def close(self) -> None:
+        """Close the link, and the simulated board behind it if there is one."""
+        self.link.close()
+
+    def _known(self) -> list[list[int]]:
+        if self._paths is None:
+            self._paths = self.read(0, self.config.population)
+        return self._paths
+
+    def _ask_info(self) -> dict[str, int]:
+        reply = self.link.info()
+        layout = info_reply(Config())
+        # Version and build stand at the front of every version's reply.
+        version = reply[0] if reply else 0
+        if version != VERSION:
+            raise InputError(
+                f"The board speaks protocol version {version}, this host version {VERSION}: "
+                "load a bitstream of this release, or use the release the board was built with."
+            )
+        return layout.unpack(reply)
+
+    def _checked_config(self) -> Config:
+        try:
+            config = config_from_info(self.info)
+        except ValueError as error:
+            raise InputError(
+                f"The board is of no build that this release knows ({error}): load a bitstream of "
+                "this release."
+            ) from None
+        if config.build_id != self.info["build_id"]:
+            raise InputError(
+                f"The board was built as {self.info['build_id']:08x}, but what it says of itself "
+                f"makes {config.build_id:08x} here: load a bitstream of this release."
+            )
+        return config
+
+    def _ask(self, command: Command, layout: Layout) -> dict[str, int]:
+        return layout.unpack(self.link.request(command))
+
+    def start(self, seed: int, limits: tuple[int, int, int], *, avoid_ground: bool = False) -> None:
+        """Seed the random source and begin at generation 0.
+
+        Parameters
+        ----------
+        seed : int
+            0..2**64 - 1.
+        limits : tuple of int
+            Highest x and y cell and altitude step of a new waypoint.
+        avoid_ground : bool
+            Whether the chip draws a new waypoint again that lies in the ground of its map, and
+            leaves it out after as many draws as it was built for.
+
+        Raises
+        ------
+        InputError
+            If the chip has no genetic core; so do :meth:`load`, :meth:`read`, :meth:`step` and
+            :meth:`check_population`.
+        """
+        self._require_core()
+        x, y, altitude = limits
+        layout = start_request(self.config)
+        request = layout.pack(seed=seed, x=x, y=y, altitude=altitude, avoid_ground=avoid_ground)
+        self.link.request(Command.START, request)
+        self._steps = 0
+
+    def load(self, paths: Sequence[Sequence[int]], slot: int = 0) -> None:
+        """Write ``paths`` (packed waypoints) into consecutive slots from ``slot`` on."""
+        self._require_core()
+        config = self.config
+        requests = []
+        at, part = slot, b""
+        for number, path in enumerate(paths):
+            packed = pack_paths(config, [path])
+            if part and len(part) + len(packed) > _TRANSFER_BYTES:
+                requests.append((Command.WRITE, write_request(config).pack(slot=at) + part))
+                at, part = slot + number, b""
+            part += packed
+        if part:
+            requests.append((Command.WRITE, write_request(config).pack(slot=at) + part))
+        # Nobody knows what a transfer that fails has written.
+        before, self._paths = self._paths, None
+        self.link.transfer(requests)
+        loaded = [list(path) for path in paths]
+        if len(loaded) == config.population:
+            self._paths = loaded
+        elif before is not None:
+            self._paths = [*before[:slot], *loaded, *before[slot + len(loaded) :]]
+
+    def read(self, slot: int, count: int) -> list[list[int]]:
+        """Return the packed paths of ``count`` slots from ``slot`` on."""
+        self._require_core()
+        layout = read_request(self.config)
+        requests = [
+            (Command.READ, layout.pack(slot=first, count=min(2, slot + count - first)))
+            for first in range(slot, slot + count, 2)
+        ]
+        return unpack_paths(self.config, b"".join(self.link.transfer(requests)))
+
+    def upload_map(
+        self,
+        heights: NDArray[np.integer],
+        x: int = 0,
+        y: int = 0,
+        *,
+        progress: Callable[[int, int], object] | None = None,
+    ) -> None:
+        """Write a rectangle of the chip's map; :meth:`update_map` resumes one that failed.
+
+        Parameters
+        ----------
+        heights : ndarray
+            ``(rows, columns)`` integers, altitude steps, row 0 the southernmost; the highest step
+            marks a cell that no path may cross.
+        x, y : int
+            Cell of ``heights[0, 0]``.
+        progress : callable, optional
+            Called now and then with the cells written so far and all cells.
+
+        Raises
+        ------
+        InputError
+            If the chip has no map.
+        ValueError
+            If ``heights`` is no such array, or leaves the map.
+        """
+        self._require_checker()
+        self._map.upload(heights, x, y, progress=progress)
+
+    def update_map(
+        self,
+        heights: NDArray[np.integer],
+        *,
+        progress: Callable[[int, int], object] | None = None,
+    ) -> None:
+        """Make ``heights`` the chip's map, sending only the rectangle that holds every change.
+
+        What is compared with is what this object has written: nothing goes over the line if that is
+        ``heights``, and all of it does the first time. After an upload that failed, what the chip
+        had not acknowledged does, in a new session if the failure has ended the other: so an upload
+        is resumed.
+
+        Parameters
+        ----------
+        heights : ndarray
+            ``(map_size, map_size)`` integers, as for :meth:`upload_map`.
+        progress : callable, optional
+            As for :meth:`upload_map`.
+
+        Raises
+        ------
+        InputError
+            If the chip has no map.
+        LinkError
+            If there is still no answer, or the board was reset meanwhile.
+        ValueError
+            If ``heights`` is no whole map.
+        """
+        self._require_checker()
+        if self.link.session is None:
+            self.link.reopen()
+        self._map.update(heights, progress=progress)
+
+    def check_path(self, points: Sequence[int], *, counting: bool = False) -> Checked:
+        """Check one path against the chip's map.
+
+        Parameters
+        ----------
+        points : sequence of int
+            Packed waypoints: the aircraft, 0 to ``max_waypoints`` waypoints, the goal.
+        counting : bool
+            Count the colliding cells of every segment, instead of stopping at the first.
+
+        Raises
+        ------
+        InputError
+            If the chip has no map.
+        """
+        self._require_checker()
+        return check_points(self.config, self.link, points, counting=counting)
+
+    def check_population(
+        self,
+        start: int,
+        goal: int,
+        *,
+        slot: int = 0,
+        count: int | None = None,
+        counting: bool = False,
+    ) -> Checked:
+        """Check paths that are on the chip against its map, without sending them.
+
+        Parameters
+        ----------
+        start, goal : int
+            Where each path begins and ends, as packed waypoints.
+        slot, count : int
+            First slot and number of slots, by default all from the first on.
+        counting : bool
+            As for :meth:`check_path`.
+
+        Raises
+        ------
+        InputError
+            If the chip has no map, or no genetic core.
+        """
+        self._require_checker()
+        self._require_core()
+        if count is None:
+            count = self.config.population - slot
+        return check_slots(
+            self.config, self.link, start, goal, slot=slot, count=count, counting=counting
+        )
+
+    def _require_core(self) -> None:
+        if not self.config.genetic:
+            raise InputError(
+                "The board has no genetic core, it only checks paths: use one that was built with "
+                "genetic=1."
+            )
+
+    def _require_checker(self) -> None:
+        if self.config.checker is CheckerBuild.NONE:
+            raise InputError(
+                "The board has no collision checker: use one that was built with "
+                "checker=parallel or checker=two-tier."
+            )
+
+    def counters(self) -> dict[str, int]:
+        """Return every :class:`hdl.protocol.Counter` by name: clocks and bytes since reset."""
+        return self._ask(Command.COUNTERS, counters_reply(self.config))
+
+    def status(self) -> dict[str, int]:
+        """Return the fields of :func:`hdl.protocol.status_reply`."""
+        return self._ask(Command.STATUS, status_reply(self.config))
+
+    def clear_errors(self) -> None:
+        """Clear the sticky errors."""
+        self.link.request(Command.CLEAR)
+
+    def step(self, order: Sequence[int], mode: LinkMode = LinkMode.RANK) -> Step:
+        """Run one generation.
+
+        Parameters
+        ----------
+        order : sequence of int
+            The slots from the best path to the worst.
+        mode : LinkMode
+            What goes over the link; the new population is the same in all three.
+
+        Raises
+        ------
+        LinkError
+            If the board is lost.
+        """
+        self._require_core()
+        config = self.config
+        order = list(order)
+        if mode is LinkMode.POPULATION:
+            known = self._known()
+            self.load([known[slot] for slot in order])
+            order = list(range(config.population))
+            request = generate_request(config, mode).pack(mode=mode)
+        else:
+            named = {f"slot_{rank}": slot for rank, slot in enumerate(order)}
+            request = generate_request(config, mode).pack(mode=mode, **named)
+
+        before, self._paths = self._known(), None
+        # A long answer may never survive a bad line; a recipe does, and tells as much.
+        recipe_only = bytes((LinkMode.RECIPE,)) + bytes(order)
+        reply = self.link.request(Command.GENERATE, request, shorter=recipe_only)
+        self._steps += 1
+        if len(reply) == recipe_reply(config).size:
+            return self._rebuild(before, order, recipe_reply(config).unpack(reply))
+        if mode is LinkMode.POPULATION:
+            self._paths = unpack_paths(config, reply)
+            return Step(self.paths, None)
+
+        size = survivors_reply(config).size
+        origin = (*order[: config.elites], *reply[:size])
+        children = unpack_paths(config, reply[size:])
+        self._paths = [before[slot] for slot in origin] + children
+        return Step(self.paths, origin)
+
+    def _rebuild(
+        self, paths: list[list[int]], order: Sequence[int], recipe: dict[str, int]
+    ) -> Step:
+        """Repeat what ``recipe`` says on ``paths``, the population before it."""
+        config = self.config
+        parents = [paths[recipe[f"parent_{i}"]] for i in range(config.crossovers)]
+        children = []
+        for one, other in zip(parents, parents[1:] + parents[:1], strict=True):
+            cut, other_cut = len(one) // 2, len(other) // 2
+            children += [one[:cut] + other[other_cut:], other[:other_cut] + one[cut:]]
+
+        for i, kind in enumerate(config.mutations):
+            child, index = children[recipe[f"child_{i}"]], recipe[f"index_{i}"]
+            if not recipe[f"applied_{i}"]:
+                continue
+            if kind is MutationKind.DELETE:
+                del child[index]
+            elif kind is MutationKind.PERTURB:
+                child[index] = recipe[f"waypoint_{i}"]
+            else:
+                child.insert(index + 1, recipe[f"waypoint_{i}"])
+
+        survivors = (recipe[f"survivor_{i}"] for i in range(config.survivors))
+        origin = (*order[: config.elites], *survivors)
+        self._paths = [paths[slot] for slot in origin] + children
+        rebuilt_wrong = zlib.crc32(pack_paths(config, self._paths)) != recipe["checksum"]
+        if rebuilt_wrong or self._steps % self._verify_every == 0:
+            self._paths = self.read(0, config.population)
+        return Step(self.paths, origin)

@@ -1,0 +1,404 @@
+"""Commands and answers of :mod:`hdl.protocol` over a line that may lose or damage anything."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, DELIMITER, Command, Status
+from hdl.protocol.codec import Frame, FrameError, FrameSplitter, decode_frame, encode_frame
+from host.device.transport import Transport
+from host.device.window import Request, Window
+from host.errors import JobError
+
+
+__all__ = ["Link", "LinkError", "LinkTimeoutError", "RefusedError", "Traffic"]
+
+#: Most commands without an answer: the chip tells the latest 127 from new ones.
+_WINDOW = 64
+#: Tries of a request before its shorter form is used.
+_TRIES_BEFORE_SHORTER = 4
+#: A try ends after this many timeouts even if bytes keep coming.
+_LONGEST_TRY_TIMEOUTS = 8
+#: Ends what the chip's receiver may have been left in.
+_FLUSH = bytes([DELIMITER])
+
+
+class LinkError(JobError):
+    """The board cannot be used: lost, reset, or taken by another host."""
+
+
+class LinkTimeoutError(LinkError):
+    """No answer, however often the command was sent."""
+
+
+class RefusedError(LinkError):
+    """The board answered with a status other than ``OK``.
+
+    Parameters
+    ----------
+    command : int
+        Code of the command.
+    status : int
+        Code of the answer.
+    """
+
+    def __init__(self, command: int, status: int) -> None:
+        self.status = status
+        super().__init__(
+            f"The board refused the command {_name(Command, command)} with "
+            f"{_name(Status, status)}: host and board disagree; use the release it was built with."
+        )
+
+
+def _name(codes: type[IntEnum], code: int) -> str:
+    return codes(code).name if code in list(codes) else str(code)
+
+
+@dataclass
+class Traffic:
+    """What has passed over a link since it was made.
+
+    Attributes
+    ----------
+    bytes_to_board, bytes_from_board : int
+        Bytes, delimiters and whatever was damaged included.
+    frames_to_board, frames_from_board : int
+        Frames sent, repeated ones included, and good frames received.
+    frames_damaged : int
+        Received frames that were dropped.
+    frames_repeated : int
+        Frames sent once more because an answer was missing.
+    waiting_s : float
+        Seconds spent waiting for bytes from the board.
+    """
+
+    bytes_to_board: int = 0
+    bytes_from_board: int = 0
+    frames_to_board: int = 0
+    frames_from_board: int = 0
+    frames_damaged: int = 0
+    frames_repeated: int = 0
+    waiting_s: float = 0.0
+
+
+class Link:
+    """A host's end of the line.
+
+    Every command is executed exactly once and in order, and every call ends, whatever happens on
+    the line: a wait ends with a good frame, after ``timeout_s`` of silence, or after 8 times that
+    if bytes keep coming; then what has no answer is sent again; and after ``attempts`` waits in a
+    row that brought nothing new, :class:`LinkTimeoutError` is raised. The time in which the port
+    takes what is written is no part of a wait.
+
+    A session ends with any error but the refusal of a :meth:`request`, and with an interrupt:
+    whether the last command was executed is then unknown. :meth:`reopen` begins the next session.
+
+    Parameters
+    ----------
+    transport : Transport
+        An open port, closed with the link. Its ``timeout`` is set here.
+    timeout_s : float
+        Seconds of silence after which a frame is taken for lost: longer than the board's longest
+        computation, plus the time that what the port buffers takes on the line.
+    attempts : int
+        Waits without any progress before the board is given up.
+    clock : Callable[[], float]
+        Seconds, from any origin; what the waits are measured with.
+
+    Attributes
+    ----------
+    traffic : Traffic
+        What has passed so far.
+    session : int or None
+        The open session.
+
+    Raises
+    ------
+    LinkError
+        From every method that sends: if the port fails, or no session is open.
+    """
+
+    def __init__(
+        self,
+        transport: Transport,
+        *,
+        timeout_s: float = 0.25,
+        attempts: int = 20,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        if timeout_s <= 0:
+            raise ValueError(f"Timeout must be above 0 s, not {timeout_s!r}")
+        if attempts < 1:
+            raise ValueError(f"Attempts must be 1 or more, not {attempts!r}")
+        self.timeout_s = timeout_s
+        self.attempts = attempts
+        self.traffic = Traffic()
+        self.session: int | None = None
+        self._transport = transport
+        self._clock = clock
+        self._splitter = FrameSplitter()
+        self._questions = 0
+        self._latest_session = 0
+        self._credit = 0
+        self._next = 0
+        transport.timeout = timeout_s
+
+    def close(self) -> None:
+        """Close the port."""
+        self.session = None
+        self._transport.close()
+
+    def info(self) -> bytes:
+        """Return what the chip says of itself: :func:`hdl.protocol.info_reply`, packed.
+
+        Needs no session, and leaves an open one as it is.
+
+        Raises
+        ------
+        LinkTimeoutError
+            If there is no answer.
+        """
+        self._questions = (self._questions + 1) % 256
+        header = bytes((0, self._questions))
+        answer = self._ask(header, Command.INFO, plain=True)
+        if answer[0] != Status.OK:
+            raise RefusedError(Command.INFO, answer[0])
+        return answer[1:]
+
+    def open(self, previous: int, *, credit: int) -> None:
+        """Open a session.
+
+        Parameters
+        ----------
+        previous : int
+            The chip's latest session, from :meth:`info`.
+        credit : int
+            Bytes of bodies with CRCs that the chip can hold: its ``receive_buffer``.
+
+        Raises
+        ------
+        LinkTimeoutError
+            If there is no answer.
+        LinkError
+            If another host has opened a session since.
+        """
+        session = (previous + 1) % 256
+        self.session = None
+        self._latest_session = previous
+        self._credit = credit
+        answer = self._ask(bytes((session, 0)), Command.OPEN, plain=False)
+        if answer[0] != Status.OK:
+            raise _taken()
+        self.session = self._latest_session = session
+        self._next = 0
+
+    def reopen(self) -> None:
+        """Open the session after the latest one; the chip keeps its population and counters.
+
+        Raises
+        ------
+        LinkTimeoutError
+            If there is no answer.
+        LinkError
+            If the board was reset, or another host has opened a session since.
+        """
+        self.open(self._latest_session, credit=self._credit)
+
+    def request(self, command: int, payload: bytes = b"", *, shorter: bytes | None = None) -> bytes:
+        """Give one command and return the payload of its answer.
+
+        Parameters
+        ----------
+        command : Command
+            Code of the command.
+        payload : bytes
+            Its payload, at most the chip's receive buffer less 7 bytes.
+        shorter : bytes, optional
+            Another payload of the same command that the chip answers in fewer bytes; used after 4
+            tries, for an answer so long that a bad line never lets it through. The chip executes
+            the command once, whichever of the two reaches it first, and answers the latest. The
+            caller tells the two answers apart, best by their length.
+
+        Raises
+        ------
+        RefusedError
+            If the chip does not execute it. The session stays open, unless ``shorter`` was sent.
+        LinkTimeoutError
+            If there is no answer; then nobody knows whether the command was executed.
+        """
+        payloads = (payload,) if shorter is None else (payload, shorter)
+        return self._deliver([Request(command, payloads)])[0]
+
+    def transfer(self, commands: Sequence[tuple[int, bytes]]) -> list[bytes]:
+        """Give many commands without waiting for each answer; return their answers' payloads.
+
+        An answer confirms all commands before its own, so the answer of one that was executed can
+        be lost for good. Such a command is given again as a new one: these commands must be of
+        those that may be repeated and reordered, as ``WRITE`` to different slots and ``READ`` may.
+
+        Parameters
+        ----------
+        commands : sequence of (int, bytes)
+            Code and payload of each, at most the chip's receive buffer less 7 bytes.
+
+        Raises
+        ------
+        RefusedError
+            If the chip does not execute one; those after it have not been executed either.
+        LinkTimeoutError
+            If there is no answer.
+        """
+        return self._deliver([Request(code, (payload,)) for code, payload in commands])
+
+    def _deliver(self, requests: Sequence[Request]) -> list[bytes]:
+        room = self._credit - BODY_HEADER_BYTES - CRC_BYTES
+        for payload in (payload for request in requests for payload in request.payloads):
+            if self.session is not None and len(payload) > room:
+                raise ValueError(f"Payload must have at most {room} bytes, not {len(payload)}")
+        missing = list(requests)
+        while missing:  # The last of them always gets its answer.
+            if self.session is None:
+                raise LinkError("No session with the board is open; open the board again.")
+            session, self.session = self.session, None
+            try:
+                self._exchange(session, missing)
+            except RefusedError:
+                if len(missing) == 1 and len(missing[0].payloads) == 1:
+                    self.session = session
+                raise
+            self.session = session
+            self._next = (self._next + len(missing)) % 256
+            missing = [request for request in missing if request.answer is None]
+        return [request.answer or b"" for request in requests]
+
+    def _exchange(self, session: int, requests: Sequence[Request]) -> None:
+        """Give ``requests`` until the last has its answer: go-back-N within the credit."""
+        window = Window(self._next)
+        silences = 0
+        deadline = self._deadline()
+        while window.confirmed < len(requests):
+            before = self._clock()
+            self._fill(session, requests, window, silences)
+            deadline += self._clock() - before
+            confirmed = window.confirmed
+            frames = self._receive(deadline)
+            for body, plain in frames:
+                if not plain and body[0] == session:
+                    _take(requests, window, body)
+            if window.confirmed > confirmed:
+                silences = 0
+                deadline = self._deadline()
+            elif not frames:
+                silences += 1
+                if silences == self.attempts:
+                    raise self._timeout(requests[window.confirmed].code)
+                window.start_again()
+                deadline = self._deadline()
+
+    def _fill(
+        self, session: int, requests: Sequence[Request], window: Window, silences: int
+    ) -> None:
+        """Send what the window and the chip's buffer have room for."""
+        while window.cursor < min(len(requests), window.confirmed + _WINDOW):
+            index = window.cursor
+            request = requests[index]
+            form = min(silences // _TRIES_BEFORE_SHORTER, len(request.payloads) - 1)
+            sequence = (window.first + index) % 256
+            body = bytes((session, sequence, request.code)) + request.payloads[form]
+            size = len(body) + CRC_BYTES
+            if window.flying and window.flying_bytes + size > self._credit:
+                break
+            self._send(body, repeated=index < window.sent, flush=window.flush)
+            window.note_sent(size)
+
+    def _ask(self, header: bytes, command: Command, *, plain: bool) -> bytes:
+        """Send a command that stands outside the order; return its answer from the status on."""
+        question = header + bytes([command])
+        for attempt in range(self.attempts):
+            self._send(question, repeated=attempt > 0, flush=True, plain=plain)
+            deadline = self._deadline()
+            while frames := self._receive(deadline):
+                for body, is_plain in frames:
+                    # No chip answers so: the question itself is what a line echoes.
+                    if body != question and is_plain == plain and body[: len(header)] == header:
+                        return body[len(header) :]
+        raise self._timeout(command)
+
+    def _send(self, body: bytes, *, repeated: bool, flush: bool, plain: bool = False) -> None:
+        data = (_FLUSH if flush else b"") + encode_frame(body, plain=plain)
+        self.traffic.bytes_to_board += len(data)
+        self.traffic.frames_to_board += 1
+        self.traffic.frames_repeated += repeated
+        try:
+            self._transport.write(data)
+        except OSError as error:
+            raise _lost(error) from None
+
+    def _receive(self, deadline: float) -> list[Frame]:
+        """Return good frames as soon as there are any; none after silence or at the deadline."""
+        while (before := self._clock()) < deadline:
+            try:
+                data = self._transport.read(self._transport.in_waiting or 1)
+            except OSError as error:
+                raise _lost(error) from None
+            self.traffic.waiting_s += self._clock() - before
+            self.traffic.bytes_from_board += len(data)
+            if not data:
+                break
+            if frames := self._decode(data):
+                return frames
+        self._splitter.drop()
+        return []
+
+    def _decode(self, data: bytes) -> list[Frame]:
+        frames = []
+        for encoded in self._splitter.feed(data):
+            try:
+                frames.append(decode_frame(encoded))
+            except FrameError:
+                self.traffic.frames_damaged += 1
+        self.traffic.frames_from_board += len(frames)
+        return frames
+
+    def _deadline(self) -> float:
+        return self._clock() + _LONGEST_TRY_TIMEOUTS * self.timeout_s
+
+    def _timeout(self, command: int) -> LinkTimeoutError:
+        return LinkTimeoutError(
+            f"The board did not answer {_name(Command, command)} in {self.attempts} attempts of "
+            f"{self.timeout_s:g} s: check its power, the cable and the line rate."
+        )
+
+
+def _take(requests: Sequence[Request], window: Window, body: bytes) -> None:
+    """Take one answer of the session into account; late ones change nothing."""
+    sequence, status = body[1:BODY_HEADER_BYTES]
+    if status == Status.NO_SESSION:
+        raise _taken()
+    index = window.index(sequence)
+    if status == Status.OUT_OF_ORDER:
+        if window.confirmed <= index < window.sent:
+            window.go_back(index)
+    elif not 0 <= index < window.sent:
+        return
+    elif status == Status.OK:
+        if requests[index].answer is None:
+            requests[index].answer = body[BODY_HEADER_BYTES:]
+        window.confirm(index)
+    elif status == Status.DUPLICATE:
+        # Of all but the latest: that one would have been answered again.
+        if index < window.sent - 1:
+            window.confirm(index)
+    elif index >= window.confirmed:
+        raise RefusedError(requests[index].code, status)
+
+
+def _lost(error: OSError) -> LinkError:
+    return LinkError(f"The board was lost: {str(error).rstrip('.')}.")
+
+
+def _taken() -> LinkError:
+    return LinkError("The board was reset or taken by another host: open it again.")

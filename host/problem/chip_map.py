@@ -1,0 +1,166 @@
+"""The terrain on the chip's map: metres to cells and altitude steps, and back."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdl.config import Config
+from host.errors import InputError
+
+
+if TYPE_CHECKING:
+    from host.problem.problem import Problem
+
+__all__ = ["ChipMap"]
+
+#: Altitude steps are multiples of this, so that every one decodes exactly: metres.
+_STEP_QUANTUM_M = 1 / 64
+#: Significant bits of the scale of an axis drawn together; leaves 13 for exact multiples of it.
+_SCALE_BITS = 40
+#: Room above the highest ground: at least this, or this share of the relief where it is more.
+_HEADROOM_M = 150.0
+_HEADROOM_SHARE = 0.1
+
+
+class ChipMap:
+    """The terrain of a problem on the square map of a chip.
+
+    A cell is a node of the terrain where the terrain fits, with the rest of the map blocked; an
+    axis with more nodes than the map has cells is drawn together so that its ends lie on the map's
+    first and last cell. Altitudes count in steps from below the lowest ground to some way above the
+    highest: :attr:`top_m`.
+
+    Parameters
+    ----------
+    config : Config
+        Sizes of the chip.
+    problem : Problem
+        Terrain, no-fly zones, start and goal.
+
+    Attributes
+    ----------
+    scale_m : tuple of float
+        Metres per cell in x and y. Cell 0 of each axis is the terrain's first node. For an axis
+        drawn together it is rounded down to 40 bits, so that no cell decodes to a point off the
+        terrain.
+    base_m, step_m : float
+        Altitude of step 0, and of a step: both multiples of 1/64 m, so decoding is exact.
+    limits : tuple of int
+        Highest x and y cell on the terrain, and highest altitude step of a waypoint.
+    heights : ndarray
+        ``(map_size, map_size)`` uint16, [y, x], row 0 the south: the step at or above the highest
+        of the nodes whose nearest cell it is. Cells without a node, voids and no-fly zones have
+        ``config.blocked_altitude``.
+
+    Raises
+    ------
+    InputError
+        If start or goal lie above :attr:`top_m`.
+    """
+
+    def __init__(self, config: Config, problem: Problem) -> None:
+        terrain = problem.terrain
+        self._config = config
+        self._terrain = terrain
+        ny, nx = terrain.elevation.shape
+        size = config.map_size
+        self.scale_m = (
+            _scale(nx, terrain.dx_m, size),
+            _scale(ny, terrain.dy_m, size),
+        )
+        lowest = float(np.nanmin(terrain.elevation))
+        highest = float(np.nanmax(terrain.elevation))
+        headroom_m = max(_HEADROOM_M, _HEADROOM_SHARE * (highest - lowest))
+        self.base_m = float(math.floor(lowest))
+        steps = config.blocked_altitude - 1
+        span_m = highest + headroom_m - self.base_m
+        self.step_m = math.ceil(span_m / steps / _STEP_QUANTUM_M) * _STEP_QUANTUM_M
+        self.limits = (min(nx, size) - 1, min(ny, size) - 1, steps)
+        self.heights = self._heights(problem.nofly_raster)
+        for name, (_, _, z) in (("start", problem.start), ("goal", problem.goal)):
+            if z > self.top_m:
+                raise InputError(
+                    f"The {name}'s altitude of {z:g} m is above the {self.top_m:g} m that the "
+                    "chip's map can hold over this terrain; lower it."
+                )
+
+    @property
+    def top_m(self) -> float:
+        """Highest altitude of a waypoint, metres."""
+        return self.base_m + self.limits[2] * self.step_m
+
+    def to_metres(self, cells: NDArray[np.integer]) -> NDArray[np.float64]:
+        """Return the (n, 3) metres of ``cells``, (n, 3) integers x, y, altitude step."""
+        scale = np.array((*self.scale_m, self.step_m))
+        metres: NDArray[np.float64] = np.asarray(cells, dtype=np.float64) * scale
+        metres[:, 2] += self.base_m
+        return metres
+
+    def to_cells(self, points: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return the (n, 3) cells of ``points``, (n, 3) metres within the map.
+
+        x and y go to the nearest cell, halves up; the altitude is rounded down.
+
+        Raises
+        ------
+        InputError
+            If a point is outside the map, below its base or above :attr:`top_m`.
+        """
+        points = np.asarray(points, dtype=np.float64)
+        across = np.floor(points[:, :2] / self.scale_m + 0.5)
+        up = np.floor((points[:, 2:] - self.base_m) / self.step_m)
+        # The difference may have been rounded up to a step that lies above the point.
+        up -= self.base_m + up * self.step_m > points[:, 2:]
+        cells = np.concatenate((across, up), axis=1)
+        outside = ~((cells >= 0) & (cells <= self.limits)).all(axis=1)
+        if outside.any():
+            x, y, z = points[int(np.argmax(outside))]
+            raise InputError(
+                f"The point {x:g},{y:g},{z:g} is outside the chip's map, which reaches from "
+                f"0,0,{self.base_m:g} to {self.limits[0] * self.scale_m[0]:g},"
+                f"{self.limits[1] * self.scale_m[1]:g},{self.top_m:g} m."
+            )
+        return cells.astype(np.int64)
+
+    def report(self) -> dict[str, Any]:
+        """Return scale, offset and padding, for the summary's ``hardware.map``."""
+        size = self._config.map_size
+        return {
+            "size": size,
+            "scale_m": [*self.scale_m, self.step_m],
+            "offset_m": [0.0, 0.0, self.base_m],
+            "top_m": self.top_m,
+            "limits": list(self.limits),
+            "padding_cells": [size - 1 - self.limits[0], size - 1 - self.limits[1]],
+        }
+
+    def _heights(self, nofly: NDArray[np.bool_]) -> NDArray[np.uint16]:
+        terrain, blocked = self._terrain, self._config.blocked_altitude
+        steps = np.ceil((terrain.elevation - self.base_m) / self.step_m)
+        # The difference may have been rounded down to a step that lies below the ground.
+        steps += self.base_m + steps * self.step_m < terrain.elevation
+        steps = np.where(np.isnan(terrain.elevation) | nofly, blocked, steps)
+        ny, nx = steps.shape
+        rows = _first_nodes(ny, terrain.dy_m, self.scale_m[1])
+        columns = _first_nodes(nx, terrain.dx_m, self.scale_m[0])
+        highest = np.maximum.reduceat(np.maximum.reduceat(steps, rows, axis=0), columns, axis=1)
+        heights = np.full((self._config.map_size,) * 2, blocked, dtype=np.uint16)
+        heights[: highest.shape[0], : highest.shape[1]] = highest
+        return heights
+
+
+def _scale(nodes: int, spacing_m: float, size: int) -> float:
+    if nodes <= size:
+        return spacing_m
+    mantissa, exponent = math.frexp((nodes - 1) * spacing_m / (size - 1))
+    return math.ldexp(math.floor(math.ldexp(mantissa, _SCALE_BITS)), exponent - _SCALE_BITS)
+
+
+def _first_nodes(nodes: int, spacing_m: float, scale_m: float) -> NDArray[np.int64]:
+    """Return, for each cell of an axis, the first node whose nearest cell it is."""
+    nearest = np.floor(np.arange(nodes) * spacing_m / scale_m + 0.5).astype(np.int64)
+    return np.flatnonzero(np.diff(nearest, prepend=-1))

@@ -1,0 +1,161 @@
+"""A planning problem: where to fly from and to, with which aircraft, over what, around what."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.errors import InputError
+from host.evaluation.reference import utopia
+from host.problem.aircraft import Uav
+from host.problem.zones import Zone, raster
+
+
+if TYPE_CHECKING:
+    from host.terrain import Terrain
+
+__all__ = ["SMALLEST_DS_M", "Problem"]
+
+SMALLEST_DS_M = 1e-3
+
+Point = tuple[float, float, float]
+
+
+# Stands for half a cell, which only the terrain knows.
+_HALF_A_CELL: Any = None
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Everything that the worth of a path depends on.
+
+    Parameters
+    ----------
+    terrain : Terrain
+        The ground, NaN where it is void.
+    start, goal : (float, float, float)
+        x, y and altitude above the terrain's datum, metres in its local frame. Different points
+        inside the map (the rectangle of its nodes), not below the ground, not over a void, not in a
+        no-fly zone.
+    uav : Uav
+        The aircraft.
+    nofly : tuple of zones
+        Circles and polygons not to enter.
+    wind : (float, float)
+        Constant wind, x and y, m/s; slower than the aircraft.
+    ds_m : float
+        Sampling step of the distances under the terrain and in no-fly zones; half the smaller side
+        of a cell by default, a millimetre at least, the straight way from start to goal at most.
+
+    Raises
+    ------
+    InputError
+        If a value is outside the range above, or the straight line from start to goal gives costs
+        nothing to compare with: its mean altitude or its fuel is not positive.
+    """
+
+    terrain: "Terrain"
+    start: Point
+    goal: Point
+    uav: Uav
+    nofly: tuple[Zone, ...] = ()
+    wind: tuple[float, float] = (0.0, 0.0)
+    ds_m: float = _HALF_A_CELL
+
+    def __post_init__(self) -> None:
+        for name, count in (("start", 3), ("goal", 3), ("wind", 2)):
+            object.__setattr__(self, name, _numbers(name, getattr(self, name), count))
+        object.__setattr__(self, "nofly", tuple(self.nofly))
+        half_a_cell_m = 0.5 * min(self.terrain.dx_m, self.terrain.dy_m)
+        ds_m = half_a_cell_m if self.ds_m is None else self.ds_m
+        object.__setattr__(self, "ds_m", float(ds_m))
+        if not (math.isfinite(self.ds_m) and self.ds_m > 0):
+            raise InputError(f"The sampling step must be a positive number of metres, not "
+                             f"{self.ds_m:g}.")
+        if self.ds_m < SMALLEST_DS_M:
+            raise InputError(f"The sampling step must be at least {SMALLEST_DS_M:g} m, not "
+                             f"{self.ds_m:g} m.")
+
+        for name in ("start", "goal"):
+            self._check_place(name, getattr(self, name))
+        if self.start == self.goal:
+            raise InputError("Start and goal are the same point; move one of them.")
+        way_m = math.dist(self.start, self.goal)
+        if self.ds_m > max(way_m, half_a_cell_m):
+            raise InputError(f"The sampling step of {self.ds_m:g} m is longer than the way from "
+                             f"start to goal, {way_m:g} m; lessen it.")
+        if not math.hypot(*self.wind) < self.uav.cruise_speed_m_s:
+            raise InputError(
+                f"A wind of {math.hypot(*self.wind):g} m/s is not below the airspeed of "
+                f"{self.uav.name}, {self.uav.cruise_speed_m_s:g} m/s; lessen it or take a faster "
+                f"UAV.")
+        utopia(self.start, self.goal, self.uav, self.wind)
+
+    @classmethod
+    def from_agl(
+        cls, terrain: "Terrain", start: Sequence[float], goal: Sequence[float], uav: Uav,
+        nofly: tuple[Zone, ...] = (), wind: tuple[float, float] = (0.0, 0.0),
+        ds_m: float = _HALF_A_CELL,
+    ) -> "Problem":
+        """A problem whose start and goal have heights above the ground as third numbers.
+
+        Raises
+        ------
+        InputError
+            As for :class:`Problem`.
+        """
+        ends = []
+        for name, point in (("start", start), ("goal", goal)):
+            x, y, height = _numbers(name, point, 3)
+            _check_on_map(name, terrain, x, y)
+            ends.append((x, y, _ground(name, terrain, x, y) + height))
+        return cls(terrain, ends[0], ends[1], uav, nofly, wind, ds_m)
+
+    @cached_property
+    def nofly_raster(self) -> NDArray[np.bool_]:
+        """Nodes of the terrain in a no-fly zone, (ny, nx) bool, row 0 the southernmost."""
+        inside = raster(self.nofly, self.terrain)
+        inside.flags.writeable = False
+        return inside
+
+    def _check_place(self, name: str, point: Point) -> None:
+        x, y, z = point
+        _check_on_map(name, self.terrain, x, y)
+        ground = _ground(name, self.terrain, x, y)
+        if z < ground:
+            raise InputError(f"The {name} at an altitude of {z:g} m is inside the ground, which is "
+                             f"at {ground:g} m there; raise it.")
+        if self.nofly_raster[self.terrain.nearest_nodes(x, y)]:
+            raise InputError(f"The {name} at ({x:g}, {y:g}) is inside a no-fly zone; move it or "
+                             f"the zone.")
+
+
+def _numbers(name: str, values: Sequence[float], count: int) -> tuple[float, ...]:
+    """``values`` as a tuple of ``count`` finite floats."""
+    try:
+        numbers = tuple(float(value) for value in values)
+    except (TypeError, ValueError):
+        numbers = ()
+    if len(numbers) != count or not all(map(math.isfinite, numbers)):
+        raise InputError(f"The {name} must be {count} finite numbers, not {values!r}.")
+    return numbers
+
+
+def _check_on_map(name: str, terrain: "Terrain", x: float, y: float) -> None:
+    rows, columns = terrain.elevation.shape
+    east, north = (columns - 1) * terrain.dx_m, (rows - 1) * terrain.dy_m
+    if not (0 <= x <= east and 0 <= y <= north):
+        raise InputError(f"The {name} at ({x:g}, {y:g}) is outside the map, which reaches from "
+                         f"(0, 0) to ({east:g}, {north:g}) m.")
+
+
+def _ground(name: str, terrain: "Terrain", x: float, y: float) -> float:
+    ground = float(terrain.ground(x, y))
+    if math.isnan(ground):
+        raise InputError(f"The {name} at ({x:g}, {y:g}) is over a void of the terrain; move it, or "
+                         f"fill the voids with --fill-voids.")
+    return ground

@@ -1,0 +1,169 @@
+# amaranth: UnusedElaboratable=no
+"""The receiving unit as the control unit drives it, for the tests of its commands."""
+
+from hdl.command.receiver import CommandReceiver
+from hdl.config import CheckerBuild
+from hdl.protocol import (
+    Command,
+    Status,
+    StickyError,
+    check_paths_request,
+    map_request,
+    pack_cells,
+    pack_paths,
+    start_request,
+)
+from tests.chips import TINY
+from tests.streams import collect, put, simulate
+
+
+__all__ = [
+    "CHECKING",
+    "CONFIG",
+    "GOOD_START",
+    "LAST",
+    "MAP",
+    "ORDER",
+    "START",
+    "Chip",
+    "after_open",
+    "check",
+    "check_paths",
+    "generate",
+    "rectangle",
+    "start",
+]
+
+CONFIG = TINY
+CHECKING = CONFIG.replace(checker=CheckerBuild.PARALLEL)
+START = start_request(CONFIG)
+MAP = map_request(CONFIG)
+LAST = 1 << CONFIG.waypoint_bits
+ORDER = [3, 0, 7, 1, 2, 6, 5, 4]
+GOOD_START = START.pack(seed=0x0123456789ABCDEF, x=15, y=3, altitude=14, avoid_ground=0)
+
+
+def start(x, y, altitude, avoid_ground=0):
+    return START.pack(seed=0, x=x, y=y, altitude=altitude, avoid_ground=avoid_ground)
+
+
+def generate(mode, order):
+    return bytes((mode, *order))
+
+
+def rectangle(x, y, width, height, cells):
+    header = MAP.pack(x=x, y=y, width=width, height=height)
+    return header + pack_cells(CONFIG, cells)
+
+
+def check(flags, path):
+    return bytes((flags,)) + pack_paths(CONFIG, [path])
+
+
+def check_paths(slot, count, flags, start=0x123, goal=0xABC):
+    return check_paths_request(CONFIG).pack(
+        slot=slot, count=count, flags=flags, start=start, goal=goal
+    )
+
+
+class Chip:
+    """Drives a receiving unit as the control unit does, one body after the other."""
+
+    def __init__(self, pauses=(0,), config=CONFIG):
+        self.unit = CommandReceiver(config)
+        self.has_checker = config.checker is not CheckerBuild.NONE
+        self.has_core = config.genetic
+        self.pauses = pauses
+        self.starts, self.writes, self.ranking = [], [], []
+        self.cells, self.points = [], []
+        self.checks = []
+        self.forgotten = 0
+        self.clocks = 0  # Most of them from a last byte to the end.
+        self.outcomes = []
+
+    def run(self, bodies, line_errors=()):
+        async def bench(ctx):
+            unit = self.unit
+            if self.has_core:
+                ctx.set(unit.ranked, 1)
+            for body, plain in bodies:
+                for error in line_errors:
+                    ctx.set(unit.line_errors, error)
+                    await ctx.tick()
+                ctx.set(unit.line_errors, 0)
+                await self._body(ctx, body, plain)
+
+        async def collect_starts(ctx):
+            await collect(ctx, self.unit.starts, self.starts, self.pauses)
+
+        async def collect_writes(ctx):
+            await collect(ctx, self.unit.writes, self.writes, self.pauses)
+
+        async def collect_ranking(ctx):
+            await collect(ctx, self.unit.ranking, self.ranking, self.pauses)
+
+        async def collect_cells(ctx):
+            await collect(ctx, self.unit.cells, self.cells, self.pauses)
+
+        async def collect_points(ctx):
+            await collect(ctx, self.unit.points, self.points, self.pauses)
+
+        async def count_forgotten(ctx):
+            ctx.set(self.unit.checked, 5)
+            while True:
+                _, _, forget = await ctx.tick().sample(self.unit.forget)
+                self.forgotten += forget
+
+        collectors = []
+        if self.has_core:
+            collectors += [collect_starts, collect_writes, collect_ranking]
+        if self.has_checker:
+            collectors += [collect_cells, collect_points, count_forgotten]
+        simulate(self.unit, bench, background=collectors)
+        return self.outcomes
+
+    async def _body(self, ctx, body, plain):
+        unit = self.unit
+        assert not ctx.get(unit.pending)
+        ctx.set(unit.requests.payload, {"data": body[0], "last": len(body) == 1, "plain": plain})
+        ctx.set(unit.requests.valid, 1)
+        await ctx.tick()
+        assert ctx.get(unit.pending)
+        ctx.set(unit.on, 1)
+        for at, byte in enumerate(body):
+            last = at == len(body) - 1
+            await put(ctx, unit.requests, {"data": byte, "last": last, "plain": plain}, limit=100)
+        clocks = 0
+        while not ctx.get(unit.over):
+            await ctx.tick()
+            clocks += 1
+            assert clocks < 100
+        self.clocks = max(self.clocks, clocks + 1)
+        generates = ctx.get(unit.generate) if self.has_core else 0
+        if self.has_checker:
+            checks = ctx.get(unit.checks)
+            self.checks.append({name: checks[name] for name, _ in checks.shape()})
+            self.checks[-1]["check"] = ctx.get(unit.check)
+        ctx.set(unit.on, 0)
+        await ctx.tick().repeat(2)
+        assert not ctx.get(unit.over)
+        answer = ctx.get(unit.answer)
+        self.outcomes.append((Status(answer.status), answer.kind, answer.sequence, generates))
+        if self.has_checker:
+            checks = ctx.get(unit.checks)  # Steady.
+            assert {name: checks[name] for name, _ in checks.shape()}.items() <= self.checks[
+                -1
+            ].items()
+        self.answer, self.errors, self.session = (
+            answer,
+            StickyError(ctx.get(unit.errors)),
+            ctx.get(unit.session),
+        )
+
+
+def after_open(*commands):
+    """Bodies that open session 1, then ``(code, payload)`` numbered from 0."""
+    bodies = [(bytes((1, 9, Command.OPEN)), 0)]
+    for sequence, (code, payload) in enumerate(commands):
+        bodies.append((bytes((1, sequence, code)) + payload, 0))
+    return bodies

@@ -1,0 +1,136 @@
+# amaranth: UnusedElaboratable=no
+"""The cells of a MAP: where they go, and what becomes of a wrong length."""
+
+import random
+
+import pytest
+
+from hdl.command.cell_parser import CellParser
+from hdl.config import Config
+from hdl.protocol import Status, pack_cells
+from tests.payloads import hand_over
+from tests.streams import collect
+
+
+PAUSES = pytest.mark.parametrize("pauses", [(0,), (0, 3, 1, 0, 7)], ids=["steady", "stalled"])
+OK, BAD_LENGTH = Status.OK, Status.BAD_LENGTH
+
+
+def config_of(bits):
+    return Config(map_size=32, coarse_factor=4, altitude_bits=bits, max_waypoints=4)
+
+
+def written(bits, payloads, x, y, width, height, *, repeated=False, pauses=(0,)):
+    """Return the outcomes of ``payloads``, and the cells written as x, y, altitude, last."""
+    unit = CellParser(config_of(bits))
+    cells = []
+
+    async def collect_writes(ctx):
+        await collect(ctx, unit.writes, cells, pauses)
+
+    outcomes = hand_over(
+        unit,
+        payloads,
+        {"rectangle": {"x": x, "y": y, "width": width, "height": height}},
+        repeated=repeated,
+        collectors=(collect_writes,),
+    )
+    return outcomes, [(cell.x, cell.y, cell.altitude, cell.last) for cell in cells]
+
+
+def expected(altitudes, x, y, width):
+    last = len(altitudes) - 1
+    return [
+        (x + number % width, y + number // width, altitude, number == last)
+        for number, altitude in enumerate(altitudes)
+    ]
+
+
+@PAUSES
+@pytest.mark.parametrize("bits", [4, 8, 12, 13])
+@pytest.mark.parametrize(
+    "rectangle", [(0, 0, 1, 1), (3, 5, 4, 3), (31, 8, 1, 24), (0, 31, 32, 1)]
+)
+def test_whole_rectangles(bits, rectangle, pauses):
+    rng = random.Random(bits)
+    x, y, width, height = rectangle
+    altitudes = [[rng.getrandbits(bits) for _ in range(width * height)] for _ in range(2)]
+    outcomes, cells = written(
+        bits, [pack_cells(config_of(bits), each) for each in altitudes], *rectangle, pauses=pauses
+    )
+    assert [status for status, _ in outcomes] == [OK, OK]
+    assert cells == expected(altitudes[0], x, y, width) + expected(altitudes[1], x, y, width)
+
+
+@pytest.mark.parametrize(("bits", "clocks_per_cell"), [(4, 2), (8, 2), (12, 4), (16, 3)])
+def test_clocks_per_cell(bits, clocks_per_cell):
+    """Two sizes, so that only what a cell costs is left."""
+    clocks = []
+    for height in (2, 6):
+        altitudes = range(8 * height)
+        payload = pack_cells(config_of(bits), [value % 16 for value in altitudes])
+        [(status, spent)], _ = written(bits, [payload], 0, 0, 8, height)
+        assert status is OK
+        clocks.append(spent)
+    assert clocks[1] - clocks[0] == clocks_per_cell * 8 * 4
+
+
+@PAUSES
+@pytest.mark.parametrize("bits", [4, 8, 12, 13])
+def test_too_short(bits, pauses):
+    """Whole cells are written, and the last of them ends the rectangle for the checker."""
+    rng = random.Random(bits)
+    config = config_of(bits)
+    altitudes = [rng.getrandbits(bits) for _ in range(12)]
+    payload = pack_cells(config, altitudes)
+    shorter = [payload[:length] for length in range(len(payload))]
+    outcomes, cells = written(bits, shorter, 8, 4, 4, 3, pauses=pauses)
+    assert {status for status, _ in outcomes} == {BAD_LENGTH}
+    whole = [8 * length // bits for length in range(len(payload))]
+    assert cells == [cell for count in whole for cell in expected(altitudes[:count], 8, 4, 4)]
+
+
+@PAUSES
+@pytest.mark.parametrize("bits", [4, 8, 12, 13, 16])
+@pytest.mark.parametrize("surplus", [b"\0", b"\xff\xff", bytes(20)])
+def test_too_long(bits, surplus, pauses):
+    altitudes = list(range(10)) if bits < 8 else [3 * number for number in range(9)]
+    width = len(altitudes)
+    payload = pack_cells(config_of(bits), altitudes) + surplus
+    outcomes, cells = written(bits, [payload], 5, 6, width, 1, pauses=pauses)
+    assert outcomes[0][0] is BAD_LENGTH
+    assert cells == expected(altitudes, 5, 6, width)
+
+
+def test_repeated_writes_nothing():
+    payload = pack_cells(config_of(12), range(6))
+    for data, status in ((payload, OK), (payload[:-2], BAD_LENGTH), (payload + b"\0", BAD_LENGTH)):
+        outcomes, cells = written(12, [data], 0, 0, 3, 2, repeated=True)
+        assert outcomes[0][0] is status
+        assert cells == []
+
+
+def test_it_waits_for_the_map():
+    """After the last cell, the checker takes no more until it has worked the rectangle in."""
+    unit = CellParser(config_of(8))
+    busy_clocks = 57
+    over_at = []
+
+    async def checker(ctx):
+        ctx.set(unit.writes.ready, 1)
+        while True:
+            _, _, last = await ctx.tick().sample(unit.writes.valid & unit.writes.p.last)
+            if last:
+                ctx.set(unit.writes.ready, 0)
+                for _ in range(busy_clocks):
+                    _, _, over = await ctx.tick().sample(unit.over)
+                    over_at.append(over)
+                ctx.set(unit.writes.ready, 1)
+
+    outcomes = hand_over(
+        unit, [bytes(6)], {"rectangle": {"width": 3, "height": 2}}, collectors=(checker,)
+    )
+    assert outcomes[0][0] is OK
+    assert over_at == [0] * busy_clocks
+    # A byte, a cell each: the first takes 2 clocks, the last is held for one.
+    assert outcomes[0][1] == 2 * 6 + busy_clocks + 4

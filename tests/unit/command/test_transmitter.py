@@ -1,0 +1,237 @@
+# amaranth: UnusedElaboratable=no
+"""The transmitting unit: the body of every answer, byte by byte."""
+
+import random
+import zlib
+
+import pytest
+
+from hdl.command.layouts import AnswerKind
+from hdl.command.transmitter import ReplyTransmitter
+from hdl.config import CheckerBuild, Config
+from hdl.protocol import (
+    Status,
+    check_reply,
+    counters_reply,
+    info_reply,
+    info_values,
+    pack_paths,
+    recipe_reply,
+    status_reply,
+    survivors_reply,
+)
+from tests.streams import collect, put, simulate
+
+
+CONFIG = Config(
+    population=8, children=4, survivors=2, inserts=1, deletes=1, max_waypoints=4, map_size=16,
+    coarse_factor=4,
+)  # fmt: skip
+HEADER = bytes((3, 200, Status.OK))
+
+
+def random_fields(layout, rng):
+    return {name: rng.getrandbits(width) for name, width in layout.fields}
+
+
+def answers(kind, *, slot=0, count=0, plain=0, pauses=(0,), seed=1, times=1):
+    """Return the bodies sent for ``kind``, the registers behind them, and what was read out."""
+    rng = random.Random(seed)
+    unit = ReplyTransmitter(CONFIG)
+    paths = [
+        [rng.getrandbits(CONFIG.waypoint_bits) for _ in range(rng.randint(2, 4))] for _ in range(8)
+    ]
+    registers = {
+        "status": random_fields(status_reply(CONFIG), rng),
+        "counters": random_fields(counters_reply(CONFIG), rng),
+        "recipe": random_fields(recipe_reply(CONFIG), rng) | {"checksum": 0},
+        "survivors": [rng.randrange(8) for _ in range(2)],
+    }
+    replies, bodies, reads = [], [], []
+
+    async def registers_and_hand_over(ctx):
+        recipe = dict(registers["recipe"])
+        del recipe["checksum"]
+        ctx.set(unit.status, registers["status"])
+        ctx.set(unit.counters, registers["counters"])
+        ctx.set(unit.recipe, recipe)
+        ctx.set(unit.survivors, registers["survivors"])
+        ctx.set(unit.session, 77)
+        ctx.set(
+            unit.answer,
+            {
+                "kind": kind,
+                "session": HEADER[0],
+                "sequence": HEADER[1],
+                "status": HEADER[2],
+                "plain": plain,
+                "slot": slot,
+                "count": count,
+            },
+        )
+        for _ in range(times):
+            before = len(replies)
+            ctx.set(unit.on, 1)
+            for _ in range(5000):
+                await ctx.tick()
+                if ctx.get(unit.over):
+                    break
+            assert ctx.get(unit.over)
+            ctx.set(unit.on, 0)
+            await ctx.tick().repeat(10)
+            bodies.append(replies[before:])
+
+    async def read_out(ctx):
+        while True:
+            ctx.set(unit.reads.ready, 1)
+            _, _, valid, read = await ctx.tick().sample(unit.reads.valid, unit.reads.payload)
+            ctx.set(unit.reads.ready, 0)
+            if not valid:
+                continue
+            reads.append((read.slot, read.count))
+            asked = range(read.slot, read.slot + read.count)
+            for number in asked:
+                for index, waypoint in enumerate(paths[number]):
+                    last = index == len(paths[number]) - 1
+                    final = last and number == asked[-1]
+                    word = {"waypoint": waypoint, "last": last, "final": final}
+                    for _ in range(rng.randrange(3)):
+                        await ctx.tick()
+                    await put(ctx, unit.waypoints, word)
+
+    async def collect_replies(ctx):
+        await collect(ctx, unit.replies, replies, pauses)
+
+    simulate(unit, registers_and_hand_over, background=(read_out, collect_replies))
+    for body in bodies:
+        if body:
+            assert [byte.last for byte in body] == [0] * (len(body) - 1) + [1]
+            assert {byte.plain for byte in body} == {plain}
+    return [bytes(byte.data for byte in body) for body in bodies], registers, paths, reads
+
+
+PAUSES = pytest.mark.parametrize("pauses", [(0,), (0, 2, 1)], ids=["steady", "stalled"])
+
+
+@PAUSES
+def test_fixed_fields(pauses):
+    (body,), registers, _, _ = answers(AnswerKind.STATUS, pauses=pauses)
+    assert body == HEADER + status_reply(CONFIG).pack(**registers["status"])
+    (body,), registers, _, _ = answers(AnswerKind.COUNTERS, pauses=pauses)
+    assert body == HEADER + counters_reply(CONFIG).pack(**registers["counters"])
+
+
+def test_information_is_plain_and_names_the_session():
+    (body,), _, _, _ = answers(AnswerKind.INFO, plain=1)
+    assert body == HEADER + info_reply(CONFIG).pack(session=77, **info_values(CONFIG))
+
+
+def test_nothing_but_the_header():
+    bodies, _, _, _ = answers(AnswerKind.EMPTY, times=3)
+    assert bodies == [HEADER] * 3
+
+
+def test_silence():
+    bodies, _, _, reads = answers(AnswerKind.SILENCE, times=2)
+    assert (bodies, reads) == ([b"", b""], [])
+
+
+@PAUSES
+def test_paths(pauses):
+    (body,), _, paths, reads = answers(AnswerKind.PATHS, slot=2, count=5, pauses=pauses)
+    assert body == HEADER + pack_paths(CONFIG, paths[2:7])
+    assert reads == [(2, 5)]
+
+
+@PAUSES
+def test_children(pauses):
+    (body,), registers, paths, reads = answers(AnswerKind.CHILDREN, slot=4, count=4, pauses=pauses)
+    named = {f"survivor_{i}": slot for i, slot in enumerate(registers["survivors"])}
+    expected = HEADER + survivors_reply(CONFIG).pack(**named) + pack_paths(CONFIG, paths[4:])
+    assert body == expected
+    assert reads == [(4, 4)]
+
+
+@PAUSES
+def test_recipe_sums_up_the_whole_population(pauses):
+    bodies, registers, paths, reads = answers(
+        AnswerKind.RECIPE, slot=5, count=1, pauses=pauses, times=2
+    )
+    checksum = zlib.crc32(pack_paths(CONFIG, paths))
+    expected = HEADER + recipe_reply(CONFIG).pack(**registers["recipe"] | {"checksum": checksum})
+    assert bodies == [expected] * 2
+    assert reads == [(0, 8)] * 2
+
+
+def test_configuration_is_checked():
+    with pytest.raises(TypeError, match=r"^Configuration must be a Config, not None$"):
+        ReplyTransmitter(None)
+
+
+def checked_answers(kind, *, checked, slot=0, count=0, pauses=(0,)):
+    """Return two bodies sent for ``kind``, the totals, and what was asked of the results."""
+    rng = random.Random(3)
+    unit = ReplyTransmitter(CONFIG.replace(checker=CheckerBuild.PARALLEL))
+    totals = random_fields(check_reply(CONFIG), rng)
+    replies, bodies, reads = [], [], []
+
+    async def bench(ctx):
+        ctx.set(unit.totals, totals)
+        ctx.set(unit.checked, checked)
+        header = dict(zip(("session", "sequence", "status"), HEADER, strict=True))
+        ctx.set(unit.answer, {**header, "kind": kind, "plain": 0, "slot": slot, "count": count})
+        for _ in range(2):
+            ctx.set(unit.on, 1)
+            await ctx.tick().until(unit.over)
+            ctx.set(unit.on, 0)
+            await ctx.tick().repeat(5)
+            assert [byte.last for byte in replies] == [0] * (len(replies) - 1) + [1]
+            bodies.append(bytes(byte.data for byte in replies))
+            replies.clear()
+
+    async def serve(ctx):
+        """Each result is its number and a byte more."""
+        while True:
+            ctx.set(unit.result_reads.ready, 1)
+            _, _, valid, read = await ctx.tick().sample(
+                unit.result_reads.valid, unit.result_reads.payload
+            )
+            ctx.set(unit.result_reads.ready, 0)
+            if not valid:
+                continue
+            reads.append((read.path, read.count))
+            data = [byte for path in range(read.count) for byte in (read.path + path, 0xEE)]
+            for at, byte in enumerate(data):
+                for _ in range(rng.randrange(3)):
+                    await ctx.tick()
+                await put(ctx, unit.records, {"data": byte, "last": at == len(data) - 1})
+
+    async def collect_replies(ctx):
+        await collect(ctx, unit.replies, replies, pauses)
+
+    simulate(unit, bench, background=(serve, collect_replies))
+    assert bodies[0] == bodies[1]
+    return bodies[0], check_reply(CONFIG).pack(**totals), reads
+
+
+@PAUSES
+@pytest.mark.parametrize("checked", [1, 8])
+def test_checked_paths(checked, pauses):
+    body, totals, reads = checked_answers(AnswerKind.CHECKED, checked=checked, pauses=pauses)
+    assert body == HEADER + totals + bytes(byte for path in range(checked) for byte in (path, 0xEE))
+    assert reads == [(0, checked)] * 2
+
+
+def test_totals_alone():
+    """When they are asked for, and when nothing has been checked."""
+    body, totals, reads = checked_answers(AnswerKind.TOTALS, checked=8)
+    assert (body, reads) == (HEADER + totals, [])
+    body, totals, reads = checked_answers(AnswerKind.CHECKED, checked=0)
+    assert (body, reads) == (HEADER + totals, [])
+
+
+@PAUSES
+def test_results_alone(pauses):
+    body, _, reads = checked_answers(AnswerKind.RESULTS, checked=8, slot=5, count=3, pauses=pauses)
+    assert body == HEADER + bytes((5, 0xEE, 6, 0xEE, 7, 0xEE))
+    assert reads == [(5, 3)] * 2

@@ -1,0 +1,249 @@
+"""Boards by URL; those that are simulated are in tests/cosim/test_boards.py."""
+
+import contextlib
+import dataclasses
+import os
+import re
+import socket
+import threading
+import tty
+
+import pytest
+
+from hdl.config import Config, SurvivorSelection
+from host.device import boards
+from host.device.boards import known_config, open_board, split_config, start_simulated
+from host.device.link import LinkError
+from host.errors import InputError
+from sim.model.chip import ChipModel
+from tests.chips import SMALL, board_url
+
+
+DEFAULT = Config(clocks_per_bit=4)
+FIELDS = ", ".join(field.name for field in dataclasses.fields(Config))
+
+
+@pytest.mark.parametrize(
+    ("url", "rest", "changes"),
+    [
+        ("model:", "model:", {}),
+        ("model:?", "model:", {}),
+        ("sim:?max_waypoints=20", "sim:", {"max_waypoints": 20}),
+        (
+            "sim:?sim=icarus&map_size=64&coarse_factor=8&trace=a%20b",
+            "sim:?sim=icarus&trace=a+b",
+            {"map_size": 64, "coarse_factor": 8},
+        ),
+        (
+            "model:?survivor_selection=rank&clocks_per_bit=868",
+            "model:",
+            {"survivor_selection": SurvivorSelection.RANK, "clocks_per_bit": 868},
+        ),
+    ],
+)
+def test_configuration_in_the_url(url, rest, changes):
+    assert split_config(url, DEFAULT) == (rest, DEFAULT.replace(**changes))
+
+
+@pytest.mark.parametrize(
+    ("url", "config"),
+    [
+        ("model:", DEFAULT),
+        ("sim:?sim=icarus&max_waypoints=20", DEFAULT.replace(max_waypoints=20)),
+        ("/dev/ttyUSB0?baud=9600", None),
+        ("socket://localhost:5000", None),
+    ],
+)
+def test_configuration_known_beforehand(url, config):
+    assert known_config(url) == config
+
+
+def test_every_field_is_an_option():
+    assert split_config(board_url("sim", SMALL), DEFAULT) == ("sim:", SMALL)
+
+
+@pytest.mark.parametrize(
+    ("url", "sentence"),
+    [
+        (
+            "model:?population=9",
+            "Config.population must be a power of two from 4 to 256, not 9; "
+            "see the options in 'model:?population=9'.",
+        ),
+        (
+            "sim:?max_waypoints=many",
+            "Config.max_waypoints must be an integer, not 'many'; "
+            "see the options in 'sim:?max_waypoints=many'.",
+        ),
+        (
+            "model:?survivor_selection=best",
+            "Config.survivor_selection must be uniform or rank, not 'best'; "
+            "see the options in 'model:?survivor_selection=best'.",
+        ),
+        (
+            "model:?max_waypoints=-4",
+            "Config.max_waypoints must be an integer, not '-4'; "
+            "see the options in 'model:?max_waypoints=-4'.",
+        ),
+        (
+            "model:?speed=9",
+            "The model takes only fields of the configuration, not 'model:?speed=9'; they are "
+            f"{FIELDS}.",
+        ),
+        (
+            "model:x",
+            f"The model takes only fields of the configuration, not 'model:x'; they are {FIELDS}.",
+        ),
+        (
+            "sim:?speed=9",
+            "The simulated board has no option 'speed'; choose from sim, idle_clocks, trace and "
+            f"the fields of the configuration, {FIELDS}.",
+        ),
+        (
+            "/dev/ttyUSB0?baud=fast",
+            "A serial board takes the option baud=NUMBER and no other, not "
+            "'/dev/ttyUSB0?baud=fast'.",
+        ),
+        (
+            "/dev/ttyUSB0?parity=odd",
+            "A serial board takes the option baud=NUMBER and no other, not "
+            "'/dev/ttyUSB0?parity=odd'.",
+        ),
+    ],
+)
+def test_wrong_urls(url, sentence):
+    with pytest.raises(InputError) as caught:
+        open_board(url)
+    assert str(caught.value) == sentence
+
+
+@pytest.mark.parametrize("url", ["/dev/no such device", "nosuchscheme://x", "", "socket://"])
+def test_boards_that_cannot_be_opened(url):
+    with pytest.raises(InputError) as caught:
+        open_board(url)
+    sentence = str(caught.value)
+    assert sentence.startswith(f"No board can be opened at {url!r} (")
+    assert sentence.endswith("); give model:, sim:, a serial device or a URL of pyserial.")
+
+
+def test_the_model():
+    with open_board(board_url("model", SMALL)) as chip:
+        assert chip.config == SMALL
+        chip.load([[1, 2]] * 8)
+        assert chip.step(range(8)).paths[0] == [1, 2]
+    with open_board("model:") as chip:
+        assert chip.config == DEFAULT
+
+
+def test_wrong_urls_start_no_simulator():
+    with pytest.raises(InputError, match=r"^Config\.population must be "):
+        start_simulated("sim:?population=3")
+
+
+def serve(chip, read, write):
+    """Answer as ``chip`` what ``read`` returns, until that is nothing."""
+    with contextlib.suppress(OSError):
+        while data := read(4096):
+            write(chip.feed(data))
+
+
+@pytest.fixture
+def terminal():
+    """The device of a chip behind a pseudo terminal."""
+    near, far = os.openpty()
+    tty.setraw(far)
+    device = os.ttyname(far)
+    chip = ChipModel(Config())
+    thread = threading.Thread(
+        target=serve,
+        args=(chip, lambda size: os.read(near, size), lambda data: os.write(near, data)),
+    )
+    thread.start()
+    yield device
+    os.close(far)  # The last of the terminal's users: reading it fails now.
+    thread.join()
+    os.close(near)
+
+
+def test_a_serial_device(terminal):
+    for session in range(2):
+        with open_board(terminal) as chip:
+            assert chip.info["session"] == session
+            chip.load([[session, 5]] * 32)
+            assert chip.read(0, 32) == [[session, 5]] * 32
+    with open_board(f"{terminal}?baud=115200") as chip:
+        assert chip.config == Config()
+
+
+@pytest.fixture
+def listener():
+    """A listening socket that a thread serves with what it is given."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        threads = []
+
+        def start(answer):
+            def run():
+                connection, _ = server.accept()
+                with connection:
+                    answer(connection)
+
+            threads.append(threading.Thread(target=run))
+            threads[-1].start()
+            return f"socket://127.0.0.1:{server.getsockname()[1]}"
+
+        yield start
+        for thread in threads:
+            thread.join()
+
+
+def test_a_url_of_pyserial(listener):
+    url = listener(lambda peer: serve(ChipModel(SMALL), peer.recv, peer.sendall))
+    with open_board(url) as chip:
+        assert chip.config == SMALL
+        chip.load([[3, 4]] * 8)
+        assert chip.read(6, 2) == [[3, 4]] * 2
+
+
+def silent(peer):
+    while peer.recv(4096):
+        pass
+
+
+def babbling(peer):
+    while peer.recv(4096):
+        peer.sendall(b"login: ")
+
+
+def echoing(peer):
+    while data := peer.recv(4096):
+        peer.sendall(data)
+
+
+@pytest.mark.parametrize("answer", [silent, babbling, echoing])
+def test_what_does_not_answer_as_a_board(listener, monkeypatch, answer):
+    monkeypatch.setitem(boards._PATIENCE, "serial", (0.01, 12))
+    url = listener(answer)
+    sentence = (
+        f"Nothing answers at '{url}' as a board would; check the address, the baud rate and "
+        "that the board is configured."
+    )
+    with pytest.raises(InputError, match=f"^{re.escape(sentence)}$"):
+        open_board(url)
+
+
+def test_a_port_that_echoes(monkeypatch):
+    monkeypatch.setitem(boards._PATIENCE, "serial", (0.01, 2))
+    with pytest.raises(InputError, match=r"^Nothing answers at 'loop://' as a board would; "):
+        open_board("loop://")
+
+
+def test_a_slow_line_is_given_the_time_of_what_is_buffered(listener):
+    url = listener(lambda peer: serve(ChipModel(SMALL), peer.recv, peer.sendall))
+    with open_board(f"{url}?baud=9600") as chip:
+        assert chip.link.timeout_s == pytest.approx(0.25 + 10 * 2048 / 9600)
+
+
+def test_a_board_that_hangs_up(listener):
+    url = listener(lambda peer: peer.recv(4096))
+    with pytest.raises(LinkError, match=r"^The board was lost: \S.*\.$"):
+        open_board(url)

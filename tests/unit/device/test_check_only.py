@@ -1,0 +1,148 @@
+# amaranth: UnusedElaboratable=no
+"""A chip without a genetic core: what is left of its commands, in gateware and in the model."""
+
+import random
+
+import pytest
+from amaranth.sim import Simulator
+
+from hdl.check_control import CheckControl
+from hdl.command.layouts import AnswerKind
+from hdl.command.receiver import CommandReceiver
+from hdl.config import CheckerBuild, Config
+from hdl.protocol import ChipState, Command, Status, StickyError, config_from_info, info_values
+from host.device.chip import Chip
+from host.device.link import Link, RefusedError
+from host.errors import InputError
+from sim.model.chip import ChipModel
+from sim.model.port import ModelPort
+from tests.chips import CHECKING, random_path
+from tests.unit.command.receiver_bench import CHECKING as BENCH
+from tests.unit.command.receiver_bench import Chip as Bench
+from tests.unit.command.receiver_bench import after_open, check, rectangle
+
+
+CONFIG = CHECKING.replace(genetic=False)
+GENETIC = (Command.START, Command.WRITE, Command.GENERATE, Command.READ, Command.CHECK_PATHS)
+
+
+@pytest.fixture
+def chip():
+    with Chip(Link(ModelPort(ChipModel(CONFIG)), timeout_s=1, attempts=1)) as opened:
+        yield opened
+
+
+def test_it_needs_a_checker():
+    sentence = r"^Config\.genetic must be 1 on a chip without a checker, not 0$"
+    with pytest.raises(ValueError, match=sentence):
+        Config(genetic=False, checker=CheckerBuild.NONE)
+
+
+@pytest.mark.parametrize("value", [2, -1, "0", None])
+def test_it_is_one_or_zero(value):
+    sentence = rf"^Config\.genetic must be 1 or 0, not {value!r}$"
+    with pytest.raises(ValueError, match=sentence):
+        Config(genetic=value)
+    assert Config(genetic=0).genetic is False
+    assert Config(genetic=1) == Config()
+
+
+def test_a_chip_says_so():
+    values = info_values(CONFIG) | {"session": 0}
+    assert values["genetic"] == 0
+    assert config_from_info(values) == CONFIG
+    assert CONFIG.build_id != CHECKING.build_id
+
+
+@pytest.mark.parametrize("command", GENETIC, ids=lambda command: command.name)
+def test_gateware_does_not_know(command):
+    bench = Bench(config=BENCH.replace(genetic=False))
+    (_, outcome) = bench.run(after_open((command, bytes(5))))
+    assert outcome == (Status.UNKNOWN_COMMAND, AnswerKind.EMPTY, 0, 0)
+    assert bench.errors == StickyError.REFUSED
+
+
+@pytest.mark.parametrize("command", GENETIC, ids=lambda command: command.name)
+def test_model_does_not_know(chip, command):
+    with pytest.raises(RefusedError, match=f"{command.name} with UNKNOWN_COMMAND"):
+        chip.link.request(command, bytes(5))
+
+
+def test_gateware_takes_maps_and_paths():
+    bench = Bench(config=BENCH.replace(genetic=False))
+    outcomes = bench.run(
+        after_open(
+            (Command.MAP, rectangle(1, 2, 2, 1, (3, 4))),
+            (Command.CHECK, check(1, [1, 2, 3])),
+            (Command.STATUS, b""),
+        )
+    )
+    assert [(status, kind) for status, kind, *_ in outcomes[1:]] == [
+        (Status.OK, AnswerKind.EMPTY),
+        (Status.OK, AnswerKind.CHECKED),
+        (Status.OK, AnswerKind.STATUS),
+    ]
+    assert [(cell.x, cell.y, cell.altitude) for cell in bench.cells] == [(1, 2, 3), (2, 2, 4)]
+    assert [(point.x, point.last) for point in bench.points] == [(1, 0), (2, 0), (3, 1)]
+    assert [(each["check"], each["batch"]) for each in bench.checks[1:]] == [(0, 0), (1, 0), (0, 0)]
+
+
+def test_the_host_refuses_before_it_asks(chip):
+    sentence = (
+        r"^The board has no genetic core, it only checks paths: use one that was built with "
+        r"genetic=1\.$"
+    )
+    for ask in (
+        lambda: chip.start(0, (15, 15, 9)),
+        lambda: chip.load([[1, 2]]),
+        lambda: chip.read(0, 1),
+        lambda: chip.step(range(8)),
+        lambda: chip.check_population(1, 2),
+    ):
+        with pytest.raises(InputError, match=sentence):
+            ask()
+    path = random_path(CONFIG, random.Random(1), 4)
+    assert len(chip.check_path(path).verdicts) == 1
+    assert chip.counters()["paths"] == 1
+    assert chip.status()["errors"] == 0
+
+
+def test_control():
+    """A check, then another command: one unit is on at a time, and none waits for the next."""
+    control = CheckControl(CONFIG)
+    on = (control.receive_on, control.check_on, control.transmit_on)
+    seen = []
+
+    async def bench(ctx):
+        for units in (("receive", "check", "transmit"), ("receive", "transmit")):
+            ctx.set(control.check, "check" in units)
+            ctx.set(control.pending, 1)
+            await ctx.tick()
+            ctx.set(control.pending, 0)
+            for unit in units:
+                over = getattr(control, f"{unit}_over")
+                for clock in range(3):
+                    seen.append(ctx.get(control.state))
+                    assert sum(ctx.get(each) for each in on) == 1
+                    ctx.set(over, clock == 2)
+                    await ctx.tick()
+                ctx.set(over, 0)
+            assert ctx.get(control.state) == ChipState.LISTEN
+        counters = ctx.get(control.counters)
+        assert (counters.clocks, counters.receive, counters.transmit) == (17, 6, 6)
+        # The state is noted a clock late.
+        await ctx.tick()
+        assert ctx.get(control.history) == 0x1650150
+
+    simulator = Simulator(control)
+    simulator.add_clock(1e-6)
+    simulator.add_testbench(bench)
+    simulator.run()
+    states = (ChipState.RECEIVE, ChipState.CHECK, ChipState.TRANSMIT)
+    assert seen == [state for state in (*states, states[0], states[2]) for _ in range(3)]
+
+
+def test_wrong_configuration():
+    with pytest.raises(TypeError, match=r"^Config must be a Config, not None$"):
+        CheckControl(None)
+    assert not hasattr(CommandReceiver(CONFIG), "starts")

@@ -1,0 +1,208 @@
+"""The host's end of the line: dead, silent and babbling boards, bad lines, interrupts."""
+
+import random
+import re
+
+import pytest
+
+from hdl.config import Config
+from hdl.protocol import Command, LinkMode, info_reply
+from hdl.protocol.codec import encode_frame
+from host.device.link import Link, LinkError, LinkTimeoutError
+from host.errors import JobError
+from sim.model.chip import ChipModel
+from sim.model.core import Limits
+from tests.faults import ByteFaults, FaultyTransport, FrameFaults, VirtualClock
+from tests.unit.device.link_bench import (
+    CONFIG,
+    FIRST,
+    Recorder,
+    Script,
+    connect,
+    lose,
+)
+
+
+def test_a_dead_board_is_given_up():
+    link, _, clock = connect(Script(dict.fromkeys(range(FIRST, 99), lose)), attempts=3)
+    sentence = (
+        "The board did not answer GENERATE in 3 attempts of 0.25 s: "
+        "check its power, the cable and the line rate."
+    )
+    with pytest.raises(LinkTimeoutError, match=f"^{re.escape(sentence)}$"):
+        link.request(Command.GENERATE)
+    assert 0.75 <= clock() < 0.76
+    assert link.session is None
+
+
+def test_no_board_at_all():
+    clock = VirtualClock()
+    link = Link(FaultyTransport(lambda data: b"", clock), timeout_s=0.5, attempts=4, clock=clock)
+    with pytest.raises(LinkTimeoutError, match=r"^The board did not answer INFO in 4 attempts"):
+        link.info()
+    assert clock() == 2.0
+
+
+def test_the_time_of_writing_is_no_wait():
+    """A slow port that takes longer to write than a try lasts: nothing is sent twice for it."""
+    link, chip, clock = connect()
+    write = link._transport.write
+
+    def slow(data):
+        clock.now_s += 3.0
+        return write(data)
+
+    link._transport.write = slow
+    link.open(link.info()[0], credit=CONFIG.receive_buffer)
+    commands = [(Command.WRITE, bytes([n]) * 40) for n in range(10)]
+    assert link.transfer(commands) == [payload for _, payload in commands]
+    assert link.request(Command.STATUS) == b""
+    assert chip.executed == [*commands, (Command.STATUS, b"")]
+    assert link.traffic.frames_repeated == 0
+
+
+@pytest.mark.parametrize("command", ["info", "open"])
+def test_an_echo_is_no_answer(command):
+    clock = VirtualClock()
+    link = Link(FaultyTransport(bytes, clock), timeout_s=0.25, attempts=3, clock=clock)
+    asked = link.info if command == "info" else lambda: link.open(41, credit=256)
+    with pytest.raises(LinkTimeoutError, match=rf"did not answer {command.upper()} in 3 attempts"):
+        asked()
+    assert 0.75 <= clock() < 0.76
+
+
+def test_a_board_that_answers_after_an_echo():
+    chip = Recorder()
+    clock = VirtualClock()
+    link = Link(FaultyTransport(lambda data: data + chip(data), clock), clock=clock)
+    link.open(link.info()[0], credit=256)
+    assert (link.session, chip.session) == (42, 42)
+
+
+def test_a_babbling_board_is_given_up():
+    clock = VirtualClock()
+    port = FaultyTransport(lambda data: b"", clock)
+    link = Link(port, timeout_s=0.25, attempts=2, clock=clock)
+    for noise in (b"\7", encode_frame(b"\1\2\3"), encode_frame(b"\1\2\3", plain=True)):
+        start = clock()
+
+        def read(size, noise=noise):
+            clock.now_s += 0.01
+            return noise
+
+        port.read = read
+        with pytest.raises(LinkTimeoutError):
+            link.info()
+        assert clock() - start == pytest.approx(2 * 8 * 0.25, rel=0.02)
+
+
+def test_a_reset_board_is_told():
+    link, chip, _ = connect()
+    chip.session = 7
+    sentence = r"^The board was reset or taken by another host: open it again\.$"
+    with pytest.raises(LinkError, match=sentence):
+        link.request(Command.STATUS)
+    with pytest.raises(LinkError, match=sentence):
+        link.reopen()
+    link.open(link.info()[0], credit=256)
+    assert link.request(Command.STATUS) == b""
+
+
+def test_a_port_that_fails_is_told():
+    link, _, _ = connect()
+
+    def fail(*_):
+        raise OSError("device reports readiness to read but returned no data.")
+
+    link._transport.read = fail
+    sentence = "The board was lost: device reports readiness to read but returned no data."
+    with pytest.raises(LinkError, match=f"^{re.escape(sentence)}$"):
+        link.request(Command.STATUS)
+    link._transport.write = fail
+    link.session = 42
+    with pytest.raises(LinkError, match=f"^{re.escape(sentence)}$"):
+        link.request(Command.STATUS)
+    assert issubclass(LinkError, JobError)
+
+
+def test_an_interrupt_ends_the_session_and_the_next_loses_nothing():
+    link, chip, _ = connect()
+    read = link._transport.read
+
+    def interrupt(size):
+        raise KeyboardInterrupt
+
+    link._transport.read = interrupt
+    with pytest.raises(KeyboardInterrupt):
+        link.request(Command.GENERATE, b"order")
+    link._transport.read = read
+    assert link.session is None
+    link.reopen()
+    assert link.request(Command.COUNTERS, b"?") == b"?"
+    assert chip.executed == [(Command.GENERATE, b"order"), (Command.COUNTERS, b"?")]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_exactly_once_over_a_line_with_byte_faults(seed):
+    # Each of the five faults at 1e-3 per byte, in both directions.
+    rng = random.Random(seed)
+    faults = [ByteFaults(1e-3, rng), ByteFaults(1e-3, rng)]
+    link, chip, _ = connect(*faults)
+    asked = []
+    for number in range(400):
+        payload = number.to_bytes(2, "little") * rng.randrange(1, 25)
+        asked.append((Command.START, payload))
+        assert link.request(*asked[-1]) == payload
+    assert chip.executed == asked
+    assert all(fault.count > 20 for fault in faults)
+    assert link.traffic.frames_repeated > 20
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_exactly_once_over_a_line_with_frame_faults(seed):
+    rng = random.Random(seed)
+    faults = [FrameFaults(0.05, rng), FrameFaults(0.05, rng)]
+    link, chip, _ = connect(*faults)
+    asked = [(Command.START, number.to_bytes(2, "little")) for number in range(500)]
+    assert [link.request(*command) for command in asked] == [payload for _, payload in asked]
+    assert chip.executed == asked
+    assert all(fault.count > 50 for fault in faults)
+
+
+@pytest.mark.parametrize(("faults", "rate"), [(ByteFaults, 1e-3), (FrameFaults, 0.04)])
+def test_transfers_over_a_bad_line(faults, rate):
+    rng = random.Random(3)
+    link, chip, _ = connect(faults(rate, rng), faults(rate, rng))
+    for _ in range(6):
+        chip.executed.clear()
+        commands = [(Command.READ, bytes([n % 100, n // 100])) for n in range(300)]
+        assert link.transfer(commands) == [bytes(payload[0]) for _, payload in commands]
+        # In order and once each; what is given again for its lost answer follows.
+        assert chip.executed[:300] == commands
+        assert set(chip.executed[300:]) < set(commands)
+
+
+def test_generations_over_a_bad_line_are_those_of_the_core():
+    """The whole chip: 60 generations over a line with 5e-3 faults per byte, each executed once."""
+    rng = random.Random(5)
+    config = Config()
+    chip, twin = ChipModel(config), ChipModel(config)
+    clock = VirtualClock()
+    faults = [ByteFaults(1e-3, rng), ByteFaults(1e-3, rng)]
+    port = FaultyTransport(chip.feed, clock, to_board=faults[0], from_board=faults[1])
+    link = Link(port, timeout_s=0.25, clock=clock)
+    info = info_reply(config).unpack(link.info())
+    link.open(info["session"], credit=info["receive_buffer"])
+
+    seed = bytes(range(8)) + b"\xff\1\xff\1\x80\x0c\0"
+    assert link.request(Command.START, seed) == b""
+    twin.core.start(int.from_bytes(seed[:8], "little"), Limits(511, 511, 0xC80))
+    for _ in range(60):
+        order = rng.sample(range(config.population), config.population)
+        rank = bytes((LinkMode.RANK, *order))
+        recipe = bytes((LinkMode.RECIPE, *order))
+        assert link.request(Command.GENERATE, rank, shorter=recipe)
+        twin.core.run(order)
+    assert chip.core.paths == twin.core.paths
+    assert chip.core.generation == 60
+    assert all(fault.count > 20 for fault in faults)

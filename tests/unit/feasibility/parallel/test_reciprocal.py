@@ -1,0 +1,121 @@
+# amaranth: UnusedElaboratable=no
+"""Fraction bits of the slopes: every length, difference and cell."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from hdl.config import Config
+from hdl.feasibility.parallel.reciprocal import Precision, Reciprocals
+from tests.streams import simulate
+
+
+LANES = (1, 2, 4, 8, 16)
+FULL = Config(checker="parallel")
+
+
+def values(precision, lanes, n, d, fraction, k):
+    """What lanes add up to, of a slope d/n; the fraction bits are ``fraction``."""
+    reciprocal = precision.of_length(n)
+    place, groups = k % lanes, k // lanes
+    shift = precision.reciprocal - fraction
+    start = place * d * reciprocal >> shift
+    return start + groups * (lanes * d * reciprocal >> shift)
+
+
+def minors_hold(config, lengths, precision=None):
+    """Whether every cell's minor coordinate is that of the formula."""
+    precision = precision or Precision.of(config)
+    for n in lengths:
+        k = np.arange(n + 1, dtype=np.int64)
+        d = np.arange(-n, n + 1, dtype=np.int64)[:, None]
+        value = values(precision, config.lanes, n, d, precision.minor, k) + precision.minor_bias
+        if not np.array_equal(value >> precision.minor, (2 * k * d + n) // (2 * n)):
+            return False
+    return True
+
+
+def rises_hold(config, lengths, rises, precision=None):
+    """Whether every cell's altitude is the exact one rounded up."""
+    precision = precision or Precision.of(config)
+    rises = np.asarray(rises, dtype=np.int64)[:, None]
+    for n in lengths:
+        k = np.arange(n + 1, dtype=np.int64)
+        value = values(precision, config.lanes, n, rises, precision.rise, k) + precision.rise_bias
+        if not np.array_equal(value >> precision.rise, -(-k * rises // n)):
+            return False
+    return True
+
+
+@pytest.mark.parametrize(
+    ("map_size", "lanes"),
+    [(size, lanes) for size in (8, 16, 64) for lanes in LANES if lanes <= size],
+)
+def test_all_slopes_of_small_maps(map_size, lanes):
+    config = Config(map_size=map_size, coarse_factor=2, altitude_bits=6, lanes=lanes)
+    assert minors_hold(config, range(1, map_size))
+    assert rises_hold(config, range(1, map_size), range(-63, 64))
+
+
+@pytest.mark.parametrize("lanes", LANES)
+def test_steepest_and_longest_of_the_full_map(lanes):
+    config = FULL.replace(lanes=lanes)
+    lengths = [1, 2, 3, 255, 256, 257, *range(480, 512)]
+    assert minors_hold(config, lengths)
+    assert rises_hold(config, lengths, [-4095, -4094, -2049, -2048, -1, 0, 1, 2047, 4094, 4095])
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("lanes", LANES)
+def test_all_slopes_of_the_full_map(lanes):
+    config = FULL.replace(lanes=lanes)
+    assert minors_hold(config, range(1, 512))
+    for low in range(-4095, 4096, 512):
+        assert rises_hold(config, range(1, 512), range(low, min(low + 512, 4096)))
+
+
+def test_three_bits_less_do_not_suffice():
+    """So the tests above see what goes wrong."""
+    precision = Precision.of(FULL)
+    coarser = dataclasses.replace(precision, reciprocal=precision.reciprocal - 3)
+    assert not rises_hold(FULL, range(480, 512), [4095, -4095], coarser)
+    unbiased = dataclasses.replace(precision, minor_bias=1 << precision.minor - 1)
+    assert not minors_hold(FULL, range(480, 512), unbiased)
+
+
+def test_precision_of_the_default():
+    assert Precision.of(FULL) == Precision(
+        reciprocal=32, minor=17, rise=16, minor_bias=(1 << 16) + 3 * 32, rise_bias=(1 << 16) - 32
+    )
+
+
+def test_table():
+    """Two differences of either sign, 2 clocks, one of them, and what waits stays."""
+    config = Config(map_size=16, coarse_factor=2)
+    dut = Reciprocals(config)
+    precision = Precision.of(config)
+
+    async def bench(ctx):
+        for first in range(-16, 16):
+            second = 15 - abs(first)
+            for chosen in (0, 1):
+                ctx.set(dut.differences[0], first)
+                ctx.set(dut.differences[1], second)
+                ctx.set(dut.load, 1)
+                await ctx.tick()
+                ctx.set(dut.load, 0)
+                ctx.set(dut.move, 1)
+                ctx.set(dut.second, chosen)
+                ctx.set(dut.differences[0], 1)
+                await ctx.tick()
+                ctx.set(dut.move, 0)
+                ctx.set(dut.second, 1 - chosen)
+                for _ in range(2):
+                    length = abs((first, second)[chosen])
+                    assert ctx.get(dut.reciprocal) == precision.of_length(length)
+                    await ctx.tick()
+
+    simulate(dut, bench)
+    assert precision.of_length(0) == 0
+    assert precision.of_length(1) < 1 << precision.reciprocal

@@ -1,0 +1,149 @@
+# amaranth: UnusedElaboratable=no
+"""The coarse map: maxima that rise and fall with rectangles, and how long that takes."""
+
+import itertools
+import random
+from collections import deque
+
+import numpy as np
+import pytest
+
+from hdl.config import Config
+from hdl.feasibility.two_tier.coarse_map import CoarseMap
+from sim.model.checker import TerrainModel
+from tests.streams import simulate
+
+
+CONFIG = Config(checker="two-tier", lanes=1, map_size=16, coarse_factor=4, altitude_bits=4)
+
+
+class Bench:
+    """A coarse map beside a detailed one that answers after ``scan_latency`` clocks."""
+
+    def __init__(self, config, scan_latency=3):
+        self.config = config
+        self.dut = CoarseMap(config, scan_latency=scan_latency)
+        self.terrain = TerrainModel(config)
+        self.scans = 0
+
+    async def answer(self, ctx):
+        answers = deque([None] * self.dut.scan_latency)
+        while True:
+            dut = self.dut
+            _, _, scanning, x, y = await ctx.tick().sample(dut.scanning, dut.scan_x, dut.scan_y)
+            answers.append((x, y) if scanning else None)
+            answers.popleft()
+            self.scans += scanning
+            # The answer to the oldest is there in the clock that begins now.
+            cell = answers[0]
+            ctx.set(dut.scanned, int(self.terrain.heights[cell[::-1]]) if cell else 5)
+
+    async def write(self, ctx, x, y, rows):
+        """Write a rectangle; return the clocks after its last cell in which the map is busy."""
+        rows = np.asarray(rows)
+        self.terrain.write(x, y, rows)
+        cells = list(itertools.product(range(rows.shape[0]), range(rows.shape[1])))
+        for number, (row, column) in enumerate(cells):
+            assert not ctx.get(self.dut.busy)
+            last = number == len(cells) - 1
+            cell = {"x": x + column, "y": y + row, "altitude": int(rows[row, column]), "last": last}
+            ctx.set(self.dut.writes.p, cell)
+            ctx.set(self.dut.writes.valid, 1)
+            assert ctx.get(self.dut.writes.ready & self.dut.written)
+            await ctx.tick()
+        # The next one would wait.
+        ctx.set(self.dut.writes.p.last, 0)
+        clocks = 0
+        while ctx.get(self.dut.busy):
+            assert not ctx.get(self.dut.writes.ready | self.dut.written)
+            if clocks == 3:
+                ctx.set(self.dut.writes.valid, 0)
+            clocks += 1
+            await ctx.tick()
+        return clocks
+
+    async def check(self, ctx):
+        """Compare every block, one a cycle."""
+        edge = 1 << self.config.coarse_bits
+        blocks = list(itertools.product(range(edge), repeat=2))
+        latency = self.config.memory_latency
+        for clock in range(len(blocks) + latency):
+            if clock >= latency:
+                x, y = blocks[clock - latency]
+                assert ctx.get(self.dut.altitude) == self.terrain.coarse[y, x]
+            if clock < len(blocks):
+                x, y = blocks[clock]
+                ctx.set(self.dut.x, x)
+                ctx.set(self.dut.y, y)
+            await ctx.tick()
+
+    def run(self, function):
+        async def testbench(ctx):
+            edge = self.config.map_size
+            await self.write(ctx, 0, 0, np.zeros((edge, edge), dtype=int))
+            await function(ctx)
+
+        simulate(self.dut, testbench, background=[self.answer])
+
+
+@pytest.mark.parametrize("memory_latency", [1, 2])
+@pytest.mark.parametrize("scan_latency", [1, 4])
+def test_rises_and_falls(scan_latency, memory_latency):
+    bench = Bench(CONFIG.replace(memory_latency=memory_latency), scan_latency)
+
+    async def function(ctx):
+        await bench.check(ctx)
+        for x, y, cells in (
+            (5, 6, [[9]]),  # Raises one block,
+            (6, 6, [[7]]),  # does not lower it beside that cell,
+            (5, 6, [[3]]),  # lowers it, but not to the new cell,
+            (6, 6, [[0]]),  # and now to it.
+            (2, 3, [[15, 1, 2], [1, 1, 8], [1, 1, 1]]),  # Over the corner of four.
+            (2, 3, [[0, 0, 0], [0, 0, 0], [0, 0, 0]]),
+        ):
+            await bench.write(ctx, x, y, cells)
+            await bench.check(ctx)
+        assert bench.terrain.coarse.max() == 3
+
+    bench.run(function)
+
+
+def test_random_rectangles():
+    rng = random.Random(20)
+    bench = Bench(CONFIG.replace(map_size=8, coarse_factor=2))
+
+    async def function(ctx):
+        for _ in range(60):
+            x, y = rng.randrange(8), rng.randrange(8)
+            width, height = rng.randint(1, 8 - x), rng.randint(1, 8 - y)
+            altitudes = [[rng.randrange(16) for _ in range(width)] for _ in range(height)]
+            await bench.write(ctx, x, y, altitudes)
+            await bench.check(ctx)
+
+    bench.run(function)
+
+
+@pytest.mark.parametrize("scan_latency", [1, 4])
+def test_reads_touched_blocks_only(scan_latency):
+    bench = Bench(CONFIG, scan_latency=scan_latency)
+
+    async def function(ctx):
+        for x, y, columns, rows, blocks in (
+            (0, 0, 1, 1, 1),
+            (3, 3, 2, 2, 4),
+            (4, 8, 8, 1, 2),
+            (15, 1, 1, 15, 4),
+        ):
+            bench.scans = 0
+            cells = blocks * CONFIG.coarse_factor**2
+            busy = await bench.write(ctx, x, y, np.ones((rows, columns), dtype=int))
+            assert busy == cells + scan_latency + 2
+            assert bench.scans == cells
+            await bench.check(ctx)
+
+    bench.run(function)
+
+
+def test_refuses_a_scan_without_latency():
+    with pytest.raises(ValueError, match=r"^Latency of a scan must be 1 or more, not 0$"):
+        CoarseMap(CONFIG, scan_latency=0)

@@ -1,0 +1,218 @@
+# amaranth: UnusedElaboratable=no
+"""The two-tier build in Amaranth's simulator: its two maps, its clocks, and what a hit leaves."""
+
+import numpy as np
+import pytest
+
+from hdl.config import CheckerBuild, Config
+from hdl.feasibility.checker import Checker
+from sim.model.checker import TerrainModel, check_path, segment_cells
+from sim.model.checker_cycles import batch_clocks
+from tests.checking import ground, paths_of, random_batch
+from tests.streams import collect, put, simulate
+from tests.unit.feasibility.checks import feed, look_up, results_of, summary, upload
+
+
+TINY = Config(
+    max_waypoints=4,
+    map_size=8,
+    coarse_factor=2,
+    altitude_bits=4,
+    checker=CheckerBuild.TWO_TIER,
+    lanes=1,
+)
+SMALL = TINY.replace(map_size=16, coarse_factor=4, altitude_bits=6)
+#: A segment of 100 cells fits in.
+LONG = TINY.replace(map_size=128, coarse_factor=16, altitude_bits=12)
+
+
+def batch(config, seed, paths, **strewn):
+    rng = np.random.default_rng(seed)
+    terrain = ground(config, rng, **{"peaks": 0.02, "blocked": 0.01} | strewn)
+    return terrain, paths_of(random_batch(config, rng, paths))
+
+
+def expected(config, terrain, paths, count=False):
+    return [summary(check_path(config, terrain, path, count)) for path in paths]
+
+
+def shortened(verdict):
+    """What :func:`summary` has of a verdict whose counts are not looked at."""
+    return (
+        bool(verdict.collision),
+        verdict.segment,
+        verdict.x,
+        verdict.y,
+        bool(verdict.coarse),
+        verdict.cells,
+    )
+
+
+@pytest.mark.parametrize("count", [False, True], ids=["first", "count"])
+@pytest.mark.parametrize(("base", "latency"), [(TINY, 2), (SMALL, 1)], ids=["tiny", "small"])
+def test_queue_equals_model(base, latency, count):
+    """Verdicts, counts, cycles and reads of paths without a gap between them."""
+    config = base.replace(memory_latency=latency)
+    terrain, paths = batch(config, latency, 25)
+    results = results_of(Checker(config), terrain, paths, count=count)
+    assert results.summaries == expected(config, terrain, paths, count)
+    assert results.clocks == batch_clocks(config, terrain, paths, count)
+    assert results.offered[-1] == sum(cycles for cycles, _ in results.clocks)
+    assert {verdict.collision for verdict in results.verdicts} == {0, 1}
+    assert {verdict.coarse for verdict in results.verdicts} == {0, 1}
+
+
+def test_paths_alone():
+    terrain, paths = batch(SMALL, 3, 25)
+    results = results_of(Checker(SMALL), terrain, paths, alone=True)
+    assert results.summaries == expected(SMALL, terrain, paths)
+    assert results.clocks == [batch_clocks(SMALL, terrain, [path])[0] for path in paths]
+
+
+@pytest.mark.parametrize("latency", [1, 2])
+def test_testing_trajectory(latency):
+    """Of 55 + 100 detailed cells, free, and then coarse ones of which the sixth collides.
+
+    The paper takes 171 clocks from ``enable`` to the flag (table 2).
+    """
+    config = LONG.replace(memory_latency=latency)
+    path = [(64, 120, 800), (118, 100, 600), (19, 3, 700), (127, 3, 700)]
+    assert [segment_cells(*path[:2]), segment_cells(*path[1:3])] == [55, 100]
+    dut = Checker(config)
+    rises = []
+
+    async def bench(ctx):
+        # All else is 0 in a simulation's memory. This is beside the third segment, not under it.
+        await upload(ctx, dut, [[900]], x=6 * config.coarse_factor + 5, y=9)
+        while not ctx.get(dut.points.ready):
+            await ctx.tick()
+        await feed(ctx, dut, path)
+        clocks = len(path)
+        while not ctx.get(dut.collision):
+            await ctx.tick()
+            clocks += 1
+            assert clocks < 200
+        assert not ctx.get(dut.over)
+        rises.append(clocks + 1)
+        verdict = ctx.get(dut.verdicts.payload)
+        assert ctx.get(dut.verdicts.valid)
+        assert (verdict.segment, verdict.x, verdict.y, verdict.coarse) == (2, 6, 0, 1)
+        assert (verdict.cells, verdict.cycles) == (161, rises[-1])
+
+    simulate(dut, bench)
+    assert rises == [169 + latency]
+
+
+def test_map_rises_and_falls():
+    """Partial uploads: the same path is free, hit in the coarse map, and free again."""
+    path = [(0, 0, 9), (1, 1, 9), (2, 2, 9), (15, 2, 9)]
+    terrain = TerrainModel(SMALL)
+    terrain.write(0, 0, np.zeros((16, 16), dtype=int))
+    dut = Checker(SMALL)
+    verdicts = []
+
+    async def bench(ctx):
+        await upload(ctx, dut, terrain.heights)
+        for number, (x, y, cells) in enumerate(
+            (
+                (9, 3, [[9]]),
+                (10, 2, [[12, 0], [5, 0]]),
+                (9, 3, [[8]]),
+                (10, 2, [[8], [1]]),
+                (0, 1, [[63, 63]]),
+                (0, 1, [[1, 2]]),
+            ),
+            start=1,
+        ):
+            terrain.write(x, y, cells)
+            await upload(ctx, dut, cells, x, y)
+            await feed(ctx, dut, path)
+            while len(verdicts) < number:
+                await ctx.tick()
+            assert shortened(verdicts[-1]) == summary(check_path(SMALL, terrain, path))[:6]
+
+    async def read(ctx):
+        await collect(ctx, dut.verdicts, verdicts)
+
+    simulate(dut, bench, background=[read])
+    assert [verdict.collision for verdict in verdicts] == [1, 1, 1, 0, 1, 0]
+
+
+def test_waits_while_the_coarse_map_is_rebuilt():
+    """Neither a point nor a cell is taken from the last cell of a rectangle to the last block."""
+    dut = Checker(SMALL)
+    waited = {}
+
+    async def bench(ctx):
+        await upload(ctx, dut, np.zeros((16, 16), dtype=int))
+        while not ctx.get(dut.writes.ready):
+            await ctx.tick()
+        await upload(ctx, dut, [[5]], 3, 3)
+        clocks = 0
+        while not ctx.get(dut.writes.ready):
+            assert not ctx.get(dut.points.ready)
+            clocks += 1
+            await ctx.tick()
+        waited["cell"] = clocks
+        assert ctx.get(dut.points.ready)
+
+    simulate(dut, bench)
+    assert waited["cell"] == SMALL.coarse_factor**2 + SMALL.lookup_latency + 2
+
+
+def test_looks_up():
+    """A cell a clock, after ``lookup_latency``; a coarse cell visited before changes nothing."""
+    terrain, paths = batch(TINY, 5, 10)
+    dut = Checker(TINY)
+    cells = [(x, y) for y in range(8) for x in range(8)]
+    found = []
+
+    async def bench(ctx):
+        await upload(ctx, dut, terrain.heights)
+        ctx.set(dut.verdicts.ready, 1)
+        for path in paths:
+            await feed(ctx, dut, path)
+        while ctx.get(dut.busy):
+            await ctx.tick()
+        found.extend(await look_up(ctx, dut, cells))
+
+    simulate(dut, bench)
+    assert found == [terrain.heights[y, x] for x, y in cells]
+
+
+@pytest.mark.parametrize(
+    ("pauses", "count_pauses"), [((0, 3, 40), (0,)), ((0,), (0, 60, 2))], ids=["verdicts", "counts"]
+)
+def test_nothing_is_lost_under_back_pressure(pauses, count_pauses):
+    terrain, paths = batch(TINY, 8, 40, peaks=0.2)
+    results = results_of(
+        Checker(TINY), terrain, paths, count=True, pauses=pauses, count_pauses=count_pauses
+    )
+    assert results.summaries == expected(TINY, terrain, paths, count=True)
+    assert len(results.counts) > 40
+
+
+def test_a_slow_source():
+    """Points with gaps: the verdicts are the same."""
+    terrain, paths = batch(TINY, 9, 30)
+    dut = Checker(TINY)
+    verdicts = []
+
+    async def bench(ctx):
+        await upload(ctx, dut, terrain.heights)
+        for path in paths:
+            for index, (x, y, altitude) in enumerate(path):
+                for _ in range((x + y) % 4):
+                    await ctx.tick()
+                last = index == len(path) - 1
+                await put(ctx, dut.points, {"x": x, "y": y, "altitude": altitude, "last": last})
+        while ctx.get(dut.busy):
+            await ctx.tick()
+
+    async def read(ctx):
+        await collect(ctx, dut.verdicts, verdicts)
+
+    simulate(dut, bench, background=[read])
+    assert [shortened(verdict) for verdict in verdicts] == [
+        verdict[:6] for verdict in expected(TINY, terrain, paths)
+    ]

@@ -1,0 +1,137 @@
+# amaranth: UnusedElaboratable=no
+"""Paths as a stream, from a population that is read in lock step."""
+
+import random
+
+import pytest
+
+from hdl.config import CheckerBuild, Config
+from hdl.ga_core.path_reader import PathReader
+from tests.streams import simulate
+
+
+CONFIG = Config(
+    population=8,
+    children=4,
+    elites=2,
+    survivors=2,
+    inserts=1,
+    deletes=1,
+    max_waypoints=5,
+    checker=CheckerBuild.NONE,
+)
+#: Clocks after a rewind in which the first waypoints are not there.
+FILLING = 1
+
+
+class Slots:
+    """What the population does for a read-out: rewinds, steps, and tells lengths late."""
+
+    def __init__(self, ctx, dut, paths):
+        self.ctx, self.dut, self.paths = ctx, dut, paths
+        self.position = self.filling = self.slot = self.slot_before = 0
+        self.steps = self.rewind = False
+
+    async def clock(self):
+        """Do what a clock edge does, from what the unit says before it."""
+        ctx, dut = self.ctx, self.dut
+        steps, rewind, slot = ctx.get(dut.steps), ctx.get(dut.rewind), ctx.get(dut.slot)
+        assert not (steps and self.filling), "a step before the first waypoints are there"
+        await ctx.tick()
+        if self.steps:
+            # The slot may have changed with the last step of a path.
+            path = self.paths[self.slot_before]
+            assert self.position < len(path), "a step past the end"
+            ctx.set(dut.waypoint, path[self.position])
+            self.position += 1
+        self.filling = max(0, self.filling - 1)
+        if rewind:
+            self.position, self.filling = 0, FILLING
+        ctx.set(dut.primes, not self.filling)
+        ctx.set(dut.length, len(self.paths[self.slot]))
+        self.steps, self.slot, self.slot_before = steps, slot, self.slot
+
+
+def random_paths(rng):
+    return [
+        [rng.getrandbits(CONFIG.waypoint_bits) for _ in range(rng.randint(2, CONFIG.max_waypoints))]
+        for _ in range(CONFIG.population)
+    ]
+
+
+async def read(ctx, dut, slots, first, count, is_ready):
+    """Read paths; return them, and the clock of each waypoint after the read is taken."""
+    ctx.set(dut.allow, 1)
+    ctx.set(dut.reads.payload, {"slot": first, "count": count})
+    ctx.set(dut.reads.valid, 1)
+    assert ctx.get(dut.reads.ready)
+    await slots.clock()
+    ctx.set(dut.reads.valid, 0)
+    paths, clocks = [[]], []
+    for clock in range(1, 40 * count * CONFIG.max_waypoints):
+        assert ctx.get(dut.active)
+        assert not ctx.get(dut.reads.ready)
+        ready = is_ready()
+        ctx.set(dut.waypoints.ready, ready)
+        if ready and ctx.get(dut.waypoints.valid):
+            word = ctx.get(dut.waypoints.payload)
+            paths[-1].append(word.waypoint)
+            clocks.append(clock)
+            assert not word.final or word.last
+            if word.final:
+                await slots.clock()
+                assert not ctx.get(dut.active)
+                return paths, clocks
+            if word.last:
+                paths.append([])
+        await slots.clock()
+    raise TimeoutError("the last waypoint does not come")
+
+
+@pytest.mark.parametrize("eagerness", [1, 0.6, 0.1])
+def test_paths_come_in_order(eagerness):
+    dut = PathReader(CONFIG)
+
+    async def bench(ctx):
+        rng = random.Random(1)
+        slots = Slots(ctx, dut, random_paths(rng))
+        for first, count in [(0, CONFIG.population), (3, 1), (5, 3), (0, 2), (7, 1)]:
+            paths, _ = await read(ctx, dut, slots, first, count, lambda: rng.random() < eagerness)
+            assert paths == slots.paths[first : first + count]
+            slots.paths = random_paths(rng)
+            for _ in range(rng.randrange(4)):
+                await slots.clock()
+
+    simulate(dut, bench)
+
+
+def test_clocks():
+    """The first waypoint after 5 clocks, then one a clock, and 3 clocks between two paths."""
+    dut = PathReader(CONFIG)
+
+    async def bench(ctx):
+        rng = random.Random(2)
+        slots = Slots(ctx, dut, random_paths(rng))
+        paths, clocks = await read(ctx, dut, slots, 0, CONFIG.population, lambda: True)
+        expected, now = [], 5
+        for path in paths:
+            expected += range(now, now + len(path))
+            now += len(path) + 3
+        assert clocks == expected
+
+    simulate(dut, bench)
+
+
+def test_none_is_taken_unless_allowed():
+    dut = PathReader(CONFIG)
+
+    async def bench(ctx):
+        ctx.set(dut.reads.payload, {"slot": 0, "count": 1})
+        ctx.set(dut.reads.valid, 1)
+        for _ in range(3):
+            assert not ctx.get(dut.reads.ready)
+            await ctx.tick()
+            assert not ctx.get(dut.active)
+            assert not ctx.get(dut.rewind)
+
+    simulate(dut, bench)

@@ -1,0 +1,49 @@
+# amaranth: UnusedElaboratable=no
+"""Clocks and positions of a crossover."""
+
+import random
+
+import pytest
+
+from hdl.config import Config
+from hdl.ga_core.position_counter import PositionCounter
+from tests.streams import simulate
+
+
+@pytest.mark.parametrize("most", [3, 6, 16, 20])
+def test_as_many_clocks_as_the_longest_path_has_waypoints(most):
+    config = Config(max_waypoints=most)
+    dut = PositionCounter(config)
+
+    async def bench(ctx):
+        rng = random.Random(most)
+        for longest in [2, most, 2, *range(2, most + 1)]:
+            lengths = [rng.randint(2, longest) for _ in dut.lengths]
+            lengths[rng.randrange(len(lengths))] = longest
+            for port, length in zip(dut.lengths, lengths, strict=True):
+                ctx.set(port, length)
+            # Nothing passes until it is told to.
+            for _ in range(rng.randint(1, 3)):
+                assert not ctx.get(dut.goes_on)
+                await ctx.tick()
+                assert not ctx.get(dut.running)
+                assert not ctx.get(dut.over)
+            ctx.set(dut.begin, 1)
+            assert not ctx.get(dut.goes_on)
+            await ctx.tick()
+            ctx.set(dut.begin, 0)
+            for clock in range(longest):
+                assert ctx.get(dut.running)
+                assert ctx.get(dut.following) == clock
+                assert ctx.get(dut.carrying) == (clock > 0)
+                assert ctx.get(dut.position) == max(0, clock - 1)
+                assert ctx.get(dut.goes_on) == (clock < longest - 1)
+                assert not ctx.get(dut.over)
+                await ctx.tick()
+            assert not ctx.get(dut.running)
+            assert ctx.get(dut.carrying)
+            assert ctx.get(dut.position) == longest - 1
+            assert ctx.get(dut.over)
+            await ctx.tick()
+
+    simulate(dut, bench)

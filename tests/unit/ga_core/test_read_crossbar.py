@@ -1,0 +1,82 @@
+# amaranth: UnusedElaboratable=no
+"""The ports of the population: which slot passes, from which clock on, and what the host writes."""
+
+import random
+
+import pytest
+
+from hdl.config import Config
+from hdl.ga_core.read_crossbar import ReadCrossbar
+from tests.streams import simulate
+
+
+CONFIG = Config(map_size=16, coarse_factor=4, altitude_bits=5, max_waypoints=4)
+
+
+async def pass_new(ctx, dut, rng):
+    """Give every slot another waypoint, pass a clock, return what was given."""
+    given = [rng.getrandbits(CONFIG.waypoint_bits) for _ in dut.slots]
+    for slot, waypoint in zip(dut.slots, given, strict=True):
+        ctx.set(slot, waypoint)
+    await ctx.tick()
+    return given
+
+
+def test_what_passes_follows_the_choice_a_clock_later():
+    dut = ReadCrossbar(CONFIG)
+
+    async def bench(ctx):
+        rng = random.Random(1)
+        ctx.set(dut.step, 1)
+        chosen = {}
+        for _ in range(40):
+            chosen, before = [rng.randrange(CONFIG.population) for _ in dut.selects], chosen
+            for select, slot in zip(dut.selects, chosen, strict=True):
+                ctx.set(select, 1 << slot)
+            for clock in range(3):
+                given = await pass_new(ctx, dut, rng)
+                slots = before if clock == 0 else chosen
+                for port, slot in zip(dut.waypoints, slots, strict=bool(slots)):
+                    assert ctx.get(port) == given[slot]
+
+    simulate(dut, bench)
+
+
+def test_nothing_passes_where_nothing_is_chosen():
+    dut = ReadCrossbar(CONFIG)
+
+    async def bench(ctx):
+        rng = random.Random(2)
+        ctx.set(dut.step, 1)
+        for _ in range(5):
+            await pass_new(ctx, dut, rng)
+            assert not any(ctx.get(port) for port in dut.waypoints)
+
+    simulate(dut, bench)
+
+
+@pytest.mark.parametrize("step", [0, 1])
+def test_the_first_port_waits_for_a_step_and_all_take_what_is_written(step):
+    dut = ReadCrossbar(CONFIG)
+
+    async def bench(ctx):
+        rng = random.Random(3)
+        ctx.set(dut.step, 1)
+        for number, select in enumerate(dut.selects):
+            ctx.set(select, 1 << number)
+        for _ in range(4):
+            await pass_new(ctx, dut, rng)
+        held = ctx.get(dut.waypoints[0])
+        ctx.set(dut.step, step)
+        for _ in range(3):
+            given = await pass_new(ctx, dut, rng)
+            assert ctx.get(dut.waypoints[0]) == (given[0] if step else held)
+            assert [ctx.get(port) for port in dut.waypoints[1:]] == given[1 : len(dut.waypoints)]
+
+        for part in dut.writing:
+            ctx.set(part, 1)
+        ctx.set(dut.written, 0x123)
+        await pass_new(ctx, dut, rng)
+        assert {ctx.get(port) for port in dut.waypoints} == {0x123}
+
+    simulate(dut, bench)

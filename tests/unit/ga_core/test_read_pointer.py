@@ -1,0 +1,119 @@
+"""Positions read in lock step, as the registers behind them see them."""
+
+import random
+
+import pytest
+
+from hdl.config import CheckerBuild, Config
+from hdl.ga_core.read_pointer import PEEK_LATENCY, ReadPointer
+from tests.streams import simulate
+
+
+CONFIG = Config(checker=CheckerBuild.PARALLEL)
+PARTS = 3
+#: Most clocks from what changes the population to its first waypoints.
+SETTLING = 4
+
+
+class Registers:
+    """The index of the slots, the slots and the ports, which hold positions here."""
+
+    def __init__(self, ctx, dut):
+        self.ctx, self.dut = ctx, dut
+        self.index = self.slot = self.port = None
+
+    async def clock(self, *names):
+        """Raise inputs for a clock."""
+        ctx, dut = self.ctx, self.dut
+        for name in names:
+            for port in dut.begin if name == "begin" else [getattr(dut, name)]:
+                ctx.set(port, 1)
+        advance = {ctx.get(part) for part in dut.advance}
+        assert len(advance) == 1
+        step, ahead = ctx.get(dut.step), ctx.get(dut.ahead)
+        await ctx.tick()
+        if step:
+            self.port = self.slot
+        if advance.pop():
+            self.slot, self.index = self.index, ahead
+        for name in names:
+            for port in dut.begin if name == "begin" else [getattr(dut, name)]:
+                ctx.set(port, 0)
+
+    async def settle(self, most=SETTLING):
+        """Wait for the first waypoints; return the clocks."""
+        for clocks in range(most + 1):
+            if self.ctx.get(self.dut.primed):
+                assert (self.slot, self.index, self.ctx.get(self.dut.ahead)) == (0, 1, 2)
+                return clocks
+            await self.clock()
+        raise TimeoutError("the first waypoints are not read")
+
+
+@pytest.mark.parametrize("cause", ["rewinds", "update", "taken"])
+def test_the_first_waypoints_are_read_again(cause):
+    dut = ReadPointer(CONFIG, PARTS)
+
+    async def bench(ctx):
+        rng = random.Random(1)
+        registers = Registers(ctx, dut)
+        await registers.settle()
+        for _ in range(30):
+            for _ in range(rng.randrange(CONFIG.max_waypoints)):
+                await registers.clock("passes")
+            await registers.clock(cause)
+            # What was read before the change of a length, or of an index after it, is of no use.
+            assert not ctx.get(dut.primed)
+            if cause == "taken":
+                await registers.clock("writing")
+            await registers.clock()
+            await registers.settle()
+
+    simulate(dut, bench)
+
+
+def test_a_crossover_takes_one_position_a_clock():
+    dut = ReadPointer(CONFIG, PARTS)
+
+    async def bench(ctx):
+        rng = random.Random(2)
+        registers = Registers(ctx, dut)
+        for _ in range(20):
+            await registers.settle()
+            longest = rng.randint(2, CONFIG.max_waypoints)
+            await registers.clock("begin")
+            for position in range(longest):
+                await registers.clock(*["passes"] * (position < longest - 1))
+                assert registers.port == position
+            for _ in range(rng.randrange(3)):
+                await registers.clock()
+                assert registers.port == longest - 1
+            await registers.clock("update")
+
+    simulate(dut, bench)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 7])
+def test_positions_that_are_peeked_at(count):
+    dut = ReadPointer(CONFIG, PARTS)
+
+    async def bench(ctx):
+        rng = random.Random(count)
+        registers = Registers(ctx, dut)
+        for _ in range(20):
+            await registers.settle()
+            positions = [rng.randrange(CONFIG.max_waypoints) for _ in range(count)]
+            seen = []
+            for clock in range(count + PEEK_LATENCY - 1):
+                if clock < count:
+                    ctx.set(dut.peek_position, positions[clock])
+                assert ctx.get(dut.peeking) == (clock > 0)
+                await registers.clock(*["peek"] * (clock < count))
+                assert not ctx.get(dut.primed)
+                if clock >= PEEK_LATENCY - 1:
+                    seen.append(registers.port)
+            assert seen == positions
+            assert not ctx.get(dut.peeking)
+            assert await registers.settle() <= 6 - PEEK_LATENCY + 1
+
+    simulate(dut, bench)

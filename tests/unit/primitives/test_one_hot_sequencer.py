@@ -1,0 +1,51 @@
+# amaranth: UnusedElaboratable=no
+"""States of the chip: each step alone leads on, and the history has what was entered."""
+
+import random
+
+from amaranth.sim import Simulator
+
+from hdl.config import Config
+from hdl.primitives.one_hot_sequencer import OneHotSequencer
+from hdl.protocol import ChipState
+
+
+STEPS = [
+    (ChipState.LISTEN, ChipState.RECEIVE),
+    (ChipState.RECEIVE, ChipState.CHECK),
+    (ChipState.RECEIVE, ChipState.TRANSMIT),
+    (ChipState.CHECK, ChipState.TRANSMIT),
+    (ChipState.TRANSMIT, ChipState.LISTEN),
+]
+
+
+def test_random_steps():
+    """Any steps are asked for, of one state one at most; those of other states do nothing."""
+    dut = OneHotSequencer(Config(), STEPS)
+    seen = set()
+
+    async def bench(ctx):
+        rng = random.Random(1)
+        state = ChipState.LISTEN
+        entered = noted = 0
+        for _ in range(400):
+            assert ctx.get(dut.state) == state
+            assert ctx.get(dut.on) == 1 << state
+            assert ctx.get(dut.history) == noted
+            taken = {
+                source: rng.choice([None, *(step for step in STEPS if step[0] is source)])
+                for source in ChipState
+            }
+            ctx.set(dut.take, sum((step in taken.values()) << i for i, step in enumerate(STEPS)))
+            noted = entered
+            if taken[state]:
+                seen.add(taken[state])
+                state = taken[state][1]
+                entered = (entered << 4 | state) & 0xFFFFFFFF
+            await ctx.tick()
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-8)
+    simulator.add_testbench(bench)
+    simulator.run()
+    assert seen == set(STEPS)

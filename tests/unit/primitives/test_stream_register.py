@@ -1,0 +1,35 @@
+# amaranth: UnusedElaboratable=no
+"""The register of a stream: every word once and in order, a clock later, no clock lost."""
+
+import pytest
+
+from hdl.primitives.stream_register import StreamRegister
+from tests.streams import simulate
+from tests.unit.link.drive import pass_through
+
+
+WORDS = list(range(40))
+
+
+@pytest.mark.parametrize("drive_pauses", [(0,), (0, 0, 1), (3, 0, 2, 0)])
+@pytest.mark.parametrize("watch_pauses", [(0,), (1,), (0, 0, 4, 0, 1)])
+def test_every_word_passes_once_and_in_order(drive_pauses, watch_pauses):
+    passed = pass_through(StreamRegister(8), WORDS, drive_pauses, watch_pauses)
+    assert [word for _, word in passed] == WORDS
+    if watch_pauses == (0,) == drive_pauses:
+        assert [clock for clock, _ in passed] == [clock + 1 for clock in WORDS]
+
+
+def test_an_offer_does_not_depend_on_the_one_before_it():
+    dut = StreamRegister(8)
+
+    async def bench(ctx):
+        ctx.set(dut.words.valid, 1)
+        ctx.set(dut.words.payload, 1)
+        assert not ctx.get(dut.passed.valid)
+        await ctx.tick()
+        ctx.set(dut.words.valid, 0)
+        ctx.set(dut.words.payload, 2)
+        assert (ctx.get(dut.passed.valid), ctx.get(dut.passed.payload)) == (1, 1)
+
+    simulate(dut, bench)

@@ -1,0 +1,256 @@
+"""No-fly zones: rasters by exact arithmetic, GeoJSON, the form in a summary."""
+
+import json
+import math
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rasterio.warp import transform
+
+from host.errors import InputError
+from host.problem import zones as nofly
+from host.problem.zones import Circle, Polygon
+from host.terrain import Terrain
+
+
+SQUARE = ((100.0, 100.0), (300.0, 100.0), (300.0, 300.0), (100.0, 300.0))
+
+
+def terrain(shape=(9, 12), dx_m=50.0, dy_m=50.0, crs=None, origin=(0.0, 0.0)):
+    return Terrain(name="world", elevation=np.zeros(shape), dx_m=dx_m, dy_m=dy_m, crs=crs,
+                   origin=origin)
+
+
+def nodes(zone, where=None):
+    """Nodes in a zone, as a set of (column, row)."""
+    rows, columns = np.nonzero(nofly.raster([zone], terrain() if where is None else where))
+    return set(zip(columns.tolist(), rows.tolist(), strict=True))
+
+
+def test_circle_holds_the_nodes_on_its_border():
+    # 3-4-5: the nodes at (150, 200) from the axis are exactly on it.
+    inside = nodes(Circle(200, 200, 250))
+    assert {(7, 8), (8, 7), (9, 4), (1, 0)} <= inside
+    assert inside == {(i, j) for i in range(12) for j in range(9)
+                      if (50 * i - 200)**2 + (50 * j - 200)**2 <= 250**2}
+    assert (9, 4) not in nodes(Circle(200, 200, 249.999))
+
+
+def test_circle_of_radius_0_is_a_node_or_nothing():
+    assert nodes(Circle(100, 150, 0)) == {(2, 3)}
+    assert nodes(Circle(101, 150, 0)) == set()
+
+
+def test_zones_may_reach_over_the_map():
+    assert nodes(Circle(-100, 0, 150)) == {(0, 0), (1, 0), (0, 1), (0, 2)}
+    assert nodes(Circle(-5000, 0, 150)) == set()
+    assert nodes(Polygon(((-500, -500), (75, -500), (75, 75), (-500, 75)))) == {
+        (0, 0), (1, 0), (0, 1), (1, 1)}
+
+
+def test_polygon_holds_its_edges_and_corners():
+    assert nodes(Polygon(SQUARE)) == {(i, j) for i in range(2, 7) for j in range(2, 7)}
+    assert nodes(Polygon(SQUARE[::-1])) == nodes(Polygon((*SQUARE, SQUARE[0])))
+
+
+def test_hole_is_open_and_its_border_closed():
+    hole = ((150, 150), (250, 150), (250, 250), (150, 250))
+    assert nodes(Polygon(SQUARE, (hole,))) == nodes(Polygon(SQUARE)) - {(4, 4)}
+
+
+def test_border_survives_rounding():
+    # Corners typed as decimals, nodes as products: 9 * 74.35 is not the double nearest to 669.15.
+    grid = terrain((40, 40), 74.35, 30.87)
+    for k in range(1, 30):
+        east, north = float(f"{k * 74.35:.2f}"), float(f"{k * 30.87:.2f}")
+        ring = ((0.0, 0.0), (east, 0.0), (east, north), (0.0, north))
+        assert nodes(Polygon(ring), grid) == {(i, j) for i in range(k + 1) for j in range(k + 1)}
+
+
+def exactly_inside(ring, x, y):
+    """Even-odd rule in rationals; points on an edge are inside."""
+    inside = False
+    for (xa, ya), (xb, yb) in pairwise((*ring, ring[0])):
+        if ((xb - xa) * (y - ya) == (yb - ya) * (x - xa) and min(xa, xb) <= x <= max(xa, xb)
+                and min(ya, yb) <= y <= max(ya, yb)):
+            return True
+        if (ya <= y) != (yb <= y) and x < xa + Fraction(y - ya) * (xb - xa) / (yb - ya):
+            inside = not inside
+    return inside
+
+
+whole = st.integers(-3, 14)
+
+
+@given(st.lists(st.tuples(whole, whole), min_size=3, max_size=8))
+def test_polygons_match_exact_arithmetic(corners):
+    # On a grid of 1 m and corners on nodes, edges meet many nodes exactly; rings may cross.
+    if len(corners) == 3 and corners[0] == corners[-1]:
+        return
+    expected = {(i, j) for i in range(12) for j in range(9) if exactly_inside(corners, i, j)}
+    assert nodes(Polygon(tuple(corners)), terrain(dx_m=1.0, dy_m=1.0)) == expected
+
+
+def test_raster_is_the_union():
+    zones = (Circle(100, 100, 60), Polygon(SQUARE))
+    np.testing.assert_array_equal(
+        nofly.raster(zones, terrain()),
+        nofly.raster(zones[:1], terrain()) | nofly.raster(zones[1:], terrain()))
+    assert not nofly.raster((), terrain()).any()
+    assert nofly.raster((), terrain((3, 4))).shape == (3, 4)
+
+
+@pytest.mark.parametrize("zone", [
+    Circle(1.5, -2.0, 30),
+    Polygon(SQUARE),
+    Polygon(SQUARE, (((150, 150), (160, 150), (150, 160)),)),
+])
+def test_summary_form_both_ways(zone):
+    table = json.loads(json.dumps(zone.to_dict()))
+    assert nofly.zone_from_dict(table) == zone
+
+
+def test_summary_form():
+    assert Circle(1, 2, 3).to_dict() == {"x": 1.0, "y": 2.0, "radius_m": 3.0}
+    assert Polygon(SQUARE[:3]).to_dict() == {
+        "polygon": [[100.0, 100.0], [300.0, 100.0], [300.0, 300.0]]}
+
+
+@pytest.mark.parametrize("table", [None, [], {"x": 1, "y": 2}, {"polygon": [], "x": 1},
+                                   {"polygon": [[0, 0]] * 3, "holes": 3}])
+def test_bad_summary_form(table):
+    with pytest.raises(InputError, match=r'^A no-fly zone must be \{"x", "y", "radius_m"\} or '
+                                         r'\{"polygon": \[\[x, y\], \.\.\.\]\}, not '):
+        nofly.zone_from_dict(table)
+
+
+@pytest.mark.parametrize(("values", "message"), [
+    ((0, 0, -1), r"^No-fly circle: radius_m must not be negative, not -1\.$"),
+    ((math.nan, 0, 1), r"^No-fly circle: x_m must be a finite number, not nan\.$"),
+    ((0, math.inf, 1), r"^No-fly circle: y_m must be a finite number, not inf\.$"),
+    ((0, 0, "wide"), r"^No-fly circle: radius_m must be a finite number, not 'wide'\.$"),
+])
+def test_bad_circles(values, message):
+    with pytest.raises(InputError, match=message):
+        Circle(*values)
+
+
+@pytest.mark.parametrize(("ring", "message"), [
+    (((0, 0), (1, 1)), r"^No-fly polygon: a ring must have at least 3 corners, not 2\.$"),
+    (((0, 0), (1, 1), (0, 0)), r"^No-fly polygon: a ring must have at least 3 corners, not 2\.$"),
+    (((0, 0), (1, 1), (0, math.nan)), (r"^No-fly polygon: every corner must be two finite numbers, "
+                                      r"x and y\.$")),
+    ("ring", r"^No-fly polygon: every corner must be two finite numbers, x and y\.$"),
+])
+def test_bad_polygons(ring, message):
+    with pytest.raises(InputError, match=message):
+        Polygon(ring)
+
+
+def read(tmp_path, document, where=None):
+    file = tmp_path / "zones.geojson"
+    file.write_text(document if isinstance(document, str) else json.dumps(document), "utf-8")
+    return nofly.read_geojson(file, terrain() if where is None else where)
+
+
+def feature(kind, coordinates, **properties):
+    return {"type": "Feature", "properties": properties,
+            "geometry": {"type": kind, "coordinates": coordinates}}
+
+
+def collection(*features, **members):
+    return {"type": "FeatureCollection", "features": list(features), **members}
+
+
+def closed(ring):
+    return [list(corner) for corner in (*ring, ring[0])]
+
+
+def test_read_local_zones(tmp_path):
+    hole = ((150.0, 150.0), (250.0, 150.0), (250.0, 250.0))
+    other = ((0.0, 0.0), (50.0, 0.0), (0.0, 50.0))
+    zones = read(tmp_path, collection(
+        feature("Point", [10, 20, 99], radius_m=30),
+        feature("Polygon", [closed(SQUARE), closed(hole)]),
+        feature("MultiPolygon", [[closed(SQUARE)], [closed(other)]]),
+        crs_local=True))
+    assert zones == (Circle(10, 20, 30), Polygon(SQUARE, (hole,)), Polygon(SQUARE), Polygon(other))
+
+
+def test_read_one_feature_or_geometry(tmp_path):
+    bare = {"type": "Polygon", "coordinates": [closed(SQUARE)], "crs_local": True}
+    assert read(tmp_path, bare) == (Polygon(SQUARE),)
+    single = {**feature("Point", [1, 2], radius_m=3), "crs_local": True}
+    assert read(tmp_path, single) == (Circle(1, 2, 3),)
+
+
+def test_read_geographic_zones(tmp_path):
+    where = terrain((100, 100), 30.0, 30.0, "EPSG:32611", (388328.65545, 3790772.82763))
+    ring = ((100.0, 200.0), (2000.0, 250.0), (1500.0, 1800.0))
+    longitude, latitude = transform("EPSG:32611", "EPSG:4326",
+                                    [where.origin[0] + x for x, _ in ring],
+                                    [where.origin[1] + y for _, y in ring])
+    corners = closed(tuple(zip(longitude, latitude, strict=True)))
+    circle, polygon = read(tmp_path, collection(
+        feature("Point", corners[0], radius_m=400), feature("Polygon", [corners])), where)
+    assert (circle.x_m, circle.y_m, circle.radius_m) == pytest.approx((100, 200, 400), abs=1e-3)
+    np.testing.assert_allclose(polygon.ring, ring, atol=1e-3)
+
+
+@pytest.mark.parametrize(("document", "message"), [
+    ("{", r"is not JSON: .+\.$"),
+    ("[]", r": not a GeoJSON object\.$"),
+    (collection(crs_local="yes"), r': "crs_local" must be true or false, not \'yes\'\.$'),
+    (collection(), (r": the terrain has no coordinate reference system, so give the zones in local "
+                   r'metres and add the member "crs_local": true\.$')),
+    ({"type": "FeatureCollection", "crs_local": True},
+     r': a FeatureCollection must have a list of "features"\.$'),
+    ({"type": "Feature", "geometry": None, "crs_local": True},
+     r': a Feature must have a "geometry"\.$'),
+    (collection(3, crs_local=True), r": a feature is not a GeoJSON object\.$"),
+    (collection(feature("Point", [1, 2]), crs_local=True),
+     r': a Point needs the property "radius_m"\.$'),
+    (collection(feature("Point", [1, 2], radius_m=-5), crs_local=True),
+     r": No-fly circle: radius_m must not be negative, not -5\.$"),
+    (collection(feature("Point", [1], radius_m=5), crs_local=True),
+     r": a position must be a list of two finite numbers\.$"),
+    (collection(feature("Point", None, radius_m=5), crs_local=True),
+     r": a position must be a list of two finite numbers\.$"),
+    (collection(feature("Point", [math.nan, 1], radius_m=5), crs_local=True),
+     r": a position must be a list of two finite numbers\.$"),
+    (collection(feature("LineString", [[1, 2], [3, 4]]), crs_local=True),
+     (r': a geometry must be a Polygon, a MultiPolygon or a Point with "radius_m", '
+     r"not 'LineString'\.$")),
+    (collection(feature("Polygon", []), crs_local=True),
+     r": a Polygon must have at least one ring\.$"),
+    (collection(feature("MultiPolygon", {}), crs_local=True),
+     r": the coordinates of a MultiPolygon must be a list\.$"),
+    (collection(feature("Polygon", [[[0, 0], [1, 1], [0, 0]]]), crs_local=True),
+     r": No-fly polygon: a ring must have at least 3 corners, not 2\.$"),
+])
+def test_bad_files(tmp_path, document, message):
+    with pytest.raises(InputError, match=r"^No-fly file '.*zones\.geojson'" + r"\:?.*" + message):
+        read(tmp_path, document)
+
+
+def test_geographic_file_of_local_metres_or_another_system(tmp_path):
+    where = terrain(crs="EPSG:32611")
+    with pytest.raises(InputError, match=r": \(500, 200\) is no WGS84 longitude and latitude; for "
+                                         r'local metres add the member "crs_local": true\.$'):
+        read(tmp_path, collection(feature("Point", [500, 200], radius_m=5)), where)
+    crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32611"}}
+    with pytest.raises(InputError, match=r": its coordinates are not WGS84 longitude and latitude; "
+                                         r"convert it first\.$"):
+        read(tmp_path, collection(crs=crs), where)
+    crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS84"}}
+    assert read(tmp_path, collection(crs=crs), where) == ()
+
+
+def test_missing_file(tmp_path):
+    with pytest.raises(InputError, match=r"^Cannot read no-fly file '.*none\.geojson': No such "
+                                         r"file or directory\.$"):
+        nofly.read_geojson(tmp_path / "none.geojson", terrain())

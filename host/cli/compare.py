@@ -11,7 +11,7 @@ from collections.abc import Generator, Sequence
 from pathlib import Path
 from typing import Any
 
-from host.cli import INTERRUPTED
+from host import interrupts
 from host.cli.options import own_options
 from host.cli.output import note, print_json, print_pairs, print_table
 from host.cli.problem import make_problem, source_of
@@ -63,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
             done = sum(len(part.records) for part in fields)
             note(f"Interrupted; {done} of {len(fields) * len(seeds)} runs are kept in "
                  f"{store.path}, the same command goes on.")
-            return INTERRUPTED
+            return interrupts.status()
     return _status(fields, seeds)
 
 

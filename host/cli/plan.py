@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import signal
 import sys
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from host.cli import INTERRUPTED
+from host import interrupts
+from host.cli.ending import ending
 from host.cli.options import own_options
 from host.cli.output import note, print_json, print_pairs, term_pairs
 from host.cli.problem import make_problem, source_of
@@ -27,8 +26,6 @@ from host.report.write import write_report
 __all__ = ["run"]
 
 _BOARD = "model:"
-# After Ctrl-C, the longest wait for the end of a generation: a board may hang.
-_GRACE_S = 1.0
 
 
 def run(args: argparse.Namespace) -> int:
@@ -47,10 +44,10 @@ def run(args: argparse.Namespace) -> int:
     stop = Stop()
     progress = Progress(sys.stderr, options.generations)
     board = (args.board or _BOARD) if "board" in PLANNERS[args.planner].options else None
-    with _ending(stop) as keep_all:
+    with ending(stop):
         with contextlib.closing(progress):
             result = planner.plan(evaluator, options, progress, stop)
-        keep_all()
+        stop.heeded = True
         summary = summarise(evaluator, result, planner=args.planner, board=board, seed=args.seed,
                             source=source_of(args))
         written = write_report(directory, evaluator, result, summary, warn=note)
@@ -61,43 +58,11 @@ def run(args: argparse.Namespace) -> int:
     return _status(result)
 
 
-@contextlib.contextmanager
-def _ending(stop: Stop) -> Iterator[Callable[[], None]]:
-    """Let the first Ctrl-C of the block request ``stop``, and end a search that does not heed it.
-
-    A second Ctrl-C does not wait for that. Yields a function to call when there are results to
-    write: from then on Ctrl-C is too late.
-    """
-    writing = False
-
-    def handle(_signal: int, _frame: object) -> None:
-        if stop.requested and not writing:
-            raise KeyboardInterrupt
-        stop.request()
-        signal.setitimer(signal.ITIMER_REAL, _GRACE_S)
-
-    def hurry(_signal: int, _frame: object) -> None:
-        if not stop.heeded:
-            raise KeyboardInterrupt
-
-    def keep_all() -> None:
-        nonlocal writing
-        writing = True
-
-    before = signal.signal(signal.SIGINT, handle), signal.signal(signal.SIGALRM, hurry)
-    try:
-        yield keep_all
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGINT, before[0])
-        signal.signal(signal.SIGALRM, before[1])
-
-
 def _status(result: Result) -> int:
     """Exit status; raises the sentence of a job that failed, now that its files are written."""
     if result.interrupted:
         note("Interrupted; what was best so far is written.")
-        return INTERRUPTED
+        return interrupts.status()
     if result.failure is not None:
         raise JobError(f"{result.failure.rstrip('.')}; what was best until then is written.")
     if not result.evaluation.feasible:

@@ -11,7 +11,7 @@ import numpy as np
 from host.cli.output import print_json, print_pairs, print_table
 from host.cli.problem import load_terrain
 from host.errors import InputError
-from host.report.files import prepare_directory, replacing
+from host.report.files import output_file, prepare_file
 from host.report.summary import finite
 from host.terrain import embedded, synthetic
 from host.terrain import info as describe
@@ -47,10 +47,10 @@ def synth(args: argparse.Namespace) -> int:
     file = Path(args.out)
     if file.suffix != ".npz":
         raise InputError(f"The file of a terrain must end in .npz, unlike {args.out!r}.")
-    prepare_directory(file.parent)
+    prepare_file(file)
     terrain = getattr(synthetic, args.kind.replace("-", "_"))(args.seed)
-    with replacing(file) as binary:
-        terrain.save_npz(binary.name, np.zeros(terrain.shape, dtype=bool))
+    with output_file(file) as binary:
+        terrain.save_npz(binary, np.zeros(terrain.shape, dtype=bool))
     report = {"file": str(file), **finite(describe(terrain))}
     if args.json:
         print_json(report)

@@ -10,7 +10,7 @@ from hdl.config import Config
 from hdl.verilog import TOPS, export
 from host.cli.output import print_json, print_pairs
 from host.errors import InputError
-from host.report.files import prepare_directory, replacing
+from host.report.files import output_file, prepare_file
 
 
 __all__ = ["run"]
@@ -30,11 +30,9 @@ def run(args: argparse.Namespace) -> int:
     except (TypeError, ValueError) as error:
         raise InputError(f"A --set is wrong: {error}.") from None
     file = Path(args.out)
-    prepare_directory(file.parent)
-    if file.is_dir():
-        raise InputError(f"{args.out!r} is a directory; give the name of a file.")
+    prepare_file(file)
     text = export(args.top, config).encode()
-    with replacing(file) as binary:
+    with output_file(file) as binary:
         binary.write(text)
     if args.json:
         print_json({"top": args.top, "file": str(file), "bytes": len(text),

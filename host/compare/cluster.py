@@ -10,8 +10,9 @@ import uuid
 from collections.abc import Generator, Iterator, Sequence
 from typing import Any
 
+from host import interrupts
 from host.compare import LOCAL
-from host.compare.processes import ending_children, interrupt_held
+from host.compare.processes import ending_children
 from host.compare.runs import Outcome, Task, execute
 from host.errors import InputError, JobError
 from host.evaluation import Evaluator
@@ -94,7 +95,7 @@ def _distributed() -> Any:
 @contextlib.contextmanager
 def _local_cluster(distributed: Any, jobs: int) -> Iterator[str]:
     """A cluster of processes on this machine; its address."""
-    with interrupt_held():      # What starts the workers inherits that: they never see Ctrl-C.
+    with interrupts.held():      # What starts the workers inherits that: they never see Ctrl-C.
         cluster = distributed.LocalCluster(
             n_workers=0, threads_per_worker=1, processes=True, silence_logs=logging.CRITICAL,
             scheduler_kwargs={"dashboard": False})

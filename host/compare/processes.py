@@ -6,14 +6,13 @@ import contextlib
 import logging
 import multiprocessing
 import os
-import signal
 import threading
 from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.connection import wait
-from types import FrameType
 
+from host import interrupts
 from host.compare.runs import Outcome, Task, execute
 from host.cores import available_cores
 from host.errors import JobError
@@ -21,7 +20,7 @@ from host.evaluation import Evaluator
 from host.problem.problem import Problem
 
 
-__all__ = ["ending_children", "in_processes", "interrupt_held"]
+__all__ = ["ending_children", "in_processes"]
 
 # How often all processes are started again after one of them has died.
 _POOLS = 3
@@ -50,7 +49,7 @@ def in_processes(problem: Problem, tasks: Sequence[Task], jobs: int) -> Generato
     for _ in range(_POOLS):
         with (contextlib.suppress(BrokenProcessPool),
               _pool(problem, min(jobs, len(left)), threads) as pool):
-            with interrupt_held():      # A process inherits that, and never sees Ctrl-C.
+            with interrupts.held():     # A process inherits that, and never sees Ctrl-C.
                 futures = {pool.submit(_work, task): number for number, task in left.items()}
             for future in as_completed(futures):
                 outcome = future.result()
@@ -66,8 +65,9 @@ def in_processes(problem: Problem, tasks: Sequence[Task], jobs: int) -> Generato
 def _pool(problem: Problem, jobs: int, threads: int) -> Iterator[ProcessPoolExecutor]:
     """Processes that know the problem; killed when the block is left by an exception."""
     # Spawned: a fork would copy the locks of threads that it does not copy.
-    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), _begin,
-                               (problem, threads))
+    with interrupts.held():             # The tracker of its semaphores never sees Ctrl-C either.
+        pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), _begin,
+                                   (problem, threads))
     try:
         with ending_children():
             yield pool
@@ -82,29 +82,11 @@ def ending_children() -> Iterator[None]:
     try:
         yield
     except BaseException:
-        for process in multiprocessing.active_children():
-            if process not in others:
-                process.kill()
+        with interrupts.held():
+            for process in multiprocessing.active_children():
+                if process not in others:
+                    process.kill()
         raise
-
-
-@contextlib.contextmanager
-def interrupt_held() -> Iterator[None]:
-    """Hold Ctrl-C back until the block has ended; processes started in it never see it."""
-    if threading.current_thread() is not threading.main_thread():
-        yield                           # Ctrl-C interrupts the main thread alone.
-        return
-    held: list[tuple[int, FrameType | None]] = []
-    handler = signal.signal(signal.SIGINT, lambda *call: held.append(call))
-    # The mask is what processes inherit; another thread may still take the signal for this one.
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-        signal.signal(signal.SIGINT, handler)
-        if held and callable(handler):
-            handler(*held[-1])
 
 
 def _begin(problem: Problem, threads: int) -> None:

@@ -7,8 +7,8 @@ import time
 from collections.abc import Callable, Generator, Sequence
 from typing import TextIO
 
+from host import interrupts
 from host.compare.entrants import Entrant
-from host.compare.processes import interrupt_held
 from host.compare.report import Field
 from host.compare.runs import Outcome, Task
 from host.compare.store import RunStore
@@ -116,6 +116,6 @@ def complete(
             if outcome.record is None:
                 part.failures[seed] = outcome
             else:
-                with interrupt_held():      # What is on the disk is counted, too.
+                with interrupts.held():      # What is on the disk is counted, too.
                     part.records[seed] = store.add(entrant, seed, outcome.record)
             progress.update(outcome)

@@ -12,6 +12,7 @@ from typing import Any, Self
 
 from host.compare.entrants import Entrant
 from host.errors import InputError
+from host.report.files import is_special
 from host.report.summary import version
 
 
@@ -45,6 +46,9 @@ class RunStore:
         self.path = directory / "runs.jsonl"
         self._problem = problem
         self._records: dict[tuple[str, int], Record] = {}
+        if is_special(self.path):
+            raise InputError(f"{str(self.path)!r} is no regular file and cannot keep runs; remove "
+                             "it, or give another directory with --out.")
         try:
             self._file = self.path.open("a+b")
         except OSError as error:
@@ -64,7 +68,9 @@ class RunStore:
         self, kind: type[BaseException] | None, error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._file.close()
+        # Every run has been flushed, and an error of that told.
+        with contextlib.suppress(OSError):
+            self._file.close()
 
     def get(self, entrant: Entrant, seed: int) -> Record | None:
         """The run of ``entrant`` with ``seed``, if there is one."""

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from host.errors import InputError
-from host.report.files import write_json
+from host.report.files import remove, write_json
 
 
 __all__ = ["write_report"]
@@ -36,7 +36,7 @@ def write_report(
 
         write(report, picture)
     except Exception as error:
-        picture.unlink(missing_ok=True)         # One of an earlier comparison would mislead.
+        remove(picture)                         # One of an earlier comparison would mislead.
         warn(f"There is no picture this time, drawing it failed: {type(error).__name__}: {error}.")
         return [numbers]
     return [numbers, picture]

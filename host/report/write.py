@@ -9,7 +9,7 @@ from typing import Any
 from host.errors import InputError
 from host.evaluation import Evaluator
 from host.planners.base import Result
-from host.report.files import replacing, write_json
+from host.report.files import remove, replacing, write_json
 from host.report.geojson import path_document
 
 
@@ -66,7 +66,7 @@ def write_report(
         write(Scene(evaluator, result.path, result.evaluation, result.history, title, subtitle),
               picture)
     except Exception as error:
-        picture.unlink(missing_ok=True)         # One of an earlier run would mislead.
+        remove(picture)                         # One of an earlier run would mislead.
         warn(f"There is no picture this time, drawing it failed: {type(error).__name__}: {error}.")
     else:
         written.append(picture)
@@ -77,7 +77,7 @@ def write_grid(file: Path, evaluator: Evaluator) -> None:
     """Write the evaluated grid: elevation (NaN over voids), dx_m, dy_m and nofly."""
     problem = evaluator.problem
     with replacing(file) as binary:
-        problem.terrain.save_npz(binary.name, problem.nofly_raster)
+        problem.terrain.save_npz(binary, problem.nofly_raster)
 
 
 def _captions(summary: Mapping[str, Any]) -> tuple[str, str]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -172,12 +173,12 @@ class Terrain:
             "origin": None if self.origin is None else list(self.origin),
         }
 
-    def save_npz(self, path: str | Path, nofly: NDArray[np.bool_]) -> None:
+    def save_npz(self, file: str | Path | BinaryIO, nofly: NDArray[np.bool_]) -> None:
         """Write ``elevation``, ``dx_m``, ``dy_m`` and ``nofly`` for :func:`host.terrain.load`.
 
         Parameters
         ----------
-        path : str or Path
+        file : str, Path or binary file
             File to write; its name should end in ``.npz``.
         nofly : ndarray
             ``(ny, nx)`` bool, nodes in a no-fly zone.
@@ -191,8 +192,9 @@ class Terrain:
             raise ValueError(f"No-fly raster must have the terrain's shape {self.shape}, "
                              f"not {nofly.shape!r}")
         # Through a handle: given a name, numpy would append a suffix of its own.
-        with Path(path).open("wb") as file:
-            np.savez_compressed(file, elevation=self.elevation, dx_m=self.dx_m, dy_m=self.dy_m,
+        with (Path(file).open("wb") if isinstance(file, str | Path)
+              else contextlib.nullcontext(file)) as binary:
+            np.savez_compressed(binary, elevation=self.elevation, dx_m=self.dx_m, dy_m=self.dy_m,
                                 nofly=nofly.astype(np.bool_))
 
     def _reference(self) -> tuple[str, tuple[float, float]]:

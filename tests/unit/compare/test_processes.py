@@ -1,13 +1,12 @@
 """Runs in several processes, one of which dies."""
 
 import multiprocessing
-import signal
 import sys
 
 import pytest
 
 from host.compare.cluster import on_cluster
-from host.compare.processes import in_processes, interrupt_held
+from host.compare.processes import in_processes
 from host.compare.runs import Task
 from host.errors import InputError, JobError
 
@@ -107,21 +106,3 @@ def test_the_loss_of_a_worker_costs_no_run(problem, entrants, distributed):
         worker.kill()
     assert found([first, *outcomes]) == found(in_processes(problem, tasks, 1))
     assert not new_children(before)
-
-
-def test_ctrl_c_is_held_back_and_comes_afterwards():
-    steps = []
-
-    def interrupted():
-        with interrupt_held():
-            signal.raise_signal(signal.SIGINT)
-            # As if another thread had taken it.
-            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-            signal.raise_signal(signal.SIGINT)
-            steps.append("end of the block")
-        steps.append("after it")
-
-    with pytest.raises(KeyboardInterrupt):
-        interrupted()
-    assert steps == ["end of the block"]
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

@@ -1,11 +1,22 @@
 """Files that are whole or not there."""
 
 import json
+import os
+import stat
+import threading
 
 import pytest
 
 from host.errors import InputError
-from host.report.files import prepare_directory, replacing, write_json
+from host.report.files import (
+    is_special,
+    output_file,
+    prepare_directory,
+    prepare_file,
+    remove,
+    replacing,
+    write_json,
+)
 
 
 def names(directory):
@@ -58,3 +69,91 @@ def test_refuses_a_file_in_the_way(tmp_path):
         reason = "File exists" if place.name == "a" else "Not a directory"
         assert str(caught.value) == (
             f"Cannot write to the directory {str(place)!r} ({reason}); give another with --out.")
+
+
+@pytest.fixture
+def full(tmp_path):
+    """A device like /dev/full, whose loss hurts nobody."""
+    device = tmp_path / "full"
+    try:
+        os.mknod(device, stat.S_IFCHR | 0o666, os.makedev(1, 7))
+        device.open("wb").close()
+    except OSError as error:
+        pytest.skip(f"Devices cannot be made here ({error.strerror})")
+    return device
+
+
+@pytest.mark.parametrize("linked", [False, True])
+def test_a_device_stays_and_its_error_is_a_sentence(full, tmp_path, linked):
+    file = full
+    if linked:
+        file = tmp_path / "link"
+        file.symlink_to(full)
+    prepare_file(file)
+    with pytest.raises(InputError) as caught, output_file(file) as binary:
+        binary.write(b"new")
+    assert str(caught.value) == (f"Cannot write to {str(file)!r} (No space left on device); give "
+                                 "another file with --out.")
+    remove(file)
+    assert full.is_char_device()
+    assert file.is_symlink() == linked
+    assert sorted(names(tmp_path)) == sorted({"full", file.name})
+
+
+@pytest.mark.parametrize("linked", [False, True])
+def test_a_fifo_gets_what_was_written_and_stays(tmp_path, linked):
+    fifo = tmp_path / "fifo"
+    os.mkfifo(fifo)
+    file = fifo
+    if linked:
+        file = tmp_path / "link"
+        file.symlink_to("fifo")
+    read = []
+    reader = threading.Thread(target=lambda: read.append(fifo.read_bytes()), daemon=True)
+    reader.start()
+    write_json(file, {"x": 1})
+    reader.join(10)
+    assert read == [b'{\n "x": 1\n}\n']
+    assert fifo.is_fifo()
+    assert file.is_symlink() == linked
+
+
+def test_a_fifo_gets_nothing_of_a_file_that_is_not_whole(tmp_path):
+    fifo = tmp_path / "fifo"
+    os.mkfifo(fifo)
+    end = os.open(fifo, os.O_RDONLY | os.O_NONBLOCK)
+
+    def break_off():
+        with replacing(fifo) as binary:
+            binary.write(b"half of the n")
+            raise RuntimeError("broken")
+
+    with pytest.raises(RuntimeError, match=r"^broken$"):
+        break_off()
+    assert os.read(end, 100) == b""
+    os.close(end)
+
+
+def test_an_open_descriptor_is_written_at_its_position(tmp_path):
+    log = tmp_path / "log"
+    with log.open("wb", buffering=0) as opened:
+        opened.write(b"before\n")
+        link = tmp_path / "stdout"              # As /dev/stdout is.
+        link.symlink_to(f"/proc/self/fd/{opened.fileno()}")
+        with replacing(link) as binary:
+            binary.write(b"content\n")
+        opened.write(b"after\n")
+    assert log.read_bytes() == b"before\ncontent\nafter\n"
+    assert link.is_symlink()
+
+
+def test_a_link_to_a_regular_file_is_replaced_and_its_target_stays(tmp_path):
+    target, link = tmp_path / "target", tmp_path / "link"
+    target.write_bytes(b"old")
+    link.symlink_to(target)
+    assert not is_special(link)
+    with replacing(link) as binary:
+        binary.write(b"new")
+    assert (link.read_bytes(), target.read_bytes()) == (b"new", b"old")
+    remove(target)
+    assert names(tmp_path) == ["link"]

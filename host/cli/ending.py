@@ -1,0 +1,43 @@
+"""The end of a search at the user's request."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+from collections.abc import Iterator
+
+from host import interrupts
+from host.planners.base import Stop
+
+
+__all__ = ["ending"]
+
+# After Ctrl-C, the longest wait for the end of a generation: a board may hang.
+_GRACE_S = 1.0
+
+
+@contextlib.contextmanager
+def ending(stop: Stop) -> Iterator[None]:
+    """Let the first signal of the block request ``stop``, and end a search that does not heed it.
+
+    A second signal does not wait for that. Once the stop is heeded there are results to write, and
+    signals are too late.
+    """
+
+    def request() -> None:
+        if stop.requested and not stop.heeded:
+            raise KeyboardInterrupt
+        stop.request()
+        signal.setitimer(signal.ITIMER_REAL, _GRACE_S)
+
+    def hurry(_signal: int, _frame: object) -> None:
+        if not stop.heeded:
+            raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, hurry)
+    try:
+        with interrupts.instead(request):
+            yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)

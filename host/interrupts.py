@@ -1,0 +1,123 @@
+"""Ctrl-C, and the other signals that ask a process to end: they all do the same."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from types import FrameType
+
+
+__all__ = ["caught", "held", "instead", "status"]
+
+#: The signals that ask a process to end.
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+
+# Signals that new processes never see. SIGTERM is not among them: a pool ends its processes by it.
+_KEPT_FROM_CHILDREN = frozenset(SIGNALS) - {signal.SIGTERM}
+# One request may come twice: `timeout` signals its command, then the group of its command.
+_REPEAT_S = 0.1
+
+
+class _Received:
+    """The signals since the process began to catch them."""
+
+    first: int | None = None
+    last_s = -1.0
+
+
+def status(default: int = 128 + signal.SIGINT) -> int:
+    """Return the exit status of an interrupted command: 128 + the number of the first signal.
+
+    ``default`` is the status where there was no signal.
+    """
+    return default if _Received.first is None else 128 + _Received.first
+
+
+@contextlib.contextmanager
+def caught() -> Iterator[None]:
+    """Raise :class:`KeyboardInterrupt` in the block at each signal that was not ignored before."""
+    if not _in_main_thread():
+        yield
+        return
+    _Received.first, _Received.last_s = None, -1.0
+    usual = (signal.SIG_DFL, signal.default_int_handler)
+    ours = [number for number in SIGNALS if signal.getsignal(number) in usual]
+    with _handled(ours, _raise):
+        yield
+
+
+@contextlib.contextmanager
+def instead(action: Callable[[], None]) -> Iterator[None]:
+    """Call ``action`` at each signal in the block, instead of what is usual."""
+
+    def handle(number: int, _frame: FrameType | None) -> None:
+        if _accepted(number):
+            action()
+
+    with _handled(_caught_signals(), handle):
+        yield
+
+
+@contextlib.contextmanager
+def held() -> Iterator[None]:
+    """Delay signals until the block has ended; processes started in it never see Ctrl-C."""
+    if not _in_main_thread():
+        yield  # Signals interrupt the main thread alone.
+        return
+    calls: list[tuple[int, FrameType | None]] = []
+    handlers = {number: signal.getsignal(number) for number in _caught_signals()}
+    try:
+        with _handled(list(handlers), lambda *call: calls.append(call)):
+            # Processes inherit the mask; another thread may still take the signal for this one.
+            mask = signal.pthread_sigmask(signal.SIG_BLOCK, _KEPT_FROM_CHILDREN)
+            try:
+                yield
+            finally:
+                signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+    finally:
+        if calls:
+            handler = handlers[signal.Signals(calls[0][0])]
+            if callable(handler):
+                handler(*calls[0])
+
+
+def _in_main_thread() -> bool:
+    return threading.current_thread() is threading.main_thread()
+
+
+def _caught_signals() -> list[signal.Signals]:
+    """Signals that Python handles: neither ignored nor left to the system."""
+    return [number for number in SIGNALS if callable(signal.getsignal(number))]
+
+
+@contextlib.contextmanager
+def _handled(
+    numbers: list[signal.Signals], handler: Callable[[int, FrameType | None], object]
+) -> Iterator[None]:
+    before = {number: signal.getsignal(number) for number in numbers}
+    try:
+        for number in numbers:
+            signal.signal(number, handler)
+        yield
+    finally:
+        for number, previous in before.items():
+            signal.signal(number, previous)
+
+
+def _raise(number: int, _frame: FrameType | None) -> None:
+    if _accepted(number):
+        raise KeyboardInterrupt
+
+
+def _accepted(number: int) -> bool:
+    """Note a signal, unless it repeats the last one."""
+    now_s = time.monotonic()
+    if now_s - _Received.last_s < _REPEAT_S and _Received.first is not None:
+        return False
+    _Received.last_s = now_s
+    if _Received.first is None:
+        _Received.first = number
+    return True

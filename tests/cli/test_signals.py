@@ -1,0 +1,119 @@
+"""Signals that ask a command to end: what was found is written, nothing is left."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from .conftest import ENDS, ROOT
+
+
+FILES = ["path.geojson", "path.png", "summary.json", "terrain.npz"]
+OTHERS = [signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT]
+MANY = "10000000"
+
+
+def started(*arguments, **options):
+    return subprocess.Popen([sys.executable, "-m", "host", *map(str, arguments)], cwd=ROOT,
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+
+
+def plan(hills, out, *options, **more):
+    """Process of an endless plan that has begun to search."""
+    process = started("plan", "--terrain", hills, *ENDS, "--generations", MANY, "--out", out,
+                      "--json", *options, **more)
+    assert process.stderr.readline().startswith("generation 0/")
+    return process
+
+
+def is_gone(group):
+    """Whether no process of a group is left, or is soon: the last ones end by themselves."""
+    for _ in range(100):
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.1)
+    return False
+
+
+@pytest.mark.parametrize("number", OTHERS)
+def test_a_plan_is_written_as_after_ctrl_c(hills, tmp_path, number):
+    with plan(hills, tmp_path, start_new_session=True) as process:
+        os.killpg(process.pid, number)
+        output, error = process.communicate(timeout=60)
+    assert process.returncode == 128 + number
+    assert error.splitlines()[-1] == "pathgene: Interrupted; what was best so far is written."
+    summary = json.loads(output)
+    assert (summary["interrupted"], summary["stopped_by"]) == (True, "interrupt")
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == FILES
+    assert is_gone(process.pid)
+
+
+def test_more_signals_while_it_writes_lose_nothing(hills, tmp_path):
+    with plan(hills, tmp_path) as process:
+        process.send_signal(signal.SIGTERM)
+        while not any(tmp_path.iterdir()):
+            assert process.poll() is None
+            time.sleep(0.002)
+        # From the first file on, all through the writing of the others.
+        while not (tmp_path / "path.png").exists() and process.poll() is None:
+            process.send_signal(signal.SIGINT)
+            process.send_signal(signal.SIGTERM)
+            time.sleep(0.02)
+        process.communicate(timeout=60)
+    assert process.returncode in (128 + signal.SIGTERM, -signal.SIGTERM)
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == FILES
+    assert json.loads((tmp_path / "summary.json").read_text())["interrupted"]
+
+
+def test_a_plan_under_nohup_outlives_its_terminal(hills, tmp_path):
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)       # What is started inherits that.
+    try:
+        process = plan(hills, tmp_path)
+    finally:
+        signal.signal(signal.SIGHUP, before)
+    with process:
+        process.send_signal(signal.SIGHUP)
+        time.sleep(1.5)
+        assert process.poll() is None
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=60)
+    assert process.returncode == 128 + signal.SIGTERM
+
+
+def test_auv_is_written_as_after_ctrl_c(tmp_path):
+    with started("auv", "--generations", MANY, "--out", tmp_path, "--json") as process:
+        assert process.stderr.readline().startswith("generation 1/")
+        process.send_signal(signal.SIGTERM)
+        output, error = process.communicate(timeout=60)
+    assert process.returncode == 128 + signal.SIGTERM
+    assert error.splitlines()[-1] == "pathgene: Interrupted; what was best so far is written."
+    assert json.loads(output) == json.loads((tmp_path / "auv.json").read_text())
+    assert json.loads(output)["interrupted"]
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["auv.json", "auv.png"]
+
+
+@pytest.mark.parametrize("number", OTHERS)
+def test_a_comparison_keeps_its_runs_and_ends_its_processes(hills, tmp_path, number):
+    file = tmp_path / "runs.jsonl"
+    with started("compare", "--terrain", hills, *ENDS, "--planners", "ga-pc", "--runs", 40,
+                 "--generations", MANY, "--time-limit", 0.3, "--jobs", 2, "--out", tmp_path,
+                 start_new_session=True) as process:
+        while not (file.exists() and file.read_bytes().endswith(b"\n")):
+            assert process.poll() is None
+            time.sleep(0.05)
+        os.killpg(process.pid, number)          # All its processes, as from a terminal.
+        output, error = process.communicate(timeout=60)
+    assert process.returncode == 128 + number
+    assert output == ""
+    done = file.read_bytes().count(b"\n")
+    assert error.splitlines()[-1] == (f"pathgene: Interrupted; {done} of 40 runs are kept in "
+                                      f"{file}, the same command goes on.")
+    assert "Traceback" not in error
+    assert is_gone(process.pid)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["runs.jsonl"]

@@ -1,0 +1,142 @@
+"""Standard output and error that are closed, full, or read by nobody."""
+
+import json
+import os
+import shlex
+import stat
+import subprocess
+import sys
+
+import pytest
+
+from .conftest import ENDS, ROOT
+
+
+FILES = ["path.geojson", "path.png", "summary.json", "terrain.npz"]
+SILENT = ("2>&-", "2>full", "2>broken")
+REASONS = {">&-": "Bad file descriptor", ">full": "No space left on device"}
+
+
+@pytest.fixture(scope="module")
+def full(tmp_path_factory):
+    """A device like /dev/full, whose loss hurts nobody."""
+    device = tmp_path_factory.mktemp("devices") / "full"
+    try:
+        os.mknod(device, stat.S_IFCHR | 0o666, os.makedev(1, 7))
+        device.open("wb").close()
+    except OSError as error:
+        pytest.skip(f"Devices cannot be made here ({error.strerror})")
+    return device
+
+
+@pytest.fixture
+def redirected(request, tmp_path):
+    """Run ``pathgene`` by a shell with redirections; ``broken`` is a pipe without a reader."""
+
+    def run(redirections, *arguments):
+        if "full" in redirections:
+            device = request.getfixturevalue("full")
+            redirections = redirections.replace("full", shlex.quote(str(device)))
+        ours, broken = os.pipe()
+        os.close(ours)
+        redirections = redirections.replace("broken", "&0")
+        # Standard input is that pipe: a shell may know no descriptor of more than one digit.
+        command = shlex.join([sys.executable, "-m", "host", *map(str, arguments)])
+        done = subprocess.run(
+            ["sh", "-c", f"{command} {redirections}"], cwd=ROOT, capture_output=True, text=True,
+            timeout=120, check=False, stdin=broken)
+        os.close(broken)
+        return done
+
+    return run
+
+
+def plan(hills, out):
+    return ("plan", "--terrain", hills, *ENDS, "--generations", "60", "--seed", "1", "--out", out,
+            "--json")
+
+
+def names(directory):
+    return sorted(entry.name for entry in directory.iterdir())
+
+
+@pytest.mark.parametrize("redirection", SILENT)
+def test_a_plan_needs_no_progress(redirected, hills, tmp_path, redirection):
+    done = redirected(redirection, *plan(hills, tmp_path))
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout) == json.loads((tmp_path / "summary.json").read_text())
+    assert names(tmp_path) == FILES
+
+
+@pytest.mark.parametrize("redirection", [">&-", ">full"])
+def test_a_plan_without_standard_output_is_written(redirected, hills, tmp_path, redirection):
+    done = redirected(redirection, *plan(hills, tmp_path))
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1] == (
+        f"pathgene: Cannot write to standard output ({REASONS[redirection]}).")
+    assert "Exception" not in done.stderr
+    assert names(tmp_path) == FILES
+
+
+@pytest.mark.parametrize("redirection", [">broken 2>&1", ">full 2>&1", ">&- 2>&-"])
+def test_a_plan_without_any_stream_is_written(redirected, hills, tmp_path, redirection):
+    done = redirected(redirection, *plan(hills, tmp_path))
+    assert (done.returncode, done.stdout, done.stderr) == (1, "", "")
+    assert json.loads((tmp_path / "summary.json").read_text())["generations"] == 60
+    assert names(tmp_path) == FILES
+
+
+@pytest.mark.parametrize("redirection", SILENT)
+def test_a_comparison_needs_no_progress(redirected, hills, tmp_path, redirection):
+    done = redirected(redirection, "compare", "--terrain", hills, *ENDS, "--planners", "ga-pc",
+                      "--runs", 2, "--generations", 5, "--jobs", 1, "--out", tmp_path, "--json")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout) == json.loads((tmp_path / "compare.json").read_text())
+    assert (tmp_path / "runs.jsonl").read_bytes().count(b"\n") == 2
+
+
+def test_auv_needs_no_progress(redirected, tmp_path):
+    done = redirected("2>broken", "auv", "--generations", 3, "--out", tmp_path, "--json")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout) == json.loads((tmp_path / "auv.json").read_text())
+
+
+@pytest.mark.parametrize("command", [("planners", "--json"), ("planners",), ("--help",)])
+@pytest.mark.parametrize("redirection", [">&-", ">full"])
+def test_lost_output_is_a_sentence(redirected, redirection, command):
+    done = redirected(redirection, *command)
+    assert (done.returncode, done.stderr) == (
+        1, f"pathgene: Cannot write to standard output ({REASONS[redirection]}).\n")
+
+
+def test_a_reader_that_has_left_is_no_news(redirected):
+    done = redirected(">broken", "planners")
+    assert (done.returncode, done.stderr) == (1, "")
+
+
+def test_bad_input_keeps_its_status_without_standard_error(redirected):
+    assert redirected("2>&-", "planner").returncode == 2
+
+
+def test_verilog_to_special_files(redirected, pathgene, full):
+    device = pathgene("verilog", "--top", "uart", "--out", full)
+    assert (device.returncode, device.stderr) == (
+        2, f"pathgene: Cannot write to {str(full)!r} (No space left on device); give another file "
+        "with --out.\n")
+    assert full.is_char_device()
+    piped = pathgene("verilog", "--top", "uart", "--out", "/dev/stdout")
+    assert piped.returncode == 0, piped.stderr
+    verilog, _, report = piped.stdout.rpartition("endmodule\n")
+    assert verilog.startswith("/* Generated by Amaranth")
+    assert report.startswith("top ")
+
+
+def test_a_terrain_to_a_fifo(tmp_path):
+    fifo = tmp_path / "grid.npz"
+    os.mkfifo(fifo)
+    with subprocess.Popen(
+            [sys.executable, "-m", "host", "terrain", "synth", "river", "--out", fifo], cwd=ROOT,
+            stdout=subprocess.DEVNULL) as process:
+        assert fifo.read_bytes().startswith(b"PK")
+    assert process.returncode == 0
+    assert fifo.is_fifo()

@@ -1,0 +1,114 @@
+"""Ctrl-C and the signals that do the same."""
+
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+
+from host import interrupts
+from sim.simulators import run_tool
+
+
+NUMBERS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT]
+
+
+def raised(number):
+    """Whether the signal raises KeyboardInterrupt, and the exit status after it."""
+    try:
+        signal.raise_signal(number)
+    except KeyboardInterrupt:
+        return interrupts.status()
+    return None
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_signals_are_caught_and_given_back(number):
+    before = signal.getsignal(number)
+    with interrupts.caught():
+        assert interrupts.status(default=7) == 7
+        assert raised(number) == 128 + number
+    assert signal.getsignal(number) is before
+
+
+def test_an_ignored_signal_stays_ignored():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with interrupts.caught(), interrupts.instead(lambda: pytest.fail("it was ignored")):
+            assert raised(signal.SIGHUP) is None
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+def test_a_repeated_signal_counts_once_and_a_second_one_keeps_the_status():
+    calls = []
+    with interrupts.caught(), interrupts.instead(lambda: calls.append(1)):
+        signal.raise_signal(signal.SIGTERM)
+        signal.raise_signal(signal.SIGTERM)
+        assert len(calls) == 1
+        time.sleep(0.15)
+        signal.raise_signal(signal.SIGHUP)
+        assert len(calls) == 2
+        assert interrupts.status() == 128 + signal.SIGTERM
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_a_signal_is_held_back_and_comes_afterwards(number):
+    steps = []
+
+    def interrupted():
+        with interrupts.held():
+            signal.raise_signal(number)
+            # As if another thread had taken it.
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {number})
+            signal.raise_signal(number)
+            steps.append("end of the block")
+        steps.append("after it")
+
+    with interrupts.caught():
+        handler = signal.getsignal(number)
+        with pytest.raises(KeyboardInterrupt):
+            interrupted()
+        assert signal.getsignal(number) is handler
+    assert steps == ["end of the block"]
+    assert number not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
+def test_children_of_a_held_block_never_see_ctrl_c_but_can_be_terminated():
+    with interrupts.held():
+        child = subprocess.Popen(["sleep", "60"])
+    for number in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
+        child.send_signal(number)
+    with pytest.raises(subprocess.TimeoutExpired):
+        child.wait(0.2)
+    child.terminate()
+    assert child.wait(10) == -signal.SIGTERM
+
+
+def test_an_interrupted_tool_leaves_no_process(tmp_path):
+    def interrupt(_signal, _frame):
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, 0.5)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            run_tool(["sh", "-c", "sleep 60 & echo $! > child; wait"], cwd=tmp_path, what="It")
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    child = (tmp_path / "child").read_text().strip()
+    for _ in range(50):
+        if has_ended(child):
+            return
+        time.sleep(0.1)
+    pytest.fail("The tool's own child still runs.")
+
+
+def has_ended(pid):
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except (FileNotFoundError, ProcessLookupError):
+        return True
+    return state == "Z"

@@ -58,7 +58,7 @@ help:
 	@echo "make sim        cocotb benches on Icarus and Verilator (SIM= BENCH= WAVES=1)"
 	@echo "make formal     prove claims about the gateware with Yosys and Z3 (PROOF=)"
 	@echo "make bench      measure every speed claim (BENCH=; of fpga and quality, rows named like ONLY=)"
-	@echo "make lint       ruff, mypy, Verilator's lint of the generated Verilog"
+	@echo "make lint       ruff (rules and format), mypy, Verilator's lint of the generated Verilog"
 	@echo "make clean      remove everything generated but .venv/"
 
 .PHONY: setup setup-plan
@@ -113,6 +113,7 @@ bench: setup $(if $(filter fpga,$(BENCH)),setup-synth)
 .PHONY: lint
 lint: setup verilog
 	@$(IN_ROOT) "$(BIN)/ruff" check .
+	@$(IN_ROOT) "$(BIN)/ruff" format --check --quiet .
 	@$(IN_ROOT) "$(BIN)/mypy"
 	@$(IN_ROOT) "$(BIN)/python" -m tools.lint build/verilog/*.v
 

@@ -43,8 +43,10 @@ def main() -> int:
         "--seeds", type=int, help="seeds of each terrain (default 40, or the paper's 50)"
     )
     parser.add_argument(
-        "--only", metavar="TEXT", default="",
-        help="of fpga and quality, the rows with this in their names"
+        "--only",
+        metavar="TEXT",
+        default="",
+        help="of fpga and quality, the rows with this in their names",
     )
     parser.add_argument("--out", type=Path, default=Path("build/bench"), help="folder of the JSON")
     arguments = parser.parse_args()

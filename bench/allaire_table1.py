@@ -21,9 +21,7 @@ _MOST_SEEDS = 10
 _PAPER_EVALUATION_S = 60.0, 50.0
 
 
-def run(
-    options: BenchOptions, *, generations: int = GENERATIONS, board: str = "sim:"
-) -> Report:
+def run(options: BenchOptions, *, generations: int = GENERATIONS, board: str = "sim:") -> Report:
     """Run both planners for ``generations``, by default the paper's, on its kind of map."""
     report = Report(
         f"{generations} generations on the PC and on the chip, per phase",
@@ -92,9 +90,7 @@ def run(
     return report
 
 
-def _plan(
-    planner: str, evaluator: Evaluator, seed: int, generations: int, **own: str
-) -> Result:
+def _plan(planner: str, evaluator: Evaluator, seed: int, generations: int, **own: str) -> Result:
     options = Options(seed=seed, generations=generations)
     return make(planner, **own).plan(evaluator, options)
 

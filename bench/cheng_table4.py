@@ -30,33 +30,61 @@ __all__ = ["PAPER", "contradictions", "optimise", "run"]
 #: of the proposed planner and of the conventional GA.
 PAPER: dict[tuple[int, str], tuple[tuple[float, float, float], ...]] = {
     (1, "ga-dp"): (
-        (1.637, 2.891, 56.470), (1.541, 2.013, 55.765), (1.441, 1.694, 59.816),
-        (1.441, 1.694, 59.816), (1.522, 1.416, 57.824), (1.480, 1.488, 62.850),
-        (1.480, 1.488, 62.850), (1.496, 1.454, 61.721), (1.508, 1.229, 59.806),
-        (1.486, 1.116, 50.284)),
+        (1.637, 2.891, 56.470),
+        (1.541, 2.013, 55.765),
+        (1.441, 1.694, 59.816),
+        (1.441, 1.694, 59.816),
+        (1.522, 1.416, 57.824),
+        (1.480, 1.488, 62.850),
+        (1.480, 1.488, 62.850),
+        (1.496, 1.454, 61.721),
+        (1.508, 1.229, 59.806),
+        (1.486, 1.116, 50.284),
+    ),
     (1, "ga-auv"): (
-        (2.664, 3.515, 38.253), (2.621, 2.692, 37.363), (2.332, 3.617, 44.806),
-        (2.806, 3.391, 31.171), (2.591, 2.498, 44.102), (2.572, 1.572, 41.884),
-        (2.391, 1.116, 42.687), (2.317, 1.487, 43.914), (2.301, 0.837, 38.722),
-        (2.342, 0.868, 38.354)),
+        (2.664, 3.515, 38.253),
+        (2.621, 2.692, 37.363),
+        (2.332, 3.617, 44.806),
+        (2.806, 3.391, 31.171),
+        (2.591, 2.498, 44.102),
+        (2.572, 1.572, 41.884),
+        (2.391, 1.116, 42.687),
+        (2.317, 1.487, 43.914),
+        (2.301, 0.837, 38.722),
+        (2.342, 0.868, 38.354),
+    ),
     (2, "ga-dp"): (
-        (1.764, 2.349, 59.546), (1.675, 2.228, 80.029), (1.670, 2.197, 79.020),
-        (1.578, 2.416, 90.361), (1.605, 2.483, 85.344), (1.589, 2.041, 83.765),
-        (1.560, 1.647, 76.252), (1.547, 1.454, 81.924), (1.556, 1.659, 80.411),
-        (1.472, 1.672, 88.268)),
+        (1.764, 2.349, 59.546),
+        (1.675, 2.228, 80.029),
+        (1.670, 2.197, 79.020),
+        (1.578, 2.416, 90.361),
+        (1.605, 2.483, 85.344),
+        (1.589, 2.041, 83.765),
+        (1.560, 1.647, 76.252),
+        (1.547, 1.454, 81.924),
+        (1.556, 1.659, 80.411),
+        (1.472, 1.672, 88.268),
+    ),
     (2, "ga-auv"): (
-        (3.985, 3.097, 23.052), (3.493, 2.606, 26.349), (3.167, 2.219, 32.983),
-        (3.405, 2.121, 27.928), (2.364, 1.902, 53.974), (2.380, 2.184, 57.008),
-        (2.380, 2.184, 57.008), (2.380, 2.184, 57.008), (2.640, 2.543, 52.728),
-        (2.460, 2.225, 52.728)),
+        (3.985, 3.097, 23.052),
+        (3.493, 2.606, 26.349),
+        (3.167, 2.219, 32.983),
+        (3.405, 2.121, 27.928),
+        (2.364, 1.902, 53.974),
+        (2.380, 2.184, 57.008),
+        (2.380, 2.184, 57.008),
+        (2.380, 2.184, 57.008),
+        (2.640, 2.543, 52.728),
+        (2.460, 2.225, 52.728),
+    ),
 }
 
-_EVERY = 10                     # Generations between the rows of table IV.
-_TIMES_EVALUATIONS = 10         # What the direct optimiser is given.
-_RUNS_PER_OPTIMISATION = 10     # It takes longer, and varies less.
+_EVERY = 10  # Generations between the rows of table IV.
+_TIMES_EVALUATIONS = 10  # What the direct optimiser is given.
+_RUNS_PER_OPTIMISATION = 10  # It takes longer, and varies less.
 _NEAR_ENOUGH = 1.15
 _NOTE_WIDTH = 100
-_PER_DIMENSION = 15             # Population of the direct optimiser: SciPy's default.
+_PER_DIMENSION = 15  # Population of the direct optimiser: SciPy's default.
 
 Floats = NDArray[np.float64]
 _PLANNERS = (("ga-dp", "route"), ("ga-dp", "sum"), ("ga-auv", "route"))
@@ -98,32 +126,59 @@ def run(options: BenchOptions) -> Report:
     """Run all planners on both landscapes, and SciPy's differential evolution on one B-spline."""
     report = Report(
         f"Table IV of cheng: means of {options.trials} runs, {SAMPLES} samples a segment",
-        ("landscape", "draws", "planner", "reading", "generation", "PL", "ER", "MT", "delta",
-         f"delta at {REPORT_SAMPLES}", "paper: PL", "ER ", "MT ", "delta "))
-    cases = [_Case(landscape, draws, planner, reading)
-             for landscape, draws in itertools.product(LANDSCAPES, KINDS)
-             for planner, reading in _PLANNERS]
+        (
+            "landscape",
+            "draws",
+            "planner",
+            "reading",
+            "generation",
+            "PL",
+            "ER",
+            "MT",
+            "delta",
+            f"delta at {REPORT_SAMPLES}",
+            "paper: PL",
+            "ER ",
+            "MT ",
+            "delta ",
+        ),
+    )
+    cases = [
+        _Case(landscape, draws, planner, reading)
+        for landscape, draws in itertools.product(LANDSCAPES, KINDS)
+        for planner, reading in _PLANNERS
+    ]
     outcomes: dict[_Case, list[_Outcome]] = {}
     with ProcessPoolExecutor() as pool:
         for case in cases:
-            outcomes[case] = list(pool.map(_planned, itertools.repeat(case),
-                                           range(options.trials), chunksize=5))
+            outcomes[case] = list(
+                pool.map(_planned, itertools.repeat(case), range(options.trials), chunksize=5)
+            )
             report.rows += _rows(case, outcomes[case])
             print(f"cheng-table4: {case} done", file=sys.stderr, flush=True)
-        direct = {landscape: _optimised(pool, landscape, outcomes, options.trials)
-                  for landscape in LANDSCAPES}
+        direct = {
+            landscape: _optimised(pool, landscape, outcomes, options.trials)
+            for landscape in LANDSCAPES
+        }
     report.notes = [
         "PL, ER, MT: path length, elevation rate, minimum turn in degrees. Draws uniform is the",
         "paper's; the paper's delta is equation (3) of its columns. Sum: the mean delta shown is",
         "that of the whole path, not what that reading minimises.",
         *itertools.chain.from_iterable(wrap(said, _NOTE_WIDTH) for said in _work(outcomes)),
-        *itertools.chain.from_iterable(_verdicts(landscape, draws, outcomes, direct[landscape])
-                                       for landscape in LANDSCAPES for draws in KINDS),
+        *itertools.chain.from_iterable(
+            _verdicts(landscape, draws, outcomes, direct[landscape])
+            for landscape in LANDSCAPES
+            for draws in KINDS
+        ),
         *itertools.chain.from_iterable(wrap(said, _NOTE_WIDTH) for said in contradictions()),
     ]
-    report.data = {"runs": options.trials, "direct": {
-        str(landscape): {str(points): values for points, values in found.items()}
-        for landscape, found in direct.items()}}
+    report.data = {
+        "runs": options.trials,
+        "direct": {
+            str(landscape): {str(points): values for points, values in found.items()}
+            for landscape, found in direct.items()
+        },
+    }
     return report
 
 
@@ -136,15 +191,21 @@ def _work(outcomes: dict[_Case, list[_Outcome]]) -> Iterable[str]:
 
 def _planned(case: _Case, seed: int) -> _Outcome:
     field = AuvField(case.landscape, reading=case.reading)
-    routes = [generation.best for generation in itertools.islice(
-        evolve(field, case.planner, draws=case.draws, seed=seed), GENERATIONS)]
+    routes = [
+        generation.best
+        for generation in itertools.islice(
+            evolve(field, case.planner, draws=case.draws, seed=seed), GENERATIONS
+        )
+    ]
     evaluations = field.evaluations
     shown = routes[_EVERY - 1 :: _EVERY]
     costs = np.array([field.cost(route) for route in routes])
     return _Outcome(
         np.array([field.whole_terms(route) for route in shown]),
         np.array([field.whole_terms(route, REPORT_SAMPLES) for route in shown]),
-        bool((np.diff(costs) > 0).any()), evaluations)
+        bool((np.diff(costs) > 0).any()),
+        evaluations,
+    )
 
 
 def _rows(case: _Case, outcomes: Sequence[_Outcome]) -> Iterable[tuple[Any, ...]]:
@@ -153,9 +214,20 @@ def _rows(case: _Case, outcomes: Sequence[_Outcome]) -> Iterable[tuple[Any, ...]
     printed = PAPER[case.landscape, case.planner]
     for row, (whole, exact, paper) in enumerate(zip(means, fine, printed, strict=True), 1):
         length, turning, rate = whole.tolist()
-        yield (case.landscape, case.draws, case.planner, case.reading, row * _EVERY, length, rate,
-               180 * (1 - turning), float(delta(whole)), float(delta(exact)), *paper,
-               _paper_delta(paper))
+        yield (
+            case.landscape,
+            case.draws,
+            case.planner,
+            case.reading,
+            row * _EVERY,
+            length,
+            rate,
+            180 * (1 - turning),
+            float(delta(whole)),
+            float(delta(exact)),
+            *paper,
+            _paper_delta(paper),
+        )
 
 
 def _paper_delta(row: tuple[float, float, float]) -> float:
@@ -188,41 +260,60 @@ def optimise(landscape: int, points: int, evaluations: int, seed: int) -> float:
 
     bounds = list(zip(base.low, base.high, strict=True)) * inner
     found = differential_evolution(
-        costs, bounds, rng=seed, vectorized=True, updating="deferred", polish=False, tol=0,
+        costs,
+        bounds,
+        rng=seed,
+        vectorized=True,
+        updating="deferred",
+        polish=False,
+        tol=0,
         popsize=_PER_DIMENSION,
-        maxiter=max(1, ceil(evaluations / (_PER_DIMENSION * len(bounds))) - 1))
+        maxiter=max(1, ceil(evaluations / (_PER_DIMENSION * len(bounds))) - 1),
+    )
     return float(found.fun)
 
 
 def _optimised(
-    pool: ProcessPoolExecutor, landscape: int, outcomes: dict[_Case, list[_Outcome]], runs: int,
+    pool: ProcessPoolExecutor,
+    landscape: int,
+    outcomes: dict[_Case, list[_Outcome]],
+    runs: int,
 ) -> dict[int, list[float]]:
     """Deltas of several optimisations by number of control points."""
-    used = np.mean([outcome.evaluations
-                    for outcome in outcomes[_Case(landscape, KINDS[0], *_PLANNERS[0])]])
+    used = np.mean(
+        [outcome.evaluations for outcome in outcomes[_Case(landscape, KINDS[0], *_PLANNERS[0])]]
+    )
     budget = int(_TIMES_EVALUATIONS * used)
     seeds = range(ceil(runs / _RUNS_PER_OPTIMISATION))
     sizes = range(FEWEST_CONTROL_POINTS, MOST_CONTROL_POINTS + 1)
-    jobs = {points: [pool.submit(optimise, landscape, points, budget, seed) for seed in seeds]
-            for points in sizes}
+    jobs = {
+        points: [pool.submit(optimise, landscape, points, budget, seed) for seed in seeds]
+        for points in sizes
+    }
     found = {points: [job.result() for job in submitted] for points, submitted in jobs.items()}
-    print(f"cheng-table4: direct optimiser on landscape {landscape} done", file=sys.stderr,
-          flush=True)
+    print(
+        f"cheng-table4: direct optimiser on landscape {landscape} done", file=sys.stderr, flush=True
+    )
     return found
 
 
 def _verdicts(
-    landscape: int, draws: str, outcomes: dict[_Case, list[_Outcome]],
+    landscape: int,
+    draws: str,
+    outcomes: dict[_Case, list[_Outcome]],
     direct: dict[int, list[float]],
 ) -> list[str]:
     """Sentences on what a reader wants to know of a landscape."""
     ours, _, theirs = (outcomes[_Case(landscape, draws, *planner)] for planner in _PLANNERS)
-    mean, other = (np.mean([delta(outcome.terms) for outcome in some], axis=0)
-                   for some in (ours, theirs))
+    mean, other = (
+        np.mean([delta(outcome.terms) for outcome in some], axis=0) for some in (ours, theirs)
+    )
     behind = ", ".join(str(_EVERY * (row + 1)) for row in np.flatnonzero(mean >= other))
     rises = sum(outcome.rises for outcome in ours)
-    points, best = min(((points, float(np.mean(values))) for points, values in direct.items()),
-                       key=lambda pair: pair[1])
+    points, best = min(
+        ((points, float(np.mean(values))) for points, values in direct.items()),
+        key=lambda pair: pair[1],
+    )
     ratio = mean[-1] / best
     return wrap(
         f"Landscape {landscape}, draws {draws}: the mean delta of ga-dp (route) is below that of "
@@ -231,7 +322,8 @@ def _verdicts(
         f"that of SciPy's differential evolution on one B-spline of {points} control points, the "
         f"number that suits it best, with {_TIMES_EVALUATIONS} times the evaluations of draws "
         f"near ({'within' if ratio <= _NEAR_ENOUGH else 'not within'} {_NEAR_ENOUGH - 1:.0%}).",
-        _NOTE_WIDTH)
+        _NOTE_WIDTH,
+    )
 
 
 def contradictions() -> list[str]:
@@ -239,20 +331,31 @@ def contradictions() -> list[str]:
     said = []
     for (landscape, planner), rows in PAPER.items():
         deltas = [_paper_delta(row) for row in rows]
-        rises = [f"{before:.3f} to {after:.3f} at {_EVERY * (row + 2)}"
-                 for row, (before, after) in enumerate(itertools.pairwise(deltas))
-                 if after > before]
-        same = [f"{_EVERY * (row + 1)} and {_EVERY * (row + 2)}"
-                for row, (before, after) in enumerate(itertools.pairwise(rows))
-                if before == after]
+        rises = [
+            f"{before:.3f} to {after:.3f} at {_EVERY * (row + 2)}"
+            for row, (before, after) in enumerate(itertools.pairwise(deltas))
+            if after > before
+        ]
+        same = [
+            f"{_EVERY * (row + 1)} and {_EVERY * (row + 2)}"
+            for row, (before, after) in enumerate(itertools.pairwise(rows))
+            if before == after
+        ]
         said.append(
             f"The paper, landscape {landscape}, {planner}: delta of its means rises from "
-            f"{', '.join(rises)}; generations alike: {', '.join(same) or 'none'}.")
+            f"{', '.join(rises)}; generations alike: {', '.join(same) or 'none'}."
+        )
     for landscape in LANDSCAPES:
-        behind = [str(_EVERY * row) for row, (ours, theirs) in enumerate(
-            zip(PAPER[landscape, "ga-dp"], PAPER[landscape, "ga-auv"], strict=True), 1)
-            if _paper_delta(theirs) <= _paper_delta(ours)]
+        behind = [
+            str(_EVERY * row)
+            for row, (ours, theirs) in enumerate(
+                zip(PAPER[landscape, "ga-dp"], PAPER[landscape, "ga-auv"], strict=True), 1
+            )
+            if _paper_delta(theirs) <= _paper_delta(ours)
+        ]
         if behind:
-            said.append(f"On landscape {landscape} its conventional GA has no higher delta than "
-                        f"its own planner at generations {', '.join(behind)}.")
+            said.append(
+                f"On landscape {landscape} its conventional GA has no higher delta than "
+                f"its own planner at generations {', '.join(behind)}."
+            )
     return said

@@ -59,23 +59,43 @@ def run(options: BenchOptions) -> Report:
     """Run everything on every scenario that is there."""
     report = Report(
         f"Quality: {options.seeds} seeds, each planner's own number of generations",
-        ("terrain", "planner", "feasible", "mean F", "deviation", "best F", "gain over astar",
-         "paired p", "evaluations", "CPU seconds"),
+        (
+            "terrain",
+            "planner",
+            "feasible",
+            "mean F",
+            "deviation",
+            "best F",
+            "gain over astar",
+            "paired p",
+            "evaluations",
+            "CPU seconds",
+        ),
     )
     if not any(options.only in variant.name for variant in VARIANTS):
-        raise InputError(f"No planner of the benchmark has {options.only!r} in its name; there are "
-                         f"{', '.join(variant.name for variant in VARIANTS)}.")
-    variants = [variant for variant in VARIANTS
-                if variant.name == _YARDSTICK or options.only in variant.name]
+        raise InputError(
+            f"No planner of the benchmark has {options.only!r} in its name; there are "
+            f"{', '.join(variant.name for variant in VARIANTS)}."
+        )
+    variants = [
+        variant
+        for variant in VARIANTS
+        if variant.name == _YARDSTICK or options.only in variant.name
+    ]
     runs: dict[str, dict[str, list[Outcome]]] = {}
     with ProcessPoolExecutor(initializer=_compile, initargs=(variants,)) as pool:
         for name in (*names(), *SYNTHETIC):
-            jobs = {variant.name: [pool.submit(_plan, name, variant, seed)
-                                   for seed in range(options.seeds)] for variant in variants}
+            jobs = {
+                variant.name: [
+                    pool.submit(_plan, name, variant, seed) for seed in range(options.seeds)
+                ]
+                for variant in variants
+            }
             runs[name] = {title: [job.result() for job in some] for title, some in jobs.items()}
             yardstick = [outcome["fitness"] for outcome in runs[name][_YARDSTICK]]
-            report.rows += [(name, title, *_row(outcomes, yardstick))
-                            for title, outcomes in runs[name].items()]
+            report.rows += [
+                (name, title, *_row(outcomes, yardstick)) for title, outcomes in runs[name].items()
+            ]
             print(f"quality: {name} done", file=sys.stderr, flush=True)
     report.notes = [
         "Scenario: start and goal at 8 % and 92 % of both axes, 100 m above ground; two no-fly",

@@ -63,10 +63,7 @@ class Report:
         """Return the table in Markdown."""
         cells = [list(self.columns), *([_cell(value) for value in row] for row in self.rows)]
         widths = [max(len(row[i]) for row in cells) for i in range(len(self.columns))]
-        lines = [
-            f"| {' | '.join(map(str.ljust, row, widths))} |"
-            for row in cells
-        ]
+        lines = [f"| {' | '.join(map(str.ljust, row, widths))} |" for row in cells]
         lines.insert(1, "|" + "|".join("-" * (width + 2) for width in widths) + "|")
         return "\n".join([f"## {self.title}", "", *lines, "", *self.notes])
 

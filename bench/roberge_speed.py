@@ -40,19 +40,34 @@ PAPER = (
 
 
 def run(
-    options: BenchOptions, *, iterations: int = ITERATIONS, population: int = POPULATION,
+    options: BenchOptions,
+    *,
+    iterations: int = ITERATIONS,
+    population: int = POPULATION,
     solutions: Sequence[int] = SOLUTIONS,
 ) -> Report:
     """Time fpa-2opt by threads and by solutions, on each engine that is there."""
     del options
     report = Report(
         f"fpa-2opt on {MAP}: {iterations} iterations, 6 free waypoints, ds one cell",
-        ("engine", "threads", "solutions", "seconds", "of iterations", "times as fast",
-         "full evaluations/s", "cut short/s", "F"),
+        (
+            "engine",
+            "threads",
+            "solutions",
+            "seconds",
+            "of iterations",
+            "times as fast",
+            "full evaluations/s",
+            "cut short/s",
+            "F",
+        ),
     )
     cores = os.cpu_count() or 1
     cases: list[tuple[str, int, int]] = [
-        ("sequential", 1, population), (_IN_FULL, 1, population), (_IN_FULL, cores, population)]
+        ("sequential", 1, population),
+        (_IN_FULL, 1, population),
+        (_IN_FULL, cores, population),
+    ]
     cases += [("cores", threads, population) for threads in range(1, cores + 1)]
     cases += [("cores", cores, count) for count in solutions if count != population]
     cases += [("gpu", 1, count) for count in sorted({*solutions, population})]
@@ -60,35 +75,59 @@ def run(
     left_out = ""
     for engine, threads, count in cases:
         try:
-            results = [_plan(engine, threads, count, iterations, seed)
-                       for seed in range(_REPEATS + 1)][1:]     # The first compiles.
+            results = [
+                _plan(engine, threads, count, iterations, seed) for seed in range(_REPEATS + 1)
+            ][1:]  # The first compiles.
         except InputError as error:
             left_out = str(error)
             break
         seconds = median(result.seconds["total"] for result in results)
         base_s = base_s or seconds
-        report.rows.append((
-            engine, "-" if engine == "gpu" else threads, count, seconds,
-            median(result.seconds["iterations"] for result in results),
-            base_s / seconds if count == population else "-",
-            *(median(_rate(result, what) for result in results)
-              for what in ("evaluations", "cut_short")),
-            median(result.evaluation.fitness for result in results),
-        ))
-        print(f"roberge-speed: {engine}, {threads} threads, {count} solutions done",
-              file=sys.stderr, flush=True)
+        report.rows.append(
+            (
+                engine,
+                "-" if engine == "gpu" else threads,
+                count,
+                seconds,
+                median(result.seconds["iterations"] for result in results),
+                base_s / seconds if count == population else "-",
+                *(
+                    median(_rate(result, what) for result in results)
+                    for what in ("evaluations", "cut_short")
+                ),
+                median(result.evaluation.fitness for result in results),
+            )
+        )
+        print(
+            f"roberge-speed: {engine}, {threads} threads, {count} solutions done",
+            file=sys.stderr,
+            flush=True,
+        )
     if cores > 1:
         together_s = _together(cores, population, iterations)
-        report.rows.append(("sequential, one a core", cores, population, together_s, "-",
-                            cores * base_s / together_s, "-", "-", "-"))
-    report.rows += [(name, threads, count, seconds, "-", PAPER[0][3] / seconds, "-", "-", "-")
-                    for name, threads, count, seconds in PAPER]
+        report.rows.append(
+            (
+                "sequential, one a core",
+                cores,
+                population,
+                together_s,
+                "-",
+                cores * base_s / together_s,
+                "-",
+                "-",
+                "-",
+            )
+        )
+    report.rows += [
+        (name, threads, count, seconds, "-", PAPER[0][3] / seconds, "-", "-", "-")
+        for name, threads, count, seconds in PAPER
+    ]
     report.notes = [
         f"Median of {_REPEATS} seeds after one that compiles; seconds from the first path drawn to",
         "the one reported, checked at ds / 8. Times as fast: as the first row, the paper's as its",
         "own; of one run a core, that many at once, which share nothing: what the machine has to",
         "give. The paper gives neither its number of waypoints nor its ds. Cut short: candidates",
-        "given up once they could not be better; the rows \"all in full\" evaluate these, too, as",
+        'given up once they could not be better; the rows "all in full" evaluate these, too, as',
         "the paper does.",
     ]
     if left_out:
@@ -100,7 +139,8 @@ def _plan(engine: str, threads: int, population: int, iterations: int, seed: int
     evaluator = Evaluator(problem_at_one_cell(MAP), threads=threads)
     in_full = engine == _IN_FULL
     return make("fpa-2opt", engine="cores" if in_full else engine, give_up=not in_full).plan(
-        evaluator, Options(generations=iterations, population=population, seed=seed))
+        evaluator, Options(generations=iterations, population=population, seed=seed)
+    )
 
 
 def _together(cores: int, population: int, iterations: int) -> float:

@@ -42,14 +42,27 @@ Trial = dict[str, float]
 
 
 def run(
-    options: BenchOptions, *, iterations: int = ITERATIONS, population: int = POPULATION,
+    options: BenchOptions,
+    *,
+    iterations: int = ITERATIONS,
+    population: int = POPULATION,
 ) -> Report:
     """Run all trials of every map that is there."""
     report = Report(
         f"Table 4 of roberge: {options.trials} trials, {iterations} iterations, {population} "
         f"solutions",
-        ("map", "way", "candidates", "feasible", "length m", "mean altitude m", "fuel N",
-         "mean F", "std F", "p of F against fpa-2opt"),
+        (
+            "map",
+            "way",
+            "candidates",
+            "feasible",
+            "length m",
+            "mean altitude m",
+            "fuel N",
+            "mean F",
+            "std F",
+            "p of F against fpa-2opt",
+        ),
     )
     runs: dict[str, dict[str, list[Trial]]] = {}
     # Started anew: a process that has had threads must not be forked.
@@ -63,9 +76,22 @@ def run(
             print(f"roberge-table4: {name} done", file=sys.stderr, flush=True)
     for name, ways in PAPER.items():
         for way, (length, altitude, fuel, mean, deviation) in zip(
-                ("fpa", "fpa-2opt"), ways, strict=True):
-            report.rows.append((f"paper: {name}", way, "-", "-", length, altitude, fuel, mean,
-                                deviation, "0.00" if way == "fpa" else "-"))
+            ("fpa", "fpa-2opt"), ways, strict=True
+        ):
+            report.rows.append(
+                (
+                    f"paper: {name}",
+                    way,
+                    "-",
+                    "-",
+                    length,
+                    altitude,
+                    fuel,
+                    mean,
+                    deviation,
+                    "0.00" if way == "fpa" else "-",
+                )
+            )
     report.notes = [
         "Means over the paths reported, infeasible ones included; ds is one cell, 6 free",
         "waypoints; maps, zones, starts and goals are those of bench/scenarios.py: the paper's are",
@@ -81,27 +107,37 @@ def run(
 
 
 def _trials(
-    pool: Executor, name: str, count: int, iterations: int, population: int,
+    pool: Executor,
+    name: str,
+    count: int,
+    iterations: int,
+    population: int,
 ) -> dict[str, list[Trial]]:
     """All trials of a map by way."""
     seeds = range(count)
 
     def plan(planner: str, lengths: Sequence[int]) -> list[Trial]:
-        return list(pool.map(_trial, [name] * count, [planner] * count, seeds, lengths,
-                             [population] * count))
+        return list(
+            pool.map(
+                _trial, [name] * count, [planner] * count, seeds, lengths, [population] * count
+            )
+        )
 
     hybrid = plan("fpa-2opt", [iterations] * count)
     # Besides the first population, an iteration without 2-opt makes one candidate per solution.
     longer = [ceil(trial["candidates"] / population) - 1 for trial in hybrid]
-    return {"fpa": plan("fpa", [iterations] * count),
-            "fpa, equal evaluations": plan("fpa", longer),
-            "fpa-2opt": hybrid}
+    return {
+        "fpa": plan("fpa", [iterations] * count),
+        "fpa, equal evaluations": plan("fpa", longer),
+        "fpa-2opt": hybrid,
+    }
 
 
 def _trial(name: str, planner: str, seed: int, iterations: int, population: int) -> Trial:
     evaluator = Evaluator(problem_at_one_cell(name), threads=1)
     result = make(planner, engine="sequential").plan(
-        evaluator, Options(generations=iterations, population=population, seed=seed))
+        evaluator, Options(generations=iterations, population=population, seed=seed)
+    )
     return {
         "seed": seed,
         **{term: getattr(result.evaluation, term) for term in _TERMS},
@@ -117,7 +153,9 @@ def _trial(name: str, planner: str, seed: int, iterations: int, population: int)
 def _row(name: str, way: str, trials: list[Trial], hybrid: list[float]) -> Sequence[Any]:
     fitness = [trial["fitness"] for trial in trials]
     return (
-        name, way, float(np.mean([trial["candidates"] for trial in trials])),
+        name,
+        way,
+        float(np.mean([trial["candidates"] for trial in trials])),
         f"{sum(bool(trial['feasible']) for trial in trials)}/{len(trials)}",
         *(float(np.mean([trial[term] for trial in trials])) for term in _TERMS),
         float(np.std(fitness, ddof=1)) if len(fitness) > 1 else 0.0,
@@ -138,11 +176,14 @@ def _verdict(runs: dict[str, dict[str, list[Trial]]]) -> str:
     for way in _WAYS[:2]:
         better = worse = 0
         for trials in runs.values():
-            hybrid, other = ([trial["fitness"] for trial in trials[name]]
-                             for name in ("fpa-2opt", way))
+            hybrid, other = (
+                [trial["fitness"] for trial in trials[name]] for name in ("fpa-2opt", way)
+            )
             if _p_value(hybrid, other) < 0.05:
                 better += np.mean(hybrid) > np.mean(other)
                 worse += np.mean(hybrid) < np.mean(other)
-        sentences.append(f"Against {way}, 2-opt is better on {better} and worse on {worse} of "
-                         f"{len(runs)} maps with p < 0.05.")
+        sentences.append(
+            f"Against {way}, 2-opt is better on {better} and worse on {worse} of "
+            f"{len(runs)} maps with p < 0.05."
+        )
     return " ".join(sentences)

@@ -29,7 +29,10 @@ class Bar:
     """
 
     def __init__(
-        self, stream: TextIO, total: int, clock: Callable[[], float] = time.monotonic,
+        self,
+        stream: TextIO,
+        total: int,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._stream = stream
         self._total = total
@@ -75,12 +78,17 @@ class Progress(Bar):
     """Shows generations as they pass: of ``generations``, 1 or more; else as :class:`Bar`."""
 
     def __init__(
-        self, stream: TextIO, generations: int, clock: Callable[[], float] = time.monotonic,
+        self,
+        stream: TextIO,
+        generations: int,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__(stream, generations, clock)
         self._generations = generations
 
     def update(self, generation: int, best: float, mean: float) -> None:
         """Show a finished generation, unless the last was shown a moment ago."""
-        self.show(generation, f"generation {generation}/{self._generations}  best {best:.4f}  "
-                              f"mean {mean:.4f}")
+        self.show(
+            generation,
+            f"generation {generation}/{self._generations}  best {best:.4f}  mean {mean:.4f}",
+        )

@@ -11,13 +11,18 @@ def texts_of(figure):
     for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
         low, high = sorted(axis.get_view_interval())
         margin = 1e-9 * (high - low)
-        unseen |= {label for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks())
-                   for label in (tick.label1, tick.label2)
-                   if not low - margin <= tick.get_loc() <= high + margin
-                   or not axis.get_visible()}
+        unseen |= {
+            label
+            for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks())
+            for label in (tick.label1, tick.label2)
+            if not low - margin <= tick.get_loc() <= high + margin or not axis.get_visible()
+        }
     renderer = figure.canvas.get_renderer()
-    return [(text.get_text(), text.get_window_extent(renderer)) for text in figure.findobj(Text)
-            if text.get_visible() and text.get_text() and text not in unseen]
+    return [
+        (text.get_text(), text.get_window_extent(renderer))
+        for text in figure.findobj(Text)
+        if text.get_visible() and text.get_text() and text not in unseen
+    ]
 
 
 def assert_texts_apart(figure):

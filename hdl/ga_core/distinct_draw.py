@@ -70,12 +70,14 @@ class DistinctDraw(wiring.Component):
         self.draw_bits = draw_bits
         self.first = first
         self.best_of = best_of
-        super().__init__({
-            "clear": In(1),
-            "take": In(1),
-            "bits": In(data.ArrayLayout(draw_bits, best_of)),
-            "numbers": Out(data.ArrayLayout(range(first + total), count)),
-        })
+        super().__init__(
+            {
+                "clear": In(1),
+                "take": In(1),
+                "bits": In(data.ArrayLayout(draw_bits, best_of)),
+                "numbers": Out(data.ArrayLayout(range(first + total), count)),
+            }
+        )
 
     def elaborate(self, platform):
         m = Module()
@@ -142,6 +144,6 @@ class DistinctDraw(wiring.Component):
         numbers = Signal.like(self.numbers, reset_less=True)
         m.d.comb += self.numbers.eq(numbers)
         with m.If(valid[3] & ~self.clear):
-            m.d.sync += numbers.eq(Cat(numbers.as_value()[len(number):], number))
+            m.d.sync += numbers.eq(Cat(numbers.as_value()[len(number) :], number))
 
         return m

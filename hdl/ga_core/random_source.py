@@ -63,7 +63,7 @@ class Trivium(wiring.Component):
         c = Signal(111, init=0b111 << 108, reset_less=True)
 
         def tap(register, age):
-            return register[age:age + WORD_BITS]
+            return register[age : age + WORD_BITS]
 
         t1 = tap(a, 2) ^ tap(a, 29)
         t2 = tap(b, 5) ^ tap(b, 20)

@@ -77,18 +77,20 @@ class Selection(wiring.Component):
         )
         self.boxes = {"x": config.box_cells, "y": config.box_cells, "altitude": config.box_steps}
         offsets = data.ArrayLayout(offset_layout(config), config.patches * config.candidates)
-        super().__init__({
-            "seed": In(SEED_BITS),
-            "load": In(1),
-            "next": In(1),
-            "ready": Out(1),
-            "parents": Out(data.ArrayLayout(config.slot_bits, config.crossovers)),
-            "survivors": Out(data.ArrayLayout(config.slot_bits, config.survivors)),
-            "children": Out(data.ArrayLayout(config.child_bits, config.mutators)),
-            "waypoints": Out(data.ArrayLayout(RandomWordLayout.OFFSET_BITS, config.mutators)),
-            "offsets": Out(offsets),
-            **({} if config.checker is CheckerBuild.NONE else {"offset_taken": In(1)}),
-        })
+        super().__init__(
+            {
+                "seed": In(SEED_BITS),
+                "load": In(1),
+                "next": In(1),
+                "ready": Out(1),
+                "parents": Out(data.ArrayLayout(config.slot_bits, config.crossovers)),
+                "survivors": Out(data.ArrayLayout(config.slot_bits, config.survivors)),
+                "children": Out(data.ArrayLayout(config.child_bits, config.mutators)),
+                "waypoints": Out(data.ArrayLayout(RandomWordLayout.OFFSET_BITS, config.mutators)),
+                "offsets": Out(offsets),
+                **({} if config.checker is CheckerBuild.NONE else {"offset_taken": In(1)}),
+            }
+        )
 
     def elaborate(self, platform):
         m = Module()
@@ -162,7 +164,7 @@ class Selection(wiring.Component):
         m.d.comb += [
             survivor_draw.clear.eq(clear),
             survivor_draw.take.eq(takes_survivor),
-            survivor_draw.bits.eq(selection_bits[at.survivor_first[0]:]),
+            survivor_draw.bits.eq(selection_bits[at.survivor_first[0] :]),
             self.survivors.eq(survivor_draw.numbers),
         ]
 
@@ -206,4 +208,4 @@ class Selection(wiring.Component):
 
 def _append(items, item):
     """Return the assignment that shifts ``item`` in behind the others and the first one out."""
-    return items.eq(Cat(items.as_value()[len(item):], item))
+    return items.eq(Cat(items.as_value()[len(item) :], item))

@@ -37,17 +37,19 @@ class CobsDecoder(wiring.Component):
 
     def __init__(self):
         self.decoded_layout = data.StructLayout({"data": 8, "delimiter": 1, "broken": 1})
-        super().__init__({
-            "encoded": In(stream.Signature(8)),
-            "decoded": Out(stream.Signature(self.decoded_layout, always_ready=True)),
-            "inside": Out(1),
-        })
+        super().__init__(
+            {
+                "encoded": In(stream.Signature(8)),
+                "decoded": Out(stream.Signature(self.decoded_layout, always_ready=True)),
+                "inside": Out(1),
+            }
+        )
 
     def elaborate(self, platform):
         m = Module()
 
-        left = Signal(8)    # Bytes of the block still to come.
-        zero = Signal()     # A zero follows the block, unless the frame ends with it.
+        left = Signal(8)  # Bytes of the block still to come.
+        zero = Signal()  # A zero follows the block, unless the frame ends with it.
 
         m.d.comb += self.encoded.ready.eq(1)
         m.d.sync += [
@@ -105,10 +107,12 @@ class CobsEncoder(wiring.Component):
 
     def __init__(self):
         self.frames_layout = data.StructLayout({"data": 8, "last": 1})
-        super().__init__({
-            "frames": In(stream.Signature(self.frames_layout)),
-            "encoded": Out(stream.Signature(8)),
-        })
+        super().__init__(
+            {
+                "frames": In(stream.Signature(self.frames_layout)),
+                "encoded": Out(stream.Signature(8)),
+            }
+        )
 
     def elaborate(self, platform):
         m = Module()
@@ -118,11 +122,11 @@ class CobsEncoder(wiring.Component):
         # The block at hand: its code goes to `start`, its next byte to `tail`; all before `start`
         # may be sent.
         start = Signal.like(ring.committed)
-        tail  = Signal.like(ring.committed, init=1)
-        code  = Signal(8, init=1)
-        ended = Signal()    # No byte of the frame is to come.
-        used  = Signal.like(ring.committed)
-        room  = Signal(init=1)
+        tail = Signal.like(ring.committed, init=1)
+        code = Signal(8, init=1)
+        ended = Signal()  # No byte of the frame is to come.
+        used = Signal.like(ring.committed)
+        room = Signal(init=1)
 
         m.d.comb += [
             used.eq(tail - ring.fetched),

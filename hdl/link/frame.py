@@ -67,14 +67,16 @@ class FrameReceiver(wiring.Component):
     def __init__(self, config):
         self.config = config
         self.requests_layout = data.StructLayout({"data": 8, "last": 1, "plain": 1})
-        super().__init__({
-            "bytes": In(stream.Signature(8)),
-            "requests": Out(stream.Signature(self.requests_layout)),
-            "malformed": Out(1),
-            "crc_error": Out(1),
-            "overrun": Out(1),
-            "line_busy": Out(1),
-        })
+        super().__init__(
+            {
+                "bytes": In(stream.Signature(8)),
+                "requests": Out(stream.Signature(self.requests_layout)),
+                "malformed": Out(1),
+                "crc_error": Out(1),
+                "overrun": Out(1),
+                "line_busy": Out(1),
+            }
+        )
 
     def elaborate(self, platform):
         m = Module()
@@ -82,14 +84,14 @@ class FrameReceiver(wiring.Component):
         # A row is a byte of a body; before each body there is one that says whether it is plain.
         row_layout = data.StructLayout({"data": 8, "last": 1})
         m.submodules.decoder = decoder = CobsDecoder()
-        m.submodules.crc     = crc     = CRC32_ISO_HDLC().create()
-        m.submodules.ring    = ring    = CommitRing(row_layout, self.config.receive_buffer)
+        m.submodules.crc = crc = CRC32_ISO_HDLC().create()
+        m.submodules.ring = ring = CommitRing(row_layout, self.config.receive_buffer)
 
         wiring.connect(m, wiring.flipped(self.bytes), decoder.encoded)
         m.d.comb += self.line_busy.eq(decoder.inside)
 
         arrives = Signal()
-        ends    = Signal()
+        ends = Signal()
         m.d.comb += [
             arrives.eq(decoder.decoded.valid & ~decoder.decoded.p.delimiter),
             ends.eq(decoder.decoded.valid & decoder.decoded.p.delimiter),
@@ -100,8 +102,8 @@ class FrameReceiver(wiring.Component):
 
         # The newest bytes, which may be the CRC, and the one before them, which may be the last of
         # the body: what it is, is known when the next byte or the delimiter comes.
-        held  = Signal(data.ArrayLayout(8, CRC_BYTES + 1))
-        count = Signal(range(BODY_HEADER_BYTES + CRC_BYTES + 1))    # Stops at the shortest frame.
+        held = Signal(data.ArrayLayout(8, CRC_BYTES + 1))
+        count = Signal(range(BODY_HEADER_BYTES + CRC_BYTES + 1))  # Stops at the shortest frame.
         with m.If(arrives):
             m.d.sync += held.eq(Cat(decoder.decoded.p.data, held.as_value()[:-8]))
             with m.If(count != BODY_HEADER_BYTES + CRC_BYTES):
@@ -109,12 +111,12 @@ class FrameReceiver(wiring.Component):
         with m.If(ends):
             m.d.sync += count.eq(0)
 
-        tail      = Signal.like(ring.committed, init=1)     # Row for the next byte of the body.
+        tail = Signal.like(ring.committed, init=1)  # Row for the next byte of the body.
         committed = Signal.like(ring.committed)
-        used      = Signal.like(ring.committed)
-        dropped   = Signal()    # A byte of the body found no room.
-        room      = Signal()
-        kept      = Signal()
+        used = Signal.like(ring.committed)
+        dropped = Signal()  # A byte of the body found no room.
+        room = Signal()
+        kept = Signal()
         m.d.comb += [
             ring.committed.eq(committed),
             used.eq(tail - ring.fetched),
@@ -127,9 +129,9 @@ class FrameReceiver(wiring.Component):
             with m.Else():
                 m.d.sync += dropped.eq(1)
 
-        right  = Signal()
-        plain  = Signal()
-        whole  = Signal()
+        right = Signal()
+        plain = Signal()
+        whole = Signal()
         commit = Signal()
         m.d.comb += [
             plain.eq(crc.crc == _residue(plain=True)),
@@ -163,7 +165,7 @@ class FrameReceiver(wiring.Component):
             ring.write_data.last.eq(ends),
         ]
 
-        opened = Signal()   # The row before the body has been read.
+        opened = Signal()  # The row before the body has been read.
         m.d.comb += [
             self.requests.valid.eq(ring.words.valid & opened),
             self.requests.p.data.eq(ring.words.p.data),
@@ -208,24 +210,26 @@ class FrameTransmitter(wiring.Component):
     def __init__(self, config):
         self.config = config
         self.replies_layout = data.StructLayout({"data": 8, "last": 1, "plain": 1})
-        super().__init__({
-            "replies": In(stream.Signature(self.replies_layout)),
-            "bytes": Out(stream.Signature(8)),
-        })
+        super().__init__(
+            {
+                "replies": In(stream.Signature(self.replies_layout)),
+                "bytes": Out(stream.Signature(8)),
+            }
+        )
 
     def elaborate(self, platform):
         m = Module()
 
-        m.submodules.crc     = crc     = CRC32_ISO_HDLC().create()
+        m.submodules.crc = crc = CRC32_ISO_HDLC().create()
         m.submodules.encoder = encoder = CobsEncoder()
 
         wiring.connect(m, encoder.encoded, wiring.flipped(self.bytes))
 
-        left  = Signal(range(CRC_BYTES + 1))    # Bytes of the CRC to send; 0 while in a body.
+        left = Signal(range(CRC_BYTES + 1))  # Bytes of the CRC to send; 0 while in a body.
         plain = Signal()
-        mask  = Signal(8 * CRC_BYTES)
-        rest  = Signal(8 * CRC_BYTES)           # Those after the first, the next one lowest.
-        now   = Signal(8 * CRC_BYTES)
+        mask = Signal(8 * CRC_BYTES)
+        rest = Signal(8 * CRC_BYTES)  # Those after the first, the next one lowest.
+        now = Signal(8 * CRC_BYTES)
         m.d.comb += mask.eq(Mux(plain, 0, _VERSION_MASK))
 
         with m.If(left == 0):

@@ -48,14 +48,16 @@ class CommitRing(wiring.Component):
         self.shape = shape
         self.depth = depth
         bits = exact_log2(depth)
-        super().__init__({
-            "write_enable": In(1),
-            "write_row": In(bits),
-            "write_data": In(shape),
-            "committed": In(bits + 1),
-            "fetched": Out(bits + 1),
-            "words": Out(stream.Signature(shape)),
-        })
+        super().__init__(
+            {
+                "write_enable": In(1),
+                "write_row": In(bits),
+                "write_data": In(shape),
+                "committed": In(bits + 1),
+                "fetched": Out(bits + 1),
+                "words": Out(stream.Signature(shape)),
+            }
+        )
 
     def elaborate(self, platform):
         m = Module()
@@ -64,9 +66,9 @@ class CommitRing(wiring.Component):
             shape=self.shape, depth=self.depth, init=[], attrs={"no_rw_check": 1}
         )
         write = rows.write_port()
-        read  = rows.read_port()
+        read = rows.read_port()
 
-        loaded  = Signal()  # The read port holds a row that has not moved on.
+        loaded = Signal()  # The read port holds a row that has not moved on.
         move_on = Signal()
 
         m.d.comb += [

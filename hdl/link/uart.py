@@ -71,13 +71,13 @@ class UartReceiver(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        line    = Signal(init=1)
-        past    = Signal(2, init=0b11)
-        level   = Signal()
+        line = Signal(init=1)
+        past = Signal(2, init=0b11)
+        level = Signal()
         # Bits left to sample, the one at hand included; 0 between bytes.
-        left    = Signal(range(_FRAME_BITS + 1))
-        wait    = Signal(range(self.clocks_per_bit))
-        shift   = Signal(8)
+        left = Signal(range(_FRAME_BITS + 1))
+        wait = Signal(range(self.clocks_per_bit))
+        shift = Signal(8)
         waiting = Signal()  # For the end of a break.
 
         m.submodules.synchronizer = FFSynchronizer(self.rx, line, init=1)
@@ -224,7 +224,7 @@ class Uart(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        m.submodules.receiver    = receiver    = UartReceiver(self.config.clocks_per_bit)
+        m.submodules.receiver = receiver = UartReceiver(self.config.clocks_per_bit)
         m.submodules.transmitter = transmitter = UartTransmitter(self.config.clocks_per_bit)
 
         m.d.comb += [

@@ -15,8 +15,17 @@ from host.planners.routes.programming import best_by_sum, best_by_whole, segment
 from host.planners.routes.spline import sample
 
 
-__all__ = ["ENDS", "SAMPLES", "WEIGHTS", "AuvField", "Base", "control_polygon", "delta",
-           "route_terms", "whole_angle"]
+__all__ = [
+    "ENDS",
+    "SAMPLES",
+    "WEIGHTS",
+    "AuvField",
+    "Base",
+    "control_polygon",
+    "delta",
+    "route_terms",
+    "whole_angle",
+]
 
 #: Start and goal (section V).
 ENDS = (-0.25, -0.50), (0.25, 0.50)
@@ -75,13 +84,19 @@ class AuvField:
     """
 
     def __init__(
-        self, landscape: int, *, reading: str = READINGS[0], samples: int = SAMPLES,
+        self,
+        landscape: int,
+        *,
+        reading: str = READINGS[0],
+        samples: int = SAMPLES,
         in_space: bool = False,
     ) -> None:
         check_reading(reading)
         if not _FEWEST_SAMPLES <= samples <= _MOST_SAMPLES:
-            raise InputError(f"The samples of a segment must be from {_FEWEST_SAMPLES} to "
-                             f"{_MOST_SAMPLES}, not {samples}.")
+            raise InputError(
+                f"The samples of a segment must be from {_FEWEST_SAMPLES} to "
+                f"{_MOST_SAMPLES}, not {samples}."
+            )
         self.landscape = landscape
         self.reading = reading
         self.samples = samples
@@ -127,8 +142,11 @@ class AuvField:
     def whole_terms(self, route: Route, samples: int | None = None) -> Floats:
         """v1, v2 and v3 of a whole route, (3,), with ``samples`` as for :meth:`measure`."""
         segments = route.segments
-        return route_terms(segments.terms if samples is None else
-                           self.measure(segments.control, segments.counts, samples))
+        return route_terms(
+            segments.terms
+            if samples is None
+            else self.measure(segments.control, segments.counts, samples)
+        )
 
 
 def delta(terms: Floats) -> Floats:
@@ -156,6 +174,7 @@ def whole_angle(route: Route) -> float:
 def control_polygon(route: Route) -> Floats:
     """The control points of a route in a row, crossover points once, (n, 2)."""
     segments = route.segments
-    inner = (control[1:count]
-             for control, count in zip(segments.control, segments.counts, strict=True))
+    inner = (
+        control[1:count] for control, count in zip(segments.control, segments.counts, strict=True)
+    )
     return np.concatenate([route.points[:1], *inner])

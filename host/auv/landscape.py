@@ -19,7 +19,7 @@ LANDSCAPES = {
     1: (0.5, 1.3, -0.3, 3.0, -2.0),
     2: (1.2, 0.8, -1.7, 1.0, -1.0),
 }
-_GRID = 2001                    # Nodes per side of the grid whose maximum becomes 1.
+_GRID = 2001  # Nodes per side of the grid whose maximum becomes 1.
 
 Floats = NDArray[np.float64]
 
@@ -47,8 +47,9 @@ def scale(landscape: int) -> float:
         If there is no such landscape.
     """
     if landscape not in LANDSCAPES:
-        raise InputError(f"The landscape must be one of {', '.join(map(str, LANDSCAPES))}, not "
-                         f"{landscape}.")
+        raise InputError(
+            f"The landscape must be one of {', '.join(map(str, LANDSCAPES))}, not {landscape}."
+        )
     side = np.linspace(-HALF_SIDE, HALF_SIDE, _GRID)
     return 1.0 / float(raw_height(landscape, side[None, :], side[:, None]).max())
 

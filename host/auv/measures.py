@@ -58,7 +58,11 @@ def least_angle(control: Floats, count: int) -> float:
 
 @allocating
 def measure(
-    control: Floats, counts: Counts, points: Floats, bed: Seabed, in_space: bool,
+    control: Floats,
+    counts: Counts,
+    points: Floats,
+    bed: Seabed,
+    in_space: bool,
 ) -> Floats:
     """Length, ``1 - least angle / pi`` and greatest elevation rate: equations (4) to (6).
 

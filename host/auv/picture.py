@@ -50,7 +50,10 @@ def write(field: AuvField, route: Route, summary: dict[str, Any], file: Path) ->
     figure.suptitle(
         f"Landscape {field.landscape}, {summary['planner']} ({field.reading}), seed "
         f"{summary['seed']}: delta {summary['delta']:.3f} at {field.samples} samples a segment, "
-        f"{fine['delta']:.3f} at {REPORT_SAMPLES}", color=TEXT, weight="bold")
+        f"{fine['delta']:.3f} at {REPORT_SAMPLES}",
+        color=TEXT,
+        weight="bold",
+    )
     with replacing(file) as binary:
         figure.savefig(binary, format="png", dpi=150)
 
@@ -58,24 +61,56 @@ def write(field: AuvField, route: Route, summary: dict[str, Any], file: Path) ->
 def _draw_map(axes: Axes, field: AuvField, route: Route) -> None:
     side = np.linspace(-HALF_SIDE, HALF_SIDE, _NODES)
     land = height(field.landscape, side[None, :], side[:, None])
-    image = axes.imshow(land, origin="lower", cmap=LAND, vmin=0, vmax=1,
-                        extent=(-HALF_SIDE, HALF_SIDE, -HALF_SIDE, HALF_SIDE))
-    axes.contour(side, side, land, levels=np.arange(0.1, 1, 0.1), colors=TEXT, linewidths=0.3,
-                 alpha=0.5)
+    image = axes.imshow(
+        land,
+        origin="lower",
+        cmap=LAND,
+        vmin=0,
+        vmax=1,
+        extent=(-HALF_SIDE, HALF_SIDE, -HALF_SIDE, HALF_SIDE),
+    )
+    axes.contour(
+        side, side, land, levels=np.arange(0.1, 1, 0.1), colors=TEXT, linewidths=0.3, alpha=0.5
+    )
     axes.figure.colorbar(image, ax=axes, shrink=0.7, label="height of the seabed")
     segments = route.segments
     curves = sample(segments.control, segments.counts, REPORT_SAMPLES).reshape(-1, 2)
     axes.plot(*curves.T, color=PATH, linewidth=2.4, path_effects=halo(1.2), label="path")
     polygon = control_polygon(route)
-    axes.plot(*polygon.T, color=TEXT, linewidth=0.8, linestyle=":", marker=".", markersize=6,
-              label="control points")
+    axes.plot(
+        *polygon.T,
+        color=TEXT,
+        linewidth=0.8,
+        linestyle=":",
+        marker=".",
+        markersize=6,
+        label="control points",
+    )
     if len(route.points) > 2:
-        axes.plot(*route.points[1:-1].T, linestyle="", marker="o", markerfacecolor="white",
-                  markeredgecolor=PATH, markersize=7, label="crossover points")
+        axes.plot(
+            *route.points[1:-1].T,
+            linestyle="",
+            marker="o",
+            markerfacecolor="white",
+            markeredgecolor=PATH,
+            markersize=7,
+            label="crossover points",
+        )
     for point, marker, colour, size, name in (
-            (route.points[0], "o", START, 11, "start"), (route.points[-1], "*", GOAL, 18, "goal")):
-        axes.plot(*point, marker=marker, color=colour, markersize=size, markeredgecolor=TEXT,
-                  linestyle="", label=name, clip_on=False, zorder=9)
+        (route.points[0], "o", START, 11, "start"),
+        (route.points[-1], "*", GOAL, 18, "goal"),
+    ):
+        axes.plot(
+            *point,
+            marker=marker,
+            color=colour,
+            markersize=size,
+            markeredgecolor=TEXT,
+            linestyle="",
+            label=name,
+            clip_on=False,
+            zorder=9,
+        )
     axes.set(xlabel="x", ylabel="y")
 
 
@@ -84,12 +119,18 @@ def _draw_seabed(axes: Axes, field: AuvField, route: Route) -> None:
     control, counts = route.segments.control, route.segments.counts
     along = np.linspace(0, 1, REPORT_SAMPLES)
     begin = 0.0
-    for curve, coarse in zip(sample(control, counts, REPORT_SAMPLES),
-                             sample(control, counts, field.samples), strict=True):
+    for curve, coarse in zip(
+        sample(control, counts, REPORT_SAMPLES), sample(control, counts, field.samples), strict=True
+    ):
         gone = begin + np.concatenate(([0], np.cumsum(np.hypot(*np.diff(curve, axis=0).T))))
         axes.plot(gone, height(field.landscape, *curve.T), color=GROUND)
-        axes.plot(np.interp(np.linspace(0, 1, field.samples), along, gone),
-                  height(field.landscape, *coarse.T), color=PATH, linestyle="", marker=".")
+        axes.plot(
+            np.interp(np.linspace(0, 1, field.samples), along, gone),
+            height(field.landscape, *coarse.T),
+            color=PATH,
+            linestyle="",
+            marker=".",
+        )
         begin = gone[-1]
     axes.set(xlim=(0, begin), ylim=(0, None), xlabel="distance", ylabel="height of the seabed")
     axes.set_title("Along the path; dots: what the search has read", loc="left", fontsize=10)

@@ -23,8 +23,7 @@ from host.planners.routes.search import (
 )
 
 
-__all__ = ["GENERATIONS", "REPORT_SAMPLES", "describe", "evolve", "history",
-           "terms"]
+__all__ = ["GENERATIONS", "REPORT_SAMPLES", "describe", "evolve", "history", "terms"]
 
 #: Table II.
 GENERATIONS = 100
@@ -33,7 +32,11 @@ REPORT_SAMPLES = 1001
 
 
 def evolve(
-    field: AuvField, planner: str, *, draws: str = KINDS[0], added: int = ADDED_POINTS,
+    field: AuvField,
+    planner: str,
+    *,
+    draws: str = KINDS[0],
+    added: int = ADDED_POINTS,
     seed: int = 0,
 ) -> Iterator[Generation]:
     """Yield every generation, from the first on, without end.
@@ -57,14 +60,17 @@ def evolve(
         If there is no such planner, or a parameter is outside its range.
     """
     kinds: dict[str, type[DeterministicSearch | ConventionalSearch]] = dict(
-        zip(PLANNERS, (DeterministicSearch, ConventionalSearch), strict=True))
+        zip(PLANNERS, (DeterministicSearch, ConventionalSearch), strict=True)
+    )
     if planner not in kinds:
-        raise InputError(f"The planner of the AUV problem must be one of {', '.join(kinds)}, not "
-                         f"{planner!r}.")
+        raise InputError(
+            f"The planner of the AUV problem must be one of {', '.join(kinds)}, not {planner!r}."
+        )
     if not 0 <= seed < 1 << 64:
         raise InputError(f"The seed must be from 0 to 2**64 - 1, not {seed}.")
     search: Search = kinds[planner](
-        field, Draws(Base(), draws), np.random.default_rng(seed), added=added)
+        field, Draws(Base(), draws), np.random.default_rng(seed), added=added
+    )
     return (search.step() for _ in itertools.count())
 
 
@@ -72,14 +78,19 @@ def terms(field: AuvField, route: Route, samples: int | None = None) -> dict[str
     """Delta of a whole route and what it is made of, with ``samples`` a segment if given."""
     whole = field.whole_terms(route, samples)
     length, turning, rate = whole.tolist()
-    return {"delta": float(delta(whole)), "path_length": length, "elevation_rate": rate,
-            "minimum_turn_deg": 180 * (1 - turning)}
+    return {
+        "delta": float(delta(whole)),
+        "path_length": length,
+        "elevation_rate": rate,
+        "minimum_turn_deg": 180 * (1 - turning),
+    }
 
 
 def history(field: AuvField, routes: Sequence[Route]) -> list[list[float]]:
     """Generation, from 1 on, and the values of :func:`terms` of what was kept."""
-    return [[generation, *terms(field, route).values()]
-            for generation, route in enumerate(routes, 1)]
+    return [
+        [generation, *terms(field, route).values()] for generation, route in enumerate(routes, 1)
+    ]
 
 
 def describe(field: AuvField, routes: Sequence[Route]) -> dict[str, Any]:
@@ -101,7 +112,9 @@ def describe(field: AuvField, routes: Sequence[Route]) -> dict[str, Any]:
         "minimum_turn_at_crossover_deg": math.degrees(whole_angle(best)),
         f"at_{REPORT_SAMPLES}_samples": terms(field, best, REPORT_SAMPLES),
         "crossover_points": best.points.tolist(),
-        "control_points": [control[:count].tolist() for control, count in zip(
-            segments.control, segments.counts, strict=True)],
+        "control_points": [
+            control[:count].tolist()
+            for control, count in zip(segments.control, segments.counts, strict=True)
+        ],
         "history": history(field, routes),
     }

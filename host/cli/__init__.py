@@ -62,8 +62,11 @@ def _run(arguments: list[str], debug: bool) -> int:
         _complain("Interrupted before the end.", debug)
         return interrupts.status()
     except Exception as error:
-        _complain(f"Internal error, {type(error).__name__}: {error}; "
-                  "--debug shows where, please report it.", debug)
+        _complain(
+            f"Internal error, {type(error).__name__}: {error}; "
+            "--debug shows where, please report it.",
+            debug,
+        )
         return 1
 
 
@@ -71,13 +74,17 @@ def _parsed(arguments: list[str]) -> argparse.Namespace:
     try:
         return build_parser().parse_args(_join_numbers(arguments))
     except SystemExit:
-        sys.stdout.flush()              # After --help and --version, which are printed by then.
+        sys.stdout.flush()  # After --help and --version, which are printed by then.
         raise
 
 
 def _warn(
-    message: Warning | str, category: type[Warning], filename: str, lineno: int,
-    file: TextIO | None = None, line: str | None = None,
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
 ) -> None:
     print(f"pathgene: {message}", file=sys.stderr)
 

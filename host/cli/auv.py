@@ -34,8 +34,11 @@ def run(args: argparse.Namespace) -> int:
     if generations < 1:
         raise InputError(f"The number of generations must be 1 or more, not {generations}.")
     field = AuvField(
-        args.landscape, reading=args.reading or READINGS[0],
-        samples=SAMPLES if args.samples is None else args.samples, in_space=args.length == "3d")
+        args.landscape,
+        reading=args.reading or READINGS[0],
+        samples=SAMPLES if args.samples is None else args.samples,
+        in_space=args.length == "3d",
+    )
     draws = args.draws or KINDS[0]
     added = ADDED_POINTS if args.added_points is None else args.added_points
     search = evolve(field, args.planner, draws=draws, added=added, seed=args.seed)
@@ -50,8 +53,11 @@ def run(args: argparse.Namespace) -> int:
             try:
                 for generation in itertools.islice(search, generations):
                     routes.append(generation.best)
-                    progress.update(len(routes), 1 / field.cost(generation.best),
-                                    float(generation.fitness.mean()))
+                    progress.update(
+                        len(routes),
+                        1 / field.cost(generation.best),
+                        float(generation.fitness.mean()),
+                    )
                     if stop.requested:
                         break
             except KeyboardInterrupt:
@@ -61,9 +67,16 @@ def run(args: argparse.Namespace) -> int:
                 stop.heeded = True
         interrupted = stop.requested
         summary = {
-            "pathgene": version(), "planner": args.planner, "draws": draws, "added_points": added,
-            "seed": args.seed, "generations": len(routes), "interrupted": interrupted,
-            "seconds": time.perf_counter() - started, **describe(field, routes)}
+            "pathgene": version(),
+            "planner": args.planner,
+            "draws": draws,
+            "added_points": added,
+            "seed": args.seed,
+            "generations": len(routes),
+            "interrupted": interrupted,
+            "seconds": time.perf_counter() - started,
+            **describe(field, routes),
+        }
         written = _write(directory, field, routes[-1], summary)
     if args.json:
         print_json(summary)
@@ -76,7 +89,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _write(
-    directory: Path, field: AuvField, route: Route, summary: dict[str, Any],
+    directory: Path,
+    field: AuvField,
+    route: Route,
+    summary: dict[str, Any],
 ) -> list[Path]:
     from host.auv.picture import write
 
@@ -85,23 +101,33 @@ def _write(
         write_json(written[0], summary)
         write(field, route, summary, written[1])
     except OSError as error:
-        raise InputError(f"Cannot write to the directory {str(directory)!r} "
-                         f"({error.strerror or error}); give another with --out.") from None
+        raise InputError(
+            f"Cannot write to the directory {str(directory)!r} "
+            f"({error.strerror or error}); give another with --out."
+        ) from None
     return written
 
 
 def _print(summary: dict[str, Any], written: list[Path]) -> None:
     fine = summary[f"at_{REPORT_SAMPLES}_samples"]
-    names = {"delta": "delta", "path_length": "path length", "elevation_rate": "elevation rate",
-             "minimum_turn_deg": "minimum turn, degrees"}
-    print_pairs([
-        ("planner", f"{summary['planner']}, reading {summary['reading']}, draws "
-                    f"{summary['draws']}"),
-        ("samples of a segment", f"{summary['samples']}, and {REPORT_SAMPLES}"),
-        *((text, f"{summary[name]:.4f}, and {fine[name]:.4f}") for name, text in names.items()),
-        ("  crossover points too", f"{summary['minimum_turn_at_crossover_deg']:.4f}"),
-        ("crossover points", f"{len(summary['crossover_points'])}, start and goal included"),
-        ("generations", f"{summary['generations']}"),
-        ("time", f"{summary['seconds']:.2f} s"),
-        *(("written", str(path)) for path in written),
-    ])
+    names = {
+        "delta": "delta",
+        "path_length": "path length",
+        "elevation_rate": "elevation rate",
+        "minimum_turn_deg": "minimum turn, degrees",
+    }
+    print_pairs(
+        [
+            (
+                "planner",
+                f"{summary['planner']}, reading {summary['reading']}, draws {summary['draws']}",
+            ),
+            ("samples of a segment", f"{summary['samples']}, and {REPORT_SAMPLES}"),
+            *((text, f"{summary[name]:.4f}, and {fine[name]:.4f}") for name, text in names.items()),
+            ("  crossover points too", f"{summary['minimum_turn_at_crossover_deg']:.4f}"),
+            ("crossover points", f"{len(summary['crossover_points'])}, start and goal included"),
+            ("generations", f"{summary['generations']}"),
+            ("time", f"{summary['seconds']:.2f} s"),
+            *(("written", str(path)) for path in written),
+        ]
+    )

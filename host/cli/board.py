@@ -26,10 +26,14 @@ def info(args: argparse.Namespace) -> int:
     if args.json:
         print_json(report)
     else:
-        print_pairs([
-            ("board", args.board), ("build id", report["build_id"]),
-            ("protocol version", str(report["protocol"])),
-            *((name, str(value)) for name, value in report["config"].items())])
+        print_pairs(
+            [
+                ("board", args.board),
+                ("build id", report["build_id"]),
+                ("protocol version", str(report["protocol"])),
+                *((name, str(value)) for name, value in report["config"].items()),
+            ]
+        )
     return 0
 
 
@@ -38,8 +42,9 @@ def serve(args: argparse.Namespace) -> int:
     if not args.pty:
         _check_address(args.listen)
     if args.board.partition(":")[0] != "sim":
-        raise InputError(f"Only a simulated board can be served, sim: with its options, not "
-                         f"{args.board!r}.")
+        raise InputError(
+            f"Only a simulated board can be served, sim: with its options, not {args.board!r}."
+        )
     with start_simulated(args.board, listen=args.listen, pty=args.pty, keep=True) as board:
         if args.json:
             print_json({"board": args.board, "url": board.url, "pid": board.pid})
@@ -50,8 +55,10 @@ def serve(args: argparse.Namespace) -> int:
             status = board.wait()
         except KeyboardInterrupt:
             return 0
-        raise JobError(f"The simulated board ended by itself with status {status}: "
-                       f"{board.log().strip() or 'it said nothing'}.")
+        raise JobError(
+            f"The simulated board ended by itself with status {status}: "
+            f"{board.log().strip() or 'it said nothing'}."
+        )
 
 
 def _check_address(text: str) -> None:
@@ -65,5 +72,6 @@ def _check_address(text: str) -> None:
             trial.bind((host, int(port)))
     except OSError as error:
         reason = error.strerror or "unknown reason"
-        raise InputError(f"Nothing can listen at {text!r} ({reason}); give another "
-                         "--listen.") from None
+        raise InputError(
+            f"Nothing can listen at {text!r} ({reason}); give another --listen."
+        ) from None

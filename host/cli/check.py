@@ -41,14 +41,22 @@ def run(args: argparse.Namespace) -> int:
     terrain = load_terrain(args)
     path = _path(file, summary, terrain)
     problem = Problem(
-        terrain, tuple(path[0].tolist()), tuple(path[-1].tolist()), _uav(args, summary),
-        _zones(args, summary, terrain), args.wind or (0.0, 0.0), args.ds)
+        terrain,
+        tuple(path[0].tolist()),
+        tuple(path[-1].tolist()),
+        _uav(args, summary),
+        _zones(args, summary, terrain),
+        args.wind or (0.0, 0.0),
+        args.ds,
+    )
     _check_ends(args, problem)
 
     evaluator = Evaluator(problem)
     evaluation = evaluator.evaluate(path)
     report = {
-        "pathgene": version(), **terms(evaluation), "waypoints": path.tolist(),
+        "pathgene": version(),
+        **terms(evaluation),
+        "waypoints": path.tolist(),
         **describe_problem(evaluator, source_of(args)),
     }
     if args.json:
@@ -65,7 +73,7 @@ def _summary(file: Path) -> dict[str, Any] | None:
     try:
         document = json.loads(file.read_text("utf-8"))
     except (OSError, ValueError, RecursionError):
-        return None                     # Whoever reads the path will say what is wrong.
+        return None  # Whoever reads the path will say what is wrong.
     is_summary = isinstance(document, dict) and "waypoints" in document
     return document if is_summary else None
 
@@ -85,8 +93,10 @@ def _take_options(args: argparse.Namespace, summary: dict[str, Any], file: Path)
         args.wind = args.wind or tuple(map(float, summary["wind"]))
         args.ds = float(summary["ds_m"]) if args.ds is None else args.ds
     except (KeyError, TypeError, ValueError):
-        raise InputError(f"{file}: the summary does not say how its path was evaluated; give "
-                         "--terrain and the other options.") from None
+        raise InputError(
+            f"{file}: the summary does not say how its path was evaluated; give "
+            "--terrain and the other options."
+        ) from None
 
 
 def _path(file: Path, summary: dict[str, Any] | None, terrain: Terrain) -> NDArray[np.float64]:
@@ -110,7 +120,9 @@ def _uav(args: argparse.Namespace, summary: dict[str, Any] | None) -> Uav:
 
 
 def _zones(
-    args: argparse.Namespace, summary: dict[str, Any] | None, terrain: Terrain,
+    args: argparse.Namespace,
+    summary: dict[str, Any] | None,
+    terrain: Terrain,
 ) -> tuple[Zone, ...]:
     """Zones given here; without any, those of the summary."""
     given = load_zones(args, terrain)
@@ -131,8 +143,11 @@ def _check_ends(args: argparse.Namespace, problem: Problem) -> None:
         own = getattr(problem, name)
         if args.agl:
             raise_to = Problem.from_agl(
-                problem.terrain, given if name == "start" else problem.start, problem.goal,
-                problem.uav)
+                problem.terrain,
+                given if name == "start" else problem.start,
+                problem.goal,
+                problem.uav,
+            )
             given = getattr(raise_to, name)
         if not np.allclose(given, own, rtol=0, atol=_SAME_END_M):
             raise InputError(f"The {name} of the path is {own}, not {given}; leave --{name} out.")

@@ -40,8 +40,10 @@ _SMALLEST_P = 1e-99
 def run(args: argparse.Namespace) -> int:
     """Do the runs that are missing, write the report and print its tables."""
     entrants = parse_entrants(
-        args.planners, {name: getattr(args, name) for name in SEARCH},
-        own_options(args, *planner_names(args.planners)))
+        args.planners,
+        {name: getattr(args, name) for name in SEARCH},
+        own_options(args, *planner_names(args.planners)),
+    )
     seeds = _seeds(args, entrants)
     jobs = _jobs(args, entrants)
     problem = make_problem(args)
@@ -50,8 +52,13 @@ def run(args: argparse.Namespace) -> int:
     with RunStore(directory, problem_digest(problem)) as store:
         fields = kept(store, entrants, seeds)
         try:
-            complete(fields, seeds, store,
-                     functools.partial(_execute, problem, args.scheduler, jobs), sys.stderr)
+            complete(
+                fields,
+                seeds,
+                store,
+                functools.partial(_execute, problem, args.scheduler, jobs),
+                sys.stderr,
+            )
             if any(part.records for part in fields):
                 report = document(problem, source_of(args), fields, seeds)
                 written = [store.path, *write_report(directory, report, warn=note)]
@@ -61,14 +68,19 @@ def run(args: argparse.Namespace) -> int:
                     _print(report, written)
         except KeyboardInterrupt:
             done = sum(len(part.records) for part in fields)
-            note(f"Interrupted; {done} of {len(fields) * len(seeds)} runs are kept in "
-                 f"{store.path}, the same command goes on.")
+            note(
+                f"Interrupted; {done} of {len(fields) * len(seeds)} runs are kept in "
+                f"{store.path}, the same command goes on."
+            )
             return interrupts.status()
     return _status(fields, seeds)
 
 
 def _execute(
-    problem: Problem, scheduler: str | None, jobs: int, tasks: Sequence[Task],
+    problem: Problem,
+    scheduler: str | None,
+    jobs: int,
+    tasks: Sequence[Task],
 ) -> Generator[Outcome]:
     jobs = min(jobs, len(tasks))
     if scheduler is None:
@@ -80,7 +92,7 @@ def _seeds(args: argparse.Namespace, entrants: Sequence[Entrant]) -> range:
     if args.runs < 1:
         raise InputError(f"The number of runs must be 1 or more, not {args.runs}.")
     for seed in (args.seed, args.seed + args.runs - 1):
-        dataclasses.replace(entrants[0].options, seed=seed)         # Refuses a bad one.
+        dataclasses.replace(entrants[0].options, seed=seed)  # Refuses a bad one.
     return range(args.seed, args.seed + args.runs)
 
 
@@ -90,8 +102,10 @@ def _jobs(args: argparse.Namespace, entrants: Sequence[Entrant]) -> int:
         raise InputError(f"The number of jobs must be 1 or more, not {args.jobs}.")
     on_boards = [entrant.label for entrant in entrants if entrant.has_hardware]
     if on_boards and args.scheduler is not None:
-        raise InputError(f"{on_boards[0]}: a board at this machine cannot be reached from a "
-                         "cluster; leave --scheduler out.")
+        raise InputError(
+            f"{on_boards[0]}: a board at this machine cannot be reached from a "
+            "cluster; leave --scheduler out."
+        )
     if on_boards and (args.jobs or 1) > 1:
         raise InputError(f"{on_boards[0]}: a board serves one run at a time; give --jobs 1.")
     if args.jobs is not None and args.scheduler not in (None, LOCAL):
@@ -111,14 +125,20 @@ def _status(fields: Sequence[Field], seeds: Sequence[int]) -> int:
 
 
 def _print(report: dict[str, Any], written: Sequence[Path]) -> None:
-    print_table([
-        ("planner", "runs", "feasible", "mean F", "std", "best F", "seconds", "evaluations"),
-        *(_row(planner["label"], planner["statistics"]) for planner in report["planners"])])
+    print_table(
+        [
+            ("planner", "runs", "feasible", "mean F", "std", "best F", "seconds", "evaluations"),
+            *(_row(planner["label"], planner["statistics"]) for planner in report["planners"]),
+        ]
+    )
     print()
     if report["pairs"]:
-        print_table([
-            ("pair", "difference of means", "Welch p", "Mann-Whitney p", "first better"),
-            *(_pair_row(pair) for pair in report["pairs"])])
+        print_table(
+            [
+                ("pair", "difference of means", "Welch p", "Mann-Whitney p", "first better"),
+                *(_pair_row(pair) for pair in report["pairs"]),
+            ]
+        )
         print()
     print(_explanation(report))
     print()
@@ -128,16 +148,23 @@ def _print(report: dict[str, Any], written: Sequence[Path]) -> None:
 def _row(label: str, statistics: dict[str, Any]) -> tuple[str, ...]:
     fitness = statistics["fitness"]
     return (
-        label, str(statistics["runs"]), _number(statistics["feasible_share"], ".0%"),
+        label,
+        str(statistics["runs"]),
+        _number(statistics["feasible_share"], ".0%"),
         *(_number(fitness[key], ".4f") for key in ("mean", "std", "best")),
         _number(statistics["seconds"]["mean"], ".3f"),
-        _number(statistics["evaluations"], ".0f"))
+        _number(statistics["evaluations"], ".0f"),
+    )
 
 
 def _pair_row(pair: dict[str, Any]) -> tuple[str, ...]:
-    return (" - ".join(pair["planners"]), _number(pair["mean_difference"], "+.4f"),
-            _p_value(pair["welch"]), _p_value(pair["mann_whitney"]),
-            _number(pair["superiority"], ".0%"))
+    return (
+        " - ".join(pair["planners"]),
+        _number(pair["mean_difference"], "+.4f"),
+        _p_value(pair["welch"]),
+        _p_value(pair["mann_whitney"]),
+        _number(pair["superiority"], ".0%"),
+    )
 
 
 def _number(value: float | None, form: str) -> str:
@@ -152,13 +179,21 @@ def _p_value(test: dict[str, Any]) -> str:
 
 def _explanation(report: dict[str, Any]) -> str:
     first, last = report["seeds"]
-    lines = ["F of all runs, infeasible ones included; feasible by the strict rule; seconds and "
-             "evaluations are means.",
-             f"Seeds {first} to {last} for every planner. A seed means other numbers to another "
-             "planner: runs are not paired."]
+    lines = [
+        "F of all runs, infeasible ones included; feasible by the strict rule; seconds and "
+        "evaluations are means.",
+        f"Seeds {first} to {last} for every planner. A seed means other numbers to another "
+        "planner: runs are not paired.",
+    ]
     if report["pairs"]:
-        lines.append("p two-sided" + (
-            f", not corrected for the {len(report['pairs'])} pairs"
-            if len(report["pairs"]) > 1 else "") + "; first better: chance that a run of the "
-            "first is better than one of the second.")
+        lines.append(
+            "p two-sided"
+            + (
+                f", not corrected for the {len(report['pairs'])} pairs"
+                if len(report["pairs"]) > 1
+                else ""
+            )
+            + "; first better: chance that a run of the "
+            "first is better than one of the second."
+        )
     return "\n".join(lines)

@@ -16,8 +16,11 @@ def own_options(args: argparse.Namespace, *planners: str) -> dict[str, Any]:
     """Those that were given and that one of ``planners`` has; says so if none has it."""
     given = {name: getattr(args, name) for name in OPTIONS if getattr(args, name) is not None}
     # Of a planner that there is not, whoever makes it will speak.
-    known = {name for planner in planners
-             for name in (PLANNERS[planner].options if planner in PLANNERS else given)}
+    known = {
+        name
+        for planner in planners
+        for name in (PLANNERS[planner].options if planner in PLANNERS else given)
+    }
     names = " or ".join(dict.fromkeys(planners))
     for name in sorted(set(given) - known):
         note(f"--{name.replace('_', '-')} means nothing to {names} and is ignored.")

@@ -41,8 +41,14 @@ def term_pairs(summary: dict[str, Any]) -> list[tuple[str, str]]:
     """The terms of a path as names and texts with units."""
     clearance = summary["minimum_clearance_m"]
     return [
-        ("feasible", "yes" if summary["feasible"] else
-         "no, only between the samples not" if summary["feasible_at_ds"] else "no"),
+        (
+            "feasible",
+            "yes"
+            if summary["feasible"]
+            else "no, only between the samples not"
+            if summary["feasible_at_ds"]
+            else "no",
+        ),
         ("fitness", f"{summary['fitness']:.6f}"),
         ("penalty", f"{summary['penalty']:.1f} m"),
         ("  under terrain", f"{summary['distance_under_terrain_m']:.1f} m"),

@@ -35,8 +35,12 @@ def run(args: argparse.Namespace) -> int:
     if generations is None:
         generations = PLANNERS[args.planner].generations
     options = Options(
-        generations=generations, time_limit_s=args.time_limit,
-        target_fitness=args.target_fitness, population=args.population, seed=args.seed)
+        generations=generations,
+        time_limit_s=args.time_limit,
+        target_fitness=args.target_fitness,
+        population=args.population,
+        seed=args.seed,
+    )
     evaluator = Evaluator(make_problem(args))
     directory = Path(args.out)
     prepare_directory(directory)
@@ -48,8 +52,14 @@ def run(args: argparse.Namespace) -> int:
         with contextlib.closing(progress):
             result = planner.plan(evaluator, options, progress, stop)
         stop.heeded = True
-        summary = summarise(evaluator, result, planner=args.planner, board=board, seed=args.seed,
-                            source=source_of(args))
+        summary = summarise(
+            evaluator,
+            result,
+            planner=args.planner,
+            board=board,
+            seed=args.seed,
+            source=source_of(args),
+        )
         written = write_report(directory, evaluator, result, summary, warn=note)
     if args.json:
         print_json(summary)
@@ -66,22 +76,26 @@ def _status(result: Result) -> int:
     if result.failure is not None:
         raise JobError(f"{result.failure.rstrip('.')}; what was best until then is written.")
     if not result.evaluation.feasible:
-        raise JobError("No feasible path was found, the best one is written; try more "
-                       "--generations, another --seed, or move start and goal.")
+        raise JobError(
+            "No feasible path was found, the best one is written; try more "
+            "--generations, another --seed, or move start and goal."
+        )
     return 0
 
 
 def _print(summary: dict[str, Any], written: list[Path]) -> None:
-    print_pairs([
-        ("planner", summary["planner"]),
-        ("board", summary["board"] or "none"),
-        *term_pairs(summary),
-        ("generations", f"{summary['generations']}"),
-        ("evaluations", f"{summary['evaluations']}"),
-        *_counted(summary["hardware"] or {}),
-        ("time", f"{summary['seconds']['total']:.2f} s"),
-        *(("written", str(path)) for path in written),
-    ])
+    print_pairs(
+        [
+            ("planner", summary["planner"]),
+            ("board", summary["board"] or "none"),
+            *term_pairs(summary),
+            ("generations", f"{summary['generations']}"),
+            ("evaluations", f"{summary['evaluations']}"),
+            *_counted(summary["hardware"] or {}),
+            ("time", f"{summary['seconds']['total']:.2f} s"),
+            *(("written", str(path)) for path in written),
+        ]
+    )
 
 
 def _counted(hardware: dict[str, Any]) -> list[tuple[str, str]]:
@@ -91,7 +105,9 @@ def _counted(hardware: dict[str, Any]) -> list[tuple[str, str]]:
     refuted = sum(counted["refuted_by"].values())
     return [
         ("counted on board", f"{counted['counted_on_board']} paths"),
-        ("  evaluated in full", f"{counted['evaluated_in_full']}, of which {refuted} were counted "
-         "feasible and are not"),
+        (
+            "  evaluated in full",
+            f"{counted['evaluated_in_full']}, of which {refuted} were counted feasible and are not",
+        ),
         ("  samples saved", f"{counted['host_samples_saved']}"),
     ]

@@ -41,7 +41,9 @@ def load_zones(args: argparse.Namespace, terrain: Terrain) -> tuple[Zone, ...]:
 
 
 def end_point(
-    args: argparse.Namespace, name: str, terrain: Terrain,
+    args: argparse.Namespace,
+    name: str,
+    terrain: Terrain,
 ) -> tuple[float, float, float] | None:
     """Start or goal in local metres; the third number is as it was given."""
     local: tuple[float, float, float] | None = getattr(args, name)
@@ -67,12 +69,15 @@ def make_problem(args: argparse.Namespace) -> Problem:
     terrain = load_terrain(args)
     start, goal = _needed(args, "start", terrain), _needed(args, "goal", terrain)
     make = Problem.from_agl if args.agl else Problem
-    return make(terrain, start, goal, uav, load_zones(args, terrain), args.wind or (0.0, 0.0),
-                args.ds)
+    return make(
+        terrain, start, goal, uav, load_zones(args, terrain), args.wind or (0.0, 0.0), args.ds
+    )
 
 
 def _needed(
-    args: argparse.Namespace, name: str, terrain: Terrain,
+    args: argparse.Namespace,
+    name: str,
+    terrain: Terrain,
 ) -> tuple[float, float, float]:
     point = end_point(args, name, terrain)
     if point is None:

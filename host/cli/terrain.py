@@ -64,15 +64,19 @@ def _print(report: dict[str, Any]) -> None:
     elevation = report["elevation_m"]
     rows, columns = report["shape"]
     corners = report["corners"] or {}
-    print_pairs([
-        ("name", report["name"]),
-        ("nodes", f"{rows} from south to north, {columns} from west to east"),
-        ("cell", f"{report['dx_m']:g} x {report['dy_m']:g} m"),
-        ("extent", f"{report['width_m']:g} x {report['height_m']:g} m"),
-        ("heights", f"{elevation['min']:g} to {elevation['max']:g} m, mean "
-                    f"{elevation['mean']:.1f} m"),
-        ("voids", f"{report['voids']} nodes, {report['void_share']:.2%}"),
-        ("CRS", report["crs"] or "none"),
-        *((f"corner {name}", f"{lat:.6f}, {lon:.6f}") for name, (lat, lon) in corners.items()),
-        ("source", report["source"]),
-    ])
+    print_pairs(
+        [
+            ("name", report["name"]),
+            ("nodes", f"{rows} from south to north, {columns} from west to east"),
+            ("cell", f"{report['dx_m']:g} x {report['dy_m']:g} m"),
+            ("extent", f"{report['width_m']:g} x {report['height_m']:g} m"),
+            (
+                "heights",
+                f"{elevation['min']:g} to {elevation['max']:g} m, mean {elevation['mean']:.1f} m",
+            ),
+            ("voids", f"{report['voids']} nodes, {report['void_share']:.2%}"),
+            ("CRS", report["crs"] or "none"),
+            *((f"corner {name}", f"{lat:.6f}, {lon:.6f}") for name, (lat, lon) in corners.items()),
+            ("source", report["source"]),
+        ]
+    )

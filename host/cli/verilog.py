@@ -23,8 +23,9 @@ def run(args: argparse.Namespace) -> int:
     fields = [field.name for field in dataclasses.fields(Config)]
     for key, _ in args.set:
         if key not in fields:
-            raise InputError(f"The configuration has no field {key!r}; the fields are "
-                             f"{', '.join(fields)}.")
+            raise InputError(
+                f"The configuration has no field {key!r}; the fields are {', '.join(fields)}."
+            )
     try:
         config = Config().replace(**{key: _value(value) for key, value in args.set})
     except (TypeError, ValueError) as error:
@@ -35,11 +36,22 @@ def run(args: argparse.Namespace) -> int:
     with output_file(file) as binary:
         binary.write(text)
     if args.json:
-        print_json({"top": args.top, "file": str(file), "bytes": len(text),
-                    "build_id": f"{config.build_id:08x}"})
+        print_json(
+            {
+                "top": args.top,
+                "file": str(file),
+                "bytes": len(text),
+                "build_id": f"{config.build_id:08x}",
+            }
+        )
     else:
-        print_pairs([("top", args.top), ("file", f"{file} ({len(text)} bytes)"),
-                     ("build id", f"{config.build_id:08x}")])
+        print_pairs(
+            [
+                ("top", args.top),
+                ("file", f"{file} ({len(text)} bytes)"),
+                ("build id", f"{config.build_id:08x}"),
+            ]
+        )
     return 0
 
 

@@ -30,7 +30,10 @@ _CLOSE_TIMEOUT_S, _INTERRUPT_TIMEOUT_S = 10.0, 1.0
 
 
 def on_cluster(
-    problem: Problem, tasks: Sequence[Task], address: str, jobs: int,
+    problem: Problem,
+    tasks: Sequence[Task],
+    address: str,
+    jobs: int,
 ) -> Generator[Outcome]:
     """Do ``tasks`` on a Dask cluster and yield their outcomes as they come.
 
@@ -68,9 +71,11 @@ def on_cluster(
         # A task, not scattered data: the scheduler can have it made again when its worker is lost.
         data = client.submit(pickle.loads, pickle.dumps(problem), key=f"problem-{uuid.uuid4()}")
         futures = {
-            client.submit(_work, data, task,
-                          key=f"{task.entrant.planner}-{task.seed}-{uuid.uuid4()}"): task
-            for task in tasks}
+            client.submit(
+                _work, data, task, key=f"{task.entrant.planner}-{task.seed}-{uuid.uuid4()}"
+            ): task
+            for task in tasks
+        }
         for future in distributed.as_completed(list(futures)):
             yield _outcome(client, future, futures[future], address)
 
@@ -83,8 +88,10 @@ def _distributed() -> Any:
     try:
         distributed = importlib.import_module("distributed")
     except ImportError:
-        raise InputError("A Dask cluster needs the package distributed; install "
-                         "pathgene[cluster], or leave --scheduler out.") from None
+        raise InputError(
+            "A Dask cluster needs the package distributed; install "
+            "pathgene[cluster], or leave --scheduler out."
+        ) from None
     # It tells of every connection; what matters of its troubles becomes a sentence of ours.
     for name in list(logging.root.manager.loggerDict):
         if name.partition(".")[0] == "distributed":
@@ -95,10 +102,14 @@ def _distributed() -> Any:
 @contextlib.contextmanager
 def _local_cluster(distributed: Any, jobs: int) -> Iterator[str]:
     """A cluster of processes on this machine; its address."""
-    with interrupts.held():      # What starts the workers inherits that: they never see Ctrl-C.
+    with interrupts.held():  # What starts the workers inherits that: they never see Ctrl-C.
         cluster = distributed.LocalCluster(
-            n_workers=0, threads_per_worker=1, processes=True, silence_logs=logging.CRITICAL,
-            scheduler_kwargs={"dashboard": False})
+            n_workers=0,
+            threads_per_worker=1,
+            processes=True,
+            silence_logs=logging.CRITICAL,
+            scheduler_kwargs={"dashboard": False},
+        )
     wait_s = _CLOSE_TIMEOUT_S
     try:
         cluster.scale(jobs)
@@ -107,7 +118,7 @@ def _local_cluster(distributed: Any, jobs: int) -> Iterator[str]:
         wait_s = _INTERRUPT_TIMEOUT_S
         raise
     finally:
-        cluster.shutdown_on_close = False       # Not once more at the end of the interpreter.
+        cluster.shutdown_on_close = False  # Not once more at the end of the interpreter.
         with contextlib.suppress(TimeoutError):
             cluster.close(timeout=wait_s)
 
@@ -116,8 +127,10 @@ def _client(distributed: Any, address: str) -> Any:
     try:
         return distributed.Client(address, timeout=_CONNECT_TIMEOUT_S, set_as_default=False)
     except (OSError, ValueError) as error:
-        raise InputError(f"No Dask scheduler answers at {address!r} ({error}); start one with "
-                         "'dask scheduler', or give 'local'.") from None
+        raise InputError(
+            f"No Dask scheduler answers at {address!r} ({error}); start one with "
+            "'dask scheduler', or give 'local'."
+        ) from None
 
 
 def _outcome(client: Any, future: Any, task: Task, address: str) -> Outcome:

@@ -26,9 +26,14 @@ def problem_digest(problem: Problem) -> str:
     """Digest of all that the worth of a path depends on: not of what the terrain is called."""
     terrain = problem.terrain
     described = {
-        "shape": terrain.shape, "dx_m": terrain.dx_m, "dy_m": terrain.dy_m,
-        "start": problem.start, "goal": problem.goal, "uav": problem.uav.to_dict(),
-        "nofly": [zone.to_dict() for zone in problem.nofly], "wind": problem.wind,
+        "shape": terrain.shape,
+        "dx_m": terrain.dx_m,
+        "dy_m": terrain.dy_m,
+        "start": problem.start,
+        "goal": problem.goal,
+        "uav": problem.uav.to_dict(),
+        "nofly": [zone.to_dict() for zone in problem.nofly],
+        "wind": problem.wind,
         "ds_m": problem.ds_m,
     }
     return digest_of(described, terrain.elevation.tobytes())

@@ -95,7 +95,9 @@ def planner_names(text: str) -> list[str]:
 
 
 def parse_entrants(
-    text: str, search: Mapping[str, Any], own: Mapping[str, Any],
+    text: str,
+    search: Mapping[str, Any],
+    own: Mapping[str, Any],
 ) -> tuple[Entrant, ...]:
     """Return the entrants that ``--planners`` names.
 
@@ -119,8 +121,10 @@ def parse_entrants(
         entrant = _parse(label.strip(), search, own)
         for other in entrants:
             if other.describe() == entrant.describe():
-                raise InputError(f"{other.label} and {entrant.label} are the same planner with "
-                                 "the same options; leave one out, or change an option.")
+                raise InputError(
+                    f"{other.label} and {entrant.label} are the same planner with "
+                    "the same options; leave one out, or change an option."
+                )
         entrants.append(entrant)
     return tuple(entrants)
 
@@ -141,19 +145,25 @@ def _parse(label: str, search: Mapping[str, Any], own: Mapping[str, Any]) -> Ent
         elif key in entry.options:
             chosen[key] = _value(label, key, value, OPTIONS[key].type, OPTIONS[key].choices)
         else:
-            raise InputError(f"{label}: {name} has no option {key!r}; it has "
-                             f"{', '.join((*SEARCH, *entry.options))}.")
+            raise InputError(
+                f"{label}: {name} has no option {key!r}; it has "
+                f"{', '.join((*SEARCH, *entry.options))}."
+            )
     try:
         options = Options(**{SEARCH[key][0]: value for key, value in told.items()})
         entrant = Entrant(label, name, chosen, options)
-        entrant.make()                  # Refuses bad options before anything runs.
+        entrant.make()  # Refuses bad options before anything runs.
     except InputError as error:
         raise InputError(f"{label}: {error}") from None
     return entrant
 
 
 def _value(
-    label: str, key: str, text: str, convert: Callable[[str], Any], choices: tuple[str, ...] = (),
+    label: str,
+    key: str,
+    text: str,
+    convert: Callable[[str], Any],
+    choices: tuple[str, ...] = (),
 ) -> Any:
     try:
         value = convert(text)

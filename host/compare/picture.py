@@ -28,13 +28,15 @@ Floats = NDArray[np.float64]
 # Inches: width of the figure, of the boxes and of the counts beside them, and the margins.
 _WIDTH, _BOXES, _COUNTS, _GAP = 13.2, 4.1, 0.9, 0.8
 _LEFT, _RIGHT, _TOP, _BOTTOM = 0.35, 0.35, 1.3, 1.0
-_LINE, _CHARACTER, _KEY = 0.17, 0.083, 0.6      # Of a label, and of the sample of its line.
+_LINE, _CHARACTER, _KEY = 0.17, 0.083, 0.6  # Of a label, and of the sample of its line.
 _SMALLEST_ROW, _SMALLEST_PLOT = 0.55, 3.4
 _LABEL_CHARACTERS = 26
 # Planners whose evaluations differ by more are shown over a logarithmic axis.
 _LOGARITHMIC = 8
-_CAPTION = ("Box: quartiles and median; whiskers: farthest run within 1.5 boxes; diamond: mean; "
-            "dots: runs. Line and band: median and quartiles of the best F so far.")
+_CAPTION = (
+    "Box: quartiles and median; whiskers: farthest run within 1.5 boxes; diamond: mean; "
+    "dots: runs. Line and band: median and quartiles of the best F so far."
+)
 
 
 def write(report: Mapping[str, Any], file: Path) -> None:
@@ -52,8 +54,10 @@ def draw(report: Mapping[str, Any]) -> Figure:
     _draw_convergence(convergence, report["planners"])
 
     width, height = figure.get_size_inches()
-    for text, below, style in ((_title(report), 0.36, {"fontsize": 16, "weight": "bold"}),
-                               (_subtitle(report), 0.68, {"fontsize": 11.5})):
+    for text, below, style in (
+        (_title(report), 0.36, {"fontsize": 16, "weight": "bold"}),
+        (_subtitle(report), 0.68, {"fontsize": 11.5}),
+    ):
         figure.text(_LEFT / width, 1 - below / height, text, color=TEXT, va="center", **style)
     figure.text(_LEFT / width, 0.22 / height, _CAPTION, color=MEAN, fontsize=9, va="center")
     return figure
@@ -84,7 +88,8 @@ def _layout(labels: Sequence[str]) -> tuple[Figure, Axes, Axes]:
     FigureCanvasAgg(figure)
     boxes, convergence = (
         figure.add_axes((x / _WIDTH, _BOTTOM / height, w / _WIDTH, plot / height))
-        for x, w in ((left, _BOXES), (right, _WIDTH - _RIGHT - right)))
+        for x, w in ((left, _BOXES), (right, _WIDTH - _RIGHT - right))
+    )
     return figure, boxes, convergence
 
 
@@ -93,7 +98,8 @@ def _title(report: Mapping[str, Any]) -> str:
     runs = "one run" if first == last else f"{last - first + 1} runs"
     count = len(report["planners"])
     return f"{report['terrain']['name']}: " + (
-        f"{count} planners, {runs} each" if count > 1 else f"one planner, {runs}")
+        f"{count} planners, {runs} each" if count > 1 else f"one planner, {runs}"
+    )
 
 
 def _subtitle(report: Mapping[str, Any]) -> str:
@@ -101,11 +107,14 @@ def _subtitle(report: Mapping[str, Any]) -> str:
     seeds = f"seeds {first} to {last}" if last > first else f"seed {first}"
     text = f"{report['uav']['name']}, sampled every {report['ds_m']:g} m, {seeds}"
     for pair in report["pairs"] if len(report["pairs"]) == 1 else []:
-        tests = ((pair[key], name) for key, name in (("welch", "Welch's t-test"),
-                                                     ("mann_whitney", "Mann-Whitney")))
+        tests = (
+            (pair[key], name)
+            for key, name in (("welch", "Welch's t-test"), ("mann_whitney", "Mann-Whitney"))
+        )
         text += "; " + ", ".join(
             f"{name}: {test['note']}" if test["p"] is None else f"{name} p = {test['p']:.2g}"
-            for test, name in tests)
+            for test, name in tests
+        )
     return text
 
 
@@ -123,7 +132,9 @@ def _mostly_feasible(planners: Sequence[Mapping[str, Any]]) -> bool:
 
 
 def _draw_boxes(
-    axes: Axes, planners: Sequence[Mapping[str, Any]], labels: Sequence[str],
+    axes: Axes,
+    planners: Sequence[Mapping[str, Any]],
+    labels: Sequence[str],
 ) -> None:
     """Draw a box plot for each planner, the first at the top, its runs, and how many are feasible.
 
@@ -138,12 +149,18 @@ def _draw_boxes(
     axes.axvline(1, color=TEXT, linewidth=1, linestyle=(0, (4, 3)), zorder=2)
 
     beside = axes.get_yaxis_transform()
-    scatter = np.random.default_rng(0)      # Of the dots, so that equal runs are told apart.
+    scatter = np.random.default_rng(0)  # Of the dots, so that equal runs are told apart.
     key_from = -_KEY / _BOXES
     for at, planner in enumerate(planners):
         style, values = _style(at), _fitness(planner)
-        axes.plot((0.85 * key_from, 0.15 * key_from), (at, at), transform=beside, clip_on=False,
-                  linewidth=2.2, **style)
+        axes.plot(
+            (0.85 * key_from, 0.15 * key_from),
+            (at, at),
+            transform=beside,
+            clip_on=False,
+            linewidth=2.2,
+            **style,
+        )
         feasible = planner["statistics"]["feasible"]
         text = f"{feasible}/{len(values)}\nfeasible" if len(values) else "no run\nfinished"
         axes.text(1.03, at, text, transform=beside, fontsize=9, color=TEXT, va="center")
@@ -151,20 +168,47 @@ def _draw_boxes(
             continue
         colour = style["color"]
         drawn = axes.boxplot(
-            values, positions=[at], widths=0.5, orientation="horizontal", showfliers=False,
-            showmeans=True, patch_artist=True, manage_ticks=False, zorder=3,
+            values,
+            positions=[at],
+            widths=0.5,
+            orientation="horizontal",
+            showfliers=False,
+            showmeans=True,
+            patch_artist=True,
+            manage_ticks=False,
+            zorder=3,
             boxprops={"facecolor": colour, "alpha": 0.3, "linewidth": 0},
             medianprops={"color": colour, "linewidth": 2.4},
-            whiskerprops={"color": colour}, capprops={"color": colour},
-            meanprops={"marker": "D", "markerfacecolor": "white", "markeredgecolor": colour,
-                       "markersize": 6})
+            whiskerprops={"color": colour},
+            capprops={"color": colour},
+            meanprops={
+                "marker": "D",
+                "markerfacecolor": "white",
+                "markeredgecolor": colour,
+                "markersize": 6,
+            },
+        )
         drawn["means"][0].set_zorder(5)
-        axes.scatter(values, at + scatter.uniform(-0.16, 0.16, len(values)), s=9, color=colour,
-                     alpha=0.55, linewidth=0, zorder=4)
+        axes.scatter(
+            values,
+            at + scatter.uniform(-0.16, 0.16, len(values)),
+            s=9,
+            color=colour,
+            alpha=0.55,
+            linewidth=0,
+            zorder=4,
+        )
         hidden = int((values < low - margin).sum())
         if hidden:
-            axes.text(0.01, at + 0.42, f"← {hidden} below 1", transform=beside, fontsize=8.5,
-                      color=colour, va="center")
+            axes.text(
+                0.01,
+                at + 0.42,
+                f"← {hidden} below 1",
+                transform=beside,
+                fontsize=8.5,
+                color=colour,
+                va="center",
+            )
     finish(axes, "Fitness of the paths found", "fitness", "")
     axes.set_yticks(range(len(labels)), labels, fontsize=10)
     axes.tick_params(axis="y", length=0, pad=_KEY * 72)
@@ -189,11 +233,26 @@ def _draw_convergence(axes: Axes, planners: Sequence[Mapping[str, Any]]) -> None
             continue
         shape = band(some, by_generation=by_generation, logarithmic=logarithmic)
         style = _style(at)
-        axes.fill_between(shape.x, shape.low, shape.high, color=style["color"], alpha=0.18,
-                          linewidth=0, step="post", zorder=3)
+        axes.fill_between(
+            shape.x,
+            shape.low,
+            shape.high,
+            color=style["color"],
+            alpha=0.18,
+            linewidth=0,
+            step="post",
+            zorder=3,
+        )
         axes.plot(shape.x, shape.median, linewidth=2, drawstyle="steps-post", zorder=4, **style)
-        axes.plot(shape.x[-1], shape.median[-1], marker="o", markersize=5, color=style["color"],
-                  zorder=5, clip_on=False)
+        axes.plot(
+            shape.x[-1],
+            shape.median[-1],
+            marker="o",
+            markersize=5,
+            color=style["color"],
+            zorder=5,
+            clip_on=False,
+        )
         start = min(start, float(shape.low.min()))
         top, last = max(top, float(shape.high.max())), max(last, float(shape.x[-1]))
     axes.axhline(1, color=TEXT, linewidth=1, linestyle=(0, (4, 3)), zorder=2)
@@ -201,12 +260,21 @@ def _draw_convergence(axes: Axes, planners: Sequence[Mapping[str, Any]]) -> None
     bottom = max(1.0, start) if top > 1 and _mostly_feasible(planners) else 0.0
     axes.set_ylim(bottom - 0.06 * (top - bottom), top + 0.08 * (top - bottom))
     if bottom <= 1:
-        axes.text(0.985, 1, "feasible above 1", transform=axes.get_yaxis_transform(), fontsize=9,
-                  color=TEXT, ha="right", va="bottom")
+        axes.text(
+            0.985,
+            1,
+            "feasible above 1",
+            transform=axes.get_yaxis_transform(),
+            fontsize=9,
+            color=TEXT,
+            ha="right",
+            va="bottom",
+        )
     if logarithmic:
         axes.set_xscale("log")
     else:
         axes.set_xlim(0, last)
         axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
-    finish(axes, "Convergence", "generation" if by_generation else "evaluations",
-           "best fitness so far")
+    finish(
+        axes, "Convergence", "generation" if by_generation else "evaluations", "best fitness so far"
+    )

@@ -47,9 +47,11 @@ def in_processes(problem: Problem, tasks: Sequence[Task], jobs: int) -> Generato
         return
     left = dict(enumerate(tasks))
     for _ in range(_POOLS):
-        with (contextlib.suppress(BrokenProcessPool),
-              _pool(problem, min(jobs, len(left)), threads) as pool):
-            with interrupts.held():     # A process inherits that, and never sees Ctrl-C.
+        with (
+            contextlib.suppress(BrokenProcessPool),
+            _pool(problem, min(jobs, len(left)), threads) as pool,
+        ):
+            with interrupts.held():  # A process inherits that, and never sees Ctrl-C.
                 futures = {pool.submit(_work, task): number for number, task in left.items()}
             for future in as_completed(futures):
                 outcome = future.result()
@@ -57,17 +59,20 @@ def in_processes(problem: Problem, tasks: Sequence[Task], jobs: int) -> Generato
                 yield outcome
         if not left:
             return
-    raise JobError(f"A process that ran planners died, {_POOLS} times; memory may be short, try "
-                   "fewer --jobs. The same command goes on.")
+    raise JobError(
+        f"A process that ran planners died, {_POOLS} times; memory may be short, try "
+        "fewer --jobs. The same command goes on."
+    )
 
 
 @contextlib.contextmanager
 def _pool(problem: Problem, jobs: int, threads: int) -> Iterator[ProcessPoolExecutor]:
     """Processes that know the problem; killed when the block is left by an exception."""
     # Spawned: a fork would copy the locks of threads that it does not copy.
-    with interrupts.held():             # The tracker of its semaphores never sees Ctrl-C either.
-        pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), _begin,
-                                   (problem, threads))
+    with interrupts.held():  # The tracker of its semaphores never sees Ctrl-C either.
+        pool = ProcessPoolExecutor(
+            jobs, multiprocessing.get_context("spawn"), _begin, (problem, threads)
+        )
     try:
         with ending_children():
             yield pool
@@ -93,7 +98,7 @@ def _begin(problem: Problem, threads: int) -> None:
     """Prepare a new process."""
     global _evaluator
     logging.basicConfig(format="pathgene: %(message)s")
-    logging.getLogger("sim").setLevel(logging.INFO)     # Says that a simulated board is built.
+    logging.getLogger("sim").setLevel(logging.INFO)  # Says that a simulated board is built.
     threading.Thread(target=_end_with_parent, daemon=True).start()
     _evaluator = Evaluator(problem, threads=threads)
 

@@ -42,7 +42,10 @@ class Field:
 
 
 def document(
-    problem: Problem, source: Mapping[str, Any], fields: Sequence[Field], seeds: Sequence[int],
+    problem: Problem,
+    source: Mapping[str, Any],
+    fields: Sequence[Field],
+    seeds: Sequence[int],
 ) -> dict[str, Any]:
     """Return the whole report; every number in it is finite.
 
@@ -64,9 +67,12 @@ def document(
         "paired": False,
         "planners": [_planner(part) for part in fields],
         "pairs": [
-            {"planners": [one.entrant.label, other.entrant.label],
-             **compare_two(one.values(), other.values())}
-            for one, other in itertools.combinations(fields, 2)],
+            {
+                "planners": [one.entrant.label, other.entrant.label],
+                **compare_two(one.values(), other.values()),
+            }
+            for one, other in itertools.combinations(fields, 2)
+        ],
     }
     return {key: finite(value) for key, value in report.items()}
 
@@ -79,8 +85,10 @@ def _planner(part: Field) -> dict[str, Any]:
         "label": part.entrant.label,
         **part.entrant.describe(),
         "statistics": describe(records),
-        "failures": [{"seed": seed, "failure": part.failures[seed].failure}
-                     for seed in sorted(part.failures)],
-        "runs": [{key: value for key, value in record.items() if key not in common}
-                 for record in records],
+        "failures": [
+            {"seed": seed, "failure": part.failures[seed].failure} for seed in sorted(part.failures)
+        ],
+        "runs": [
+            {key: value for key, value in record.items() if key not in common} for record in records
+        ],
     }

@@ -69,8 +69,10 @@ def execute(evaluator: Evaluator, task: Task) -> Outcome:
     entrant = task.entrant
     try:
         if version() != task.pathgene:
-            raise InputError(f"Worker and client must be of one version, not pathgene {version()} "
-                             f"and {task.pathgene}.")
+            raise InputError(
+                f"Worker and client must be of one version, not pathgene {version()} "
+                f"and {task.pathgene}."
+            )
         if entrant.key not in _warm:
             _plan(evaluator, entrant, task.seed, generations=1)
             _warm.add(entrant.key)
@@ -78,8 +80,9 @@ def execute(evaluator: Evaluator, task: Task) -> Outcome:
     except PathgeneError as error:
         return Outcome(task, failure=str(error), bad_input=isinstance(error, InputError))
     except Exception as error:
-        return Outcome(task, failure=f"Internal error, {type(error).__name__}: {error}; please "
-                                     "report it.")
+        return Outcome(
+            task, failure=f"Internal error, {type(error).__name__}: {error}; please report it."
+        )
     if result.failure is not None:
         return Outcome(task, failure=result.failure)
     return Outcome(task, record=describe_run(result))

@@ -35,7 +35,10 @@ class RunProgress:
     """
 
     def __init__(
-        self, stream: TextIO, total: int, kept: int,
+        self,
+        stream: TextIO,
+        total: int,
+        kept: int,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._bar = Bar(stream, total, clock)
@@ -82,13 +85,17 @@ def kept(store: RunStore, entrants: Sequence[Entrant], seeds: Sequence[int]) -> 
     fields = []
     for entrant in entrants:
         records = {seed: store.get(entrant, seed) for seed in seeds}
-        fields.append(Field(entrant, {
-            seed: record for seed, record in records.items() if record is not None}))
+        fields.append(
+            Field(entrant, {seed: record for seed, record in records.items() if record is not None})
+        )
     return fields
 
 
 def complete(
-    fields: Sequence[Field], seeds: Sequence[int], store: RunStore, execute: Execute,
+    fields: Sequence[Field],
+    seeds: Sequence[int],
+    store: RunStore,
+    execute: Execute,
     stream: TextIO,
 ) -> None:
     """Have the runs that ``fields`` lacks done; add each to ``store`` and to its field at once.
@@ -102,8 +109,9 @@ def complete(
         As ``execute`` and ``store`` do.
     """
     by_key = {part.entrant.key: part for part in fields}
-    tasks = [Task(part.entrant, seed) for seed in seeds for part in fields
-             if seed not in part.records]
+    tasks = [
+        Task(part.entrant, seed) for seed in seeds for part in fields if seed not in part.records
+    ]
     if not tasks:
         return
     total = len(fields) * len(seeds)
@@ -116,6 +124,6 @@ def complete(
             if outcome.record is None:
                 part.failures[seed] = outcome
             else:
-                with interrupts.held():      # What is on the disk is counted, too.
+                with interrupts.held():  # What is on the disk is counted, too.
                     part.records[seed] = store.add(entrant, seed, outcome.record)
             progress.update(outcome)

@@ -98,8 +98,9 @@ def _welch(a: Floats, b: Floats) -> dict[str, Any]:
     if refusal is not None:
         return _untested(refusal)
     # By the moments: from the samples it warns of one that has no spread, which is no trouble here.
-    moments = (moment for values in (a, b)
-               for moment in (values.mean(), values.std(ddof=1), len(values)))
+    moments = (
+        moment for values in (a, b) for moment in (values.mean(), values.std(ddof=1), len(values))
+    )
     return _tested(stats.ttest_ind_from_stats(*moments, equal_var=False))
 
 

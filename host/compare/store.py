@@ -47,13 +47,17 @@ class RunStore:
         self._problem = problem
         self._records: dict[tuple[str, int], Record] = {}
         if is_special(self.path):
-            raise InputError(f"{str(self.path)!r} is no regular file and cannot keep runs; remove "
-                             "it, or give another directory with --out.")
+            raise InputError(
+                f"{str(self.path)!r} is no regular file and cannot keep runs; remove "
+                "it, or give another directory with --out."
+            )
         try:
             self._file = self.path.open("a+b")
         except OSError as error:
-            raise InputError(f"Cannot write to {str(self.path)!r} ({error.strerror or error}); "
-                             "give another directory with --out.") from None
+            raise InputError(
+                f"Cannot write to {str(self.path)!r} ({error.strerror or error}); "
+                "give another directory with --out."
+            ) from None
         try:
             self._lock()
             self._read()
@@ -65,7 +69,9 @@ class RunStore:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None,
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
         # Every run has been flushed, and an error of that told.
@@ -84,15 +90,23 @@ class RunStore:
         InputError
             If it cannot be written.
         """
-        line = {"problem": self._problem, "key": entrant.key, "pathgene": version(),
-                **entrant.describe(), "seed": seed, **record}
+        line = {
+            "problem": self._problem,
+            "key": entrant.key,
+            "pathgene": version(),
+            **entrant.describe(),
+            "seed": seed,
+            **record,
+        }
         try:
             self._file.write(f"{json.dumps(line, allow_nan=False)}\n".encode())
             self._file.flush()
             os.fsync(self._file.fileno())
         except OSError as error:
-            raise InputError(f"Cannot write to {str(self.path)!r} ({error.strerror or error}); "
-                             "mend that and give the same command again.") from None
+            raise InputError(
+                f"Cannot write to {str(self.path)!r} ({error.strerror or error}); "
+                "mend that and give the same command again."
+            ) from None
         self._records[entrant.key, seed] = line
         return line
 
@@ -100,8 +114,10 @@ class RunStore:
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
-            raise InputError(f"Another comparison is writing to {str(self.path.parent)!r}; wait "
-                             "for it, or give another directory with --out.") from None
+            raise InputError(
+                f"Another comparison is writing to {str(self.path.parent)!r}; wait "
+                "for it, or give another directory with --out."
+            ) from None
 
     def _read(self) -> None:
         self._file.seek(0)
@@ -112,7 +128,8 @@ class RunStore:
                 if record["problem"] != self._problem:
                     raise InputError(
                         f"The directory {str(self.path.parent)!r} holds runs of another problem; "
-                        f"give another with --out, or remove {str(self.path)!r}.")
+                        f"give another with --out, or remove {str(self.path)!r}."
+                    )
                 self._records[record["key"], record["seed"]] = record
         if not line.endswith(b"\n"):
-            self._file.write(b"\n")     # What follows the torn line is whole again.
+            self._file.write(b"\n")  # What follows the torn line is whole again.

@@ -14,7 +14,9 @@ __all__ = ["write_report"]
 
 
 def write_report(
-    directory: Path, report: Mapping[str, Any], warn: Callable[[str], None],
+    directory: Path,
+    report: Mapping[str, Any],
+    warn: Callable[[str], None],
 ) -> list[Path]:
     """Write ``compare.json`` and ``compare.png``, and return the files written.
 
@@ -29,14 +31,16 @@ def write_report(
     try:
         write_json(numbers, report)
     except OSError as error:
-        raise InputError(f"Cannot write to the directory {str(directory)!r} "
-                         f"({error.strerror or error}); give another with --out.") from None
+        raise InputError(
+            f"Cannot write to the directory {str(directory)!r} "
+            f"({error.strerror or error}); give another with --out."
+        ) from None
     try:
         from host.compare.picture import write
 
         write(report, picture)
     except Exception as error:
-        remove(picture)                         # One of an earlier comparison would mislead.
+        remove(picture)  # One of an earlier comparison would mislead.
         warn(f"There is no picture this time, drawing it failed: {type(error).__name__}: {error}.")
         return [numbers]
     return [numbers, picture]

@@ -110,8 +110,13 @@ class Evaluator:
     """
 
     def __init__(
-        self, problem: "Problem", *, ds_m: float | None = None, threads: int | None = None,
-        bilinear: bool = False, isa: bool = False,
+        self,
+        problem: "Problem",
+        *,
+        ds_m: float | None = None,
+        threads: int | None = None,
+        bilinear: bool = False,
+        isa: bool = False,
     ) -> None:
         ds_m = problem.ds_m if ds_m is None else ds_m
         if not (math.isfinite(ds_m) and ds_m > 0):
@@ -119,7 +124,6 @@ class Evaluator:
         threads = available_cores() if threads is None else threads
         if not isinstance(threads, int) or threads < 1:
             raise ValueError(f"Thread count must be a positive integer, not {threads!r}")
-
 
         self.problem = problem
         self.ds_m = float(ds_m)
@@ -153,32 +157,52 @@ class Evaluator:
         n = len(path)
         turns, pieces = scratch(n)
         length, altitude, fuel, steep, under, zone, impossible = path_terms(
-            path, n, self._ground, self._zoned, self._constants, turns, pieces)
+            path, n, self._ground, self._zoned, self._constants, turns, pieces
+        )
         corners = impossible / (n - 2) * length if n > 2 else 0.0
         penalty = under + zone + steep + corners
         fine = path_terms(path, n, self._ground, self._zoned, self._fine, turns, pieces)
         penalty_fine = fine[4] + fine[5] + steep + corners
-        cost = (0.5 * altitude / self._constants.utopia_area_m2
-                + 0.5 * fuel / self._constants.utopia_fuel)
+        cost = (
+            0.5 * altitude / self._constants.utopia_area_m2
+            + 0.5 * fuel / self._constants.utopia_fuel
+        )
 
         track = self.track(path)
         samples, weights = track.midpoints(self.ds_m)
         void_m = float(weights[np.isnan(samples.ground)].sum())
         ends = path[[0, -1]]
-        clearance = np.concatenate((
-            track.midpoints(self.ds_m / FINE)[0].clearance,
-            ends[:, 2] - ground_below(self.problem.terrain, ends[:, 0], ends[:, 1],
-                                      bilinear=self.bilinear)))
+        clearance = np.concatenate(
+            (
+                track.midpoints(self.ds_m / FINE)[0].clearance,
+                ends[:, 2]
+                - ground_below(
+                    self.problem.terrain, ends[:, 0], ends[:, 1], bilinear=self.bilinear
+                ),
+            )
+        )
         return Evaluation(
-            feasible=penalty == 0 and penalty_fine == 0, feasible_at_ds=penalty == 0,
-            fitness=fitness_of(penalty, cost), penalty=penalty, cost=cost,
-            length_m=length, mean_altitude_m=altitude / length, fuel_N=fuel,
-            distance_under_terrain_m=under, distance_in_nofly_m=zone,
-            distance_too_steep_m=steep, impossible_arcs=impossible, void_crossed_m=void_m,
-            minimum_clearance_m=float(np.nanmin(clearance)), penalty_fine=penalty_fine)
+            feasible=penalty == 0 and penalty_fine == 0,
+            feasible_at_ds=penalty == 0,
+            fitness=fitness_of(penalty, cost),
+            penalty=penalty,
+            cost=cost,
+            length_m=length,
+            mean_altitude_m=altitude / length,
+            fuel_N=fuel,
+            distance_under_terrain_m=under,
+            distance_in_nofly_m=zone,
+            distance_too_steep_m=steep,
+            impossible_arcs=impossible,
+            void_crossed_m=void_m,
+            minimum_clearance_m=float(np.nanmin(clearance)),
+            penalty_fine=penalty_fine,
+        )
 
     def fitness(
-        self, paths: NDArray[np.float64], lengths: NDArray[np.integer[Any]],
+        self,
+        paths: NDArray[np.float64],
+        lengths: NDArray[np.integer[Any]],
     ) -> NDArray[np.float64]:
         """Fitness of a population, (m,) float64, every value inside (0, 2).
 
@@ -201,7 +225,9 @@ class Evaluator:
         return fitness
 
     def fitness_counted(
-        self, paths: NDArray[np.float64], lengths: NDArray[np.integer[Any]],
+        self,
+        paths: NDArray[np.float64],
+        lengths: NDArray[np.integer[Any]],
         counted_m: NDArray[np.float64],
     ) -> NDArray[np.float64]:
         """As :meth:`fitness`, with d_ut + d_nf counted elsewhere instead of sampled here.
@@ -218,14 +244,17 @@ class Evaluator:
         return fitness
 
     def penalty_cost(
-        self, paths: NDArray[np.float64], lengths: NDArray[np.integer[Any]], *, fine: bool = False,
+        self,
+        paths: NDArray[np.float64],
+        lengths: NDArray[np.integer[Any]],
+        *,
+        fine: bool = False,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Penalty and cost of a population, as for :meth:`fitness`; infinite for what is no path.
 
         With ``fine`` the samples are at ``ds / 8``, as for a reported feasibility.
         """
-        penalty, cost, _ = self._population(paths, lengths,
-                                            self._fine if fine else self._constants)
+        penalty, cost, _ = self._population(paths, lengths, self._fine if fine else self._constants)
         return penalty, cost
 
     def track(self, path: NDArray[np.float64]) -> SmoothedTrack:
@@ -247,16 +276,23 @@ class Evaluator:
         if not np.isfinite(path).all():
             raise InputError("The path has a coordinate that is not a number; mend its file.")
         if np.abs(path).max() > COORDINATE_LIMIT_M:
-            raise InputError("The path has a coordinate beyond 10,000 km, which is on no map; give "
-                             "it in metres of the terrain's local frame.")
-        for name, point, wanted in (("start", path[0], self.problem.start),
-                                    ("end", path[-1], self.problem.goal)):
+            raise InputError(
+                "The path has a coordinate beyond 10,000 km, which is on no map; give "
+                "it in metres of the terrain's local frame."
+            )
+        for name, point, wanted in (
+            ("start", path[0], self.problem.start),
+            ("end", path[-1], self.problem.goal),
+        ):
             if np.abs(point - wanted).max() > _SAME_POINT_M:
                 raise ValueError(f"Path must {name} at {wanted!r}, not {tuple(point.tolist())!r}")
         return path
 
     def _population(
-        self, paths: NDArray[np.float64], lengths: NDArray[np.integer[Any]], constants: Constants,
+        self,
+        paths: NDArray[np.float64],
+        lengths: NDArray[np.integer[Any]],
+        constants: Constants,
         counted_m: NDArray[np.float64] | None = None,
     ) -> NDArray[np.float64]:
         """Penalty, cost and fitness as the rows of a (3, m) array."""
@@ -269,19 +305,33 @@ class Evaluator:
             raise ValueError(f"Lengths must have shape {(count,)!r}, not {points.shape!r}")
         counted = np.zeros(count) if counted_m is None else np.asarray(counted_m, dtype=np.float64)
         if counted.shape != (count,):
-            raise ValueError(f"Counted distances must have shape {(count,)!r}, not "
-                             f"{counted.shape!r}")
+            raise ValueError(
+                f"Counted distances must have shape {(count,)!r}, not {counted.shape!r}"
+            )
         out = np.empty((3, count))
         if count == 0:
             return out
         if points.min() < 2 or points.max() > paths.shape[1]:
-            raise ValueError(f"Lengths must be 2 to {paths.shape[1]}, not {points.min()} to "
-                             f"{points.max()}")
+            raise ValueError(
+                f"Lengths must be 2 to {paths.shape[1]}, not {points.min()} to {points.max()}"
+            )
         shares = min(self.threads, max(1, count // _PATHS_PER_THREAD))
 
         def run(first: int) -> None:
-            evaluate_share(paths, points, first, shares, self._ground, self._zoned, constants,
-                           counted, *scratch(paths.shape[1]), out[0], out[1], out[2])
+            evaluate_share(
+                paths,
+                points,
+                first,
+                shares,
+                self._ground,
+                self._zoned,
+                constants,
+                counted,
+                *scratch(paths.shape[1]),
+                out[0],
+                out[1],
+                out[2],
+            )
 
         if shares == 1:
             run(0)
@@ -298,13 +348,26 @@ def _constants(problem: "Problem", ds_m: float, bilinear: bool, isa: bool) -> Co
     rows, columns = terrain.elevation.shape
     best = utopia(problem.start, problem.goal, uav, problem.wind, isa=isa)
     return Constants(
-        dx_m=float(terrain.dx_m), dy_m=float(terrain.dy_m), rows=rows, columns=columns, ds_m=ds_m,
-        sampled=1, zones=int(problem.nofly_raster.any()), bilinear=int(bilinear), isa=int(isa),
-        turn_radius_m=uav.turn_radius_m, max_climb_rad=math.radians(uav.max_climb_deg),
-        max_descent_rad=math.radians(uav.max_descent_deg), weight=uav.weight_N,
-        airspeed_m_s=uav.cruise_speed_m_s, wing_area_m2=uav.wing_area_m2,
+        dx_m=float(terrain.dx_m),
+        dy_m=float(terrain.dy_m),
+        rows=rows,
+        columns=columns,
+        ds_m=ds_m,
+        sampled=1,
+        zones=int(problem.nofly_raster.any()),
+        bilinear=int(bilinear),
+        isa=int(isa),
+        turn_radius_m=uav.turn_radius_m,
+        max_climb_rad=math.radians(uav.max_climb_deg),
+        max_descent_rad=math.radians(uav.max_descent_deg),
+        weight=uav.weight_N,
+        airspeed_m_s=uav.cruise_speed_m_s,
+        wing_area_m2=uav.wing_area_m2,
         drag_coefficient=uav.zero_lift_drag_coefficient,
         induced_drag_factor=uav.induced_drag_factor,
         burn_per_m=uav.specific_fuel_consumption_N_per_Ws / uav.propeller_efficiency,
-        wind_x_m_s=float(problem.wind[0]), wind_y_m_s=float(problem.wind[1]),
-        utopia_area_m2=best.altitude_m * best.length_m, utopia_fuel=best.fuel_N)
+        wind_x_m_s=float(problem.wind[0]),
+        wind_y_m_s=float(problem.wind[1]),
+        utopia_area_m2=best.altitude_m * best.length_m,
+        utopia_fuel=best.fuel_N,
+    )

@@ -23,14 +23,19 @@ def air_density(altitude_m: float) -> float:
     """
     lapse_k_m, exponent, tropopause_m = 0.0065, 4.255876, 11_000.0
     density = SEA_LEVEL_DENSITY_KG_M3 * math.pow(
-        1.0 - lapse_k_m * min(altitude_m, tropopause_m) / 288.15, exponent)
+        1.0 - lapse_k_m * min(altitude_m, tropopause_m) / 288.15, exponent
+    )
     if altitude_m > tropopause_m:
         density *= math.exp(-(altitude_m - tropopause_m) / 6341.62)
     return density
 
 
 def fuel_burned(
-    uav: Uav, weight: float, run_m: float, rise_m: float, air_distance_m: float,
+    uav: Uav,
+    weight: float,
+    run_m: float,
+    rise_m: float,
+    air_distance_m: float,
     density_kg_m3: float = SEA_LEVEL_DENSITY_KG_M3,
 ) -> float:
     """Newtons of fuel burned on one piece of constant slope.
@@ -61,8 +66,9 @@ def fuel_burned(
     if thrust <= 0:
         return 0.0
     discriminant = 4 * a * e - b**2
-    half = 0.5 * air_distance_m * (uav.specific_fuel_consumption_N_per_Ws
-                                   / uav.propeller_efficiency)
+    half = (
+        0.5 * air_distance_m * (uav.specific_fuel_consumption_N_per_Ws / uav.propeller_efficiency)
+    )
     root = math.sqrt(abs(discriminant))
     if discriminant > 0:
         tau = math.tan(half * root) / root
@@ -74,8 +80,11 @@ def fuel_burned(
 
 
 def air_distance(
-    length_m: float, run_m: float, directions: Iterable[tuple[float, float, float]],
-    wind: tuple[float, float], airspeed_m_s: float,
+    length_m: float,
+    run_m: float,
+    directions: Iterable[tuple[float, float, float]],
+    wind: tuple[float, float],
+    airspeed_m_s: float,
 ) -> float | None:
     """Distance flown through the air along a piece, or None where the wind makes it impossible.
 

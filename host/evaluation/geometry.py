@@ -105,11 +105,13 @@ class Arc:
         # 1 - cos as 2 sin^2 keeps its digits on a short arc.
         ahead = self.radius_m * np.sin(angle)
         aside = side * self.radius_m * 2 * np.sin(0.5 * angle) ** 2
-        return np.column_stack((
-            x + (ahead * east - aside * north),
-            y + (ahead * north + aside * east),
-            z + self.rise_m * fractions,
-        ))
+        return np.column_stack(
+            (
+                x + (ahead * east - aside * north),
+                y + (ahead * north + aside * east),
+                z + self.rise_m * fractions,
+            )
+        )
 
     def directions(self) -> Iterator[tuple[float, float, float]]:
         """Mid directions of eight equal parts, as x, y and the run of the part in metres."""
@@ -144,20 +146,21 @@ def smooth(path: NDArray[np.float64], radius_m: float) -> Smoothed:
     reverses, needs an infinite tangent, so it and its neighbours with a turn keep their corners.
     """
     points = [(float(x), float(y), float(z)) for x, y, z in path]
-    deltas = [tuple(b - a for a, b in zip(p, q, strict=True))
-              for p, q in pairwise(points)]
+    deltas = [tuple(b - a for a, b in zip(p, q, strict=True)) for p, q in pairwise(points)]
     runs = [math.hypot(east, north) for east, north, _ in deltas]
     interior = range(1, len(points) - 1)
 
-    turns = [0.0] * len(points)         # Signed turn angle at each waypoint.
-    tangents = [0.0] * len(points)      # Tangent length its arc needs; 0 at start and goal.
+    turns = [0.0] * len(points)  # Signed turn angle at each waypoint.
+    tangents = [0.0] * len(points)  # Tangent length its arc needs; 0 at start and goal.
     for i in interior:
         turns[i], tangents[i] = _turn(deltas[i - 1], deltas[i], runs[i - 1], runs[i], radius_m)
     possible = [True] * len(points)
     for i in interior:
         if tangents[i] > 0:
-            possible[i] = (tangents[i - 1] + tangents[i] <= runs[i - 1]
-                           and tangents[i] + tangents[i + 1] <= runs[i])
+            possible[i] = (
+                tangents[i - 1] + tangents[i] <= runs[i - 1]
+                and tangents[i] + tangents[i + 1] <= runs[i]
+            )
     used = [tangent if fits else 0.0 for tangent, fits in zip(tangents, possible, strict=True)]
 
     pieces: list[Piece] = []
@@ -167,14 +170,24 @@ def smooth(path: NDArray[np.float64], radius_m: float) -> Smoothed:
             pieces.append(straight)
         if i + 2 < len(points) and used[i + 1] > 0:
             climb = delta[2] / run + deltas[i + 1][2] / runs[i + 1]
-            pieces.append(Arc(straight.stop, (delta[0] / run, delta[1] / run), radius_m,
-                              turns[i + 1], used[i + 1] * climb))
+            pieces.append(
+                Arc(
+                    straight.stop,
+                    (delta[0] / run, delta[1] / run),
+                    radius_m,
+                    turns[i + 1],
+                    used[i + 1] * climb,
+                )
+            )
     return Smoothed(tuple(pieces), len(interior), possible.count(False))
 
 
 def _turn(
-    before: tuple[float, ...], after: tuple[float, ...],
-    run_before: float, run_after: float, radius_m: float,
+    before: tuple[float, ...],
+    after: tuple[float, ...],
+    run_before: float,
+    run_after: float,
+    radius_m: float,
 ) -> tuple[float, float]:
     """Signed turn angle and tangent length of a waypoint between two segments."""
     if run_before == 0 or run_after == 0:
@@ -190,8 +203,11 @@ def _turn(
 
 
 def _shortened(
-    start: tuple[float, float, float], stop: tuple[float, float, float],
-    run: float, cut_start: float, cut_stop: float,
+    start: tuple[float, float, float],
+    stop: tuple[float, float, float],
+    run: float,
+    cut_start: float,
+    cut_stop: float,
 ) -> Straight:
     """The segment from ``start`` to ``stop`` less a horizontal length at each end."""
     rise = stop[2] - start[2]
@@ -202,4 +218,7 @@ def _shortened(
     return Straight(
         (start[0] + east * cut_start, start[1] + north * cut_start, start[2] + climb * cut_start),
         (stop[0] - east * cut_stop, stop[1] - north * cut_stop, stop[2] - climb * cut_stop),
-        (east, north), left, climb * left)
+        (east, north),
+        left,
+        climb * left,
+    )

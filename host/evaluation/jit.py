@@ -45,7 +45,8 @@ def inlined(function: _Function) -> _Function:
 
 def _compiled(function: _Function, *, inline: bool, counted: bool = False) -> _Function:
     dispatcher = njit(
-        cache=True, nogil=True, error_model="numpy", forceinline=inline, _nrt=counted)(function)
+        cache=True, nogil=True, error_model="numpy", forceinline=inline, _nrt=counted
+    )(function)
     # Nothing is kept on disk where the compiler is off or no folder can be written.
     kept = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
     if kept is not None:

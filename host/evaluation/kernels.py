@@ -30,8 +30,16 @@ from host.evaluation.pieces import (
 
 
 __all__ = [
-    "BELOW_TWO", "WORST_FITNESS", "corners_m", "cost_of", "evaluate_share", "fitness_above",
-    "fitness_of", "path_terms", "penalty_cost", "scratch",
+    "BELOW_TWO",
+    "WORST_FITNESS",
+    "corners_m",
+    "cost_of",
+    "evaluate_share",
+    "fitness_above",
+    "fitness_of",
+    "path_terms",
+    "penalty_cost",
+    "scratch",
 ]
 
 # The ends of the open interval of fitness values.
@@ -41,7 +49,12 @@ BELOW_TWO = float(np.nextafter(2.0, 0.0))
 
 @compiled
 def path_terms(
-    path: Floats, n: int, ground: Floats, zoned: Floats, c: Constants, turns: Floats,
+    path: Floats,
+    n: int,
+    ground: Floats,
+    zoned: Floats,
+    c: Constants,
+    turns: Floats,
     pieces: Floats,
 ) -> tuple[float, float, float, float, float, float, int]:
     """Every term of one path.
@@ -64,7 +77,7 @@ def path_terms(
         Length, altitude integral (m^2), fuel (N), distance too steep, distance under the terrain,
         distance in no-fly zones (all m), and the number of impossible arcs.
     """
-    rows = 2 * n - 3                    # No arc at the goal.
+    rows = 2 * n - 3  # No arc at the goal.
     for i in range(n):
         lay_turn(path, n, i, c, turns)
     for i in range(n - 1):
@@ -80,8 +93,15 @@ def path_terms(
             under, zone = collided_m(ground, zoned, c, pieces, row)
             under_m += under
             nofly_m += zone
-    return (total_of(pieces, rows, LENGTH), area, fuel, total_of(pieces, rows, STEEP),
-            under_m, nofly_m, count_impossible(turns, n))
+    return (
+        total_of(pieces, rows, LENGTH),
+        area,
+        fuel,
+        total_of(pieces, rows, STEEP),
+        under_m,
+        nofly_m,
+        count_impossible(turns, n),
+    )
 
 
 @inlined
@@ -104,8 +124,14 @@ def fitness_of(penalty: float, cost: float) -> float:
 
 @compiled
 def penalty_cost(
-    path: Floats, n: int, ground: Floats, zoned: Floats, c: Constants, counted_m: float,
-    turns: Floats, pieces: Floats,
+    path: Floats,
+    n: int,
+    ground: Floats,
+    zoned: Floats,
+    c: Constants,
+    counted_m: float,
+    turns: Floats,
+    pieces: Floats,
 ) -> tuple[float, float]:
     """Penalty, equation (1), and cost, equation (2); infinite for what is no path.
 
@@ -115,8 +141,7 @@ def penalty_cost(
         for axis in range(3):
             if not abs(path[i, axis]) <= COORDINATE_LIMIT_M:
                 return math.inf, math.inf
-    length, area, fuel, steep, under, zone, _ = path_terms(
-        path, n, ground, zoned, c, turns, pieces)
+    length, area, fuel, steep, under, zone, _ = path_terms(path, n, ground, zoned, c, turns, pieces)
     if not length > 0.0:
         return math.inf, math.inf
     penalty = under + zone + counted_m + steep
@@ -132,8 +157,14 @@ def corners_m(turns: Floats, n: int, length: float) -> float:
 
 @compiled
 def fitness_above(
-    path: Floats, n: int, ground: Floats, zoned: Floats, c: Constants, incumbent: float,
-    turns: Floats, pieces: Floats,
+    path: Floats,
+    n: int,
+    ground: Floats,
+    zoned: Floats,
+    c: Constants,
+    incumbent: float,
+    turns: Floats,
+    pieces: Floats,
 ) -> tuple[float, bool]:
     """Fitness of a candidate that is of use only if it is better than ``incumbent``.
 
@@ -152,7 +183,7 @@ def fitness_above(
     Arguments are those of :func:`path_terms`; every coordinate must be within the limits there or
     no number at all.
     """
-    rows = 2 * n - 3                    # No arc at the goal.
+    rows = 2 * n - 3  # No arc at the goal.
     for i in range(n):
         lay_turn(path, n, i, c, turns)
     for i in range(n - 1):
@@ -195,9 +226,19 @@ def scratch(points: int) -> tuple[Floats, Floats]:
 
 @compiled
 def evaluate_share(
-    paths: Floats, lengths: NDArray[np.int64], first: int, stride: int, ground: Floats,
-    zoned: Floats, c: Constants, counted_m: Floats, turns: Floats, pieces: Floats, penalty: Floats,
-    cost: Floats, fitness: Floats,
+    paths: Floats,
+    lengths: NDArray[np.int64],
+    first: int,
+    stride: int,
+    ground: Floats,
+    zoned: Floats,
+    c: Constants,
+    counted_m: Floats,
+    turns: Floats,
+    pieces: Floats,
+    penalty: Floats,
+    cost: Floats,
+    fitness: Floats,
 ) -> None:
     """Evaluate every ``stride``-th path from ``first`` on; holds no lock, so shares run at once.
 
@@ -206,6 +247,7 @@ def evaluate_share(
     each.
     """
     for i in range(first, paths.shape[0], stride):
-        penalty[i], cost[i] = penalty_cost(paths[i], lengths[i], ground, zoned, c, counted_m[i],
-                                           turns, pieces)
+        penalty[i], cost[i] = penalty_cost(
+            paths[i], lengths[i], ground, zoned, c, counted_m[i], turns, pieces
+        )
         fitness[i] = fitness_of(penalty[i], cost[i])

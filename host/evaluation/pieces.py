@@ -21,9 +21,20 @@ from host.evaluation.sampling import arc_part, count_arc, count_straight, straig
 
 
 __all__ = [
-    "LENGTH", "PIECE_FIELDS", "STEEP", "TURN_FIELDS", "area_and_fuel", "collided_m",
-    "count_impossible", "judge_slope", "lay_segment", "lay_turn", "parts_of", "piece_part",
-    "prepare_burn", "total_of",
+    "LENGTH",
+    "PIECE_FIELDS",
+    "STEEP",
+    "TURN_FIELDS",
+    "area_and_fuel",
+    "collided_m",
+    "count_impossible",
+    "judge_slope",
+    "lay_segment",
+    "lay_turn",
+    "parts_of",
+    "piece_part",
+    "prepare_burn",
+    "total_of",
 ]
 
 _COLLINEAR_RAD = 1e-12
@@ -43,7 +54,13 @@ PIECE_FIELDS = 19
 
 @inlined
 def turn(
-    ax: float, ay: float, bx: float, by: float, run_a: float, run_b: float, radius_m: float,
+    ax: float,
+    ay: float,
+    bx: float,
+    by: float,
+    run_a: float,
+    run_b: float,
+    radius_m: float,
 ) -> tuple[float, float, float]:
     """Unsigned turn angle, side (1 left, -1 right) and tangent length of a waypoint.
 
@@ -88,7 +105,13 @@ def air_time(c: Constants, horizontal_m_s: float, ux: float, uy: float, run: flo
 
 @inlined
 def air_distance(
-    c: Constants, length: float, run: float, ux: float, uy: float, side: float, angle: float,
+    c: Constants,
+    length: float,
+    run: float,
+    ux: float,
+    uy: float,
+    side: float,
+    angle: float,
 ) -> float:
     """Distance through the air along a piece of turn ``angle``, 0 if straight; negative if none."""
     if c.wind_x_m_s == 0.0 and c.wind_y_m_s == 0.0:
@@ -102,8 +125,9 @@ def air_distance(
     for part in range(_ARC_PARTS_IN_WIND):
         turned = side * angle * (part + 0.5) / _ARC_PARTS_IN_WIND
         cos, sin = math.cos(turned), math.sin(turned)
-        time = air_time(c, horizontal, ux * cos - uy * sin, ux * sin + uy * cos,
-                        run / _ARC_PARTS_IN_WIND)
+        time = air_time(
+            c, horizontal, ux * cos - uy * sin, ux * sin + uy * cos, run / _ARC_PARTS_IN_WIND
+        )
         if time < 0.0:
             return -1.0
         total += time
@@ -132,8 +156,10 @@ def lay_turn(path: Floats, n: int, i: int, c: Constants, turns: Floats) -> None:
 def is_impossible(turns: Floats, i: int) -> bool:
     """Whether the arc at point ``i`` does not fit beside those of its neighbours."""
     here = turns[i, _TANGENT]
-    return here > 0.0 and not (turns[i - 1, _TANGENT] + here <= turns[i - 1, _RUN]
-                               and here + turns[i + 1, _TANGENT] <= turns[i, _RUN])
+    return here > 0.0 and not (
+        turns[i - 1, _TANGENT] + here <= turns[i - 1, _RUN]
+        and here + turns[i + 1, _TANGENT] <= turns[i, _RUN]
+    )
 
 
 @inlined
@@ -147,8 +173,16 @@ def count_impossible(turns: Floats, n: int) -> int:
 
 @inlined
 def lay_piece(
-    pieces: Floats, row: int, a: Point, b: Point, ux: float, uy: float, side: float, angle: float,
-    run: float, rise: float,
+    pieces: Floats,
+    row: int,
+    a: Point,
+    b: Point,
+    ux: float,
+    uy: float,
+    side: float,
+    angle: float,
+    run: float,
+    rise: float,
 ) -> None:
     """Write the geometry of a piece; a straight one has the angle 0."""
     pieces[row, _X], pieces[row, _Y], pieces[row, _Z] = a
@@ -180,8 +214,18 @@ def lay_segment(path: Floats, i: int, c: Constants, turns: Floats, pieces: Float
         angle = turns[i + 1, _ANGLE]
         climb += (path[i + 2, 2] - path[i + 1, 2]) / turns[i + 1, _RUN]
         rise = cut_stop * climb
-        lay_piece(pieces, 2 * i + 1, (xb, yb, zb), (0.0, 0.0, zb + rise), ux, uy,
-                  turns[i + 1, _SIDE], angle, c.turn_radius_m * angle, rise)
+        lay_piece(
+            pieces,
+            2 * i + 1,
+            (xb, yb, zb),
+            (0.0, 0.0, zb + rise),
+            ux,
+            uy,
+            turns[i + 1, _SIDE],
+            angle,
+            c.turn_radius_m * angle,
+            rise,
+        )
     else:
         pieces[2 * i + 1, LENGTH] = 0.0
 
@@ -192,13 +236,23 @@ def judge_slope(c: Constants, pieces: Floats, row: int) -> None:
     run, rise, length = pieces[row, _RUN], pieces[row, _RISE], pieces[row, LENGTH]
     steep = 0.0
     if length > 0.0:
-        distance = air_distance(c, length, run, pieces[row, _UX], pieces[row, _UY],
-                                pieces[row, _SIDE], pieces[row, _ANGLE])
+        distance = air_distance(
+            c,
+            length,
+            run,
+            pieces[row, _UX],
+            pieces[row, _UY],
+            pieces[row, _SIDE],
+            pieces[row, _ANGLE],
+        )
         # An angle is below its tangent, so that gentle slopes, as most are, need no arc tangent.
         if not -c.max_descent_rad * run <= rise <= c.max_climb_rad * run or distance < 0.0:
             slope = math.atan2(rise, run)
-            if (slope > c.max_climb_rad + _SLOPE_TOLERANCE_RAD
-                    or slope < -c.max_descent_rad - _SLOPE_TOLERANCE_RAD or distance < 0.0):
+            if (
+                slope > c.max_climb_rad + _SLOPE_TOLERANCE_RAD
+                or slope < -c.max_descent_rad - _SLOPE_TOLERANCE_RAD
+                or distance < 0.0
+            ):
                 steep = length
         pieces[row, _AIR] = distance if distance >= 0.0 else length
     pieces[row, STEEP] = steep
@@ -275,20 +329,41 @@ def parts_of(c: Constants, pieces: Floats, row: int) -> int:
 
 @inlined
 def piece_part(
-    ground: Floats, zoned: Floats, c: Constants, pieces: Floats, row: int, part: int, parts: int,
+    ground: Floats,
+    zoned: Floats,
+    c: Constants,
+    pieces: Floats,
+    row: int,
+    part: int,
+    parts: int,
 ) -> tuple[int, int]:
     """Whether one of the equal parts of a piece is under the terrain and in a no-fly zone."""
     a = (pieces[row, _X], pieces[row, _Y], pieces[row, _Z])
     if pieces[row, _ANGLE] > 0.0:
-        return arc_part(ground, zoned, c, a, pieces[row, _UX], pieces[row, _UY],
-                        pieces[row, _SIDE], pieces[row, _ANGLE], pieces[row, _RISE], part, parts)
+        return arc_part(
+            ground,
+            zoned,
+            c,
+            a,
+            pieces[row, _UX],
+            pieces[row, _UY],
+            pieces[row, _SIDE],
+            pieces[row, _ANGLE],
+            pieces[row, _RISE],
+            part,
+            parts,
+        )
     b = (pieces[row, _X_END], pieces[row, _Y_END], pieces[row, _Z_END])
     return straight_part(ground, zoned, c, a, b, part, parts)
 
 
 @inlined
 def collided_m(
-    ground: Floats, zoned: Floats, c: Constants, pieces: Floats, row: int,
+    ground: Floats,
+    zoned: Floats,
+    c: Constants,
+    pieces: Floats,
+    row: int,
 ) -> tuple[float, float]:
     """Metres of a piece under the terrain and in a no-fly zone."""
     parts = parts_of(c, pieces, row)
@@ -297,8 +372,18 @@ def collided_m(
     part_m = pieces[row, LENGTH] / parts
     a = (pieces[row, _X], pieces[row, _Y], pieces[row, _Z])
     if pieces[row, _ANGLE] > 0.0:
-        under, zone = count_arc(ground, zoned, c, a, pieces[row, _UX], pieces[row, _UY],
-                                pieces[row, _SIDE], pieces[row, _ANGLE], pieces[row, _RISE], parts)
+        under, zone = count_arc(
+            ground,
+            zoned,
+            c,
+            a,
+            pieces[row, _UX],
+            pieces[row, _UY],
+            pieces[row, _SIDE],
+            pieces[row, _ANGLE],
+            pieces[row, _RISE],
+            parts,
+        )
     else:
         b = (pieces[row, _X_END], pieces[row, _Y_END], pieces[row, _Z_END])
         under, zone = count_straight(ground, zoned, c, a, b, parts)

@@ -54,8 +54,12 @@ class Utopia:
 
 
 def evaluate(
-    problem: "Problem", path: NDArray[np.float64], *, ds_m: float | None = None,
-    bilinear: bool = False, isa: bool = False,
+    problem: "Problem",
+    path: NDArray[np.float64],
+    *,
+    ds_m: float | None = None,
+    bilinear: bool = False,
+    isa: bool = False,
 ) -> Terms:
     """Evaluate ``path``, (n, 3) float64 metres with start and goal, as the definition says."""
     uav = problem.uav
@@ -65,14 +69,21 @@ def evaluate(
 
     length = sum(piece.length_m for piece in smoothed.pieces)
     altitude = sum(_mean_altitude(piece) * piece.length_m for piece in smoothed.pieces) / length
-    steep = sum(piece.length_m for piece in smoothed.pieces
-                if too_steep(piece, uav) or _air_distance(piece, uav, problem.wind) is None)
+    steep = sum(
+        piece.length_m
+        for piece in smoothed.pieces
+        if too_steep(piece, uav) or _air_distance(piece, uav, problem.wind) is None
+    )
     fuel = _fuel(smoothed.pieces, uav, problem.wind, isa)
 
     at, part = track.midpoints(ds_m)
     rows, columns = problem.terrain.elevation.shape
-    outside = ~((at.x >= 0) & (at.x <= (columns - 1) * problem.terrain.dx_m)
-                & (at.y >= 0) & (at.y <= (rows - 1) * problem.terrain.dy_m))
+    outside = ~(
+        (at.x >= 0)
+        & (at.x <= (columns - 1) * problem.terrain.dx_m)
+        & (at.y >= 0)
+        & (at.y <= (rows - 1) * problem.terrain.dy_m)
+    )
     void = np.isnan(at.ground)
     under = float(part[outside | void | (at.z < at.ground)].sum())
     in_zone = problem.nofly_raster[problem.terrain.nearest_nodes(at.x, at.y)]
@@ -82,22 +93,41 @@ def evaluate(
     if smoothed.arcs:
         penalty += smoothed.impossible_arcs / smoothed.arcs * length
     best = utopia(problem.start, problem.goal, uav, problem.wind, isa=isa)
-    cost = (_ALTITUDE_WEIGHT * (altitude * length) / (best.altitude_m * best.length_m)
-            + _FUEL_WEIGHT * fuel / best.fuel_N)
+    cost = (
+        _ALTITUDE_WEIGHT * (altitude * length) / (best.altitude_m * best.length_m)
+        + _FUEL_WEIGHT * fuel / best.fuel_N
+    )
     fitness = 1 / (1 + penalty) if penalty > 0 else 1 + 1 / (1 + cost)
-    return Terms(fitness, penalty, cost, length, altitude, fuel, under, nofly, steep,
-                 smoothed.impossible_arcs, float(part[void].sum()))
+    return Terms(
+        fitness,
+        penalty,
+        cost,
+        length,
+        altitude,
+        fuel,
+        under,
+        nofly,
+        steep,
+        smoothed.impossible_arcs,
+        float(part[void].sum()),
+    )
 
 
 def too_steep(piece: Piece, uav: Uav) -> bool:
     """Whether a piece climbs or descends more steeply than the aircraft can."""
     slope = math.atan2(piece.rise_m, piece.run_m)
-    return (slope > math.radians(uav.max_climb_deg) + SLOPE_TOLERANCE_RAD
-            or slope < -math.radians(uav.max_descent_deg) - SLOPE_TOLERANCE_RAD)
+    return (
+        slope > math.radians(uav.max_climb_deg) + SLOPE_TOLERANCE_RAD
+        or slope < -math.radians(uav.max_descent_deg) - SLOPE_TOLERANCE_RAD
+    )
 
 
 def utopia(
-    start: Sequence[float], goal: Sequence[float], uav: Uav, wind: tuple[float, float], *,
+    start: Sequence[float],
+    goal: Sequence[float],
+    uav: Uav,
+    wind: tuple[float, float],
+    *,
     isa: bool = False,
 ) -> Utopia:
     """Altitude, length and fuel of the straight line from ``start`` to ``goal``.
@@ -111,17 +141,23 @@ def utopia(
     (line,) = smooth(np.array([start, goal], dtype=np.float64), uav.turn_radius_m).pieces
     altitude = _mean_altitude(line)
     if not altitude > 0:
-        raise InputError(f"The straight line from start to goal has a mean altitude of "
-                         f"{altitude:g} m, and costs are relative to it; shift the datum so that "
-                         f"it is positive.")
+        raise InputError(
+            f"The straight line from start to goal has a mean altitude of "
+            f"{altitude:g} m, and costs are relative to it; shift the datum so that "
+            f"it is positive."
+        )
     if _air_distance(line, uav, wind) is None:
-        raise InputError("The straight line from start to goal cannot be flown in this wind, and "
-                         "costs are relative to it; lessen the wind or move start or goal.")
+        raise InputError(
+            "The straight line from start to goal cannot be flown in this wind, and "
+            "costs are relative to it; lessen the wind or move start or goal."
+        )
     fuel = _fuel((line,), uav, wind, isa)
     if not fuel > 0:
-        raise InputError("The straight line from start to goal is so steep a glide that it burns "
-                         "no fuel, and costs are relative to it; raise the goal or lower the "
-                         "start.")
+        raise InputError(
+            "The straight line from start to goal is so steep a glide that it burns "
+            "no fuel, and costs are relative to it; raise the goal or lower the "
+            "start."
+        )
     return Utopia(altitude, line.length_m, fuel)
 
 
@@ -132,19 +168,25 @@ def _mean_altitude(piece: Piece) -> float:
 
 
 def _air_distance(piece: Piece, uav: Uav, wind: tuple[float, float]) -> float | None:
-    return air_distance(piece.length_m, piece.run_m, piece.directions(), wind,
-                        uav.cruise_speed_m_s)
+    return air_distance(piece.length_m, piece.run_m, piece.directions(), wind, uav.cruise_speed_m_s)
 
 
 def _fuel(
-    pieces: tuple[Piece, ...], uav: Uav, wind: tuple[float, float], isa: bool,
+    pieces: tuple[Piece, ...],
+    uav: Uav,
+    wind: tuple[float, float],
+    isa: bool,
 ) -> float:
     """Fuel of all pieces, the weight carried on; one that the wind forbids counts without wind."""
     burned = 0.0
     for piece in pieces:
         distance = _air_distance(piece, uav, wind)
         burned += fuel_burned(
-            uav, uav.weight_N - burned, piece.run_m, piece.rise_m,
+            uav,
+            uav.weight_N - burned,
+            piece.run_m,
+            piece.rise_m,
             piece.length_m if distance is None else distance,
-            air_density(_mean_altitude(piece)) if isa else SEA_LEVEL_DENSITY_KG_M3)
+            air_density(_mean_altitude(piece)) if isa else SEA_LEVEL_DENSITY_KG_M3,
+        )
     return burned

@@ -18,9 +18,11 @@ _QUICK_PARTS = 1_000_000_000
 
 _QUARTER, _ROOT_HALF = math.pi / 4, math.sqrt(0.5)
 _S3, _S5, _S7, _S9, _S11, _S13, _S15 = (
-    (-1) ** (power // 2) / math.factorial(power) for power in range(3, 16, 2))
+    (-1) ** (power // 2) / math.factorial(power) for power in range(3, 16, 2)
+)
 _C2, _C4, _C6, _C8, _C10, _C12, _C14, _C16 = (
-    (-1) ** (power // 2) / math.factorial(power) for power in range(2, 17, 2))
+    (-1) ** (power // 2) / math.factorial(power) for power in range(2, 17, 2)
+)
 
 
 @compiled
@@ -33,15 +35,23 @@ def inside_map(x: float, y: float, c: Constants) -> bool:
 
 @compiled
 def sample(
-    ground: Floats, zoned: Floats, c: Constants, x: float, y: float, z: float,
+    ground: Floats,
+    zoned: Floats,
+    c: Constants,
+    x: float,
+    y: float,
+    z: float,
 ) -> tuple[int, int]:
     """Whether a point is under the terrain, and in a no-fly zone, as two integers 0 or 1.
 
     Takes any point: outside the map it is under the terrain, and over the nearest node of the edge
     as far as no-fly zones go.
     """
-    node = quick_node(c, min(max(x / c.dx_m + 0.5, 0.0), c.columns - 1.0),
-                      min(max(y / c.dy_m + 0.5, 0.0), c.rows - 1.0))
+    node = quick_node(
+        c,
+        min(max(x / c.dx_m + 0.5, 0.0), c.columns - 1.0),
+        min(max(y / c.dy_m + 0.5, 0.0), c.rows - 1.0),
+    )
     inside = inside_map(x, y, c)
     height = zoned[node]
     zone = math.isnan(height)
@@ -84,8 +94,11 @@ def straight_hits(ground: Floats, c: Constants, a: Point, b: Point, parts: int) 
     """
     column, row, z = a[0] / c.dx_m + 0.5, a[1] / c.dy_m + 0.5, a[2]
     # Nodes and metres from one part to the next.
-    ex, ey, ez = ((b[0] - a[0]) / c.dx_m / parts, (b[1] - a[1]) / c.dy_m / parts,
-                  (b[2] - z) / parts)
+    ex, ey, ez = (
+        (b[0] - a[0]) / c.dx_m / parts,
+        (b[1] - a[1]) / c.dy_m / parts,
+        (b[2] - z) / parts,
+    )
     under = 0
     missing = 0
     for part in range(np.int32(parts)):
@@ -109,17 +122,34 @@ def straight_under_bilinear(ground: Floats, c: Constants, a: Point, b: Point, pa
 
 @inlined
 def straight_part(
-    ground: Floats, zoned: Floats, c: Constants, a: Point, b: Point, part: int, parts: int,
+    ground: Floats,
+    zoned: Floats,
+    c: Constants,
+    a: Point,
+    b: Point,
+    part: int,
+    parts: int,
 ) -> tuple[int, int]:
     """:func:`sample` of the mid-point of one of the equal parts of a straight piece."""
     t = (part + 0.5) / parts
-    return sample(ground, zoned, c, a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t,
-                  a[2] + (b[2] - a[2]) * t)
+    return sample(
+        ground,
+        zoned,
+        c,
+        a[0] + (b[0] - a[0]) * t,
+        a[1] + (b[1] - a[1]) * t,
+        a[2] + (b[2] - a[2]) * t,
+    )
 
 
 @compiled
 def straight_general(
-    ground: Floats, zoned: Floats, c: Constants, a: Point, b: Point, parts: int,
+    ground: Floats,
+    zoned: Floats,
+    c: Constants,
+    a: Point,
+    b: Point,
+    parts: int,
 ) -> tuple[int, int]:
     """As :func:`count_straight` for any end points and any reading of the ground."""
     under = 0
@@ -133,7 +163,12 @@ def straight_general(
 
 @compiled
 def count_straight(
-    ground: Floats, zoned: Floats, c: Constants, a: Point, b: Point, parts: int,
+    ground: Floats,
+    zoned: Floats,
+    c: Constants,
+    a: Point,
+    b: Point,
+    parts: int,
 ) -> tuple[int, int]:
     """Parts of a straight piece under the terrain and in a no-fly zone."""
     # The quick loops count in 32 bits and do not look whether they are on the map.
@@ -156,16 +191,24 @@ def half_turn(half: float) -> tuple[float, float]:
     """
     g = half - _QUARTER
     q = g * g
-    sin = g * (1.0 + q * (_S3 + q * (_S5 + q * (_S7 + q * (_S9 + q * (_S11 + q * (
-        _S13 + q * _S15)))))))
-    cos = 1.0 + q * (_C2 + q * (_C4 + q * (_C6 + q * (_C8 + q * (_C10 + q * (_C12 + q * (
-        _C14 + q * _C16)))))))
+    sin = g * (
+        1.0 + q * (_S3 + q * (_S5 + q * (_S7 + q * (_S9 + q * (_S11 + q * (_S13 + q * _S15))))))
+    )
+    cos = 1.0 + q * (
+        _C2 + q * (_C4 + q * (_C6 + q * (_C8 + q * (_C10 + q * (_C12 + q * (_C14 + q * _C16))))))
+    )
     return (cos + sin) * _ROOT_HALF, (cos - sin) * _ROOT_HALF
 
 
 @inlined
 def arc_point(
-    c: Constants, a: Point, ux: float, uy: float, side: float, angle: float, rise: float,
+    c: Constants,
+    a: Point,
+    ux: float,
+    uy: float,
+    side: float,
+    angle: float,
+    rise: float,
     t: float,
 ) -> Point:
     """Point at the fraction ``t`` of an arc; the other arguments are those of :func:`arc_part`."""
@@ -177,8 +220,17 @@ def arc_point(
 
 @inlined
 def arc_part(
-    ground: Floats, zoned: Floats, c: Constants, a: Point, ux: float, uy: float, side: float,
-    angle: float, rise: float, part: int, parts: int,
+    ground: Floats,
+    zoned: Floats,
+    c: Constants,
+    a: Point,
+    ux: float,
+    uy: float,
+    side: float,
+    angle: float,
+    rise: float,
+    part: int,
+    parts: int,
 ) -> tuple[int, int]:
     """:func:`sample` of the mid-point of one of the equal parts of an arc.
 
@@ -190,8 +242,15 @@ def arc_part(
 
 @compiled
 def arc_hits(
-    ground: Floats, c: Constants, a: Point, ux: float, uy: float, side: float, angle: float,
-    rise: float, parts: int,
+    ground: Floats,
+    c: Constants,
+    a: Point,
+    ux: float,
+    uy: float,
+    side: float,
+    angle: float,
+    rise: float,
+    parts: int,
 ) -> tuple[int, int]:
     """As :func:`straight_hits`, for an arc; its arguments are those of :func:`arc_part`."""
     column, row, z = a[0] / c.dx_m + 0.5, a[1] / c.dy_m + 0.5, a[2]
@@ -206,8 +265,13 @@ def arc_hits(
         t = part + 0.5
         sin, cos = half_turn(half * t)
         ahead, aside = sin * cos, sin * sin
-        height = ground[quick_node(c, column + (ahead * ahead_x + aside * aside_x),
-                                   row + (ahead * ahead_y + aside * aside_y))]
+        height = ground[
+            quick_node(
+                c,
+                column + (ahead * ahead_x + aside * aside_x),
+                row + (ahead * ahead_y + aside * aside_y),
+            )
+        ]
         under += z + ez * t < height
         missing += math.isnan(height)
     return under, missing
@@ -215,8 +279,16 @@ def arc_hits(
 
 @compiled
 def arc_general(
-    ground: Floats, zoned: Floats, c: Constants, a: Point, ux: float, uy: float, side: float,
-    angle: float, rise: float, parts: int,
+    ground: Floats,
+    zoned: Floats,
+    c: Constants,
+    a: Point,
+    ux: float,
+    uy: float,
+    side: float,
+    angle: float,
+    rise: float,
+    parts: int,
 ) -> tuple[int, int]:
     """As :func:`count_arc` for an arc anywhere and any reading of the ground."""
     under = 0
@@ -230,15 +302,27 @@ def arc_general(
 
 @compiled
 def count_arc(
-    ground: Floats, zoned: Floats, c: Constants, a: Point, ux: float, uy: float, side: float,
-    angle: float, rise: float, parts: int,
+    ground: Floats,
+    zoned: Floats,
+    c: Constants,
+    a: Point,
+    ux: float,
+    uy: float,
+    side: float,
+    angle: float,
+    rise: float,
+    parts: int,
 ) -> tuple[int, int]:
     """Parts of an arc under the terrain and in a no-fly zone; arguments of :func:`arc_part`."""
     # No point of it is farther from its entry.
     reach = c.turn_radius_m * min(angle, 2.0)
-    if (c.bilinear or parts > _QUICK_PARTS
-            or not (inside_map(a[0] - reach, a[1] - reach, c)
-                    and inside_map(a[0] + reach, a[1] + reach, c))):
+    if (
+        c.bilinear
+        or parts > _QUICK_PARTS
+        or not (
+            inside_map(a[0] - reach, a[1] - reach, c) and inside_map(a[0] + reach, a[1] + reach, c)
+        )
+    ):
         return arc_general(ground, zoned, c, a, ux, uy, side, angle, rise, parts)
     under, zone = arc_hits(zoned, c, a, ux, uy, side, angle, rise, parts)
     if zone:

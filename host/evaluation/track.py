@@ -100,8 +100,10 @@ class SmoothedTrack:
             points.append(piece.points(fractions))
             weights.append(np.full(parts, piece.length_m / parts))
             flown += piece.length_m
-        return (self._samples(np.concatenate(along), np.concatenate(points)),
-                np.concatenate(weights))
+        return (
+            self._samples(np.concatenate(along), np.concatenate(points)),
+            np.concatenate(weights),
+        )
 
     def _samples(self, along: NDArray[np.float64], points: NDArray[np.float64]) -> Samples:
         x, y, z = np.ascontiguousarray(points.T)
@@ -110,7 +112,11 @@ class SmoothedTrack:
 
 
 def ground_below(
-    terrain: "Terrain", x: NDArray[np.float64], y: NDArray[np.float64], *, bilinear: bool = False,
+    terrain: "Terrain",
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    *,
+    bilinear: bool = False,
 ) -> NDArray[np.float64]:
     """Height of the ground below points (k,), metres; NaN over a void.
 
@@ -126,9 +132,14 @@ def ground_below(
     column, row = np.minimum(column, columns - 1), np.minimum(row, rows - 1)
     east, north = gx - column, gy - row
     ground = np.zeros_like(gx)
-    for weight, dy, dx in (((1 - east) * (1 - north), 0, 0), (east * (1 - north), 0, 1),
-                           ((1 - east) * north, 1, 0), (east * north, 1, 1)):
-        height = terrain.elevation[np.minimum(row + dy, rows - 1),
-                                   np.minimum(column + dx, columns - 1)]
+    for weight, dy, dx in (
+        ((1 - east) * (1 - north), 0, 0),
+        (east * (1 - north), 0, 1),
+        ((1 - east) * north, 1, 0),
+        (east * north, 1, 1),
+    ):
+        height = terrain.elevation[
+            np.minimum(row + dy, rows - 1), np.minimum(column + dx, columns - 1)
+        ]
         ground += np.where(weight > 0, weight * height, 0.0)
     return ground

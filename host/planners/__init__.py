@@ -46,50 +46,68 @@ class Option:
 OPTIONS: Mapping[str, Option] = {
     "board": Option(
         meaning="model:, sim:, sim:?sim=icarus, a serial device or a URL of pyserial (default "
-                "model:)",
-        metavar="URL"),
+        "model:)",
+        metavar="URL",
+    ),
     "link_mode": Option(
         meaning="what goes over the link each generation (default rank)",
-        choices=("rank", "population", "recipe")),
+        choices=("rank", "population", "recipe"),
+    ),
     "feasibility": Option(
         meaning="who counts the distance under the terrain during the search; the report is "
-                "always the host's (default host)",
-        choices=("host", "board")),
+        "always the host's (default host)",
+        choices=("host", "board"),
+    ),
     "initial_draws": Option(
         meaning="paths drawn for each of the first population, of which the best go on (default "
-                "4; the paper's is 1)",
-        type=int, metavar="N"),
+        "4; the paper's is 1)",
+        type=int,
+        metavar="N",
+    ),
     "engine": Option(
         meaning="where it runs: all cores, one, or an NVIDIA GPU; the result is the same but for "
-                "rounding on the GPU (default cores)",
-        choices=ENGINES),
+        "rounding on the GPU (default cores)",
+        choices=ENGINES,
+    ),
     "waypoints": Option(
-        meaning="free waypoints of every path (default 6, with --init astar 16)", type=int,
-        metavar="N"),
+        meaning="free waypoints of every path (default 6, with --init astar 16)",
+        type=int,
+        metavar="N",
+    ),
     "two_opt_every": Option(
-        meaning="iterations from one 2-opt to the next (default 20), 0 for none", type=int,
-        metavar="N"),
+        meaning="iterations from one 2-opt to the next (default 20), 0 for none",
+        type=int,
+        metavar="N",
+    ),
     "max_waypoints": Option(
-        meaning="most transitional waypoints of a path (default 20, of astar 16)", type=int,
-        metavar="N"),
+        meaning="most transitional waypoints of a path (default 20, of astar 16)",
+        type=int,
+        metavar="N",
+    ),
     "init": Option(
         meaning="what the first population is: random, or astar: what the planner astar finds, "
-                "and varied copies of it (default random)",
-        choices=("random", "astar")),
+        "and varied copies of it (default random)",
+        choices=("random", "astar"),
+    ),
     "refits": Option(
         meaning="children of a generation that are the best path with a waypoint or two moved and "
-                "the lowest altitudes (default 2 with --init astar, else 0)",
-        type=int, metavar="N"),
+        "the lowest altitudes (default 2 with --init astar, else 0)",
+        type=int,
+        metavar="N",
+    ),
     "reading": Option(
         meaning="what the crossover takes for the cost of a route: that of the whole, or the sum "
-                "of its segments' (default route)",
-        choices=("route", "sum")),
+        "of its segments' (default route)",
+        choices=("route", "sum"),
+    ),
     "draws": Option(
         meaning="where crossover points and segments are drawn: near the best route, or, as in "
-                "the paper, anywhere (default near)",
-        choices=("near", "uniform")),
+        "the paper, anywhere (default near)",
+        choices=("near", "uniform"),
+    ),
     "added_points": Option(
-        meaning="crossover points added per generation (default 8)", type=int, metavar="N"),
+        meaning="crossover points added per generation (default 8)", type=int, metavar="N"
+    ),
 }
 
 
@@ -206,7 +224,7 @@ PLANNERS: Mapping[str, Entry] = {
     "ga-dp": Entry(
         description="B-spline routes; crossover by dynamic programming over all segments",
         paper="Cheng, Fallahi, Leung and Tse, GA with a deterministic crossover operator, "
-              "section IV",
+        "section IV",
         generations=100,
         options=("reading", "draws", "added_points", "init"),
         constructor=_ga_dp,
@@ -214,7 +232,7 @@ PLANNERS: Mapping[str, Entry] = {
     "ga-auv": Entry(
         description="B-spline routes; the conventional GA that ga-dp is compared with",
         paper="Cheng, Fallahi, Leung and Tse, GA with a deterministic crossover operator, "
-              "section V",
+        "section V",
         generations=100,
         options=("draws", "added_points", "init"),
         constructor=_ga_auv,

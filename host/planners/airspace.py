@@ -46,14 +46,18 @@ class Airspace:
         self.floor = np.where(np.isnan(elevation) | problem.nofly_raster, np.inf, elevation)
         self._free = np.flatnonzero(np.isfinite(self.floor))
         if not len(self._free):
-            raise InputError("Nothing of the map is free to fly over; lessen the no-fly zones or "
-                             "fill the voids with --fill-voids.")
+            raise InputError(
+                "Nothing of the map is free to fly over; lessen the no-fly zones or "
+                "fill the voids with --fill-voids."
+            )
         rows, columns = elevation.shape
         top = max(float(np.nanmax(elevation)) + HEADROOM_M, self.start[2], self.goal[2])
-        self.low = np.array([0.0, 0.0, min(float(np.nanmin(elevation)), self.start[2],
-                                           self.goal[2])])
-        self.high = np.array([(columns - 1) * self.terrain.dx_m,
-                              (rows - 1) * self.terrain.dy_m, top])
+        self.low = np.array(
+            [0.0, 0.0, min(float(np.nanmin(elevation)), self.start[2], self.goal[2])]
+        )
+        self.high = np.array(
+            [(columns - 1) * self.terrain.dx_m, (rows - 1) * self.terrain.dy_m, top]
+        )
 
     def is_free(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which of ``points``, (n, 3) float64 metres, are in the box and over free ground: (n,)."""
@@ -71,7 +75,11 @@ class Airspace:
         return np.stack((column * self.terrain.dx_m, row * self.terrain.dy_m, z), axis=1)
 
     def draw_near(
-        self, rng: np.random.Generator, point: NDArray[np.float64], share: float, draws: int,
+        self,
+        rng: np.random.Generator,
+        point: NDArray[np.float64],
+        share: float,
+        draws: int,
     ) -> NDArray[np.float64] | None:
         """Draw a free point of the box around ``point`` with edges of ``share`` of the airspace's.
 

@@ -34,7 +34,12 @@ _SHORT_ARC_M = 1e-3
 
 
 def lowest_altitudes(
-    problem: Problem, prices: Prices, places: Floats, *, base_m: float = 0.0, step_m: float = 0.0,
+    problem: Problem,
+    prices: Prices,
+    places: Floats,
+    *,
+    base_m: float = 0.0,
+    step_m: float = 0.0,
 ) -> Floats | None:
     """Give waypoints the altitudes that cost least.
 
@@ -63,8 +68,9 @@ def lowest_altitudes(
     """
     count = len(places)
     # Numbers of waypoints for altitudes: pieces come back knowing what they lie between.
-    smoothed = smooth(np.column_stack((places, np.arange(count, dtype=np.float64))),
-                      problem.uav.turn_radius_m)
+    smoothed = smooth(
+        np.column_stack((places, np.arange(count, dtype=np.float64))), problem.uav.turn_radius_m
+    )
     runs = np.hypot(*np.diff(places, axis=0).T)
     if smoothed.impossible_arcs or not runs.any():
         return None
@@ -80,8 +86,16 @@ def lowest_altitudes(
         if isinstance(piece, Arc) and piece.run_m > _SHORT_ARC_M:
             rises.append((stop - start)[None])
             flown.append(np.array([piece.run_m]))
-    z = _solved(problem, prices, np.concatenate(above), np.concatenate(heights), level,
-                np.concatenate(rises), np.concatenate(flown), step_m)
+    z = _solved(
+        problem,
+        prices,
+        np.concatenate(above),
+        np.concatenate(heights),
+        level,
+        np.concatenate(rises),
+        np.concatenate(flown),
+        step_m,
+    )
     if z is None:
         return None
     if step_m > 0:
@@ -98,16 +112,26 @@ def _between(at: float, count: int) -> Floats:
 
 
 def _profiles(
-    terrain: Terrain, pieces: Sequence[Straight | Arc], finest_m: float,
+    terrain: Terrain,
+    pieces: Sequence[Straight | Arc],
+    finest_m: float,
 ) -> Iterator[tuple[Floats, Floats]]:
     """Where along each piece, as shares of it, an altitude linear in these must clear what ground.
 
     Straight pieces are cut where the nearest node changes, arcs in parts of at most ``finest_m``.
     """
-    cuts = [_borders(terrain, piece) if isinstance(piece, Straight) else
-            np.linspace(0.0, 1.0, math.ceil(piece.run_m / finest_m) + 1) for piece in pieces]
-    middles = np.concatenate([piece.points(0.5 * (at[1:] + at[:-1]))[:, :2]
-                              for piece, at in zip(pieces, cuts, strict=True)])
+    cuts = [
+        _borders(terrain, piece)
+        if isinstance(piece, Straight)
+        else np.linspace(0.0, 1.0, math.ceil(piece.run_m / finest_m) + 1)
+        for piece in pieces
+    ]
+    middles = np.concatenate(
+        [
+            piece.points(0.5 * (at[1:] + at[:-1]))[:, :2]
+            for piece, at in zip(pieces, cuts, strict=True)
+        ]
+    )
     # Voids have no height to clear: whoever evaluates the path finds them.
     grounds = np.nan_to_num(terrain.ground(*middles.T), nan=terrain.lowest)
     ends = np.cumsum([len(at) - 1 for at in cuts])
@@ -123,8 +147,10 @@ def _borders(terrain: Terrain, piece: Straight) -> Floats:
     """Shares of a straight piece at which the nearest node changes, with 0 and 1."""
     shares = [np.array([0.0, 1.0])]
     x, y, _ = piece.start
-    for at, way, side in ((x, piece.heading[0] * piece.run_m, terrain.dx_m),
-                          (y, piece.heading[1] * piece.run_m, terrain.dy_m)):
+    for at, way, side in (
+        (x, piece.heading[0] * piece.run_m, terrain.dx_m),
+        (y, piece.heading[1] * piece.run_m, terrain.dy_m),
+    ):
         if way != 0:
             first, last = sorted((at / side - 0.5, (at + way) / side - 0.5))
             lines = np.arange(math.ceil(first), math.floor(last) + 1)
@@ -158,8 +184,14 @@ def _hull_size(at: Floats, ground: Floats, outer: NDArray[np.int64]) -> int:
 
 
 def _solved(
-    problem: Problem, prices: Prices, above: Floats, heights: Floats, level: Floats, rises: Floats,
-    runs: Floats, step_m: float,
+    problem: Problem,
+    prices: Prices,
+    above: Floats,
+    heights: Floats,
+    level: Floats,
+    rises: Floats,
+    runs: Floats,
+    step_m: float,
 ) -> Floats | None:
     """Solve for the altitudes of all waypoints, what each segment climbs, and the steepness.
 
@@ -174,21 +206,26 @@ def _solved(
     """
     uav, count = problem.uav, len(level)
     segments, slopes = count - 1, len(rises)
-    climb, descent = (math.tan(math.radians(limit)) - _SLOPE_MARGIN
-                      for limit in (uav.max_climb_deg, uav.max_descent_deg))
+    climb, descent = (
+        math.tan(math.radians(limit)) - _SLOPE_MARGIN
+        for limit in (uav.max_climb_deg, uav.max_descent_deg)
+    )
     # What rounding up may add to a rise, and take from it.
     more = step_m * np.maximum(rises[:, 1:-1], 0).sum(axis=1)
     less = step_m * np.maximum(-rises[:, 1:-1], 0).sum(axis=1)
     over = np.column_stack((np.zeros((slopes, segments)), -runs))
     paid = -np.eye(segments, segments + 1)
-    matrix = np.concatenate((
-        np.column_stack((-above, np.zeros((len(above), segments + 1)))),
-        np.column_stack((rises, over)),
-        np.column_stack((-rises, over)),
-        np.column_stack((rises[:segments], paid)),
-    ))
-    limits = np.concatenate((
-        -heights - _CLEARANCE_M, runs * climb - more, runs * descent - less, np.zeros(segments)))
+    matrix = np.concatenate(
+        (
+            np.column_stack((-above, np.zeros((len(above), segments + 1)))),
+            np.column_stack((rises, over)),
+            np.column_stack((-rises, over)),
+            np.column_stack((rises[:segments], paid)),
+        )
+    )
+    limits = np.concatenate(
+        (-heights - _CLEARANCE_M, runs * climb - more, runs * descent - less, np.zeros(segments))
+    )
     bounds = np.full((count + segments + 1, 2), (-np.inf, np.inf))
     bounds[[0, count - 1]] = [[problem.start[2]] * 2, [problem.goal[2]] * 2]
     bounds[count:-1, 0] = -prices.glide * runs[:segments]

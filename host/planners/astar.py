@@ -63,13 +63,18 @@ class AstarPlanner:
 
     def __init__(self, *, max_waypoints: int = DEFAULT_MAX_WAYPOINTS) -> None:
         if not 1 <= max_waypoints <= _MOST_WAYPOINTS:
-            raise InputError(f"The most waypoints of a path must be from 1 to {_MOST_WAYPOINTS}, "
-                             f"not {max_waypoints}.")
+            raise InputError(
+                f"The most waypoints of a path must be from 1 to {_MOST_WAYPOINTS}, "
+                f"not {max_waypoints}."
+            )
         self.max_waypoints = max_waypoints
 
     def plan(
-        self, evaluator: Evaluator, options: Options,
-        progress: Progress | None = None, stop: Stop | None = None,
+        self,
+        evaluator: Evaluator,
+        options: Options,
+        progress: Progress | None = None,
+        stop: Stop | None = None,
     ) -> Result:
         """Search; see :class:`host.planners.base.Planner`.
 
@@ -95,7 +100,9 @@ class AstarPlanner:
 
 
 def searches(
-    run: Run, most: int, lattice: ChipMap | None = None,
+    run: Run,
+    most: int,
+    lattice: ChipMap | None = None,
 ) -> Iterator[list[tuple[float, Path]]]:
     """Search with one surface after the other.
 

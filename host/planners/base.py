@@ -57,14 +57,17 @@ class Options:
 
     def __post_init__(self) -> None:
         if self.generations < 1:
-            raise InputError(f"The number of generations must be 1 or more, not "
-                             f"{self.generations}.")
+            raise InputError(
+                f"The number of generations must be 1 or more, not {self.generations}."
+            )
         if self.time_limit_s is not None and not 0 < self.time_limit_s < math.inf:
-            raise InputError(f"The time limit must be a positive number of seconds, not "
-                             f"{self.time_limit_s:g}.")
+            raise InputError(
+                f"The time limit must be a positive number of seconds, not {self.time_limit_s:g}."
+            )
         if self.target_fitness is not None and not math.isfinite(self.target_fitness):
-            raise InputError(f"The target fitness must be a finite number, not "
-                             f"{self.target_fitness:g}.")
+            raise InputError(
+                f"The target fitness must be a finite number, not {self.target_fitness:g}."
+            )
         if not 0 <= self.seed < 1 << 64:
             raise InputError(f"The seed must be from 0 to 2**64 - 1, not {self.seed}.")
 
@@ -153,8 +156,11 @@ class Planner(Protocol):
     """Plans paths; made by :func:`host.planners.make`."""
 
     def plan(
-        self, evaluator: Evaluator, options: Options,
-        progress: Progress | None = None, stop: Stop | None = None,
+        self,
+        evaluator: Evaluator,
+        options: Options,
+        progress: Progress | None = None,
+        stop: Stop | None = None,
     ) -> Result:
         """Search for the best path of ``evaluator.problem``.
 
@@ -212,7 +218,10 @@ class Run:
             self.seconds[name] = self.seconds.get(name, 0.0) + spent
 
     def fitness(
-        self, paths: Sequence[Path], *, counted_m: NDArray[np.float64] | None = None,
+        self,
+        paths: Sequence[Path],
+        *,
+        counted_m: NDArray[np.float64] | None = None,
     ) -> NDArray[np.float64]:
         """Evaluate ``paths``, (n, 3) float64 metres each, ends included, and keep the best.
 
@@ -249,7 +258,7 @@ class Run:
 
     def _keep(self, value: float, path: Path) -> None:
         if value > self._best:
-            if self._best <= 1:     # What was kept is worse, and cannot be feasible.
+            if self._best <= 1:  # What was kept is worse, and cannot be feasible.
                 self._archive.clear()
             self._best = value
         self._archive[path.tobytes()] = value, path
@@ -308,13 +317,24 @@ class Run:
             path, evaluation = choose(self.evaluator, archive)
         self.seconds["total"] = time.perf_counter() - self._started
         return Result(
-            path, evaluation, self.history, int(self.history[-1][0]) if self.history else 0,
-            self.evaluations, reason, self.failure, self.seconds, self.hardware, archive,
-            self.history_evaluations, self.cut_short)
+            path,
+            evaluation,
+            self.history,
+            int(self.history[-1][0]) if self.history else 0,
+            self.evaluations,
+            reason,
+            self.failure,
+            self.seconds,
+            self.hardware,
+            archive,
+            self.history_evaluations,
+            self.cut_short,
+        )
 
 
 def choose(
-    evaluator: Evaluator, archive: Sequence[tuple[float, Path]],
+    evaluator: Evaluator,
+    archive: Sequence[tuple[float, Path]],
 ) -> tuple[Path, Evaluation]:
     """Return the best candidate that is feasible by the strict rule, else simply the best.
 

@@ -86,7 +86,9 @@ class BoardCollisionCounter:
         return self._run.fitness(paths, counted_m=counted_m)
 
     def settle(
-        self, fitness: NDArray[np.float64], settled: NDArray[np.bool_],
+        self,
+        fitness: NDArray[np.float64],
+        settled: NDArray[np.bool_],
         path_at: Callable[[int], Path],
     ) -> None:
         """Evaluate in full the best of a population until the best is one that has been.

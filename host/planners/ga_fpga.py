@@ -83,17 +83,22 @@ class FpgaGeneticPlanner:
     """
 
     def __init__(
-        self, *, board: str = "model:", link_mode: str = "rank", initial_draws: int = 4,
-        feasibility: str = "host", init: str = "random",
+        self,
+        *,
+        board: str = "model:",
+        link_mode: str = "rank",
+        initial_draws: int = 4,
+        feasibility: str = "host",
+        init: str = "random",
         open_board: Callable[[str], AbstractContextManager[Chip]] | None = None,
     ) -> None:
         names = [mode.name.lower() for mode in LinkMode]
         if link_mode not in names:
-            raise InputError(f"The link mode must be one of {', '.join(names)}, not "
-                             f"{link_mode!r}.")
+            raise InputError(f"The link mode must be one of {', '.join(names)}, not {link_mode!r}.")
         if not 1 <= initial_draws <= _MOST_DRAWS:
-            raise InputError(f"The initial draws must be from 1 to {_MOST_DRAWS}, not "
-                             f"{initial_draws}.")
+            raise InputError(
+                f"The initial draws must be from 1 to {_MOST_DRAWS}, not {initial_draws}."
+            )
         if feasibility not in ("host", "board"):
             raise InputError(f"The feasibility must be host or board, not {feasibility!r}.")
         self.board = board
@@ -104,8 +109,11 @@ class FpgaGeneticPlanner:
         self._open_board = open_board
 
     def plan(
-        self, evaluator: Evaluator, options: Options,
-        progress: Progress | None = None, stop: Stop | None = None,
+        self,
+        evaluator: Evaluator,
+        options: Options,
+        progress: Progress | None = None,
+        stop: Stop | None = None,
     ) -> Result:
         """Search; see :class:`host.planners.base.Planner`.
 
@@ -148,8 +156,9 @@ class FpgaGeneticPlanner:
         rng = np.random.default_rng(run.options.seed)
         count = self.initial_draws * config.population
         if self.from_astar:
-            found = astar_paths(run, rng, count, config.max_waypoints,
-                                fewest=config.MIN_WAYPOINTS, lattice=grid)
+            found = astar_paths(
+                run, rng, count, config.max_waypoints, fewest=config.MIN_WAYPOINTS, lattice=grid
+            )
             if found is not None:
                 return [pack_waypoints(config, grid.to_cells(path[1:-1])) for path in found]
         with run.phase("map"):
@@ -162,14 +171,20 @@ class FpgaGeneticPlanner:
 def _check(config: Config, evaluator: Evaluator, options: Options, on_board: bool) -> None:
     """Refuse what a chip of ``config`` cannot do."""
     if not config.genetic:
-        raise InputError("This board has no genetic core, it only checks paths; use another board, "
-                         "or --planner ga-pc.")
+        raise InputError(
+            "This board has no genetic core, it only checks paths; use another board, "
+            "or --planner ga-pc."
+        )
     if on_board and config.checker is CheckerBuild.NONE:
-        raise InputError("This board has no collision checker; leave out --feasibility board, or "
-                         "use one that was built with a checker.")
+        raise InputError(
+            "This board has no collision checker; leave out --feasibility board, or "
+            "use one that was built with a checker."
+        )
     if options.population not in (None, config.population):
-        raise InputError(f"The population of this board is {config.population}, not "
-                         f"{options.population}; leave out --population or build another board.")
+        raise InputError(
+            f"The population of this board is {config.population}, not "
+            f"{options.population}; leave out --population or build another board."
+        )
     ChipMap(config, evaluator.problem)
 
 
@@ -177,7 +192,12 @@ class _Loop:
     """The generations of one run."""
 
     def __init__(
-        self, chip: Chip, grid: ChipMap, run: Run, mode: LinkMode, on_board: bool,
+        self,
+        chip: Chip,
+        grid: ChipMap,
+        run: Run,
+        mode: LinkMode,
+        on_board: bool,
     ) -> None:
         problem = run.evaluator.problem
         self._chip, self._grid, self._run, self._mode = chip, grid, run, mode
@@ -234,8 +254,9 @@ class _Loop:
     def _record(self, generation: int, packed: Sequence[Sequence[int]]) -> None:
         """Note a generation, whose paths lie ``packed`` in the chip's slots."""
         if self._counts is not None:
-            self._counts.settle(self._fitness, self._settled,
-                                lambda slot: self._metres([packed[slot]])[0])
+            self._counts.settle(
+                self._fitness, self._settled, lambda slot: self._metres([packed[slot]])[0]
+            )
         self._run.record(generation, self._fitness)
 
     def _evaluated(self, packed: Sequence[Sequence[int]], slot: int = 0) -> NDArray[np.float64]:
@@ -272,18 +293,23 @@ class _Loop:
             "link_mode": self._mode.name.lower(),
             "map": self._grid.report(),
             "cycles": {name: self.counted(counter) for name, counter in _CYCLES.items()},
-            "bytes": {"to_board": self.counted("bytes_received"),
-                      "from_board": self.counted("bytes_sent")},
-            "frames": {"repeated": traffic.frames_repeated - before.frames_repeated,
-                       "damaged": traffic.frames_damaged - before.frames_damaged},
+            "bytes": {
+                "to_board": self.counted("bytes_received"),
+                "from_board": self.counted("bytes_sent"),
+            },
+            "frames": {
+                "repeated": traffic.frames_repeated - before.frames_repeated,
+                "damaged": traffic.frames_damaged - before.frames_damaged,
+            },
             "generations": self.counted("generations"),
             "longest_generation_cycles": self._after["longest"],
             "refused_mutations": self.counted("refused_mutations"),
         }
         if self._counts is not None:
             of_chip = ("paths", "cells", "reads", "redrawn", "left_out")
-            hardware["feasibility"] = (
-                {name: self.counted(name) for name in of_chip} | self._counts.report())
+            hardware["feasibility"] = {
+                name: self.counted(name) for name in of_chip
+            } | self._counts.report()
         return hardware
 
 
@@ -309,8 +335,10 @@ def draw_paths(
     top = grid.limits[2]
     rows, columns = np.nonzero(grid.heights < top)
     if not len(rows):
-        raise InputError("Nothing of the map is free to fly over; lessen the no-fly zones or fill "
-                         "the voids with --fill-voids.")
+        raise InputError(
+            "Nothing of the map is free to fly over; lessen the no-fly zones or fill "
+            "the voids with --fill-voids."
+        )
     count = paths * config.MIN_WAYPOINTS
     at = rng.integers(len(rows), size=count)
     ground = grid.heights[rows[at], columns[at]].astype(np.int64)

@@ -23,16 +23,16 @@ MIN_WAYPOINTS = 2
 #: Paths in the population by default (section 4.1.1); section 3.1 found 30 to 40 good.
 POPULATION = 32
 
-_CROSSOVER_SHARE = 0.70         # Of the population, replaced by children (section 3.3).
-_ELITE_SHARE = 0.05             # Of the population, kept for being best (section 3.5).
-_MUTATION_RATE = 0.05           # Chance of a child to be mutated, in one of five ways (3.4).
-_BOX_SHARE = 0.15               # Edge of the mutation box by the edge of the map (3.4.1).
+_CROSSOVER_SHARE = 0.70  # Of the population, replaced by children (section 3.3).
+_ELITE_SHARE = 0.05  # Of the population, kept for being best (section 3.5).
+_MUTATION_RATE = 0.05  # Chance of a child to be mutated, in one of five ways (3.4).
+_BOX_SHARE = 0.15  # Edge of the mutation box by the edge of the map (3.4.1).
 _SHARP_TURN_RAD = math.radians(45)
 # Beyond these a generation takes minutes, and soon all memory.
 _LARGEST_POPULATION = 100_000
 _MOST_WAYPOINTS = 1000
-_REFITS = 2                     # Of a generation that began with astar.
-_DRAWS = 8                      # Bound on draws of a waypoint that is not in the ground.
+_REFITS = 2  # Of a generation that began with astar.
+_DRAWS = 8  # Bound on draws of a waypoint that is not in the ground.
 
 
 class PcGeneticPlanner:
@@ -75,12 +75,18 @@ class PcGeneticPlanner:
     """
 
     def __init__(
-        self, *, max_waypoints: int = 20, mutation_rate: float = _MUTATION_RATE,
-        init: str = "random", refits: int | None = None,
+        self,
+        *,
+        max_waypoints: int = 20,
+        mutation_rate: float = _MUTATION_RATE,
+        init: str = "random",
+        refits: int | None = None,
     ) -> None:
         if not 3 <= max_waypoints <= _MOST_WAYPOINTS:
-            raise InputError(f"The most waypoints of a path must be from 3 to {_MOST_WAYPOINTS}, "
-                             f"not {max_waypoints}.")
+            raise InputError(
+                f"The most waypoints of a path must be from 3 to {_MOST_WAYPOINTS}, "
+                f"not {max_waypoints}."
+            )
         if not 0 <= mutation_rate <= 1:
             raise InputError(f"The mutation rate must be from 0 to 1, not {mutation_rate:g}.")
         self.max_waypoints = max_waypoints
@@ -91,8 +97,11 @@ class PcGeneticPlanner:
             raise InputError(f"The refits of a generation must be 0 or more, not {refits}.")
 
     def plan(
-        self, evaluator: Evaluator, options: Options,
-        progress: Progress | None = None, stop: Stop | None = None,
+        self,
+        evaluator: Evaluator,
+        options: Options,
+        progress: Progress | None = None,
+        stop: Stop | None = None,
     ) -> Result:
         """Search; see :class:`host.planners.base.Planner`.
 
@@ -104,12 +113,15 @@ class PcGeneticPlanner:
         """
         count = POPULATION if options.population is None else options.population
         if not 8 <= count <= _LARGEST_POPULATION:
-            raise InputError(f"The population of ga-pc must be from 8 to {_LARGEST_POPULATION}, "
-                             f"not {count}.")
+            raise InputError(
+                f"The population of ga-pc must be from 8 to {_LARGEST_POPULATION}, not {count}."
+            )
         children_count = 2 * _pairs(count)
         if self.refits > children_count:
-            raise InputError(f"A generation has {children_count} children, so there can be at most "
-                             f"as many refits, not {self.refits}.")
+            raise InputError(
+                f"A generation has {children_count} children, so there can be at most "
+                f"as many refits, not {self.refits}."
+            )
         problem = evaluator.problem
         rng = np.random.default_rng(options.seed)
         space = Airspace(problem)
@@ -119,8 +131,11 @@ class PcGeneticPlanner:
         found = None
         if self.from_astar:
             found = astar_paths(run, rng, count, self.max_waypoints, fewest=MIN_WAYPOINTS)
-        paths = ([space.draw(rng, MIN_WAYPOINTS) for _ in range(count)] if found is None else
-                 [path[1:-1] for path in found])
+        paths = (
+            [space.draw(rng, MIN_WAYPOINTS) for _ in range(count)]
+            if found is None
+            else [path[1:-1] for path in found]
+        )
         vary = Variation(problem, rng, self.max_waypoints, MIN_WAYPOINTS) if self.refits else None
 
         def evaluate(some: list[Path]) -> NDArray[np.float64]:
@@ -142,7 +157,8 @@ class PcGeneticPlanner:
                     with run.phase("refits"):
                         children[-self.refits :] = [
                             vary.nudged(np.concatenate((ends[0], best, ends[1])))[1:-1]
-                            for _ in range(self.refits)]
+                            for _ in range(self.refits)
+                        ]
                 with run.phase("population_update"):
                     kept = _kept(fitness, count - len(children), rng)
                     paths = [*(paths[i] for i in kept), *children]
@@ -152,7 +168,10 @@ class PcGeneticPlanner:
         return run.result()
 
     def _children(
-        self, paths: list[Path], fitness: NDArray[np.float64], rng: np.random.Generator,
+        self,
+        paths: list[Path],
+        fitness: NDArray[np.float64],
+        rng: np.random.Generator,
     ) -> list[Path]:
         parents = roulette(fitness, 2 * _pairs(len(paths)), rng)
         children: list[Path] = []
@@ -192,7 +211,9 @@ def _pairs(population: int) -> int:
 
 
 def roulette(
-    fitness: NDArray[np.float64], draws: int, rng: np.random.Generator,
+    fitness: NDArray[np.float64],
+    draws: int,
+    rng: np.random.Generator,
 ) -> NDArray[np.intp]:
     """Draw indices with chances in proportion to ``fitness`` (m,), each above 0; with repeats."""
     wheel = np.cumsum(fitness)
@@ -202,7 +223,9 @@ def roulette(
 
 
 def _kept(
-    fitness: NDArray[np.float64], count: int, rng: np.random.Generator,
+    fitness: NDArray[np.float64],
+    count: int,
+    rng: np.random.Generator,
 ) -> NDArray[np.intp]:
     """Indices of ``count`` survivors: the best, then a roulette without replacement."""
     order = np.argsort(-fitness, kind="stable")
@@ -214,7 +237,10 @@ def _kept(
 
 
 def crossover(
-    one: Path, other: Path, max_waypoints: int, rng: np.random.Generator,
+    one: Path,
+    other: Path,
+    max_waypoints: int,
+    rng: np.random.Generator,
 ) -> tuple[Path, Path]:
     """Exchange the tails of two paths of waypoints, (n, 3), and return the children.
 
@@ -226,8 +252,10 @@ def crossover(
     longest = max(cuts[0] + len(other) - cuts[1], cuts[1] + len(one) - cuts[0])
     if longest > max_waypoints:
         cuts = [len(one) // 2, len(other) // 2]
-    return (np.concatenate((one[: cuts[0]], other[cuts[1] :])),
-            np.concatenate((other[: cuts[1]], one[cuts[0] :])))
+    return (
+        np.concatenate((one[: cuts[0]], other[cuts[1] :])),
+        np.concatenate((other[: cuts[1]], one[cuts[0] :])),
+    )
 
 
 def smooth_turn(path: Path, space: Airspace) -> Path:

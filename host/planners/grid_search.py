@@ -55,8 +55,10 @@ class Prices:
         best = utopia(problem.start, problem.goal, problem.uav, problem.wind)
         uav = problem.uav
         lift_area = 0.5 * SEA_LEVEL_DENSITY_KG_M3 * uav.cruise_speed_m_s**2 * uav.wing_area_m2
-        drag = (lift_area * uav.zero_lift_drag_coefficient
-                + uav.induced_drag_factor * uav.weight_N**2 / lift_area)
+        drag = (
+            lift_area * uav.zero_lift_drag_coefficient
+            + uav.induced_drag_factor * uav.weight_N**2 / lift_area
+        )
         burn_per_m = uav.specific_fuel_consumption_N_per_Ws / uav.propeller_efficiency
         self.area = 0.5 / (best.altitude_m * best.length_m)
         self.work = 0.5 / best.fuel_N * burn_per_m * uav.weight_N
@@ -100,8 +102,9 @@ class SearchGrid:
         y = np.minimum(rows * self._every + middle, terrain.shape[0] - 1) * terrain.dy_m
         self._x, self._y = x.ravel(), y.ravel()
 
-        climb, descent = (math.tan(math.radians(limit))
-                          for limit in (uav.max_climb_deg, uav.max_descent_deg))
+        climb, descent = (
+            math.tan(math.radians(limit)) for limit in (uav.max_climb_deg, uav.max_descent_deg)
+        )
         (x0, y0, z0), (x1, y1, z1) = problem.start, problem.goal
         away_0, away_1 = np.hypot(x - x0, y - y0), np.hypot(x - x1, y - y1)
         # The ground of a node may lie this far from where it is taken to be.
@@ -148,8 +151,10 @@ class SearchGrid:
         altitude = surface.ravel()
         tail, head = altitude[self._tail], altitude[self._head]
         thrust = np.maximum(self.prices.glide + (head - tail) / self._length, 0.0)
-        costs = (self.prices.area * 0.5 * (tail + head) * self._length
-                 + self.prices.work * thrust * self._air)
+        costs = (
+            self.prices.area * 0.5 * (tail + head) * self._length
+            + self.prices.work * thrust * self._air
+        )
         costs = np.maximum(costs, _LEAST_COST)
         costs[self._barred] = math.inf
         graph = self._graph(np.concatenate((costs, np.full(len(self._x), math.inf))))

@@ -50,7 +50,12 @@ def check_init(init: str) -> bool:
 
 
 def astar_paths(
-    run: Run, rng: np.random.Generator, count: int, most: int, *, fewest: int = 1,
+    run: Run,
+    rng: np.random.Generator,
+    count: int,
+    most: int,
+    *,
+    fewest: int = 1,
     lattice: ChipMap | None = None,
 ) -> list[Path] | None:
     """Paths for a first population, by the grid search of ``astar``.
@@ -82,11 +87,15 @@ def astar_paths(
         ``count`` paths, (n, 3) float64 metres with both ends; None, with a warning, if there is no
         way through the grid.
     """
-    ranked = sorted((pair for paths in searches(run, most, lattice) for pair in paths),
-                    key=lambda pair: -pair[0])
+    ranked = sorted(
+        (pair for paths in searches(run, most, lattice) for pair in paths),
+        key=lambda pair: -pair[0],
+    )
     if not ranked:
-        warnings.warn("The grid search finds no way from start to goal, so the first population "
-                      "is random.", stacklevel=2)
+        warnings.warn(
+            "The grid search finds no way from start to goal, so the first population is random.",
+            stacklevel=2,
+        )
         return None
     problem = run.evaluator.problem
     with run.phase("variation"):
@@ -114,7 +123,11 @@ class Variation:
     """
 
     def __init__(
-        self, problem: Problem, rng: np.random.Generator, most: int, fewest: int,
+        self,
+        problem: Problem,
+        rng: np.random.Generator,
+        most: int,
+        fewest: int,
         lattice: ChipMap | None = None,
     ) -> None:
         self._space = Airspace(problem)
@@ -136,8 +149,9 @@ class Variation:
         moved = rng.random(len(inner)) < rng.choice((0.0, 0.5, 1.0))
         if len(inner):
             moved[rng.integers(len(inner))] = True
-        move = (self._size_m(_LEAST_MOVE) * rng.standard_normal((len(inner), 3))
-                * (1, 1, self._climb))
+        move = (
+            self._size_m(_LEAST_MOVE) * rng.standard_normal((len(inner), 3)) * (1, 1, self._climb)
+        )
         return self.placed(inner + move * moved[:, None])
 
     def nudged(self, path: Path) -> Path:
@@ -173,8 +187,11 @@ class Variation:
 
     def fitted(self, path: Path) -> Path:
         """``path`` with the lowest altitudes; as it is if its turns do not fit."""
-        steps = ({} if self._lattice is None else
-                 {"base_m": self._lattice.base_m, "step_m": self._lattice.step_m})
+        steps = (
+            {}
+            if self._lattice is None
+            else {"base_m": self._lattice.base_m, "step_m": self._lattice.step_m}
+        )
         fitted = lowest_altitudes(self._problem, self._prices, path[:, :2], **steps)
         return path if fitted is None else self.placed(fitted[1:-1])
 

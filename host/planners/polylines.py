@@ -42,7 +42,10 @@ def on_corners(places: Floats, corner_m: tuple[float, float]) -> Floats:
 
 
 def polylines(
-    points: Floats, grid: SearchGrid, surface: Floats, most: int,
+    points: Floats,
+    grid: SearchGrid,
+    surface: Floats,
+    most: int,
 ) -> list[NDArray[np.intp] | None]:
     """For 0 to ``most`` waypoints the cheapest of all polylines through ``points``.
 

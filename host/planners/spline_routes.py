@@ -100,8 +100,12 @@ class TerrainField:
         """The routes that the estimate calls best."""
         with self._run.phase("crossover"):
             routes, costs = best_by_sum(
-                graph.tails, graph.heads, self.costs(graph.segments.terms), len(graph.points),
-                self._candidates)
+                graph.tails,
+                graph.heads,
+                self.costs(graph.segments.terms),
+                len(graph.points),
+                self._candidates,
+            )
             return [segments_of(route) for route in routes[np.isfinite(costs)]]
 
     def worth(self, routes: Sequence[Route]) -> Floats:
@@ -145,15 +149,22 @@ class DeterministicRoutePlanner:
     """
 
     def __init__(
-        self, *, reading: str = READINGS[0], draws: str = KINDS[0],
-        added_points: int = ADDED_POINTS, init: str = "random",
+        self,
+        *,
+        reading: str = READINGS[0],
+        draws: str = KINDS[0],
+        added_points: int = ADDED_POINTS,
+        init: str = "random",
     ) -> None:
         self.reading, self.draws, self.added_points = reading, draws, added_points
         self.from_astar = check_init(init)
 
     def plan(
-        self, evaluator: Evaluator, options: Options,
-        progress: Progress | None = None, stop: Stop | None = None,
+        self,
+        evaluator: Evaluator,
+        options: Options,
+        progress: Progress | None = None,
+        stop: Stop | None = None,
     ) -> Result:
         """Search; see :class:`host.planners.base.Planner`.
 
@@ -165,9 +176,15 @@ class DeterministicRoutePlanner:
         if options.population is not None:
             raise InputError("ga-dp has no population; leave out --population.")
         problem = _Problem(Run(evaluator, options, progress, stop), self.reading, self.from_astar)
-        return problem.searched(DeterministicSearch(
-            problem.field, problem.draws(self.draws), problem.rng, added=self.added_points,
-            given=problem.given))
+        return problem.searched(
+            DeterministicSearch(
+                problem.field,
+                problem.draws(self.draws),
+                problem.rng,
+                added=self.added_points,
+                given=problem.given,
+            )
+        )
 
 
 class ConventionalRoutePlanner:
@@ -183,14 +200,21 @@ class ConventionalRoutePlanner:
     """
 
     def __init__(
-        self, *, draws: str = KINDS[0], added_points: int = ADDED_POINTS, init: str = "random",
+        self,
+        *,
+        draws: str = KINDS[0],
+        added_points: int = ADDED_POINTS,
+        init: str = "random",
     ) -> None:
         self.draws, self.added_points = draws, added_points
         self.from_astar = check_init(init)
 
     def plan(
-        self, evaluator: Evaluator, options: Options,
-        progress: Progress | None = None, stop: Stop | None = None,
+        self,
+        evaluator: Evaluator,
+        options: Options,
+        progress: Progress | None = None,
+        stop: Stop | None = None,
     ) -> Result:
         """Search; see :class:`host.planners.base.Planner`.
 
@@ -201,9 +225,16 @@ class ConventionalRoutePlanner:
         """
         count = CHROMOSOMES if options.population is None else options.population
         problem = _Problem(Run(evaluator, options, progress, stop), READINGS[0], self.from_astar)
-        return problem.searched(ConventionalSearch(
-            problem.field, problem.draws(self.draws), problem.rng, added=self.added_points,
-            chromosomes=count, given=problem.given))
+        return problem.searched(
+            ConventionalSearch(
+                problem.field,
+                problem.draws(self.draws),
+                problem.rng,
+                added=self.added_points,
+                chromosomes=count,
+                given=problem.given,
+            )
+        )
 
 
 class _Problem:

@@ -74,11 +74,13 @@ class Problem:
         ds_m = half_a_cell_m if self.ds_m is None else self.ds_m
         object.__setattr__(self, "ds_m", float(ds_m))
         if not (math.isfinite(self.ds_m) and self.ds_m > 0):
-            raise InputError(f"The sampling step must be a positive number of metres, not "
-                             f"{self.ds_m:g}.")
+            raise InputError(
+                f"The sampling step must be a positive number of metres, not {self.ds_m:g}."
+            )
         if self.ds_m < SMALLEST_DS_M:
-            raise InputError(f"The sampling step must be at least {SMALLEST_DS_M:g} m, not "
-                             f"{self.ds_m:g} m.")
+            raise InputError(
+                f"The sampling step must be at least {SMALLEST_DS_M:g} m, not {self.ds_m:g} m."
+            )
 
         for name in ("start", "goal"):
             self._check_place(name, getattr(self, name))
@@ -86,19 +88,27 @@ class Problem:
             raise InputError("Start and goal are the same point; move one of them.")
         way_m = math.dist(self.start, self.goal)
         if self.ds_m > max(way_m, half_a_cell_m):
-            raise InputError(f"The sampling step of {self.ds_m:g} m is longer than the way from "
-                             f"start to goal, {way_m:g} m; lessen it.")
+            raise InputError(
+                f"The sampling step of {self.ds_m:g} m is longer than the way from "
+                f"start to goal, {way_m:g} m; lessen it."
+            )
         if not math.hypot(*self.wind) < self.uav.cruise_speed_m_s:
             raise InputError(
                 f"A wind of {math.hypot(*self.wind):g} m/s is not below the airspeed of "
                 f"{self.uav.name}, {self.uav.cruise_speed_m_s:g} m/s; lessen it or take a faster "
-                f"UAV.")
+                f"UAV."
+            )
         utopia(self.start, self.goal, self.uav, self.wind)
 
     @classmethod
     def from_agl(
-        cls, terrain: "Terrain", start: Sequence[float], goal: Sequence[float], uav: Uav,
-        nofly: tuple[Zone, ...] = (), wind: tuple[float, float] = (0.0, 0.0),
+        cls,
+        terrain: "Terrain",
+        start: Sequence[float],
+        goal: Sequence[float],
+        uav: Uav,
+        nofly: tuple[Zone, ...] = (),
+        wind: tuple[float, float] = (0.0, 0.0),
         ds_m: float = _HALF_A_CELL,
     ) -> "Problem":
         """A problem whose start and goal have heights above the ground as third numbers.
@@ -127,11 +137,14 @@ class Problem:
         _check_on_map(name, self.terrain, x, y)
         ground = _ground(name, self.terrain, x, y)
         if z < ground:
-            raise InputError(f"The {name} at an altitude of {z:g} m is inside the ground, which is "
-                             f"at {ground:g} m there; raise it.")
+            raise InputError(
+                f"The {name} at an altitude of {z:g} m is inside the ground, which is "
+                f"at {ground:g} m there; raise it."
+            )
         if self.nofly_raster[self.terrain.nearest_nodes(x, y)]:
-            raise InputError(f"The {name} at ({x:g}, {y:g}) is inside a no-fly zone; move it or "
-                             f"the zone.")
+            raise InputError(
+                f"The {name} at ({x:g}, {y:g}) is inside a no-fly zone; move it or the zone."
+            )
 
 
 def _numbers(name: str, values: Sequence[float], count: int) -> tuple[float, ...]:
@@ -149,13 +162,17 @@ def _check_on_map(name: str, terrain: "Terrain", x: float, y: float) -> None:
     rows, columns = terrain.elevation.shape
     east, north = (columns - 1) * terrain.dx_m, (rows - 1) * terrain.dy_m
     if not (0 <= x <= east and 0 <= y <= north):
-        raise InputError(f"The {name} at ({x:g}, {y:g}) is outside the map, which reaches from "
-                         f"(0, 0) to ({east:g}, {north:g}) m.")
+        raise InputError(
+            f"The {name} at ({x:g}, {y:g}) is outside the map, which reaches from "
+            f"(0, 0) to ({east:g}, {north:g}) m."
+        )
 
 
 def _ground(name: str, terrain: "Terrain", x: float, y: float) -> float:
     ground = float(terrain.ground(x, y))
     if math.isnan(ground):
-        raise InputError(f"The {name} at ({x:g}, {y:g}) is over a void of the terrain; move it, or "
-                         f"fill the voids with --fill-voids.")
+        raise InputError(
+            f"The {name} at ({x:g}, {y:g}) is over a void of the terrain; move it, or "
+            f"fill the voids with --fill-voids."
+        )
     return ground

@@ -51,13 +51,15 @@ class Circle:
                 raise InputError(f"No-fly circle: {name} must be a finite number, not {value!r}.")
             object.__setattr__(self, name, float(value))
         if self.radius_m < 0:
-            raise InputError(f"No-fly circle: radius_m must not be negative, not "
-                             f"{self.radius_m:g}.")
+            raise InputError(
+                f"No-fly circle: radius_m must not be negative, not {self.radius_m:g}."
+            )
 
     def covers(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which nodes of the grid of columns ``x`` (nx,) and rows ``y`` (ny,) are in: (ny, nx)."""
         inside: NDArray[np.bool_] = (
-            np.hypot(x[None, :] - self.x_m, y[:, None] - self.y_m) <= self.radius_m)
+            np.hypot(x[None, :] - self.x_m, y[:, None] - self.y_m) <= self.radius_m
+        )
         return inside
 
     def to_dict(self) -> dict[str, Any]:
@@ -137,8 +139,10 @@ def zone_from_dict(table: Any) -> Zone:
         holes = table.get("holes", [])
         if isinstance(holes, list):
             return Polygon(table["polygon"], tuple(holes))
-    raise InputError('A no-fly zone must be {"x", "y", "radius_m"} or {"polygon": [[x, y], ...]}, '
-                     f"not {table!r}.")
+    raise InputError(
+        'A no-fly zone must be {"x", "y", "radius_m"} or {"polygon": [[x, y], ...]}, '
+        f"not {table!r}."
+    )
 
 
 def read_geojson(path: str | Path, terrain: "Terrain") -> tuple[Zone, ...]:
@@ -177,8 +181,10 @@ def _zones(document: Any, terrain: "Terrain") -> Iterator[Zone]:
     if not local:
         _check_wgs84(document)
         if terrain.crs is None:
-            raise InputError('the terrain has no coordinate reference system, so give the zones in '
-                             'local metres and add the member "crs_local": true.')
+            raise InputError(
+                "the terrain has no coordinate reference system, so give the zones in "
+                'local metres and add the member "crs_local": true.'
+            )
     for geometry, properties in _geometries(document):
         kind, coordinates = geometry.get("type"), geometry.get("coordinates")
         if kind == "Point":
@@ -197,8 +203,10 @@ def _zones(document: Any, terrain: "Terrain") -> Iterator[Zone]:
                 outer, *holes = (_local(ring, terrain, local) for ring in rings)
                 yield Polygon(outer, tuple(holes))
         else:
-            raise InputError("a geometry must be a Polygon, a MultiPolygon or a Point with "
-                             f'"radius_m", not {kind!r}.')
+            raise InputError(
+                "a geometry must be a Polygon, a MultiPolygon or a Point with "
+                f'"radius_m", not {kind!r}.'
+            )
 
 
 def _check_wgs84(document: dict[str, Any]) -> None:
@@ -232,30 +240,33 @@ def _geometries(document: Any) -> Iterator[tuple[dict[str, Any], dict[str, Any]]
 def _local(points: Any, terrain: "Terrain", local: bool) -> Ring:
     """Positions of the file as x, y in the terrain's frame, metres."""
     if not isinstance(points, list) or not all(
-            isinstance(point, list) and len(point) >= 2 and all(map(_is_number, point[:2]))
-            for point in points):
+        isinstance(point, list) and len(point) >= 2 and all(map(_is_number, point[:2]))
+        for point in points
+    ):
         raise InputError("a position must be a list of two finite numbers.")
     pairs = tuple((float(point[0]), float(point[1])) for point in points)
     if local:
         return pairs
     for longitude, latitude in pairs:
         if abs(longitude) > 180 or abs(latitude) > 90:
-            raise InputError(f"({longitude:g}, {latitude:g}) is no WGS84 longitude and latitude; "
-                             'for local metres add the member "crs_local": true.')
+            raise InputError(
+                f"({longitude:g}, {latitude:g}) is no WGS84 longitude and latitude; "
+                'for local metres add the member "crs_local": true.'
+            )
     longitudes, latitudes = np.array(pairs).reshape(-1, 2).T
     x, y = terrain.to_local(latitudes, longitudes)
     return tuple(zip(x.tolist(), y.tolist(), strict=True))
 
 
 def _is_number(value: Any) -> bool:
-    return (isinstance(value, int | float) and not isinstance(value, bool)
-            and math.isfinite(value))
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def _ring(corners: Any) -> Ring:
     if not isinstance(corners, list | tuple) or not all(
-            isinstance(corner, list | tuple) and len(corner) == 2 and all(map(_is_number, corner))
-            for corner in corners):
+        isinstance(corner, list | tuple) and len(corner) == 2 and all(map(_is_number, corner))
+        for corner in corners
+    ):
         raise InputError("No-fly polygon: every corner must be two finite numbers, x and y.")
     ring = tuple((float(x), float(y)) for x, y in corners)
     if len(ring) > 1 and ring[0] == ring[-1]:
@@ -282,7 +293,10 @@ def _inside(ring: Ring, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArr
 
 
 def _add_edges(
-    inside: NDArray[np.bool_], ring: Ring, x: NDArray[np.float64], y: NDArray[np.float64],
+    inside: NDArray[np.bool_],
+    ring: Ring,
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
 ) -> None:
     """Set the nodes of ``inside`` that lie on an edge of ``ring``."""
     for xa, ya, xb, yb in _edges(ring):

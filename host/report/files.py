@@ -21,7 +21,12 @@ from host.errors import InputError
 
 
 __all__ = [
-    "is_special", "output_file", "prepare_directory", "prepare_file", "remove", "replacing",
+    "is_special",
+    "output_file",
+    "prepare_directory",
+    "prepare_file",
+    "remove",
+    "replacing",
     "write_json",
 ]
 
@@ -57,8 +62,10 @@ def output_file(path: Path) -> Iterator[BinaryIO]:
         with replacing(path) as file:
             yield file
     except OSError as error:
-        raise InputError(f"Cannot write to {str(path)!r} ({error.strerror or error}); give another "
-                         "file with --out.") from None
+        raise InputError(
+            f"Cannot write to {str(path)!r} ({error.strerror or error}); give another "
+            "file with --out."
+        ) from None
 
 
 def remove(path: Path) -> None:
@@ -151,5 +158,7 @@ def prepare_directory(directory: Path) -> None:
         trial.touch()
         trial.unlink()
     except OSError as error:
-        raise InputError(f"Cannot write to the directory {str(directory)!r} "
-                         f"({error.strerror or error}); give another with --out.") from None
+        raise InputError(
+            f"Cannot write to the directory {str(directory)!r} "
+            f"({error.strerror or error}); give another with --out."
+        ) from None

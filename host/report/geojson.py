@@ -23,7 +23,10 @@ _DEGREE_DECIMALS = 9
 
 
 def path_document(
-    path: NDArray[np.float64], track: SmoothedTrack, terrain: Terrain, step_m: float,
+    path: NDArray[np.float64],
+    track: SmoothedTrack,
+    terrain: Terrain,
+    step_m: float,
 ) -> dict[str, Any]:
     """Return a FeatureCollection: the waypoints, then the smoothed track, as LineStrings.
 
@@ -52,7 +55,9 @@ def path_document(
 
 
 def _line(
-    points: NDArray[np.float64], terrain: Terrain, properties: dict[str, Any],
+    points: NDArray[np.float64],
+    terrain: Terrain,
+    properties: dict[str, Any],
 ) -> dict[str, Any]:
     if terrain.crs is None:
         positions = points.tolist()
@@ -60,10 +65,15 @@ def _line(
         latitude, longitude = terrain.to_geographic(points[:, 0], points[:, 1])
         positions = [
             [round(east, _DEGREE_DECIMALS), round(north, _DEGREE_DECIMALS), z]
-            for east, north, z in zip(longitude.tolist(), latitude.tolist(),
-                                      points[:, 2].tolist(), strict=True)]
-    return {"type": "Feature", "properties": properties,
-            "geometry": {"type": "LineString", "coordinates": positions}}
+            for east, north, z in zip(
+                longitude.tolist(), latitude.tolist(), points[:, 2].tolist(), strict=True
+            )
+        ]
+    return {
+        "type": "Feature",
+        "properties": properties,
+        "geometry": {"type": "LineString", "coordinates": positions},
+    }
 
 
 def read_path(file: Path, terrain: Terrain) -> NDArray[np.float64]:
@@ -78,8 +88,9 @@ def read_path(file: Path, terrain: Terrain) -> NDArray[np.float64]:
     try:
         document = json.loads(file.read_text("utf-8"))
     except OSError as error:
-        raise InputError(f"Cannot read the path {str(file)!r} "
-                         f"({error.strerror or error}).") from None
+        raise InputError(
+            f"Cannot read the path {str(file)!r} ({error.strerror or error})."
+        ) from None
     except (ValueError, RecursionError):
         raise InputError(f"{file}: not JSON; give GeoJSON, a CSV or a summary.") from None
     positions = _first_line(document)
@@ -90,14 +101,18 @@ def read_path(file: Path, terrain: Terrain) -> NDArray[np.float64]:
     except (TypeError, ValueError):
         points = np.empty(0)
     if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2:
-        raise InputError(f"{file}: the LineString must have two or more positions of three numbers "
-                         "each, the third the altitude.")
+        raise InputError(
+            f"{file}: the LineString must have two or more positions of three numbers "
+            "each, the third the altitude."
+        )
     if document.get("crs_local") is True:
         return points
     if terrain.crs is None:
-        raise InputError(f"{file}: its positions are geographic, which a terrain without a "
-                         'coordinate reference system cannot place; give local metres with '
-                         '"crs_local": true.')
+        raise InputError(
+            f"{file}: its positions are geographic, which a terrain without a "
+            "coordinate reference system cannot place; give local metres with "
+            '"crs_local": true.'
+        )
     x, y = terrain.to_local(points[:, 1], points[:, 0])
     return np.stack((x, y, points[:, 2]), axis=1)
 

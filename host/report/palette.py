@@ -8,8 +8,22 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.patheffects import AbstractPathEffect, Normal, Stroke
 
 
-__all__ = ["BEST", "DASHES", "GOAL", "GROUND", "LAND", "MEAN", "NOFLY", "PATH", "SERIES", "START",
-           "TEXT", "TROUBLE", "VOID", "halo"]
+__all__ = [
+    "BEST",
+    "DASHES",
+    "GOAL",
+    "GROUND",
+    "LAND",
+    "MEAN",
+    "NOFLY",
+    "PATH",
+    "SERIES",
+    "START",
+    "TEXT",
+    "TROUBLE",
+    "VOID",
+    "halo",
+]
 
 TEXT = "#22272b"
 PATH = "#0a4f8f"
@@ -26,10 +40,16 @@ MEAN = "#7a7f84"
 #: comes with another dash each time.
 SERIES = (PATH, TROUBLE, START, NOFLY, "#56b4e9", "#8a6d00", VOID)
 DASHES: tuple[str | tuple[int, tuple[float, ...]], ...] = (
-    "solid", (0, (6, 1.6)), (0, (2.2, 1.1)), (0, (6, 1.5, 1.5, 1.5)), (0, (1.1, 1.1)))
+    "solid",
+    (0, (6, 1.6)),
+    (0, (2.2, 1.1)),
+    (0, (6, 1.5, 1.5, 1.5)),
+    (0, (1.1, 1.1)),
+)
 
 LAND = LinearSegmentedColormap.from_list(
-    "land", ["#4f7268", "#7c9479", "#a9ac85", "#ccbd97", "#e3d5bb", "#f7f3ec"])
+    "land", ["#4f7268", "#7c9479", "#a9ac85", "#ccbd97", "#e3d5bb", "#f7f3ec"]
+)
 
 
 def halo(width: float) -> list[AbstractPathEffect]:

@@ -24,14 +24,21 @@ from host.report.palette import BEST, GROUND, MEAN, NOFLY, PATH, TEXT, TROUBLE, 
 
 __all__ = ["Scene", "draw", "write"]
 
-_WIDE = 2.2                         # Maps wider than this by height lie above the two graphs.
-_NARROWEST, _WIDEST = 0.28, 6.5     # Frames of maps narrower than these have room beside the map.
+_WIDE = 2.2  # Maps wider than this by height lie above the two graphs.
+_NARROWEST, _WIDEST = 0.28, 6.5  # Frames of maps narrower than these have room beside the map.
 # Inches: width of the figure, and the margins that titles, labels and legend need.
 _WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 13.2, 0.85, 0.35, 1.25, 1.0
 # Right of the title, where no line can run through it.
 _LEGEND: dict[str, Any] = {
-    "loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "fontsize": 9, "frameon": False,
-    "borderpad": 0.3, "borderaxespad": 0.0, "handlelength": 1.4, "columnspacing": 1.1}
+    "loc": "lower right",
+    "bbox_to_anchor": (1.0, 1.0),
+    "fontsize": 9,
+    "frameon": False,
+    "borderpad": 0.3,
+    "borderaxespad": 0.0,
+    "handlelength": 1.4,
+    "columnspacing": 1.1,
+}
 
 
 @dataclass(frozen=True)
@@ -82,10 +89,20 @@ def draw(scene: Scene) -> Figure:
     _draw_convergence(convergence, scene.history, scene.evaluation.fitness)
 
     width, height = figure.get_size_inches()
-    figure.legend(handles=legend, loc="center", ncols=len(legend), fontsize=10, frameon=False,
-                  bbox_to_anchor=(0.5, 0.24 / height), handletextpad=0.6, columnspacing=2.0)
-    for text, below, style in ((scene.title, 0.36, {"fontsize": 16, "weight": "bold"}),
-                               (scene.subtitle, 0.68, {"fontsize": 11.5})):
+    figure.legend(
+        handles=legend,
+        loc="center",
+        ncols=len(legend),
+        fontsize=10,
+        frameon=False,
+        bbox_to_anchor=(0.5, 0.24 / height),
+        handletextpad=0.6,
+        columnspacing=2.0,
+    )
+    for text, below, style in (
+        (scene.title, 0.36, {"fontsize": 16, "weight": "bold"}),
+        (scene.subtitle, 0.68, {"fontsize": 11.5}),
+    ):
         figure.text(_LEFT / width, 1 - below / height, text, color=TEXT, va="center", **style)
     return figure
 
@@ -101,8 +118,10 @@ def _layout(aspect: float) -> tuple[Figure, list[Axes]]:
         height = bottom + map_height + _TOP
         left = _LEFT + (_WIDTH - _LEFT - 1.0 - map_width) / 2
         graph_width = (_WIDTH - _LEFT - _RIGHT - 0.9) / 2
-        graphs = [(_LEFT, _BOTTOM, graph_width * 1.15, graph_height),
-                  (_LEFT + graph_width * 1.15 + 0.9, _BOTTOM, graph_width * 0.85, graph_height)]
+        graphs = [
+            (_LEFT, _BOTTOM, graph_width * 1.15, graph_height),
+            (_LEFT + graph_width * 1.15 + 0.9, _BOTTOM, graph_width * 0.85, graph_height),
+        ]
     else:
         height = 7.4
         room = height - _TOP - _BOTTOM
@@ -111,14 +130,20 @@ def _layout(aspect: float) -> tuple[Figure, list[Axes]]:
         left, bottom = _LEFT, _BOTTOM + (room - map_height) / 2
         graph_left = left + map_width + 1.75
         graph_width, graph_height = _WIDTH - _RIGHT - graph_left, (room - 1.0) / 2
-        graphs = [(graph_left, _BOTTOM + graph_height + 1.0, graph_width, graph_height),
-                  (graph_left, _BOTTOM, graph_width, graph_height)]
+        graphs = [
+            (graph_left, _BOTTOM + graph_height + 1.0, graph_width, graph_height),
+            (graph_left, _BOTTOM, graph_width, graph_height),
+        ]
     figure = Figure(figsize=(_WIDTH, height), facecolor="white")
     FigureCanvasAgg(figure)
-    places = [(left, bottom, map_width, map_height),
-              (left + map_width + 0.12, bottom, 0.16, map_height), *graphs]
-    return figure, [figure.add_axes((x / _WIDTH, y / height, w / _WIDTH, h / height))
-                    for x, y, w, h in places]
+    places = [
+        (left, bottom, map_width, map_height),
+        (left + map_width + 0.12, bottom, 0.16, map_height),
+        *graphs,
+    ]
+    return figure, [
+        figure.add_axes((x / _WIDTH, y / height, w / _WIDTH, h / height)) for x, y, w, h in places
+    ]
 
 
 def _trouble(evaluator: Evaluator, samples: Samples) -> NDArray[np.bool_]:
@@ -130,7 +155,10 @@ def _trouble(evaluator: Evaluator, samples: Samples) -> NDArray[np.bool_]:
 
 
 def _draw_profile(
-    axes: Axes, scene: Scene, samples: Samples, trouble: NDArray[np.bool_],
+    axes: Axes,
+    scene: Scene,
+    samples: Samples,
+    trouble: NDArray[np.bool_],
 ) -> None:
     problem = scene.evaluator.problem
     unit_m, unit = plan_view.axis_unit(float(samples.s[-1]))
@@ -149,25 +177,39 @@ def _draw_profile(
     _shade(axes, along, np.isnan(ground), VOID)
     axes.plot(along, samples.z, color=PATH, linewidth=2, zorder=5, path_effects=halo(1.5))
     if trouble.any():
-        axes.plot(along, np.where(trouble, samples.z, np.nan), color=TROUBLE, linewidth=3,
-                  zorder=6)
+        axes.plot(along, np.where(trouble, samples.z, np.nan), color=TROUBLE, linewidth=3, zorder=6)
     _mark_clearance(axes, along, samples, scene.evaluation.minimum_clearance_m)
-    finish(axes, "Altitude over the terrain along the path", f"distance flown ({unit})",
-           "altitude (m)")
+    finish(
+        axes, "Altitude over the terrain along the path", f"distance flown ({unit})", "altitude (m)"
+    )
 
 
 def _shade(
-    axes: Axes, along: NDArray[np.float64], where: NDArray[np.bool_], colour: str,
+    axes: Axes,
+    along: NDArray[np.float64],
+    where: NDArray[np.bool_],
+    colour: str,
 ) -> None:
     """Shade the stretches ``where`` something holds, from bottom to top."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], where, [False])).astype(np.int8)))
     for first, last in edges.reshape(-1, 2):
-        axes.axvspan(along[first], along[last - 1], facecolor=colour, alpha=0.3, hatch="///",
-                     zorder=1, edgecolor=colour, linewidth=0)
+        axes.axvspan(
+            along[first],
+            along[last - 1],
+            facecolor=colour,
+            alpha=0.3,
+            hatch="///",
+            zorder=1,
+            edgecolor=colour,
+            linewidth=0,
+        )
 
 
 def _mark_clearance(
-    axes: Axes, along: NDArray[np.float64], samples: Samples, clearance_m: float,
+    axes: Axes,
+    along: NDArray[np.float64],
+    samples: Samples,
+    clearance_m: float,
 ) -> None:
     """Mark where the path is nearest to the ground."""
     if np.isnan(samples.clearance).all():
@@ -175,17 +217,25 @@ def _mark_clearance(
     at = int(np.nanargmin(samples.clearance))
     x, ground, z = float(along[at]), float(samples.ground[at]), float(samples.z[at])
     axes.plot([x, x], [ground, z], color=TEXT, linewidth=1.4, zorder=7)
-    axes.plot(x, z, marker="v", markersize=7, color=TEXT, zorder=8, path_effects=halo(1.5),
-              clip_on=False)
+    axes.plot(
+        x, z, marker="v", markersize=7, color=TEXT, zorder=8, path_effects=halo(1.5), clip_on=False
+    )
     left, right = axes.get_xlim()
     share = (x - left) / (right - left)
-    half = 1.2 * axes.figure.dpi / axes.get_window_extent().width   # Inches of half the text.
+    half = 1.2 * axes.figure.dpi / axes.get_window_extent().width  # Inches of half the text.
     axes.annotate(
-        f"minimum clearance {clearance_m:,.1f} m", (x, z),
-        xytext=(min(max(share, half), 1 - half), 0.93), textcoords="axes fraction", ha="center",
-        va="top", fontsize=9.5, color=TEXT, zorder=9,
+        f"minimum clearance {clearance_m:,.1f} m",
+        (x, z),
+        xytext=(min(max(share, half), 1 - half), 0.93),
+        textcoords="axes fraction",
+        ha="center",
+        va="top",
+        fontsize=9.5,
+        color=TEXT,
+        zorder=9,
         bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "alpha": 0.85, "linewidth": 0},
-        arrowprops={"arrowstyle": "-", "color": TEXT, "linewidth": 0.8, "shrinkB": 4})
+        arrowprops={"arrowstyle": "-", "color": TEXT, "linewidth": 0.8, "shrinkB": 4},
+    )
 
 
 def _draw_convergence(axes: Axes, history: Sequence[Sequence[float]], chosen: float) -> None:
@@ -193,26 +243,47 @@ def _draw_convergence(axes: Axes, history: Sequence[Sequence[float]], chosen: fl
 
     The best may be ``chosen`` not: where it is not feasible between the samples.
     """
-    axes.axhline(1, color=TEXT, linewidth=1, linestyle=(0, (4, 3)), zorder=2,
-                 label="feasible above 1")
+    axes.axhline(
+        1, color=TEXT, linewidth=1, linestyle=(0, (4, 3)), zorder=2, label="feasible above 1"
+    )
     if history:
         generation, best, mean = np.array(history, dtype=np.float64).T
-        axes.plot(generation, mean, color=MEAN, linewidth=1.1, zorder=3,
-                  label="mean")
-        axes.plot(generation, best, color=BEST, linewidth=2.2, zorder=4, drawstyle="steps-post",
-                  label="best")
+        axes.plot(generation, mean, color=MEAN, linewidth=1.1, zorder=3, label="mean")
+        axes.plot(
+            generation,
+            best,
+            color=BEST,
+            linewidth=2.2,
+            zorder=4,
+            drawstyle="steps-post",
+            label="best",
+        )
         last = max(1.0, float(generation[-1]))
         axes.set_xlim(0, last)
         axes.set_ylim(0, max(1.25, 1.12 * float(best.max())))
         text = f"best {best[-1]:.4f}"
         if f"{chosen:.4f}" != f"{best[-1]:.4f}":
             text += f", chosen {chosen:.4f}"
-        axes.text(0.985 * last, float(best[-1]) + 0.03, text, color=BEST,
-                  fontsize=10, weight="bold", ha="right", va="bottom")
+        axes.text(
+            0.985 * last,
+            float(best[-1]) + 0.03,
+            text,
+            color=BEST,
+            fontsize=10,
+            weight="bold",
+            ha="right",
+            va="bottom",
+        )
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     else:
         axes.set_ylim(0, 2)
-        axes.text(0.5, 0.25, "a given path: nothing was searched", transform=axes.transAxes,
-                  ha="center", color=MEAN)
+        axes.text(
+            0.5,
+            0.25,
+            "a given path: nothing was searched",
+            transform=axes.transAxes,
+            ha="center",
+            color=MEAN,
+        )
     axes.legend(ncols=3, **_LEGEND)
     finish(axes, "Convergence", "generation", "fitness")

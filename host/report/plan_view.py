@@ -32,15 +32,27 @@ if TYPE_CHECKING:
 
 __all__ = ["axis_unit", "draw", "nice_length"]
 
-_LARGEST_RASTER = 1600              # Nodes per side that a picture of this size can show.
+_LARGEST_RASTER = 1600  # Nodes per side that a picture of this size can show.
 # Where scale and north may stand, the better places first; this far from the path is far enough.
-_PLACES = ("upper left", "upper right", "lower left", "lower right", "center left", "center right",
-           "upper center", "lower center")
+_PLACES = (
+    "upper left",
+    "upper right",
+    "lower left",
+    "lower right",
+    "center left",
+    "center right",
+    "upper center",
+    "lower center",
+)
 _FAR_INCHES = 0.4
 
 
 def draw(
-    axes: Axes, bar: Axes, problem: Problem, path: NDArray[np.float64], samples: Samples,
+    axes: Axes,
+    bar: Axes,
+    problem: Problem,
+    path: NDArray[np.float64],
+    samples: Samples,
     trouble: NDArray[np.bool_],
 ) -> list[Line2D | Patch]:
     """Draw the map of ``problem`` with ``path`` on ``axes``, in kilometres or metres.
@@ -69,18 +81,44 @@ def draw(
         axes.add_patch(_outline(zone, unit_m))
 
     x, y = samples.x / unit_m, samples.y / unit_m
-    axes.plot(x, y, color=PATH, linewidth=2.6, solid_capstyle="round", path_effects=halo(1.4),
-              zorder=6)
+    axes.plot(
+        x, y, color=PATH, linewidth=2.6, solid_capstyle="round", path_effects=halo(1.4), zorder=6
+    )
     if trouble.any():
-        axes.plot(np.where(trouble, x, np.nan), np.where(trouble, y, np.nan), color=TROUBLE,
-                  linewidth=4, zorder=7)
+        axes.plot(
+            np.where(trouble, x, np.nan),
+            np.where(trouble, y, np.nan),
+            color=TROUBLE,
+            linewidth=4,
+            zorder=7,
+        )
     inner = path[1:-1] / unit_m
-    axes.plot(inner[:, 0], inner[:, 1], linestyle="", marker="o", markersize=5.5,
-              markerfacecolor="white", markeredgecolor=PATH, markeredgewidth=1.6, zorder=8)
+    axes.plot(
+        inner[:, 0],
+        inner[:, 1],
+        linestyle="",
+        marker="o",
+        markersize=5.5,
+        markerfacecolor="white",
+        markeredgecolor=PATH,
+        markeredgewidth=1.6,
+        zorder=8,
+    )
     for (east, north), marker, colour, size in (
-            (path[0, :2] / unit_m, "o", START, 11), (path[-1, :2] / unit_m, "*", GOAL, 19)):
-        axes.plot(east, north, marker=marker, markersize=size, color=colour, zorder=9,
-                  markeredgecolor=TEXT, markeredgewidth=1.2, linestyle="")
+        (path[0, :2] / unit_m, "o", START, 11),
+        (path[-1, :2] / unit_m, "*", GOAL, 19),
+    ):
+        axes.plot(
+            east,
+            north,
+            marker=marker,
+            markersize=size,
+            color=colour,
+            zorder=9,
+            markeredgecolor=TEXT,
+            markeredgewidth=1.2,
+            linestyle="",
+        )
 
     _draw_scale_and_north(axes, np.stack((x, y), axis=1), unit_m)
     axes.set_title("Plan view", loc="left", fontsize=11.5, weight="bold", color=TEXT)
@@ -107,7 +145,8 @@ def _draw_land(axes: Axes, bar: Axes, problem: Problem, unit_m: float) -> bool:
     slopes = np.hypot(*np.gradient(solid, dy, dx))[~voids]
     exaggeration = float(np.clip(0.85 / max(np.percentile(slopes, 90), 1e-3), 0.4, 12))
     shade = LightSource(azdeg=315, altdeg=45).hillshade(
-        solid, vert_exag=exaggeration, dx=dx, dy=-dy)
+        solid, vert_exag=exaggeration, dx=dx, dy=-dy
+    )
     tint = LAND(norm(solid))[..., :3]
     image = tint * (0.45 + 0.62 * shade[..., None])
     image[voids] = to_rgb("#e6e8ea")
@@ -115,8 +154,9 @@ def _draw_land(axes: Axes, bar: Axes, problem: Problem, unit_m: float) -> bool:
     half = np.array((dx, dy)) / 2 / unit_m
     east, north = (land.shape[1] - 1) * dx / unit_m, (land.shape[0] - 1) * dy / unit_m
     extent = (-half[0], east + half[0], -half[1], north + half[1])
-    axes.imshow(np.clip(image, 0, 1), origin="lower", extent=extent, interpolation="bilinear",
-                zorder=1)
+    axes.imshow(
+        np.clip(image, 0, 1), origin="lower", extent=extent, interpolation="bilinear", zorder=1
+    )
     box = axes.get_window_extent()
     width, height = extent[1] - extent[0], extent[3] - extent[2]
     wider = box.width / box.height / (width / height)
@@ -124,19 +164,35 @@ def _draw_land(axes: Axes, bar: Axes, problem: Problem, unit_m: float) -> bool:
         width *= wider
     elif wider < 0.99:
         height /= wider
-    axes.set(xlim=(extent[0], extent[0] + width), ylim=(extent[2], extent[2] + height),
-             facecolor="#f3f4f5")
-    axes.add_patch(Rectangle(
-        (extent[0], extent[2]), extent[1] - extent[0], extent[3] - extent[2], fill=False,
-        edgecolor=TEXT, linewidth=0.8, zorder=3))
+    axes.set(
+        xlim=(extent[0], extent[0] + width),
+        ylim=(extent[2], extent[2] + height),
+        facecolor="#f3f4f5",
+    )
+    axes.add_patch(
+        Rectangle(
+            (extent[0], extent[2]),
+            extent[1] - extent[0],
+            extent[3] - extent[2],
+            fill=False,
+            edgecolor=TEXT,
+            linewidth=0.8,
+            zorder=3,
+        )
+    )
     if voids.any():
         hatched = axes.contourf(
-            np.linspace(0, east, land.shape[1]), np.linspace(0, north, land.shape[0]),
-            voids.astype(float), levels=[0.5, 1.5], colors="none", hatches=["xxxxx"], zorder=2)
+            np.linspace(0, east, land.shape[1]),
+            np.linspace(0, north, land.shape[0]),
+            voids.astype(float),
+            levels=[0.5, 1.5],
+            colors="none",
+            hatches=["xxxxx"],
+            zorder=2,
+        )
         hatched.set(edgecolor=VOID, linewidth=0)
     ramp = np.linspace(low, high, 256)[:, None]
-    bar.imshow(LAND(norm(ramp)), origin="lower", aspect="auto",
-                    extent=(0, 1, low, high))
+    bar.imshow(LAND(norm(ramp)), origin="lower", aspect="auto", extent=(0, 1, low, high))
     bar.xaxis.set_visible(False)
     bar.yaxis.tick_right()
     bar.tick_params(colors=TEXT, labelsize=8.5)
@@ -147,8 +203,12 @@ def _draw_land(axes: Axes, bar: Axes, problem: Problem, unit_m: float) -> bool:
 
 def _outline(zone: Zone, unit_m: float) -> CirclePatch | PathPatch:
     style: dict[str, Any] = {
-        "facecolor": (*to_rgb(NOFLY), 0.28), "edgecolor": NOFLY, "linewidth": 1.6,
-        "hatch": "///", "zorder": 4}
+        "facecolor": (*to_rgb(NOFLY), 0.28),
+        "edgecolor": NOFLY,
+        "linewidth": 1.6,
+        "hatch": "///",
+        "zorder": 4,
+    }
     if isinstance(zone, Circle):
         return CirclePatch((zone.x_m / unit_m, zone.y_m / unit_m), zone.radius_m / unit_m, **style)
     corners: list[tuple[float, float]] = []
@@ -182,13 +242,28 @@ def _draw_scale_and_north(axes: Axes, points: NDArray[np.float64], unit_m: float
     text = TextArea(label, textprops={"fontsize": 9.5, "color": TEXT})
     scale = VPacker(children=[text, bar], align="center", pad=0, sep=4)
     arrow = DrawingArea(10, 18)
-    arrow.add_artist(FancyArrow(5, 0, 0, 18, width=2.2, head_width=9, head_length=9,
-                                length_includes_head=True, color=TEXT, linewidth=0))
+    arrow.add_artist(
+        FancyArrow(
+            5,
+            0,
+            0,
+            18,
+            width=2.2,
+            head_width=9,
+            head_length=9,
+            length_includes_head=True,
+            color=TEXT,
+            linewidth=0,
+        )
+    )
     name = TextArea("N", textprops={"fontsize": 10, "weight": "bold", "color": TEXT})
     north = VPacker(children=[arrow, name], align="center", pad=0, sep=2)
     box = AnchoredOffsetbox(
-        _PLACES[0], child=HPacker(children=[scale, north], align="center", pad=0, sep=10),
-        pad=0.5, borderpad=0.9)
+        _PLACES[0],
+        child=HPacker(children=[scale, north], align="center", pad=0, sep=10),
+        pad=0.5,
+        borderpad=0.9,
+    )
     box.patch.set(linewidth=0, alpha=0.85, boxstyle="round,pad=0,rounding_size=0.3")
     box.set_zorder(10)
     axes.add_artist(box)
@@ -210,12 +285,24 @@ def _legend(problem: Problem, voids: bool, trouble: bool) -> list[Line2D | Patch
         Line2D([], [], marker="o", color=START, markersize=9, label="start", **point),
         Line2D([], [], marker="*", color=GOAL, markersize=14, label="goal", **point),
         Line2D([], [], color=PATH, linewidth=2.6, label="smoothed path"),
-        Line2D([], [], linestyle="", marker="o", markersize=5.5, markerfacecolor="white",
-               markeredgecolor=PATH, markeredgewidth=1.6, label="waypoint"),
+        Line2D(
+            [],
+            [],
+            linestyle="",
+            marker="o",
+            markersize=5.5,
+            markerfacecolor="white",
+            markeredgecolor=PATH,
+            markeredgewidth=1.6,
+            label="waypoint",
+        ),
     ]
     if problem.nofly:
-        handles.append(Patch(facecolor=(*to_rgb(NOFLY), 0.28), edgecolor=NOFLY, hatch="///",
-                             label="no-fly zone"))
+        handles.append(
+            Patch(
+                facecolor=(*to_rgb(NOFLY), 0.28), edgecolor=NOFLY, hatch="///", label="no-fly zone"
+            )
+        )
     if voids:
         handles.append(Patch(facecolor="#e6e8ea", edgecolor=VOID, hatch="xxxxx", label="void"))
     if trouble:

@@ -81,7 +81,12 @@ def describe_run(result: Result) -> dict[str, Any]:
 
 
 def summarise(
-    evaluator: Evaluator, result: Result, *, planner: str, board: str | None, seed: int,
+    evaluator: Evaluator,
+    result: Result,
+    *,
+    planner: str,
+    board: str | None,
+    seed: int,
     source: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Return the summary of a run; every number in it is finite.

@@ -31,16 +31,18 @@ def read_csv(file: Path) -> NDArray[np.float64]:
             reader = csv.reader(lines)
             rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if row]
     except OSError as error:
-        raise InputError(f"Cannot read the path {str(file)!r} "
-                         f"({error.strerror or error}).") from None
+        raise InputError(
+            f"Cannot read the path {str(file)!r} ({error.strerror or error})."
+        ) from None
     except (UnicodeDecodeError, csv.Error):
         raise InputError(f"{file}: not a CSV file; give one with the header x,y,z.") from None
     if not rows or rows[0][1] != _HEADER:
         raise InputError(f"{file}: the first line must be the header x,y,z.")
     points = [_point(file, number, row) for number, row in rows[1:]]
     if len(points) < 2:
-        raise InputError(f"{file}: a path needs two rows or more, the start first and the goal "
-                         "last.")
+        raise InputError(
+            f"{file}: a path needs two rows or more, the start first and the goal last."
+        )
     return np.array(points, dtype=np.float64)
 
 
@@ -50,6 +52,7 @@ def _point(file: Path, number: int, row: list[str]) -> list[float]:
     except ValueError:
         point = []
     if len(point) != 3 or not all(map(math.isfinite, point)):
-        raise InputError(f"{file}, line {number}: must be three finite numbers x,y,z, not "
-                         f"{','.join(row)!r}.")
+        raise InputError(
+            f"{file}, line {number}: must be three finite numbers x,y,z, not {','.join(row)!r}."
+        )
     return point

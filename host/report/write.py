@@ -17,7 +17,10 @@ __all__ = ["write_grid", "write_report"]
 
 
 def write_report(
-    directory: Path, evaluator: Evaluator, result: Result, summary: Mapping[str, Any],
+    directory: Path,
+    evaluator: Evaluator,
+    result: Result,
+    summary: Mapping[str, Any],
     warn: Callable[[str], None],
 ) -> list[Path]:
     """Write ``summary.json``, ``terrain.npz``, ``path.geojson`` and ``path.png``.
@@ -52,21 +55,29 @@ def write_report(
     try:
         write_json(written[0], summary)
         write_grid(written[1], evaluator)
-        document = path_document(result.path, evaluator.track(result.path), terrain,
-                                 step_m=min(terrain.dx_m, terrain.dy_m))
+        document = path_document(
+            result.path,
+            evaluator.track(result.path),
+            terrain,
+            step_m=min(terrain.dx_m, terrain.dy_m),
+        )
         write_json(written[2], document)
     except OSError as error:
-        raise InputError(f"Cannot write to the directory {str(directory)!r} "
-                         f"({error.strerror or error}); give another with --out.") from None
+        raise InputError(
+            f"Cannot write to the directory {str(directory)!r} "
+            f"({error.strerror or error}); give another with --out."
+        ) from None
     picture = directory / "path.png"
     try:
         from host.report.picture import Scene, write
 
         title, subtitle = _captions(summary)
-        write(Scene(evaluator, result.path, result.evaluation, result.history, title, subtitle),
-              picture)
+        write(
+            Scene(evaluator, result.path, result.evaluation, result.history, title, subtitle),
+            picture,
+        )
     except Exception as error:
-        remove(picture)                         # One of an earlier run would mislead.
+        remove(picture)  # One of an earlier run would mislead.
         warn(f"There is no picture this time, drawing it failed: {type(error).__name__}: {error}.")
     else:
         written.append(picture)
@@ -88,5 +99,6 @@ def _captions(summary: Mapping[str, Any]) -> tuple[str, str]:
         f"{verdict}, fitness {summary['fitness']:.4f}, {summary['length_m'] / 1000:.2f} km, "
         f"mean altitude {summary['mean_altitude_m']:,.0f} m, fuel {summary['fuel_N']:.3f} N "
         f"({summary['uav']['name']}); {summary['generations']} generations, seed "
-        f"{summary['seed']}")
+        f"{summary['seed']}"
+    )
     return f"{summary['terrain']['name']}, planned by {summary['planner']}{board}", subtitle

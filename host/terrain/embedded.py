@@ -32,9 +32,12 @@ _PUBLIC_DOMAIN = "public domain"
 _OWN = "BSD-2-Clause, as the program"
 
 _ENTRIES = (
-    Entry("jacksboro", "Cumberland Mountains around Jacksboro, Tennessee, 29 x 31 km",
-          "SRTM 3 arc-second (NASA, USGS), the sample jacksboro_fault_dem of matplotlib",
-          _PUBLIC_DOMAIN),
+    Entry(
+        "jacksboro",
+        "Cumberland Mountains around Jacksboro, Tennessee, 29 x 31 km",
+        "SRTM 3 arc-second (NASA, USGS), the sample jacksboro_fault_dem of matplotlib",
+        _PUBLIC_DOMAIN,
+    ),
     Entry("canyon", "Winding canyon through a plateau", "synthetic", _OWN),
     Entry("river", "Meandering river between hills", "synthetic", _OWN),
     Entry("large-canyon", "Canyons of 80 x 80 km, up to 3500 m deep", "synthetic", _OWN),
@@ -63,8 +66,9 @@ def load(name: str) -> Terrain:
     try:
         return _MAKERS[name]()
     except KeyError:
-        raise InputError(f"There is no embedded terrain {name!r}, only "
-                         f"{', '.join(names())}.") from None
+        raise InputError(
+            f"There is no embedded terrain {name!r}, only {', '.join(names())}."
+        ) from None
 
 
 def _jacksboro() -> Terrain:
@@ -82,9 +86,15 @@ def _jacksboro() -> Terrain:
         heights = sample["elevation"].astype(np.float64)
         west, north = float(sample["xmin"]), float(sample["ymax"])
         dx, dy = float(sample["dx"]), float(sample["dy"])
-    return place.to_terrain(Raster(
-        "jacksboro", _ENTRIES[0].source, heights, Affine(dx, 0, west, 0, -dy, north),
-        CRS.from_user_input(geodesy.WGS84)))
+    return place.to_terrain(
+        Raster(
+            "jacksboro",
+            _ENTRIES[0].source,
+            heights,
+            Affine(dx, 0, west, 0, -dy, north),
+            CRS.from_user_input(geodesy.WGS84),
+        )
+    )
 
 
 def _synthetic(function: str) -> Callable[[], Terrain]:

@@ -32,7 +32,8 @@ _LIKE_WGS84 = re.compile(
     r"|NZGD.?2000|New Zealand Geodetic Datum 2000|SIRGAS"
     r"|JGD.?20(00|11)|Japanese Geodetic Datum 20(00|11)|CGCS.?2000|China 2000|CH1903\+"
     r"|RGF.?(19)?93|Reseau Geodesique Francais 1993",
-    re.IGNORECASE)
+    re.IGNORECASE,
+)
 
 
 def crs_name(crs: CRS) -> str:
@@ -91,8 +92,10 @@ def transform(source: str, target: str, x: Floats, y: Floats) -> tuple[Floats, F
     except (RasterioError, CRSError, CPLE_BaseError):
         moved = ([np.inf], [np.inf])
     if not np.isfinite(moved).all():
-        raise InputError("A point cannot be placed in the terrain's coordinate reference system; "
-                         "check its coordinates, latitude before longitude.")
+        raise InputError(
+            "A point cannot be placed in the terrain's coordinate reference system; "
+            "check its coordinates, latitude before longitude."
+        )
     east, north = (np.asarray(values, dtype=np.float64).reshape(x.shape) for values in moved)
     return east, north
 
@@ -103,7 +106,9 @@ def _warn_if_approximate(crs: str) -> None:
     if not _LIKE_WGS84.search(datum):
         warnings.warn(
             f"The exact shift between the datum {datum!r} and WGS84 needs grid files that are not "
-            "installed, so latitudes and longitudes may be some metres off.", stacklevel=4)
+            "installed, so latitudes and longitudes may be some metres off.",
+            stacklevel=4,
+        )
 
 
 def _datum(crs: str) -> str:

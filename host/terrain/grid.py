@@ -63,8 +63,10 @@ class Terrain:
         for side in ("dx_m", "dy_m"):
             value = float(getattr(self, side))
             if not (math.isfinite(value) and value > 0):
-                raise InputError(f"{self.name}: the sides of a cell must be positive metres, but "
-                                 f"{side} is {value:g}.")
+                raise InputError(
+                    f"{self.name}: the sides of a cell must be positive metres, but "
+                    f"{side} is {value:g}."
+                )
             sides.append(value)
         object.__setattr__(self, "elevation", elevation)
         object.__setattr__(self, "dx_m", sides[0])
@@ -189,18 +191,27 @@ class Terrain:
             If ``nofly`` has another shape than the terrain.
         """
         if nofly.shape != self.shape:
-            raise ValueError(f"No-fly raster must have the terrain's shape {self.shape}, "
-                             f"not {nofly.shape!r}")
+            raise ValueError(
+                f"No-fly raster must have the terrain's shape {self.shape}, not {nofly.shape!r}"
+            )
         # Through a handle: given a name, numpy would append a suffix of its own.
-        with (Path(file).open("wb") if isinstance(file, str | Path)
-              else contextlib.nullcontext(file)) as binary:
-            np.savez_compressed(binary, elevation=self.elevation, dx_m=self.dx_m, dy_m=self.dy_m,
-                                nofly=nofly.astype(np.bool_))
+        with (
+            Path(file).open("wb") if isinstance(file, str | Path) else contextlib.nullcontext(file)
+        ) as binary:
+            np.savez_compressed(
+                binary,
+                elevation=self.elevation,
+                dx_m=self.dx_m,
+                dy_m=self.dy_m,
+                nofly=nofly.astype(np.bool_),
+            )
 
     def _reference(self) -> tuple[str, tuple[float, float]]:
         if self.crs is None or self.origin is None:
-            raise InputError(f"The terrain {self.name!r} has no coordinate reference system, so "
-                             "latitude and longitude have no meaning on it; give local metres.")
+            raise InputError(
+                f"The terrain {self.name!r} has no coordinate reference system, so "
+                "latitude and longitude have no meaning on it; give local metres."
+            )
         return self.crs, self.origin
 
 
@@ -209,11 +220,15 @@ def _heights(name: str, elevation: ArrayLike) -> Floats:
     if raw.dtype.kind not in "iufb":
         raise InputError(f"{name}: the heights must be real numbers, but are {raw.dtype}.")
     if raw.ndim != 2:
-        raise InputError(f"{name}: the heights must be a grid of rows and columns, but have "
-                         f"{raw.ndim} dimensions.")
+        raise InputError(
+            f"{name}: the heights must be a grid of rows and columns, but have "
+            f"{raw.ndim} dimensions."
+        )
     if min(raw.shape) < 2:
-        raise InputError(f"{name}: a terrain needs at least 2 x 2 nodes, but this one has "
-                         f"{raw.shape[0]} x {raw.shape[1]}.")
+        raise InputError(
+            f"{name}: a terrain needs at least 2 x 2 nodes, but this one has "
+            f"{raw.shape[0]} x {raw.shape[1]}."
+        )
     heights = raw.astype(np.float64)
     heights[~np.isfinite(heights)] = np.nan
     if np.isnan(heights).all():

@@ -21,7 +21,10 @@ _KEYS = ("elevation", "dx_m", "dy_m")
 
 
 def load(
-    source: str | Path, *, cell: tuple[float, float] | None = None, fill_voids: bool = False,
+    source: str | Path,
+    *,
+    cell: tuple[float, float] | None = None,
+    fill_voids: bool = False,
 ) -> Terrain:
     """Load a terrain.
 
@@ -44,16 +47,19 @@ def load(
         not positive or given for a terrain that has its own.
     """
     if cell is not None and not all(math.isfinite(side) and side > 0 for side in cell):
-        raise InputError("The sides of a cell must be positive metres, not "
-                         f"{cell[0]:g} x {cell[1]:g}.")
+        raise InputError(
+            f"The sides of a cell must be positive metres, not {cell[0]:g} x {cell[1]:g}."
+        )
     if isinstance(source, str) and source in embedded.names():
         if cell is not None:
             raise InputError(f"The terrain {source!r} has cells of its own; leave out --cell.")
         return embedded.load(source)
     path = Path(source)
     if not path.exists():
-        raise InputError(f"There is no terrain {str(source)!r}: neither a file nor one of "
-                         f"{', '.join(embedded.names())}.")
+        raise InputError(
+            f"There is no terrain {str(source)!r}: neither a file nor one of "
+            f"{', '.join(embedded.names())}."
+        )
     if path.suffix.lower() == ".npz":
         return _load_npz(path, cell, fill_voids)
     if path.suffix.lower() == ".npy":
@@ -75,16 +81,21 @@ def info(terrain: Terrain) -> dict[str, Any]:
     if terrain.crs is not None and terrain.origin is not None:
         east, north = terrain.width_m, terrain.height_m
         lat, lon = terrain.to_geographic([0.0, east, 0.0, east], [0.0, 0.0, north, north])
-        corners = {point: [round(float(lat[i]), 9), round(float(lon[i]), 9)]
-                   for i, point in enumerate(("sw", "se", "nw", "ne"))}
+        corners = {
+            point: [round(float(lat[i]), 9), round(float(lon[i]), 9)]
+            for i, point in enumerate(("sw", "se", "nw", "ne"))
+        }
     voids = int(terrain.voids.sum())
     return {
         **terrain.describe(),
         "width_m": terrain.width_m,
         "height_m": terrain.height_m,
         "corners": corners,
-        "elevation_m": {"min": terrain.lowest, "max": terrain.highest,
-                        "mean": float(np.nanmean(terrain.elevation))},
+        "elevation_m": {
+            "min": terrain.lowest,
+            "max": terrain.highest,
+            "mean": float(np.nanmean(terrain.elevation)),
+        },
         "voids": voids,
         "void_share": voids / terrain.elevation.size,
         "source": terrain.source,
@@ -99,13 +110,16 @@ def _load_npz(path: Path, cell: tuple[float, float] | None, fill_voids: bool) ->
         with path.open("rb") as opened, np.lib.npyio.NpzFile(opened) as file:
             missing = [key for key in _KEYS if key not in file]
             if missing:
-                raise InputError(f"{path}: there is no {missing[0]!r} in it; a terrain file holds "
-                                 f"{', '.join(_KEYS)}.")
+                raise InputError(
+                    f"{path}: there is no {missing[0]!r} in it; a terrain file holds "
+                    f"{', '.join(_KEYS)}."
+                )
             elevation = file["elevation"]
             sides = [file[key] for key in _KEYS[1:]]
     except (OSError, ValueError, EOFError, BadZipFile):
-        raise InputError(f"{path}: cannot be read as a numpy archive; write it with "
-                         "numpy.savez.") from None
+        raise InputError(
+            f"{path}: cannot be read as a numpy archive; write it with numpy.savez."
+        ) from None
     for key, side in zip(_KEYS[1:], sides, strict=True):
         if side.size != 1 or side.dtype.kind not in "iuf":
             raise InputError(f"{path}: {key!r} must be one number of metres.")
@@ -114,18 +128,24 @@ def _load_npz(path: Path, cell: tuple[float, float] | None, fill_voids: bool) ->
 
 def _load_npy(path: Path, cell: tuple[float, float] | None, fill_voids: bool) -> Terrain:
     if cell is None:
-        raise InputError(f"{path}: a .npy file does not say how large its cells are; give "
-                         "--cell DX[,DY] in metres.")
+        raise InputError(
+            f"{path}: a .npy file does not say how large its cells are; give "
+            "--cell DX[,DY] in metres."
+        )
     try:
         elevation = np.load(path, allow_pickle=False)
     except (OSError, ValueError, EOFError):
-        raise InputError(f"{path}: cannot be read as a numpy array; write it with "
-                         "numpy.save.") from None
+        raise InputError(
+            f"{path}: cannot be read as a numpy array; write it with numpy.save."
+        ) from None
     return _from_array(path, elevation, cell, fill_voids)
 
 
 def _from_array(
-    path: Path, elevation: NDArray[Any], cell: tuple[float, float], fill_voids: bool,
+    path: Path,
+    elevation: NDArray[Any],
+    cell: tuple[float, float],
+    fill_voids: bool,
 ) -> Terrain:
     terrain = Terrain(str(path), elevation, *cell)
     heights = np.where(terrain.elevation == raster.UNDECLARED_VOID, np.nan, terrain.elevation)

@@ -20,7 +20,10 @@ _SMALLEST_SIDE_M = 0.05
 
 
 def to_terrain(
-    raster: Raster, *, cell: tuple[float, float] | None = None, fill_voids: bool = False,
+    raster: Raster,
+    *,
+    cell: tuple[float, float] | None = None,
+    fill_voids: bool = False,
 ) -> Terrain:
     """Turn a raster into a terrain.
 
@@ -47,14 +50,17 @@ def to_terrain(
     if np.isnan(raster.heights).all():
         raise InputError(f"{name}: every node is void; choose a terrain with heights.")
     if min(raster.heights.shape) < 2:
-        raise InputError(f"{name}: a terrain needs at least 2 x 2 nodes, but this one has "
-                         f"{raster.heights.shape[0]} x {raster.heights.shape[1]}.")
+        raise InputError(
+            f"{name}: a terrain needs at least 2 x 2 nodes, but this one has "
+            f"{raster.heights.shape[0]} x {raster.heights.shape[1]}."
+        )
     if not raster.transform.is_identity:
         if cell is not None:
             raise InputError(f"{name}: the file says how large its cells are; leave out --cell.")
     elif cell is None:
-        raise InputError(f"{name}: the file does not say how large its cells are; give "
-                         "--cell DX[,DY] in metres.")
+        raise InputError(
+            f"{name}: the file does not say how large its cells are; give --cell DX[,DY] in metres."
+        )
     else:
         raster = replace(raster, transform=Affine(cell[0], 0, 0, 0, -cell[1], 0), crs=None)
     raster = north_up(raster)
@@ -65,8 +71,10 @@ def to_terrain(
 
     rows, side = len(raster.heights), raster.transform
     if raster.crs is None and min(side.a, -side.e) < _SMALLEST_SIDE_M:
-        raise InputError(f"{name}: cells of {side.a:g} x {-side.e:g} without a coordinate "
-                         "reference system look like degrees; add the system to the file.")
+        raise InputError(
+            f"{name}: cells of {side.a:g} x {-side.e:g} without a coordinate "
+            "reference system look like degrees; add the system to the file."
+        )
     crs = None if raster.crs is None else geodesy.crs_name(raster.crs)
     unit_m = 1.0 if crs is None else geodesy.unit_m(crs)
     return Terrain(

@@ -26,11 +26,25 @@ UNDECLARED_VOID = -32768.0
 
 # Metres per unit of height, by what files call it.
 _VERTICAL_UNITS_M = {
-    "": 1.0, "m": 1.0, "metre": 1.0, "metres": 1.0, "meter": 1.0, "meters": 1.0,
-    "ft": 0.3048, "foot": 0.3048, "feet": 0.3048, "international foot": 0.3048,
-    "us-ft": 1200 / 3937, "ftus": 1200 / 3937, "us survey foot": 1200 / 3937,
+    "": 1.0,
+    "m": 1.0,
+    "metre": 1.0,
+    "metres": 1.0,
+    "meter": 1.0,
+    "meters": 1.0,
+    "ft": 0.3048,
+    "foot": 0.3048,
+    "feet": 0.3048,
+    "international foot": 0.3048,
+    "us-ft": 1200 / 3937,
+    "ftus": 1200 / 3937,
+    "us survey foot": 1200 / 3937,
     "us_survey_foot": 1200 / 3937,
-    "cm": 0.01, "centimetre": 0.01, "centimeter": 0.01, "dm": 0.1, "km": 1000.0,
+    "cm": 0.01,
+    "centimetre": 0.01,
+    "centimeter": 0.01,
+    "dm": 0.1,
+    "km": 1000.0,
 }
 
 
@@ -70,19 +84,25 @@ def read(path: Path) -> Raster:
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
             with rasterio.open(path) as file:
                 if file.count != 1:
-                    raise InputError(f"{path}: a terrain has one band of heights, but this file "
-                                     f"has {file.count}; write that of the heights to a file of "
-                                     "its own.")
+                    raise InputError(
+                        f"{path}: a terrain has one band of heights, but this file "
+                        f"has {file.count}; write that of the heights to a file of "
+                        "its own."
+                    )
                 if np.dtype(file.dtypes[0]).kind not in "iuf":
-                    raise InputError(f"{path}: heights must be real numbers, but the band holds "
-                                     f"{file.dtypes[0]}.")
+                    raise InputError(
+                        f"{path}: heights must be real numbers, but the band holds "
+                        f"{file.dtypes[0]}."
+                    )
                 unit_m = _vertical_unit_m(path, file.units[0])
                 band = file.read(1, masked=True)
                 scale, offset = file.scales[0], file.offsets[0]
                 transform, crs = file.transform, file.crs
     except RasterioError:
-        raise InputError(f"{path}: cannot be read as a raster of heights; give a GeoTIFF, an SRTM "
-                         ".hgt, another format that GDAL reads, or a .npy or .npz file.") from None
+        raise InputError(
+            f"{path}: cannot be read as a raster of heights; give a GeoTIFF, an SRTM "
+            ".hgt, another format that GDAL reads, or a .npy or .npz file."
+        ) from None
     heights = band.data.astype(np.float64)
     void = np.ma.getmaskarray(band) | ~np.isfinite(heights) | (heights == UNDECLARED_VOID)
     heights[void] = np.nan
@@ -95,8 +115,12 @@ def fill(heights: Floats) -> Floats:
     if known.all():
         return heights
     # GDAL fills in single precision; what was known stays as it was.
-    filled = fillnodata(heights.astype(np.float32), mask=known.astype(np.uint8),
-                        max_search_distance=float(max(heights.shape)), smoothing_iterations=0)
+    filled = fillnodata(
+        heights.astype(np.float32),
+        mask=known.astype(np.uint8),
+        max_search_distance=float(max(heights.shape)),
+        smoothing_iterations=0,
+    )
     return np.where(known, heights, filled.astype(np.float64))
 
 
@@ -104,8 +128,9 @@ def _vertical_unit_m(path: Path, unit: str | None) -> float:
     try:
         return _VERTICAL_UNITS_M[(unit or "").strip().lower()]
     except KeyError:
-        raise InputError(f"{path}: its heights are in {unit!r}, which is unknown; convert them to "
-                         "metres.") from None
+        raise InputError(
+            f"{path}: its heights are in {unit!r}, which is unknown; convert them to metres."
+        ) from None
 
 
 def north_up(raster: Raster) -> Raster:
@@ -118,8 +143,10 @@ def north_up(raster: Raster) -> Raster:
     """
     transform, heights = raster.transform, raster.heights
     if transform.b != 0 or transform.d != 0:
-        raise InputError(f"{raster.name}: the raster is rotated against its coordinate axes; "
-                         "warp it to north up first, with gdalwarp for example.")
+        raise InputError(
+            f"{raster.name}: the raster is rotated against its coordinate axes; "
+            "warp it to north up first, with gdalwarp for example."
+        )
     rows, columns = heights.shape
     width, west, height, north = transform.a, transform.c, transform.e, transform.f
     if height > 0:

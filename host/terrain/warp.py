@@ -63,12 +63,16 @@ def to_utm(raster: Raster) -> Raster:
     west, north = side.c, side.f
     east, south = west + columns * side.a, north + rows * side.e
     if east - west > _WIDEST_DEG or north - south > _WIDEST_DEG:
-        raise InputError(f"{raster.name}: the raster spans {east - west:g} x {north - south:g} "
-                         f"degrees, more than the {_WIDEST_DEG:g} that one UTM zone can show; cut "
-                         "out the part you need.")
+        raise InputError(
+            f"{raster.name}: the raster spans {east - west:g} x {north - south:g} "
+            f"degrees, more than the {_WIDEST_DEG:g} that one UTM zone can show; cut "
+            "out the part you need."
+        )
     if max(north, -south) > _NORTHERNMOST_DEG:
-        raise InputError(f"{raster.name}: the raster reaches beyond {_NORTHERNMOST_DEG:g} degrees "
-                         "of latitude, where UTM ends; project it first.")
+        raise InputError(
+            f"{raster.name}: the raster reaches beyond {_NORTHERNMOST_DEG:g} degrees "
+            "of latitude, where UTM ends; project it first."
+        )
     zone = geodesy.utm_zone((north + south) / 2, (west + east) / 2)
     side_m = _side_m(raster, zone)
     grid = _grid(raster, zone, side_m)
@@ -77,10 +81,20 @@ def to_utm(raster: Raster) -> Raster:
     kept_rows, kept_columns = largest_rectangle(inside)
     eastings, northings = grid
     # The corner of the first pixel is half a cell from its centre.
-    transform = Affine(side_m, 0, eastings[kept_columns.start] - side_m / 2,
-                       0, -side_m, northings[kept_rows.start] + side_m / 2)
-    return replace(raster, heights=heights[kept_rows, kept_columns], transform=transform,
-                   crs=CRS.from_user_input(zone))
+    transform = Affine(
+        side_m,
+        0,
+        eastings[kept_columns.start] - side_m / 2,
+        0,
+        -side_m,
+        northings[kept_rows.start] + side_m / 2,
+    )
+    return replace(
+        raster,
+        heights=heights[kept_rows, kept_columns],
+        transform=transform,
+        crs=CRS.from_user_input(zone),
+    )
 
 
 def largest_rectangle(usable: Bools) -> tuple[slice, slice]:
@@ -138,13 +152,16 @@ class _Inverse:
             self._coefficients = [matrix @ values @ matrix.T for values in exact]
             if self._error_px(degree) <= _TOLERANCE_PX:
                 return
-        raise InputError(f"{raster.name}: the raster is too large to be shown in one UTM zone; cut "
-                         "out the part you need.")
+        raise InputError(
+            f"{raster.name}: the raster is too large to be shown in one UTM zone; cut "
+            "out the part you need."
+        )
 
     def grid(self) -> tuple[Floats, Floats]:
         """Column and row in pixels of every node, two ``(ny, nx)`` arrays."""
-        column, row = (self._evaluate(coefficients, self._x, self._y)
-                       for coefficients in self._coefficients)
+        column, row = (
+            self._evaluate(coefficients, self._x, self._y) for coefficients in self._coefficients
+        )
         return column, row
 
     def _error_px(self, degree: int) -> float:
@@ -153,21 +170,26 @@ class _Inverse:
         exact = self._exact(*np.meshgrid(between, between))
         return max(
             float(np.abs(self._evaluate(coefficients, between, between) - values).max())
-            for coefficients, values in zip(self._coefficients, exact, strict=True))
+            for coefficients, values in zip(self._coefficients, exact, strict=True)
+        )
 
     @staticmethod
     def _evaluate(coefficients: Floats, x: Floats, y: Floats) -> Floats:
         degree = len(coefficients) - 1
-        values: Floats = chebyshev.chebvander(y, degree) @ coefficients @ chebyshev.chebvander(
-            x, degree).T
+        values: Floats = (
+            chebyshev.chebvander(y, degree) @ coefficients @ chebyshev.chebvander(x, degree).T
+        )
         return values
 
     def _exact(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
         """Column and row of points given from -1 to 1 across the grid."""
         first, last, top, bottom = self._span
         lon, lat = geodesy.transform(
-            self._zone, geodesy.crs_name(self._raster.crs),
-            first + (last - first) * (x + 1) / 2, top + (bottom - top) * (y + 1) / 2)
+            self._zone,
+            geodesy.crs_name(self._raster.crs),
+            first + (last - first) * (x + 1) / 2,
+            top + (bottom - top) * (y + 1) / 2,
+        )
         side = self._raster.transform
         # Files may count longitudes beyond 180 degrees; PROJ does not.
         middle = side.c + self._raster.heights.shape[1] * side.a / 2
@@ -186,14 +208,23 @@ def _side_m(raster: Raster, zone: str) -> float:
     side = raster.transform
     lon, lat = side.c + columns * side.a / 2, side.f + rows * side.e / 2
     east, north = geodesy.transform(
-        geodesy.crs_name(raster.crs), zone,
+        geodesy.crs_name(raster.crs),
+        zone,
         np.array((lon - side.a / 2, lon + side.a / 2, lon, lon)),
-        np.array((lat, lat, lat - side.e / 2, lat + side.e / 2)))
-    side_m = round(min(math.hypot(east[1] - east[0], north[1] - north[0]),
-                       math.hypot(east[3] - east[2], north[3] - north[2])), _SIDE_DECIMALS)
+        np.array((lat, lat, lat - side.e / 2, lat + side.e / 2)),
+    )
+    side_m = round(
+        min(
+            math.hypot(east[1] - east[0], north[1] - north[0]),
+            math.hypot(east[3] - east[2], north[3] - north[2]),
+        ),
+        _SIDE_DECIMALS,
+    )
     if side_m <= 0:
-        raise InputError(f"{raster.name}: its cells are smaller than a centimetre; "
-                         "check its coordinate reference system.")
+        raise InputError(
+            f"{raster.name}: its cells are smaller than a centimetre; "
+            "check its coordinate reference system."
+        )
     return side_m
 
 
@@ -203,23 +234,31 @@ def _grid(raster: Raster, zone: str, side_m: float) -> tuple[Floats, Floats]:
     side = raster.transform
     along_x = side.c + side.a * np.linspace(0, columns, min(columns, 64) + 1)
     along_y = side.f + side.e * np.linspace(0, rows, min(rows, 64) + 1)
-    lon = np.concatenate((along_x, along_x, np.full_like(along_y, along_x[0]),
-                          np.full_like(along_y, along_x[-1])))
-    lat = np.concatenate((np.full_like(along_x, along_y[0]), np.full_like(along_x, along_y[-1]),
-                          along_y, along_y))
+    lon = np.concatenate(
+        (along_x, along_x, np.full_like(along_y, along_x[0]), np.full_like(along_y, along_x[-1]))
+    )
+    lat = np.concatenate(
+        (np.full_like(along_x, along_y[0]), np.full_like(along_x, along_y[-1]), along_y, along_y)
+    )
     east, north = geodesy.transform(geodesy.crs_name(raster.crs), zone, lon, lat)
     columns = math.ceil((east.max() - east.min()) / side_m)
     rows = math.ceil((north.max() - north.min()) / side_m)
-    return (east.min() + side_m * (np.arange(columns) + 0.5),
-            north.max() - side_m * (np.arange(rows) + 0.5))
+    return (
+        east.min() + side_m * (np.arange(columns) + 0.5),
+        north.max() - side_m * (np.arange(rows) + 0.5),
+    )
 
 
 def _resample(heights: Floats, column: Floats, row: Floats) -> tuple[Floats, Bools]:
     """Bilinear heights at pixel coordinates, and which of these lie within the raster's edges."""
     rows, columns = heights.shape
     edge = 0.5 + _ROUNDING_PX
-    inside = ((column >= -edge) & (column <= columns - 1 + edge)
-              & (row >= -edge) & (row <= rows - 1 + edge))
+    inside = (
+        (column >= -edge)
+        & (column <= columns - 1 + edge)
+        & (row >= -edge)
+        & (row <= rows - 1 + edge)
+    )
     sampled = np.empty(column.shape)
     for start in range(0, len(column), _BLOCK_ROWS):
         block = slice(start, start + _BLOCK_ROWS)

@@ -11,8 +11,15 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 #: A flight over the hills, around the one no-fly circle.
-ENDS = ("--start", "500,500,100", "--goal", "5500,3500,100", "--agl",
-        "--nofly-circle", "3000,2000,400")
+ENDS = (
+    "--start",
+    "500,500,100",
+    "--goal",
+    "5500,3500,100",
+    "--agl",
+    "--nofly-circle",
+    "3000,2000,400",
+)
 
 
 @pytest.fixture(scope="session")
@@ -32,8 +39,13 @@ def pathgene():
 
     def run(*arguments, timeout_s=120):
         return subprocess.run(
-            [sys.executable, "-m", "host", *map(str, arguments)], cwd=ROOT, capture_output=True,
-            text=True, timeout=timeout_s, check=False)
+            [sys.executable, "-m", "host", *map(str, arguments)],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            timeout=timeout_s,
+            check=False,
+        )
 
     return run
 
@@ -42,6 +54,7 @@ def pathgene():
 def planned(hills, pathgene, tmp_path_factory):
     """Directory, process and summary of one plan."""
     out = tmp_path_factory.mktemp("plan") / "out"
-    done = pathgene("plan", "--terrain", hills, *ENDS, "--generations", 60, "--seed", 1, "--out",
-                    out, "--json")
+    done = pathgene(
+        "plan", "--terrain", hills, *ENDS, "--generations", 60, "--seed", 1, "--out", out, "--json"
+    )
     return out, done, json.loads(done.stdout) if done.returncode == 0 else None

@@ -40,7 +40,8 @@ def test_writes_a_summary_and_a_picture(tmp_path, capsys, planner):
         assert terms["minimum_turn_deg"] == pytest.approx(180 * (1 - turning.max()))
         assert terms["elevation_rate"] == pytest.approx(rate.max())
         assert terms["delta"] == pytest.approx(
-            (length.sum() + 2 * turning.max() + 4 * rate.max()) / 7)
+            (length.sum() + 2 * turning.max() + 4 * rate.max()) / 7
+        )
 
     again = run(capsys, tmp_path / "two", *options)
     assert again["control_points"] == summary["control_points"]
@@ -50,26 +51,45 @@ def test_writes_a_summary_and_a_picture(tmp_path, capsys, planner):
 
 def test_options_reach_the_problem(tmp_path, capsys):
     common = ("--generations", "5", "--seed", "1")
-    summary = run(capsys, tmp_path, *common, "--reading", "sum", "--draws", "uniform", "--samples",
-                  "11", "--added-points", "3", "--length", "3d")
-    assert [summary[name] for name in (
-        "reading", "draws", "samples", "added_points", "length", "landscape")] == [
-            "sum", "uniform", 11, 3, "3d", 1]
+    summary = run(
+        capsys,
+        tmp_path,
+        *common,
+        "--reading",
+        "sum",
+        "--draws",
+        "uniform",
+        "--samples",
+        "11",
+        "--added-points",
+        "3",
+        "--length",
+        "3d",
+    )
+    assert [
+        summary[name]
+        for name in ("reading", "draws", "samples", "added_points", "length", "landscape")
+    ] == ["sum", "uniform", 11, 3, "3d", 1]
     assert main(["auv", *common, "--out", str(tmp_path)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].split(maxsplit=1) == ["planner", "ga-dp, reading route, draws near"]
     assert lines[-1].endswith("auv.png")
 
 
-@pytest.mark.parametrize(("options", "sentence"), [
-    (["--landscape", "3"], "The landscape must be one of 1, 2, not 3."),
-    (["--samples", "1"], "The samples of a segment must be from 2 to 100001, not 1."),
-    (["--generations", "0"], "The number of generations must be 1 or more, not 0."),
-    (["--seed", "-1"], "The seed must be from 0 to 2**64 - 1, not -1."),
-    (["--added-points", "51"],
-     "The crossover points added per generation must be from 1 to 50, not 51."),
-    (["--planner", "ga-pc"], "Argument --planner: invalid choice: 'ga-pc' (choose from "),
-])
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--landscape", "3"], "The landscape must be one of 1, 2, not 3."),
+        (["--samples", "1"], "The samples of a segment must be from 2 to 100001, not 1."),
+        (["--generations", "0"], "The number of generations must be 1 or more, not 0."),
+        (["--seed", "-1"], "The seed must be from 0 to 2**64 - 1, not -1."),
+        (
+            ["--added-points", "51"],
+            "The crossover points added per generation must be from 1 to 50, not 51.",
+        ),
+        (["--planner", "ga-pc"], "Argument --planner: invalid choice: 'ga-pc' (choose from "),
+    ],
+)
 def test_refuses_bad_options(tmp_path, capsys, options, sentence):
     out = tmp_path / "out"
     assert main(["auv", *options, "--out", str(out)]) == 2
@@ -78,10 +98,20 @@ def test_refuses_bad_options(tmp_path, capsys, options, sentence):
 
 
 def test_interrupt_writes_the_best_so_far(tmp_path):
-    command = [sys.executable, "-m", "host", "auv", "--generations", "10000000", "--out", tmp_path,
-               "--json"]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          text=True) as process:
+    command = [
+        sys.executable,
+        "-m",
+        "host",
+        "auv",
+        "--generations",
+        "10000000",
+        "--out",
+        tmp_path,
+        "--json",
+    ]
+    with subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
         assert process.stderr.readline().startswith("generation 1/")
         process.send_signal(signal.SIGINT)
         output, error = process.communicate(timeout=60)
@@ -91,12 +121,36 @@ def test_interrupt_writes_the_best_so_far(tmp_path):
     assert json.loads(output)["interrupted"]
 
 
-@pytest.mark.parametrize(("planner", "options"), [
-    ("ga-dp", ()), ("ga-dp", ("--reading", "sum", "--draws", "uniform")),
-    ("ga-auv", ("--population", "24", "--added-points", "6"))])
+@pytest.mark.parametrize(
+    ("planner", "options"),
+    [
+        ("ga-dp", ()),
+        ("ga-dp", ("--reading", "sum", "--draws", "uniform")),
+        ("ga-auv", ("--population", "24", "--added-points", "6")),
+    ],
+)
 def test_over_terrain_check_agrees(hills, tmp_path, capsys, planner, options):
-    assert main(["plan", "--terrain", str(hills), *ENDS, "--planner", planner, *options,
-                 "--generations", "30", "--seed", "1", "--out", str(tmp_path), "--json"]) == 0
+    assert (
+        main(
+            [
+                "plan",
+                "--terrain",
+                str(hills),
+                *ENDS,
+                "--planner",
+                planner,
+                *options,
+                "--generations",
+                "30",
+                "--seed",
+                "1",
+                "--out",
+                str(tmp_path),
+                "--json",
+            ]
+        )
+        == 0
+    )
     summary = json.loads(capsys.readouterr().out)
     assert (summary["planner"], summary["feasible"]) == (planner, True)
     assert main(["check", "--path", str(tmp_path / "summary.json"), "--json"]) == 0

@@ -22,76 +22,144 @@ def refused(capsys, *arguments):
     return lines[0].removeprefix("pathgene: ")
 
 
-@pytest.mark.parametrize(("options", "sentence"), [
-    (["--start", "500,500,100"], "The goal is missing; give --goal or --goal-geo."),
-    (["--goal", "500,500,100"], "The start is missing; give --start or --start-geo."),
-    (["--start", "-500,500,900", "--goal", "5500,3500,900"],
-     "The start at (-500, 500) is outside the map, which reaches from (0, 0) to (6000, 4000) m."),
-    (["--start", "500,500,900", "--goal", "5500,4000.1,900"],
-     "The goal at (5500, 4000.1) is outside the map, which reaches from (0, 0) to (6000, 4000) "
-     "m."),
-    (["--start", "500,500,1", "--goal", "5500,3500,900"],
-     "The start at an altitude of 1 m is inside the ground, which is at "),
-    (["--start", "500,500,900", "--goal", "500,500,900"],
-     "Start and goal are the same point; move one of them."),
-    (["--start", "500,500,900", "--goal", "5500,200,900"],
-     "The goal at (5500, 200) is over a void of the terrain; move it, or fill the voids with "
-     "--fill-voids."),
-    (["--start", "nan,500,900", "--goal", "5500,3500,900"], "The start must be 3 finite numbers"),
-    (["--start", "500,500,900", "--goal", "5500,3500,-inf"], "The goal must be 3 finite numbers"),
-    (["--start", "500,500,9000", "--goal", "5500,3500,9000"],
-     "The start's altitude of 9000 m is above the "),
-    (["--start-geo", "46,8,900", "--goal", "5500,3500,900"],
-     "The terrain 'hills' has no coordinate reference system, so latitude and longitude have no "
-     "meaning on it; give local metres."),
-    ([*ENDS, "--nofly-circle", "500,500,50"],
-     "The start at (500, 500) is inside a no-fly zone; move it or the zone."),
-    ([*ENDS, "--nofly-circle", "3000,2000,-400"],
-     "No-fly circle: radius_m must not be negative, not -400."),
-    ([*ENDS, "--nofly-circle", "3000,nan,400"],
-     "No-fly circle: y_m must be a finite number, not nan."),
-    ([*ENDS, "--nofly", "nowhere.geojson"], "Cannot read no-fly file 'nowhere.geojson': "),
-    ([*ENDS, "--planner", "fpa", "--waypoints", "0"],
-     "The number of waypoints must be from 1 to 100, not 0."),
-    ([*ENDS, "--planner", "fpa-2opt", "--two-opt-every", "-1"],
-     "The iterations between 2-opts must be 0 or more, not -1."),
-    ([*ENDS, "--planner", "ga-pc", "--refits", "-1"],
-     "The refits of a generation must be 0 or more, not -1."),
-    ([*ENDS, "--planner", "ga-dp", "--reading", "both"],
-     "Argument --reading: invalid choice: 'both' (choose from "),
-    ([*ENDS, "--planner", "ga-auv", "--draws", "far"],
-     "Argument --draws: invalid choice: 'far' (choose from "),
-    ([*ENDS, "--planner", "fpa", "--init", "rrt"],
-     "Argument --init: invalid choice: 'rrt' (choose from "),
-    ([*ENDS, "--planner", "fpa", "--engine", "tpu"],
-     "Argument --engine: invalid choice: 'tpu' (choose from "),
-    ([*ENDS, "--planner", "a-star"], "There is no planner 'a-star'; the planners are ga-fpga, "),
-    ([*ENDS, "--uav", "kite"], "There is no UAV 'kite'; give one of "),
-    ([*ENDS, "--wind", "-30,0"], "A wind of 30 m/s is not below the airspeed of "),
-    ([*ENDS, "--ds", "-1"], "The sampling step must be a positive number of metres, not -1."),
-    ([*ENDS, "--ds", "nan"], "The sampling step must be a positive number of metres, not nan."),
-    ([*ENDS, "--ds", "1e9"],
-     "The sampling step of 1e+09 m is longer than the way from start to goal, "),
-    ([*ENDS, "--cell", "30"],
-     "{hills}: the file says how large its cells are; leave out --cell."),
-    ([*ENDS, "--seed", "-1"], "The seed must be from 0 to 2**64 - 1, not -1."),
-    ([*ENDS, "--generations", "0"], "The number of generations must be 1 or more, not 0."),
-    ([*ENDS, "--time-limit", "nan"],
-     "The time limit must be a positive number of seconds, not nan."),
-    ([*ENDS, "--target-fitness", "inf"], "The target fitness must be a finite number, not inf."),
-    ([*ENDS, "--population", "40"], "The population of this board is 32, not 40; "),
-    ([*ENDS, "--population", "4", "--planner", "ga-pc"],
-     "The population of ga-pc must be from 8 to 100000, not 4."),
-    ([*ENDS, "--population", "1000000000", "--planner", "ga-pc"],
-     "The population of ga-pc must be from 8 to 100000, not 1000000000."),
-    ([*ENDS, "--initial-draws", "1000000000"],
-     "The initial draws must be from 1 to 1000, not 1000000000."),
-    ([*ENDS, "--uav", __file__], "The name of a UAV file must end in .toml, unlike "),
-    ([*ENDS, "--board", "/dev/nowhere"], "No board can be opened at '/dev/nowhere' ("),
-    ([*ENDS, "--board", "model:?population=33"], "Config.population must be a power of two "),
-    ([*ENDS, "--board", "model:?genetic=0"], "This board has no genetic core, "),
-    ([*ENDS, "--board", "model:?speed=9"], "The model takes only fields of the configuration, "),
-])
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--start", "500,500,100"], "The goal is missing; give --goal or --goal-geo."),
+        (["--goal", "500,500,100"], "The start is missing; give --start or --start-geo."),
+        (
+            ["--start", "-500,500,900", "--goal", "5500,3500,900"],
+            "The start at (-500, 500) is outside the map, which reaches from (0, 0) to "
+            "(6000, 4000) m.",
+        ),
+        (
+            ["--start", "500,500,900", "--goal", "5500,4000.1,900"],
+            "The goal at (5500, 4000.1) is outside the map, which reaches from (0, 0) to "
+            "(6000, 4000) "
+            "m.",
+        ),
+        (
+            ["--start", "500,500,1", "--goal", "5500,3500,900"],
+            "The start at an altitude of 1 m is inside the ground, which is at ",
+        ),
+        (
+            ["--start", "500,500,900", "--goal", "500,500,900"],
+            "Start and goal are the same point; move one of them.",
+        ),
+        (
+            ["--start", "500,500,900", "--goal", "5500,200,900"],
+            "The goal at (5500, 200) is over a void of the terrain; move it, or fill the "
+            "voids with "
+            "--fill-voids.",
+        ),
+        (
+            ["--start", "nan,500,900", "--goal", "5500,3500,900"],
+            "The start must be 3 finite numbers",
+        ),
+        (
+            ["--start", "500,500,900", "--goal", "5500,3500,-inf"],
+            "The goal must be 3 finite numbers",
+        ),
+        (
+            ["--start", "500,500,9000", "--goal", "5500,3500,9000"],
+            "The start's altitude of 9000 m is above the ",
+        ),
+        (
+            ["--start-geo", "46,8,900", "--goal", "5500,3500,900"],
+            "The terrain 'hills' has no coordinate reference system, so latitude and "
+            "longitude have no "
+            "meaning on it; give local metres.",
+        ),
+        (
+            [*ENDS, "--nofly-circle", "500,500,50"],
+            "The start at (500, 500) is inside a no-fly zone; move it or the zone.",
+        ),
+        (
+            [*ENDS, "--nofly-circle", "3000,2000,-400"],
+            "No-fly circle: radius_m must not be negative, not -400.",
+        ),
+        (
+            [*ENDS, "--nofly-circle", "3000,nan,400"],
+            "No-fly circle: y_m must be a finite number, not nan.",
+        ),
+        ([*ENDS, "--nofly", "nowhere.geojson"], "Cannot read no-fly file 'nowhere.geojson': "),
+        (
+            [*ENDS, "--planner", "fpa", "--waypoints", "0"],
+            "The number of waypoints must be from 1 to 100, not 0.",
+        ),
+        (
+            [*ENDS, "--planner", "fpa-2opt", "--two-opt-every", "-1"],
+            "The iterations between 2-opts must be 0 or more, not -1.",
+        ),
+        (
+            [*ENDS, "--planner", "ga-pc", "--refits", "-1"],
+            "The refits of a generation must be 0 or more, not -1.",
+        ),
+        (
+            [*ENDS, "--planner", "ga-dp", "--reading", "both"],
+            "Argument --reading: invalid choice: 'both' (choose from ",
+        ),
+        (
+            [*ENDS, "--planner", "ga-auv", "--draws", "far"],
+            "Argument --draws: invalid choice: 'far' (choose from ",
+        ),
+        (
+            [*ENDS, "--planner", "fpa", "--init", "rrt"],
+            "Argument --init: invalid choice: 'rrt' (choose from ",
+        ),
+        (
+            [*ENDS, "--planner", "fpa", "--engine", "tpu"],
+            "Argument --engine: invalid choice: 'tpu' (choose from ",
+        ),
+        (
+            [*ENDS, "--planner", "a-star"],
+            "There is no planner 'a-star'; the planners are ga-fpga, ",
+        ),
+        ([*ENDS, "--uav", "kite"], "There is no UAV 'kite'; give one of "),
+        ([*ENDS, "--wind", "-30,0"], "A wind of 30 m/s is not below the airspeed of "),
+        ([*ENDS, "--ds", "-1"], "The sampling step must be a positive number of metres, not -1."),
+        ([*ENDS, "--ds", "nan"], "The sampling step must be a positive number of metres, not nan."),
+        (
+            [*ENDS, "--ds", "1e9"],
+            "The sampling step of 1e+09 m is longer than the way from start to goal, ",
+        ),
+        (
+            [*ENDS, "--cell", "30"],
+            "{hills}: the file says how large its cells are; leave out --cell.",
+        ),
+        ([*ENDS, "--seed", "-1"], "The seed must be from 0 to 2**64 - 1, not -1."),
+        ([*ENDS, "--generations", "0"], "The number of generations must be 1 or more, not 0."),
+        (
+            [*ENDS, "--time-limit", "nan"],
+            "The time limit must be a positive number of seconds, not nan.",
+        ),
+        (
+            [*ENDS, "--target-fitness", "inf"],
+            "The target fitness must be a finite number, not inf.",
+        ),
+        ([*ENDS, "--population", "40"], "The population of this board is 32, not 40; "),
+        (
+            [*ENDS, "--population", "4", "--planner", "ga-pc"],
+            "The population of ga-pc must be from 8 to 100000, not 4.",
+        ),
+        (
+            [*ENDS, "--population", "1000000000", "--planner", "ga-pc"],
+            "The population of ga-pc must be from 8 to 100000, not 1000000000.",
+        ),
+        (
+            [*ENDS, "--initial-draws", "1000000000"],
+            "The initial draws must be from 1 to 1000, not 1000000000.",
+        ),
+        ([*ENDS, "--uav", __file__], "The name of a UAV file must end in .toml, unlike "),
+        ([*ENDS, "--board", "/dev/nowhere"], "No board can be opened at '/dev/nowhere' ("),
+        ([*ENDS, "--board", "model:?population=33"], "Config.population must be a power of two "),
+        ([*ENDS, "--board", "model:?genetic=0"], "This board has no genetic core, "),
+        (
+            [*ENDS, "--board", "model:?speed=9"],
+            "The model takes only fields of the configuration, ",
+        ),
+    ],
+)
 def test_plan(hills, tmp_path, capsys, options, sentence):
     out = tmp_path / "out"
     said = refused(capsys, "plan", "--terrain", hills, *options, "--out", out)
@@ -99,9 +167,15 @@ def test_plan(hills, tmp_path, capsys, options, sentence):
     assert not out.exists() or not list(out.iterdir())
 
 
-@pytest.mark.parametrize(("name", "content"), [
-    ("missing.tif", None), ("text.tif", b"no raster"), ("text.npz", b"no archive"),
-    ("empty.hgt", b"")])
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("missing.tif", None),
+        ("text.tif", b"no raster"),
+        ("text.npz", b"no archive"),
+        ("empty.hgt", b""),
+    ],
+)
 def test_unreadable_terrain(tmp_path, capsys, name, content):
     file = tmp_path / name
     if content is not None:
@@ -125,47 +199,62 @@ def test_out_that_cannot_be_written(hills, tmp_path, capsys):
     blocked = tmp_path / "file"
     blocked.write_text("in the way")
     sentence = refused(capsys, "plan", "--terrain", hills, *ENDS, "--out", blocked / "out")
-    assert sentence == (f"Cannot write to the directory {str(blocked / 'out')!r} (Not a "
-                        "directory); give another with --out.")
+    assert sentence == (
+        f"Cannot write to the directory {str(blocked / 'out')!r} (Not a "
+        "directory); give another with --out."
+    )
 
 
 def test_board_that_does_not_answer(hills, capsys, tmp_path):
     with socket.create_server(("127.0.0.1", 0)) as server:
         url = f"socket://127.0.0.1:{server.getsockname()[1]}"
         assert refused(capsys, "board", "info", "--board", url).startswith("Nothing answers at")
-        sentence = refused(capsys, "plan", "--terrain", hills, *ENDS, "--board", url,
-                           "--out", tmp_path / "out")
+        sentence = refused(
+            capsys, "plan", "--terrain", hills, *ENDS, "--board", url, "--out", tmp_path / "out"
+        )
         assert sentence.startswith("Nothing answers at")
 
 
 def test_board_of_another_protocol(hills, capsys, tmp_path, monkeypatch):
     """A board of the next release is told from this one's before anything is sent to it."""
     monkeypatch.setitem(info_values.__globals__, "VERSION", VERSION + 1)
-    sentence = refused(capsys, "plan", "--terrain", hills, *ENDS, "--board", "model:",
-                       "--out", tmp_path / "out")
+    sentence = refused(
+        capsys, "plan", "--terrain", hills, *ENDS, "--board", "model:", "--out", tmp_path / "out"
+    )
     assert sentence == (
         f"The board speaks protocol version {VERSION + 1}, this host version {VERSION}: "
-        "load a bitstream of this release, or use the release the board was built with.")
+        "load a bitstream of this release, or use the release the board was built with."
+    )
 
 
 def test_address_that_is_busy(capsys):
     with socket.create_server(("127.0.0.1", 0)) as server:
         address = f"127.0.0.1:{server.getsockname()[1]}"
         assert refused(capsys, "board", "serve", "--listen", address) == (
-            f"Nothing can listen at {address!r} (Address already in use); give another --listen.")
+            f"Nothing can listen at {address!r} (Address already in use); give another --listen."
+        )
 
 
-@pytest.mark.parametrize(("name", "content", "sentence"), [
-    ("missing.csv", None, "Cannot read the path "),
-    ("path.csv", "lat,lon,alt\n1,2,3\n", "{}: the first line must be the header x,y,z."),
-    ("path.csv", "x,y,z\n500,500,900\n5500,north,900\n",
-     "{}, line 3: must be three finite numbers x,y,z, not '5500,north,900'."),
-    ("path.csv", "x,y,z\n500,500,900\n9500,3500,900\n", "The goal at (9500, 3500) is outside "),
-    ("path.geojson", "{", "{}: not JSON; give GeoJSON, a CSV or a summary."),
-    ("path.json", '{"waypoints": [[1, 2], [3, 4]]}',
-     "{}: the summary does not say how its path was evaluated; give --terrain and the other "
-     "options."),
-])
+@pytest.mark.parametrize(
+    ("name", "content", "sentence"),
+    [
+        ("missing.csv", None, "Cannot read the path "),
+        ("path.csv", "lat,lon,alt\n1,2,3\n", "{}: the first line must be the header x,y,z."),
+        (
+            "path.csv",
+            "x,y,z\n500,500,900\n5500,north,900\n",
+            "{}, line 3: must be three finite numbers x,y,z, not '5500,north,900'.",
+        ),
+        ("path.csv", "x,y,z\n500,500,900\n9500,3500,900\n", "The goal at (9500, 3500) is outside "),
+        ("path.geojson", "{", "{}: not JSON; give GeoJSON, a CSV or a summary."),
+        (
+            "path.json",
+            '{"waypoints": [[1, 2], [3, 4]]}',
+            "{}: the summary does not say how its path was evaluated; give --terrain and the other "
+            "options.",
+        ),
+    ],
+)
 def test_check(hills, tmp_path, capsys, name, content, sentence):
     file = tmp_path / name
     if content is not None:
@@ -184,29 +273,53 @@ def test_check_with_another_start(hills, tmp_path, capsys):
     file = tmp_path / "path.csv"
     file.write_text("x,y,z\n500,500,900\n5500,3500,900\n")
     said = refused(capsys, "check", "--terrain", hills, "--path", file, "--start", "500,600,900")
-    assert said == ("The start of the path is (500.0, 500.0, 900.0), not (500.0, 600.0, 900.0); "
-                    "leave --start out.")
+    assert said == (
+        "The start of the path is (500.0, 500.0, 900.0), not (500.0, 600.0, 900.0); "
+        "leave --start out."
+    )
 
 
-@pytest.mark.parametrize(("arguments", "sentence"), [
-    (["board", "serve", "--board", "model:"],
-     "Only a simulated board can be served, sim: with its options, not 'model:'."),
-    (["board", "serve", "--listen", "5000"],
-     "The address to listen at must be HOST:PORT, not '5000'."),
-    (["board", "serve", "--listen", "localhost:70000"],
-     "The address to listen at must be HOST:PORT, not 'localhost:70000'."),
-    (["board", "serve", "--listen", "no.such.host.invalid:0"],
-     "Nothing can listen at 'no.such.host.invalid:0' ("),
-    (["board", "info", "--board", "/dev/nowhere"], "No board can be opened at '/dev/nowhere' ("),
-    (["verilog", "--top", "engine", "--out", "x.v"], "There is no top 'engine'; the tops are "),
-    (["verilog", "--top", "planner", "--out", "x.v", "--set", "wings=2"],
-     "The configuration has no field 'wings'; the fields are population, "),
-    (["verilog", "--top", "planner", "--out", "x.v", "--set", "population=33"],
-     "A --set is wrong: Config.population must be "),
-    (["terrain", "synth", "canyon", "--out", "canyon.tif"],
-     "The file of a terrain must end in .npz, unlike 'canyon.tif'."),
-    (["terrain", "synth", "canyon", "--seed", "-3", "--out", "canyon.npz"],
-     "The seed must be 0 or more, not -3."),
-])
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (
+            ["board", "serve", "--board", "model:"],
+            "Only a simulated board can be served, sim: with its options, not 'model:'.",
+        ),
+        (
+            ["board", "serve", "--listen", "5000"],
+            "The address to listen at must be HOST:PORT, not '5000'.",
+        ),
+        (
+            ["board", "serve", "--listen", "localhost:70000"],
+            "The address to listen at must be HOST:PORT, not 'localhost:70000'.",
+        ),
+        (
+            ["board", "serve", "--listen", "no.such.host.invalid:0"],
+            "Nothing can listen at 'no.such.host.invalid:0' (",
+        ),
+        (
+            ["board", "info", "--board", "/dev/nowhere"],
+            "No board can be opened at '/dev/nowhere' (",
+        ),
+        (["verilog", "--top", "engine", "--out", "x.v"], "There is no top 'engine'; the tops are "),
+        (
+            ["verilog", "--top", "planner", "--out", "x.v", "--set", "wings=2"],
+            "The configuration has no field 'wings'; the fields are population, ",
+        ),
+        (
+            ["verilog", "--top", "planner", "--out", "x.v", "--set", "population=33"],
+            "A --set is wrong: Config.population must be ",
+        ),
+        (
+            ["terrain", "synth", "canyon", "--out", "canyon.tif"],
+            "The file of a terrain must end in .npz, unlike 'canyon.tif'.",
+        ),
+        (
+            ["terrain", "synth", "canyon", "--seed", "-3", "--out", "canyon.npz"],
+            "The seed must be 0 or more, not -3.",
+        ),
+    ],
+)
 def test_other_commands(capsys, arguments, sentence):
     assert refused(capsys, *arguments).startswith(sentence)

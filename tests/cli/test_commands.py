@@ -52,8 +52,9 @@ def test_terrain_info(capsys, hills):
 
 def test_terrain_synth(capsys, tmp_path):
     file = tmp_path / "new" / "river.npz"
-    report = json.loads(output_of(capsys, "terrain", "synth", "river", "--seed", "4", "--out",
-                                  file, "--json"))
+    report = json.loads(
+        output_of(capsys, "terrain", "synth", "river", "--seed", "4", "--out", file, "--json")
+    )
     with np.load(file) as grid:
         assert list(grid["elevation"].shape) == report["shape"]
         assert float(grid["dx_m"]) == report["dx_m"]
@@ -78,8 +79,18 @@ def test_board_info(capsys):
 
 def test_verilog(capsys, tmp_path):
     file = tmp_path / "selection.v"
-    options = ("verilog", "--top", "selection", "--out", file, "--set", "max_waypoints=20",
-               "--set", "survivor_selection=rank", "--json")
+    options = (
+        "verilog",
+        "--top",
+        "selection",
+        "--out",
+        file,
+        "--set",
+        "max_waypoints=20",
+        "--set",
+        "survivor_selection=rank",
+        "--json",
+    )
     report = json.loads(output_of(capsys, *options))
     text = file.read_bytes()
     assert b"module selection(" in text

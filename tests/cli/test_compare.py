@@ -16,8 +16,20 @@ from .conftest import ENDS, ROOT
 
 
 def arguments(hills, out, planners, *options):
-    return [str(word) for word in (
-        "compare", "--terrain", hills, *ENDS, "--out", out, "--planners", planners, *options)]
+    return [
+        str(word)
+        for word in (
+            "compare",
+            "--terrain",
+            hills,
+            *ENDS,
+            "--out",
+            out,
+            "--planners",
+            planners,
+            *options,
+        )
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -25,8 +37,23 @@ def compared(hills, pathgene, tmp_path_factory):
     """Directory, process and report of a comparison of all planners, in two processes."""
     out = tmp_path_factory.mktemp("compare") / "out"
     planners = ",".join([*PLANNERS, "ga-pc:max_waypoints=8:population=16"])
-    done = pathgene(*arguments(hills, out, planners, "--runs", 2, "--seed", 5, "--jobs", 2,
-                               "--generations", 8, "--json"), timeout_s=300)
+    done = pathgene(
+        *arguments(
+            hills,
+            out,
+            planners,
+            "--runs",
+            2,
+            "--seed",
+            5,
+            "--jobs",
+            2,
+            "--generations",
+            8,
+            "--json",
+        ),
+        timeout_s=300,
+    )
     return out, done, json.loads(done.stdout) if done.returncode == 0 else None
 
 
@@ -34,10 +61,15 @@ def test_every_planner_takes_part(compared):
     out, done, report = compared
     assert done.returncode == 0, done.stderr
     assert sorted(file.name for file in out.iterdir()) == [
-        "compare.json", "compare.png", "runs.jsonl"]
+        "compare.json",
+        "compare.png",
+        "runs.jsonl",
+    ]
     assert json.loads((out / "compare.json").read_text()) == report
     assert [planner["label"] for planner in report["planners"]] == [
-        *PLANNERS, "ga-pc:max_waypoints=8:population=16"]
+        *PLANNERS,
+        "ga-pc:max_waypoints=8:population=16",
+    ]
     assert (report["seeds"], report["paired"]) == ([5, 6], False)
     assert report["nofly"] == [{"x": 3000.0, "y": 2000.0, "radius_m": 400.0}]
     count = len(report["planners"])
@@ -57,26 +89,43 @@ def test_check_agrees_with_every_run(compared, hills, tmp_path, capsys):
             file = tmp_path / "path.csv"
             rows = [",".join(map(repr, point)) for point in run["waypoints"]]
             file.write_text("\n".join(["x,y,z", *rows]) + "\n")
-            assert main(["check", "--terrain", str(hills), "--path", str(file), "--nofly-circle",
-                         "3000,2000,400", "--json"]) == 0
+            assert (
+                main(
+                    [
+                        "check",
+                        "--terrain",
+                        str(hills),
+                        "--path",
+                        str(file),
+                        "--nofly-circle",
+                        "3000,2000,400",
+                        "--json",
+                    ]
+                )
+                == 0
+            )
             checked = json.loads(capsys.readouterr().out)
             assert {key: run[key] for key in ("fitness", "penalty", "feasible", "length_m")} == {
-                key: checked[key] for key in ("fitness", "penalty", "feasible", "length_m")}
+                key: checked[key] for key in ("fitness", "penalty", "feasible", "length_m")
+            }
 
 
 def test_a_comparison_that_is_done_is_printed_at_once(compared, hills, capsys):
     out, _, report = compared
     before = (out / "runs.jsonl").read_bytes()
-    assert main(arguments(hills, out, "ga-fpga,ga-pc", "--runs", 2, "--seed", 5,
-                          "--generations", 8)) == 0
+    assert (
+        main(arguments(hills, out, "ga-fpga,ga-pc", "--runs", 2, "--seed", 5, "--generations", 8))
+        == 0
+    )
     output = capsys.readouterr()
     assert output.err == ""
     assert (out / "runs.jsonl").read_bytes() == before
     lines = output.out.splitlines()
     assert lines[0].split()[:3] == ["planner", "runs", "feasible"]
     row = next(line for line in lines if line.startswith("ga-pc "))
-    statistics = next(planner["statistics"] for planner in report["planners"]
-                      if planner["label"] == "ga-pc")
+    statistics = next(
+        planner["statistics"] for planner in report["planners"] if planner["label"] == "ga-pc"
+    )
     assert f"{statistics['fitness']['mean']:.4f}" in row.split()
     pair = next(line for line in lines if line.startswith("ga-fpga - ga-pc "))
     (found,) = (pair for pair in report["pairs"] if pair["planners"] == ["ga-fpga", "ga-pc"])
@@ -85,13 +134,19 @@ def test_a_comparison_that_is_done_is_printed_at_once(compared, hills, capsys):
 
 
 def test_interrupted_and_resumed(hills, tmp_path, capsys):
-    command = arguments(hills, tmp_path, "ga-pc", "--runs", 6, "--generations", 10**6,
-                        "--time-limit", 0.6)
+    command = arguments(
+        hills, tmp_path, "ga-pc", "--runs", 6, "--generations", 10**6, "--time-limit", 0.6
+    )
     file = tmp_path / "runs.jsonl"
     # A session of its own, so that the signal reaches all its processes, as from a terminal.
-    with subprocess.Popen([sys.executable, "-m", "host", *command, "--jobs", "2"], cwd=ROOT,
-                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                          start_new_session=True) as process:
+    with subprocess.Popen(
+        [sys.executable, "-m", "host", *command, "--jobs", "2"],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as process:
         while not (file.exists() and file.read_bytes().endswith(b"\n")):
             assert process.poll() is None
             time.sleep(0.05)
@@ -102,8 +157,9 @@ def test_interrupted_and_resumed(hills, tmp_path, capsys):
     before = file.read_bytes()
     done = before.count(b"\n")
     assert 1 <= done < 6
-    assert error.splitlines()[-1] == (f"pathgene: Interrupted; {done} of 6 runs are kept in "
-                                      f"{file}, the same command goes on.")
+    assert error.splitlines()[-1] == (
+        f"pathgene: Interrupted; {done} of 6 runs are kept in {file}, the same command goes on."
+    )
     assert "Traceback" not in error
 
     assert main([*command, "--jobs", "1", "--json"]) == 0
@@ -115,41 +171,90 @@ def test_interrupted_and_resumed(hills, tmp_path, capsys):
 
 def test_planners_that_find_nothing_feasible_are_no_failure(hills, tmp_path, capsys):
     wall = [part for y in range(0, 4001, 400) for part in ("--nofly-circle", f"3000,{y},300")]
-    assert main([*arguments(hills, tmp_path, "ga-pc,ga-pc:population=16", "--runs", 2, "--jobs", 1,
-                            "--generations", 2), *wall]) == 0
+    assert (
+        main(
+            [
+                *arguments(
+                    hills,
+                    tmp_path,
+                    "ga-pc,ga-pc:population=16",
+                    "--runs",
+                    2,
+                    "--jobs",
+                    1,
+                    "--generations",
+                    2,
+                ),
+                *wall,
+            ]
+        )
+        == 0
+    )
     rows = capsys.readouterr().out.splitlines()
     assert rows[1].split()[:3] == ["ga-pc", "2", "0%"]
 
 
 def test_a_planner_that_fails_is_told_and_costs_no_other(hills, tmp_path, capsys):
-    assert main(arguments(hills, tmp_path, "ga-pc,ga-pc:population=4", "--runs", 2, "--jobs", 1,
-                          "--generations", 2)) == 2
+    assert (
+        main(
+            arguments(
+                hills,
+                tmp_path,
+                "ga-pc,ga-pc:population=4",
+                "--runs",
+                2,
+                "--jobs",
+                1,
+                "--generations",
+                2,
+            )
+        )
+        == 2
+    )
     output = capsys.readouterr()
     assert output.err.splitlines()[-1] == (
         "pathgene: ga-pc:population=4: 2 of 2 runs failed: The population of ga-pc must be from 8 "
-        "to 100000, not 4.")
+        "to 100000, not 4."
+    )
     row, empty = output.out.splitlines()[1:3]
     assert row.split()[:2] == ["ga-pc", "2"]
     assert empty.split()[1:] == ["0", *"------"]
     assert "(there are no runs)" in output.out
 
 
-@pytest.mark.parametrize(("planners", "options", "sentence"), [
-    ("a-star", [], "There is no planner 'a-star'; the planners are ga-fpga, "),
-    ("ga-pc,ga-pc", [], "ga-pc and ga-pc are the same planner with the same options; "),
-    ("ga-pc", ["--runs", "0"], "The number of runs must be 1 or more, not 0."),
-    ("ga-pc", ["--jobs", "0"], "The number of jobs must be 1 or more, not 0."),
-    ("ga-pc", ["--seed", "-1"], "The seed must be from 0 to 2**64 - 1, not -1."),
-    ("ga-pc", ["--seed", str(2**64 - 1)],
-     f"The seed must be from 0 to 2**64 - 1, not {2**64 + 48}."),
-    ("ga-fpga", ["--board", "/dev/ttyUSB0", "--jobs", "2"],
-     "ga-fpga: a board serves one run at a time; give --jobs 1."),
-    ("ga-fpga:board=/dev/ttyUSB0", ["--scheduler", "local"],
-     "ga-fpga:board=/dev/ttyUSB0: a board at this machine cannot be reached from a cluster; "),
-    ("ga-fpga:board=/dev/ttyUSB0", ["--scheduler"],
-     "ga-fpga:board=/dev/ttyUSB0: a board at this machine cannot be reached from a cluster; "),
-    ("ga-pc", ["--goal", "9500,3500,100"], "The goal at (9500, 3500) is outside the map"),
-])
+@pytest.mark.parametrize(
+    ("planners", "options", "sentence"),
+    [
+        ("a-star", [], "There is no planner 'a-star'; the planners are ga-fpga, "),
+        ("ga-pc,ga-pc", [], "ga-pc and ga-pc are the same planner with the same options; "),
+        ("ga-pc", ["--runs", "0"], "The number of runs must be 1 or more, not 0."),
+        ("ga-pc", ["--jobs", "0"], "The number of jobs must be 1 or more, not 0."),
+        ("ga-pc", ["--seed", "-1"], "The seed must be from 0 to 2**64 - 1, not -1."),
+        (
+            "ga-pc",
+            ["--seed", str(2**64 - 1)],
+            f"The seed must be from 0 to 2**64 - 1, not {2**64 + 48}.",
+        ),
+        (
+            "ga-fpga",
+            ["--board", "/dev/ttyUSB0", "--jobs", "2"],
+            "ga-fpga: a board serves one run at a time; give --jobs 1.",
+        ),
+        (
+            "ga-fpga:board=/dev/ttyUSB0",
+            ["--scheduler", "local"],
+            "ga-fpga:board=/dev/ttyUSB0: a board at this machine cannot be reached from a "
+            "cluster; ",
+        ),
+        (
+            "ga-fpga:board=/dev/ttyUSB0",
+            ["--scheduler"],
+            "ga-fpga:board=/dev/ttyUSB0: a board at this machine cannot be reached from a "
+            "cluster; ",
+        ),
+        ("ga-pc", ["--goal", "9500,3500,100"], "The goal at (9500, 3500) is outside the map"),
+    ],
+)
 def test_bad_input(hills, tmp_path, capsys, planners, options, sentence):
     out = tmp_path / "out"
     assert main(arguments(hills, out, planners, *options)) == 2
@@ -165,13 +270,21 @@ def test_runs_of_another_problem_are_refused(compared, hills, capsys):
     before = (out / "compare.json").read_bytes()
     assert main([*arguments(hills, out, "ga-pc", "--runs", 1), "--wind", "1,0"]) == 2
     assert capsys.readouterr().err.startswith(
-        f"pathgene: The directory {str(out)!r} holds runs of another problem; give another with ")
+        f"pathgene: The directory {str(out)!r} holds runs of another problem; give another with "
+    )
     assert (out / "compare.json").read_bytes() == before
 
 
 def test_an_option_that_means_nothing_is_said(compared, hills, capsys):
     out, *_ = compared
-    assert main(arguments(hills, out, "ga-pc", "--runs", 2, "--seed", 5, "--generations", 8,
-                          "--board", "sim:")) == 0
+    assert (
+        main(
+            arguments(
+                hills, out, "ga-pc", "--runs", 2, "--seed", 5, "--generations", 8, "--board", "sim:"
+            )
+        )
+        == 0
+    )
     assert capsys.readouterr().err.splitlines()[0] == (
-        "pathgene: --board means nothing to ga-pc and is ignored.")
+        "pathgene: --board means nothing to ga-pc and is ignored."
+    )

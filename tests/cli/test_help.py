@@ -12,9 +12,22 @@ from host.cli import main
 from host.cli.parser import build_parser
 
 
-COMMANDS = [(), ("plan",), ("compare",), ("check",), ("board",), ("board", "serve"),
-            ("board", "info"), ("terrain",), ("terrain", "list"), ("terrain", "info"),
-            ("terrain", "synth"), ("planners",), ("auv",), ("verilog",)]
+COMMANDS = [
+    (),
+    ("plan",),
+    ("compare",),
+    ("check",),
+    ("board",),
+    ("board", "serve"),
+    ("board", "info"),
+    ("terrain",),
+    ("terrain", "list"),
+    ("terrain", "info"),
+    ("terrain", "synth"),
+    ("planners",),
+    ("auv",),
+    ("verilog",),
+]
 
 
 def example(command, capsys):
@@ -32,29 +45,44 @@ def place(tmp_path_factory):
     place = tmp_path_factory.mktemp("place")
     y, x = np.mgrid[:151, :151]
     with rasterio.open(
-        place / "tile.tif", "w", driver="GTiff", width=151, height=151, count=1, dtype="float32",
-        crs="EPSG:32632", transform=rasterio.Affine(100, 0, 600_000, 0, -100, 5_100_000),
+        place / "tile.tif",
+        "w",
+        driver="GTiff",
+        width=151,
+        height=151,
+        count=1,
+        dtype="float32",
+        crs="EPSG:32632",
+        transform=rasterio.Affine(100, 0, 600_000, 0, -100, 5_100_000),
     ) as raster:
         raster.write((300 + 100 * np.sin(x / 20) * np.cos(y / 15)).astype(np.float32), 1)
     (place / "path.csv").write_text("x,y,z\n1200,1200,600\n7000,9000,600\n14000,14000,600\n")
     return place
 
 
-@pytest.mark.parametrize("command", [
-    pytest.param(command, marks=[pytest.mark.long] if command == ("verilog",) else [],
-                 id=" ".join(command)) for command in COMMANDS])
+@pytest.mark.parametrize(
+    "command",
+    [
+        pytest.param(
+            command,
+            marks=[pytest.mark.long] if command == ("verilog",) else [],
+            id=" ".join(command),
+        )
+        for command in COMMANDS
+    ],
+)
 def test_the_example_of_every_command_runs(command, place, capsys, monkeypatch):
     arguments = example(command, capsys)
     assert tuple(arguments[: len(command)]) == command
-    if command == ("board", "serve"):   # Serves until Ctrl-C: tests/cosim runs it.
+    if command == ("board", "serve"):  # Serves until Ctrl-C: tests/cosim runs it.
         assert build_parser().parse_args(arguments).listen == "127.0.0.1:5000"
         return
     monkeypatch.chdir(place)
     # The model for boards that take long to build, or are not here.
     arguments = ["model:" if word in ("sim:", "/dev/ttyUSB0") else word for word in arguments]
-    if command == ("compare",):         # Several processes have tests of their own.
+    if command == ("compare",):  # Several processes have tests of their own.
         arguments += ["--jobs", "1"]
-    if command == ("check",):           # It may run before the plan whose path it names.
+    if command == ("check",):  # It may run before the plan whose path it names.
         arguments[arguments.index("out/path.geojson")] = "path.csv"
     assert main(arguments) == 0
     output = capsys.readouterr().out
@@ -96,7 +124,7 @@ def test_no_command_is_without_json():
 
 
 def test_help_answers_at_once(pathgene):
-    assert pathgene("--help").returncode == 0           # Compiled and in the cache of files.
+    assert pathgene("--help").returncode == 0  # Compiled and in the cache of files.
     took_s = []
     for _ in range(3):
         started = time.perf_counter()
@@ -106,24 +134,39 @@ def test_help_answers_at_once(pathgene):
     assert min(took_s) < 1.0
 
 
-@pytest.mark.parametrize(("arguments", "sentence"), [
-    ([], "No command is given; pathgene --help lists them."),
-    (["fly"], "Argument COMMAND: invalid choice: 'fly' (choose from "),
-    (["plan"], "The following arguments are required: --terrain; see pathgene plan --help."),
-    (["plan", "--terrain", "x", "--start", "1,2"],
-     "Argument --start: must be numbers X,Y,Z, not '1,2'; see pathgene plan --help."),
-    (["plan", "--terrain", "x", "--wind", "-1,south"],
-     "Argument --wind: must be numbers VX,VY, not '-1,south'; see pathgene plan --help."),
-    (["plan", "--terrain", "x", "--generations", "many"],
-     "Argument --generations: invalid int value: 'many'; see pathgene plan --help."),
-    (["plan", "--terrain", "x", "--start", "1,2,3", "--start-geo", "1,2,3"],
-     "Argument --start-geo: not allowed with argument --start; see pathgene plan --help."),
-    (["plan", "--terrain", "x", "--gen", "3"],
-     "Unrecognized arguments: --gen 3; see pathgene --help."),
-    (["board"], "The following arguments are required: COMMAND; see pathgene board --help."),
-    (["verilog", "--top", "planner", "--out", "x", "--set", "population"],
-     "Argument --set: must be KEY=VALUE, not 'population'; see pathgene verilog --help."),
-])
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ([], "No command is given; pathgene --help lists them."),
+        (["fly"], "Argument COMMAND: invalid choice: 'fly' (choose from "),
+        (["plan"], "The following arguments are required: --terrain; see pathgene plan --help."),
+        (
+            ["plan", "--terrain", "x", "--start", "1,2"],
+            "Argument --start: must be numbers X,Y,Z, not '1,2'; see pathgene plan --help.",
+        ),
+        (
+            ["plan", "--terrain", "x", "--wind", "-1,south"],
+            "Argument --wind: must be numbers VX,VY, not '-1,south'; see pathgene plan --help.",
+        ),
+        (
+            ["plan", "--terrain", "x", "--generations", "many"],
+            "Argument --generations: invalid int value: 'many'; see pathgene plan --help.",
+        ),
+        (
+            ["plan", "--terrain", "x", "--start", "1,2,3", "--start-geo", "1,2,3"],
+            "Argument --start-geo: not allowed with argument --start; see pathgene plan --help.",
+        ),
+        (
+            ["plan", "--terrain", "x", "--gen", "3"],
+            "Unrecognized arguments: --gen 3; see pathgene --help.",
+        ),
+        (["board"], "The following arguments are required: COMMAND; see pathgene board --help."),
+        (
+            ["verilog", "--top", "planner", "--out", "x", "--set", "population"],
+            "Argument --set: must be KEY=VALUE, not 'population'; see pathgene verilog --help.",
+        ),
+    ],
+)
 def test_usage_errors_are_one_sentence(arguments, sentence, capsys):
     assert main(arguments) == 2
     output = capsys.readouterr()
@@ -151,4 +194,5 @@ def test_an_error_of_ours_is_one_sentence_too(capsys, monkeypatch):
     assert main(["planners"]) == 1
     assert capsys.readouterr().err == (
         "pathgene: Internal error, ZeroDivisionError: by zero, of all things; --debug shows "
-        "where, please report it.\n")
+        "where, please report it.\n"
+    )

@@ -44,12 +44,35 @@ def test_plans_and_writes_everything(planned):
 def test_check_agrees_with_the_summary(planned, pathgene, hills):
     out, _, summary = planned
     by_summary = json.loads(pathgene("check", "--path", out / "summary.json", "--json").stdout)
-    by_geojson = json.loads(pathgene(
-        "check", "--terrain", hills, "--path", out / "path.geojson", "--nofly-circle",
-        "3000,2000,400", "--json").stdout)
-    terms = ["fitness", "penalty", "cost", "length_m", "mean_altitude_m", "fuel_N", "feasible",
-             "feasible_at_ds", "minimum_clearance_m", "impossible_arcs", "waypoints", "nofly",
-             "ds_m", "uav", "wind"]
+    by_geojson = json.loads(
+        pathgene(
+            "check",
+            "--terrain",
+            hills,
+            "--path",
+            out / "path.geojson",
+            "--nofly-circle",
+            "3000,2000,400",
+            "--json",
+        ).stdout
+    )
+    terms = [
+        "fitness",
+        "penalty",
+        "cost",
+        "length_m",
+        "mean_altitude_m",
+        "fuel_N",
+        "feasible",
+        "feasible_at_ds",
+        "minimum_clearance_m",
+        "impossible_arcs",
+        "waypoints",
+        "nofly",
+        "ds_m",
+        "uav",
+        "wind",
+    ]
     for report in (by_summary, by_geojson):
         assert {name: report[name] for name in terms} == {name: summary[name] for name in terms}
 
@@ -66,8 +89,18 @@ def test_check_of_a_moved_summary_loads_the_source(planned, hills, tmp_path, cap
 
 def test_check_options_come_before_the_summary(planned, capsys):
     out, _, summary = planned
-    arguments = ["check", "--path", str(out / "summary.json"), "--json", "--wind", "-3,2",
-                 "--uav", "silver-fox", "--ds", "40"]
+    arguments = [
+        "check",
+        "--path",
+        str(out / "summary.json"),
+        "--json",
+        "--wind",
+        "-3,2",
+        "--uav",
+        "silver-fox",
+        "--ds",
+        "40",
+    ]
     assert main(arguments) == 0
     report = json.loads(capsys.readouterr().out)
     assert (report["wind"], report["ds_m"]) == ([-3.0, 2.0], 40.0)
@@ -96,8 +129,25 @@ def test_check_takes_ends_above_the_ground(hills, tmp_path, capsys):
 def test_same_seed_same_path_in_every_link_mode(planned, hills, tmp_path, capsys):
     _, _, summary = planned
     for mode in ("population", "recipe"):
-        assert main(["plan", "--terrain", str(hills), *ENDS, "--generations", "60", "--seed", "1",
-                     "--out", str(tmp_path / mode), "--link-mode", mode]) == 0
+        assert (
+            main(
+                [
+                    "plan",
+                    "--terrain",
+                    str(hills),
+                    *ENDS,
+                    "--generations",
+                    "60",
+                    "--seed",
+                    "1",
+                    "--out",
+                    str(tmp_path / mode),
+                    "--link-mode",
+                    mode,
+                ]
+            )
+            == 0
+        )
         other = summary_in(tmp_path / mode)
         assert other["waypoints"] == summary["waypoints"]
         assert other["history"] == summary["history"]
@@ -106,8 +156,25 @@ def test_same_seed_same_path_in_every_link_mode(planned, hills, tmp_path, capsys
 
 
 def test_collisions_counted_by_the_board(hills, tmp_path, capsys):
-    assert main(["plan", "--terrain", str(hills), *ENDS, "--generations", "40", "--seed", "1",
-                 "--feasibility", "board", "--out", str(tmp_path)]) == 0
+    assert (
+        main(
+            [
+                "plan",
+                "--terrain",
+                str(hills),
+                *ENDS,
+                "--generations",
+                "40",
+                "--seed",
+                "1",
+                "--feasibility",
+                "board",
+                "--out",
+                str(tmp_path),
+            ]
+        )
+        == 0
+    )
     summary, said = summary_in(tmp_path), capsys.readouterr().out
     counted = summary["hardware"]["feasibility"]
     assert 0 < counted["evaluated_in_full"] < counted["counted_on_board"] == 128 + 40 * 22
@@ -117,19 +184,53 @@ def test_collisions_counted_by_the_board(hills, tmp_path, capsys):
 
 
 def test_baseline_and_an_option_it_does_not_know(hills, tmp_path, capsys):
-    assert main(["plan", "--terrain", str(hills), *ENDS, "--planner", "ga-pc", "--generations",
-                 "40", "--board", "sim:", "--out", str(tmp_path)]) == 0
+    assert (
+        main(
+            [
+                "plan",
+                "--terrain",
+                str(hills),
+                *ENDS,
+                "--planner",
+                "ga-pc",
+                "--generations",
+                "40",
+                "--board",
+                "sim:",
+                "--out",
+                str(tmp_path),
+            ]
+        )
+        == 0
+    )
     output = capsys.readouterr()
     assert output.err.splitlines()[0] == (
-        "pathgene: --board means nothing to ga-pc and is ignored.")
+        "pathgene: --board means nothing to ga-pc and is ignored."
+    )
     summary = summary_in(tmp_path)
     assert (summary["board"], summary["hardware"]) == (None, None)
     assert "board              none" in output.out
 
 
 def test_grid_search_and_what_check_says_of_it(hills, tmp_path, capsys):
-    assert main(["plan", "--terrain", str(hills), *ENDS, "--planner", "astar", "--max-waypoints",
-                 "9", "--out", str(tmp_path), "--json"]) == 0
+    assert (
+        main(
+            [
+                "plan",
+                "--terrain",
+                str(hills),
+                *ENDS,
+                "--planner",
+                "astar",
+                "--max-waypoints",
+                "9",
+                "--out",
+                str(tmp_path),
+                "--json",
+            ]
+        )
+        == 0
+    )
     output = capsys.readouterr()
     assert output.err.splitlines()[-1].startswith("generation 4/8  best 1.")
     summary = json.loads(output.out)
@@ -146,10 +247,27 @@ WALL = [part for y in range(0, 4001, 400) for part in ("--nofly-circle", f"3000,
 
 
 def test_grid_search_without_a_way_is_status_1_with_files(hills, tmp_path, capsys):
-    assert main(["plan", "--terrain", str(hills), *ENDS, *WALL, "--planner", "astar", "--out",
-                 str(tmp_path)]) == 1
-    assert capsys.readouterr().err.splitlines()[-1].startswith(
-        "pathgene: No feasible path was found, the best one is written; ")
+    assert (
+        main(
+            [
+                "plan",
+                "--terrain",
+                str(hills),
+                *ENDS,
+                *WALL,
+                "--planner",
+                "astar",
+                "--out",
+                str(tmp_path),
+            ]
+        )
+        == 1
+    )
+    assert (
+        capsys.readouterr()
+        .err.splitlines()[-1]
+        .startswith("pathgene: No feasible path was found, the best one is written; ")
+    )
     assert sorted(entry.name for entry in tmp_path.iterdir()) == FILES
     assert len(summary_in(tmp_path)["waypoints"]) == 2
 
@@ -166,17 +284,48 @@ def test_start_from_the_grid_search(hills, tmp_path, capsys, planner):
 
 
 def test_start_without_a_way_is_random(hills, tmp_path, capsys):
-    main(["plan", "--terrain", str(hills), *ENDS, *WALL, "--planner", "ga-pc", "--init", "astar",
-          "--generations", "2", "--out", str(tmp_path)])
+    main(
+        [
+            "plan",
+            "--terrain",
+            str(hills),
+            *ENDS,
+            *WALL,
+            "--planner",
+            "ga-pc",
+            "--init",
+            "astar",
+            "--generations",
+            "2",
+            "--out",
+            str(tmp_path),
+        ]
+    )
     assert capsys.readouterr().err.splitlines()[0] == (
         "pathgene: The grid search finds no way from start to goal, so the first population is "
-        "random.")
+        "random."
+    )
 
 
 @pytest.mark.parametrize("planner", ["fpa", "fpa-2opt"])
 def test_flower_pollination_and_check_agree(hills, tmp_path, pathgene, planner):
-    done = pathgene("plan", "--terrain", hills, *ENDS, "--planner", planner, "--generations", 60,
-                    "--population", 64, "--waypoints", 3, "--out", tmp_path, "--json")
+    done = pathgene(
+        "plan",
+        "--terrain",
+        hills,
+        *ENDS,
+        "--planner",
+        planner,
+        "--generations",
+        60,
+        "--population",
+        64,
+        "--waypoints",
+        3,
+        "--out",
+        tmp_path,
+        "--json",
+    )
     assert done.returncode == 0, done.stderr
     summary = summary_in(tmp_path)
     assert summary == json.loads(done.stdout)
@@ -193,9 +342,26 @@ def test_flower_pollination_and_check_agree(hills, tmp_path, pathgene, planner):
 def test_engines_of_the_processor_agree(hills, tmp_path, capsys):
     found = []
     for engine in ("sequential", "cores"):
-        assert main(["plan", "--terrain", str(hills), *ENDS, "--planner", "fpa-2opt", "--engine",
-                     engine, "--generations", "25", "--population", "40", "--two-opt-every", "10",
-                     "--out", str(tmp_path)]) in (0, 1)
+        assert main(
+            [
+                "plan",
+                "--terrain",
+                str(hills),
+                *ENDS,
+                "--planner",
+                "fpa-2opt",
+                "--engine",
+                engine,
+                "--generations",
+                "25",
+                "--population",
+                "40",
+                "--two-opt-every",
+                "10",
+                "--out",
+                str(tmp_path),
+            ]
+        ) in (0, 1)
         found.append(summary_in(tmp_path))
     assert found[0]["history"] == found[1]["history"]
     assert found[0]["waypoints"] == found[1]["waypoints"]
@@ -203,11 +369,26 @@ def test_engines_of_the_processor_agree(hills, tmp_path, capsys):
 
 
 def test_no_feasible_path_is_status_1_with_files(hills, tmp_path, capsys):
-    assert main(["plan", "--terrain", str(hills), *ENDS, *WALL, "--generations", "3", "--out",
-                 str(tmp_path)]) == 1
+    assert (
+        main(
+            [
+                "plan",
+                "--terrain",
+                str(hills),
+                *ENDS,
+                *WALL,
+                "--generations",
+                "3",
+                "--out",
+                str(tmp_path),
+            ]
+        )
+        == 1
+    )
     assert capsys.readouterr().err.splitlines()[-1] == (
         "pathgene: No feasible path was found, the best one is written; try more --generations, "
-        "another --seed, or move start and goal.")
+        "another --seed, or move start and goal."
+    )
     assert sorted(entry.name for entry in tmp_path.iterdir()) == FILES
     summary = summary_in(tmp_path)
     assert (summary["feasible"], summary["feasible_at_ds"]) == (False, False)
@@ -215,8 +396,17 @@ def test_no_feasible_path_is_status_1_with_files(hills, tmp_path, capsys):
 
 
 def test_stop_criteria(hills, tmp_path, capsys):
-    common = ["plan", "--terrain", str(hills), *ENDS, "--out", str(tmp_path), "--generations",
-              "100000", "--json"]
+    common = [
+        "plan",
+        "--terrain",
+        str(hills),
+        *ENDS,
+        "--out",
+        str(tmp_path),
+        "--generations",
+        "100000",
+        "--json",
+    ]
     assert main([*common, "--target-fitness", "1.01"]) == 0
     summary = json.loads(capsys.readouterr().out)
     assert summary["stopped_by"] == "target-fitness"
@@ -229,10 +419,25 @@ def test_stop_criteria(hills, tmp_path, capsys):
 
 @pytest.mark.parametrize("planner", ["ga-fpga", "ga-pc", "fpa", "fpa-2opt", "ga-dp", "ga-auv"])
 def test_interrupt_writes_the_best_so_far(hills, tmp_path, planner):
-    command = [sys.executable, "-m", "host", "plan", "--terrain", hills, *ENDS, "--planner",
-               planner, "--generations", "10000000", "--out", tmp_path, "--json"]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          text=True) as process:
+    command = [
+        sys.executable,
+        "-m",
+        "host",
+        "plan",
+        "--terrain",
+        hills,
+        *ENDS,
+        "--planner",
+        planner,
+        "--generations",
+        "10000000",
+        "--out",
+        tmp_path,
+        "--json",
+    ]
+    with subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
         assert process.stderr.readline().startswith("generation 0/")
         process.send_signal(signal.SIGINT)
         output, error = process.communicate(timeout=60)
@@ -246,15 +451,26 @@ def test_interrupt_writes_the_best_so_far(hills, tmp_path, planner):
 
 def test_progress_is_a_bar_on_a_terminal(hills, tmp_path):
     ours, theirs = os.openpty()
-    command = [sys.executable, "-m", "host", "plan", "--terrain", hills, *ENDS, "--generations",
-               "5", "--out", tmp_path]
+    command = [
+        sys.executable,
+        "-m",
+        "host",
+        "plan",
+        "--terrain",
+        hills,
+        *ENDS,
+        "--generations",
+        "5",
+        "--out",
+        tmp_path,
+    ]
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=theirs):
         os.close(theirs)
         seen = b""
         while True:
             try:
                 part = os.read(ours, 4096)
-            except OSError:             # The terminal went away with the process.
+            except OSError:  # The terminal went away with the process.
                 break
             if not part:
                 break
@@ -268,7 +484,7 @@ def test_grid_beside_the_summary_is_what_was_evaluated(planned, hills):
     with np.load(out / "terrain.npz") as grid, np.load(hills) as source:
         assert np.array_equal(grid["elevation"], source["elevation"], equal_nan=True)
         assert grid["nofly"][20, 30]
-        assert grid["nofly"].sum() == 49        # Nodes within 4 cells of the centre.
+        assert grid["nofly"].sum() == 49  # Nodes within 4 cells of the centre.
 
 
 @pytest.fixture(scope="module")
@@ -278,8 +494,15 @@ def projected(hills, tmp_path_factory):
         elevation = np.nan_to_num(grid["elevation"], nan=300.0)
     file = tmp_path_factory.mktemp("projected") / "hills.tif"
     with rasterio.open(
-        file, "w", driver="GTiff", width=61, height=41, count=1, dtype="float64",
-        crs="EPSG:32632", transform=rasterio.Affine(100, 0, 600_000, 0, -100, 5_100_000),
+        file,
+        "w",
+        driver="GTiff",
+        width=61,
+        height=41,
+        count=1,
+        dtype="float64",
+        crs="EPSG:32632",
+        transform=rasterio.Affine(100, 0, 600_000, 0, -100, 5_100_000),
     ) as raster:
         raster.write(elevation[::-1], 1)
     return file
@@ -287,29 +510,69 @@ def projected(hills, tmp_path_factory):
 
 def test_geographic_ends_zones_and_path(projected, tmp_path, capsys):
     terrain = load(projected)
-    (start, goal, zone) = ([float(value) for value in terrain.to_geographic(x, y)]
-                           for x, y in ((500, 500), (5500, 3500), (3000, 2000)))
+    (start, goal, zone) = (
+        [float(value) for value in terrain.to_geographic(x, y)]
+        for x, y in ((500, 500), (5500, 3500), (3000, 2000))
+    )
     nofly = tmp_path / "zone.geojson"
-    nofly.write_text(json.dumps({
-        "type": "Feature", "properties": {"radius_m": 400},
-        "geometry": {"type": "Point", "coordinates": zone[::-1]}}))
+    nofly.write_text(
+        json.dumps(
+            {
+                "type": "Feature",
+                "properties": {"radius_m": 400},
+                "geometry": {"type": "Point", "coordinates": zone[::-1]},
+            }
+        )
+    )
     out = tmp_path / "out"
-    assert main([
-        "plan", "--terrain", str(projected), "--start-geo", f"{start[0]},{start[1]},100",
-        "--goal-geo", f"{goal[0]},{goal[1]},100", "--agl", "--nofly", str(nofly),
-        "--generations", "60", "--out", str(out)]) == 0
+    assert (
+        main(
+            [
+                "plan",
+                "--terrain",
+                str(projected),
+                "--start-geo",
+                f"{start[0]},{start[1]},100",
+                "--goal-geo",
+                f"{goal[0]},{goal[1]},100",
+                "--agl",
+                "--nofly",
+                str(nofly),
+                "--generations",
+                "60",
+                "--out",
+                str(out),
+            ]
+        )
+        == 0
+    )
     summary = summary_in(out)
     assert summary["terrain"]["crs"] == "EPSG:32632"
     assert np.array(summary["waypoints"])[[0, -1], :2] == pytest.approx(
-        np.array([[500, 500], [5500, 3500]]), abs=1e-3)
+        np.array([[500, 500], [5500, 3500]]), abs=1e-3
+    )
     circle = summary["nofly"][0]
     assert (circle["x"], circle["y"]) == pytest.approx((3000, 2000), abs=1e-3)
 
-    longitude, latitude, _ = json.loads(
-        (out / "path.geojson").read_text())["features"][0]["geometry"]["coordinates"][0]
+    longitude, latitude, _ = json.loads((out / "path.geojson").read_text())["features"][0][
+        "geometry"
+    ]["coordinates"][0]
     assert (latitude, longitude) == pytest.approx(start, abs=1e-9)
     capsys.readouterr()
-    assert main(["check", "--terrain", str(projected), "--path", str(out / "path.geojson"),
-                 "--nofly", str(nofly), "--json"]) == 0
+    assert (
+        main(
+            [
+                "check",
+                "--terrain",
+                str(projected),
+                "--path",
+                str(out / "path.geojson"),
+                "--nofly",
+                str(nofly),
+                "--json",
+            ]
+        )
+        == 0
+    )
     report = json.loads(capsys.readouterr().out)
     assert report["length_m"] == pytest.approx(summary["length_m"], abs=0.01)

@@ -18,14 +18,31 @@ MANY = "10000000"
 
 
 def started(*arguments, **options):
-    return subprocess.Popen([sys.executable, "-m", "host", *map(str, arguments)], cwd=ROOT,
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+    return subprocess.Popen(
+        [sys.executable, "-m", "host", *map(str, arguments)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        **options,
+    )
 
 
 def plan(hills, out, *options, **more):
     """Process of an endless plan that has begun to search."""
-    process = started("plan", "--terrain", hills, *ENDS, "--generations", MANY, "--out", out,
-                      "--json", *options, **more)
+    process = started(
+        "plan",
+        "--terrain",
+        hills,
+        *ENDS,
+        "--generations",
+        MANY,
+        "--out",
+        out,
+        "--json",
+        *options,
+        **more,
+    )
     assert process.stderr.readline().startswith("generation 0/")
     return process
 
@@ -72,7 +89,7 @@ def test_more_signals_while_it_writes_lose_nothing(hills, tmp_path):
 
 
 def test_a_plan_under_nohup_outlives_its_terminal(hills, tmp_path):
-    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)       # What is started inherits that.
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # What is started inherits that.
     try:
         process = plan(hills, tmp_path)
     finally:
@@ -101,19 +118,36 @@ def test_auv_is_written_as_after_ctrl_c(tmp_path):
 @pytest.mark.parametrize("number", OTHERS)
 def test_a_comparison_keeps_its_runs_and_ends_its_processes(hills, tmp_path, number):
     file = tmp_path / "runs.jsonl"
-    with started("compare", "--terrain", hills, *ENDS, "--planners", "ga-pc", "--runs", 40,
-                 "--generations", MANY, "--time-limit", 0.3, "--jobs", 2, "--out", tmp_path,
-                 start_new_session=True) as process:
+    with started(
+        "compare",
+        "--terrain",
+        hills,
+        *ENDS,
+        "--planners",
+        "ga-pc",
+        "--runs",
+        40,
+        "--generations",
+        MANY,
+        "--time-limit",
+        0.3,
+        "--jobs",
+        2,
+        "--out",
+        tmp_path,
+        start_new_session=True,
+    ) as process:
         while not (file.exists() and file.read_bytes().endswith(b"\n")):
             assert process.poll() is None
             time.sleep(0.05)
-        os.killpg(process.pid, number)          # All its processes, as from a terminal.
+        os.killpg(process.pid, number)  # All its processes, as from a terminal.
         output, error = process.communicate(timeout=60)
     assert process.returncode == 128 + number
     assert output == ""
     done = file.read_bytes().count(b"\n")
-    assert error.splitlines()[-1] == (f"pathgene: Interrupted; {done} of 40 runs are kept in "
-                                      f"{file}, the same command goes on.")
+    assert error.splitlines()[-1] == (
+        f"pathgene: Interrupted; {done} of 40 runs are kept in {file}, the same command goes on."
+    )
     assert "Traceback" not in error
     assert is_gone(process.pid)
     assert [entry.name for entry in tmp_path.iterdir()] == ["runs.jsonl"]

@@ -43,8 +43,14 @@ def redirected(request, tmp_path):
         # Standard input is that pipe: a shell may know no descriptor of more than one digit.
         command = shlex.join([sys.executable, "-m", "host", *map(str, arguments)])
         done = subprocess.run(
-            ["sh", "-c", f"{command} {redirections}"], cwd=ROOT, capture_output=True, text=True,
-            timeout=120, check=False, stdin=broken)
+            ["sh", "-c", f"{command} {redirections}"],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
+            stdin=broken,
+        )
         os.close(broken)
         return done
 
@@ -52,8 +58,19 @@ def redirected(request, tmp_path):
 
 
 def plan(hills, out):
-    return ("plan", "--terrain", hills, *ENDS, "--generations", "60", "--seed", "1", "--out", out,
-            "--json")
+    return (
+        "plan",
+        "--terrain",
+        hills,
+        *ENDS,
+        "--generations",
+        "60",
+        "--seed",
+        "1",
+        "--out",
+        out,
+        "--json",
+    )
 
 
 def names(directory):
@@ -73,7 +90,8 @@ def test_a_plan_without_standard_output_is_written(redirected, hills, tmp_path, 
     done = redirected(redirection, *plan(hills, tmp_path))
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == (
-        f"pathgene: Cannot write to standard output ({REASONS[redirection]}).")
+        f"pathgene: Cannot write to standard output ({REASONS[redirection]})."
+    )
     assert "Exception" not in done.stderr
     assert names(tmp_path) == FILES
 
@@ -88,8 +106,24 @@ def test_a_plan_without_any_stream_is_written(redirected, hills, tmp_path, redir
 
 @pytest.mark.parametrize("redirection", SILENT)
 def test_a_comparison_needs_no_progress(redirected, hills, tmp_path, redirection):
-    done = redirected(redirection, "compare", "--terrain", hills, *ENDS, "--planners", "ga-pc",
-                      "--runs", 2, "--generations", 5, "--jobs", 1, "--out", tmp_path, "--json")
+    done = redirected(
+        redirection,
+        "compare",
+        "--terrain",
+        hills,
+        *ENDS,
+        "--planners",
+        "ga-pc",
+        "--runs",
+        2,
+        "--generations",
+        5,
+        "--jobs",
+        1,
+        "--out",
+        tmp_path,
+        "--json",
+    )
     assert (done.returncode, done.stderr) == (0, "")
     assert json.loads(done.stdout) == json.loads((tmp_path / "compare.json").read_text())
     assert (tmp_path / "runs.jsonl").read_bytes().count(b"\n") == 2
@@ -106,7 +140,9 @@ def test_auv_needs_no_progress(redirected, tmp_path):
 def test_lost_output_is_a_sentence(redirected, redirection, command):
     done = redirected(redirection, *command)
     assert (done.returncode, done.stderr) == (
-        1, f"pathgene: Cannot write to standard output ({REASONS[redirection]}).\n")
+        1,
+        f"pathgene: Cannot write to standard output ({REASONS[redirection]}).\n",
+    )
 
 
 def test_a_reader_that_has_left_is_no_news(redirected):
@@ -121,8 +157,10 @@ def test_bad_input_keeps_its_status_without_standard_error(redirected):
 def test_verilog_to_special_files(redirected, pathgene, full):
     device = pathgene("verilog", "--top", "uart", "--out", full)
     assert (device.returncode, device.stderr) == (
-        2, f"pathgene: Cannot write to {str(full)!r} (No space left on device); give another file "
-        "with --out.\n")
+        2,
+        f"pathgene: Cannot write to {str(full)!r} (No space left on device); give another file "
+        "with --out.\n",
+    )
     assert full.is_char_device()
     piped = pathgene("verilog", "--top", "uart", "--out", "/dev/stdout")
     assert piped.returncode == 0, piped.stderr
@@ -135,8 +173,10 @@ def test_a_terrain_to_a_fifo(tmp_path):
     fifo = tmp_path / "grid.npz"
     os.mkfifo(fifo)
     with subprocess.Popen(
-            [sys.executable, "-m", "host", "terrain", "synth", "river", "--out", fifo], cwd=ROOT,
-            stdout=subprocess.DEVNULL) as process:
+        [sys.executable, "-m", "host", "terrain", "synth", "river", "--out", fifo],
+        cwd=ROOT,
+        stdout=subprocess.DEVNULL,
+    ) as process:
         assert fifo.read_bytes().startswith(b"PK")
     assert process.returncode == 0
     assert fifo.is_fifo()

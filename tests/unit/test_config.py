@@ -96,9 +96,7 @@ def test_broken_rule_is_named(changes, sentence):
 
 @pytest.mark.parametrize("value", ["32", 32.0, True, None])
 def test_wrong_kind_is_named(value):
-    with pytest.raises(
-        TypeError, match=rf"^Config\.population must be an integer, not {value!r}$"
-    ):
+    with pytest.raises(TypeError, match=rf"^Config\.population must be an integer, not {value!r}$"):
         Config(population=value)
 
 

@@ -46,7 +46,10 @@ def test_terminal_draws_one_line_again_and_again():
     frames = text.rstrip("\n").split("\r\x1b[K")
     assert frames[0] == ""
     assert [frame[:32] for frame in frames[1:]] == [
-        f"[{'.' * 30}]", f"[{'#' * 20}{'.' * 10}]", f"[{'#' * 30}]"]
+        f"[{'.' * 30}]",
+        f"[{'#' * 20}{'.' * 10}]",
+        f"[{'#' * 30}]",
+    ]
     assert text.count("\n") == 1
     assert text.endswith("\n")
 

@@ -93,8 +93,15 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
 
     @cuda.jit(device=True)
     def block_fitness(
-        path: Any, incumbent: Any, ground: Any, zoned: Any, c: Any, turns: Any, pieces: Any,
-        hits: Any, verdict: Any,
+        path: Any,
+        incumbent: Any,
+        ground: Any,
+        zoned: Any,
+        c: Any,
+        turns: Any,
+        pieces: Any,
+        hits: Any,
+        verdict: Any,
     ) -> Any:
         """As ``fitness_above``, by all threads of a block; all get the same answer."""
         thread = cuda.threadIdx.x
@@ -119,7 +126,8 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
             verdict[_CORNERS_M] = corners_m(turns, points, length)
             verdict[_COST] = cost_of(c, area, fuel)
             verdict[_VALUE] = fitness_of(
-                verdict[_STEEP_M] + verdict[_CORNERS_M] if length > 0.0 else -1.0, verdict[_COST])
+                verdict[_STEEP_M] + verdict[_CORNERS_M] if length > 0.0 else -1.0, verdict[_COST]
+            )
         cuda.syncthreads()
         if not verdict[_VALUE] > incumbent:
             return verdict[_VALUE], False
@@ -149,7 +157,8 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
                     under_m += hits[0, row] * part_m
                     nofly_m += hits[1, row] * part_m
             verdict[_VALUE] = fitness_of(
-                under_m + nofly_m + verdict[_STEEP_M] + verdict[_CORNERS_M], verdict[_COST])
+                under_m + nofly_m + verdict[_STEEP_M] + verdict[_CORNERS_M], verdict[_COST]
+            )
         cuda.syncthreads()
         return verdict[_VALUE], True
 
@@ -172,9 +181,23 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
         cuda.syncthreads()
 
     def iterate(
-        p: Any, iteration: Any, two_opt: Any, old: Any, old_fitness: Any, new: Any,
-        new_fitness: Any, settled: Any, box: Any, ground: Any, zoned: Any, c: Any, counts: Any,
-        state: Any, slot: Any, history: Any, leaders: Any,
+        p: Any,
+        iteration: Any,
+        two_opt: Any,
+        old: Any,
+        old_fitness: Any,
+        new: Any,
+        new_fitness: Any,
+        settled: Any,
+        box: Any,
+        ground: Any,
+        zoned: Any,
+        c: Any,
+        counts: Any,
+        state: Any,
+        slot: Any,
+        history: Any,
+        leaders: Any,
     ) -> None:
         path = cuda.shared.array(path_shape, float64)
         candidate = cuda.shared.array(path_shape, float64)
@@ -198,8 +221,9 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
         for d in range(thread, numbers - 6, threads):
             candidate[1 + d // 3, d % 3] = move(p, iteration, i, d, step, old, state[_BEST], box)
         cuda.syncthreads()
-        value, exact = block_fitness(candidate, to_beat(p, fitness), ground, zoned, c, turns,
-                                     pieces, hits, verdict)
+        value, exact = block_fitness(
+            candidate, to_beat(p, fitness), ground, zoned, c, turns, pieces, hits, verdict
+        )
         if thread == 0:
             counts[i, EVALUATED if exact else CUT_SHORT] += 1
         if value > fitness:
@@ -218,8 +242,17 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
                     for d in range(thread, numbers, threads):
                         candidate[d // 3, d % 3] = path[reversed_row(d // 3, first, last), d % 3]
                     cuda.syncthreads()
-                    value, exact = block_fitness(candidate, to_beat(p, fitness), ground, zoned,
-                                                 c, turns, pieces, hits, verdict)
+                    value, exact = block_fitness(
+                        candidate,
+                        to_beat(p, fitness),
+                        ground,
+                        zoned,
+                        c,
+                        turns,
+                        pieces,
+                        hits,
+                        verdict,
+                    )
                     if thread == 0:
                         counts[i, EVALUATED if exact else CUT_SHORT] += 1
                     improved = value > fitness
@@ -280,8 +313,16 @@ class GpuEngine:
     """
 
     def __init__(
-        self, evaluator: Evaluator, parameters: Pollination, two_opt_every: int, box: Paths,
-        paths: Paths, fitness: NDArray[np.float64], *, stride: int, threads: int = THREADS,
+        self,
+        evaluator: Evaluator,
+        parameters: Pollination,
+        two_opt_every: int,
+        box: Paths,
+        paths: Paths,
+        fitness: NDArray[np.float64],
+        *,
+        stride: int,
+        threads: int = THREADS,
     ) -> None:
         self._parameters = parameters
         self._two_opt_every = two_opt_every
@@ -299,7 +340,10 @@ class GpuEngine:
         self._leaders = to_device(np.zeros((stride, points, 3)))
 
     def advance(
-        self, first: int, count: int, should_stop: Callable[[], bool] = never,
+        self,
+        first: int,
+        count: int,
+        should_stop: Callable[[], bool] = never,
     ) -> Sequence[Leader]:
         """See :class:`host.planners.fpa.engines.Engine`; ``count`` is at most the stride.
 
@@ -308,14 +352,27 @@ class GpuEngine:
         for slot in range(count):
             iteration = first + slot
             self._kernel(
-                self._parameters, iteration, is_two_opt(iteration, self._two_opt_every),
-                *self._old, *self._new, self._settled, *self._problem, self._constants,
-                self._counts, self._state, slot, self._history, self._leaders)
+                self._parameters,
+                iteration,
+                is_two_opt(iteration, self._two_opt_every),
+                *self._old,
+                *self._new,
+                self._settled,
+                *self._problem,
+                self._constants,
+                self._counts,
+                self._state,
+                slot,
+                self._history,
+                self._leaders,
+            )
             self._old, self._new = self._new, self._old
         history, leaders = self._history.copy_to_host(), self._leaders.copy_to_host()
         evaluated, cut_short = self._counts.copy_to_host().sum(axis=0).tolist()
-        return [Leader(path, float(best), float(mean), evaluated, cut_short)
-                for path, (best, mean) in zip(leaders[:count], history, strict=False)]
+        return [
+            Leader(path, float(best), float(mean), evaluated, cut_short)
+            for path, (best, mean) in zip(leaders[:count], history, strict=False)
+        ]
 
     def population(self) -> tuple[Paths, NDArray[np.float64]]:
         """See :class:`host.planners.fpa.engines.Engine`."""

@@ -55,7 +55,10 @@ class Engine(Protocol):
     """Runs iterations over a population that it keeps."""
 
     def advance(
-        self, first: int, count: int, should_stop: Callable[[], bool] = never,
+        self,
+        first: int,
+        count: int,
+        should_stop: Callable[[], bool] = never,
     ) -> Sequence[Leader]:
         """Run iterations ``first``, from 1, to ``first + count - 1``; return what each left.
 
@@ -94,8 +97,14 @@ class CpuEngine:
     """
 
     def __init__(
-        self, evaluator: Evaluator, parameters: Pollination, two_opt_every: int, box: Paths,
-        paths: Paths, fitness: NDArray[np.float64], threads: int,
+        self,
+        evaluator: Evaluator,
+        parameters: Pollination,
+        two_opt_every: int,
+        box: Paths,
+        paths: Paths,
+        fitness: NDArray[np.float64],
+        threads: int,
     ) -> None:
         solutions, points, _ = paths.shape
         self._parameters = parameters
@@ -109,18 +118,23 @@ class CpuEngine:
         self._scratch = [(np.empty((points, 3)), *scratch(points)) for _ in range(threads)]
         self._counts: Counts = np.zeros((threads, LINE), dtype=np.int64)
         self._pool = ThreadPoolExecutor(threads, "pollinate")
-        self._share(0, 1, 0, np.empty((0, HISTORY_FIELDS)), self._paths[0, :0])     # Compiles.
+        self._share(0, 1, 0, np.empty((0, HISTORY_FIELDS)), self._paths[0, :0])  # Compiles.
 
     def advance(
-        self, first: int, count: int, should_stop: Callable[[], bool] = never,
+        self,
+        first: int,
+        count: int,
+        should_stop: Callable[[], bool] = never,
     ) -> Sequence[Leader]:
         """See :class:`Engine`."""
         history = np.empty((count, HISTORY_FIELDS))
         leaders = np.empty((count, *self._paths.shape[2:]))
         before = int(self._shared.meetings[0])
         try:
-            shares = [self._pool.submit(self._share, thread, first, count, history, leaders)
-                      for thread in range(len(self._counts))]
+            shares = [
+                self._pool.submit(self._share, thread, first, count, history, leaders)
+                for thread in range(len(self._counts))
+            ]
             while wait(shares, _LOOK_S, FIRST_EXCEPTION).not_done:
                 if should_stop() or any(share.done() and share.exception() for share in shares):
                     self._shared.ended[0] = 1
@@ -132,17 +146,40 @@ class CpuEngine:
             raise
         done = int(self._shared.meetings[0]) - before
         self._side = (self._side + done) % 2
-        return [Leader(path, best, mean, int(evaluated), int(cut_short))
-                for path, (best, mean, evaluated, cut_short)
-                in zip(leaders[:done], history[:done].tolist(), strict=True)]
+        return [
+            Leader(path, best, mean, int(evaluated), int(cut_short))
+            for path, (best, mean, evaluated, cut_short) in zip(
+                leaders[:done], history[:done].tolist(), strict=True
+            )
+        ]
 
     def _share(
-        self, thread: int, first: int, count: int, history: NDArray[np.float64], leaders: Paths,
+        self,
+        thread: int,
+        first: int,
+        count: int,
+        history: NDArray[np.float64],
+        leaders: Paths,
     ) -> None:
         pollinate_share(
-            self._parameters, first, count, self._two_opt_every, self._shared, _CHUNK, self._paths,
-            self._fitness, self._side, self._settled, self._box, *self._arguments,
-            *self._scratch[thread], self._counts, thread, history, leaders)
+            self._parameters,
+            first,
+            count,
+            self._two_opt_every,
+            self._shared,
+            _CHUNK,
+            self._paths,
+            self._fitness,
+            self._side,
+            self._settled,
+            self._box,
+            *self._arguments,
+            *self._scratch[thread],
+            self._counts,
+            thread,
+            history,
+            leaders,
+        )
 
     def population(self) -> tuple[Paths, NDArray[np.float64]]:
         """See :class:`Engine`."""

@@ -16,7 +16,10 @@ Path = NDArray[np.float64]
 
 
 def first_population(
-    space: Airspace, rng: np.random.Generator, count: int, waypoints: int,
+    space: Airspace,
+    rng: np.random.Generator,
+    count: int,
+    waypoints: int,
     given: Sequence[Path] = (),
 ) -> NDArray[np.float64]:
     """Return ``count`` paths, (count, n, 3) float64 metres, start and goal included.

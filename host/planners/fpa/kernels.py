@@ -24,11 +24,33 @@ from host.planners.fpa.atomic import fetch_add, read, sleep, yield_core
 from host.planners.fpa.philox import uniform, words
 
 
-__all__ = ["BEST_FITNESS", "CUT_SHORT", "CUT_SHORT_SO_FAR", "EVALUATED", "EVALUATED_SO_FAR",
-           "HISTORY_FIELDS", "LINE", "MEAN_FITNESS", "Counts", "Pollination", "Shared",
-           "choose_step", "epsilon_bound", "global_step", "improve_share", "is_two_opt",
-           "levy_step", "local_step", "mantegna", "move", "pollinate_share", "reversed_row",
-           "shared_state", "to_beat", "untangle"]
+__all__ = [
+    "BEST_FITNESS",
+    "CUT_SHORT",
+    "CUT_SHORT_SO_FAR",
+    "EVALUATED",
+    "EVALUATED_SO_FAR",
+    "HISTORY_FIELDS",
+    "LINE",
+    "MEAN_FITNESS",
+    "Counts",
+    "Pollination",
+    "Shared",
+    "choose_step",
+    "epsilon_bound",
+    "global_step",
+    "improve_share",
+    "is_two_opt",
+    "levy_step",
+    "local_step",
+    "mantegna",
+    "move",
+    "pollinate_share",
+    "reversed_row",
+    "shared_state",
+    "to_beat",
+    "untangle",
+]
 
 Counts = NDArray[np.int64]
 
@@ -36,7 +58,8 @@ LEVY_EXPONENT = 1.5
 LEVY_SCALE = 0.1
 # Deviation of Mantegna's numerator; that of the denominator is 1.
 _LEVY_DEVIATION = (
-    math.gamma(1 + LEVY_EXPONENT) * math.sin(math.pi * LEVY_EXPONENT / 2)
+    math.gamma(1 + LEVY_EXPONENT)
+    * math.sin(math.pi * LEVY_EXPONENT / 2)
     / (math.gamma((1 + LEVY_EXPONENT) / 2) * LEVY_EXPONENT * 2 ** ((LEVY_EXPONENT - 1) / 2))
 ) ** (1 / LEVY_EXPONENT)
 
@@ -146,7 +169,10 @@ def epsilon_bound(p: Pollination, iteration: int) -> float:
 
 @inlined
 def choose_step(
-    p: Pollination, iteration: int, solution: int, count: int,
+    p: Pollination,
+    iteration: int,
+    solution: int,
+    count: int,
 ) -> tuple[bool, int, int, float]:
     """Whether a solution's step is global, and for a local one its two partners and epsilon."""
     w = words(p.seed, iteration, solution, _KIND)
@@ -161,8 +187,14 @@ def choose_step(
 
 @inlined
 def move(
-    p: Pollination, iteration: int, solution: int, coordinate: int,
-    step: tuple[bool, int, int, float], paths: Floats, best: int, box: Floats,
+    p: Pollination,
+    iteration: int,
+    solution: int,
+    coordinate: int,
+    step: tuple[bool, int, int, float],
+    paths: Floats,
+    best: int,
+    box: Floats,
 ) -> float:
     """One coordinate of a solution's candidate, clipped to the airspace.
 
@@ -216,8 +248,16 @@ def to_beat(p: Pollination, fitness: float) -> float:
 
 @compiled
 def untangle(
-    p: Pollination, path: Floats, fitness: float, candidate: Floats, ground: Floats, zoned: Floats,
-    c: Constants, turns: Floats, pieces: Floats, counts: Counts,
+    p: Pollination,
+    path: Floats,
+    fitness: float,
+    candidate: Floats,
+    ground: Floats,
+    zoned: Floats,
+    c: Constants,
+    turns: Floats,
+    pieces: Floats,
+    counts: Counts,
 ) -> float:
     """Run the 2-opt operator on ``path`` (n, 3) until no reversal is better; return its fitness.
 
@@ -234,8 +274,9 @@ def untangle(
                 source = reversed_row(row, first, last)
                 for axis in range(3):
                     candidate[row, axis] = path[source, axis]
-            value, exact = fitness_above(candidate, n, ground, zoned, c, to_beat(p, fitness), turns,
-                                         pieces)
+            value, exact = fitness_above(
+                candidate, n, ground, zoned, c, to_beat(p, fitness), turns, pieces
+            )
             counts[EVALUATED if exact else CUT_SHORT] += 1
             if value > fitness:
                 copy_path(candidate, path)
@@ -248,10 +289,24 @@ def untangle(
 
 @compiled
 def improve_share(
-    p: Pollination, iteration: int, two_opt: bool, shared: Shared, chunk: int,
-    old: Floats, old_fitness: Floats, new: Floats, new_fitness: Floats,
-    settled: Flags, box: Floats, ground: Floats, zoned: Floats, c: Constants, candidate: Floats,
-    turns: Floats, pieces: Floats, counts: Counts,
+    p: Pollination,
+    iteration: int,
+    two_opt: bool,
+    shared: Shared,
+    chunk: int,
+    old: Floats,
+    old_fitness: Floats,
+    new: Floats,
+    new_fitness: Floats,
+    settled: Flags,
+    box: Floats,
+    ground: Floats,
+    zoned: Floats,
+    c: Constants,
+    candidate: Floats,
+    turns: Floats,
+    pieces: Floats,
+    counts: Counts,
 ) -> None:
     """Take solutions through one iteration until none is left; several threads may do so at once.
 
@@ -288,8 +343,9 @@ def improve_share(
             copy_path(old[i], candidate)
             for d in range(3 * (n - 2)):
                 candidate[1 + d // 3, d % 3] = move(p, iteration, i, d, step, old, best, box)
-            value, exact = fitness_above(candidate, n, ground, zoned, c,
-                                         to_beat(p, old_fitness[i]), turns, pieces)
+            value, exact = fitness_above(
+                candidate, n, ground, zoned, c, to_beat(p, old_fitness[i]), turns, pieces
+            )
             counts[EVALUATED if exact else CUT_SHORT] += 1
             if value > old_fitness[i]:
                 copy_path(candidate, new[i])
@@ -299,14 +355,20 @@ def improve_share(
                 copy_path(old[i], new[i])
                 new_fitness[i] = old_fitness[i]
             if two_opt and not settled[i]:
-                new_fitness[i] = untangle(p, new[i], new_fitness[i], candidate, ground, zoned,
-                                          c, turns, pieces, counts)
+                new_fitness[i] = untangle(
+                    p, new[i], new_fitness[i], candidate, ground, zoned, c, turns, pieces, counts
+                )
                 settled[i] = 1
 
 
 @compiled
 def note_iteration(
-    fitness: Floats, paths: Floats, counts: Counts, shared: Shared, history: Floats, leader: Floats,
+    fitness: Floats,
+    paths: Floats,
+    counts: Counts,
+    shared: Shared,
+    history: Floats,
+    leader: Floats,
 ) -> None:
     """Find g* and write what is told of an iteration; by one thread, in the same order always."""
     best = 0
@@ -328,10 +390,27 @@ def note_iteration(
 
 @compiled
 def pollinate_share(
-    p: Pollination, first: int, iterations: int, two_opt_every: int, shared: Shared, chunk: int,
-    paths: Floats, fitness: Floats, side: int, settled: Flags, box: Floats, ground: Floats,
-    zoned: Floats, c: Constants, candidate: Floats, turns: Floats, pieces: Floats, counts: Counts,
-    thread: int, history: Floats, leaders: Floats,
+    p: Pollination,
+    first: int,
+    iterations: int,
+    two_opt_every: int,
+    shared: Shared,
+    chunk: int,
+    paths: Floats,
+    fitness: Floats,
+    side: int,
+    settled: Flags,
+    box: Floats,
+    ground: Floats,
+    zoned: Floats,
+    c: Constants,
+    candidate: Floats,
+    turns: Floats,
+    pieces: Floats,
+    counts: Counts,
+    thread: int,
+    history: Floats,
+    leaders: Floats,
 ) -> None:
     """One thread's share of some iterations; each of them ends when all threads are there.
 
@@ -359,14 +438,31 @@ def pollinate_share(
         old = (side + number) % 2
         meeting = read(shared.meetings)
         improve_share(
-            p, iteration, is_two_opt(iteration, two_opt_every), shared, chunk, paths[old],
-            fitness[old], paths[1 - old], fitness[1 - old], settled, box, ground, zoned, c,
-            candidate, turns, pieces, counts[thread])
+            p,
+            iteration,
+            is_two_opt(iteration, two_opt_every),
+            shared,
+            chunk,
+            paths[old],
+            fitness[old],
+            paths[1 - old],
+            fitness[1 - old],
+            settled,
+            box,
+            ground,
+            zoned,
+            c,
+            candidate,
+            turns,
+            pieces,
+            counts[thread],
+        )
         if read(shared.ended):
             return
         if fetch_add(shared.arrived, 1) == threads - 1:
-            note_iteration(fitness[1 - old], paths[1 - old], counts, shared, history[number],
-                           leaders[number])
+            note_iteration(
+                fitness[1 - old], paths[1 - old], counts, shared, history[number], leaders[number]
+            )
             shared.cursor[0] = 0
             shared.arrived[0] = 0
             fetch_add(shared.meetings, 1)

@@ -27,14 +27,23 @@ _STEP = 2.0**-52
 
 @inlined
 def philox(
-    c0: np.uint64, c1: np.uint64, c2: np.uint64, c3: np.uint64, k0: np.uint64, k1: np.uint64,
+    c0: np.uint64,
+    c1: np.uint64,
+    c2: np.uint64,
+    c3: np.uint64,
+    k0: np.uint64,
+    k1: np.uint64,
 ) -> Words:
     """Four random words of 32 bits for a counter of four and a key of two; all as uint64."""
     for _ in range(_ROUNDS):
         low = _MULTIPLIERS[0] * c0
         high = _MULTIPLIERS[1] * c2
-        c0, c1, c2, c3 = ((high >> _HALF) ^ c1 ^ k0, high & _WORD,
-                          (low >> _HALF) ^ c3 ^ k1, low & _WORD)
+        c0, c1, c2, c3 = (
+            (high >> _HALF) ^ c1 ^ k0,
+            high & _WORD,
+            (low >> _HALF) ^ c3 ^ k1,
+            low & _WORD,
+        )
         k0 = (k0 + _KEY_STEPS[0]) & _WORD
         k1 = (k1 + _KEY_STEPS[1]) & _WORD
     return c0, c1, c2, c3
@@ -47,8 +56,14 @@ def words(seed: np.uint64, iteration: int, solution: int, number: int) -> Words:
     ``number`` and ``solution`` are below 2**32, ``iteration`` and ``seed`` below 2**64.
     """
     step = np.uint64(iteration)
-    return philox(np.uint64(number), np.uint64(solution), step & _WORD, step >> _HALF,
-                  seed & _WORD, seed >> _HALF)
+    return philox(
+        np.uint64(number),
+        np.uint64(solution),
+        step & _WORD,
+        step >> _HALF,
+        seed & _WORD,
+        seed >> _HALF,
+    )
 
 
 @inlined

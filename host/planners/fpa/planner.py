@@ -31,9 +31,9 @@ WAYPOINTS = 6
 #: Iterations from one 2-opt to the next (table 3).
 TWO_OPT_EVERY = 20
 
-_SWITCH = 0.5                           # Probability of a global step (table 3).
+_SWITCH = 0.5  # Probability of a global step (table 3).
 _FIRST_EPSILON, _LAST_EPSILON = 0.25, 0.02
-_FEWEST, _MOST = 4, 100_000             # Solutions.
+_FEWEST, _MOST = 4, 100_000  # Solutions.
 _MOST_WAYPOINTS = 100
 # Iterations between two looks at the whole population, for paths to choose from at the end.
 _LOOK_EVERY = 20
@@ -76,18 +76,26 @@ class FlowerPollinationPlanner:
     """
 
     def __init__(
-        self, *, two_opt_every: int = TWO_OPT_EVERY, waypoints: int | None = None,
-        engine: str = ENGINES[0], init: str = "random", give_up: bool = True,
+        self,
+        *,
+        two_opt_every: int = TWO_OPT_EVERY,
+        waypoints: int | None = None,
+        engine: str = ENGINES[0],
+        init: str = "random",
+        give_up: bool = True,
     ) -> None:
         if two_opt_every < 0:
-            raise InputError(f"The iterations between 2-opts must be 0 or more, not "
-                             f"{two_opt_every}.")
+            raise InputError(
+                f"The iterations between 2-opts must be 0 or more, not {two_opt_every}."
+            )
         if waypoints is not None and not 1 <= waypoints <= _MOST_WAYPOINTS:
-            raise InputError(f"The number of waypoints must be from 1 to {_MOST_WAYPOINTS}, not "
-                             f"{waypoints}.")
+            raise InputError(
+                f"The number of waypoints must be from 1 to {_MOST_WAYPOINTS}, not {waypoints}."
+            )
         if engine not in ENGINES:
-            raise InputError(f"There is no engine {engine!r}; the engines are "
-                             f"{', '.join(ENGINES)}.")
+            raise InputError(
+                f"There is no engine {engine!r}; the engines are {', '.join(ENGINES)}."
+            )
         self.two_opt_every = two_opt_every
         self.waypoints = waypoints
         self.engine = engine
@@ -95,8 +103,11 @@ class FlowerPollinationPlanner:
         self.give_up = give_up
 
     def plan(
-        self, evaluator: Evaluator, options: Options,
-        progress: Progress | None = None, stop: Stop | None = None,
+        self,
+        evaluator: Evaluator,
+        options: Options,
+        progress: Progress | None = None,
+        stop: Stop | None = None,
     ) -> Result:
         """Search; see :class:`host.planners.base.Planner`.
 
@@ -112,8 +123,9 @@ class FlowerPollinationPlanner:
         """
         count = POPULATION if options.population is None else options.population
         if not _FEWEST <= count <= _MOST:
-            raise InputError(f"The population of fpa must be from {_FEWEST} to {_MOST}, not "
-                             f"{count}.")
+            raise InputError(
+                f"The population of fpa must be from {_FEWEST} to {_MOST}, not {count}."
+            )
         make_engine = _engine_maker(self.engine, evaluator.threads)
         space = Airspace(evaluator.problem)
         rng = np.random.default_rng(options.seed)
@@ -127,12 +139,20 @@ class FlowerPollinationPlanner:
         fitness = run.fitness(list(paths))
         run.record(0, fitness)
         parameters = Pollination(
-            np.uint64(options.seed), options.generations, _SWITCH, _FIRST_EPSILON, _LAST_EPSILON,
-            int(self.give_up))
+            np.uint64(options.seed),
+            options.generations,
+            _SWITCH,
+            _FIRST_EPSILON,
+            _LAST_EPSILON,
+            int(self.give_up),
+        )
         box = np.stack((space.low, space.high))
-        with contextlib.closing(make_engine(
-                evaluator, parameters, self.two_opt_every, box, paths, fitness)) as engine, \
-                run.search():
+        with (
+            contextlib.closing(
+                make_engine(evaluator, parameters, self.two_opt_every, box, paths, fitness)
+            ) as engine,
+            run.search(),
+        ):
             _pollinate(run, engine)
         return run.result()
 
@@ -146,8 +166,7 @@ def _pollinate(run: Run, engine: Engine) -> None:
     while run.stopped_by() is None:
         count = min(at_once, run.options.generations - iteration)
         with run.phase("iterations"):
-            leaders = engine.advance(
-                iteration + 1, count, lambda: run.stopped_by() is not None)
+            leaders = engine.advance(iteration + 1, count, lambda: run.stopped_by() is not None)
         for leader in leaders:
             iteration += 1
             run.evaluations, run.cut_short = before + leader.evaluated, leader.cut_short
@@ -174,6 +193,8 @@ def _engine_maker(name: str, threads: int) -> Callable[..., Engine]:
     except ImportError:
         there = False
     if not there:
-        raise InputError("The engine gpu needs an NVIDIA GPU and CUDA for numba (the extra 'gpu'), "
-                         "which are not there; use --engine cores.")
+        raise InputError(
+            "The engine gpu needs an NVIDIA GPU and CUDA for numba (the extra 'gpu'), "
+            "which are not there; use --engine cores."
+        )
     return partial(cuda.GpuEngine, stride=_LOOK_EVERY)

@@ -29,9 +29,9 @@ KINDS = ("near", "uniform")
 _OFF_LINE = -2.0, -0.3
 _OFF_ROUTE = -2.5, -0.5
 _OFF_KEPT = -3.0, -0.5
-_NEAR_SHARE = 0.75              # Of new crossover points; the others are drawn anywhere.
-_ONE_POINT_SHARE = 0.5          # Of variants, that have one control point moved rather than all.
-_COUNT_SHARE = 0.1              # Of variants, that first have a control point more or less.
+_NEAR_SHARE = 0.75  # Of new crossover points; the others are drawn anywhere.
+_ONE_POINT_SHARE = 0.5  # Of variants, that have one control point moved rather than all.
+_COUNT_SHARE = 0.1  # Of variants, that first have a control point more or less.
 _CURVE_SAMPLES = 101
 
 
@@ -97,14 +97,18 @@ class Draws:
         curves = sample(kept.segments.control, kept.segments.counts, _CURVE_SAMPLES)
         along = curves.reshape(-1, curves.shape[2])
         spread = 10 ** rng.uniform(*_OFF_ROUTE, (count, 1)) * self._side
-        near = self._inside(along[rng.integers(len(along), size=count)]
-                            + spread * rng.standard_normal(points.shape))
+        near = self._inside(
+            along[rng.integers(len(along), size=count)] + spread * rng.standard_normal(points.shape)
+        )
         taken = (rng.random(count) < _NEAR_SHARE) & self._space.is_free(near)
         points[taken] = near[taken]
         return points
 
     def segments(
-        self, rng: np.random.Generator, tails: Floats, heads: Floats,
+        self,
+        rng: np.random.Generator,
+        tails: Floats,
+        heads: Floats,
     ) -> tuple[Floats, Ints]:
         """Draw a segment from each of ``tails`` to each of ``heads``, (m, d).
 
@@ -115,8 +119,7 @@ class Draws:
             each has, (m,) int64, uniform from 4 to 10.
         """
         m, dimensions = tails.shape
-        counts = rng.integers(
-            FEWEST_CONTROL_POINTS, MOST_CONTROL_POINTS, size=(m,), endpoint=True)
+        counts = rng.integers(FEWEST_CONTROL_POINTS, MOST_CONTROL_POINTS, size=(m,), endpoint=True)
         shape = m, MOST_CONTROL_POINTS, dimensions
         if self.near:
             bridged = heads - tails
@@ -124,8 +127,10 @@ class Draws:
             distance = np.sqrt(((bridged / self._side) ** 2).sum(axis=1))
             spread = 10 ** rng.uniform(*_OFF_LINE, m) * distance
             control = self._inside(
-                tails[:, None] + part[:, :, None] * bridged[:, None]
-                + spread[:, None, None] * self._side * rng.standard_normal(shape))
+                tails[:, None]
+                + part[:, :, None] * bridged[:, None]
+                + spread[:, None, None] * self._side * rng.standard_normal(shape)
+            )
         else:
             control = self._space.draw(rng, m * MOST_CONTROL_POINTS).reshape(shape)
         control[:, 0] = tails
@@ -156,14 +161,16 @@ class Draws:
 
 
 def _resized(
-    rng: np.random.Generator, control: Floats, counts: Ints,
+    rng: np.random.Generator,
+    control: Floats,
+    counts: Ints,
 ) -> tuple[Floats, Ints]:
     """Give some segments an inner control point more, half way between two, or one less."""
     place = np.arange(MOST_CONTROL_POINTS)
     change = rng.choice((-1, 1), size=len(counts)) * (rng.random(len(counts)) < _COUNT_SHARE)
     resized = np.clip(counts + change, FEWEST_CONTROL_POINTS, MOST_CONTROL_POINTS)
     change = resized - counts
-    at = 1 + rng.integers(counts - 2)           # The point before which, or which itself.
+    at = 1 + rng.integers(counts - 2)  # The point before which, or which itself.
     source = place - change[:, None] * (place >= at[:, None] + (change > 0)[:, None])
     source = np.minimum(source, MOST_CONTROL_POINTS - 1)
     moved = np.take_along_axis(control, source[:, :, None], axis=1)

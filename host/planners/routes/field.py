@@ -16,8 +16,19 @@ from numpy.typing import NDArray
 from host.errors import InputError
 
 
-__all__ = ["FEWEST_CONTROL_POINTS", "GOAL", "MOST_CONTROL_POINTS", "MOST_POINTS", "READINGS",
-           "START", "Field", "Graph", "Route", "Segments", "check_reading"]
+__all__ = [
+    "FEWEST_CONTROL_POINTS",
+    "GOAL",
+    "MOST_CONTROL_POINTS",
+    "MOST_POINTS",
+    "READINGS",
+    "START",
+    "Field",
+    "Graph",
+    "Route",
+    "Segments",
+    "check_reading",
+]
 
 #: Crossover points of a path at most, start and goal included (table II).
 MOST_POINTS = 10
@@ -57,9 +68,11 @@ class Segments:
     @staticmethod
     def joined(one: Segments, other: Segments) -> Segments:
         """The segments of ``one``, then those of ``other``."""
-        return Segments(np.concatenate((one.control, other.control)),
-                        np.concatenate((one.counts, other.counts)),
-                        np.concatenate((one.terms, other.terms)))
+        return Segments(
+            np.concatenate((one.control, other.control)),
+            np.concatenate((one.counts, other.counts)),
+            np.concatenate((one.terms, other.terms)),
+        )
 
     def take(self, which: Sequence[int] | Ints) -> Segments:
         """The segments at some indices."""
@@ -108,9 +121,12 @@ class Graph:
 
     def extended(self, tails: Ints, heads: Ints, segments: Segments) -> Graph:
         """The same graph with further segments."""
-        return Graph(self.points, np.concatenate((self.tails, tails)),
-                     np.concatenate((self.heads, heads)),
-                     Segments.joined(self.segments, segments))
+        return Graph(
+            self.points,
+            np.concatenate((self.tails, tails)),
+            np.concatenate((self.heads, heads)),
+            Segments.joined(self.segments, segments),
+        )
 
     def route(self, edges: Sequence[int] | Ints) -> Route:
         """The route along some segments, the first of which leaves the start."""

@@ -33,7 +33,11 @@ def segments_of(route: Ints) -> Ints:
 
 @allocating
 def best_by_sum(
-    tails: Ints, heads: Ints, costs: Floats, points: int, keep: int,
+    tails: Ints,
+    heads: Ints,
+    costs: Floats,
+    points: int,
+    keep: int,
 ) -> tuple[Ints, Floats]:
     """The best few routes where the cost of a route is the sum of its segments': equation (8).
 
@@ -58,13 +62,13 @@ def best_by_sum(
     """
     stages = MOST_POINTS - 1
     total = np.full((stages + 1, points, keep), np.inf)
-    passed = np.zeros((stages + 1, points, keep), dtype=np.int64)      # A bit for each point.
+    passed = np.zeros((stages + 1, points, keep), dtype=np.int64)  # A bit for each point.
     edge = np.full((stages + 1, points, keep), -1, dtype=np.int64)
-    before = np.zeros((stages + 1, points, keep), dtype=np.int64)      # Slot at the stage before.
+    before = np.zeros((stages + 1, points, keep), dtype=np.int64)  # Slot at the stage before.
     total[0, START, 0] = 0.0
     passed[0, START, 0] = 1 << START
     for stage in range(1, stages + 1):
-        for slot in range(keep):            # Waits on the goal.
+        for slot in range(keep):  # Waits on the goal.
             total[stage, GOAL, slot] = total[stage - 1, GOAL, slot]
             before[stage, GOAL, slot] = slot
         for e in range(len(tails)):
@@ -120,14 +124,19 @@ def least_to_go(tails: Ints, heads: Ints, terms: Floats, points: int) -> Floats:
             tail, head = tails[e], heads[e]
             bounds[tail, 0] = min(bounds[tail, 0], terms[e, 0] + bounds[head, 0])
             for axis in range(1, 3):
-                bounds[tail, axis] = min(bounds[tail, axis], max(terms[e, axis],
-                                                                 bounds[head, axis]))
+                bounds[tail, axis] = min(
+                    bounds[tail, axis], max(terms[e, axis], bounds[head, axis])
+                )
     return bounds
 
 
 @allocating
 def best_by_whole(
-    tails: Ints, heads: Ints, terms: Floats, weights: Floats, points: int,
+    tails: Ints,
+    heads: Ints,
+    terms: Floats,
+    weights: Floats,
+    points: int,
 ) -> tuple[Ints, float]:
     """The best route where the cost is that of the whole route.
 
@@ -185,9 +194,11 @@ def best_by_whole(
                 length = totals[label, 0] + terms[e, 0]
                 turning = max(totals[label, 1], terms[e, 1])
                 rate = max(totals[label, 2], terms[e, 2])
-                bound = (weights[0] * (length + bounds[head, 0])
-                         + weights[1] * max(turning, bounds[head, 1])
-                         + weights[2] * max(rate, bounds[head, 2])) / weight
+                bound = (
+                    weights[0] * (length + bounds[head, 0])
+                    + weights[1] * max(turning, bounds[head, 1])
+                    + weights[2] * max(rate, bounds[head, 2])
+                ) / weight
                 if not bound <= best * (1.0 + _ROUNDING):
                     continue
                 if head == GOAL:
@@ -220,7 +231,12 @@ def best_by_whole(
 
 @compiled
 def dominated(
-    totals: Floats, links: Ints, newest: int, length: float, turning: float, rate: float,
+    totals: Floats,
+    links: Ints,
+    newest: int,
+    length: float,
+    turning: float,
+    rate: float,
     stage: int,
 ) -> bool:
     """Whether a label of the list from ``newest`` on is as good in all terms as a new one.
@@ -230,11 +246,18 @@ def dominated(
     other = newest
     while other >= 0:
         if links[other, 4]:
-            if (totals[other, 0] <= length and totals[other, 1] <= turning
-                    and totals[other, 2] <= rate):
+            if (
+                totals[other, 0] <= length
+                and totals[other, 1] <= turning
+                and totals[other, 2] <= rate
+            ):
                 return True
-            if (other >= stage and length <= totals[other, 0] and turning <= totals[other, 1]
-                    and rate <= totals[other, 2]):
+            if (
+                other >= stage
+                and length <= totals[other, 0]
+                and turning <= totals[other, 1]
+                and rate <= totals[other, 2]
+            ):
                 links[other, 4] = 0
         other = links[other, 3]
     return False

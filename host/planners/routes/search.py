@@ -25,16 +25,23 @@ from host.planners.routes.field import (
 )
 
 
-__all__ = ["ADDED_POINTS", "CHROMOSOMES", "ConventionalSearch", "DeterministicSearch",
-           "Generation", "Search", "cross"]
+__all__ = [
+    "ADDED_POINTS",
+    "CHROMOSOMES",
+    "ConventionalSearch",
+    "DeterministicSearch",
+    "Generation",
+    "Search",
+    "cross",
+]
 
 #: Crossover points added per generation, and chromosomes of the conventional GA (table III).
 ADDED_POINTS = 8
 CHROMOSOMES = 20
 
-_MOST_ADDED = 50                # Labels of the deterministic crossover have a bit for each point.
+_MOST_ADDED = 50  # Labels of the deterministic crossover have a bit for each point.
 _MUTATION_RATE = 0.20
-_VARIANTS = 64                  # Of the segments of the kept route.
+_VARIANTS = 64  # Of the segments of the kept route.
 _STRANDS = 24
 _VARIANTS_OF_A_STRAND = 16
 _FEWEST_CHROMOSOMES, _MOST_CHROMOSOMES = 2, 10_000
@@ -67,12 +74,18 @@ class _Survivor:
     """The best route so far, and the graph of its points, new ones and all segments between."""
 
     def __init__(
-        self, field: Field, draws: Draws, rng: np.random.Generator, added: int,
+        self,
+        field: Field,
+        draws: Draws,
+        rng: np.random.Generator,
+        added: int,
         given: Sequence[Route] = (),
     ) -> None:
         if not 1 <= added <= _MOST_ADDED:
-            raise InputError(f"The crossover points added per generation must be from 1 to "
-                             f"{_MOST_ADDED}, not {added}.")
+            raise InputError(
+                f"The crossover points added per generation must be from 1 to "
+                f"{_MOST_ADDED}, not {added}."
+            )
         self.route: Route | None = None
         self.fitness = 0.0
         self.field, self.draws, self.rng = field, draws, rng
@@ -154,8 +167,13 @@ class DeterministicSearch:
     """
 
     def __init__(
-        self, field: Field, draws: Draws, rng: np.random.Generator, *,
-        added: int = ADDED_POINTS, given: Sequence[Route] = (),
+        self,
+        field: Field,
+        draws: Draws,
+        rng: np.random.Generator,
+        *,
+        added: int = ADDED_POINTS,
+        given: Sequence[Route] = (),
     ) -> None:
         self._survivor = _Survivor(field, draws, rng, added, given)
         self._strands: Segments | None = None
@@ -187,12 +205,16 @@ class DeterministicSearch:
             self._strands = survivor.segments(graph.points[start], graph.points[goal])
         else:
             variants = survivor.variants(
-                self._strands.take(np.repeat(np.arange(_STRANDS), _VARIANTS_OF_A_STRAND)))
+                self._strands.take(np.repeat(np.arange(_STRANDS), _VARIANTS_OF_A_STRAND))
+            )
             costs = survivor.field.costs(variants.terms).reshape(_STRANDS, -1)
             fittest = costs.argmin(axis=1)
             gains = costs.min(axis=1) < survivor.field.costs(self._strands.terms)
-            places = np.where(gains, _STRANDS + np.arange(_STRANDS) * _VARIANTS_OF_A_STRAND
-                              + fittest, np.arange(_STRANDS))
+            places = np.where(
+                gains,
+                _STRANDS + np.arange(_STRANDS) * _VARIANTS_OF_A_STRAND + fittest,
+                np.arange(_STRANDS),
+            )
             self._strands = Segments.joined(self._strands, variants).take(places)
         return graph.extended(start, goal, self._strands)
 
@@ -243,12 +265,20 @@ class ConventionalSearch:
     """
 
     def __init__(
-        self, field: Field, draws: Draws, rng: np.random.Generator, *,
-        added: int = ADDED_POINTS, chromosomes: int = CHROMOSOMES, given: Sequence[Route] = (),
+        self,
+        field: Field,
+        draws: Draws,
+        rng: np.random.Generator,
+        *,
+        added: int = ADDED_POINTS,
+        chromosomes: int = CHROMOSOMES,
+        given: Sequence[Route] = (),
     ) -> None:
         if not _FEWEST_CHROMOSOMES <= chromosomes <= _MOST_CHROMOSOMES:
-            raise InputError(f"The population of ga-auv must be from {_FEWEST_CHROMOSOMES} to "
-                             f"{_MOST_CHROMOSOMES}, not {chromosomes}.")
+            raise InputError(
+                f"The population of ga-auv must be from {_FEWEST_CHROMOSOMES} to "
+                f"{_MOST_CHROMOSOMES}, not {chromosomes}."
+            )
         self._survivor = _Survivor(field, draws, rng, added, given)
         self._chromosomes = chromosomes
 
@@ -273,8 +303,11 @@ class ConventionalSearch:
         between[graph.tails[:new], graph.heads[:new]] = np.arange(new)
         population = []
         if kept is not None:
-            population.append(_Chromosome(tuple(self._survivor.places.tolist()),
-                                          tuple(range(new, len(graph.tails)))))
+            population.append(
+                _Chromosome(
+                    tuple(self._survivor.places.tolist()), tuple(range(new, len(graph.tails)))
+                )
+            )
         while len(population) < self._chromosomes:
             size = int(rng.integers(min(MOST_POINTS, total) - 1))
             inner_points = rng.permutation(np.arange(GOAL + 1, total))[:size].tolist()
@@ -284,7 +317,10 @@ class ConventionalSearch:
         return population
 
     def _children(
-        self, graph: Graph, parents: list[_Chromosome], fitness: NDArray[np.float64],
+        self,
+        graph: Graph,
+        parents: list[_Chromosome],
+        fitness: NDArray[np.float64],
     ) -> tuple[Graph, list[_Chromosome]]:
         """Breed; the graph returned has the segments of the mutations as well."""
         rng = self._survivor.rng
@@ -306,7 +342,9 @@ class ConventionalSearch:
 
 
 def cross(
-    one: _Chromosome, other: _Chromosome, rng: np.random.Generator,
+    one: _Chromosome,
+    other: _Chromosome,
+    rng: np.random.Generator,
 ) -> tuple[_Chromosome, _Chromosome]:
     """Exchange the tails of two chromosomes past a common crossover point drawn at random.
 
@@ -320,7 +358,8 @@ def cross(
         i, j = one.points.index(point), other.points.index(point)
         children = (
             _Chromosome(one.points[:i] + other.points[j:], one.edges[:i] + other.edges[j:]),
-            _Chromosome(other.points[:j] + one.points[i:], other.edges[:j] + one.edges[i:]))
+            _Chromosome(other.points[:j] + one.points[i:], other.edges[:j] + one.edges[i:]),
+        )
         if all(len(set(child.points)) == len(child.points) <= MOST_POINTS for child in children):
             pairs.append(children)
     return pairs[int(rng.integers(len(pairs)))] if pairs else (one, other)

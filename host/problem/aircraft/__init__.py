@@ -86,22 +86,37 @@ class Uav:
             value = getattr(self, parameter)
             if value is None and parameter in _OPTIONAL:
                 continue
-            if (isinstance(value, bool) or not isinstance(value, int | float)
-                    or not math.isfinite(value) or value <= 0):
-                raise InputError(f"UAV {self.name!r}: {parameter} must be a positive number, "
-                                 f"not {value!r}.")
+            if (
+                isinstance(value, bool)
+                or not isinstance(value, int | float)
+                or not math.isfinite(value)
+                or value <= 0
+            ):
+                raise InputError(
+                    f"UAV {self.name!r}: {parameter} must be a positive number, not {value!r}."
+                )
             object.__setattr__(self, parameter, float(value))
-        for parameter, most in (("oswald_efficiency", 1.0), ("propeller_efficiency", 1.0),
-                                ("max_climb_deg", 90.0), ("max_descent_deg", 90.0)):
+        for parameter, most in (
+            ("oswald_efficiency", 1.0),
+            ("propeller_efficiency", 1.0),
+            ("max_climb_deg", 90.0),
+            ("max_descent_deg", 90.0),
+        ):
             if getattr(self, parameter) > most:
-                raise InputError(f"UAV {self.name!r}: {parameter} must be at most {most:g}, "
-                                 f"not {getattr(self, parameter):g}.")
+                raise InputError(
+                    f"UAV {self.name!r}: {parameter} must be at most {most:g}, "
+                    f"not {getattr(self, parameter):g}."
+                )
         if self.fuel_weight_N is not None and self.fuel_weight_N >= self.weight_N:
-            raise InputError(f"UAV {self.name!r}: fuel_weight_N must be below weight_N, which "
-                             f"includes the fuel, not {self.fuel_weight_N:g}.")
+            raise InputError(
+                f"UAV {self.name!r}: fuel_weight_N must be below weight_N, which "
+                f"includes the fuel, not {self.fuel_weight_N:g}."
+            )
         if self.max_speed_m_s is not None and self.max_speed_m_s < self.cruise_speed_m_s:
-            raise InputError(f"UAV {self.name!r}: max_speed_m_s must not be below "
-                             f"cruise_speed_m_s, not {self.max_speed_m_s:g}.")
+            raise InputError(
+                f"UAV {self.name!r}: max_speed_m_s must not be below "
+                f"cruise_speed_m_s, not {self.max_speed_m_s:g}."
+            )
 
     @property
     def aspect_ratio(self) -> float:
@@ -115,9 +130,11 @@ class Uav:
 
     def to_dict(self) -> dict[str, Any]:
         """Name and parameters as plain JSON values; :func:`from_dict` of the same gives it back."""
-        return {"name": self.name} | {parameter: getattr(self, parameter)
-                                      for parameter in PARAMETERS
-                                      if getattr(self, parameter) is not None}
+        return {"name": self.name} | {
+            parameter: getattr(self, parameter)
+            for parameter in PARAMETERS
+            if getattr(self, parameter) is not None
+        }
 
     @classmethod
     def from_dict(cls, table: dict[str, Any], where: str) -> "Uav":
@@ -131,16 +148,22 @@ class Uav:
         known = {"name", "sources", *PARAMETERS}
         unknown = sorted(set(table) - known)
         if unknown:
-            raise InputError(f"{where}: unknown UAV parameter {unknown[0]!r}; known are "
-                             f"{', '.join(sorted(known))}.")
+            raise InputError(
+                f"{where}: unknown UAV parameter {unknown[0]!r}; known are "
+                f"{', '.join(sorted(known))}."
+            )
         needed = {"name", *PARAMETERS} - {"oswald_efficiency", *_OPTIONAL}
         missing = sorted(needed - set(table))
         if missing:
-            raise InputError(f"{where}: UAV parameter {missing[0]!r} is missing; add it to the "
-                             f"file.")
+            raise InputError(
+                f"{where}: UAV parameter {missing[0]!r} is missing; add it to the file."
+            )
         sources = table.get("sources", {})
-        if (not isinstance(sources, dict) or not set(sources) <= set(PARAMETERS)
-                or not all(isinstance(source, str) for source in sources.values())):
+        if (
+            not isinstance(sources, dict)
+            or not set(sources) <= set(PARAMETERS)
+            or not all(isinstance(source, str) for source in sources.values())
+        ):
             raise InputError(f"{where}: [sources] must map names of UAV parameters to texts.")
         return cls(**table)
 
@@ -151,8 +174,11 @@ PARAMETERS = tuple(f.name for f in fields(Uav) if f.name not in ("name", "source
 
 def names() -> list[str]:
     """Names of the shipped aircraft, sorted."""
-    return sorted(entry.name.removesuffix(".toml") for entry in resources.files(__name__).iterdir()
-                  if entry.name.endswith(".toml"))
+    return sorted(
+        entry.name.removesuffix(".toml")
+        for entry in resources.files(__name__).iterdir()
+        if entry.name.endswith(".toml")
+    )
 
 
 def load(name_or_toml: str | Path) -> Uav:
@@ -167,11 +193,14 @@ def load(name_or_toml: str | Path) -> Uav:
     if text in names():
         return parse(resources.files(__name__).joinpath(f"{text}.toml").read_text("utf-8"), text)
     if not text.endswith(".toml") and Path(text).exists():
-        raise InputError(f"The name of a UAV file must end in .toml, unlike {text!r}; shipped are "
-                         f"{', '.join(names())}.")
+        raise InputError(
+            f"The name of a UAV file must end in .toml, unlike {text!r}; shipped are "
+            f"{', '.join(names())}."
+        )
     if not text.endswith(".toml"):
-        raise InputError(f"There is no UAV {text!r}; give one of {', '.join(names())}, or a .toml "
-                         f"file.")
+        raise InputError(
+            f"There is no UAV {text!r}; give one of {', '.join(names())}, or a .toml file."
+        )
     try:
         return parse(Path(text).read_text("utf-8"), text)
     except UnicodeDecodeError:

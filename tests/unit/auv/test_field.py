@@ -29,8 +29,11 @@ def plain_terms(landscape, control, samples, in_space):
     rise = np.diff(height(landscape, x, y))
     before, after = control[:-2] - control[1:-1], control[2:] - control[1:-1]
     cosines = (before * after).sum(axis=1) / np.hypot(*before.T) / np.hypot(*after.T)
-    return [np.hypot(step, rise if in_space else 0).sum(),
-            1 - np.arccos(np.clip(cosines, -1, 1)).min() / np.pi, np.abs(rise / step).max()]
+    return [
+        np.hypot(step, rise if in_space else 0).sum(),
+        1 - np.arccos(np.clip(cosines, -1, 1)).min() / np.pi,
+        np.abs(rise / step).max(),
+    ]
 
 
 @pytest.mark.parametrize("landscape", [1, 2])
@@ -39,20 +42,25 @@ def plain_terms(landscape, control, samples, in_space):
 def test_terms_of_segments(landscape, samples, in_space):
     control, counts = drawn(landscape)
     terms = AuvField(landscape, samples=samples, in_space=in_space).measure(control, counts)
-    expected = [plain_terms(landscape, own[:count], samples, in_space)
-                for own, count in zip(control, counts, strict=True)]
+    expected = [
+        plain_terms(landscape, own[:count], samples, in_space)
+        for own, count in zip(control, counts, strict=True)
+    ]
     assert terms == pytest.approx(np.array(expected), rel=1e-7)
 
 
-@pytest.mark.parametrize(("points", "angle_deg"), [
-    ([(0, 0), (1, 0), (2, 0)], 180),            # Straight on.
-    ([(0, 0), (1, 0), (1, 1)], 90),
-    ([(0, 0), (1, 0), (0, 0)], 0),              # Back again.
-    ([(0, 0), (1, 0), (2, 1), (3, 1)], 135),
-    ([(0, 0), (1, 0), (2, 1), (1, 1)], 45),     # The least of two.
-    ([(0, 0), (1, 0), (1, 0), (2, 0)], 0),      # A repeated point is no way to sail.
-    ([(0, 0), (1, 0)], 180),
-])
+@pytest.mark.parametrize(
+    ("points", "angle_deg"),
+    [
+        ([(0, 0), (1, 0), (2, 0)], 180),  # Straight on.
+        ([(0, 0), (1, 0), (1, 1)], 90),
+        ([(0, 0), (1, 0), (0, 0)], 0),  # Back again.
+        ([(0, 0), (1, 0), (2, 1), (3, 1)], 135),
+        ([(0, 0), (1, 0), (2, 1), (1, 1)], 45),  # The least of two.
+        ([(0, 0), (1, 0), (1, 0), (2, 0)], 0),  # A repeated point is no way to sail.
+        ([(0, 0), (1, 0)], 180),
+    ],
+)
 def test_least_angle(points, angle_deg):
     control = np.array(points, dtype=float)
     assert math.degrees(least_angle(control, len(control))) == pytest.approx(angle_deg, abs=1e-9)
@@ -82,8 +90,10 @@ def test_angles_at_crossover_points_are_told_apart():
     legs = np.zeros((2, 10, 2))
     legs[0, :4] = [(0, 0), (1, 0), (2, 0), (3, 0)]
     legs[1, :4] = [(3, 0), (3, 1), (3, 2), (3, 3)]
-    route = Route(np.array([(0.0, 0), (3, 0), (3, 3)]),
-                  Segments(legs, np.array([4, 4]), AuvField(1).measure(legs, np.array([4, 4]))))
+    route = Route(
+        np.array([(0.0, 0), (3, 0), (3, 3)]),
+        Segments(legs, np.array([4, 4]), AuvField(1).measure(legs, np.array([4, 4]))),
+    )
     assert route.segments.terms[:, 1].tolist() == [0, 0]
     assert math.degrees(whole_angle(route)) == pytest.approx(90)
 
@@ -91,10 +101,15 @@ def test_angles_at_crossover_points_are_told_apart():
 def test_readings_choose_differently():
     """Two short segments make the better whole, but each costs a turn and a slope in the sum."""
     terms = np.array([[1.2, 0.6, 2.0], [0.6, 0.5, 1.5], [0.6, 0.5, 1.5]])
-    graph = Graph(np.zeros((3, 2)), np.array([0, 0, 2]), np.array([1, 2, 1]),
-                  Segments(np.zeros((3, 10, 2)), np.full(3, 4), terms))
-    chosen = [AuvField(1, reading=reading).best_routes(graph)[0].tolist()
-              for reading in ("route", "sum")]
+    graph = Graph(
+        np.zeros((3, 2)),
+        np.array([0, 0, 2]),
+        np.array([1, 2, 1]),
+        Segments(np.zeros((3, 10, 2)), np.full(3, 4), terms),
+    )
+    chosen = [
+        AuvField(1, reading=reading).best_routes(graph)[0].tolist() for reading in ("route", "sum")
+    ]
     assert chosen == [[1, 2], [0]]
 
 
@@ -106,7 +121,7 @@ def test_finer_samples_of_a_route():
     fine = field.whole_terms(route, 1001)
     assert fine == pytest.approx(route_terms(AuvField(2, samples=1001).measure(control, counts)))
     assert (field.whole_terms(route) != fine).any()
-    assert field.evaluations == before == 3         # Of the search alone.
+    assert field.evaluations == before == 3  # Of the search alone.
 
 
 def test_base_is_a_square():
@@ -115,14 +130,20 @@ def test_base_is_a_square():
     assert base.is_free(points).all()
     assert np.abs(np.ptp(points, axis=0) - 1).max() < 0.01
     assert base.is_free(np.array([(0.5, -0.5), (0.51, 0), (0, -0.51)])).tolist() == [
-        True, False, False]
+        True,
+        False,
+        False,
+    ]
 
 
-@pytest.mark.parametrize(("options", "sentence"), [
-    ({"reading": "both"}, "The reading must be one of route, sum, not 'both'."),
-    ({"samples": 1}, "The samples of a segment must be from 2 to 100001, not 1."),
-    ({"landscape": 0}, "The landscape must be one of 1, 2, not 0."),
-])
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"reading": "both"}, "The reading must be one of route, sum, not 'both'."),
+        ({"samples": 1}, "The samples of a segment must be from 2 to 100001, not 1."),
+        ({"landscape": 0}, "The landscape must be one of 1, 2, not 0."),
+    ],
+)
 def test_refuses_what_is_out_of_range(options, sentence):
     with pytest.raises(InputError) as caught:
         AuvField(**{"landscape": 1, **options})

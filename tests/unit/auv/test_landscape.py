@@ -14,11 +14,11 @@ from host.errors import InputError
 def test_equations_one_and_two():
     x, y = 0.13, -0.31
     u, v = 4 * math.pi * x, 4 * math.pi * y
-    r = math.sqrt(v ** 2 + u ** 2)
+    r = math.sqrt(v**2 + u**2)
     first = math.sin(v + 0.5) + 1.3 * math.cos(u) - 0.3 * math.sin(3 * r) - 2 * math.sin(v)
     second = math.cos(v + 1.2) + 0.8 * math.sin(u) - 1.7 * math.sin(r) - math.cos(v)
-    assert raw_height(1, x, y) == pytest.approx(first ** 2, rel=1e-12)
-    assert raw_height(2, x, y) == pytest.approx(second ** 2, rel=1e-12)
+    assert raw_height(1, x, y) == pytest.approx(first**2, rel=1e-12)
+    assert raw_height(2, x, y) == pytest.approx(second**2, rel=1e-12)
 
 
 @pytest.mark.parametrize("landscape", [1, 2])

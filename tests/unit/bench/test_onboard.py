@@ -34,8 +34,12 @@ def test_what_is_recorded_is_what_the_counts_call_feasible(monkeypatch):
 
     def spy(self, paths, lengths, counted_m):
         fitness = fitness_counted(self, paths, lengths, counted_m)
-        counted.update({path[:length].tobytes(): worth for path, length, worth in zip(
-            paths, lengths, fitness, strict=True)})
+        counted.update(
+            {
+                path[:length].tobytes(): worth
+                for path, length, worth in zip(paths, lengths, fitness, strict=True)
+            }
+        )
         return fitness
 
     monkeypatch.setattr(Evaluator, "fitness_counted", spy)

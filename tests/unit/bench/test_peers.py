@@ -38,7 +38,8 @@ def test_scipy_takes_its_part_and_the_missing_are_named(monkeypatch, capsys):
     find_spec = importlib.util.find_spec
     others = {optimizer.package for optimizer in OPTIMIZERS.values()} - {"scipy"} | {"ompl"}
     monkeypatch.setattr(
-        importlib.util, "find_spec", lambda name: None if name in others else find_spec(name))
+        importlib.util, "find_spec", lambda name: None if name in others else find_spec(name)
+    )
     report = peers.run(Options(seeds=1), iterations=3)
     names = [row[0] for row in report.rows]
     assert names[:2] == ["fpa-2opt", "fpa-2opt, all in full"]
@@ -54,7 +55,8 @@ def test_scipy_takes_its_part_and_the_missing_are_named(monkeypatch, capsys):
     assert feasible in ("0/1", "1/1")
     assert 0 < fitness <= late < 2
     assert report.notes[-1] == (
-        "Not installed, so left out: deap, mealpy, ompl, pymoo (pip install '.[peers]').")
+        "Not installed, so left out: deap, mealpy, ompl, pymoo (pip install '.[peers]')."
+    )
 
 
 @pytest.mark.parametrize("name", [name for name in OPTIMIZERS if name != "SciPy DE"])

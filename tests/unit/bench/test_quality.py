@@ -15,8 +15,11 @@ def test_every_planner_takes_part_from_every_start():
     assert {variant.planner for variant in VARIANTS} == set(PLANNERS)
     assert len({variant.name for variant in VARIANTS}) == len(VARIANTS)
     for name, entry in PLANNERS.items():
-        starts = {variant.options.get("init") for variant in VARIANTS
-                  if variant.planner == name and "initial_draws" not in variant.options}
+        starts = {
+            variant.options.get("init")
+            for variant in VARIANTS
+            if variant.planner == name and "initial_draws" not in variant.options
+        }
         assert starts == ({"random", "astar"} if "init" in entry.options else {None})
     for variant in VARIANTS:
         assert callable(make(variant.planner, **variant.options).plan)
@@ -24,9 +27,10 @@ def test_every_planner_takes_part_from_every_start():
 
 def test_gains_are_paired_by_seed():
     fitness, yardstick = [1.50, 1.53, 1.52], [1.49, 1.50, 1.50]
-    outcomes = [{"fitness": value, "feasible": value > 1.51, "evaluations": 10,
-                 "cpu_seconds": 2.0}
-                for value in fitness]
+    outcomes = [
+        {"fitness": value, "feasible": value > 1.51, "evaluations": 10, "cpu_seconds": 2.0}
+        for value in fitness
+    ]
     feasible, mean, deviation, best, gain, p_value, evaluations, seconds = _row(outcomes, yardstick)
     assert (feasible, mean, best, gain) == ("2/3", "1.5167", "1.5300", "+0.0200")
     assert deviation == pytest.approx(math.sqrt(7 / 3) / 100)

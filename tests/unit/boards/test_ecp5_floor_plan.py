@@ -13,9 +13,7 @@ def test_sites_are_different():
     assert len(sites) == len(set(sites)) == 199
 
 
-@pytest.mark.parametrize(
-    "name", ["ulx3s-85f", pytest.param("ecpix5-85f", marks=pytest.mark.long)]
-)
+@pytest.mark.parametrize("name", ["ulx3s-85f", pytest.param("ecpix5-85f", marks=pytest.mark.long)])
 def test_commands_follow_synthesis(tmp_path, name):
     """Each checks first that there is such a cell."""
     board = find_board(name)

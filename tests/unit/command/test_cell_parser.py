@@ -48,9 +48,7 @@ def expected(altitudes, x, y, width):
 
 @PAUSES
 @pytest.mark.parametrize("bits", [4, 8, 12, 13])
-@pytest.mark.parametrize(
-    "rectangle", [(0, 0, 1, 1), (3, 5, 4, 3), (31, 8, 1, 24), (0, 31, 32, 1)]
-)
+@pytest.mark.parametrize("rectangle", [(0, 0, 1, 1), (3, 5, 4, 3), (31, 8, 1, 24), (0, 31, 32, 1)])
 def test_whole_rectangles(bits, rectangle, pauses):
     rng = random.Random(bits)
     x, y, width, height = rectangle

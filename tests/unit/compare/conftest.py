@@ -15,10 +15,16 @@ from host.terrain import Terrain
 def problem():
     """A flight over hills, around a zone."""
     y, x = np.mgrid[:41, :61]
-    terrain = Terrain(name="hills", elevation=300 + 150 * np.sin(x / 8) * np.cos(y / 6),
-                      dx_m=100.0, dy_m=100.0)
-    return Problem.from_agl(terrain, (500, 500, 100), (5500, 3500, 100),
-                            aircraft.load("silver-fox"), (Circle(3000, 2000, 400),))
+    terrain = Terrain(
+        name="hills", elevation=300 + 150 * np.sin(x / 8) * np.cos(y / 6), dx_m=100.0, dy_m=100.0
+    )
+    return Problem.from_agl(
+        terrain,
+        (500, 500, 100),
+        (5500, 3500, 100),
+        aircraft.load("silver-fox"),
+        (Circle(3000, 2000, 400),),
+    )
 
 
 @pytest.fixture
@@ -34,12 +40,18 @@ def made_up_runs(final, *, generations=30, each=22, first=32):
     for seed, fitness in enumerate(final):
         best = fitness * (1 - np.exp(-at - 0.5)) if generations else np.array([fitness])
         best[-1] = fitness
-        runs.append({
-            "seed": seed, "fitness": float(fitness), "feasible": bool(fitness > 1),
-            "seconds": {"total": 0.25 * (seed + 1)}, "generations": generations,
-            "evaluations": first + each * generations,
-            "history": [[int(i), float(value), 0.5] for i, value in zip(at, best, strict=True)],
-            "history_evaluations": (first + each * at).tolist()})
+        runs.append(
+            {
+                "seed": seed,
+                "fitness": float(fitness),
+                "feasible": bool(fitness > 1),
+                "seconds": {"total": 0.25 * (seed + 1)},
+                "generations": generations,
+                "evaluations": first + each * generations,
+                "history": [[int(i), float(value), 0.5] for i, value in zip(at, best, strict=True)],
+                "history_evaluations": (first + each * at).tolist(),
+            }
+        )
     return runs
 
 
@@ -48,13 +60,32 @@ def report_of():
     """Make the report of planners given as label to runs."""
 
     def make(planners, runs=50):
-        listed = [{"label": label, "planner": label, "options": {}, "failures": [],
-                   "statistics": describe(records), "runs": records}
-                  for label, records in planners.items()]
-        pairs = [{"planners": [one["label"], other["label"]], **compare_two(
-                    *([run["fitness"] for run in part["runs"]] for part in (one, other)))}
-                 for i, one in enumerate(listed) for other in listed[i + 1:]]
-        return {"terrain": {"name": "hills"}, "uav": {"name": "Silver Fox-like"}, "ds_m": 50.0,
-                "seeds": [0, runs - 1], "planners": listed, "pairs": pairs}
+        listed = [
+            {
+                "label": label,
+                "planner": label,
+                "options": {},
+                "failures": [],
+                "statistics": describe(records),
+                "runs": records,
+            }
+            for label, records in planners.items()
+        ]
+        pairs = [
+            {
+                "planners": [one["label"], other["label"]],
+                **compare_two(*([run["fitness"] for run in part["runs"]] for part in (one, other))),
+            }
+            for i, one in enumerate(listed)
+            for other in listed[i + 1 :]
+        ]
+        return {
+            "terrain": {"name": "hills"},
+            "uav": {"name": "Silver Fox-like"},
+            "ds_m": 50.0,
+            "seeds": [0, runs - 1],
+            "planners": listed,
+            "pairs": pairs,
+        }
 
     return make

@@ -9,8 +9,12 @@ from .conftest import made_up_runs
 
 
 def run_of(best, spent):
-    return {"history": [[i, value, 0.0] for i, value in enumerate(best)],
-            "history_evaluations": spent, "evaluations": 60, "generations": len(best) - 1}
+    return {
+        "history": [[i, value, 0.0] for i, value in enumerate(best)],
+        "history_evaluations": spent,
+        "evaluations": 60,
+        "generations": len(best) - 1,
+    }
 
 
 ONE = run_of([0.1, 0.2, 0.3], [10, 20, 60])
@@ -19,7 +23,7 @@ OTHER = run_of([0.5, 0.9], [20, 30])
 
 def test_quartiles_at_every_point():
     found = band([ONE, OTHER], by_generation=False, logarithmic=False)
-    assert (found.x[0], found.x[-1]) == (20, 60)     # From where both have a value.
+    assert (found.x[0], found.x[-1]) == (20, 60)  # From where both have a value.
     for x, low, median, high in zip(found.x, found.low, found.median, found.high, strict=True):
         values = [0.2 if x < 60 else 0.3, 0.5 if x < 30 else 0.9]
         assert [low, median, high] == pytest.approx(np.quantile(values, [0.25, 0.5, 0.75]))
@@ -29,7 +33,7 @@ def test_over_generations():
     found = band([ONE, OTHER], by_generation=True, logarithmic=False)
     assert (found.x[0], found.x[-1]) == (0, 2)
     assert found.median[0] == pytest.approx(0.3)
-    assert found.median[-1] == pytest.approx(0.6)       # The shorter one keeps its 0.9.
+    assert found.median[-1] == pytest.approx(0.6)  # The shorter one keeps its 0.9.
 
 
 def test_logarithmic_points_end_where_the_others_do():

@@ -25,9 +25,12 @@ FIELDS = {
     "some infeasible": {"ga-fpga": sample(1.48), "ga-pc": FAILING},
     "all infeasible": {"ga-fpga": sample(0.01, 0.001), "ga-pc": sample(0.02, 0.001)},
     "five, long names": {
-        LONG: sample(1.48), "ga-pc:max_waypoints=8:population=64": FAILING,
+        LONG: sample(1.48),
+        "ga-pc:max_waypoints=8:population=64": FAILING,
         "fpa-2opt:engine=cores:init=astar": sample(1.52, 0.002, each=512, first=512),
-        "astar": made_up_runs([1.51] * 50, generations=0, first=1), "ga-dp": sample(1.4, each=90)},
+        "astar": made_up_runs([1.51] * 50, generations=0, first=1),
+        "ga-dp": sample(1.4, each=90),
+    },
     "one run": {"ga-fpga": made_up_runs([1.48]), "ga-pc": made_up_runs([1.46])},
     "none of one": {"ga-fpga": sample(1.48), "ga-pc": []},
 }
@@ -65,8 +68,10 @@ def test_what_is_out_of_view_is_counted(report_of):
     assert not any("below 1" in text for text, _ in texts_of(everything))
 
 
-@pytest.mark.parametrize(("field", "label", "scale"), [
-    ("two", "generation", "linear"), ("five, long names", "evaluations", "log")])
+@pytest.mark.parametrize(
+    ("field", "label", "scale"),
+    [("two", "generation", "linear"), ("five, long names", "evaluations", "log")],
+)
 def test_convergence_is_over_what_can_be_compared(report_of, field, label, scale):
     convergence = draw(report_of(FIELDS[field])).axes[1]
     assert (convergence.get_xlabel(), convergence.get_xscale()) == (label, scale)

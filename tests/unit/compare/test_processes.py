@@ -19,8 +19,13 @@ def found(outcomes):
     """What does not depend on where it was run."""
     outcomes = list(outcomes)
     assert not [outcome.failure for outcome in outcomes if outcome.failure]
-    return {(outcome.task.entrant.label, outcome.task.seed):
-            (outcome.record["waypoints"], outcome.record["history"]) for outcome in outcomes}
+    return {
+        (outcome.task.entrant.label, outcome.task.seed): (
+            outcome.record["waypoints"],
+            outcome.record["history"],
+        )
+        for outcome in outcomes
+    }
 
 
 def new_children(before):
@@ -57,8 +62,12 @@ def test_a_cluster_by_its_address(problem, entrants, distributed):
     """A scheduler and a worker in threads of this process, reached over TCP."""
     tasks = tasks_of(entrants, range(1))
     with distributed.LocalCluster(
-            n_workers=1, threads_per_worker=1, processes=False, protocol="tcp://",
-            scheduler_kwargs={"dashboard": False}) as cluster:
+        n_workers=1,
+        threads_per_worker=1,
+        processes=False,
+        protocol="tcp://",
+        scheduler_kwargs={"dashboard": False},
+    ) as cluster:
         address = cluster.scheduler_address
         assert address.startswith("tcp://")
         there = found(on_cluster(problem, tasks, address, 1))
@@ -67,15 +76,20 @@ def test_a_cluster_by_its_address(problem, entrants, distributed):
 
 def test_the_loss_of_the_scheduler_is_said(problem, entrants, distributed):
     with distributed.LocalCluster(
-            n_workers=1, threads_per_worker=1, processes=False, protocol="tcp://",
-            scheduler_kwargs={"dashboard": False}) as cluster:
+        n_workers=1,
+        threads_per_worker=1,
+        processes=False,
+        protocol="tcp://",
+        scheduler_kwargs={"dashboard": False},
+    ) as cluster:
         address = cluster.scheduler_address
         outcomes = on_cluster(problem, tasks_of(entrants, range(50)), address, 1)
         assert next(outcomes).failure is None
     with pytest.raises(JobError) as caught:
         list(outcomes)
     assert str(caught.value) == (
-        f"The Dask scheduler at {address!r} is lost; the same command goes on.")
+        f"The Dask scheduler at {address!r} is lost; the same command goes on."
+    )
 
 
 def test_no_scheduler_at_the_address(problem, entrants, distributed, monkeypatch):
@@ -90,8 +104,10 @@ def test_without_the_extra_it_says_what_to_install(problem, entrants, monkeypatc
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(InputError) as caught:
         next(on_cluster(problem, tasks_of(entrants, range(1)), "local", 1))
-    assert str(caught.value) == ("A Dask cluster needs the package distributed; install "
-                                 "pathgene[cluster], or leave --scheduler out.")
+    assert str(caught.value) == (
+        "A Dask cluster needs the package distributed; install "
+        "pathgene[cluster], or leave --scheduler out."
+    )
 
 
 @pytest.mark.long
@@ -102,7 +118,7 @@ def test_the_loss_of_a_worker_costs_no_run(problem, entrants, distributed):
     first = next(outcomes)
     workers = new_children(before)
     assert len(workers) == 2
-    for worker in workers:              # Both: the problem, too, has to be sent again.
+    for worker in workers:  # Both: the problem, too, has to be sent again.
         worker.kill()
     assert found([first, *outcomes]) == found(in_processes(problem, tasks, 1))
     assert not new_children(before)

@@ -33,8 +33,11 @@ class Unlucky:
 
 @pytest.fixture
 def unlucky(monkeypatch):
-    monkeypatch.setitem(PLANNERS, "unlucky", Entry(
-        description="", paper="", generations=4, options=(), constructor=Unlucky))
+    monkeypatch.setitem(
+        PLANNERS,
+        "unlucky",
+        Entry(description="", paper="", generations=4, options=(), constructor=Unlucky),
+    )
     return parse_entrants("ga-pc:generations=4,unlucky", {}, {})
 
 
@@ -81,12 +84,14 @@ def test_a_run_that_fails_costs_no_other(problem, unlucky, tmp_path):
     good, bad = fields
     assert sorted(good.records) == list(range(5))
     assert sorted(bad.records) == [0, 4]
-    failures = {seed: (outcome.failure, outcome.bad_input)
-                for seed, outcome in bad.failures.items()}
+    failures = {
+        seed: (outcome.failure, outcome.bad_input) for seed, outcome in bad.failures.items()
+    }
     assert failures == {
         1: ("The board is lost.", False),
         2: ("This planner cannot do that; take another.", True),
-        3: ("Internal error, ZeroDivisionError: by zero; please report it.", False)}
+        3: ("Internal error, ZeroDivisionError: by zero; please report it.", False),
+    }
     # What failed is tried again.
     _, done = run(problem, unlucky, range(5), tmp_path)
     assert done == [("unlucky", 1), ("unlucky", 2), ("unlucky", 3)]
@@ -100,8 +105,11 @@ def test_the_first_run_of_a_planner_is_preceded_by_one_that_does_not_count(probl
             told.append((options.seed, options.generations, options.population))
             return make("ga-pc").plan(evaluator, options, progress, stop)
 
-    monkeypatch.setitem(PLANNERS, "told", Entry(
-        description="", paper="", generations=4, options=(), constructor=Told))
+    monkeypatch.setitem(
+        PLANNERS,
+        "told",
+        Entry(description="", paper="", generations=4, options=(), constructor=Told),
+    )
     (entrant,) = parse_entrants("told:population=20", {}, {})
     outcomes = list(in_processes(problem, [Task(entrant, seed) for seed in (7, 8)], 1))
     assert told == [(7, 1, 20), (7, 4, 20), (8, 4, 20)]

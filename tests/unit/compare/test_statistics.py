@@ -53,7 +53,7 @@ def test_tests_are_scipys():
     assert found["welch"]["p"] == pytest.approx(welch.pvalue, rel=1e-9)
     assert found["welch"]["statistic"] == pytest.approx(welch.statistic, rel=1e-9)
     assert found["mann_whitney"]["p"] == pytest.approx(ranks.pvalue, rel=1e-12)
-    assert found["welch"]["p"] != stats.ttest_ind(SPREAD, LOWER).pvalue     # Student's.
+    assert found["welch"]["p"] != stats.ttest_ind(SPREAD, LOWER).pvalue  # Student's.
 
 
 def test_welch_by_its_definition():
@@ -61,7 +61,8 @@ def test_welch_by_its_definition():
     shares = [standard.variance(values) / len(values) for values in (a, b)]
     t = (standard.mean(a) - standard.mean(b)) / math.sqrt(sum(shares))
     freedom = sum(shares) ** 2 / sum(
-        share**2 / (len(values) - 1) for share, values in zip(shares, (a, b), strict=True))
+        share**2 / (len(values) - 1) for share, values in zip(shares, (a, b), strict=True)
+    )
     assert compare_two(a, b)["welch"]["p"] == pytest.approx(2 * stats.t.sf(abs(t), freedom))
 
 
@@ -95,13 +96,16 @@ def test_swapped_samples_say_the_same():
         assert one[test]["p"] == pytest.approx(other[test]["p"])
 
 
-@pytest.mark.parametrize(("a", "b", "welch", "mann_whitney"), [
-    ([1.5] * 5, [1.5] * 9, "no difference", "no difference"),
-    ([1.5] * 5, [1.5 + 1e-15] * 5, "no difference", "no difference"),
-    ([1.5] * 5, [1.4] * 5, "no spread in either", None),
-    ([1.5], [1.4, 1.3], "fewer than two runs", "fewer than two runs"),
-    ([], [1.4, 1.3], "there are no runs", "there are no runs"),
-])
+@pytest.mark.parametrize(
+    ("a", "b", "welch", "mann_whitney"),
+    [
+        ([1.5] * 5, [1.5] * 9, "no difference", "no difference"),
+        ([1.5] * 5, [1.5 + 1e-15] * 5, "no difference", "no difference"),
+        ([1.5] * 5, [1.4] * 5, "no spread in either", None),
+        ([1.5], [1.4, 1.3], "fewer than two runs", "fewer than two runs"),
+        ([], [1.4, 1.3], "there are no runs", "there are no runs"),
+    ],
+)
 def test_where_no_test_applies_it_says_why(a, b, welch, mann_whitney):
     found = compare_two(a, b)
     for test, note in ((found["welch"], welch), (found["mann_whitney"], mann_whitney)):

@@ -50,7 +50,7 @@ def test_a_torn_line_costs_no_other_run(tmp_path, entrant, cut):
         whole = store.path.read_bytes()
         store.add(entrant, 2, RECORD)
         path = store.path
-    path.write_bytes(whole + path.read_bytes()[len(whole):][:cut])
+    path.write_bytes(whole + path.read_bytes()[len(whole) :][:cut])
     with RunStore(tmp_path, "p") as store:
         assert store.get(entrant, 1) is not None
         # Of a line that only lacks its end nothing is lost.
@@ -61,8 +61,10 @@ def test_a_torn_line_costs_no_other_run(tmp_path, entrant, cut):
         assert store.get(entrant, 3) is not None
 
 
-@pytest.mark.parametrize("line", ["", "null", "[1]", '{"problem": "p"}',
-                                  '{"problem": "p", "key": [], "seed": 1}', "\0\0\0"])
+@pytest.mark.parametrize(
+    "line",
+    ["", "null", "[1]", '{"problem": "p"}', '{"problem": "p", "key": [], "seed": 1}', "\0\0\0"],
+)
 def test_lines_that_are_no_run_are_passed_over(tmp_path, entrant, line):
     (tmp_path / "runs.jsonl").write_text(f"{line}\n")
     with RunStore(tmp_path, "p") as store:
@@ -77,15 +79,18 @@ def test_refuses_runs_of_another_problem(tmp_path, entrant):
         RunStore(tmp_path, "q")
     assert str(caught.value) == (
         f"The directory {str(tmp_path)!r} holds runs of another problem; give another with --out, "
-        f"or remove {str(tmp_path / 'runs.jsonl')!r}.")
+        f"or remove {str(tmp_path / 'runs.jsonl')!r}."
+    )
     assert (tmp_path / "runs.jsonl").read_bytes() == before
 
 
 def test_refuses_two_at_once(tmp_path):
     with RunStore(tmp_path, "p"), pytest.raises(InputError) as caught:
         RunStore(tmp_path, "p")
-    assert str(caught.value) == (f"Another comparison is writing to {str(tmp_path)!r}; wait for "
-                                 "it, or give another directory with --out.")
+    assert str(caught.value) == (
+        f"Another comparison is writing to {str(tmp_path)!r}; wait for "
+        "it, or give another directory with --out."
+    )
     RunStore(tmp_path, "p").__exit__(None, None, None)
 
 
@@ -96,9 +101,14 @@ def test_digest_of_a_problem_says_what_paths_are_worth_and_no_more(problem):
     changes = [
         {"terrain": dataclasses.replace(terrain, elevation=raised)},
         {"terrain": dataclasses.replace(terrain, dx_m=101.0)},
-        {"start": (500.0, 500.0, 900.0)}, {"goal": (5500.0, 3500.0, 900.0)},
-        {"nofly": ()}, {"nofly": (Circle(3000, 2000, 401),)}, {"wind": (1.0, 0.0)},
-        {"ds_m": 49.0}, {"uav": dataclasses.replace(problem.uav, turn_radius_m=151.0)}]
+        {"start": (500.0, 500.0, 900.0)},
+        {"goal": (5500.0, 3500.0, 900.0)},
+        {"nofly": ()},
+        {"nofly": (Circle(3000, 2000, 401),)},
+        {"wind": (1.0, 0.0)},
+        {"ds_m": 49.0},
+        {"uav": dataclasses.replace(problem.uav, turn_radius_m=151.0)},
+    ]
     digests = {problem_digest(dataclasses.replace(problem, **change)) for change in changes}
     assert len(digests | {problem_digest(problem)}) == len(changes) + 1
     renamed = dataclasses.replace(terrain, name="other", source="elsewhere")

@@ -19,8 +19,9 @@ def make_problem() -> MakeProblem:
 
     def make(start, goal, elevation=None, *, dx_m=100.0, dy_m=100.0, **options):
         elevation = np.full((51, 51), 100.0) if elevation is None else elevation
-        terrain = Terrain(name="world", elevation=elevation, dx_m=dx_m, dy_m=dy_m,
-                          crs=None, origin=(0.0, 0.0))
+        terrain = Terrain(
+            name="world", elevation=elevation, dx_m=dx_m, dy_m=dy_m, crs=None, origin=(0.0, 0.0)
+        )
         options.setdefault("uav", aircraft.load("silver-fox"))
         return Problem(terrain, start, goal, **options)
 

@@ -14,8 +14,12 @@ from host.problem.zones import Circle
 @pytest.fixture
 def problem(make_problem):
     rng = np.random.default_rng(3)
-    return make_problem((0, 0, 400), (5000, 5000, 500), rng.uniform(0, 400, (51, 51)),
-                        nofly=(Circle(2500, 2500, 300),))
+    return make_problem(
+        (0, 0, 400),
+        (5000, 5000, 500),
+        rng.uniform(0, 400, (51, 51)),
+        nofly=(Circle(2500, 2500, 300),),
+    )
 
 
 def population(problem, count, max_n=9):
@@ -47,15 +51,22 @@ def test_distances_may_be_counted_elsewhere(problem):
     evaluator = Evaluator(problem)
     paths, lengths = population(problem, 40)
     single = [evaluator.evaluate(path[:n]) for path, n in zip(paths, lengths, strict=True)]
-    sampled = np.array([terms.distance_under_terrain_m + terms.distance_in_nofly_m
-                        for terms in single])
+    sampled = np.array(
+        [terms.distance_under_terrain_m + terms.distance_in_nofly_m for terms in single]
+    )
     assert np.count_nonzero(sampled) > 0
-    np.testing.assert_allclose(evaluator.fitness_counted(paths, lengths, sampled),
-                               [terms.fitness for terms in single], rtol=1e-12)
-    others = [1 / (1 + terms.penalty - own) if terms.penalty > own else 1 + 1 / (1 + terms.cost)
-              for terms, own in zip(single, sampled, strict=True)]
-    np.testing.assert_allclose(evaluator.fitness_counted(paths, lengths, np.zeros(40)), others,
-                               rtol=1e-9)
+    np.testing.assert_allclose(
+        evaluator.fitness_counted(paths, lengths, sampled),
+        [terms.fitness for terms in single],
+        rtol=1e-12,
+    )
+    others = [
+        1 / (1 + terms.penalty - own) if terms.penalty > own else 1 + 1 / (1 + terms.cost)
+        for terms, own in zip(single, sampled, strict=True)
+    ]
+    np.testing.assert_allclose(
+        evaluator.fitness_counted(paths, lengths, np.zeros(40)), others, rtol=1e-9
+    )
     with pytest.raises(ValueError, match="Counted distances must have shape"):
         evaluator.fitness_counted(paths, lengths, sampled[1:])
 
@@ -65,7 +76,8 @@ def test_population_takes_other_layouts_and_kinds(problem):
     paths, lengths = population(problem, 20)
     expected = evaluator.fitness(paths, lengths)
     np.testing.assert_array_equal(
-        evaluator.fitness(np.asfortranarray(paths), lengths.astype(np.uint8)), expected)
+        evaluator.fitness(np.asfortranarray(paths), lengths.astype(np.uint8)), expected
+    )
 
 
 def test_empty_population(problem):
@@ -90,8 +102,13 @@ def test_what_is_no_path_never_wins(problem, bad, axis):
 
 def test_collapsed_paths_have_finite_fitness(problem):
     evaluator = Evaluator(problem)
-    paths = np.array([[problem.start] * 4 + [problem.goal], [problem.start] + [problem.goal] * 4,
-                      [problem.goal] * 5])
+    paths = np.array(
+        [
+            [problem.start] * 4 + [problem.goal],
+            [problem.start] + [problem.goal] * 4,
+            [problem.goal] * 5,
+        ]
+    )
     fitness = evaluator.fitness(paths, np.full(3, 5))
     assert ((fitness > 0) & (fitness < 1)).all()
     assert fitness[2] == WORST_FITNESS
@@ -133,23 +150,29 @@ def test_own_step_wins_over_the_problems(problem):
     assert Evaluator(problem, ds_m=7).ds_m == 7
 
 
-@pytest.mark.parametrize(("options", "message"), [
-    ({"ds_m": 0}, r"^Sampling step must be a positive number of metres, not 0$"),
-    ({"ds_m": math.nan}, r"^Sampling step must be a positive number of metres, not nan$"),
-    ({"threads": 0}, r"^Thread count must be a positive integer, not 0$"),
-    ({"threads": 1.5}, r"^Thread count must be a positive integer, not 1\.5$"),
-])
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"ds_m": 0}, r"^Sampling step must be a positive number of metres, not 0$"),
+        ({"ds_m": math.nan}, r"^Sampling step must be a positive number of metres, not nan$"),
+        ({"threads": 0}, r"^Thread count must be a positive integer, not 0$"),
+        ({"threads": 1.5}, r"^Thread count must be a positive integer, not 1\.5$"),
+    ],
+)
 def test_bad_options(problem, options, message):
     with pytest.raises(ValueError, match=message):
         Evaluator(problem, **options)
 
 
-@pytest.mark.parametrize(("paths", "lengths", "message"), [
-    (np.zeros((5, 3)), np.full(5, 2), r"^Paths must have shape \(m, max_n, 3\), not \(5, 3\)$"),
-    (np.zeros((5, 4, 3)), np.full(4, 2), r"^Lengths must have shape \(5,\), not \(4,\)$"),
-    (np.zeros((2, 4, 3)), np.array([1, 3]), r"^Lengths must be 2 to 4, not 1 to 3$"),
-    (np.zeros((2, 4, 3)), np.array([2, 5]), r"^Lengths must be 2 to 4, not 2 to 5$"),
-])
+@pytest.mark.parametrize(
+    ("paths", "lengths", "message"),
+    [
+        (np.zeros((5, 3)), np.full(5, 2), r"^Paths must have shape \(m, max_n, 3\), not \(5, 3\)$"),
+        (np.zeros((5, 4, 3)), np.full(4, 2), r"^Lengths must have shape \(5,\), not \(4,\)$"),
+        (np.zeros((2, 4, 3)), np.array([1, 3]), r"^Lengths must be 2 to 4, not 1 to 3$"),
+        (np.zeros((2, 4, 3)), np.array([2, 5]), r"^Lengths must be 2 to 4, not 2 to 5$"),
+    ],
+)
 def test_bad_population(problem, paths, lengths, message):
     with pytest.raises(ValueError, match=message):
         Evaluator(problem).fitness(paths, lengths)
@@ -158,18 +181,30 @@ def test_bad_population(problem, paths, lengths, message):
 @pytest.mark.parametrize("method", ["evaluate", "track"])
 def test_bad_path(problem, method):
     call = getattr(Evaluator(problem), method)
-    with pytest.raises(ValueError, match=r"^Path must have shape \(n, 3\) with n >= 2, "
-                                         r"not \(1, 3\)$"):
+    with pytest.raises(
+        ValueError,
+        match=r"^Path must have shape \(n, 3\) with n >= 2, "
+        r"not \(1, 3\)$",
+    ):
         call(np.zeros((1, 3)))
-    with pytest.raises(ValueError, match=r"^Path must start at \(0\.0, 0\.0, 400\.0\), "
-                                         r"not \(1\.0, 0\.0, 400\.0\)$"):
+    with pytest.raises(
+        ValueError,
+        match=r"^Path must start at \(0\.0, 0\.0, 400\.0\), "
+        r"not \(1\.0, 0\.0, 400\.0\)$",
+    ):
         call(np.array([(1, 0, 400), problem.goal]))
     with pytest.raises(ValueError, match=r"^Path must end at \(5000\.0, 5000\.0, 500\.0\), not "):
         call(np.array([problem.start, (1, 0, 400)]))
-    with pytest.raises(InputError, match=r"^The path has a coordinate that is not a number; mend "
-                                         r"its file\.$"):
+    with pytest.raises(
+        InputError,
+        match=r"^The path has a coordinate that is not a number; mend "
+        r"its file\.$",
+    ):
         call(np.array([problem.start, (math.nan, 0, 400), problem.goal]))
-    with pytest.raises(InputError, match=r"^The path has a coordinate beyond 10,000 km, which is "
-                                         r"on no map; give it in metres of the terrain's local "
-                                         r"frame\.$"):
+    with pytest.raises(
+        InputError,
+        match=r"^The path has a coordinate beyond 10,000 km, which is "
+        r"on no map; give it in metres of the terrain's local "
+        r"frame\.$",
+    ):
         call(np.array([problem.start, (0, 1e8, 400), problem.goal]))

@@ -19,12 +19,15 @@ MALE = uav.load("predator")
 def integrated(aircraft, weight, slope_rad, distance_m, density=1.225):
     """Integrate dW/ds = -(sfc / eta) T numerically, T from the polar."""
     pressure_area = 0.5 * density * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2
-    factor = 1 / (math.pi * aircraft.oswald_efficiency
-                  * aircraft.wing_span_m**2 / aircraft.wing_area_m2)
+    factor = 1 / (
+        math.pi * aircraft.oswald_efficiency * aircraft.wing_span_m**2 / aircraft.wing_area_m2
+    )
 
     def burn(_, weight_now):
-        drag = (pressure_area * aircraft.zero_lift_drag_coefficient
-                + factor * (weight_now * math.cos(slope_rad))**2 / pressure_area)
+        drag = (
+            pressure_area * aircraft.zero_lift_drag_coefficient
+            + factor * (weight_now * math.cos(slope_rad)) ** 2 / pressure_area
+        )
         thrust = drag + weight_now * math.sin(slope_rad)
         return -aircraft.specific_fuel_consumption_N_per_Ws / aircraft.propeller_efficiency * thrust
 
@@ -43,13 +46,15 @@ def test_level_kilometre_by_hand():
 @pytest.mark.parametrize("length", [1.0, 30_000.0, 2_000_000.0])
 def test_closed_solution_is_the_integral(aircraft, slope_deg, length):
     slope = math.radians(slope_deg)
-    burned = fuel_burned(aircraft, aircraft.weight_N, length * math.cos(slope),
-                         length * math.sin(slope), length)
+    burned = fuel_burned(
+        aircraft, aircraft.weight_N, length * math.cos(slope), length * math.sin(slope), length
+    )
     assert burned > 0
     if burned < 0.5 * aircraft.weight_N:
         # A metre of flight loses digits in the integral's difference of two weights, not here.
-        assert burned == pytest.approx(integrated(aircraft, aircraft.weight_N, slope, length),
-                                       rel=1e-9, abs=1e-11)
+        assert burned == pytest.approx(
+            integrated(aircraft, aircraft.weight_N, slope, length), rel=1e-9, abs=1e-11
+        )
 
 
 def test_closed_solution_where_the_discriminant_vanishes():
@@ -58,7 +63,8 @@ def test_closed_solution_where_the_discriminant_vanishes():
     for _ in range(9):
         aircraft = dataclasses.replace(FOX, zero_lift_drag_coefficient=wanted)
         assert fuel_burned(aircraft, 113.0, 80.0, 60.0, 100.0) == pytest.approx(
-            integrated(aircraft, 113.0, math.asin(0.6), 100.0), rel=1e-9)
+            integrated(aircraft, 113.0, math.asin(0.6), 100.0), rel=1e-9
+        )
         wanted = math.nextafter(wanted, math.inf)
 
 
@@ -74,9 +80,17 @@ def test_weight_is_what_flight_so_far_left():
 
 
 # Standard atmosphere, published table values.
-@pytest.mark.parametrize(("altitude_m", "density"), [
-    (0, 1.2250), (1000, 1.1116), (5000, 0.73612), (11_000, 0.36392), (15_000, 0.19367),
-    (20_000, 0.08803)])
+@pytest.mark.parametrize(
+    ("altitude_m", "density"),
+    [
+        (0, 1.2250),
+        (1000, 1.1116),
+        (5000, 0.73612),
+        (11_000, 0.36392),
+        (15_000, 0.19367),
+        (20_000, 0.08803),
+    ],
+)
 def test_standard_atmosphere(altitude_m, density):
     assert air_density(altitude_m) == pytest.approx(density, rel=1e-3)
 
@@ -84,16 +98,21 @@ def test_standard_atmosphere(altitude_m, density):
 def test_thin_air_changes_the_drag():
     density = air_density(4000.0)
     assert fuel_burned(FOX, 113.0, 1000.0, 50.0, 1000.0, density) == pytest.approx(
-        integrated(FOX, 113.0, math.atan2(50, 1000), 1000.0, density), rel=1e-9)
+        integrated(FOX, 113.0, math.atan2(50, 1000), 1000.0, density), rel=1e-9
+    )
 
 
-@pytest.mark.parametrize(("wind", "distance"), [
-    ((0.0, 0.0), 1000.0),
-    ((10.0, 0.0), 1000 * 23 / 33),
-    ((-10.0, 0.0), 1000 * 23 / 13),
-    ((0.0, 10.0), 1000 * 23 / math.sqrt(23**2 - 10**2)),
-    ((6.0, -8.0), 1000 * 23 / (6 + math.sqrt(23**2 - 8**2))),
-], ids=["calm", "tail", "head", "cross", "oblique"])
+@pytest.mark.parametrize(
+    ("wind", "distance"),
+    [
+        ((0.0, 0.0), 1000.0),
+        ((10.0, 0.0), 1000 * 23 / 33),
+        ((-10.0, 0.0), 1000 * 23 / 13),
+        ((0.0, 10.0), 1000 * 23 / math.sqrt(23**2 - 10**2)),
+        ((6.0, -8.0), 1000 * 23 / (6 + math.sqrt(23**2 - 8**2))),
+    ],
+    ids=["calm", "tail", "head", "cross", "oblique"],
+)
 def test_air_distance_of_a_level_line(wind, distance):
     assert air_distance(1000.0, 1000.0, [(1.0, 0.0, 1000.0)], wind, 23.0) == pytest.approx(distance)
 
@@ -106,16 +125,22 @@ def test_air_distance_of_a_climb():
 
 @given(length=st.floats(1e-3, 1e6), slope=st.floats(-1.5, 1.5))
 def test_calm_air_distance_is_the_length_to_the_last_bit(length, slope):
-    assert air_distance(length, length * math.cos(slope), [(1.0, 0.0, length)], (0.0, -0.0),
-                        23.0) == length
+    assert (
+        air_distance(length, length * math.cos(slope), [(1.0, 0.0, length)], (0.0, -0.0), 23.0)
+        == length
+    )
 
 
-@pytest.mark.parametrize(("run_m", "wind"), [
-    (0.0, (1.0, 0.0)),
-    (100.0, (0.0, 12.0)),
-    (100.0, (-11.5, 0.0)),
-    (100.0, (-15.0, 0.0)),
-], ids=["vertical", "cross wind", "stands still", "head wind"])
+@pytest.mark.parametrize(
+    ("run_m", "wind"),
+    [
+        (0.0, (1.0, 0.0)),
+        (100.0, (0.0, 12.0)),
+        (100.0, (-11.5, 0.0)),
+        (100.0, (-15.0, 0.0)),
+    ],
+    ids=["vertical", "cross wind", "stands still", "head wind"],
+)
 def test_no_air_distance_where_the_wind_wins(run_m, wind):
     # On a slope of 60 degrees 11.5 of 23 m/s are horizontal.
     directions = [(1.0, 0.0, run_m)] if run_m else []

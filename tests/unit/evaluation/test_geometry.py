@@ -49,8 +49,9 @@ def test_altitude_follows_the_segments_and_is_linear_along_the_arc():
 
 def test_arc_is_steeper_than_its_two_legs():
     climb = math.tan(math.radians(10))
-    _, arc, _ = smooth(path((0, 0, 0), (1000, 0, 1000 * climb), (1000, 1000, 2000 * climb)),
-                       R).pieces
+    _, arc, _ = smooth(
+        path((0, 0, 0), (1000, 0, 1000 * climb), (1000, 1000, 2000 * climb)), R
+    ).pieces
     # The arc is shorter than the two tangents it replaces: tan(phi/2) / (phi/2) = 4 / pi here.
     assert arc.rise_m / arc.run_m == pytest.approx(climb * 4 / math.pi)
     assert math.degrees(math.atan2(arc.rise_m, arc.run_m)) > 12.6
@@ -76,8 +77,14 @@ def test_tangents_that_use_up_a_segment_leave_no_straight_piece():
     tangent = 200.0 * math.tan(0.5 * math.atan2(1.0, 0.0))
     smoothed = smooth(path((0, 0), (1000, 0), (1000, 2 * tangent), (2000, 2 * tangent)), 200.0)
     assert smoothed.impossible_arcs == 0
-    assert sum(piece.length_m for piece in smoothed.pieces if isinstance(piece, Straight)
-               and piece.heading[1] == 1.0) < 1e-9
+    assert (
+        sum(
+            piece.length_m
+            for piece in smoothed.pieces
+            if isinstance(piece, Straight) and piece.heading[1] == 1.0
+        )
+        < 1e-9
+    )
 
 
 def test_impossible_arc_leaves_the_corner():
@@ -92,12 +99,15 @@ def test_an_arc_that_fits_must_yield_to_an_impossible_neighbour():
     assert (smoothed.arcs, smoothed.impossible_arcs) == (3, 3)
 
 
-@pytest.mark.parametrize("points", [
-    pytest.param([(0, 0), (1000, 0), (500, 0)], id="reversal"),
-    pytest.param([(0, 0), (0, 0), (500, 0)], id="repeated start"),
-    pytest.param([(0, 0), (500, 0), (500, 0)], id="repeated goal"),
-    pytest.param([(0, 0, 0), (0, 0, 90), (500, 0, 90)], id="vertical hop"),
-])
+@pytest.mark.parametrize(
+    "points",
+    [
+        pytest.param([(0, 0), (1000, 0), (500, 0)], id="reversal"),
+        pytest.param([(0, 0), (0, 0), (500, 0)], id="repeated start"),
+        pytest.param([(0, 0), (500, 0), (500, 0)], id="repeated goal"),
+        pytest.param([(0, 0, 0), (0, 0, 90), (500, 0, 90)], id="vertical hop"),
+    ],
+)
 def test_no_tangent_length(points):
     smoothed = smooth(path(*points), R)
     assert (smoothed.arcs, smoothed.impossible_arcs) == (1, 1)
@@ -137,8 +147,9 @@ def test_no_waypoint():
 def test_slight_turn_keeps_the_slope_of_its_legs():
     # So short an arc that the difference of its end altitudes would have no correct digit.
     climb = math.tan(math.radians(10))
-    _, arc, _ = smooth(path((0, 0, 2000), (5000, 0, 2000 + 5000 * climb),
-                            (10000, 1e-6, 2000 + 10000 * climb)), R).pieces
+    _, arc, _ = smooth(
+        path((0, 0, 2000), (5000, 0, 2000 + 5000 * climb), (10000, 1e-6, 2000 + 10000 * climb)), R
+    ).pieces
     assert arc.run_m < 1e-6
     assert arc.rise_m / arc.run_m == pytest.approx(climb, rel=1e-12)
 
@@ -163,8 +174,9 @@ def test_pieces_join_and_stay_in_the_hull(points):
         assert (points[:, :2] <= way[:, :2].max(axis=0) + 1e-6).all()
         steps = np.diff(points, axis=0)
         if isinstance(piece, Straight):
-            np.testing.assert_allclose(np.linalg.norm(steps, axis=1).sum(), piece.length_m,
-                                       atol=1e-6)
+            np.testing.assert_allclose(
+                np.linalg.norm(steps, axis=1).sum(), piece.length_m, atol=1e-6
+            )
 
 
 @given(paths)

@@ -53,21 +53,24 @@ def random_path(rng, start, goal):
     for i in range(1, count):
         kind = rng.random()
         if kind < 0.05:
-            points[i] = points[i - 1]                           # Repeated.
+            points[i] = points[i - 1]  # Repeated.
         elif kind < 0.1:
-            points[i, :2] = points[i - 1, :2]                   # A vertical hop.
+            points[i, :2] = points[i - 1, :2]  # A vertical hop.
         elif kind < 0.15 and i > 1:
-            points[i] = points[i - 2]                           # A reversal.
+            points[i] = points[i - 2]  # A reversal.
         elif kind < 0.2 and i > 1:
-            points[i] = 2 * points[i - 1] - points[i - 2]       # Straight on.
+            points[i] = 2 * points[i - 1] - points[i - 2]  # Straight on.
         elif kind < 0.3:
-            points[i] = points[i].round(-2)                     # On nodes.
+            points[i] = points[i].round(-2)  # On nodes.
     return np.array([start, *points, goal])
 
 
 @pytest.mark.parametrize(("world", "options"), SETTINGS.values(), ids=SETTINGS.keys())
-@pytest.mark.parametrize(("seed", "count"), [
-    (2024, 150), pytest.param(2025, 3000, marks=pytest.mark.long)], ids=["short", "long"])
+@pytest.mark.parametrize(
+    ("seed", "count"),
+    [(2024, 150), pytest.param(2025, 3000, marks=pytest.mark.long)],
+    ids=["short", "long"],
+)
 def test_kernels_match_the_reference(make_problem, world, options, seed, count):
     rng = np.random.default_rng(seed)
     problem = make_problem((0, 0, 400), (5900, 5280, 500), hills(rng), dy_m=120.0, **world)
@@ -95,8 +98,9 @@ def test_kernels_match_the_reference(make_problem, world, options, seed, count):
 
 def test_samples_on_straight_pieces_are_the_same(make_problem):
     rng = np.random.default_rng(7)
-    problem = make_problem((0, 0, 400), (5900, 5280, 500), hills(rng), dy_m=120.0, nofly=ZONES,
-                           ds_m=10.0)
+    problem = make_problem(
+        (0, 0, 400), (5900, 5280, 500), hills(rng), dy_m=120.0, nofly=ZONES, ds_m=10.0
+    )
     evaluator = Evaluator(problem, threads=1)
     line = np.array([problem.start, problem.goal])
     for _ in range(60):
@@ -118,7 +122,8 @@ def test_tangent_of_a_turn(angle, side, lengths):
     for heading in np.linspace(0, 2 * math.pi, 50):
         (ax, ay), (bx, by) = (
             (run * math.cos(to), run * math.sin(to))
-            for run, to in zip(lengths, (heading, heading + side * angle), strict=True))
+            for run, to in zip(lengths, (heading, heading + side * angle), strict=True)
+        )
         found = turn(ax, ay, bx, by, *lengths, 150.0)
         # What rounding of the headings makes of the angle.
         error = 4e-16 / angle + 4e-16 / (math.pi - angle)
@@ -142,8 +147,10 @@ def test_fuel_by_the_series_and_in_closed_form(make_problem, length_m, slope):
 def test_slopes_about_the_limits(make_problem, beyond):
     """Within the tolerance a climb or descent at the limit can be flown."""
     problem = make_problem((0, 0, 800), (4000, 0, 800), ds_m=50.0)
-    climb, descent = (math.radians(limit) + beyond
-                      for limit in (problem.uav.max_climb_deg, problem.uav.max_descent_deg))
+    climb, descent = (
+        math.radians(limit) + beyond
+        for limit in (problem.uav.max_climb_deg, problem.uav.max_descent_deg)
+    )
     for rise in (200 * math.tan(climb), -200 * math.tan(descent)):
         path = np.array([problem.start, (200, 0, 800 + rise), problem.goal])
         steep = Evaluator(problem, threads=1).evaluate(path).distance_too_steep_m
@@ -156,22 +163,25 @@ def test_constants_are_those_of_the_reference():
     assert _ARC_PARTS_IN_WIND == Arc.PARTS_IN_WIND
 
 
-@pytest.mark.parametrize(("penalty", "cost", "fitness"), [
-    (0.0, 1.0, 1.5),
-    (0.0, 3.0, 1.25),
-    (1.0, 1.0, 0.5),
-    (999.0, 0.1, 0.001),
-    (1e-300, 1.0, 1.0),
-    (0.0, 1e300, 1.0),
-    (0.0, math.inf, 1.0),
-    (0.0, 1e-300, BELOW_TWO),
-    (0.0, 0.0, BELOW_TWO),
-    (0.0, -1.0, BELOW_TWO),
-    (math.inf, math.inf, WORST_FITNESS),
-    (math.nan, 1.0, WORST_FITNESS),
-    (0.0, math.nan, WORST_FITNESS),
-    (1.0, math.nan, WORST_FITNESS),
-])
+@pytest.mark.parametrize(
+    ("penalty", "cost", "fitness"),
+    [
+        (0.0, 1.0, 1.5),
+        (0.0, 3.0, 1.25),
+        (1.0, 1.0, 0.5),
+        (999.0, 0.1, 0.001),
+        (1e-300, 1.0, 1.0),
+        (0.0, 1e300, 1.0),
+        (0.0, math.inf, 1.0),
+        (0.0, 1e-300, BELOW_TWO),
+        (0.0, 0.0, BELOW_TWO),
+        (0.0, -1.0, BELOW_TWO),
+        (math.inf, math.inf, WORST_FITNESS),
+        (math.nan, 1.0, WORST_FITNESS),
+        (0.0, math.nan, WORST_FITNESS),
+        (1.0, math.nan, WORST_FITNESS),
+    ],
+)
 def test_fitness_stays_inside_its_range(penalty, cost, fitness):
     assert fitness_of(penalty, cost) == fitness
     assert 0 < fitness < 2

@@ -18,11 +18,13 @@ FOX = uav.load("silver-fox")
 @pytest.fixture(params=["reference", "compiled"])
 def evaluate(request):
     """Terms of a path by either implementation."""
+
     def run(problem, points, **options):
         path = np.array([problem.start, *points, problem.goal])
         if request.param == "reference":
             return reference.evaluate(problem, path, **options)
         return Evaluator(problem, threads=1, **options).evaluate(path)
+
     return run
 
 
@@ -71,8 +73,9 @@ def test_under_the_terrain_is_strict(evaluate, make_problem, height, expected):
     assert evaluate(problem, []).distance_under_terrain_m == expected
 
 
-@pytest.mark.parametrize(("y", "expected"), [(449.999, 0.0), (450.0, 700.0), (549.999, 700.0),
-                                             (550.0, 0.0)])
+@pytest.mark.parametrize(
+    ("y", "expected"), [(449.999, 0.0), (450.0, 700.0), (549.999, 700.0), (550.0, 0.0)]
+)
 def test_nearest_node_rounds_half_up(evaluate, make_problem, y, expected):
     elevation = np.full((51, 51), 100.0)
     elevation[5, 2:9] = 500.0
@@ -127,17 +130,19 @@ def test_the_edge_of_the_map_is_on_it(evaluate, make_problem):
 
 
 def test_no_fly_zone_counts_apart_from_the_terrain(evaluate, make_problem):
-    problem = make_problem((50, 500, 200), (950, 500, 200), columns(c5=300.0),
-                           nofly=(Circle(500, 500, 100),))
+    problem = make_problem(
+        (50, 500, 200), (950, 500, 200), columns(c5=300.0), nofly=(Circle(500, 500, 100),)
+    )
     terms = evaluate(problem, [])
-    assert terms.distance_under_terrain_m == 100        # Column 5.
-    assert terms.distance_in_nofly_m == 300             # Columns 4 to 6.
+    assert terms.distance_under_terrain_m == 100  # Column 5.
+    assert terms.distance_in_nofly_m == 300  # Columns 4 to 6.
     assert terms.penalty == 400
     assert terms.fitness == 1 / 401
 
 
-@pytest.mark.parametrize(("slope_deg", "steep"), [(10, False), (10.00001, True), (-30, False),
-                                                  (-30.00001, True)])
+@pytest.mark.parametrize(
+    ("slope_deg", "steep"), [(10, False), (10.00001, True), (-30, False), (-30.00001, True)]
+)
 def test_slope_limits_are_inclusive(evaluate, make_problem, slope_deg, steep):
     rise = 3000 * math.tan(math.radians(slope_deg))
     up = rise if rise > 0 else 0
@@ -179,8 +184,9 @@ def test_zero_wind_changes_no_bit(evaluate, make_problem):
 
 def test_wind_scales_fuel_and_utopia(evaluate, make_problem):
     ends = (0, 0, 200), (3000, 0, 200)
-    calm, tail, head = (evaluate(make_problem(*ends, wind=wind), [])
-                        for wind in ((0, 0), (10, 0), (-10, 0)))
+    calm, tail, head = (
+        evaluate(make_problem(*ends, wind=wind), []) for wind in ((0, 0), (10, 0), (-10, 0))
+    )
     assert tail.fuel_N == pytest.approx(calm.fuel_N * 23 / 33, rel=1e-3)
     assert head.fuel_N == pytest.approx(calm.fuel_N * 23 / 13, rel=1e-3)
     assert (tail.cost, head.cost) == (1, 1)
@@ -201,8 +207,9 @@ def test_wind_on_an_arc_is_the_sum_of_eight_parts(evaluate, make_problem):
 
 def test_piece_that_the_wind_forbids_is_too_steep(evaluate, make_problem):
     # 45 degrees leave 16.3 of 23 m/s; a cross wind of 17 m/s is more. The climb limit is not hit.
-    aircraft = dataclasses.replace(FOX, max_climb_deg=80.0, max_descent_deg=80.0,
-                                   turn_radius_m=5000.0)
+    aircraft = dataclasses.replace(
+        FOX, max_climb_deg=80.0, max_descent_deg=80.0, turn_radius_m=5000.0
+    )
     problem = make_problem((0, 1000, 200), (3000, 1000, 200), uav=aircraft, wind=(0, 17))
     terms = evaluate(problem, [(1000, 1000, 1200)])
     assert terms.distance_too_steep_m == pytest.approx(math.hypot(1000, 1000))
@@ -215,8 +222,10 @@ def test_standard_atmosphere_takes_the_middle_altitude(evaluate, make_problem):
     # 3200 m: 0.8911 kg/m^3. Zero-lift drag falls with the density, induced drag rises.
     pressure_area = 0.5 * 0.89110 * 23**2 * 0.768
     slope = math.atan2(400, 3000)
-    drag = (pressure_area * 0.0251
-            + FOX.induced_drag_factor * (113 * math.cos(slope))**2 / pressure_area)
+    drag = (
+        pressure_area * 0.0251
+        + FOX.induced_drag_factor * (113 * math.cos(slope)) ** 2 / pressure_area
+    )
     thrust = drag + 113 * math.sin(slope)
     assert thin.fuel_N == pytest.approx(thrust * thin.length_m * 1.1569e-6 / 0.8, rel=1e-3)
     assert thin.fuel_N != dense.fuel_N
@@ -231,7 +240,8 @@ def test_bilinear_ground(evaluate, make_problem):
     problem = make_problem((50, 500, 210), (950, 500, 210), elevation, ds_m=1.0)
     assert evaluate(problem, []).distance_under_terrain_m == pytest.approx(200, abs=2)
     assert evaluate(problem, [], bilinear=True).distance_under_terrain_m == pytest.approx(
-        700 + 100 * 90 / 200 - 510, abs=2)
+        700 + 100 * 90 / 200 - 510, abs=2
+    )
 
 
 def test_bilinear_void_reaches_to_its_neighbours_and_not_further(evaluate, make_problem):
@@ -246,17 +256,42 @@ def test_bilinear_along_the_far_edge(evaluate, make_problem):
     assert evaluate(problem, [], bilinear=True).penalty == 0
 
 
-@pytest.mark.parametrize(("start", "goal", "wind", "message"), [
-    ((0, 0, 100), (1000, 0, -101), (0, 0),
-     (r"^The straight line from start to goal has a mean altitude of -0\.5 m, and costs are "
-     r"relative to it; shift the datum so that it is positive\.$")),
-    ((0, 0, 1000), (1000, 0, 500), (0, 0),
-     (r"^The straight line from start to goal is so steep a glide that it burns no fuel, and costs "
-     r"are relative to it; raise the goal or lower the start\.$")),
-    ((0, 0, 100), (1000, 0, 1100), (0, 17),
-     (r"^The straight line from start to goal cannot be flown in this wind, and costs are relative "
-     r"to it; lessen the wind or move start or goal\.$")),
-], ids=["below the datum", "glide", "wind"])
+@pytest.mark.parametrize(
+    ("start", "goal", "wind", "message"),
+    [
+        (
+            (0, 0, 100),
+            (1000, 0, -101),
+            (0, 0),
+            (
+                r"^The straight line from start to goal has a mean altitude of -0\.5 m, and costs "
+                r"are "
+                r"relative to it; shift the datum so that it is positive\.$"
+            ),
+        ),
+        (
+            (0, 0, 1000),
+            (1000, 0, 500),
+            (0, 0),
+            (
+                r"^The straight line from start to goal is so steep a glide that it burns no "
+                r"fuel, and costs "
+                r"are relative to it; raise the goal or lower the start\.$"
+            ),
+        ),
+        (
+            (0, 0, 100),
+            (1000, 0, 1100),
+            (0, 17),
+            (
+                r"^The straight line from start to goal cannot be flown in this wind, and costs "
+                r"are relative "
+                r"to it; lessen the wind or move start or goal\.$"
+            ),
+        ),
+    ],
+    ids=["below the datum", "glide", "wind"],
+)
 def test_no_utopia(start, goal, wind, message):
     with pytest.raises(InputError, match=message):
         reference.utopia(start, goal, FOX, wind)

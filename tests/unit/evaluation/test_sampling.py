@@ -36,9 +36,14 @@ def arcs(rng, count):
     """Arguments of arcs that begin on the map, some of which leave it."""
     for _ in range(count):
         heading = rng.uniform(0, 2 * math.pi)
-        yield ((*rng.uniform(0, (5900, 4400)), rng.uniform(0, 1000)), math.cos(heading),
-               math.sin(heading), rng.choice([-1.0, 1.0]), rng.uniform(1e-9, math.pi),
-               rng.uniform(-300, 300))
+        yield (
+            (*rng.uniform(0, (5900, 4400)), rng.uniform(0, 1000)),
+            math.cos(heading),
+            math.sin(heading),
+            rng.choice([-1.0, 1.0]),
+            rng.uniform(1e-9, math.pi),
+            rng.uniform(-300, 300),
+        )
 
 
 def test_points_of_an_arc(evaluator):
@@ -91,8 +96,9 @@ def test_quick_and_general_straights_count_the_same(evaluator, along):
 def test_what_lies_off_the_map_is_under_the_ground(evaluator):
     ground, zoned, c = evaluator.kernel_arguments
     east = (c.columns - 1) * c.dx_m
-    under, _ = count_straight(ground, zoned, c, (east, 500.0, 2000.0), (east + 100, 500.0, 2000.0),
-                              10)
+    under, _ = count_straight(
+        ground, zoned, c, (east, 500.0, 2000.0), (east + 100, 500.0, 2000.0), 10
+    )
     assert under == 10
     under, _ = count_arc(ground, zoned, c, (east - 1e-9, 500.0, 2000.0), 1.0, 0.0, 1.0, 3.0, 0.0, 9)
     assert under == 9

@@ -14,13 +14,20 @@ from host.problem.problem import Problem
 from host.terrain import Terrain
 
 
-ROUGH = Terrain(name="rough", elevation=np.random.default_rng(5).uniform(0, 400, (41, 51)),
-                dx_m=100.0, dy_m=125.0, crs=None, origin=(0.0, 0.0))
+ROUGH = Terrain(
+    name="rough",
+    elevation=np.random.default_rng(5).uniform(0, 400, (41, 51)),
+    dx_m=100.0,
+    dy_m=125.0,
+    crs=None,
+    origin=(0.0, 0.0),
+)
 PROBLEM = Problem(ROUGH, (0, 0, 400), (5000, 5000, 500), aircraft.load("silver-fox"))
 EVALUATOR = Evaluator(PROBLEM, threads=1)
 
-points = st.lists(st.tuples(st.floats(0, 5000), st.floats(0, 5000), st.floats(300, 900)),
-                  max_size=6)
+points = st.lists(
+    st.tuples(st.floats(0, 5000), st.floats(0, 5000), st.floats(300, 900)), max_size=6
+)
 
 
 def path(*waypoints):
@@ -36,7 +43,7 @@ def test_samples_of_a_corner():
     assert samples.s[-1] == pytest.approx(track.length_m)
     assert (np.diff(samples.s) > 0).all()
     assert np.diff(samples.s).max() <= 7.0 * (1 + 1e-9)
-    steps = np.sqrt(sum(np.diff(axis)**2 for axis in (samples.x, samples.y, samples.z)))
+    steps = np.sqrt(sum(np.diff(axis) ** 2 for axis in (samples.x, samples.y, samples.z)))
     # Chords of the arc are shorter than the arc between them by a hair.
     np.testing.assert_allclose(steps, np.diff(samples.s), rtol=1e-3)
     assert [samples.x[0], samples.y[0], samples.z[0]] == list(PROBLEM.start)
@@ -45,8 +52,9 @@ def test_samples_of_a_corner():
 
 def test_ground_and_clearance_are_the_nearest_nodes():
     samples = EVALUATOR.track(path((4000, 1000, 450))).sample(50.0)
-    for x, y, z, ground, clearance in zip(samples.x, samples.y, samples.z, samples.ground,
-                                          samples.clearance, strict=True):
+    for x, y, z, ground, clearance in zip(
+        samples.x, samples.y, samples.z, samples.ground, samples.clearance, strict=True
+    ):
         assert ground == ROUGH.elevation[math.floor(y / 125 + 0.5), math.floor(x / 100 + 0.5)]
         assert clearance == z - ground
 
@@ -60,16 +68,21 @@ def test_bad_step(step):
 def test_ground_between_nodes():
     x, y = np.array([100.0, 150.0, 5000.0, 225.0]), np.array([125.0, 125.0, 5000.0, 187.5])
     e = ROUGH.elevation
-    expected = [e[1, 1], (e[1, 1] + e[1, 2]) / 2, e[40, 50],
-                (0.75 * (e[1, 2] + e[2, 2]) + 0.25 * (e[1, 3] + e[2, 3])) / 2]
+    expected = [
+        e[1, 1],
+        (e[1, 1] + e[1, 2]) / 2,
+        e[40, 50],
+        (0.75 * (e[1, 2] + e[2, 2]) + 0.25 * (e[1, 3] + e[2, 3])) / 2,
+    ]
     np.testing.assert_allclose(ground_below(ROUGH, x, y, bilinear=True), expected)
 
 
 def test_ground_beyond_the_edge_is_the_edges():
     x, y = np.array([-500.0, 9000.0]), np.array([-1.0, 9000.0])
     for bilinear in (False, True):
-        np.testing.assert_array_equal(ground_below(ROUGH, x, y, bilinear=bilinear),
-                                      ROUGH.elevation[[0, -1], [0, -1]])
+        np.testing.assert_array_equal(
+            ground_below(ROUGH, x, y, bilinear=bilinear), ROUGH.elevation[[0, -1], [0, -1]]
+        )
 
 
 @settings(max_examples=40)
@@ -77,7 +90,7 @@ def test_ground_beyond_the_edge_is_the_edges():
 def test_closed_forms_are_the_integrals_of_the_track(waypoints):
     terms = EVALUATOR.evaluate(path(*waypoints))
     samples = EVALUATOR.track(path(*waypoints)).sample(5.0)
-    steps = np.sqrt(sum(np.diff(axis)**2 for axis in (samples.x, samples.y, samples.z)))
+    steps = np.sqrt(sum(np.diff(axis) ** 2 for axis in (samples.x, samples.y, samples.z)))
     assert steps.sum() == pytest.approx(terms.length_m, rel=1e-3)
     mean = ((samples.z[1:] + samples.z[:-1]) / 2 * np.diff(samples.s)).sum() / samples.s[-1]
     assert mean == pytest.approx(terms.mean_altitude_m, rel=1e-9)

@@ -30,8 +30,13 @@ def make_evaluator():
 
     def make(elevation=None, nofly=ZONES, **options):
         terrain = Terrain(
-            name="ridge", elevation=ridge() if elevation is None else elevation, dx_m=100.0,
-            dy_m=100.0, crs=None, origin=(0.0, 0.0))
+            name="ridge",
+            elevation=ridge() if elevation is None else elevation,
+            dx_m=100.0,
+            dy_m=100.0,
+            crs=None,
+            origin=(0.0, 0.0),
+        )
         start, goal = options.pop("start", (500, 500, 200)), options.pop("goal", (5500, 700, 220))
         problem = Problem(terrain, start, goal, aircraft.load("silver-fox"), nofly=nofly, **options)
         return Evaluator(problem, threads=1)

@@ -17,17 +17,20 @@ def test_box_reaches_over_ground_start_and_goal(make_evaluator):
     assert space.high.tolist() == [6000, 4000, 1500]
 
 
-@pytest.mark.parametrize(("point", "free"), [
-    ((1000, 1000, 100), True),          # On the ground.
-    ((1000, 1000, 99.9), False),
-    ((1000, 1000, 700), True),
-    ((1000, 1000, 700.1), False),
-    ((-0.1, 1000, 500), False),
-    ((3000, 1000, 599), False),         # In the wall.
-    ((3000, 1000, 600), True),
-    ((4500, 1800, 690), False),         # In the no-fly zone, at any height.
-    ((4500, 2160, 300), True),
-])
+@pytest.mark.parametrize(
+    ("point", "free"),
+    [
+        ((1000, 1000, 100), True),  # On the ground.
+        ((1000, 1000, 99.9), False),
+        ((1000, 1000, 700), True),
+        ((1000, 1000, 700.1), False),
+        ((-0.1, 1000, 500), False),
+        ((3000, 1000, 599), False),  # In the wall.
+        ((3000, 1000, 600), True),
+        ((4500, 1800, 690), False),  # In the no-fly zone, at any height.
+        ((4500, 2160, 300), True),
+    ],
+)
 def test_free(evaluator, point, free):
     assert Airspace(evaluator.problem).is_free(np.array([point]))[0] == free
 
@@ -75,7 +78,10 @@ def test_refuses_a_map_without_free_ground(make_evaluator):
     problem = make_evaluator(nofly=()).problem
     # A problem refuses such zones around its ends, so that only its raster can say so.
     everywhere = SimpleNamespace(
-        terrain=problem.terrain, start=problem.start, goal=problem.goal,
-        nofly_raster=np.ones((41, 61), dtype=bool))
+        terrain=problem.terrain,
+        start=problem.start,
+        goal=problem.goal,
+        nofly_raster=np.ones((41, 61), dtype=bool),
+    )
     with pytest.raises(InputError, match=r"^Nothing of the map is free to fly over; lessen the "):
         Airspace(everywhere)

@@ -20,8 +20,9 @@ def rough(seed, relief_m=120.0, height_m=150.0):
     """Random heights at 100 m, and a flight across."""
     heights = 300 + relief_m * np.random.default_rng(seed).random((41, 61))
     terrain = Terrain("rough", heights, 100.0, 100.0)
-    start, goal = ((x, y, float(terrain.ground(x, y)) + height_m)
-                   for x, y in ((300, 300), (5700, 3700)))
+    start, goal = (
+        (x, y, float(terrain.ground(x, y)) + height_m) for x, y in ((300, 300), (5700, 3700))
+    )
     return Problem(terrain, start, goal, aircraft.load("silver-fox"))
 
 
@@ -31,12 +32,17 @@ def lowest(problem, inner, **step):
 
 
 @settings(max_examples=25, deadline=None)
-@given(seed=st.integers(0, 999), step_m=st.sampled_from((0.0, 0.25, 3.0)),
-       turn=st.floats(-800, 800))
+@given(
+    seed=st.integers(0, 999), step_m=st.sampled_from((0.0, 0.25, 3.0)), turn=st.floats(-800, 800)
+)
 def test_the_path_is_flyable(seed, step_m, turn):
     problem = rough(seed)
-    path = lowest(problem, [(1500, 1000 + turn), (2900, 2000 - turn), (4500, 3000 + turn)],
-                  base_m=250.0, step_m=step_m)
+    path = lowest(
+        problem,
+        [(1500, 1000 + turn), (2900, 2000 - turn), (4500, 3000 + turn)],
+        base_m=250.0,
+        step_m=step_m,
+    )
     evaluation = Evaluator(problem, threads=1).evaluate(path)
     assert evaluation.feasible
     assert 0 < evaluation.minimum_clearance_m < 40
@@ -79,8 +85,13 @@ def test_steep_glides_are_not_free():
 def test_a_spike_between_samples_is_cleared():
     heights = np.full((41, 61), 100.0)
     heights[20, 30] = 260.0
-    problem = Problem(Terrain("spike", heights, 100.0, 100.0), (300, 1951, 150), (5700, 1951, 150),
-                      aircraft.load("silver-fox"), ds_m=900.0)
+    problem = Problem(
+        Terrain("spike", heights, 100.0, 100.0),
+        (300, 1951, 150),
+        (5700, 1951, 150),
+        aircraft.load("silver-fox"),
+        ds_m=900.0,
+    )
     path = lowest(problem, [(1500, 1951), (3000, 1951), (4500, 1951)])
     # 1 m north of the border of the spike's cell, from 2950 to 3050 m.
     evaluator = Evaluator(problem, ds_m=0.5, threads=1)
@@ -94,8 +105,12 @@ def test_rounding_up_keeps_the_limits_of_climb(base_m):
     # The waypoint before the wall is only as high as the climb to its top makes it.
     heights = np.full((41, 61), 100.0)
     heights[:, 20] = 400.0
-    problem = Problem(Terrain("wall", heights, 100.0, 100.0), (300, 2000, 200), (5700, 2000, 150),
-                      aircraft.load("silver-fox"))
+    problem = Problem(
+        Terrain("wall", heights, 100.0, 100.0),
+        (300, 2000, 200),
+        (5700, 2000, 150),
+        aircraft.load("silver-fox"),
+    )
     evaluator = Evaluator(problem, threads=1)
     inner = [(1200, 2000), (2000, 2000), (4000, 2000)]
     exact, rounded = lowest(problem, inner), lowest(problem, inner, base_m=base_m, step_m=5.0)
@@ -113,7 +128,7 @@ def test_an_arc_that_does_not_fit():
 def test_what_cannot_be_climbed_is_cleared_too_steeply():
     problem = rough(2, relief_m=10.0)
     heights = problem.terrain.elevation.copy()
-    heights[:, 10] = 700.0                      # 400 m up in 700 m: 10 degrees are 123 m.
+    heights[:, 10] = 700.0  # 400 m up in 700 m: 10 degrees are 123 m.
     wall = Problem(Terrain("wall", heights, 100.0, 100.0), problem.start, problem.goal, problem.uav)
     path = lowest(wall, [(1000, 1000), (3000, 2000)])
     evaluation = Evaluator(wall, threads=1).evaluate(path)

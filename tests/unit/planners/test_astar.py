@@ -19,8 +19,10 @@ ALL = Options(generations=MOST_SEARCHES)
 
 
 def test_finds_the_gap_and_repeats_it(evaluator, record):
-    first, again = (AstarPlanner().plan(evaluator, Options(generations=8, seed=seed), progress)
-                    for seed, progress in ((1, record), (2, None)))
+    first, again = (
+        AstarPlanner().plan(evaluator, Options(generations=8, seed=seed), progress)
+        for seed, progress in ((1, record), (2, None))
+    )
     assert first.evaluation.feasible
     assert evaluator.evaluate(first.path) == first.evaluation
     assert np.array_equal(first.path, again.path)
@@ -54,24 +56,27 @@ def test_refuses_a_number_of_waypoints(count):
     with pytest.raises(InputError) as caught:
         AstarPlanner(max_waypoints=count)
     assert str(caught.value) == (
-        f"The most waypoints of a path must be from 1 to 100, not {count}.")
+        f"The most waypoints of a path must be from 1 to 100, not {count}."
+    )
 
 
 def test_refuses_a_population(evaluator):
     with pytest.raises(InputError) as caught:
         AstarPlanner().plan(evaluator, Options(population=32))
-    assert str(caught.value) == (
-        "The planner astar has no population; leave out --population.")
+    assert str(caught.value) == ("The planner astar has no population; leave out --population.")
 
 
 def test_level_ground_is_flown_straight(make_evaluator):
-    evaluator = make_evaluator(np.full((41, 61), 100.0), nofly=(), start=(500, 700, 200),
-                               goal=(5500, 700, 200))
+    evaluator = make_evaluator(
+        np.full((41, 61), 100.0), nofly=(), start=(500, 700, 200), goal=(5500, 700, 200)
+    )
     result = AstarPlanner().plan(evaluator, ALL)
     run = 5000 / result.evaluation.length_m
     assert 0.99 < run <= 1
-    assert result.evaluation.fitness > evaluator.evaluate(
-        np.array([evaluator.problem.start, evaluator.problem.goal])).fitness
+    assert (
+        result.evaluation.fitness
+        > evaluator.evaluate(np.array([evaluator.problem.start, evaluator.problem.goal])).fitness
+    )
 
 
 def test_no_way_leaves_the_straight_line(make_evaluator):
@@ -87,8 +92,12 @@ def test_keeps_away_from_zones_when_hugging_them_fails():
     # A wall as thin as a node, over whose end the turns are sharp.
     terrain = Terrain("plain", np.zeros((201, 201)), 10.0, 10.0)
     wall = Polygon(((995, 0), (1005, 0), (1005, 1100), (995, 1100)))
-    evaluator = Evaluator(Problem(terrain, (200, 200, 50), (1800, 200, 50),
-                                  aircraft.load("silver-fox"), nofly=(wall,)), threads=1)
+    evaluator = Evaluator(
+        Problem(
+            terrain, (200, 200, 50), (1800, 200, 50), aircraft.load("silver-fox"), nofly=(wall,)
+        ),
+        threads=1,
+    )
     near, far = (AstarPlanner().plan(evaluator, Options(generations=count)) for count in (4, 8))
     assert not near.evaluation.feasible
     assert far.generations > 4
@@ -128,4 +137,3 @@ def test_voids_are_flown_around(make_evaluator):
     result = AstarPlanner().plan(make_evaluator(elevation), ALL)
     assert result.evaluation.feasible
     assert result.path[:, 1].max() > 2450
-

@@ -22,18 +22,27 @@ def infeasible(count):
     return [[(1500 + 7 * i, 600, 200), (4000, 650, 210)] for i in range(count)]
 
 
-FREE = [(3050, 3600, 520), (4800, 3300, 450)]           # Through the gap, around the zone.
+FREE = [(3050, 3600, 520), (4800, 3300, 450)]  # Through the gap, around the zone.
 
 
-@pytest.mark.parametrize(("change", "sentence"), [
-    ({"generations": 0}, "The number of generations must be 1 or more, not 0."),
-    ({"time_limit_s": 0.0}, "The time limit must be a positive number of seconds, not 0."),
-    ({"time_limit_s": math.nan}, "The time limit must be a positive number of seconds, not nan."),
-    ({"time_limit_s": math.inf}, "The time limit must be a positive number of seconds, not inf."),
-    ({"target_fitness": math.nan}, "The target fitness must be a finite number, not nan."),
-    ({"seed": -1}, "The seed must be from 0 to 2**64 - 1, not -1."),
-    ({"seed": 1 << 64}, f"The seed must be from 0 to 2**64 - 1, not {1 << 64}."),
-])
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"generations": 0}, "The number of generations must be 1 or more, not 0."),
+        ({"time_limit_s": 0.0}, "The time limit must be a positive number of seconds, not 0."),
+        (
+            {"time_limit_s": math.nan},
+            "The time limit must be a positive number of seconds, not nan.",
+        ),
+        (
+            {"time_limit_s": math.inf},
+            "The time limit must be a positive number of seconds, not inf.",
+        ),
+        ({"target_fitness": math.nan}, "The target fitness must be a finite number, not nan."),
+        ({"seed": -1}, "The seed must be from 0 to 2**64 - 1, not -1."),
+        ({"seed": 1 << 64}, f"The seed must be from 0 to 2**64 - 1, not {1 << 64}."),
+    ],
+)
 def test_options_check_themselves(change, sentence):
     with pytest.raises(InputError) as caught:
         Options(**change)
@@ -97,7 +106,8 @@ def test_population_of_mixed_lengths_equals_single_evaluations(evaluator):
     paths = paths_of(evaluator, FREE, FREE[:1], [], [*FREE, (5000, 1500, 300)])
     fitness = Run(evaluator, Options()).fitness(paths)
     assert fitness.tolist() == [
-        pytest.approx(evaluator.evaluate(path).fitness, rel=1e-12) for path in paths]
+        pytest.approx(evaluator.evaluate(path).fitness, rel=1e-12) for path in paths
+    ]
 
 
 def test_archive_has_distinct_candidates_best_first(evaluator):
@@ -138,8 +148,9 @@ def test_chooses_the_best_that_is_feasible_between_the_samples(make_evaluator):
     ground[6, 30] = 900.0
     hidden = dataclasses.replace(problem.terrain, elevation=ground)
     evaluator = type(evaluator)(dataclasses.replace(problem, terrain=hidden), threads=1)
-    low, high = paths_of(evaluator, [(2900, 595, 205), (3300, 600, 212)],
-                         [(2900, 1800, 300), (4300, 1600, 300)])
+    low, high = paths_of(
+        evaluator, [(2900, 595, 205), (3300, 600, 212)], [(2900, 1800, 300), (4300, 1600, 300)]
+    )
     fitness = evaluator.fitness(np.stack((low, high)), np.array([4, 4]))
     assert (fitness > 1).all()
     assert fitness[0] > fitness[1]

@@ -25,8 +25,12 @@ BUILDS = [build for build in CheckerBuild if build is not CheckerBuild.NONE]
 
 def chip_config(build):
     """A chip whose map is just large enough."""
-    return Config(checker=build, lanes=1 if build is CheckerBuild.TWO_TIER else 4, map_size=64,
-                  coarse_factor=8)
+    return Config(
+        checker=build,
+        lanes=1 if build is CheckerBuild.TWO_TIER else 4,
+        map_size=64,
+        coarse_factor=8,
+    )
 
 
 @pytest.fixture
@@ -98,7 +102,8 @@ def test_count_and_sampling_agree_roughly(evaluator, counts_on):
     sampled = evaluator.evaluate(path)
     assert sampled.distance_in_nofly_m == 0 < sampled.distance_under_terrain_m
     assert counted_m(chip.config, grid, path) == pytest.approx(
-        sampled.distance_under_terrain_m, abs=100)
+        sampled.distance_under_terrain_m, abs=100
+    )
 
 
 @pytest.mark.parametrize("build", BUILDS)
@@ -123,7 +128,7 @@ def test_settling_evaluates_until_the_best_is_settled(evaluator, counts_on):
     paths = random_paths(evaluator, grid, np.random.default_rng(3), 12)
     full = np.array([evaluator.evaluate(path).fitness for path in paths])
     fitness, settled = full.copy(), np.zeros(12, bool)
-    fitness[[2, 5, 9]] = 1.9, 1.8, 0.0      # Called feasible twice, and much too bad once.
+    fitness[[2, 5, 9]] = 1.9, 1.8, 0.0  # Called feasible twice, and much too bad once.
     assert (full <= 1)[[2, 5]].all()
     counts.settle(fitness, settled, lambda slot: paths[slot])
     assert settled[np.argmax(fitness)]
@@ -135,10 +140,13 @@ def test_settling_evaluates_until_the_best_is_settled(evaluator, counts_on):
     assert sum(report["refuted_by"].values()) == 2
 
 
-@pytest.mark.parametrize(("first", "corner", "cause"), [
-    ((1000, 1218, 650), (2000, 2950, 650), "turn_arcs"),    # The arc cuts through the zone.
-    ((1000, 2800, 650), (3000, 2800, 650), "between_cells"),
-])
+@pytest.mark.parametrize(
+    ("first", "corner", "cause"),
+    [
+        ((1000, 1218, 650), (2000, 2950, 650), "turn_arcs"),  # The arc cuts through the zone.
+        ((1000, 2800, 650), (3000, 2800, 650), "between_cells"),
+    ],
+)
 def test_why_a_claim_was_refuted(make_evaluator, counts_on, first, corner, cause):
     evaluator = make_evaluator(nofly=(Circle(2000, 2800, 1),))
     counts, _, _ = counts_on(CheckerBuild.PARALLEL, evaluator)
@@ -179,8 +187,9 @@ def test_next_run_on_the_same_chip_sends_only_what_changed(make_evaluator):
     alone = FpgaGeneticPlanner(board=board, feasibility="board").plan(after, OPTIONS)
     with open_board(board) as chip:
         planner = FpgaGeneticPlanner(feasibility="board", open_board=lambda _: nullcontext(chip))
-        first, again, then = (planner.plan(evaluator, OPTIONS) for evaluator in
-                              (before, before, after))
+        first, again, then = (
+            planner.plan(evaluator, OPTIONS) for evaluator in (before, before, after)
+        )
     sent = [run.hardware["bytes"]["to_board"] for run in (first, again, then)]
     map_bytes = config.map_size**2 * config.altitude_bits // 8
     assert sent[0] - sent[1] > map_bytes
@@ -189,14 +198,20 @@ def test_next_run_on_the_same_chip_sends_only_what_changed(make_evaluator):
     assert then.history == alone.history
     assert np.array_equal(then.path, alone.path)
     assert {key: then.hardware[key] for key in ("feasibility", "frames", "generations")} == {
-        key: alone.hardware[key] for key in ("feasibility", "frames", "generations")}
+        key: alone.hardware[key] for key in ("feasibility", "frames", "generations")
+    }
 
 
-@pytest.mark.parametrize(("options", "sentence"), [
-    ({"feasibility": "board", "board": "model:?checker=none"},
-     r"^This board has no collision checker; leave out --feasibility board, or use one that"),
-    ({"feasibility": "chip"}, r"^The feasibility must be host or board, not 'chip'\.$"),
-])
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (
+            {"feasibility": "board", "board": "model:?checker=none"},
+            r"^This board has no collision checker; leave out --feasibility board, or use one that",
+        ),
+        ({"feasibility": "chip"}, r"^The feasibility must be host or board, not 'chip'\.$"),
+    ],
+)
 def test_refuses(evaluator, options, sentence):
     with pytest.raises(InputError, match=sentence):
         FpgaGeneticPlanner(**options).plan(evaluator, OPTIONS)

@@ -73,7 +73,8 @@ def test_link_modes_agree(evaluator, plan, mode):
     assert np.array_equal(result.path, expected.path)
     assert result.history == expected.history
     assert [fitness for fitness, _ in result.archive] == [
-        fitness for fitness, _ in expected.archive]
+        fitness for fitness, _ in expected.archive
+    ]
 
 
 def test_evaluates_only_what_is_new(evaluator, plan):
@@ -83,8 +84,10 @@ def test_evaluates_only_what_is_new(evaluator, plan):
 
 
 def test_bytes_fall_from_mode_to_mode(evaluator, plan):
-    total = {mode: sum(plan(evaluator, mode).hardware["bytes"].values())
-             for mode in ("population", "rank", "recipe")}
+    total = {
+        mode: sum(plan(evaluator, mode).hardware["bytes"].values())
+        for mode in ("population", "rank", "recipe")
+    }
     assert total["population"] > total["rank"] > total["recipe"]
 
 
@@ -95,7 +98,7 @@ def test_hardware_is_what_the_chip_counted(evaluator):
         chips.append(open_board(url))
         chips[0].start(9, (3, 3, 3))
         chips[0].load([[0, 0]] * 32)
-        chips[0].step(list(range(32)), LinkMode.RANK)      # Before the run: not in its figures.
+        chips[0].step(list(range(32)), LinkMode.RANK)  # Before the run: not in its figures.
         before.update(chips[0].counters())
         close = chips[0].close
         chips[0].close = lambda: (after.update(chips[0].counters()), close())
@@ -105,8 +108,11 @@ def test_hardware_is_what_the_chip_counted(evaluator):
     result = FpgaGeneticPlanner(open_board=opened).plan(evaluator, Options(generations=7))
     hardware = result.hardware
     assert hardware["generations"] == 7
-    units = {"selection_crossover": "crossover", "mutation": "mutation",
-             "population_update": "update"}
+    units = {
+        "selection_crossover": "crossover",
+        "mutation": "mutation",
+        "population_update": "update",
+    }
     for name, counter in units.items():
         assert hardware["cycles"][name] == after[counter] - before[counter] > 0
     assert 0 < hardware["cycles"]["receive"] <= after["receive"] - before["receive"]
@@ -140,7 +146,7 @@ def test_first_population_is_free_and_everywhere(evaluator):
     drawn = np.zeros_like(free)
     drawn[y, x] = True
     assert not drawn[~free].any()
-    assert drawn[free].mean() > 0.98                    # 12,800 draws for 2,400 cells.
+    assert drawn[free].mean() > 0.98  # 12,800 draws for 2,400 cells.
 
 
 def test_refuses_a_map_without_a_free_cell(make_evaluator):
@@ -159,15 +165,16 @@ def test_refuses_another_population(evaluator):
     with pytest.raises(InputError) as caught:
         FpgaGeneticPlanner().plan(evaluator, Options(population=40))
     assert str(caught.value) == (
-        "The population of this board is 32, not 40; leave out --population or build another "
-        "board.")
+        "The population of this board is 32, not 40; leave out --population or build another board."
+    )
 
 
 def test_refuses_unknown_link_mode():
     with pytest.raises(InputError) as caught:
         FpgaGeneticPlanner(link_mode="fast")
     assert str(caught.value) == (
-        "The link mode must be one of population, rank, recipe, not 'fast'.")
+        "The link mode must be one of population, rank, recipe, not 'fast'."
+    )
 
 
 def test_altitude_above_the_map(make_evaluator):
@@ -178,8 +185,8 @@ def test_altitude_above_the_map(make_evaluator):
 
 def test_other_boards_plan_too(evaluator):
     result = FpgaGeneticPlanner(
-        board="model:?population=16&children=10&survivors=4&elites=2&max_waypoints=5").plan(
-        evaluator, Options(generations=60, population=16))
+        board="model:?population=16&children=10&survivors=4&elites=2&max_waypoints=5"
+    ).plan(evaluator, Options(generations=60, population=16))
     assert max(len(path) for _, path in result.archive) <= 7
     assert result.evaluations == 64 + 60 * 10
 
@@ -268,15 +275,24 @@ def test_refuses_too_few_and_too_many_initial_draws(draws):
         FpgaGeneticPlanner(initial_draws=draws)
 
 
-@pytest.mark.parametrize(("board", "options", "altitude", "sentence"), [
-    ("sim:", Options(population=16), 200, "The population of this board is 32, not 16; "),
-    ("sim:?population=16&children=10&survivors=4", Options(population=32), 200,
-     "The population of this board is 16, not 32; "),
-    ("sim:", Options(), 900, "The start's altitude of 900 m is above the "),
-])
+@pytest.mark.parametrize(
+    ("board", "options", "altitude", "sentence"),
+    [
+        ("sim:", Options(population=16), 200, "The population of this board is 32, not 16; "),
+        (
+            "sim:?population=16&children=10&survivors=4",
+            Options(population=32),
+            200,
+            "The population of this board is 16, not 32; ",
+        ),
+        ("sim:", Options(), 900, "The start's altitude of 900 m is above the "),
+    ],
+)
 def test_what_the_url_forbids_is_refused_before_a_board_is_opened(
-        make_evaluator, monkeypatch, board, options, altitude, sentence):
+    make_evaluator, monkeypatch, board, options, altitude, sentence
+):
     monkeypatch.setattr(ga_fpga, "open_board", lambda url: pytest.fail("was opened"))
     with pytest.raises(InputError, match=f"^{re.escape(sentence)}"):
         FpgaGeneticPlanner(board=board).plan(
-            make_evaluator(start=(500, 500, altitude), goal=(5500, 700, altitude)), options)
+            make_evaluator(start=(500, 500, altitude), goal=(5500, 700, altitude)), options
+        )

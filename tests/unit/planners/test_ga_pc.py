@@ -39,10 +39,12 @@ def test_crossover_keeps_an_odd_limit(one, other, seed):
 
 def test_odd_parents_are_cut_before_and_after_the_middle_alike():
     rng = np.random.default_rng(0)
-    cuts = [int((crossover(numbered(5, 1), numbered(4, 101), 20, rng)[0][:, 0] < 100).sum())
-            for _ in range(400)]
+    cuts = [
+        int((crossover(numbered(5, 1), numbered(4, 101), 20, rng)[0][:, 0] < 100).sum())
+        for _ in range(400)
+    ]
     assert set(cuts) == {2, 3}
-    assert abs(cuts.count(2) - 200) < 60            # Six standard deviations.
+    assert abs(cuts.count(2) - 200) < 60  # Six standard deviations.
 
 
 def test_roulette_follows_fitness():
@@ -67,7 +69,8 @@ def test_kept_are_the_elite_and_others_without_repeats():
 
 def space(start, goal, free=True):
     return SimpleNamespace(
-        start=start, goal=goal, is_free=lambda points: np.full(len(points), free))
+        start=start, goal=goal, is_free=lambda points: np.full(len(points), free)
+    )
 
 
 def turns(points):
@@ -77,8 +80,13 @@ def turns(points):
 
 
 @settings(max_examples=200)
-@given(st.lists(st.tuples(st.integers(0, 9000), st.integers(0, 9000), st.integers(100, 900)),
-                min_size=2, max_size=8))
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 9000), st.integers(0, 9000), st.integers(100, 900)),
+        min_size=2,
+        max_size=8,
+    )
+)
 def test_smooth_turn_halves_the_sharpest_turn(inner):
     start, goal = (-500.0, -500.0, 100.0), (9500.0, 9500.0, 100.0)
     path = np.array(inner, dtype=float)
@@ -103,12 +111,17 @@ def test_smooth_turn_leaves_the_path_where_the_new_waypoint_is_not_free():
     assert smooth_turn(path, space(*ends, free=False)) is path
 
 
-@pytest.mark.parametrize(("options", "sentence"), [
-    ({"max_waypoints": 2}, "The most waypoints of a path must be from 3 to 1000, not 2."),
-    ({"max_waypoints": 10**9},
-     "The most waypoints of a path must be from 3 to 1000, not 1000000000."),
-    ({"mutation_rate": 1.5}, "The mutation rate must be from 0 to 1, not 1.5."),
-])
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"max_waypoints": 2}, "The most waypoints of a path must be from 3 to 1000, not 2."),
+        (
+            {"max_waypoints": 10**9},
+            "The most waypoints of a path must be from 3 to 1000, not 1000000000.",
+        ),
+        ({"mutation_rate": 1.5}, "The mutation rate must be from 0 to 1, not 1.5."),
+    ],
+)
 def test_parameters_are_checked(options, sentence):
     with pytest.raises(InputError) as caught:
         PcGeneticPlanner(**options)
@@ -116,8 +129,9 @@ def test_parameters_are_checked(options, sentence):
 
 
 def test_finds_a_way_and_repeats_it(evaluator):
-    results = [PcGeneticPlanner().plan(evaluator, Options(generations=60, seed=seed))
-               for seed in (3, 3, 4)]
+    results = [
+        PcGeneticPlanner().plan(evaluator, Options(generations=60, seed=seed)) for seed in (3, 3, 4)
+    ]
     first, again, other = results
     assert first.evaluation.feasible
     assert np.array_equal(first.path, again.path)
@@ -132,7 +146,8 @@ def test_finds_a_way_and_repeats_it(evaluator):
 
 def test_waypoints_stay_within_map_ground_and_limits(evaluator):
     result = PcGeneticPlanner(max_waypoints=5, mutation_rate=1.0).plan(
-        evaluator, Options(generations=40))
+        evaluator, Options(generations=40)
+    )
     for _, path in result.archive:
         assert 4 <= len(path) <= 7
         assert (path >= 0).all()

@@ -32,8 +32,10 @@ def steps(problem):
     for one, other in itertools.product(nodes, nodes):
         rise, run = other[0] - one[0], other[1] - one[1]
         if (abs(rise), abs(run)) in REACHED:
-            passed = {(one[0] + half(rise / 2), one[1] + half(run / 2))
-                      for half in (math.floor, math.ceil)}
+            passed = {
+                (one[0] + half(rise / 2), one[1] + half(run / 2))
+                for half in (math.floor, math.ceil)
+            }
             yield one, other, passed | {other}
 
 
@@ -66,8 +68,10 @@ def test_surface_is_the_lowest_that_slopes_so(steepness):
                 way[other] = min(way[other], way[one] + run_m(one, other))
         ways[node] = way
     for node in nodes:
-        highest = max(ground[other] - (steepness * ways[other][node] if other != node else 0.0)
-                      for other in nodes)
+        highest = max(
+            ground[other] - (steepness * ways[other][node] if other != node else 0.0)
+            for other in nodes
+        )
         # Start and goal are too high to come down to the ground at once.
         x, y = 400 * node[1], 300 * node[0]
         down = 500 - math.tan(math.radians(30)) * math.hypot(x, y)
@@ -97,8 +101,7 @@ def test_route_is_the_cheapest(wind):
     nodes = [(round(y / 300), round(x / 400)) for x, y in route]
     assert np.array_equal(route[[0, -1]], [problem.start[:2], problem.goal[:2]])
     passed = {(one, other): over for one, other, over in steps(problem)}
-    flown = sum(price(one, other, passed[one, other])
-                for one, other in itertools.pairwise(nodes))
+    flown = sum(price(one, other, passed[one, other]) for one, other in itertools.pairwise(nodes))
     assert flown == pytest.approx(cheapest(problem, price)[5, 6], rel=1e-12)
 
 
@@ -108,8 +111,9 @@ def test_wind_changes_the_route():
     ends = (0, 1600, 200), (11600, 1600, 200)
     routes = []
     for wind in (WIND, (WIND[0], -WIND[1])):
-        problem = Problem(Terrain("flat", flat, 400.0, 400.0), *ends, aircraft.load("silver-fox"),
-                          wind=wind)
+        problem = Problem(
+            Terrain("flat", flat, 400.0, 400.0), *ends, aircraft.load("silver-fox"), wind=wind
+        )
         grid = SearchGrid(problem)
         routes.append(grid.route(grid.surface(math.inf)))
     assert not np.array_equal(*routes)
@@ -118,12 +122,15 @@ def test_wind_changes_the_route():
 def test_prices_are_what_the_evaluation_charges():
     problem = small()
     evaluator, prices = Evaluator(problem, threads=1), Prices(problem)
-    low, high = (np.array([problem.start, (0, 1500, 500), (0, 1500, z), problem.goal])
-                 for z in (500.0, 501.0))
+    low, high = (
+        np.array([problem.start, (0, 1500, 500), (0, 1500, z), problem.goal])
+        for z in (500.0, 501.0)
+    )
     level = evaluator.evaluate(np.array([problem.start, problem.goal]))
     run = math.hypot(2400, 1500)
     assert level.cost == pytest.approx(
-        prices.area * 500 * run + prices.work * prices.glide * run, rel=1e-3)
+        prices.area * 500 * run + prices.work * prices.glide * run, rel=1e-3
+    )
     climb = evaluator.evaluate(high).fuel_N - evaluator.evaluate(low).fuel_N
     assert climb > 0
     # From the start up to a higher goal: the price of a climb is that of its height.
@@ -138,8 +145,13 @@ def test_large_terrain_keeps_its_highest_nodes_zones_and_voids():
     heights = np.full((450, 700), 50.0)
     heights[101, 202] = 90.0
     heights[300, 4] = np.nan
-    problem = Problem(Terrain("large", heights, 10.0, 10.0), (0, 0, 100), (6990, 4490, 100),
-                      aircraft.load("silver-fox"), nofly=(Circle(5000, 2000, 4),))
+    problem = Problem(
+        Terrain("large", heights, 10.0, 10.0),
+        (0, 0, 100),
+        (6990, 4490, 100),
+        aircraft.load("silver-fox"),
+        nofly=(Circle(5000, 2000, 4),),
+    )
     grid = SearchGrid(problem)
     assert grid.shape == (113, 175)
     assert (grid.dx_m, grid.dy_m) == (40.0, 40.0)
@@ -149,8 +161,13 @@ def test_large_terrain_keeps_its_highest_nodes_zones_and_voids():
 
 def test_routes_keep_their_margin():
     terrain = Terrain("plain", np.full((61, 61), 10.0), 100.0, 100.0)
-    problem = Problem(terrain, (0, 3000, 100), (6000, 3000, 100), aircraft.load("silver-fox"),
-                      nofly=(Circle(3000, 2900, 600),))
+    problem = Problem(
+        terrain,
+        (0, 3000, 100),
+        (6000, 3000, 100),
+        aircraft.load("silver-fox"),
+        nofly=(Circle(3000, 2900, 600),),
+    )
     for margin_m in (0.0, 300.0):
         grid = SearchGrid(problem, margin_m)
         assert grid.blocked.sum() == problem.nofly_raster.sum()
@@ -166,7 +183,8 @@ def test_ground_out_of_reach_is_left_out():
     terrain = Terrain("wall", heights, 100.0, 100.0)
     far, near = (
         SearchGrid(Problem(terrain, start, (6000, 200, 700), aircraft.load("silver-fox")))
-        for start in ((0, 200, 700), (0, 200, 200)))
+        for start in ((0, 200, 700), (0, 200, 200))
+    )
     assert far.route(far.surface(math.inf)) is not None
     assert near.route(near.surface(math.inf)) is None
     assert near.blocked[:, 30].all()

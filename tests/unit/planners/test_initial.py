@@ -61,8 +61,11 @@ def test_copies_are_varied_and_mostly_feasible_and_some_paths_are_random(evaluat
     assert len({path.tobytes() for path in paths}) > 60
     assert (fitness > 1).sum() > 24
     assert len({len(path) for path in paths}) >= 3
-    moved = [np.hypot(*(path[1:-1, :2] - paths[0][1:-1, :2]).T) for path in paths
-             if len(path) == len(paths[0])]
+    moved = [
+        np.hypot(*(path[1:-1, :2] - paths[0][1:-1, :2]).T)
+        for path in paths
+        if len(path) == len(paths[0])
+    ]
     least = [shift[shift > 0].min() for shift in moved if shift.any()]
     # From a thousandth of the way of 5 km to thirty times as much.
     assert min(least) < 20
@@ -217,8 +220,9 @@ def test_a_nudge_keeps_the_limits(evaluator, start):
 def test_refits_better_what_the_search_found(evaluator):
     options = Options(generations=40, seed=5)
     alone = AstarPlanner().plan(evaluator, Options(generations=8)).evaluation.fitness
-    with_refits, without = (PcGeneticPlanner(init="astar", refits=refits).plan(evaluator, options)
-                            for refits in (4, 0))
+    with_refits, without = (
+        PcGeneticPlanner(init="astar", refits=refits).plan(evaluator, options) for refits in (4, 0)
+    )
     assert with_refits.evaluation.fitness > alone + 0.002
     assert with_refits.evaluation.fitness > without.evaluation.fitness + 0.001
     assert with_refits.evaluations == without.evaluations
@@ -228,9 +232,13 @@ def test_refits_better_what_the_search_found(evaluator):
     assert PcGeneticPlanner().refits == 0
 
 
-@pytest.mark.parametrize(("refits", "sentence"), [
-    (-1, "The refits of a generation must be 0 or more, not -1."),
-    (7, "A generation has 6 children, so there can be at most as many refits, not 7.")])
+@pytest.mark.parametrize(
+    ("refits", "sentence"),
+    [
+        (-1, "The refits of a generation must be 0 or more, not -1."),
+        (7, "A generation has 6 children, so there can be at most as many refits, not 7."),
+    ],
+)
 def test_refuses_refits(evaluator, refits, sentence):
     with pytest.raises(InputError) as caught:
         PcGeneticPlanner(refits=refits).plan(evaluator, Options(population=8))

@@ -18,12 +18,28 @@ from host.terrain import Terrain
 def hilly():
     """A grid, its surface and a winding route of nine points over it."""
     rng = np.random.default_rng(3)
-    problem = Problem(Terrain("hilly", 400 * rng.random((40, 60)), 100.0, 100.0),
-                      (0, 0, 500), (5900, 3900, 500), aircraft.load("silver-fox"),
-                      nofly=(Circle(2000, 1900, 250),))
+    problem = Problem(
+        Terrain("hilly", 400 * rng.random((40, 60)), 100.0, 100.0),
+        (0, 0, 500),
+        (5900, 3900, 500),
+        aircraft.load("silver-fox"),
+        nofly=(Circle(2000, 1900, 250),),
+    )
     grid = SearchGrid(problem)
-    route = np.array([(0, 0), (200, 0), (500, 700), (1500, 1500), (2500, 1600), (3400, 2600),
-                      (4200, 3000), (5600, 3700), (5900, 3900)], dtype=float)
+    route = np.array(
+        [
+            (0, 0),
+            (200, 0),
+            (500, 700),
+            (1500, 1500),
+            (2500, 1600),
+            (3400, 2600),
+            (4200, 3000),
+            (5600, 3700),
+            (5900, 3900),
+        ],
+        dtype=float,
+    )
     return grid, grid.surface(math.inf), route
 
 
@@ -42,7 +58,7 @@ def test_chords_cost_their_length_and_keep_out(hilly):
     # The first chord is 200 m long: enough for one turn of 150 m.
     assert costs[finite] == pytest.approx(price * run[finite], rel=1e-12)
     short = route.copy()
-    short[2] = 400, 0                           # 200 m between two turns.
+    short[2] = 400, 0  # 200 m between two turns.
     assert math.isinf(_chord_costs(short, grid, level)[1, 2])
 
 
@@ -52,8 +68,10 @@ def test_polylines_are_the_cheapest_of_their_length(hilly):
     found = polylines(route, grid, surface, 7)
     assert len(found) == 8
     for count, line in enumerate(found):
-        best = min(sum(costs[pair] for pair in itertools.pairwise((0, *inner, 8)))
-                   for inner in itertools.combinations(range(1, 8), count))
+        best = min(
+            sum(costs[pair] for pair in itertools.pairwise((0, *inner, 8)))
+            for inner in itertools.combinations(range(1, 8), count)
+        )
         if math.isinf(best):
             assert line is None
         else:

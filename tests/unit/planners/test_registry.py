@@ -26,7 +26,8 @@ def test_unknown_planner():
     with pytest.raises(InputError) as caught:
         make("a-star")
     assert str(caught.value) == (
-        f"There is no planner 'a-star'; the planners are {', '.join(PLANNERS)}.")
+        f"There is no planner 'a-star'; the planners are {', '.join(PLANNERS)}."
+    )
 
 
 def test_importing_the_list_loads_nothing_heavy():
@@ -35,6 +36,5 @@ import sys, host.planners, host.cli
 print([m for m in ("numpy", "scipy", "numba", "matplotlib", "rasterio", "amaranth", "serial")
        if m in sys.modules])
 """
-    done = subprocess.run([sys.executable, "-c", heavy], capture_output=True, text=True,
-                          check=True)
+    done = subprocess.run([sys.executable, "-c", heavy], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"

@@ -36,10 +36,16 @@ def field(evaluator):
     return TerrainField(Run(evaluator, Options()))
 
 
-@pytest.mark.parametrize(("planner", "own", "feasible"), [
-    ("ga-dp", {}, True), ("ga-dp", {"reading": "sum"}, True),
-    # In so few generations these do not find the gap.
-    ("ga-dp", {"draws": "uniform"}, False), ("ga-auv", {}, False)])
+@pytest.mark.parametrize(
+    ("planner", "own", "feasible"),
+    [
+        ("ga-dp", {}, True),
+        ("ga-dp", {"reading": "sum"}, True),
+        # In so few generations these do not find the gap.
+        ("ga-dp", {"draws": "uniform"}, False),
+        ("ga-auv", {}, False),
+    ],
+)
 def test_plans_the_same_path_again(evaluator, planner, own, feasible):
     result = make(planner, **own).plan(evaluator, OPTIONS)
     assert result.evaluation.feasible == feasible
@@ -70,7 +76,7 @@ def test_waypoints_of_a_route(evaluator, field):
 def test_estimate_of_one_segment_is_exact(evaluator, field):
     route = measured(field, straight(evaluator.problem.start, evaluator.problem.goal))
     evaluation = evaluator.evaluate(field.path(route))
-    assert evaluation.penalty > 0                   # Through the wall.
+    assert evaluation.penalty > 0  # Through the wall.
     assert route.segments.terms[0] == pytest.approx([evaluation.penalty, evaluation.cost])
 
 
@@ -88,8 +94,12 @@ def test_estimate_of_segments_in_a_row_adds_up(evaluator, field):
 def test_crossover_prefers_less_penalty_then_less_cost(field):
     def best(*terms):
         # Straight to the goal, or over a third point.
-        graph = Graph(np.zeros((3, 3)), np.array([0, 0, 2]), np.array([1, 2, 1]),
-                      Segments(np.zeros((3, 10, 3)), np.full(3, 4), np.array(terms)))
+        graph = Graph(
+            np.zeros((3, 3)),
+            np.array([0, 0, 2]),
+            np.array([1, 2, 1]),
+            Segments(np.zeros((3, 10, 3)), np.full(3, 4), np.array(terms)),
+        )
         return field.best_routes(graph)[0].tolist()
 
     assert best([1.0, 0.5], [0.0, 9.0], [0.0, 9.0]) == [1, 2]
@@ -105,16 +115,19 @@ def test_route_is_chosen_by_full_evaluation_of_candidates(evaluator):
         draws = Draws(Airspace(evaluator.problem), "near")
         rng = np.random.default_rng(0)
         points = np.concatenate((field.ends, draws.points(rng, 6, None)))
-        tails, heads = np.array([(i, j) for i in range(8) for j in range(8)
-                                 if i != j and j != 0 and i != 1]).T
+        tails, heads = np.array(
+            [(i, j) for i in range(8) for j in range(8) if i != j and j != 0 and i != 1]
+        ).T
         control, number = draws.segments(rng, points[tails], points[heads])
-        graph = Graph(points, tails, heads,
-                      Segments(control, number, field.measure(control, number)))
+        graph = Graph(
+            points, tails, heads, Segments(control, number, field.measure(control, number))
+        )
         routes = [graph.route(edges) for edges in field.best_routes(graph)]
         counts[reading] = len(routes)
         assert run.evaluations == len(tails)
         assert field.worth(routes) == pytest.approx(
-            [evaluator.evaluate(field.path(route)).fitness for route in routes])
+            [evaluator.evaluate(field.path(route)).fitness for route in routes]
+        )
         assert run.evaluations == len(tails) + len(routes)
     assert counts == {"route": 16, "sum": 1}
 
@@ -123,7 +136,8 @@ def test_route_is_chosen_by_full_evaluation_of_candidates(evaluator):
 def test_kept_route_never_gets_worse(evaluator, reading):
     field = TerrainField(Run(evaluator, Options()), reading=reading)
     search = DeterministicSearch(
-        field, Draws(Airspace(evaluator.problem), "uniform"), np.random.default_rng(0))
+        field, Draws(Airspace(evaluator.problem), "uniform"), np.random.default_rng(0)
+    )
     generations = [search.step() for _ in range(25)]
     fitness = field.worth([generation.best for generation in generations])
     assert (np.diff(fitness) >= 0).all()
@@ -135,19 +149,32 @@ def test_interruption_and_stop_criteria(evaluator):
     result = make("ga-dp").plan(evaluator, OPTIONS, stop=stop)
     assert (result.generations, result.interrupted) == (0, True)
     target = make("ga-auv").plan(
-        evaluator, Options(generations=500, target_fitness=1.01, population=30))
+        evaluator, Options(generations=500, target_fitness=1.01, population=30)
+    )
     assert target.stopped_by == "target-fitness"
     assert target.history[-1][1] >= 1.01 > target.history[-2][1]
 
 
-@pytest.mark.parametrize(("planner", "own", "options", "sentence"), [
-    ("ga-dp", {}, {"population": 20}, "ga-dp has no population; leave out --population."),
-    ("ga-auv", {}, {"population": 1}, "The population of ga-auv must be from 2 to 10000, not 1."),
-    ("ga-dp", {"reading": "both"}, {}, "The reading must be one of route, sum, not 'both'."),
-    ("ga-auv", {"draws": "far"}, {}, "The draws must be one of near, uniform, not 'far'."),
-    ("ga-dp", {"added_points": 0}, {},
-     "The crossover points added per generation must be from 1 to 50, not 0."),
-])
+@pytest.mark.parametrize(
+    ("planner", "own", "options", "sentence"),
+    [
+        ("ga-dp", {}, {"population": 20}, "ga-dp has no population; leave out --population."),
+        (
+            "ga-auv",
+            {},
+            {"population": 1},
+            "The population of ga-auv must be from 2 to 10000, not 1.",
+        ),
+        ("ga-dp", {"reading": "both"}, {}, "The reading must be one of route, sum, not 'both'."),
+        ("ga-auv", {"draws": "far"}, {}, "The draws must be one of near, uniform, not 'far'."),
+        (
+            "ga-dp",
+            {"added_points": 0},
+            {},
+            "The crossover points added per generation must be from 1 to 50, not 0.",
+        ),
+    ],
+)
 def test_refuses_bad_options(evaluator, planner, own, options, sentence):
     with pytest.raises(InputError) as caught:
         make(planner, **own).plan(evaluator, Options(**options))

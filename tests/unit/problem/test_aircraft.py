@@ -27,20 +27,35 @@ max_descent_deg = 20
 
 def test_silver_fox_is_the_papers():
     assert uav.load("silver-fox").to_dict() == {
-        "name": "Silver Fox-like", "weight_N": 113.0, "fuel_weight_N": 19.0, "wing_span_m": 2.4,
-        "wing_area_m2": 0.768, "lift_coefficient_max": 1.26,
-        "zero_lift_drag_coefficient": 0.0251, "oswald_efficiency": 0.8, "engine_power_W": 1850.0,
-        "specific_fuel_consumption_N_per_Ws": 1.1569e-6, "propeller_efficiency": 0.8,
-        "cruise_speed_m_s": 23.0, "turn_radius_m": 150.0, "max_climb_deg": 10.0,
-        "max_descent_deg": 30.0}
+        "name": "Silver Fox-like",
+        "weight_N": 113.0,
+        "fuel_weight_N": 19.0,
+        "wing_span_m": 2.4,
+        "wing_area_m2": 0.768,
+        "lift_coefficient_max": 1.26,
+        "zero_lift_drag_coefficient": 0.0251,
+        "oswald_efficiency": 0.8,
+        "engine_power_W": 1850.0,
+        "specific_fuel_consumption_N_per_Ws": 1.1569e-6,
+        "propeller_efficiency": 0.8,
+        "cruise_speed_m_s": 23.0,
+        "turn_radius_m": 150.0,
+        "max_climb_deg": 10.0,
+        "max_descent_deg": 30.0,
+    }
 
 
-@pytest.mark.parametrize(("name", "max_speed", "size"), [
-    ("sperwer", 70.0, 4.2), ("heron", 62.0, 16.2), ("predator", 62.0, 14.8)])
+@pytest.mark.parametrize(
+    ("name", "max_speed", "size"),
+    [("sperwer", 70.0, 4.2), ("heron", 62.0, 16.2), ("predator", 62.0, 14.8)],
+)
 def test_male_aircraft_have_the_papers_speed_and_size(name, max_speed, size):
     aircraft = uav.load(name)
     assert (aircraft.max_speed_m_s, aircraft.size_m, aircraft.wing_span_m) == (
-        max_speed, size, size)
+        max_speed,
+        size,
+        size,
+    )
 
 
 def test_names():
@@ -50,12 +65,16 @@ def test_names():
 @pytest.mark.parametrize("name", uav.names())
 def test_every_shipped_value_states_its_source(name):
     aircraft = uav.load(name)
-    given = {parameter for parameter in uav.PARAMETERS
-             if getattr(aircraft, parameter) is not None}
+    given = {parameter for parameter in uav.PARAMETERS if getattr(aircraft, parameter) is not None}
     assert set(aircraft.sources) == given
     for source in aircraft.sources.values():
-        assert source.startswith(("assumed", "Roberge and Tarbouchi, table",
-                                  "Allaire et al., two-tier feasibility, table"))
+        assert source.startswith(
+            (
+                "assumed",
+                "Roberge and Tarbouchi, table",
+                "Allaire et al., two-tier feasibility, table",
+            )
+        )
 
 
 @pytest.mark.parametrize("name", uav.names())
@@ -64,8 +83,10 @@ def test_shipped_aircraft_can_fly_as_they_say(name):
     aircraft = uav.load(name)
     pressure_area = 0.5 * 1.225 * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2
     assert aircraft.weight_N / pressure_area < 1.3
-    drag = (pressure_area * aircraft.zero_lift_drag_coefficient
-            + aircraft.induced_drag_factor * aircraft.weight_N**2 / pressure_area)
+    drag = (
+        pressure_area * aircraft.zero_lift_drag_coefficient
+        + aircraft.induced_drag_factor * aircraft.weight_N**2 / pressure_area
+    )
     climb = aircraft.weight_N * math.sin(math.radians(aircraft.max_climb_deg))
     power = (drag + climb) * aircraft.cruise_speed_m_s / aircraft.propeller_efficiency
     assert power < aircraft.engine_power_W
@@ -91,52 +112,89 @@ def test_dictionary_gives_the_aircraft_back(name):
     assert uav.Uav.from_dict(uav.load(name).to_dict(), "summary") == uav.load(name)
 
 
-@pytest.mark.parametrize(("toml", "message"), [
-    ("a = ", r"^mine\.toml: not valid TOML: .+\.$"),
-    (TOML + "speed = 3", (r"^mine\.toml: unknown UAV parameter 'speed'; known are "
-                          r"cruise_speed_m_s, .*\.$")),
-    (TOML.replace("weight_N = 100", ""), (r"^mine\.toml: UAV parameter 'weight_N' is missing; add "
-                                         r"it to the file\.$")),
-    (TOML + "[sources]\nspan = 'x'", (r"^mine\.toml: \[sources\] must map names of UAV parameters "
-                                     r"to texts\.$")),
-    (TOML.replace("100\nwing", "'x'\nwing"), (r"^UAV 'Mine': weight_N must be a positive number, "
-                                             r"not 'x'\.$")),
-    (TOML.replace('"Mine"', '" "'), r"^UAV name must be a non-empty text, not ' '\.$"),
-])
+@pytest.mark.parametrize(
+    ("toml", "message"),
+    [
+        ("a = ", r"^mine\.toml: not valid TOML: .+\.$"),
+        (
+            TOML + "speed = 3",
+            (
+                r"^mine\.toml: unknown UAV parameter 'speed'; known are "
+                r"cruise_speed_m_s, .*\.$"
+            ),
+        ),
+        (
+            TOML.replace("weight_N = 100", ""),
+            (
+                r"^mine\.toml: UAV parameter 'weight_N' is missing; add "
+                r"it to the file\.$"
+            ),
+        ),
+        (
+            TOML + "[sources]\nspan = 'x'",
+            (
+                r"^mine\.toml: \[sources\] must map names of UAV parameters "
+                r"to texts\.$"
+            ),
+        ),
+        (
+            TOML.replace("100\nwing", "'x'\nwing"),
+            (
+                r"^UAV 'Mine': weight_N must be a positive number, "
+                r"not 'x'\.$"
+            ),
+        ),
+        (TOML.replace('"Mine"', '" "'), r"^UAV name must be a non-empty text, not ' '\.$"),
+    ],
+)
 def test_bad_files(toml, message):
     with pytest.raises(InputError, match=message):
         uav.parse(toml, "mine.toml")
 
 
-@pytest.mark.parametrize(("changes", "message"), [
-    ({"weight_N": 0.0}, r"weight_N must be a positive number, not 0\.0\.$"),
-    ({"turn_radius_m": -1}, r"turn_radius_m must be a positive number, not -1\.$"),
-    ({"wing_span_m": math.nan}, r"wing_span_m must be a positive number, not nan\.$"),
-    ({"wing_area_m2": math.inf}, r"wing_area_m2 must be a positive number, not inf\.$"),
-    ({"cruise_speed_m_s": True}, r"cruise_speed_m_s must be a positive number, not True\.$"),
-    ({"cruise_speed_m_s": None}, r"cruise_speed_m_s must be a positive number, not None\.$"),
-    ({"max_climb_deg": 90.1}, r"max_climb_deg must be at most 90, not 90\.1\.$"),
-    ({"max_descent_deg": 91}, r"max_descent_deg must be at most 90, not 91\.$"),
-    ({"oswald_efficiency": 1.01}, r"oswald_efficiency must be at most 1, not 1\.01\.$"),
-    ({"propeller_efficiency": 2}, r"propeller_efficiency must be at most 1, not 2\.$"),
-    ({"fuel_weight_N": 113}, (r"fuel_weight_N must be below weight_N, which includes the fuel, "
-                             r"not 113\.$")),
-    ({"max_speed_m_s": 22}, r"max_speed_m_s must not be below cruise_speed_m_s, not 22\.$"),
-])
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"weight_N": 0.0}, r"weight_N must be a positive number, not 0\.0\.$"),
+        ({"turn_radius_m": -1}, r"turn_radius_m must be a positive number, not -1\.$"),
+        ({"wing_span_m": math.nan}, r"wing_span_m must be a positive number, not nan\.$"),
+        ({"wing_area_m2": math.inf}, r"wing_area_m2 must be a positive number, not inf\.$"),
+        ({"cruise_speed_m_s": True}, r"cruise_speed_m_s must be a positive number, not True\.$"),
+        ({"cruise_speed_m_s": None}, r"cruise_speed_m_s must be a positive number, not None\.$"),
+        ({"max_climb_deg": 90.1}, r"max_climb_deg must be at most 90, not 90\.1\.$"),
+        ({"max_descent_deg": 91}, r"max_descent_deg must be at most 90, not 91\.$"),
+        ({"oswald_efficiency": 1.01}, r"oswald_efficiency must be at most 1, not 1\.01\.$"),
+        ({"propeller_efficiency": 2}, r"propeller_efficiency must be at most 1, not 2\.$"),
+        (
+            {"fuel_weight_N": 113},
+            (
+                r"fuel_weight_N must be below weight_N, which includes the fuel, "
+                r"not 113\.$"
+            ),
+        ),
+        ({"max_speed_m_s": 22}, r"max_speed_m_s must not be below cruise_speed_m_s, not 22\.$"),
+    ],
+)
 def test_bad_values(changes, message):
     with pytest.raises(InputError, match=r"^UAV 'Silver Fox-like': " + message):
         dataclasses.replace(FOX, **changes)
 
 
 def test_unknown_name():
-    with pytest.raises(InputError, match=r"^There is no UAV 'fox'; give one of heron, predator, "
-                                         r"silver-fox, sperwer, or a \.toml file\.$"):
+    with pytest.raises(
+        InputError,
+        match=r"^There is no UAV 'fox'; give one of heron, predator, "
+        r"silver-fox, sperwer, or a \.toml file\.$",
+    ):
         uav.load("fox")
 
 
 def test_missing_and_unreadable_files(tmp_path):
-    with pytest.raises(InputError, match=r"^Cannot read UAV file '.*no\.toml': No such file or "
-                                         r"directory\.$"):
+    with pytest.raises(
+        InputError,
+        match=r"^Cannot read UAV file '.*no\.toml': No such file or "
+        r"directory\.$",
+    ):
         uav.load(tmp_path / "no.toml")
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(InputError, match=r"bytes\.toml: not a TOML file, it is not UTF-8 text\.$"):

@@ -59,7 +59,9 @@ def test_heights_match_a_search_of_all_nodes(place):
     expected = np.full((16, 16), -1)
     for (iy, ix), height in np.ndenumerate(terrain.elevation):
         cell = (
-            nearest(iy, terrain.dy_m, chip.scale_m[1]), nearest(ix, terrain.dx_m, chip.scale_m[0]))
+            nearest(iy, terrain.dy_m, chip.scale_m[1]),
+            nearest(ix, terrain.dx_m, chip.scale_m[0]),
+        )
         if math.isnan(height) or place.nofly_raster[iy, ix]:
             step = 4095
         else:
@@ -120,10 +122,19 @@ def test_a_small_terrain_by_hand():
     chip = ChipMap(Sizes(map_size=4), Place(Terrain("t", heights, 30, 20), nofly))
     assert (chip.scale_m, chip.base_m, chip.step_m) == ((30.0, 20.0), 0.0, 0.0625)
     assert chip.heights.tolist() == [
-        [0, 1, 1600, 4095], [4095, 4095, 1, 4095], [4095] * 4, [4095] * 4]
+        [0, 1, 1600, 4095],
+        [4095, 4095, 1, 4095],
+        [4095] * 4,
+        [4095] * 4,
+    ]
     assert chip.report() == {
-        "size": 4, "scale_m": [30.0, 20.0, 0.0625], "offset_m": [0.0, 0.0, 0.0],
-        "top_m": 255.875, "limits": [2, 1, 4094], "padding_cells": [1, 2]}
+        "size": 4,
+        "scale_m": [30.0, 20.0, 0.0625],
+        "offset_m": [0.0, 0.0, 0.0],
+        "top_m": 255.875,
+        "limits": [2, 1, 4094],
+        "padding_cells": [1, 2],
+    }
 
 
 def test_a_large_terrain_by_hand():
@@ -136,14 +147,27 @@ def test_a_large_terrain_by_hand():
     assert chip.heights[0].tolist() == [math.ceil(above / 0.046875) for above in (0, 2, 4, 6)]
 
 
-@pytest.mark.parametrize("point", [
-    (-6.0, 0, 5), (25.1, 0, 5), (0, -5.1, 5), (0, 15.0, 5), (0, 0, -0.1), (0, 0, 1e4),
-    (np.nan, 0, 5), (0, 0, np.nan), (0, 0, np.inf),
-])
+@pytest.mark.parametrize(
+    "point",
+    [
+        (-6.0, 0, 5),
+        (25.1, 0, 5),
+        (0, -5.1, 5),
+        (0, 15.0, 5),
+        (0, 0, -0.1),
+        (0, 0, 1e4),
+        (np.nan, 0, 5),
+        (0, 0, np.nan),
+        (0, 0, np.inf),
+    ],
+)
 def test_refuses_points_outside(point):
     chip = ChipMap(Sizes(), Place(Terrain("t", [[0.0, 1, 2], [3, 4, 5]], 10, 10)))
-    with pytest.raises(InputError, match=r"^The point .* is outside the chip's map, which reaches "
-                                         r"from 0,0,0 to 20,10,\d+\.?\d* m\.$"):
+    with pytest.raises(
+        InputError,
+        match=r"^The point .* is outside the chip's map, which reaches "
+        r"from 0,0,0 to 20,10,\d+\.?\d* m\.$",
+    ):
         chip.to_cells(np.array([[0.0, 0.0, 0.0], point]))
 
 
@@ -155,4 +179,5 @@ def test_refuses_an_end_above_the_map(end):
         ChipMap(Sizes(), place)
     assert str(error.value) == (
         f"The {end}'s altitude of 5000 m is above the 201.906 m that the chip's map can hold over "
-        "this terrain; lower it.")
+        "this terrain; lower it."
+    )

@@ -18,8 +18,9 @@ START, GOAL = (100.0, 100.0, 200.0), (900.0, 1400.0, 250.0)
 
 def terrain(elevation=None, dx_m=50.0, dy_m=75.0):
     elevation = np.full((21, 31), 100.0) if elevation is None else elevation
-    return Terrain(name="world", elevation=elevation, dx_m=dx_m, dy_m=dy_m, crs=None,
-                   origin=(0.0, 0.0))
+    return Terrain(
+        name="world", elevation=elevation, dx_m=dx_m, dy_m=dy_m, crs=None, origin=(0.0, 0.0)
+    )
 
 
 def problem(start=START, goal=GOAL, where=None, **options):
@@ -34,8 +35,13 @@ def test_defaults():
 
 
 def test_values_become_tuples_of_floats():
-    made = problem(start=[100, 100, 200], goal=np.array([900, 1400, 250]), wind=[1, 2],
-                   nofly=[Circle(1000, 0, 100)], ds_m=10)
+    made = problem(
+        start=[100, 100, 200],
+        goal=np.array([900, 1400, 250]),
+        wind=[1, 2],
+        nofly=[Circle(1000, 0, 100)],
+        ds_m=10,
+    )
     assert (made.start, made.goal, made.wind) == (START, GOAL, (1.0, 2.0))
     assert type(made.goal[0]) is float
     assert made.nofly == (Circle(1000, 0, 100),)
@@ -67,33 +73,66 @@ def test_on_the_ground_is_not_inside_it():
     assert problem(start=(100, 100, 100)).start[2] == 100
 
 
-@pytest.mark.parametrize(("options", "message"), [
-    ({"start": (0, 0, math.nan)}, r"^The start must be 3 finite numbers, not \(0, 0, nan\)\.$"),
-    ({"goal": (0, 0)}, r"^The goal must be 3 finite numbers, not \(0, 0\)\.$"),
-    ({"goal": "abc"}, r"^The goal must be 3 finite numbers, not 'abc'\.$"),
-    ({"goal": None}, r"^The goal must be 3 finite numbers, not None\.$"),
-    ({"wind": (math.inf, 0)}, r"^The wind must be 2 finite numbers, not \(inf, 0\)\.$"),
-    ({"ds_m": 0}, r"^The sampling step must be a positive number of metres, not 0\.$"),
-    ({"ds_m": -3.0}, r"^The sampling step must be a positive number of metres, not -3\.$"),
-    ({"ds_m": math.nan}, r"^The sampling step must be a positive number of metres, not nan\.$"),
-    ({"ds_m": 1e4}, r"^The sampling step of 10000 m is longer than the way from start to goal, "
-                    r"[\d.]+ m; lessen it\.$"),
-    ({"ds_m": 1e-4}, r"^The sampling step must be at least 0\.001 m, not 0\.0001 m\.$"),
-    ({"start": (-0.1, 0, 200)}, (r"^The start at \(-0\.1, 0\) is outside the map, which reaches "
-                                 r"from \(0, 0\) to \(1500, 1500\) m\.$")),
-    ({"goal": (0, 1500.1, 200)}, (r"^The goal at \(0, 1500\.1\) is outside the map, which reaches "
-                                  r"from \(0, 0\) to \(1500, 1500\) m\.$")),
-    ({"start": (100, 100, 99.9)}, (r"^The start at an altitude of 99\.9 m is inside the ground, "
-                                   r"which is at 100 m there; raise it\.$")),
-    ({"goal": (1000, 0, 200), "nofly": (Circle(1000, 0, 100),)},
-     r"^The goal at \(1000, 0\) is inside a no-fly zone; move it or the zone\.$"),
-    ({"goal": START}, r"^Start and goal are the same point; move one of them\.$"),
-    ({"wind": (0, -23)}, (r"^A wind of 23 m/s is not below the airspeed of Silver Fox-like, "
-                          r"23 m/s; lessen it or take a faster UAV\.$")),
-    ({"start": (100, 100, 1000)}, (r"^The straight line from start to goal is so steep a glide "
-                                   r"that it burns no fuel, and costs are relative to it; raise "
-                                   r"the goal or lower the start\.$")),
-])
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"start": (0, 0, math.nan)}, r"^The start must be 3 finite numbers, not \(0, 0, nan\)\.$"),
+        ({"goal": (0, 0)}, r"^The goal must be 3 finite numbers, not \(0, 0\)\.$"),
+        ({"goal": "abc"}, r"^The goal must be 3 finite numbers, not 'abc'\.$"),
+        ({"goal": None}, r"^The goal must be 3 finite numbers, not None\.$"),
+        ({"wind": (math.inf, 0)}, r"^The wind must be 2 finite numbers, not \(inf, 0\)\.$"),
+        ({"ds_m": 0}, r"^The sampling step must be a positive number of metres, not 0\.$"),
+        ({"ds_m": -3.0}, r"^The sampling step must be a positive number of metres, not -3\.$"),
+        ({"ds_m": math.nan}, r"^The sampling step must be a positive number of metres, not nan\.$"),
+        (
+            {"ds_m": 1e4},
+            r"^The sampling step of 10000 m is longer than the way from start to goal, "
+            r"[\d.]+ m; lessen it\.$",
+        ),
+        ({"ds_m": 1e-4}, r"^The sampling step must be at least 0\.001 m, not 0\.0001 m\.$"),
+        (
+            {"start": (-0.1, 0, 200)},
+            (
+                r"^The start at \(-0\.1, 0\) is outside the map, which reaches "
+                r"from \(0, 0\) to \(1500, 1500\) m\.$"
+            ),
+        ),
+        (
+            {"goal": (0, 1500.1, 200)},
+            (
+                r"^The goal at \(0, 1500\.1\) is outside the map, which reaches "
+                r"from \(0, 0\) to \(1500, 1500\) m\.$"
+            ),
+        ),
+        (
+            {"start": (100, 100, 99.9)},
+            (
+                r"^The start at an altitude of 99\.9 m is inside the ground, "
+                r"which is at 100 m there; raise it\.$"
+            ),
+        ),
+        (
+            {"goal": (1000, 0, 200), "nofly": (Circle(1000, 0, 100),)},
+            r"^The goal at \(1000, 0\) is inside a no-fly zone; move it or the zone\.$",
+        ),
+        ({"goal": START}, r"^Start and goal are the same point; move one of them\.$"),
+        (
+            {"wind": (0, -23)},
+            (
+                r"^A wind of 23 m/s is not below the airspeed of Silver Fox-like, "
+                r"23 m/s; lessen it or take a faster UAV\.$"
+            ),
+        ),
+        (
+            {"start": (100, 100, 1000)},
+            (
+                r"^The straight line from start to goal is so steep a glide "
+                r"that it burns no fuel, and costs are relative to it; raise "
+                r"the goal or lower the start\.$"
+            ),
+        ),
+    ],
+)
 def test_bad_problems(options, message):
     with pytest.raises(InputError, match=message):
         problem(**options)
@@ -101,9 +140,12 @@ def test_bad_problems(options, message):
 
 def test_below_the_datum():
     low = terrain(np.full((21, 31), -400.0))
-    with pytest.raises(InputError, match=r"^The straight line from start to goal has a mean "
-                                         r"altitude of -50 m, and costs are relative to it; shift "
-                                         r"the datum so that it is positive\.$"):
+    with pytest.raises(
+        InputError,
+        match=r"^The straight line from start to goal has a mean "
+        r"altitude of -50 m, and costs are relative to it; shift "
+        r"the datum so that it is positive\.$",
+    ):
         problem((100, 100, -50), (1400, 1400, -50), low)
 
 
@@ -111,21 +153,30 @@ def test_below_the_datum():
 def test_over_a_void(make):
     elevation = np.full((21, 31), 100.0)
     elevation[1, 2] = np.nan
-    with pytest.raises(InputError, match=r"^The start at \(100, 100\) is over a void of the "
-                                         r"terrain; move it, or fill the voids with "
-                                         r"--fill-voids\.$"):
+    with pytest.raises(
+        InputError,
+        match=r"^The start at \(100, 100\) is over a void of the "
+        r"terrain; move it, or fill the voids with "
+        r"--fill-voids\.$",
+    ):
         make(terrain(elevation), START, GOAL, FOX)
 
 
 def test_from_agl_outside_the_map():
-    with pytest.raises(InputError, match=r"^The goal at \(9000, 0\) is outside the map, which "
-                                         r"reaches from \(0, 0\) to \(1500, 1500\) m\.$"):
+    with pytest.raises(
+        InputError,
+        match=r"^The goal at \(9000, 0\) is outside the map, which "
+        r"reaches from \(0, 0\) to \(1500, 1500\) m\.$",
+    ):
         Problem.from_agl(terrain(), START, (9000, 0, 10), FOX)
 
 
 def test_straight_line_that_the_wind_forbids():
     # 45 degrees up leave 16.3 m/s of horizontal airspeed.
-    with pytest.raises(InputError, match=r"^The straight line from start to goal cannot be flown "
-                                         r"in this wind, and costs are relative to it; lessen the "
-                                         r"wind or move start or goal\.$"):
+    with pytest.raises(
+        InputError,
+        match=r"^The straight line from start to goal cannot be flown "
+        r"in this wind, and costs are relative to it; lessen the "
+        r"wind or move start or goal\.$",
+    ):
         problem((100, 100, 200), (1100, 100, 1200), wind=(0, 20))

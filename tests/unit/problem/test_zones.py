@@ -21,8 +21,9 @@ SQUARE = ((100.0, 100.0), (300.0, 100.0), (300.0, 300.0), (100.0, 300.0))
 
 
 def terrain(shape=(9, 12), dx_m=50.0, dy_m=50.0, crs=None, origin=(0.0, 0.0)):
-    return Terrain(name="world", elevation=np.zeros(shape), dx_m=dx_m, dy_m=dy_m, crs=crs,
-                   origin=origin)
+    return Terrain(
+        name="world", elevation=np.zeros(shape), dx_m=dx_m, dy_m=dy_m, crs=crs, origin=origin
+    )
 
 
 def nodes(zone, where=None):
@@ -35,8 +36,12 @@ def test_circle_holds_the_nodes_on_its_border():
     # 3-4-5: the nodes at (150, 200) from the axis are exactly on it.
     inside = nodes(Circle(200, 200, 250))
     assert {(7, 8), (8, 7), (9, 4), (1, 0)} <= inside
-    assert inside == {(i, j) for i in range(12) for j in range(9)
-                      if (50 * i - 200)**2 + (50 * j - 200)**2 <= 250**2}
+    assert inside == {
+        (i, j)
+        for i in range(12)
+        for j in range(9)
+        if (50 * i - 200) ** 2 + (50 * j - 200) ** 2 <= 250**2
+    }
     assert (9, 4) not in nodes(Circle(200, 200, 249.999))
 
 
@@ -49,7 +54,11 @@ def test_zones_may_reach_over_the_map():
     assert nodes(Circle(-100, 0, 150)) == {(0, 0), (1, 0), (0, 1), (0, 2)}
     assert nodes(Circle(-5000, 0, 150)) == set()
     assert nodes(Polygon(((-500, -500), (75, -500), (75, 75), (-500, 75)))) == {
-        (0, 0), (1, 0), (0, 1), (1, 1)}
+        (0, 0),
+        (1, 0),
+        (0, 1),
+        (1, 1),
+    }
 
 
 def test_polygon_holds_its_edges_and_corners():
@@ -75,8 +84,11 @@ def exactly_inside(ring, x, y):
     """Even-odd rule in rationals; points on an edge are inside."""
     inside = False
     for (xa, ya), (xb, yb) in pairwise((*ring, ring[0])):
-        if ((xb - xa) * (y - ya) == (yb - ya) * (x - xa) and min(xa, xb) <= x <= max(xa, xb)
-                and min(ya, yb) <= y <= max(ya, yb)):
+        if (
+            (xb - xa) * (y - ya) == (yb - ya) * (x - xa)
+            and min(xa, xb) <= x <= max(xa, xb)
+            and min(ya, yb) <= y <= max(ya, yb)
+        ):
             return True
         if (ya <= y) != (yb <= y) and x < xa + Fraction(y - ya) * (xb - xa) / (yb - ya):
             inside = not inside
@@ -99,16 +111,20 @@ def test_raster_is_the_union():
     zones = (Circle(100, 100, 60), Polygon(SQUARE))
     np.testing.assert_array_equal(
         nofly.raster(zones, terrain()),
-        nofly.raster(zones[:1], terrain()) | nofly.raster(zones[1:], terrain()))
+        nofly.raster(zones[:1], terrain()) | nofly.raster(zones[1:], terrain()),
+    )
     assert not nofly.raster((), terrain()).any()
     assert nofly.raster((), terrain((3, 4))).shape == (3, 4)
 
 
-@pytest.mark.parametrize("zone", [
-    Circle(1.5, -2.0, 30),
-    Polygon(SQUARE),
-    Polygon(SQUARE, (((150, 150), (160, 150), (150, 160)),)),
-])
+@pytest.mark.parametrize(
+    "zone",
+    [
+        Circle(1.5, -2.0, 30),
+        Polygon(SQUARE),
+        Polygon(SQUARE, (((150, 150), (160, 150), (150, 160)),)),
+    ],
+)
 def test_summary_form_both_ways(zone):
     table = json.loads(json.dumps(zone.to_dict()))
     assert nofly.zone_from_dict(table) == zone
@@ -117,35 +133,55 @@ def test_summary_form_both_ways(zone):
 def test_summary_form():
     assert Circle(1, 2, 3).to_dict() == {"x": 1.0, "y": 2.0, "radius_m": 3.0}
     assert Polygon(SQUARE[:3]).to_dict() == {
-        "polygon": [[100.0, 100.0], [300.0, 100.0], [300.0, 300.0]]}
+        "polygon": [[100.0, 100.0], [300.0, 100.0], [300.0, 300.0]]
+    }
 
 
-@pytest.mark.parametrize("table", [None, [], {"x": 1, "y": 2}, {"polygon": [], "x": 1},
-                                   {"polygon": [[0, 0]] * 3, "holes": 3}])
+@pytest.mark.parametrize(
+    "table",
+    [None, [], {"x": 1, "y": 2}, {"polygon": [], "x": 1}, {"polygon": [[0, 0]] * 3, "holes": 3}],
+)
 def test_bad_summary_form(table):
-    with pytest.raises(InputError, match=r'^A no-fly zone must be \{"x", "y", "radius_m"\} or '
-                                         r'\{"polygon": \[\[x, y\], \.\.\.\]\}, not '):
+    with pytest.raises(
+        InputError,
+        match=r'^A no-fly zone must be \{"x", "y", "radius_m"\} or '
+        r'\{"polygon": \[\[x, y\], \.\.\.\]\}, not ',
+    ):
         nofly.zone_from_dict(table)
 
 
-@pytest.mark.parametrize(("values", "message"), [
-    ((0, 0, -1), r"^No-fly circle: radius_m must not be negative, not -1\.$"),
-    ((math.nan, 0, 1), r"^No-fly circle: x_m must be a finite number, not nan\.$"),
-    ((0, math.inf, 1), r"^No-fly circle: y_m must be a finite number, not inf\.$"),
-    ((0, 0, "wide"), r"^No-fly circle: radius_m must be a finite number, not 'wide'\.$"),
-])
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ((0, 0, -1), r"^No-fly circle: radius_m must not be negative, not -1\.$"),
+        ((math.nan, 0, 1), r"^No-fly circle: x_m must be a finite number, not nan\.$"),
+        ((0, math.inf, 1), r"^No-fly circle: y_m must be a finite number, not inf\.$"),
+        ((0, 0, "wide"), r"^No-fly circle: radius_m must be a finite number, not 'wide'\.$"),
+    ],
+)
 def test_bad_circles(values, message):
     with pytest.raises(InputError, match=message):
         Circle(*values)
 
 
-@pytest.mark.parametrize(("ring", "message"), [
-    (((0, 0), (1, 1)), r"^No-fly polygon: a ring must have at least 3 corners, not 2\.$"),
-    (((0, 0), (1, 1), (0, 0)), r"^No-fly polygon: a ring must have at least 3 corners, not 2\.$"),
-    (((0, 0), (1, 1), (0, math.nan)), (r"^No-fly polygon: every corner must be two finite numbers, "
-                                      r"x and y\.$")),
-    ("ring", r"^No-fly polygon: every corner must be two finite numbers, x and y\.$"),
-])
+@pytest.mark.parametrize(
+    ("ring", "message"),
+    [
+        (((0, 0), (1, 1)), r"^No-fly polygon: a ring must have at least 3 corners, not 2\.$"),
+        (
+            ((0, 0), (1, 1), (0, 0)),
+            r"^No-fly polygon: a ring must have at least 3 corners, not 2\.$",
+        ),
+        (
+            ((0, 0), (1, 1), (0, math.nan)),
+            (
+                r"^No-fly polygon: every corner must be two finite numbers, "
+                r"x and y\.$"
+            ),
+        ),
+        ("ring", r"^No-fly polygon: every corner must be two finite numbers, x and y\.$"),
+    ],
+)
 def test_bad_polygons(ring, message):
     with pytest.raises(InputError, match=message):
         Polygon(ring)
@@ -158,8 +194,11 @@ def read(tmp_path, document, where=None):
 
 
 def feature(kind, coordinates, **properties):
-    return {"type": "Feature", "properties": properties,
-            "geometry": {"type": kind, "coordinates": coordinates}}
+    return {
+        "type": "Feature",
+        "properties": properties,
+        "geometry": {"type": kind, "coordinates": coordinates},
+    }
 
 
 def collection(*features, **members):
@@ -173,11 +212,15 @@ def closed(ring):
 def test_read_local_zones(tmp_path):
     hole = ((150.0, 150.0), (250.0, 150.0), (250.0, 250.0))
     other = ((0.0, 0.0), (50.0, 0.0), (0.0, 50.0))
-    zones = read(tmp_path, collection(
-        feature("Point", [10, 20, 99], radius_m=30),
-        feature("Polygon", [closed(SQUARE), closed(hole)]),
-        feature("MultiPolygon", [[closed(SQUARE)], [closed(other)]]),
-        crs_local=True))
+    zones = read(
+        tmp_path,
+        collection(
+            feature("Point", [10, 20, 99], radius_m=30),
+            feature("Polygon", [closed(SQUARE), closed(hole)]),
+            feature("MultiPolygon", [[closed(SQUARE)], [closed(other)]]),
+            crs_local=True,
+        ),
+    )
     assert zones == (Circle(10, 20, 30), Polygon(SQUARE, (hole,)), Polygon(SQUARE), Polygon(other))
 
 
@@ -191,47 +234,85 @@ def test_read_one_feature_or_geometry(tmp_path):
 def test_read_geographic_zones(tmp_path):
     where = terrain((100, 100), 30.0, 30.0, "EPSG:32611", (388328.65545, 3790772.82763))
     ring = ((100.0, 200.0), (2000.0, 250.0), (1500.0, 1800.0))
-    longitude, latitude = transform("EPSG:32611", "EPSG:4326",
-                                    [where.origin[0] + x for x, _ in ring],
-                                    [where.origin[1] + y for _, y in ring])
+    longitude, latitude = transform(
+        "EPSG:32611",
+        "EPSG:4326",
+        [where.origin[0] + x for x, _ in ring],
+        [where.origin[1] + y for _, y in ring],
+    )
     corners = closed(tuple(zip(longitude, latitude, strict=True)))
-    circle, polygon = read(tmp_path, collection(
-        feature("Point", corners[0], radius_m=400), feature("Polygon", [corners])), where)
+    circle, polygon = read(
+        tmp_path,
+        collection(feature("Point", corners[0], radius_m=400), feature("Polygon", [corners])),
+        where,
+    )
     assert (circle.x_m, circle.y_m, circle.radius_m) == pytest.approx((100, 200, 400), abs=1e-3)
     np.testing.assert_allclose(polygon.ring, ring, atol=1e-3)
 
 
-@pytest.mark.parametrize(("document", "message"), [
-    ("{", r"is not JSON: .+\.$"),
-    ("[]", r": not a GeoJSON object\.$"),
-    (collection(crs_local="yes"), r': "crs_local" must be true or false, not \'yes\'\.$'),
-    (collection(), (r": the terrain has no coordinate reference system, so give the zones in local "
-                   r'metres and add the member "crs_local": true\.$')),
-    ({"type": "FeatureCollection", "crs_local": True},
-     r': a FeatureCollection must have a list of "features"\.$'),
-    ({"type": "Feature", "geometry": None, "crs_local": True},
-     r': a Feature must have a "geometry"\.$'),
-    (collection(3, crs_local=True), r": a feature is not a GeoJSON object\.$"),
-    (collection(feature("Point", [1, 2]), crs_local=True),
-     r': a Point needs the property "radius_m"\.$'),
-    (collection(feature("Point", [1, 2], radius_m=-5), crs_local=True),
-     r": No-fly circle: radius_m must not be negative, not -5\.$"),
-    (collection(feature("Point", [1], radius_m=5), crs_local=True),
-     r": a position must be a list of two finite numbers\.$"),
-    (collection(feature("Point", None, radius_m=5), crs_local=True),
-     r": a position must be a list of two finite numbers\.$"),
-    (collection(feature("Point", [math.nan, 1], radius_m=5), crs_local=True),
-     r": a position must be a list of two finite numbers\.$"),
-    (collection(feature("LineString", [[1, 2], [3, 4]]), crs_local=True),
-     (r': a geometry must be a Polygon, a MultiPolygon or a Point with "radius_m", '
-     r"not 'LineString'\.$")),
-    (collection(feature("Polygon", []), crs_local=True),
-     r": a Polygon must have at least one ring\.$"),
-    (collection(feature("MultiPolygon", {}), crs_local=True),
-     r": the coordinates of a MultiPolygon must be a list\.$"),
-    (collection(feature("Polygon", [[[0, 0], [1, 1], [0, 0]]]), crs_local=True),
-     r": No-fly polygon: a ring must have at least 3 corners, not 2\.$"),
-])
+@pytest.mark.parametrize(
+    ("document", "message"),
+    [
+        ("{", r"is not JSON: .+\.$"),
+        ("[]", r": not a GeoJSON object\.$"),
+        (collection(crs_local="yes"), r': "crs_local" must be true or false, not \'yes\'\.$'),
+        (
+            collection(),
+            (
+                r": the terrain has no coordinate reference system, so give the zones in local "
+                r'metres and add the member "crs_local": true\.$'
+            ),
+        ),
+        (
+            {"type": "FeatureCollection", "crs_local": True},
+            r': a FeatureCollection must have a list of "features"\.$',
+        ),
+        (
+            {"type": "Feature", "geometry": None, "crs_local": True},
+            r': a Feature must have a "geometry"\.$',
+        ),
+        (collection(3, crs_local=True), r": a feature is not a GeoJSON object\.$"),
+        (
+            collection(feature("Point", [1, 2]), crs_local=True),
+            r': a Point needs the property "radius_m"\.$',
+        ),
+        (
+            collection(feature("Point", [1, 2], radius_m=-5), crs_local=True),
+            r": No-fly circle: radius_m must not be negative, not -5\.$",
+        ),
+        (
+            collection(feature("Point", [1], radius_m=5), crs_local=True),
+            r": a position must be a list of two finite numbers\.$",
+        ),
+        (
+            collection(feature("Point", None, radius_m=5), crs_local=True),
+            r": a position must be a list of two finite numbers\.$",
+        ),
+        (
+            collection(feature("Point", [math.nan, 1], radius_m=5), crs_local=True),
+            r": a position must be a list of two finite numbers\.$",
+        ),
+        (
+            collection(feature("LineString", [[1, 2], [3, 4]]), crs_local=True),
+            (
+                r': a geometry must be a Polygon, a MultiPolygon or a Point with "radius_m", '
+                r"not 'LineString'\.$"
+            ),
+        ),
+        (
+            collection(feature("Polygon", []), crs_local=True),
+            r": a Polygon must have at least one ring\.$",
+        ),
+        (
+            collection(feature("MultiPolygon", {}), crs_local=True),
+            r": the coordinates of a MultiPolygon must be a list\.$",
+        ),
+        (
+            collection(feature("Polygon", [[[0, 0], [1, 1], [0, 0]]]), crs_local=True),
+            r": No-fly polygon: a ring must have at least 3 corners, not 2\.$",
+        ),
+    ],
+)
 def test_bad_files(tmp_path, document, message):
     with pytest.raises(InputError, match=r"^No-fly file '.*zones\.geojson'" + r"\:?.*" + message):
         read(tmp_path, document)
@@ -239,18 +320,27 @@ def test_bad_files(tmp_path, document, message):
 
 def test_geographic_file_of_local_metres_or_another_system(tmp_path):
     where = terrain(crs="EPSG:32611")
-    with pytest.raises(InputError, match=r": \(500, 200\) is no WGS84 longitude and latitude; for "
-                                         r'local metres add the member "crs_local": true\.$'):
+    with pytest.raises(
+        InputError,
+        match=r": \(500, 200\) is no WGS84 longitude and latitude; for "
+        r'local metres add the member "crs_local": true\.$',
+    ):
         read(tmp_path, collection(feature("Point", [500, 200], radius_m=5)), where)
     crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32611"}}
-    with pytest.raises(InputError, match=r": its coordinates are not WGS84 longitude and latitude; "
-                                         r"convert it first\.$"):
+    with pytest.raises(
+        InputError,
+        match=r": its coordinates are not WGS84 longitude and latitude; "
+        r"convert it first\.$",
+    ):
         read(tmp_path, collection(crs=crs), where)
     crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS84"}}
     assert read(tmp_path, collection(crs=crs), where) == ()
 
 
 def test_missing_file(tmp_path):
-    with pytest.raises(InputError, match=r"^Cannot read no-fly file '.*none\.geojson': No such "
-                                         r"file or directory\.$"):
+    with pytest.raises(
+        InputError,
+        match=r"^Cannot read no-fly file '.*none\.geojson': No such "
+        r"file or directory\.$",
+    ):
         nofly.read_geojson(tmp_path / "none.geojson", terrain())

@@ -56,8 +56,10 @@ def test_every_row_of_every_table_has_a_job():
     assert len(folders) - len(set(folders)) == 2
 
 
-@pytest.mark.parametrize(("board", "device"), [
-    ("ulx3s-85f", "LFE5U-85F-6"), ("ecpix5-85f", "LFE5UM5G-85F-8"), ("icebreaker", "iCE40UP5K")])
+@pytest.mark.parametrize(
+    ("board", "device"),
+    [("ulx3s-85f", "LFE5U-85F-6"), ("ecpix5-85f", "LFE5UM5G-85F-8"), ("icebreaker", "iCE40UP5K")],
+)
 def test_devices_have_their_names(board, device):
     assert device_of(find_board(board).platform()) == device
 
@@ -95,7 +97,8 @@ def test_a_row_that_fails_is_told_and_is_the_status(tmp_path, monkeypatch, capsy
     monkeypatch.setattr(fpga, "PAGE", tmp_path / "page.md")
     for argument, status in (("units: line", 1), ("no such row", 2)):
         monkeypatch.setattr(
-            "sys.argv", ["bench", "fpga", "--only", argument, "--out", str(tmp_path)])
+            "sys.argv", ["bench", "fpga", "--only", argument, "--out", str(tmp_path)]
+        )
         assert main() == status
     printed = capsys.readouterr()
     assert "\nline: It failed.\n" in printed.out

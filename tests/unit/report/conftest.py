@@ -15,27 +15,60 @@ from host.terrain import Terrain
 def make_run():
     """Evaluator and result of a flight through two waypoints."""
 
-    def make(shape=(41, 61), side_m=100.0, *, crs=None, origin=None, void=False, relief=500.0,
-             nofly=True, height_m=300.0, history=30, failure=None):
+    def make(
+        shape=(41, 61),
+        side_m=100.0,
+        *,
+        crs=None,
+        origin=None,
+        void=False,
+        relief=500.0,
+        nofly=True,
+        height_m=300.0,
+        history=30,
+        failure=None,
+    ):
         rng = np.random.default_rng(0)
         y, x = np.mgrid[: shape[0], : shape[1]]
-        elevation = 100 + relief * (
-            0.5 + 0.5 * np.sin(x / 9) * np.cos(y / 7)) + 0.02 * relief * rng.random(shape)
+        elevation = (
+            100
+            + relief * (0.5 + 0.5 * np.sin(x / 9) * np.cos(y / 7))
+            + 0.02 * relief * rng.random(shape)
+        )
         if void:
             elevation[: shape[0] // 3, shape[1] // 2 : shape[1] // 2 + 4] = np.nan
-        terrain = Terrain(name="waves", elevation=elevation, dx_m=side_m, dy_m=side_m, crs=crs,
-                          origin=origin)
+        terrain = Terrain(
+            name="waves", elevation=elevation, dx_m=side_m, dy_m=side_m, crs=crs, origin=origin
+        )
         width, height = terrain.width_m, terrain.height_m
         ends = [(share * width, share * height) for share in (0.08, 0.92)]
-        zones = (Circle(0.5 * width, 0.52 * height, 0.07 * min(width, height)),
-                 Polygon(((0.1 * width, 0.6 * height), (0.2 * width, 0.6 * height),
-                          (0.2 * width, 0.8 * height)))) if nofly else ()
-        problem = Problem.from_agl(terrain, (*ends[0], 100), (*ends[1], 100),
-                                   aircraft.load("silver-fox"), zones)
+        zones = (
+            (
+                Circle(0.5 * width, 0.52 * height, 0.07 * min(width, height)),
+                Polygon(
+                    (
+                        (0.1 * width, 0.6 * height),
+                        (0.2 * width, 0.6 * height),
+                        (0.2 * width, 0.8 * height),
+                    )
+                ),
+            )
+            if nofly
+            else ()
+        )
+        problem = Problem.from_agl(
+            terrain, (*ends[0], 100), (*ends[1], 100), aircraft.load("silver-fox"), zones
+        )
         evaluator = Evaluator(problem, threads=1)
         run = Run(evaluator, Options())
-        path = np.array([problem.start, (0.3 * width, 0.2 * height, 100 + relief + height_m),
-                         (0.8 * width, 0.7 * height, 100 + relief + height_m), problem.goal])
+        path = np.array(
+            [
+                problem.start,
+                (0.3 * width, 0.2 * height, 100 + relief + height_m),
+                (0.8 * width, 0.7 * height, 100 + relief + height_m),
+                problem.goal,
+            ]
+        )
         fitness = run.fitness([path])
         for generation in range(history):
             run.record(generation, fitness * (1 - 0.5 / (generation + 1)))

@@ -68,7 +68,8 @@ def test_refuses_a_file_in_the_way(tmp_path):
             prepare_directory(place)
         reason = "File exists" if place.name == "a" else "Not a directory"
         assert str(caught.value) == (
-            f"Cannot write to the directory {str(place)!r} ({reason}); give another with --out.")
+            f"Cannot write to the directory {str(place)!r} ({reason}); give another with --out."
+        )
 
 
 @pytest.fixture
@@ -92,8 +93,9 @@ def test_a_device_stays_and_its_error_is_a_sentence(full, tmp_path, linked):
     prepare_file(file)
     with pytest.raises(InputError) as caught, output_file(file) as binary:
         binary.write(b"new")
-    assert str(caught.value) == (f"Cannot write to {str(file)!r} (No space left on device); give "
-                                 "another file with --out.")
+    assert str(caught.value) == (
+        f"Cannot write to {str(file)!r} (No space left on device); give another file with --out."
+    )
     remove(file)
     assert full.is_char_device()
     assert file.is_symlink() == linked
@@ -138,7 +140,7 @@ def test_an_open_descriptor_is_written_at_its_position(tmp_path):
     log = tmp_path / "log"
     with log.open("wb", buffering=0) as opened:
         opened.write(b"before\n")
-        link = tmp_path / "stdout"              # As /dev/stdout is.
+        link = tmp_path / "stdout"  # As /dev/stdout is.
         link.symlink_to(f"/proc/self/fd/{opened.fileno()}")
         with replacing(link) as binary:
             binary.write(b"content\n")

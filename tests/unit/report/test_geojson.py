@@ -48,7 +48,8 @@ def test_wgs84_survives_to_the_millimetre(make_run, tmp_path):
 def test_second_feature_is_the_smoothed_track(make_run):
     _, result, document = documented(make_run)
     waypoints, track = (
-        np.array(feature["geometry"]["coordinates"]) for feature in document["features"])
+        np.array(feature["geometry"]["coordinates"]) for feature in document["features"]
+    )
     assert np.array_equal(waypoints, result.path)
     assert np.array_equal(track[[0, -1]], result.path[[0, -1]])
     steps = np.linalg.norm(np.diff(track, axis=0), axis=1)
@@ -56,36 +57,57 @@ def test_second_feature_is_the_smoothed_track(make_run):
     assert steps.sum() == pytest.approx(result.evaluation.length_m, rel=1e-3)
 
 
-@pytest.mark.parametrize("wrap", [
-    lambda line: line,
-    lambda line: {"type": "Feature", "properties": {}, "geometry": line},
-    lambda line: {"type": "FeatureCollection", "features": [
-        {"type": "Feature", "geometry": {"type": "Point", "coordinates": [0, 0]}},
-        {"type": "Feature", "geometry": line}]},
-], ids=["geometry", "feature", "collection"])
+@pytest.mark.parametrize(
+    "wrap",
+    [
+        lambda line: line,
+        lambda line: {"type": "Feature", "properties": {}, "geometry": line},
+        lambda line: {
+            "type": "FeatureCollection",
+            "features": [
+                {"type": "Feature", "geometry": {"type": "Point", "coordinates": [0, 0]}},
+                {"type": "Feature", "geometry": line},
+            ],
+        },
+    ],
+    ids=["geometry", "feature", "collection"],
+)
 def test_reads_any_wrapping(make_run, tmp_path, wrap):
     evaluator, _ = make_run()
     document = wrap({"type": "LineString", "coordinates": [[1, 2, 3], [4, 5, 6]]})
-    path = read_path(written(tmp_path, {**document, "crs_local": True}),
-                     evaluator.problem.terrain)
+    path = read_path(written(tmp_path, {**document, "crs_local": True}), evaluator.problem.terrain)
     assert path.tolist() == [[1, 2, 3], [4, 5, 6]]
 
 
-@pytest.mark.parametrize(("document", "sentence"), [
-    ("{", "{}: not JSON; give GeoJSON, a CSV or a summary."),
-    ([1], "{}: there is no LineString in it to take as the path."),
-    ({"type": "FeatureCollection", "features": 3},
-     "{}: there is no LineString in it to take as the path."),
-    ({"type": "LineString", "coordinates": [[1, 2], [3, 4]]},
-     "{}: the LineString must have two or more positions of three numbers each, the third the "
-     "altitude."),
-    ({"type": "LineString", "coordinates": [[1, 2, 3], [3, "a", 4]]},
-     "{}: the LineString must have two or more positions of three numbers each, the third the "
-     "altitude."),
-    ({"type": "LineString", "coordinates": [[1, 2, 3], [3, 4, 5]]},
-     "{}: its positions are geographic, which a terrain without a coordinate reference system "
-     'cannot place; give local metres with "crs_local": true.'),
-])
+@pytest.mark.parametrize(
+    ("document", "sentence"),
+    [
+        ("{", "{}: not JSON; give GeoJSON, a CSV or a summary."),
+        ([1], "{}: there is no LineString in it to take as the path."),
+        (
+            {"type": "FeatureCollection", "features": 3},
+            "{}: there is no LineString in it to take as the path.",
+        ),
+        (
+            {"type": "LineString", "coordinates": [[1, 2], [3, 4]]},
+            "{}: the LineString must have two or more positions of three numbers each, the "
+            "third the "
+            "altitude.",
+        ),
+        (
+            {"type": "LineString", "coordinates": [[1, 2, 3], [3, "a", 4]]},
+            "{}: the LineString must have two or more positions of three numbers each, the "
+            "third the "
+            "altitude.",
+        ),
+        (
+            {"type": "LineString", "coordinates": [[1, 2, 3], [3, 4, 5]]},
+            "{}: its positions are geographic, which a terrain without a coordinate "
+            "reference system "
+            'cannot place; give local metres with "crs_local": true.',
+        ),
+    ],
+)
 def test_says_what_is_wrong(make_run, tmp_path, document, sentence):
     evaluator, _ = make_run()
     file = written(tmp_path, document)

@@ -39,8 +39,14 @@ WORLDS = {
 @pytest.fixture(scope="module", params=WORLDS)
 def scene(request, make_run):
     evaluator, result = make_run(**WORLDS[request.param])
-    return Scene(evaluator, result.path, result.evaluation, result.history, "Title of the picture",
-                 "feasible, fitness 1.5177, 55.31 km, mean altitude 2,526 m, fuel 1.335 N")
+    return Scene(
+        evaluator,
+        result.path,
+        result.evaluation,
+        result.history,
+        "Title of the picture",
+        "feasible, fitness 1.5177, 55.31 km, mean altitude 2,526 m, fuel 1.335 N",
+    )
 
 
 @pytest.fixture(scope="module")
@@ -76,8 +82,15 @@ def test_says_what_it_shows(scene, figure):
     shown = [text for text, _ in texts_of(figure)]
     evaluation = scene.evaluation
     for text in (
-        "Plan view", "height of the ground (m)", "Altitude over the terrain along the path",
-        "Convergence", "feasible above 1", "start", "goal", "N", "Title of the picture",
+        "Plan view",
+        "height of the ground (m)",
+        "Altitude over the terrain along the path",
+        "Convergence",
+        "feasible above 1",
+        "start",
+        "goal",
+        "N",
+        "Title of the picture",
         f"minimum clearance {evaluation.minimum_clearance_m:,.1f} m",
     ):
         assert shown.count(text) == 1, text
@@ -95,8 +108,9 @@ def test_scale_and_north_cover_no_end_of_the_path(scene, figure):
     window = box.get_window_extent()
     assert {text.get_text() for text in box.findobj(Text)} >= {"N"}
     assert figure.axes[0].get_window_extent().padded(1).containsx(window.x0)
-    unit_m = axis_unit(max(scene.evaluator.problem.terrain.width_m,
-                           scene.evaluator.problem.terrain.height_m))[0]
+    unit_m = axis_unit(
+        max(scene.evaluator.problem.terrain.width_m, scene.evaluator.problem.terrain.height_m)
+    )[0]
     for end in scene.path[[0, -1], :2] / unit_m:
         x, y = figure.axes[0].transData.transform(end)
         assert not window.padded(10).contains(x, y)
@@ -133,8 +147,10 @@ def test_png(make_run, tmp_path):
     assert rows >= 1080
 
 
-@pytest.mark.parametrize(("span", "length"), [
-    (4, 1), (7.9, 1), (8, 2), (20, 5), (39.9, 5), (40, 10), (0.5, 0.1), (1500, 200)])
+@pytest.mark.parametrize(
+    ("span", "length"),
+    [(4, 1), (7.9, 1), (8, 2), (20, 5), (39.9, 5), (40, 10), (0.5, 0.1), (1500, 200)],
+)
 def test_scale_bar_is_round(span, length):
     assert nice_length(span) == pytest.approx(length)
 

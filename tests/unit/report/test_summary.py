@@ -10,19 +10,51 @@ from host.report.summary import finite, summarise
 
 # The contract of the file: scripts rely on these keys.
 KEYS = {
-    "pathgene", "planner", "board", "seed", "feasible", "feasible_at_ds", "fitness", "penalty",
-    "cost", "length_m", "mean_altitude_m", "fuel_N", "distance_under_terrain_m",
-    "distance_in_nofly_m", "distance_too_steep_m", "impossible_arcs", "minimum_clearance_m",
-    "waypoints", "terrain", "uav", "nofly", "ds_m", "generations", "evaluations", "seconds",
-    "hardware", "history", "history_evaluations",
+    "pathgene",
+    "planner",
+    "board",
+    "seed",
+    "feasible",
+    "feasible_at_ds",
+    "fitness",
+    "penalty",
+    "cost",
+    "length_m",
+    "mean_altitude_m",
+    "fuel_N",
+    "distance_under_terrain_m",
+    "distance_in_nofly_m",
+    "distance_too_steep_m",
+    "impossible_arcs",
+    "minimum_clearance_m",
+    "waypoints",
+    "terrain",
+    "uav",
+    "nofly",
+    "ds_m",
+    "generations",
+    "evaluations",
+    "seconds",
+    "hardware",
+    "history",
+    "history_evaluations",
 }
 
 
 def summary_of(make_run, **options):
     evaluator, result = make_run(**options)
-    return evaluator, result, summarise(
-        evaluator, result, planner="ga-pc", board=None, seed=3,
-        source={"source": "waves.npz", "fill_voids": False})
+    return (
+        evaluator,
+        result,
+        summarise(
+            evaluator,
+            result,
+            planner="ga-pc",
+            board=None,
+            seed=3,
+            source={"source": "waves.npz", "fill_voids": False},
+        ),
+    )
 
 
 def test_has_every_key(make_run):
@@ -51,4 +83,7 @@ def test_failure_is_told(make_run):
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_what_json_does_not_know_becomes_null(value):
     assert finite({"a": [1.5, (value, 2)], "b": value, "c": "text"}) == {
-        "a": [1.5, [None, 2]], "b": None, "c": "text"}
+        "a": [1.5, [None, 2]],
+        "b": None,
+        "c": "text",
+    }

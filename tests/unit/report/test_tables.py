@@ -20,16 +20,21 @@ def test_reads_rows_blank_lines_and_spaces(tmp_path):
     assert np.array_equal(read_csv(file), [[1, 2, 3], [-4.5, 500, 6]])
 
 
-@pytest.mark.parametrize(("text", "sentence"), [
-    ("", "{}: the first line must be the header x,y,z."),
-    ("1,2,3\n4,5,6\n", "{}: the first line must be the header x,y,z."),
-    ("x,y\n1,2\n", "{}: the first line must be the header x,y,z."),
-    ("x,y,z\n1,2,3\n", "{}: a path needs two rows or more, the start first and the goal last."),
-    ("x,y,z\n1,2,3\n4,5\n", "{}, line 3: must be three finite numbers x,y,z, not '4,5'."),
-    ("x,y,z\n1,2,nan\n4,5,6\n",
-     "{}, line 2: must be three finite numbers x,y,z, not '1,2,nan'."),
-    ("x,y,z\n1,2,up\n4,5,6\n", "{}, line 2: must be three finite numbers x,y,z, not '1,2,up'."),
-])
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("", "{}: the first line must be the header x,y,z."),
+        ("1,2,3\n4,5,6\n", "{}: the first line must be the header x,y,z."),
+        ("x,y\n1,2\n", "{}: the first line must be the header x,y,z."),
+        ("x,y,z\n1,2,3\n", "{}: a path needs two rows or more, the start first and the goal last."),
+        ("x,y,z\n1,2,3\n4,5\n", "{}, line 3: must be three finite numbers x,y,z, not '4,5'."),
+        (
+            "x,y,z\n1,2,nan\n4,5,6\n",
+            "{}, line 2: must be three finite numbers x,y,z, not '1,2,nan'.",
+        ),
+        ("x,y,z\n1,2,up\n4,5,6\n", "{}, line 2: must be three finite numbers x,y,z, not '1,2,up'."),
+    ],
+)
 def test_says_what_is_wrong(tmp_path, text, sentence):
     file = written(tmp_path, text)
     with pytest.raises(InputError, match=f"^{re.escape(sentence.format(file))}$"):

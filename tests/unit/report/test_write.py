@@ -42,8 +42,9 @@ def test_writes_all_and_nothing_else(report, tmp_path):
         assert np.array_equal(grid["elevation"], problem.terrain.elevation, equal_nan=True)
         assert np.array_equal(grid["nofly"], problem.nofly_raster)
         assert (float(grid["dx_m"]), float(grid["dy_m"])) == (100.0, 100.0)
-    assert np.array_equal(load(tmp_path / "terrain.npz").elevation, problem.terrain.elevation,
-                          equal_nan=True)
+    assert np.array_equal(
+        load(tmp_path / "terrain.npz").elevation, problem.terrain.elevation, equal_nan=True
+    )
 
 
 def test_an_error_in_the_picture_costs_only_the_picture(report, tmp_path, monkeypatch):
@@ -57,8 +58,7 @@ def test_an_error_in_the_picture_costs_only_the_picture(report, tmp_path, monkey
     written = write()
     assert sorted(path.name for path in written) == names(tmp_path)
     assert "path.png" not in names(tmp_path)
-    assert warnings == [
-        "There is no picture this time, drawing it failed: RuntimeError: no ink."]
+    assert warnings == ["There is no picture this time, drawing it failed: RuntimeError: no ink."]
 
 
 def test_directory_that_went_away(report, tmp_path):
@@ -68,4 +68,5 @@ def test_directory_that_went_away(report, tmp_path):
         write(gone)
     assert str(caught.value) == (
         f"Cannot write to the directory {str(gone)!r} (No such file or directory); give another "
-        "with --out.")
+        "with --out."
+    )

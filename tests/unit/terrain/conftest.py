@@ -21,8 +21,17 @@ def write_tif(tmp_path):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
             with rasterio.open(
-                    file, "w", driver="GTiff", height=rows, width=columns, count=count,
-                    dtype=heights.dtype, crs=crs, transform=transform, **profile) as made:
+                file,
+                "w",
+                driver="GTiff",
+                height=rows,
+                width=columns,
+                count=count,
+                dtype=heights.dtype,
+                crs=crs,
+                transform=transform,
+                **profile,
+            ) as made:
                 made.write(bands)
                 if unit is not None:
                     made.units = (unit,)

@@ -18,8 +18,9 @@ def test_every_name_is_described_and_loads():
 def test_unknown_name():
     with pytest.raises(InputError) as error:
         embedded.load("atlantis")
-    assert str(error.value) == ("There is no embedded terrain 'atlantis', only jacksboro, canyon, "
-                                "river, large-canyon.")
+    assert str(error.value) == (
+        "There is no embedded terrain 'atlantis', only jacksboro, canyon, river, large-canyon."
+    )
 
 
 class TestJacksboro:
@@ -42,10 +43,15 @@ class TestJacksboro:
         assert (lat, lon) == pytest.approx((36.19833, -84.23056), abs=0.001)
         assert heights[iy, ix] == pytest.approx(3534 * 0.3048, abs=10)
 
-    @pytest.mark.parametrize(("place", "lat", "lon", "height_m"), [
-        ("Jacksboro", 36.330, -84.184, 325), ("LaFollette", 36.383, -84.120, 325),
-        ("Caryville", 36.300, -84.223, 335), ("Rocky Top", 36.219, -84.155, 262),
-    ])
+    @pytest.mark.parametrize(
+        ("place", "lat", "lon", "height_m"),
+        [
+            ("Jacksboro", 36.330, -84.184, 325),
+            ("LaFollette", 36.383, -84.120, 325),
+            ("Caryville", 36.300, -84.223, 335),
+            ("Rocky Top", 36.219, -84.155, 262),
+        ],
+    )
     def test_towns_lie_in_their_valleys(self, place, lat, lon, height_m):
         x, y = self.TERRAIN.to_local(lat, lon)
         assert self.TERRAIN.ground(x, y) == pytest.approx(height_m, abs=25), place

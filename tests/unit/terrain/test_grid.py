@@ -37,10 +37,19 @@ def test_infinities_are_voids():
     assert terrain.voids.tolist() == [[False, True], [True, True]]
 
 
-@pytest.mark.parametrize(("x", "y", "height"), [
-    (0, 0, 1.0), (14.999, 9.999, 1.0), (15, 0, 2.0), (45, 0, 3.0), (0, 10, 4.0),
-    (-1e9, -1e30, 1.0), (1e30, 1e9, 6.0), (60, 20, 6.0),
-])
+@pytest.mark.parametrize(
+    ("x", "y", "height"),
+    [
+        (0, 0, 1.0),
+        (14.999, 9.999, 1.0),
+        (15, 0, 2.0),
+        (45, 0, 3.0),
+        (0, 10, 4.0),
+        (-1e9, -1e30, 1.0),
+        (1e30, 1e9, 6.0),
+        (60, 20, 6.0),
+    ],
+)
 def test_ground_is_the_nearest_node(x, y, height):
     ground = UTM.ground(x, y)
     assert type(ground) is float
@@ -58,7 +67,11 @@ def test_ground_broadcasts():
 
 @given(
     st.tuples(st.integers(2, 6), st.integers(2, 6)),
-    st.floats(0.1, 100), st.floats(0.1, 100), st.floats(-50, 700), st.floats(-50, 700))
+    st.floats(0.1, 100),
+    st.floats(0.1, 100),
+    st.floats(-50, 700),
+    st.floats(-50, 700),
+)
 def test_ground_matches_a_search_of_all_nodes(shape, dx_m, dy_m, x, y):
     terrain = Terrain("t", np.arange(shape[0] * shape[1]).reshape(shape), dx_m, dy_m)
     # Of two nodes equally near, the higher index: it comes last, and `<=` lets it win.
@@ -72,28 +85,36 @@ def test_ground_matches_a_search_of_all_nodes(shape, dx_m, dy_m, x, y):
     assert terrain.ground(x, y) == nearest[0] * shape[1] + nearest[1]
 
 
-@pytest.mark.parametrize(("heights", "message"), [
-    (np.zeros(4), "t: the heights must be a grid of rows and columns, but have 1 dimensions."),
-    (np.zeros((2, 2, 2)),
-     "t: the heights must be a grid of rows and columns, but have 3 dimensions."),
-    (np.zeros((1, 5)), "t: a terrain needs at least 2 x 2 nodes, but this one has 1 x 5."),
-    (np.zeros((0, 5)), "t: a terrain needs at least 2 x 2 nodes, but this one has 0 x 5."),
-    (np.full((2, 2), np.nan), "t: every node is void; choose a terrain with heights."),
-    (np.zeros((2, 2), complex), "t: the heights must be real numbers, but are complex128."),
-    (np.array([["a", "b"]] * 2), "t: the heights must be real numbers, but are <U1."),
-])
+@pytest.mark.parametrize(
+    ("heights", "message"),
+    [
+        (np.zeros(4), "t: the heights must be a grid of rows and columns, but have 1 dimensions."),
+        (
+            np.zeros((2, 2, 2)),
+            "t: the heights must be a grid of rows and columns, but have 3 dimensions.",
+        ),
+        (np.zeros((1, 5)), "t: a terrain needs at least 2 x 2 nodes, but this one has 1 x 5."),
+        (np.zeros((0, 5)), "t: a terrain needs at least 2 x 2 nodes, but this one has 0 x 5."),
+        (np.full((2, 2), np.nan), "t: every node is void; choose a terrain with heights."),
+        (np.zeros((2, 2), complex), "t: the heights must be real numbers, but are complex128."),
+        (np.array([["a", "b"]] * 2), "t: the heights must be real numbers, but are <U1."),
+    ],
+)
 def test_refuses_what_is_no_grid(heights, message):
     with pytest.raises(InputError) as error:
         Terrain("t", heights, 1, 1)
     assert str(error.value) == message
 
 
-@pytest.mark.parametrize(("sides", "message"), [
-    ((0, 1), "t: the sides of a cell must be positive metres, but dx_m is 0."),
-    ((1, -2.5), "t: the sides of a cell must be positive metres, but dy_m is -2.5."),
-    ((np.nan, 1), "t: the sides of a cell must be positive metres, but dx_m is nan."),
-    ((1, np.inf), "t: the sides of a cell must be positive metres, but dy_m is inf."),
-])
+@pytest.mark.parametrize(
+    ("sides", "message"),
+    [
+        ((0, 1), "t: the sides of a cell must be positive metres, but dx_m is 0."),
+        ((1, -2.5), "t: the sides of a cell must be positive metres, but dy_m is -2.5."),
+        ((np.nan, 1), "t: the sides of a cell must be positive metres, but dx_m is nan."),
+        ((1, np.inf), "t: the sides of a cell must be positive metres, but dy_m is inf."),
+    ],
+)
 def test_refuses_bad_sides(sides, message):
     with pytest.raises(InputError) as error:
         Terrain("t", HEIGHTS, *sides)
@@ -139,8 +160,10 @@ def test_geographic_in_feet():
     assert feet.to_local(*north) == pytest.approx((0.0, 1000.0), abs=1e-4)
 
 
-NO_PLACE = ("The terrain 'bare' has no coordinate reference system, so latitude and longitude have "
-            "no meaning on it; give local metres.")
+NO_PLACE = (
+    "The terrain 'bare' has no coordinate reference system, so latitude and longitude have "
+    "no meaning on it; give local metres."
+)
 
 
 @pytest.mark.parametrize("method", ["to_local", "to_geographic"])
@@ -161,14 +184,17 @@ def test_refuses_a_point_without_place():
         UTM.to_geographic(1e12, 1e12)
     assert str(error.value) == (
         "A point cannot be placed in the terrain's coordinate reference system; check its "
-        "coordinates, latitude before longitude.")
+        "coordinates, latitude before longitude."
+    )
 
 
 def test_approximate_datum_is_said_once():
     geodesy._warn_if_approximate.cache_clear()
     nad27 = Terrain("nad27", HEIGHTS, 30, 30, "EPSG:26710", (558_060.0, 5_108_220.0))
-    message = ("The exact shift between the datum 'North American Datum 1927' and WGS84 needs grid "
-               "files that are not installed, so latitudes and longitudes may be some metres off.")
+    message = (
+        "The exact shift between the datum 'North American Datum 1927' and WGS84 needs grid "
+        "files that are not installed, so latitudes and longitudes may be some metres off."
+    )
     with pytest.warns(UserWarning, match=f"^{message}$") as caught:
         place = nad27.to_geographic(0.0, 0.0)
     assert len(caught) == 1
@@ -177,8 +203,9 @@ def test_approximate_datum_is_said_once():
         assert nad27.to_local(*place) == pytest.approx((0.0, 0.0), abs=1e-3)
 
 
-@pytest.mark.parametrize("crs", [
-    "EPSG:32632", "EPSG:25832", "EPSG:26910", "EPSG:2056", "EPSG:7845", "EPSG:2955"])
+@pytest.mark.parametrize(
+    "crs", ["EPSG:32632", "EPSG:25832", "EPSG:26910", "EPSG:2056", "EPSG:7845", "EPSG:2955"]
+)
 def test_datums_like_wgs84_are_not_warned_of(crs):
     geodesy._warn_if_approximate.cache_clear()
     with warnings.catch_warnings():
@@ -217,9 +244,17 @@ def test_info_is_json():
     described = json.loads(json.dumps(info(UTM)))
     corners = described.pop("corners")
     assert described == {
-        "name": "utm", "shape": [2, 3], "dx_m": 30.0, "dy_m": 20.0, "crs": "EPSG:32632",
-        "origin": [500_000.0, 5_100_000.0], "width_m": 60.0, "height_m": 20.0,
-        "elevation_m": {"min": 1.0, "max": 6.0, "mean": 3.2}, "voids": 1, "void_share": 1 / 6,
+        "name": "utm",
+        "shape": [2, 3],
+        "dx_m": 30.0,
+        "dy_m": 20.0,
+        "crs": "EPSG:32632",
+        "origin": [500_000.0, 5_100_000.0],
+        "width_m": 60.0,
+        "height_m": 20.0,
+        "elevation_m": {"min": 1.0, "max": 6.0, "mean": 3.2},
+        "voids": 1,
+        "void_share": 1 / 6,
         "source": "made",
     }
     assert list(corners) == ["sw", "se", "nw", "ne"]

@@ -46,9 +46,15 @@ class TestProjected:
     @pytest.mark.parametrize(("width", "height"), [(30, 30), (-30, -30), (-30, 30)])
     def test_other_orientations(self, write_tif, width, height):
         """The same ground, whichever corner the file begins at."""
-        heights = HEIGHTS[::1 if height < 0 else -1, ::1 if width > 0 else -1]
-        transform = Affine(width, 0, 500_000 + (90 if width < 0 else 0),
-                           0, height, 5_100_000 - (60 if height > 0 else 0))
+        heights = HEIGHTS[:: 1 if height < 0 else -1, :: 1 if width > 0 else -1]
+        transform = Affine(
+            width,
+            0,
+            500_000 + (90 if width < 0 else 0),
+            0,
+            height,
+            5_100_000 - (60 if height > 0 else 0),
+        )
         terrain = load(write_tif(heights, transform))
         assert terrain.elevation.tolist() == SOUTH_FIRST
         assert terrain.origin == (500_015.0, 5_100_000 - 45.0)
@@ -59,9 +65,16 @@ class TestProjected:
         assert terrain.origin == (500_015.0, 5_100_000 - 45.0)
         assert terrain.elevation.tolist() == SOUTH_FIRST
 
-    @pytest.mark.parametrize(("unit", "metres"), [
-        ("m", 1), ("metre", 1), ("ft", 0.3048), ("Feet", 0.3048), ("US survey foot", 1200 / 3937),
-    ])
+    @pytest.mark.parametrize(
+        ("unit", "metres"),
+        [
+            ("m", 1),
+            ("metre", 1),
+            ("ft", 0.3048),
+            ("Feet", 0.3048),
+            ("US survey foot", 1200 / 3937),
+        ],
+    )
     def test_feet_of_height_become_metres(self, write_tif, unit, metres):
         terrain = load(write_tif(HEIGHTS, unit=unit))
         np.testing.assert_allclose(terrain.elevation, np.array(SOUTH_FIRST) * metres, rtol=1e-15)
@@ -115,8 +128,12 @@ class TestFilling:
         from rasterio.fill import fillnodata
 
         heights = self.voided()
-        expected = fillnodata(heights.copy(), mask=(heights != -1).astype(np.uint8),
-                              max_search_distance=9, smoothing_iterations=0)
+        expected = fillnodata(
+            heights.copy(),
+            mask=(heights != -1).astype(np.uint8),
+            max_search_distance=9,
+            smoothing_iterations=0,
+        )
         filled = load(write_tif(heights, nodata=-1), fill_voids=True)
         np.testing.assert_array_equal(filled.elevation, expected[::-1])
 
@@ -141,8 +158,10 @@ class TestFilling:
 class TestFormats:
     def test_ascii_grid(self, tmp_path):
         file = tmp_path / "grid.asc"
-        file.write_text("ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize 50\n"
-                        "NODATA_value -9999\n10 20 30\n40 -9999 60\n")
+        file.write_text(
+            "ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize 50\n"
+            "NODATA_value -9999\n10 20 30\n40 -9999 60\n"
+        )
         terrain = load(file)
         np.testing.assert_array_equal(terrain.elevation, [[40, np.nan, 60], [10, 20, 30]])
         assert (terrain.dx_m, terrain.dy_m) == (50.0, 50.0)
@@ -206,15 +225,18 @@ class TestFormats:
 
 class TestRefusals:
     def test_unknown_name(self):
-        assert refusal("nowhere") == ("There is no terrain 'nowhere': neither a file nor one of "
-                                      "jacksboro, canyon, river, large-canyon.")
+        assert refusal("nowhere") == (
+            "There is no terrain 'nowhere': neither a file nor one of "
+            "jacksboro, canyon, river, large-canyon."
+        )
 
     @pytest.mark.parametrize("content", [b"", b"no raster", b"II*\x00\x08\x00\x00\x00"])
     def test_unreadable(self, tif, content):
         tif.write_bytes(content)
         assert refusal(tif) == (
             f"{tif}: cannot be read as a raster of heights; give a GeoTIFF, an SRTM .hgt, another "
-            "format that GDAL reads, or a .npy or .npz file.")
+            "format that GDAL reads, or a .npy or .npz file."
+        )
 
     def test_cut_short(self, tif, write_tif):
         write_tif(np.random.default_rng(1).normal(size=(300, 300)))
@@ -235,8 +257,10 @@ class TestRefusals:
 
     def test_bands(self, tif, write_tif):
         write_tif(np.stack((HEIGHTS, HEIGHTS)))
-        assert refusal(tif) == (f"{tif}: a terrain has one band of heights, but this file has 2; "
-                                "write that of the heights to a file of its own.")
+        assert refusal(tif) == (
+            f"{tif}: a terrain has one band of heights, but this file has 2; "
+            "write that of the heights to a file of its own."
+        )
 
     def test_complex(self, tif, write_tif):
         write_tif(HEIGHTS.astype(np.complex64))
@@ -244,24 +268,29 @@ class TestRefusals:
 
     def test_vertical_unit(self, tif, write_tif):
         write_tif(HEIGHTS, unit="fathom")
-        assert refusal(tif) == (f"{tif}: its heights are in 'fathom', which is unknown; convert "
-                                "them to metres.")
+        assert refusal(tif) == (
+            f"{tif}: its heights are in 'fathom', which is unknown; convert them to metres."
+        )
 
     def test_rotated(self, tif, write_tif):
         write_tif(HEIGHTS, transform=Affine(29, 5, 0, 5, -29, 0))
-        assert refusal(tif) == ("made: the raster is rotated against its coordinate axes; warp it "
-                                "to north up first, with gdalwarp for example.")
+        assert refusal(tif) == (
+            "made: the raster is rotated against its coordinate axes; warp it "
+            "to north up first, with gdalwarp for example."
+        )
 
     def test_degrees_without_a_crs(self, tif, write_tif):
         write_tif(HEIGHTS, crs=None, transform=Affine(0.001, 0, 8, 0, -0.001, 46))
         assert refusal(tif) == (
             "made: cells of 0.001 x 0.001 without a coordinate reference system look like degrees; "
-            "add the system to the file.")
+            "add the system to the file."
+        )
 
     def test_raster_without_cells(self, tif, write_tif):
         write_tif(HEIGHTS, transform=Affine.identity(), crs=None)
-        assert refusal(tif) == ("made: the file does not say how large its cells are; give --cell "
-                                "DX[,DY] in metres.")
+        assert refusal(tif) == (
+            "made: the file does not say how large its cells are; give --cell DX[,DY] in metres."
+        )
 
     def test_needless_cell(self, write_tif, tmp_path):
         message = "the file says how large its cells are; leave out --cell."
@@ -270,30 +299,40 @@ class TestRefusals:
         np.savez(file, elevation=HEIGHTS, dx_m=1, dy_m=1)
         assert refusal(file, cell=(1, 1)) == f"{file}: {message}"
         assert refusal("canyon", cell=(1, 1)) == (
-            "The terrain 'canyon' has cells of its own; leave out --cell.")
+            "The terrain 'canyon' has cells of its own; leave out --cell."
+        )
 
-    @pytest.mark.parametrize(("cell", "shown"), [
-        ((0, 1), "0 x 1"), ((30, -30), "30 x -30"), ((np.nan, 1), "nan x 1"),
-        ((1, np.inf), "1 x inf"),
-    ])
+    @pytest.mark.parametrize(
+        ("cell", "shown"),
+        [
+            ((0, 1), "0 x 1"),
+            ((30, -30), "30 x -30"),
+            ((np.nan, 1), "nan x 1"),
+            ((1, np.inf), "1 x inf"),
+        ],
+    )
     def test_cell_not_positive(self, tmp_path, cell, shown):
         file = tmp_path / "made.npy"
         np.save(file, HEIGHTS)
         assert refusal(file, cell=cell) == (
-            f"The sides of a cell must be positive metres, not {shown}.")
+            f"The sides of a cell must be positive metres, not {shown}."
+        )
 
     def test_npy_without_cell(self, tmp_path):
         file = tmp_path / "made.npy"
         np.save(file, HEIGHTS)
-        assert refusal(file) == (f"{file}: a .npy file does not say how large its cells are; give "
-                                 "--cell DX[,DY] in metres.")
+        assert refusal(file) == (
+            f"{file}: a .npy file does not say how large its cells are; give "
+            "--cell DX[,DY] in metres."
+        )
 
     @pytest.mark.parametrize("content", [b"", b"no numpy file"])
     def test_unreadable_npy(self, tmp_path, content):
         file = tmp_path / "made.npy"
         file.write_bytes(content)
-        assert refusal(file, cell=(1, 1)) == (f"{file}: cannot be read as a numpy array; write it "
-                                              "with numpy.save.")
+        assert refusal(file, cell=(1, 1)) == (
+            f"{file}: cannot be read as a numpy array; write it with numpy.save."
+        )
 
     def test_unreadable_npz(self, tmp_path):
         file = tmp_path / "made.npz"
@@ -309,8 +348,9 @@ class TestRefusals:
     def test_npz_keys(self, tmp_path):
         file = tmp_path / "made.npz"
         np.savez(file, elevation=HEIGHTS, dx_m=1)
-        assert refusal(file) == (f"{file}: there is no 'dy_m' in it; a terrain file holds "
-                                 "elevation, dx_m, dy_m.")
+        assert refusal(file) == (
+            f"{file}: there is no 'dy_m' in it; a terrain file holds elevation, dx_m, dy_m."
+        )
 
     @pytest.mark.parametrize("side", [np.array([1.0, 2.0]), np.array("ten")])
     def test_npz_side_is_no_number(self, tmp_path, side):
@@ -322,10 +362,12 @@ class TestRefusals:
         file = tmp_path / "made.npz"
         np.savez(file, elevation=HEIGHTS, dx_m=1, dy_m=0)
         assert refusal(file) == (
-            f"{file}: the sides of a cell must be positive metres, but dy_m is 0.")
+            f"{file}: the sides of a cell must be positive metres, but dy_m is 0."
+        )
         np.savez(file, elevation=HEIGHTS[0], dx_m=1, dy_m=1)
         assert refusal(file) == (
-            f"{file}: the heights must be a grid of rows and columns, but have 1 dimensions.")
+            f"{file}: the heights must be a grid of rows and columns, but have 1 dimensions."
+        )
 
     def test_undeclared_voids_are_no_heights(self, tmp_path):
         heights = np.array([[1, -32768, 3], [4, 5, 6]], dtype=np.int16)

@@ -9,9 +9,18 @@ from host.terrain import raster
 def test_the_mark_of_a_void_is_no_height_whatever_is_declared(tmp_path, declared):
     heights = np.full((3, 4), 100, np.int16)
     heights[1, 2] = -32768
-    with rasterio.open(tmp_path / "t.tif", "w", driver="GTiff", height=3, width=4, count=1,
-                       dtype="int16", crs="EPSG:32632", nodata=declared,
-                       transform=rasterio.Affine(30, 0, 500_000, 0, -30, 5_000_000)) as file:
+    with rasterio.open(
+        tmp_path / "t.tif",
+        "w",
+        driver="GTiff",
+        height=3,
+        width=4,
+        count=1,
+        dtype="int16",
+        crs="EPSG:32632",
+        nodata=declared,
+        transform=rasterio.Affine(30, 0, 500_000, 0, -30, 5_000_000),
+    ) as file:
         file.write(heights, 1)
     read = raster.read(tmp_path / "t.tif").heights
     assert np.argwhere(np.isnan(read)).tolist() == [[1, 2]]

@@ -16,20 +16,36 @@ class TestRealTiles:
     PROJECTED = {
         # Shape, cell, lowest and highest metres, and WGS84 bounds: west, south, east, north.
         "big_tujunga_canyon_ca": (
-            (512, 512), 30, 589, 2085, (-118.21496, 34.25195, -118.04618, 34.39199)),
+            (512, 512),
+            30,
+            589,
+            2085,
+            (-118.21496, 34.25195, -118.04618, 34.39199),
+        ),
         "cdem_indian_river_bc": (
-            (512, 512), 30, 154, 2012, (-122.98161, 49.55589, -122.76858, 49.69428)),
+            (512, 512),
+            30,
+            154,
+            2012,
+            (-122.98161, 49.55589, -122.76858, 49.69428),
+        ),
         "himalaya_gorge_np": (
-            (512, 512), 90, 500, 5447.75, (86.13856, 27.30239, 86.60747, 27.72047)),
-        "st_helens_wa": (
-            (452, 310), 30, 705, 2543, (-122.24987, 46.12586, -122.12757, 46.24874)),
+            (512, 512),
+            90,
+            500,
+            5447.75,
+            (86.13856, 27.30239, 86.60747, 27.72047),
+        ),
+        "st_helens_wa": ((452, 310), 30, 705, 2543, (-122.24987, 46.12586, -122.12757, 46.24874)),
     }
     # Bounds of the file, its voids' share.
     GEOGRAPHIC = {
-        "alps_jungfrau_voids_ch": (
-            (7.99958, 46.12042, 8.42625, 46.54708), 0.0424, "EPSG:32632"),
+        "alps_jungfrau_voids_ch": ((7.99958, 46.12042, 8.42625, 46.54708), 0.0424, "EPSG:32632"),
         "jervis_inlet_fjord_bc": (
-            (-124.00042, 49.49042, -123.57375, 49.91708), 0.0336, "EPSG:32610"),
+            (-124.00042, 49.49042, -123.57375, 49.91708),
+            0.0336,
+            "EPSG:32610",
+        ),
     }
 
     @staticmethod
@@ -77,8 +93,13 @@ class TestRealTiles:
             pixels = np.pad(raster.read(1), 1, mode="edge")
             rows, columns = rasterio.transform.rowcol(raster.transform, lon, lat)
         # Within the pixels around the one it lies on, corner to corner.
-        around = np.stack([pixels[np.asarray(rows) + dy, np.asarray(columns) + dx]
-                           for dy in range(3) for dx in range(3)])
+        around = np.stack(
+            [
+                pixels[np.asarray(rows) + dy, np.asarray(columns) + dx]
+                for dy in range(3)
+                for dx in range(3)
+            ]
+        )
         inner = known & (around > -1000).all(axis=0)
         assert inner.sum() > 400
         assert (heights >= around.min(axis=0))[inner].all()

@@ -50,10 +50,17 @@ class TestGeographic:
         assert terrain.dx_m == terrain.dy_m == round(terrain.dx_m, 2)
         assert terrain.dx_m == pytest.approx(parallel_m * 0.99963, abs=0.006)
 
-    @pytest.mark.parametrize(("west", "north", "crs"), [
-        (8.3, 46.5, "EPSG:32632"), (-84.4, 36.5, "EPSG:32616"), (-71.2, -33.0, "EPSG:32719"),
-        (179.95, -17.0, "EPSG:32760"), (359.9, 10.0, "EPSG:32630"), (-0.02, 0.02, "EPSG:32730"),
-    ])
+    @pytest.mark.parametrize(
+        ("west", "north", "crs"),
+        [
+            (8.3, 46.5, "EPSG:32632"),
+            (-84.4, 36.5, "EPSG:32616"),
+            (-71.2, -33.0, "EPSG:32719"),
+            (179.95, -17.0, "EPSG:32760"),
+            (359.9, 10.0, "EPSG:32630"),
+            (-0.02, 0.02, "EPSG:32730"),
+        ],
+    )
     def test_anywhere(self, write_tif, west, north, crs):
         """No wedge is left and little lost, in any zone, over the equator and the antimeridian."""
         heights, transform = self.plane((50, 40), west, north)
@@ -73,8 +80,9 @@ class TestGeographic:
         terrain = load(write_tif(heights, transform, "EPSG:4326"))
         iy, ix = np.indices(terrain.shape)
         lat, lon = terrain.to_geographic(ix * terrain.dx_m, iy * terrain.dy_m)
-        near = ((np.abs((lon - transform.c) / self.PIXEL - 40.5) < 1)
-                & (np.abs((transform.f - lat) / self.PIXEL - 30.5) < 1))
+        near = (np.abs((lon - transform.c) / self.PIXEL - 40.5) < 1) & (
+            np.abs((transform.f - lat) / self.PIXEL - 30.5) < 1
+        )
         assert near.any()
         np.testing.assert_array_equal(terrain.voids, near)
 
@@ -92,19 +100,21 @@ class TestGeographic:
         file = write_tif(HEIGHTS, Affine(10, 0, 0, 0, -10, 40), "EPSG:4326")
         assert refusal(file) == (
             "made: the raster spans 30 x 20 degrees, more than the 12 that one "
-            "UTM zone can show; cut out the part you need.")
+            "UTM zone can show; cut out the part you need."
+        )
 
     def test_too_far_north(self, write_tif):
         file = write_tif(HEIGHTS, Affine(1, 0, 0, 0, -1, 85), "EPSG:4326")
         assert refusal(file) == (
             "made: the raster reaches beyond 84 degrees of latitude, where UTM "
-            "ends; project it first.")
+            "ends; project it first."
+        )
 
     def test_too_small(self, write_tif):
         file = write_tif(HEIGHTS, Affine(1e-8, 0, 0, 0, -1e-8, 5), "EPSG:4326")
         assert refusal(file) == (
-            "made: its cells are smaller than a centimetre; check its "
-            "coordinate reference system.")
+            "made: its cells are smaller than a centimetre; check its coordinate reference system."
+        )
 
 
 class TestLargestRectangle:
@@ -112,11 +122,15 @@ class TestLargestRectangle:
     def test_matches_a_search_of_all(self, usable):
         rows, columns = warp.largest_rectangle(usable)
         assert usable[rows, columns].all()
-        best = max((
-            (bottom - top) * (right - left)
-            for top, bottom in itertools.combinations(range(usable.shape[0] + 1), 2)
-            for left, right in itertools.combinations(range(usable.shape[1] + 1), 2)
-            if usable[top:bottom, left:right].all()), default=0)
+        best = max(
+            (
+                (bottom - top) * (right - left)
+                for top, bottom in itertools.combinations(range(usable.shape[0] + 1), 2)
+                for left, right in itertools.combinations(range(usable.shape[1] + 1), 2)
+                if usable[top:bottom, left:right].all()
+            ),
+            default=0,
+        )
         assert (rows.stop - rows.start) * (columns.stop - columns.start) == best
 
     def test_in_a_parallelogram(self):

@@ -28,9 +28,11 @@ def main():
         return 3
     # Device functions are compiled for the present GPU, which is the one thing that is missing.
     numba.cuda.dispatcher.get_current_device = lambda: SimpleNamespace(
-        compute_capability=CAPABILITY)
-    constants = Constants(**{
-        name: 1.0 if kind is float else 1 for name, kind in Constants.__annotations__.items()})
+        compute_capability=CAPABILITY
+    )
+    constants = Constants(
+        **{name: 1.0 if kind is float else 1 for name, kind in Constants.__annotations__.items()}
+    )
     parameters = Pollination(np.uint64(1), 500, 0.5, 0.25, 0.02)
 
     def array(kind, dimensions):
@@ -38,9 +40,24 @@ def main():
 
     f, i, b = types.float64, types.int64, types.uint8
     signature = types.void(
-        typeof(parameters), i, types.boolean, array(f, 3), array(f, 1), array(f, 3), array(f, 1),
-        array(b, 1), array(f, 2), array(f, 1), array(b, 1), typeof(constants), array(i, 2),
-        array(i, 1), i, array(f, 2), array(f, 3))
+        typeof(parameters),
+        i,
+        types.boolean,
+        array(f, 3),
+        array(f, 1),
+        array(f, 3),
+        array(f, 1),
+        array(b, 1),
+        array(f, 2),
+        array(f, 1),
+        array(b, 1),
+        typeof(constants),
+        array(i, 2),
+        array(i, 1),
+        i,
+        array(f, 2),
+        array(f, 3),
+    )
     ptx, _ = cuda.compile_ptx(iteration_kernel(8), signature, cc=CAPABILITY)
     print(*(line for line in ptx.splitlines() if line.startswith((".version", ".target"))))
     print(ptx.count(".shared"), "shared", ptx.count("bar.sync"), "barriers")

@@ -19,11 +19,19 @@ from host.planners.fpa.kernels import Pollination
 def main():
     file = Path(sys.argv[1])
     problem, seed, iterations, every, stride, threads, paths, fitness = pickle.loads(
-        file.read_bytes())
+        file.read_bytes()
+    )
     space = Airspace(problem)
     engine = GpuEngine(
-        Evaluator(problem, threads=1), Pollination(np.uint64(seed), iterations, 0.5, 0.25, 0.02),
-        every, np.stack((space.low, space.high)), paths, fitness, stride=stride, threads=threads)
+        Evaluator(problem, threads=1),
+        Pollination(np.uint64(seed), iterations, 0.5, 0.25, 0.02),
+        every,
+        np.stack((space.low, space.high)),
+        paths,
+        fitness,
+        stride=stride,
+        threads=threads,
+    )
     leaders = []
     for first in range(1, iterations + 1, stride):
         leaders += engine.advance(first, min(stride, iterations + 1 - first))

@@ -16,8 +16,12 @@ def philox(counter, key):
     counter, key = list(counter), list(key)
     for _ in range(10):
         first, second = 0xD2511F53 * counter[0], 0xCD9E8D57 * counter[2]
-        counter = [(second >> 32) ^ counter[1] ^ key[0], second & WORD,
-                   (first >> 32) ^ counter[3] ^ key[1], first & WORD]
+        counter = [
+            (second >> 32) ^ counter[1] ^ key[0],
+            second & WORD,
+            (first >> 32) ^ counter[3] ^ key[1],
+            first & WORD,
+        ]
         key = [(key[0] + 0x9E3779B9) & WORD, (key[1] + 0xBB67AE85) & WORD]
     return counter
 
@@ -32,11 +36,16 @@ def uniform(high, low):
 
 def levy(a, b):
     """Mantegna's step of exponent 1.5 from two uniform numbers."""
-    sigma = (math.gamma(2.5) * math.sin(0.75 * math.pi)
-             / (math.gamma(1.25) * 1.5 * 2**0.25)) ** (2 / 3)
+    sigma = (math.gamma(2.5) * math.sin(0.75 * math.pi) / (math.gamma(1.25) * 1.5 * 2**0.25)) ** (
+        2 / 3
+    )
     radius = math.sqrt(-2 * math.log(a))
-    return sigma * radius * math.cos(2 * math.pi * b) / abs(
-        radius * math.sin(2 * math.pi * b)) ** (2 / 3)
+    return (
+        sigma
+        * radius
+        * math.cos(2 * math.pi * b)
+        / abs(radius * math.sin(2 * math.pi * b)) ** (2 / 3)
+    )
 
 
 def candidate(seed, iteration, iterations, solution, paths, best, low, high):

@@ -27,9 +27,14 @@ TOLERANCE = 1e-9
 
 def run_script(name, *arguments, **environment):
     return subprocess.run(
-        [sys.executable, HERE / name, *map(str, arguments)], cwd=ROOT, capture_output=True,
-        text=True, check=False, timeout=600,
-        env=os.environ | {"PYTHONPATH": str(ROOT)} | environment)
+        [sys.executable, HERE / name, *map(str, arguments)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=600,
+        env=os.environ | {"PYTHONPATH": str(ROOT)} | environment,
+    )
 
 
 def has_gpu():
@@ -52,17 +57,24 @@ def test_simulated_gpu_equals_the_cpu(make_evaluator, tmp_path, waypoints, threa
     paths[1, 1:-1] = good[:waypoints] + np.array([0, 0, 40])
     paths[3, 1:-1] = good[[1, 0, 2, 3][:waypoints]]
     fitness = evaluator.fitness(paths, np.full(len(paths), waypoints + 2))
-    cpu = CpuEngine(evaluator, Pollination(np.uint64(seed), iterations, 0.5, 0.25, 0.02), every,
-                    np.stack((space.low, space.high)), paths, fitness, threads=1)
+    cpu = CpuEngine(
+        evaluator,
+        Pollination(np.uint64(seed), iterations, 0.5, 0.25, 0.02),
+        every,
+        np.stack((space.low, space.high)),
+        paths,
+        fitness,
+        threads=1,
+    )
     leaders = cpu.advance(1, iterations)
     file = tmp_path / "run.pickle"
-    file.write_bytes(pickle.dumps(
-        (problem, seed, iterations, every, stride, threads, paths, fitness)))
+    file.write_bytes(
+        pickle.dumps((problem, seed, iterations, every, stride, threads, paths, fitness))
+    )
     # With the compiler off, the simulated threads run the same functions as plain Python.
     done = run_script("gpu_run.py", file, NUMBA_ENABLE_CUDASIM="1", NUMBA_DISABLE_JIT="1")
     assert done.returncode == 0, (done.returncode, done.stdout, done.stderr)
-    found, (found_paths, found_fitness) = pickle.loads(
-        file.with_suffix(".out").read_bytes())
+    found, (found_paths, found_fitness) = pickle.loads(file.with_suffix(".out").read_bytes())
     cpu_paths, cpu_fitness = cpu.population()
     assert found_paths == pytest.approx(cpu_paths, rel=TOLERANCE)
     assert found_fitness == pytest.approx(cpu_fitness, rel=TOLERANCE)
@@ -91,13 +103,17 @@ def test_without_a_gpu_a_sentence(evaluator):
         make("fpa", engine="gpu").plan(evaluator, Options())
     assert str(caught.value) == (
         "The engine gpu needs an NVIDIA GPU and CUDA for numba (the extra 'gpu'), which are not "
-        "there; use --engine cores.")
+        "there; use --engine cores."
+    )
 
 
 @pytest.mark.skipif(not has_gpu(), reason="there is no GPU")
 def test_gpu_starts_as_the_cpu(evaluator):
     options = Options(generations=3, population=64)
-    gpu, cpu = (make("fpa-2opt", engine=engine, two_opt_every=2).plan(evaluator, options)
-                for engine in ("gpu", "cores"))
+    gpu, cpu = (
+        make("fpa-2opt", engine=engine, two_opt_every=2).plan(evaluator, options)
+        for engine in ("gpu", "cores")
+    )
     assert [line[1:] for line in gpu.history] == pytest.approx(
-        [line[1:] for line in cpu.history], rel=TOLERANCE)
+        [line[1:] for line in cpu.history], rel=TOLERANCE
+    )

@@ -22,10 +22,12 @@ def test_drawn_paths_are_free_and_keep_the_ends(evaluator):
 def test_given_paths_come_first_with_the_same_course(evaluator, waypoints):
     problem = evaluator.problem
     straight = np.array([problem.start, problem.goal])
-    bent = np.array([problem.start, (1000, 3000, 300), (2000, 3500, 400), (4000, 3500, 400),
-                     problem.goal])
-    paths = first_population(Airspace(problem), np.random.default_rng(1), 3, waypoints,
-                             [straight, bent])
+    bent = np.array(
+        [problem.start, (1000, 3000, 300), (2000, 3500, 400), (4000, 3500, 400), problem.goal]
+    )
+    paths = first_population(
+        Airspace(problem), np.random.default_rng(1), 3, waypoints, [straight, bent]
+    )
     assert paths.shape == (3, max(waypoints, 3) + 2, 3)
     for path, given in zip(paths, (straight, bent), strict=False):
         # Every given point is there, in order, and the others lie on its legs.
@@ -37,8 +39,9 @@ def test_given_paths_come_first_with_the_same_course(evaluator, waypoints):
 
 def test_more_given_paths_than_places(evaluator):
     straight = np.array([evaluator.problem.start, evaluator.problem.goal])
-    paths = first_population(Airspace(evaluator.problem), np.random.default_rng(1), 2, 1,
-                             [straight] * 5)
+    paths = first_population(
+        Airspace(evaluator.problem), np.random.default_rng(1), 2, 1, [straight] * 5
+    )
     assert paths.shape == (2, 3, 3)
     assert np.array_equal(paths[0], paths[1])
 
@@ -46,5 +49,10 @@ def test_more_given_paths_than_places(evaluator):
 def test_new_waypoints_halve_the_longest_leg():
     path = np.array([(0, 0, 0), (100, 0, 0), (400, 0, 30)], dtype=float)
     assert with_more_waypoints(path, 5).tolist() == [
-        [0, 0, 0], [100, 0, 0], [175, 0, 7.5], [250, 0, 15], [400, 0, 30]]
+        [0, 0, 0],
+        [100, 0, 0],
+        [175, 0, 7.5],
+        [250, 0, 15],
+        [400, 0, 30],
+    ]
     assert with_more_waypoints(path, 3) is path

@@ -31,15 +31,22 @@ TABLE_3 = Pollination(SEED, 500, 0.5, 0.25, 0.02)
 
 def levy_cdf(x):
     """P(u / |v|**(2/3) <= x) for normal u and v, by integration over v."""
-    sigma = 0.696574502557          # Mantegna's deviation for the exponent 1.5.
+    sigma = 0.696574502557  # Mantegna's deviation for the exponent 1.5.
     value, _ = integrate.quad(
-        lambda v: 2 * stats.norm.pdf(v) * stats.norm.cdf(x * v ** (2 / 3) / sigma), 0, 12)
+        lambda v: 2 * stats.norm.pdf(v) * stats.norm.cdf(x * v ** (2 / 3) / sigma), 0, 12
+    )
     return value
 
 
 def test_levy_steps_have_mantegna_s_distribution():
-    steps = np.array([levy_step(SEED, iteration, solution, coordinate) for iteration in range(8)
-                      for solution in range(50) for coordinate in range(18)])
+    steps = np.array(
+        [
+            levy_step(SEED, iteration, solution, coordinate)
+            for iteration in range(8)
+            for solution in range(50)
+            for coordinate in range(18)
+        ]
+    )
     grid = np.concatenate((-np.geomspace(0.01, 50, 25)[::-1], np.geomspace(0.01, 50, 25)))
     found = np.searchsorted(np.sort(steps), grid) / len(steps)
     expected = [levy_cdf(x) for x in grid]
@@ -71,8 +78,11 @@ def test_steps_follow_the_equations():
 
 def test_kinds_of_step_and_partners():
     count = 5
-    steps = [choose_step(TABLE_3, iteration, solution, count) for iteration in range(1, 101)
-             for solution in range(50)]
+    steps = [
+        choose_step(TABLE_3, iteration, solution, count)
+        for iteration in range(1, 101)
+        for solution in range(50)
+    ]
     kinds, ones, others, epsilons = map(np.array, zip(*steps, strict=True))
     assert abs(kinds.mean() - 0.5) < 0.03
     assert (ones != others).all()
@@ -98,8 +108,9 @@ def test_candidates_are_those_of_numpy_and_stay_in_the_box():
     for iteration in (1, 250, 500):
         for solution in range(7):
             step = choose_step(TABLE_3, iteration, solution, 7)
-            moved = np.array([move(TABLE_3, iteration, solution, d, step, paths, 4, box)
-                              for d in range(12)]).reshape(4, 3)
+            moved = np.array(
+                [move(TABLE_3, iteration, solution, d, step, paths, 4, box) for d in range(12)]
+            ).reshape(4, 3)
             expected = reference.candidate(int(SEED), iteration, 500, solution, paths, 4, low, high)
             assert moved == pytest.approx(expected[1:-1], rel=1e-12)
             clipped += int(((moved == low) | (moved == high)).sum())
@@ -124,23 +135,26 @@ def random_paths(evaluator, rng, count, points=8):
     """Paths of all kinds over the ridge: feasible ones, tangled ones, through the ground."""
     problem = evaluator.problem
     along = np.linspace(0, 1, points)
-    over = np.array([[500, 500, 200], [2700, 3500, 420], [3700, 3600, 460], [5000, 3300, 380],
-                     [5500, 700, 220]])
-    smooth = np.stack([np.interp(along, np.linspace(0, 1, 5), over[:, axis])
-                       for axis in range(3)], axis=1)
+    over = np.array(
+        [[500, 500, 200], [2700, 3500, 420], [3700, 3600, 460], [5000, 3300, 380], [5500, 700, 220]]
+    )
+    smooth = np.stack(
+        [np.interp(along, np.linspace(0, 1, 5), over[:, axis]) for axis in range(3)], axis=1
+    )
     paths = smooth + rng.normal(0, 1, (count, points, 3)) * rng.choice([10, 40, 200], (count, 1, 1))
     wild = rng.random(count) < 0.2
     paths[wild] = rng.uniform((0, 0, 50), (6000, 4000, 700), (int(wild.sum()), points, 3))
     for i in np.flatnonzero(rng.random(count) < 0.15):
-        paths[i, 3] = paths[i, 2]                               # Repeated.
+        paths[i, 3] = paths[i, 2]  # Repeated.
     for i in np.flatnonzero(rng.random(count) < 0.15):
-        paths[i, 1:-1] = rng.permutation(paths[i, 1:-1])        # Tangled.
+        paths[i, 1:-1] = rng.permutation(paths[i, 1:-1])  # Tangled.
     paths[:, 0], paths[:, -1] = problem.start, problem.goal
     return paths
 
 
-@pytest.mark.parametrize("options", [
-    {}, {"nofly": ()}, {"wind": (9.0, -7.0)}, {"ds_m": 10.0}], ids=str)
+@pytest.mark.parametrize(
+    "options", [{}, {"nofly": ()}, {"wind": (9.0, -7.0)}, {"ds_m": 10.0}], ids=str
+)
 def test_early_rejection_changes_nothing(make_evaluator, options):
     evaluator = make_evaluator(**options)
     rng = np.random.default_rng(8)
@@ -151,10 +165,17 @@ def test_early_rejection_changes_nothing(make_evaluator, options):
     seen = set()
     for path, fitness in zip(paths, full.tolist(), strict=True):
         others = rng.choice(full, 6).tolist()
-        for incumbent in (0.0, 1.0, fitness, math.nextafter(fitness, 0), math.nextafter(fitness, 2),
-                          *others):
+        for incumbent in (
+            0.0,
+            1.0,
+            fitness,
+            math.nextafter(fitness, 0),
+            math.nextafter(fitness, 2),
+            *others,
+        ):
             value, exact = fitness_above(
-                path, len(path), *evaluator.kernel_arguments, incumbent, turns, pieces)
+                path, len(path), *evaluator.kernel_arguments, incumbent, turns, pieces
+            )
             assert (value > incumbent) == (fitness > incumbent)
             if exact:
                 assert value == fitness
@@ -162,14 +183,20 @@ def test_early_rejection_changes_nothing(make_evaluator, options):
                 assert fitness <= value <= incumbent
             seen.add((exact, value > incumbent, incumbent > 1))
     # Given up, or evaluated in full with and without success; incumbents of both kinds.
-    assert seen >= {(False, False, False), (False, False, True), (True, False, False),
-                    (True, True, False), (True, True, True)}
+    assert seen >= {
+        (False, False, False),
+        (False, False, True),
+        (True, False, False),
+        (True, True, False),
+        (True, True, True),
+    }
 
 
 def test_early_rejection_of_what_is_no_path(evaluator):
     turns, pieces = scratch(4)
-    path = np.array([evaluator.problem.start, (math.nan, 1, 2), (900, 900, 300),
-                     evaluator.problem.goal])
+    path = np.array(
+        [evaluator.problem.start, (math.nan, 1, 2), (900, 900, 300), evaluator.problem.goal]
+    )
     worst = evaluator.fitness(path[None], np.array([4]))[0]
     value, exact = fitness_above(path, 4, *evaluator.kernel_arguments, 0.0, turns, pieces)
     assert (value, exact) == (worst, True)
@@ -183,11 +210,18 @@ def test_2_opt_is_that_of_brute_force(evaluator, worth):
         expected, best = reference.untangled(path, fitness, worth)
         counts = np.zeros(2, dtype=np.int64)
         found = path.copy()
-        value = untangle(TABLE_3, found, fitness, np.empty_like(path),
-                         *evaluator.kernel_arguments, *scratch(7), counts)
+        value = untangle(
+            TABLE_3,
+            found,
+            fitness,
+            np.empty_like(path),
+            *evaluator.kernel_arguments,
+            *scratch(7),
+            counts,
+        )
         assert np.array_equal(found, expected)
         assert value == best
-        assert counts.sum() >= 10           # All pairs of five waypoints at the end.
+        assert counts.sum() >= 10  # All pairs of five waypoints at the end.
         assert counts[CUT_SHORT] > 0
         changed += not np.array_equal(found, path)
         assert counts[EVALUATED] >= (value > fitness)
@@ -198,6 +232,16 @@ def test_2_opt_of_too_few_waypoints_does_nothing(evaluator, worth):
     path = np.array([evaluator.problem.start, (900, 900, 300), evaluator.problem.goal])
     counts = np.zeros(2, dtype=np.int64)
     fitness = worth(path)
-    assert untangle(TABLE_3, path, fitness, np.empty_like(path), *evaluator.kernel_arguments,
-                    *scratch(3), counts) == fitness
+    assert (
+        untangle(
+            TABLE_3,
+            path,
+            fitness,
+            np.empty_like(path),
+            *evaluator.kernel_arguments,
+            *scratch(3),
+            counts,
+        )
+        == fitness
+    )
     assert counts.sum() == 0

@@ -15,8 +15,11 @@ from . import reference
 KNOWN = [
     ((0,) * 4, (0,) * 2, (0x6627E8D5, 0xE169C58D, 0xBC57AC4C, 0x9B00DBD8)),
     ((0xFFFFFFFF,) * 4, (0xFFFFFFFF,) * 2, (0x408F276D, 0x41C83B0E, 0xA20BC7C6, 0x6D5451FD)),
-    ((0x243F6A88, 0x85A308D3, 0x13198A2E, 0x03707344), (0xA4093822, 0x299F31D0),
-     (0xD16CFE09, 0x94FDCCEB, 0x5001E420, 0x24126EA1)),
+    (
+        (0x243F6A88, 0x85A308D3, 0x13198A2E, 0x03707344),
+        (0xA4093822, 0x299F31D0),
+        (0xD16CFE09, 0x94FDCCEB, 0x5001E420, 0x24126EA1),
+    ),
 ]
 
 
@@ -44,7 +47,8 @@ def test_uniform_numbers_leave_out_both_ends():
 
 def test_numbers_are_uniform():
     seed = np.uint64(5)
-    drawn = [words(seed, iteration, solution, 0) for iteration in range(50)
-             for solution in range(100)]
+    drawn = [
+        words(seed, iteration, solution, 0) for iteration in range(50) for solution in range(100)
+    ]
     numbers = [uniform(w[i], w[i + 1]) for w in drawn for i in (0, 2)]
     assert stats.kstest(numbers, "uniform").pvalue > 1e-3

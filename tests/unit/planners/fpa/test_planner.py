@@ -32,15 +32,24 @@ def test_iterations_are_those_of_the_reference(evaluator, every):
 
     fitness = np.array([worth(path) for path in paths])
     parameters = Pollination(np.uint64(seed), iterations, 0.5, 0.25, 0.02)
-    engine = CpuEngine(evaluator, parameters, every, np.stack((space.low, space.high)), paths,
-                       fitness, threads=2)
+    engine = CpuEngine(
+        evaluator, parameters, every, np.stack((space.low, space.high)), paths, fitness, threads=2
+    )
     improved = 0
     for iteration in range(1, iterations + 1):
         (leader,) = engine.advance(iteration, 1)
         before = fitness
         paths, fitness = reference.iterate(
-            seed, iteration, iterations, is_two_opt(iteration, every), paths, fitness, space.low,
-            space.high, worth)
+            seed,
+            iteration,
+            iterations,
+            is_two_opt(iteration, every),
+            paths,
+            fitness,
+            space.low,
+            space.high,
+            worth,
+        )
         improved += int((fitness > before).sum())
         found, values = engine.population()
         assert found == pytest.approx(paths, rel=1e-12)
@@ -60,9 +69,10 @@ def test_2_opt_follows_every_so_many_iterations():
 
 def test_the_result_depends_on_the_seed_alone(evaluator):
     options = Options(generations=45, **SMALL)
-    results = [make("fpa-2opt", engine=engine).plan(Evaluator(evaluator.problem, threads=threads),
-                                                   options)
-               for engine, threads in (("sequential", 1), ("cores", 1), ("cores", 2), ("cores", 5))]
+    results = [
+        make("fpa-2opt", engine=engine).plan(Evaluator(evaluator.problem, threads=threads), options)
+        for engine, threads in (("sequential", 1), ("cores", 1), ("cores", 2), ("cores", 5))
+    ]
     first = results[0]
     for other in results[1:]:
         assert np.array_equal(first.path, other.path)
@@ -80,7 +90,7 @@ def test_a_run_is_complete(evaluator):
     mean = [mean for _, _, mean in result.history]
     assert len(best) == 61
     assert best == sorted(best)
-    assert mean == sorted(mean)             # Nothing is replaced by anything worse.
+    assert mean == sorted(mean)  # Nothing is replaced by anything worse.
     assert result.path.shape == (8, 3)
     assert np.array_equal(result.path[[0, -1]], [evaluator.problem.start, evaluator.problem.goal])
     # The first population, then one candidate for each in each iteration, besides 2-opt.
@@ -103,8 +113,9 @@ def test_without_2_opt_a_candidate_for_each_solution(evaluator):
 
 def test_giving_up_changes_nothing_but_the_counts(evaluator):
     options = Options(generations=45, **SMALL)
-    quick, thorough = (make("fpa-2opt", give_up=give_up).plan(evaluator, options)
-                       for give_up in (True, False))
+    quick, thorough = (
+        make("fpa-2opt", give_up=give_up).plan(evaluator, options) for give_up in (True, False)
+    )
     assert quick.history == thorough.history
     assert np.array_equal(quick.path, thorough.path)
     assert thorough.cut_short == 0
@@ -113,8 +124,17 @@ def test_giving_up_changes_nothing_but_the_counts(evaluator):
 
 
 def test_2_opt_ends_with_better_paths(evaluator):
-    means = [np.mean([make(name).plan(evaluator, Options(generations=40, population=24, seed=seed))
-                      .evaluation.fitness for seed in range(6)]) for name in ("fpa", "fpa-2opt")]
+    means = [
+        np.mean(
+            [
+                make(name)
+                .plan(evaluator, Options(generations=40, population=24, seed=seed))
+                .evaluation.fitness
+                for seed in range(6)
+            ]
+        )
+        for name in ("fpa", "fpa-2opt")
+    ]
     assert means[1] > means[0] + 0.01
 
 
@@ -128,13 +148,18 @@ def test_stop_criteria(evaluator, record):
     assert limit.generations > 0
 
 
-@pytest.mark.parametrize(("options", "sentence"), [
-    ({"waypoints": 0}, "The number of waypoints must be from 1 to 100, not 0."),
-    ({"waypoints": 101}, "The number of waypoints must be from 1 to 100, not 101."),
-    ({"two_opt_every": -1}, "The iterations between 2-opts must be 0 or more, not -1."),
-    ({"engine": "abacus"},
-     f"There is no engine 'abacus'; the engines are {', '.join(ENGINES)}."),
-])
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"waypoints": 0}, "The number of waypoints must be from 1 to 100, not 0."),
+        ({"waypoints": 101}, "The number of waypoints must be from 1 to 100, not 101."),
+        ({"two_opt_every": -1}, "The iterations between 2-opts must be 0 or more, not -1."),
+        (
+            {"engine": "abacus"},
+            f"There is no engine 'abacus'; the engines are {', '.join(ENGINES)}.",
+        ),
+    ],
+)
 def test_bad_options(options, sentence):
     with pytest.raises(InputError) as caught:
         make("fpa-2opt", **options)
@@ -157,9 +182,17 @@ def engine_of(evaluator):
     engines = []
 
     def make_engine(threads):
-        engines.append(CpuEngine(
-            evaluator, Pollination(np.uint64(1), 400, 0.5, 0.25, 0.02), 3,
-            np.stack((space.low, space.high)), paths, fitness, threads=threads))
+        engines.append(
+            CpuEngine(
+                evaluator,
+                Pollination(np.uint64(1), 400, 0.5, 0.25, 0.02),
+                3,
+                np.stack((space.low, space.high)),
+                paths,
+                fitness,
+                threads=threads,
+            )
+        )
         return engines[-1]
 
     yield make_engine
@@ -238,6 +271,7 @@ def test_a_target_ends_a_search_in_the_iteration_that_reaches_it(evaluator):
     bests = [best for _, best, _ in whole.history]
     target = bests[33]
     result = make("fpa-2opt").plan(
-        evaluator, Options(generations=60, target_fitness=target, **SMALL))
+        evaluator, Options(generations=60, target_fitness=target, **SMALL)
+    )
     assert result.generations == next(i for i, best in enumerate(bests) if best >= target)
     assert result.history == whole.history[: result.generations + 1]

@@ -113,8 +113,10 @@ def test_resizing_adds_a_point_half_way_or_leaves_one_out():
             left_out = [np.delete(before, i, axis=0)[:5] for i in range(1, 5)]
             assert any(np.array_equal(after[:5], each) for each in left_out)
         if count == 7:
-            added = [np.insert(before, i, (before[i - 1] + before[i]) / 2, axis=0)[:7]
-                     for i in range(1, 6)]
+            added = [
+                np.insert(before, i, (before[i - 1] + before[i]) / 2, axis=0)[:7]
+                for i in range(1, 6)
+            ]
             assert any(np.array_equal(after[:7], each) for each in added)
 
 

@@ -16,12 +16,15 @@ def random_graph(rng, points, whole_numbers):
     """Segments between any two points, some of them twice, in random order."""
     tails, heads = np.divmod(np.arange(points * points), points)
     allowed = (tails != heads) & (heads != START) & (tails != GOAL)
-    allowed &= rng.random(len(tails)) < rng.choice([0.5, 1.0])          # Not all are there.
+    allowed &= rng.random(len(tails)) < rng.choice([0.5, 1.0])  # Not all are there.
     twice = np.flatnonzero(allowed & (rng.random(len(tails)) < 0.3))
     edges = rng.permutation(np.concatenate((np.flatnonzero(allowed), twice)))
     # Of whole numbers many routes are equal, and a loop may cost nothing.
-    terms = (rng.integers(0, 3, (len(edges), 3)).astype(float) if whole_numbers
-             else rng.gamma(1.0, size=(len(edges), 3)))
+    terms = (
+        rng.integers(0, 3, (len(edges), 3)).astype(float)
+        if whole_numbers
+        else rng.gamma(1.0, size=(len(edges), 3))
+    )
     return tails[edges], heads[edges], terms
 
 
@@ -39,8 +42,9 @@ def simple_routes(tails, heads, points):
 
 def whole(terms, route):
     part = terms[list(route)]
-    return (np.array([part[:, 0].sum(), part[:, 1].max(), part[:, 2].max()]) @ WEIGHTS
-            / WEIGHTS.sum())
+    return (
+        np.array([part[:, 0].sum(), part[:, 1].max(), part[:, 2].max()]) @ WEIGHTS / WEIGHTS.sum()
+    )
 
 
 def check_is_route(route, tails, heads):
@@ -68,8 +72,9 @@ def test_both_readings_find_the_best_of_all_simple_routes(points, whole_numbers)
             continue
         found += 1
         for route, cost, value in (
-                (segments_of(routes[0]), totals[0], lambda edges, c=costs: c[list(edges)].sum()),
-                (segments_of(by_whole), total, lambda edges, t=terms: whole(t, edges))):
+            (segments_of(routes[0]), totals[0], lambda edges, c=costs: c[list(edges)].sum()),
+            (segments_of(by_whole), total, lambda edges, t=terms: whole(t, edges)),
+        ):
             check_is_route(route, tails, heads)
             assert cost == pytest.approx(value(route), rel=1e-12)
             assert cost == pytest.approx(min(map(value, every)), rel=1e-12)

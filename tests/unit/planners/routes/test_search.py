@@ -81,10 +81,14 @@ def test_first_generation_is_the_best_of_all_routes(reading):
 
 def test_kept_segment_is_replaced_only_where_the_route_gains():
     field = AuvField(1)
-    terms = np.array([[0.5, 0.1, 1.0],          # To the middle: kept,
-                      [0.5, 0.6, 0.3],          # and from there to the goal: kept.
-                      [0.2, 0.5, 0.6],          # New to the middle: the route gains.
-                      [0.45, 0.0, 1.02]])       # Fitter than the kept one, but the route loses.
+    terms = np.array(
+        [
+            [0.5, 0.1, 1.0],  # To the middle: kept,
+            [0.5, 0.6, 0.3],  # and from there to the goal: kept.
+            [0.2, 0.5, 0.6],  # New to the middle: the route gains.
+            [0.45, 0.0, 1.02],
+        ]
+    )  # Fitter than the kept one, but the route loses.
     assert delta(terms[3]) < delta(terms[0])
     segments = Segments(np.zeros((4, 10, 2)), np.full(4, 4), terms)
     tails, heads = np.array([START, 2, START, START]), np.array([2, GOAL, 2, 2])
@@ -99,12 +103,16 @@ def test_only_a_fitter_route_replaces_the_survivor():
     survivor = _Survivor(field, Draws(Base()), np.random.default_rng(0), 8)
     graph = survivor.next_graph()
     direct = np.flatnonzero((graph.tails == START) & (graph.heads == GOAL))
-    others = [graph.route([i, j]) for i in np.flatnonzero(graph.tails == START)
-              for j in np.flatnonzero((graph.heads == GOAL) & (graph.tails == graph.heads[i]))]
+    others = [
+        graph.route([i, j])
+        for i in np.flatnonzero(graph.tails == START)
+        for j in np.flatnonzero((graph.heads == GOAL) & (graph.tails == graph.heads[i]))
+    ]
     routes = sorted([graph.route(direct), *others], key=field.cost)
     for given, kept in ((3, 3), (5, 3), (1, 1), (2, 1), (0, 0)):
         assert survivor.compete([routes[-1], routes[given]]) == pytest.approx(
-            [1 / field.cost(routes[-1]), 1 / field.cost(routes[given])])
+            [1 / field.cost(routes[-1]), 1 / field.cost(routes[given])]
+        )
         assert survivor.route is routes[kept]
 
 
@@ -116,8 +124,9 @@ def test_strands_lead_to_the_goal_and_only_gain():
         best.append(field.cost(search.step().best))
         strands = search._strands
         assert np.array_equal(strands.control[:, 0], np.tile(field.ends[0], (24, 1)))
-        assert np.array_equal(strands.control[np.arange(24), strands.counts - 1],
-                              np.tile(field.ends[1], (24, 1)))
+        assert np.array_equal(
+            strands.control[np.arange(24), strands.counts - 1], np.tile(field.ends[1], (24, 1))
+        )
         assert np.array_equal(field.measure(strands.control, strands.counts), strands.terms)
         costs.append(field.costs(strands.terms))
     gains = -np.diff(costs, axis=0)
@@ -176,7 +185,7 @@ def test_roulette_and_mutation_of_the_conventional_search():
     graph = survivor.next_graph()
     parents = search._population(graph, None)
     sizes = np.bincount([len(parent.points) for parent in parents], minlength=11)[2:]
-    assert (sizes > 8).all()                    # 2 to 10 points, 22 of each on the average.
+    assert (sizes > 8).all()  # 2 to 10 points, 22 of each on the average.
     fitness = survivor.compete([graph.route(parent.edges) for parent in parents])
     extended, children = search._children(graph, parents, fitness)
     assert len(children) == 200
@@ -200,14 +209,26 @@ def test_a_child_that_is_fitter_than_all_parents_survives():
     assert survived > 0
 
 
-@pytest.mark.parametrize(("kind", "options", "sentence"), [
-    (DeterministicSearch, {"added": 0},
-     "The crossover points added per generation must be from 1 to 50, not 0."),
-    (ConventionalSearch, {"added": 51},
-     "The crossover points added per generation must be from 1 to 50, not 51."),
-    (ConventionalSearch, {"chromosomes": 1},
-     "The population of ga-auv must be from 2 to 10000, not 1."),
-])
+@pytest.mark.parametrize(
+    ("kind", "options", "sentence"),
+    [
+        (
+            DeterministicSearch,
+            {"added": 0},
+            "The crossover points added per generation must be from 1 to 50, not 0.",
+        ),
+        (
+            ConventionalSearch,
+            {"added": 51},
+            "The crossover points added per generation must be from 1 to 50, not 51.",
+        ),
+        (
+            ConventionalSearch,
+            {"chromosomes": 1},
+            "The population of ga-auv must be from 2 to 10000, not 1.",
+        ),
+    ],
+)
 def test_refuses_what_is_out_of_range(kind, options, sentence):
     with pytest.raises(InputError) as caught:
         searched(kind, **options)

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host.cli.output import print_json, print_pairs, term_pairs
-from host.cli.problem import DEFAULT_UAV, end_point, load_terrain, load_zones, source_of
+from host.cli.problem import DEFAULT_AIRCRAFT, end_point, load_terrain, load_zones, source_of
 from host.errors import InputError
 from host.evaluation import Evaluator
-from host.problem.aircraft import Uav
-from host.problem.aircraft import load as load_uav
+from host.problem.aircraft import Aircraft
+from host.problem.aircraft import load as load_aircraft
 from host.problem.problem import Problem
 from host.problem.zones import Zone, zone_from_dict
 from host.report.geojson import read_path
@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
         terrain,
         tuple(path[0].tolist()),
         tuple(path[-1].tolist()),
-        _uav(args, summary),
+        _aircraft(args, summary),
         _zones(args, summary, terrain),
         args.wind or (0.0, 0.0),
         args.ds,
@@ -113,10 +113,10 @@ def _path(file: Path, summary: dict[str, Any] | None, terrain: Terrain) -> NDArr
     return path
 
 
-def _uav(args: argparse.Namespace, summary: dict[str, Any] | None) -> Uav:
+def _aircraft(args: argparse.Namespace, summary: dict[str, Any] | None) -> Aircraft:
     if args.uav is None and summary is not None and "uav" in summary:
-        return Uav.from_dict(summary["uav"], args.path)
-    return load_uav(args.uav or DEFAULT_UAV)
+        return Aircraft.from_dict(summary["uav"], args.path)
+    return load_aircraft(args.uav or DEFAULT_AIRCRAFT)
 
 
 def _zones(
@@ -146,7 +146,7 @@ def _check_ends(args: argparse.Namespace, problem: Problem) -> None:
                 problem.terrain,
                 given if name == "start" else problem.start,
                 problem.goal,
-                problem.uav,
+                problem.aircraft,
             )
             given = getattr(raise_to, name)
         if not np.allclose(given, own, rtol=0, atol=_SAME_END_M):

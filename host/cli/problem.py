@@ -7,16 +7,23 @@ from pathlib import Path
 from typing import Any
 
 from host.errors import InputError
-from host.problem.aircraft import Uav
-from host.problem.aircraft import load as load_uav
+from host.problem.aircraft import Aircraft
+from host.problem.aircraft import load as load_aircraft
 from host.problem.problem import Problem
 from host.problem.zones import Circle, Zone, read_geojson
 from host.terrain import Terrain, load
 
 
-__all__ = ["DEFAULT_UAV", "end_point", "load_terrain", "load_zones", "make_problem", "source_of"]
+__all__ = [
+    "DEFAULT_AIRCRAFT",
+    "end_point",
+    "load_terrain",
+    "load_zones",
+    "make_problem",
+    "source_of",
+]
 
-DEFAULT_UAV = "silver-fox"
+DEFAULT_AIRCRAFT = "silver-fox"
 
 
 def load_terrain(args: argparse.Namespace) -> Terrain:
@@ -65,12 +72,12 @@ def make_problem(args: argparse.Namespace) -> Problem:
     InputError
         If an option is bad or missing.
     """
-    uav: Uav = load_uav(args.uav or DEFAULT_UAV)
+    aircraft: Aircraft = load_aircraft(args.uav or DEFAULT_AIRCRAFT)
     terrain = load_terrain(args)
     start, goal = _needed(args, "start", terrain), _needed(args, "goal", terrain)
     make = Problem.from_agl if args.agl else Problem
     return make(
-        terrain, start, goal, uav, load_zones(args, terrain), args.wind or (0.0, 0.0), args.ds
+        terrain, start, goal, aircraft, load_zones(args, terrain), args.wind or (0.0, 0.0), args.ds
     )
 
 

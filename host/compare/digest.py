@@ -31,7 +31,7 @@ def problem_digest(problem: Problem) -> str:
         "dy_m": terrain.dy_m,
         "start": problem.start,
         "goal": problem.goal,
-        "uav": problem.uav.to_dict(),
+        "uav": problem.aircraft.to_dict(),
         "nofly": [zone.to_dict() for zone in problem.nofly],
         "wind": problem.wind,
         "ds_m": problem.ds_m,

@@ -266,7 +266,7 @@ class Evaluator:
             As for :meth:`evaluate`.
         """
         path = self._checked(path)
-        smoothed = smooth(path, self.problem.uav.turn_radius_m)
+        smoothed = smooth(path, self.problem.aircraft.turn_radius_m)
         return SmoothedTrack(smoothed.pieces, self.problem.terrain, self.bilinear)
 
     def _checked(self, path: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -344,9 +344,9 @@ class Evaluator:
 
 def _constants(problem: "Problem", ds_m: float, bilinear: bool, isa: bool) -> Constants:
     """Gather what the kernels read of a problem."""
-    terrain, uav = problem.terrain, problem.uav
+    terrain, aircraft = problem.terrain, problem.aircraft
     rows, columns = terrain.elevation.shape
-    best = utopia(problem.start, problem.goal, uav, problem.wind, isa=isa)
+    best = utopia(problem.start, problem.goal, aircraft, problem.wind, isa=isa)
     return Constants(
         dx_m=float(terrain.dx_m),
         dy_m=float(terrain.dy_m),
@@ -357,15 +357,15 @@ def _constants(problem: "Problem", ds_m: float, bilinear: bool, isa: bool) -> Co
         zones=int(problem.nofly_raster.any()),
         bilinear=int(bilinear),
         isa=int(isa),
-        turn_radius_m=uav.turn_radius_m,
-        max_climb_rad=math.radians(uav.max_climb_deg),
-        max_descent_rad=math.radians(uav.max_descent_deg),
-        weight=uav.weight_N,
-        airspeed_m_s=uav.cruise_speed_m_s,
-        wing_area_m2=uav.wing_area_m2,
-        drag_coefficient=uav.zero_lift_drag_coefficient,
-        induced_drag_factor=uav.induced_drag_factor,
-        burn_per_m=uav.specific_fuel_consumption_N_per_Ws / uav.propeller_efficiency,
+        turn_radius_m=aircraft.turn_radius_m,
+        max_climb_rad=math.radians(aircraft.max_climb_deg),
+        max_descent_rad=math.radians(aircraft.max_descent_deg),
+        weight=aircraft.weight_N,
+        airspeed_m_s=aircraft.cruise_speed_m_s,
+        wing_area_m2=aircraft.wing_area_m2,
+        drag_coefficient=aircraft.zero_lift_drag_coefficient,
+        induced_drag_factor=aircraft.induced_drag_factor,
+        burn_per_m=aircraft.specific_fuel_consumption_N_per_Ws / aircraft.propeller_efficiency,
         wind_x_m_s=float(problem.wind[0]),
         wind_y_m_s=float(problem.wind[1]),
         utopia_area_m2=best.altitude_m * best.length_m,

@@ -8,7 +8,7 @@ Riccati equation with constant coefficients on a piece of constant slope.
 import math
 from collections.abc import Iterable
 
-from host.problem.aircraft import Uav
+from host.problem.aircraft import Aircraft
 
 
 __all__ = ["SEA_LEVEL_DENSITY_KG_M3", "air_density", "air_distance", "fuel_burned"]
@@ -31,7 +31,7 @@ def air_density(altitude_m: float) -> float:
 
 
 def fuel_burned(
-    uav: Uav,
+    aircraft: Aircraft,
     weight: float,
     run_m: float,
     rise_m: float,
@@ -42,7 +42,7 @@ def fuel_burned(
 
     Parameters
     ----------
-    uav : Uav
+    aircraft : Aircraft
         The aircraft, at its cruise speed.
     weight : float
         Its weight at the start of the piece, newtons.
@@ -57,17 +57,19 @@ def fuel_burned(
     """
     length = math.hypot(run_m, rise_m)
     cos, sin = run_m / length, rise_m / length
-    pressure_area = 0.5 * density_kg_m3 * uav.cruise_speed_m_s**2 * uav.wing_area_m2
+    pressure_area = 0.5 * density_kg_m3 * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2
     # Thrust is a W^2 + b W + e.
-    a = uav.induced_drag_factor * cos**2 / pressure_area
+    a = aircraft.induced_drag_factor * cos**2 / pressure_area
     b = sin
-    e = pressure_area * uav.zero_lift_drag_coefficient
+    e = pressure_area * aircraft.zero_lift_drag_coefficient
     thrust = a * weight**2 + b * weight + e
     if thrust <= 0:
         return 0.0
     discriminant = 4 * a * e - b**2
     half = (
-        0.5 * air_distance_m * (uav.specific_fuel_consumption_N_per_Ws / uav.propeller_efficiency)
+        0.5
+        * air_distance_m
+        * (aircraft.specific_fuel_consumption_N_per_Ws / aircraft.propeller_efficiency)
     )
     root = math.sqrt(abs(discriminant))
     if discriminant > 0:

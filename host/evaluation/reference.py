@@ -15,7 +15,7 @@ from host.errors import InputError
 from host.evaluation.fuel import SEA_LEVEL_DENSITY_KG_M3, air_density, air_distance, fuel_burned
 from host.evaluation.geometry import Piece, Straight, smooth
 from host.evaluation.track import SmoothedTrack
-from host.problem.aircraft import Uav
+from host.problem.aircraft import Aircraft
 
 
 if TYPE_CHECKING:
@@ -62,9 +62,9 @@ def evaluate(
     isa: bool = False,
 ) -> Terms:
     """Evaluate ``path``, (n, 3) float64 metres with start and goal, as the definition says."""
-    uav = problem.uav
+    aircraft = problem.aircraft
     ds_m = problem.ds_m if ds_m is None else ds_m
-    smoothed = smooth(path, uav.turn_radius_m)
+    smoothed = smooth(path, aircraft.turn_radius_m)
     track = SmoothedTrack(smoothed.pieces, problem.terrain, bilinear)
 
     length = sum(piece.length_m for piece in smoothed.pieces)
@@ -72,9 +72,9 @@ def evaluate(
     steep = sum(
         piece.length_m
         for piece in smoothed.pieces
-        if too_steep(piece, uav) or _air_distance(piece, uav, problem.wind) is None
+        if too_steep(piece, aircraft) or _air_distance(piece, aircraft, problem.wind) is None
     )
-    fuel = _fuel(smoothed.pieces, uav, problem.wind, isa)
+    fuel = _fuel(smoothed.pieces, aircraft, problem.wind, isa)
 
     at, part = track.midpoints(ds_m)
     rows, columns = problem.terrain.elevation.shape
@@ -92,7 +92,7 @@ def evaluate(
     penalty = under + nofly + steep
     if smoothed.arcs:
         penalty += smoothed.impossible_arcs / smoothed.arcs * length
-    best = utopia(problem.start, problem.goal, uav, problem.wind, isa=isa)
+    best = utopia(problem.start, problem.goal, aircraft, problem.wind, isa=isa)
     cost = (
         _ALTITUDE_WEIGHT * (altitude * length) / (best.altitude_m * best.length_m)
         + _FUEL_WEIGHT * fuel / best.fuel_N
@@ -113,19 +113,19 @@ def evaluate(
     )
 
 
-def too_steep(piece: Piece, uav: Uav) -> bool:
+def too_steep(piece: Piece, aircraft: Aircraft) -> bool:
     """Whether a piece climbs or descends more steeply than the aircraft can."""
     slope = math.atan2(piece.rise_m, piece.run_m)
     return (
-        slope > math.radians(uav.max_climb_deg) + SLOPE_TOLERANCE_RAD
-        or slope < -math.radians(uav.max_descent_deg) - SLOPE_TOLERANCE_RAD
+        slope > math.radians(aircraft.max_climb_deg) + SLOPE_TOLERANCE_RAD
+        or slope < -math.radians(aircraft.max_descent_deg) - SLOPE_TOLERANCE_RAD
     )
 
 
 def utopia(
     start: Sequence[float],
     goal: Sequence[float],
-    uav: Uav,
+    aircraft: Aircraft,
     wind: tuple[float, float],
     *,
     isa: bool = False,
@@ -138,7 +138,7 @@ def utopia(
         If its mean altitude or its fuel is not positive, or the wind does not let it be flown:
         there is nothing to compare a cost with.
     """
-    (line,) = smooth(np.array([start, goal], dtype=np.float64), uav.turn_radius_m).pieces
+    (line,) = smooth(np.array([start, goal], dtype=np.float64), aircraft.turn_radius_m).pieces
     altitude = _mean_altitude(line)
     if not altitude > 0:
         raise InputError(
@@ -146,12 +146,12 @@ def utopia(
             f"{altitude:g} m, and costs are relative to it; shift the datum so that "
             f"it is positive."
         )
-    if _air_distance(line, uav, wind) is None:
+    if _air_distance(line, aircraft, wind) is None:
         raise InputError(
             "The straight line from start to goal cannot be flown in this wind, and "
             "costs are relative to it; lessen the wind or move start or goal."
         )
-    fuel = _fuel((line,), uav, wind, isa)
+    fuel = _fuel((line,), aircraft, wind, isa)
     if not fuel > 0:
         raise InputError(
             "The straight line from start to goal is so steep a glide that it burns "
@@ -167,23 +167,25 @@ def _mean_altitude(piece: Piece) -> float:
     return piece.start[2] + 0.5 * piece.rise_m
 
 
-def _air_distance(piece: Piece, uav: Uav, wind: tuple[float, float]) -> float | None:
-    return air_distance(piece.length_m, piece.run_m, piece.directions(), wind, uav.cruise_speed_m_s)
+def _air_distance(piece: Piece, aircraft: Aircraft, wind: tuple[float, float]) -> float | None:
+    return air_distance(
+        piece.length_m, piece.run_m, piece.directions(), wind, aircraft.cruise_speed_m_s
+    )
 
 
 def _fuel(
     pieces: tuple[Piece, ...],
-    uav: Uav,
+    aircraft: Aircraft,
     wind: tuple[float, float],
     isa: bool,
 ) -> float:
     """Fuel of all pieces, the weight carried on; one that the wind forbids counts without wind."""
     burned = 0.0
     for piece in pieces:
-        distance = _air_distance(piece, uav, wind)
+        distance = _air_distance(piece, aircraft, wind)
         burned += fuel_burned(
-            uav,
-            uav.weight_N - burned,
+            aircraft,
+            aircraft.weight_N - burned,
             piece.run_m,
             piece.rise_m,
             piece.length_m if distance is None else distance,

@@ -69,7 +69,8 @@ def lowest_altitudes(
     count = len(places)
     # Numbers of waypoints for altitudes: pieces come back knowing what they lie between.
     smoothed = smooth(
-        np.column_stack((places, np.arange(count, dtype=np.float64))), problem.uav.turn_radius_m
+        np.column_stack((places, np.arange(count, dtype=np.float64))),
+        problem.aircraft.turn_radius_m,
     )
     runs = np.hypot(*np.diff(places, axis=0).T)
     if smoothed.impossible_arcs or not runs.any():
@@ -204,11 +205,11 @@ def _solved(
     rises, runs : (p, n) and (p,) float64
         Weights of what is risen on a run, and its length in metres: the segments, then arcs.
     """
-    uav, count = problem.uav, len(level)
+    aircraft, count = problem.aircraft, len(level)
     segments, slopes = count - 1, len(rises)
     climb, descent = (
         math.tan(math.radians(limit)) - _SLOPE_MARGIN
-        for limit in (uav.max_climb_deg, uav.max_descent_deg)
+        for limit in (aircraft.max_climb_deg, aircraft.max_descent_deg)
     )
     # What rounding up may add to a rise, and take from it.
     more = step_m * np.maximum(rises[:, 1:-1], 0).sum(axis=1)

@@ -124,7 +124,7 @@ def searches(
     problem, best = run.evaluator.problem, 0.0
     for margin in _MARGINS:
         with run.phase("search"):
-            grid = SearchGrid(problem, margin * problem.uav.turn_radius_m)
+            grid = SearchGrid(problem, margin * problem.aircraft.turn_radius_m)
         for steepness in _STEEPNESS:
             with run.phase("search"):
                 paths = _paths(grid, steepness, most, lattice)
@@ -139,7 +139,7 @@ def searches(
 def _paths(grid: SearchGrid, steepness: float, most: int, lattice: ChipMap | None) -> list[Path]:
     """Paths of several numbers of turns along one route; none if there is no way."""
     problem = grid.problem
-    surface = grid.surface(steepness * math.tan(math.radians(problem.uav.max_climb_deg)))
+    surface = grid.surface(steepness * math.tan(math.radians(problem.aircraft.max_climb_deg)))
     route = grid.route(surface)
     if route is None:
         return []
@@ -151,7 +151,7 @@ def _paths(grid: SearchGrid, steepness: float, most: int, lattice: ChipMap | Non
         if line is None:
             continue
         # More waypoints on the same track allow lower altitudes, but on a lattice they may turn.
-        places = lengthened(points[line], most, problem.uav.turn_radius_m)
+        places = lengthened(points[line], most, problem.aircraft.turn_radius_m)
         if lattice is not None:
             places[1:-1] = on_corners(places[1:-1], lattice.scale_m[:2])
         path = lowest_altitudes(problem, grid.prices, places, **steps)

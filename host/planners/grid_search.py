@@ -52,17 +52,19 @@ class Prices:
     """
 
     def __init__(self, problem: Problem) -> None:
-        best = utopia(problem.start, problem.goal, problem.uav, problem.wind)
-        uav = problem.uav
-        lift_area = 0.5 * SEA_LEVEL_DENSITY_KG_M3 * uav.cruise_speed_m_s**2 * uav.wing_area_m2
-        drag = (
-            lift_area * uav.zero_lift_drag_coefficient
-            + uav.induced_drag_factor * uav.weight_N**2 / lift_area
+        best = utopia(problem.start, problem.goal, problem.aircraft, problem.wind)
+        aircraft = problem.aircraft
+        lift_area = (
+            0.5 * SEA_LEVEL_DENSITY_KG_M3 * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2
         )
-        burn_per_m = uav.specific_fuel_consumption_N_per_Ws / uav.propeller_efficiency
+        drag = (
+            lift_area * aircraft.zero_lift_drag_coefficient
+            + aircraft.induced_drag_factor * aircraft.weight_N**2 / lift_area
+        )
+        burn_per_m = aircraft.specific_fuel_consumption_N_per_Ws / aircraft.propeller_efficiency
         self.area = 0.5 / (best.altitude_m * best.length_m)
-        self.work = 0.5 / best.fuel_N * burn_per_m * uav.weight_N
-        self.glide = drag / uav.weight_N
+        self.work = 0.5 / best.fuel_N * burn_per_m * aircraft.weight_N
+        self.glide = drag / aircraft.weight_N
 
 
 class SearchGrid:
@@ -87,7 +89,7 @@ class SearchGrid:
     """
 
     def __init__(self, problem: Problem, margin_m: float = 0.0) -> None:
-        terrain, uav = problem.terrain, problem.uav
+        terrain, aircraft = problem.terrain, problem.aircraft
         self.problem = problem
         self.prices = Prices(problem)
         self._every = math.ceil(max(terrain.shape) / _MOST_NODES)
@@ -103,7 +105,8 @@ class SearchGrid:
         self._x, self._y = x.ravel(), y.ravel()
 
         climb, descent = (
-            math.tan(math.radians(limit)) for limit in (uav.max_climb_deg, uav.max_descent_deg)
+            math.tan(math.radians(limit))
+            for limit in (aircraft.max_climb_deg, aircraft.max_descent_deg)
         )
         (x0, y0, z0), (x1, y1, z1) = problem.start, problem.goal
         away_0, away_1 = np.hypot(x - x0, y - y0), np.hypot(x - x1, y - y1)
@@ -219,7 +222,9 @@ class SearchGrid:
         air = []
         for run, (across, up) in zip(runs.tolist(), _STEPS, strict=True):
             heading = across * self.dx_m / run, up * self.dy_m / run, run
-            flown = air_distance(run, run, [heading], problem.wind, problem.uav.cruise_speed_m_s)
+            flown = air_distance(
+                run, run, [heading], problem.wind, problem.aircraft.cruise_speed_m_s
+            )
             air.append(math.inf if flown is None else flown)
         return np.array(air)
 

@@ -101,7 +101,7 @@ def astar_paths(
     with run.phase("variation"):
         vary = Variation(problem, rng, most, fewest, lattice)
         best = ranked[: max(1, int(_FOUND_SHARE * count))]
-        longer = (lengthened(path, fewest, problem.uav.turn_radius_m) for _, path in best)
+        longer = (lengthened(path, fewest, problem.aircraft.turn_radius_m) for _, path in best)
         paths = [vary.placed(path[1:-1]) for path in longer]
         randoms = [vary.random() for _ in range(int(_RANDOM_SHARE * count))]
         copies = count - len(paths) - len(randoms)
@@ -134,7 +134,7 @@ class Variation:
         self._rng, self._most, self._fewest, self._lattice = rng, most, fewest, lattice
         self._ends = np.array([problem.start]), np.array([problem.goal])
         self._way_m = math.dist(problem.start, problem.goal)
-        self._climb = math.tan(math.radians(problem.uav.max_climb_deg))
+        self._climb = math.tan(math.radians(problem.aircraft.max_climb_deg))
         self._problem, self._prices = problem, Prices(problem)
 
     def random(self) -> Path:

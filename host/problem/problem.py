@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from host.errors import InputError
 from host.evaluation.reference import utopia
-from host.problem.aircraft import Uav
+from host.problem.aircraft import Aircraft
 from host.problem.zones import Zone, raster
 
 
@@ -41,7 +41,7 @@ class Problem:
         x, y and altitude above the terrain's datum, metres in its local frame. Different points
         inside the map (the rectangle of its nodes), not below the ground, not over a void, not in a
         no-fly zone.
-    uav : Uav
+    aircraft : Aircraft
         The aircraft.
     nofly : tuple of zones
         Circles and polygons not to enter.
@@ -61,7 +61,7 @@ class Problem:
     terrain: "Terrain"
     start: Point
     goal: Point
-    uav: Uav
+    aircraft: Aircraft
     nofly: tuple[Zone, ...] = ()
     wind: tuple[float, float] = (0.0, 0.0)
     ds_m: float = _HALF_A_CELL
@@ -92,13 +92,13 @@ class Problem:
                 f"The sampling step of {self.ds_m:g} m is longer than the way from "
                 f"start to goal, {way_m:g} m; lessen it."
             )
-        if not math.hypot(*self.wind) < self.uav.cruise_speed_m_s:
+        if not math.hypot(*self.wind) < self.aircraft.cruise_speed_m_s:
             raise InputError(
                 f"A wind of {math.hypot(*self.wind):g} m/s is not below the airspeed of "
-                f"{self.uav.name}, {self.uav.cruise_speed_m_s:g} m/s; lessen it or take a faster "
-                f"UAV."
+                f"{self.aircraft.name}, {self.aircraft.cruise_speed_m_s:g} m/s; lessen it or take "
+                f"a faster UAV."
             )
-        utopia(self.start, self.goal, self.uav, self.wind)
+        utopia(self.start, self.goal, self.aircraft, self.wind)
 
     @classmethod
     def from_agl(
@@ -106,7 +106,7 @@ class Problem:
         terrain: "Terrain",
         start: Sequence[float],
         goal: Sequence[float],
-        uav: Uav,
+        aircraft: Aircraft,
         nofly: tuple[Zone, ...] = (),
         wind: tuple[float, float] = (0.0, 0.0),
         ds_m: float = _HALF_A_CELL,
@@ -123,7 +123,7 @@ class Problem:
             x, y, height = _numbers(name, point, 3)
             _check_on_map(name, terrain, x, y)
             ends.append((x, y, _ground(name, terrain, x, y) + height))
-        return cls(terrain, ends[0], ends[1], uav, nofly, wind, ds_m)
+        return cls(terrain, ends[0], ends[1], aircraft, nofly, wind, ds_m)
 
     @cached_property
     def nofly_raster(self) -> NDArray[np.bool_]:

@@ -54,7 +54,7 @@ def describe_problem(evaluator: Evaluator, source: Mapping[str, Any]) -> dict[st
     problem = evaluator.problem
     return {
         "terrain": {**finite(problem.terrain.describe()), **source},
-        "uav": problem.uav.to_dict(),
+        "uav": problem.aircraft.to_dict(),
         "nofly": [zone.to_dict() for zone in problem.nofly],
         "wind": list(problem.wind),
         "ds_m": evaluator.ds_m,

@@ -10,13 +10,13 @@ from typing import Any
 from host.errors import InputError
 
 
-__all__ = ["Uav", "load", "names", "parse"]
+__all__ = ["Aircraft", "load", "names", "parse"]
 
 _OPTIONAL = ("fuel_weight_N", "lift_coefficient_max", "engine_power_W", "max_speed_m_s", "size_m")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Uav:
+class Aircraft:
     """What the evaluation, and a reader of a report, needs to know of an aircraft.
 
     Parameters
@@ -137,7 +137,7 @@ class Uav:
         }
 
     @classmethod
-    def from_dict(cls, table: dict[str, Any], where: str) -> "Uav":
+    def from_dict(cls, table: dict[str, Any], where: str) -> "Aircraft":
         """Make an aircraft from a table of names and values, as TOML or JSON give it.
 
         Raises
@@ -169,7 +169,7 @@ class Uav:
 
 
 # Every number of an aircraft, in the order of the dataclass.
-PARAMETERS = tuple(f.name for f in fields(Uav) if f.name not in ("name", "sources"))
+PARAMETERS = tuple(f.name for f in fields(Aircraft) if f.name not in ("name", "sources"))
 
 
 def names() -> list[str]:
@@ -181,7 +181,7 @@ def names() -> list[str]:
     )
 
 
-def load(name_or_toml: str | Path) -> Uav:
+def load(name_or_toml: str | Path) -> Aircraft:
     """Load a shipped aircraft by name, or a user's own from a ``.toml`` file.
 
     Raises
@@ -210,7 +210,7 @@ def load(name_or_toml: str | Path) -> Uav:
         raise InputError(f"Cannot read UAV file {text!r}: {reason}.") from None
 
 
-def parse(toml: str, where: str) -> Uav:
+def parse(toml: str, where: str) -> Aircraft:
     """Make an aircraft from the text of a TOML file; ``where`` names it in error sentences.
 
     Raises
@@ -222,4 +222,4 @@ def parse(toml: str, where: str) -> Uav:
         table = tomllib.loads(toml)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{where}: not valid TOML: {error}.") from None
-    return Uav.from_dict(table, where)
+    return Aircraft.from_dict(table, where)

@@ -107,7 +107,7 @@ def test_digest_of_a_problem_says_what_paths_are_worth_and_no_more(problem):
         {"nofly": (Circle(3000, 2000, 401),)},
         {"wind": (1.0, 0.0)},
         {"ds_m": 49.0},
-        {"uav": dataclasses.replace(problem.uav, turn_radius_m=151.0)},
+        {"aircraft": dataclasses.replace(problem.aircraft, turn_radius_m=151.0)},
     ]
     digests = {problem_digest(dataclasses.replace(problem, **change)) for change in changes}
     assert len(digests | {problem_digest(problem)}) == len(changes) + 1

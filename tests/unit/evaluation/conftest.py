@@ -22,7 +22,7 @@ def make_problem() -> MakeProblem:
         terrain = Terrain(
             name="world", elevation=elevation, dx_m=dx_m, dy_m=dy_m, crs=None, origin=(0.0, 0.0)
         )
-        options.setdefault("uav", aircraft.load("silver-fox"))
+        options.setdefault("aircraft", aircraft.load("silver-fox"))
         return Problem(terrain, start, goal, **options)
 
     return make

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from host.evaluation.fuel import air_density, air_distance, fuel_burned
-from host.problem import aircraft as uav
+from host.problem.aircraft import load
 
 
-FOX = uav.load("silver-fox")
-MALE = uav.load("predator")
+FOX = load("silver-fox")
+MALE = load("predator")
 
 
 def integrated(aircraft, weight, slope_rad, distance_m, density=1.225):

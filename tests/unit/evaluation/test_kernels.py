@@ -80,7 +80,7 @@ def test_kernels_match_the_reference(make_problem, world, options, seed, count):
         path = random_path(rng, problem.start, problem.goal)
         expected = reference.evaluate(problem, path, **options)
         terms = evaluator.evaluate(path)
-        pieces = smooth(path, problem.uav.turn_radius_m).pieces
+        pieces = smooth(path, problem.aircraft.turn_radius_m).pieces
         for name in CLOSED_FORMS:
             assert getattr(terms, name) == pytest.approx(getattr(expected, name), rel=1e-12), name
         assert terms.impossible_arcs == expected.impossible_arcs
@@ -149,7 +149,7 @@ def test_slopes_about_the_limits(make_problem, beyond):
     problem = make_problem((0, 0, 800), (4000, 0, 800), ds_m=50.0)
     climb, descent = (
         math.radians(limit) + beyond
-        for limit in (problem.uav.max_climb_deg, problem.uav.max_descent_deg)
+        for limit in (problem.aircraft.max_climb_deg, problem.aircraft.max_descent_deg)
     )
     for rise in (200 * math.tan(climb), -200 * math.tan(descent)):
         path = np.array([problem.start, (200, 0, 800 + rise), problem.goal])

@@ -8,11 +8,11 @@ import pytest
 
 from host.errors import InputError
 from host.evaluation import Evaluator, reference
-from host.problem import aircraft as uav
+from host.problem.aircraft import load
 from host.problem.zones import Circle
 
 
-FOX = uav.load("silver-fox")
+FOX = load("silver-fox")
 
 
 @pytest.fixture(params=["reference", "compiled"])
@@ -148,7 +148,7 @@ def test_slope_limits_are_inclusive(evaluate, make_problem, slope_deg, steep):
     up = rise if rise > 0 else 0
     problem = make_problem((1000, 1000, 2000), (4000, 4000, 2000 + up))
     # Over (1000, 4000), so that the first leg is `rise` on 3000 m and the corner cannot be rounded.
-    problem = dataclasses.replace(problem, uav=dataclasses.replace(FOX, turn_radius_m=5000.0))
+    problem = dataclasses.replace(problem, aircraft=dataclasses.replace(FOX, turn_radius_m=5000.0))
     terms = evaluate(problem, [(1000, 4000, 2000 + rise)])
     first = math.hypot(3000, rise)
     back = math.atan2(up - rise, 3000) > math.radians(10)
@@ -210,7 +210,7 @@ def test_piece_that_the_wind_forbids_is_too_steep(evaluate, make_problem):
     aircraft = dataclasses.replace(
         FOX, max_climb_deg=80.0, max_descent_deg=80.0, turn_radius_m=5000.0
     )
-    problem = make_problem((0, 1000, 200), (3000, 1000, 200), uav=aircraft, wind=(0, 17))
+    problem = make_problem((0, 1000, 200), (3000, 1000, 200), aircraft=aircraft, wind=(0, 17))
     terms = evaluate(problem, [(1000, 1000, 1200)])
     assert terms.distance_too_steep_m == pytest.approx(math.hypot(1000, 1000))
     assert math.isfinite(terms.fuel_N)

@@ -129,7 +129,9 @@ def test_what_cannot_be_climbed_is_cleared_too_steeply():
     problem = rough(2, relief_m=10.0)
     heights = problem.terrain.elevation.copy()
     heights[:, 10] = 700.0  # 400 m up in 700 m: 10 degrees are 123 m.
-    wall = Problem(Terrain("wall", heights, 100.0, 100.0), problem.start, problem.goal, problem.uav)
+    wall = Problem(
+        Terrain("wall", heights, 100.0, 100.0), problem.start, problem.goal, problem.aircraft
+    )
     path = lowest(wall, [(1000, 1000), (3000, 2000)])
     evaluation = Evaluator(wall, threads=1).evaluate(path)
     assert evaluation.distance_under_terrain_m == 0

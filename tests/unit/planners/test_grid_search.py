@@ -134,7 +134,7 @@ def test_prices_are_what_the_evaluation_charges():
     climb = evaluator.evaluate(high).fuel_N - evaluator.evaluate(low).fuel_N
     assert climb > 0
     # From the start up to a higher goal: the price of a climb is that of its height.
-    up = Problem(problem.terrain, problem.start, (2400, 1500, 700), problem.uav)
+    up = Problem(problem.terrain, problem.start, (2400, 1500, 700), problem.aircraft)
     flown = Evaluator(up, threads=1).evaluate(np.array([up.start, up.goal]))
     prices = Prices(up)
     assert prices.work * (prices.glide * run + 200) == pytest.approx(0.5, rel=0.02)

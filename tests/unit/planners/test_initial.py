@@ -97,7 +97,7 @@ def test_lengthened_paths_are_flown_alike(evaluator, start):
     path, *_ = start()[0]
     flown = evaluator.evaluate(path)
     for more in (len(path) - 1, 20, 40):
-        longer = lengthened(path, more, evaluator.problem.uav.turn_radius_m)
+        longer = lengthened(path, more, evaluator.problem.aircraft.turn_radius_m)
         assert len(longer) == more + 2
         again = evaluator.evaluate(longer)
         assert again.feasible

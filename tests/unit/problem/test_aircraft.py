@@ -6,10 +6,10 @@ import math
 import pytest
 
 from host.errors import InputError
-from host.problem import aircraft as uav
+from host.problem.aircraft import PARAMETERS, Aircraft, load, names, parse
 
 
-FOX = uav.load("silver-fox")
+FOX = load("silver-fox")
 TOML = """
 name = "Mine"
 weight_N = 100
@@ -26,7 +26,7 @@ max_descent_deg = 20
 
 
 def test_silver_fox_is_the_papers():
-    assert uav.load("silver-fox").to_dict() == {
+    assert load("silver-fox").to_dict() == {
         "name": "Silver Fox-like",
         "weight_N": 113.0,
         "fuel_weight_N": 19.0,
@@ -50,7 +50,7 @@ def test_silver_fox_is_the_papers():
     [("sperwer", 70.0, 4.2), ("heron", 62.0, 16.2), ("predator", 62.0, 14.8)],
 )
 def test_male_aircraft_have_the_papers_speed_and_size(name, max_speed, size):
-    aircraft = uav.load(name)
+    aircraft = load(name)
     assert (aircraft.max_speed_m_s, aircraft.size_m, aircraft.wing_span_m) == (
         max_speed,
         size,
@@ -59,13 +59,13 @@ def test_male_aircraft_have_the_papers_speed_and_size(name, max_speed, size):
 
 
 def test_names():
-    assert uav.names() == ["heron", "predator", "silver-fox", "sperwer"]
+    assert names() == ["heron", "predator", "silver-fox", "sperwer"]
 
 
-@pytest.mark.parametrize("name", uav.names())
+@pytest.mark.parametrize("name", names())
 def test_every_shipped_value_states_its_source(name):
-    aircraft = uav.load(name)
-    given = {parameter for parameter in uav.PARAMETERS if getattr(aircraft, parameter) is not None}
+    aircraft = load(name)
+    given = {parameter for parameter in PARAMETERS if getattr(aircraft, parameter) is not None}
     assert set(aircraft.sources) == given
     for source in aircraft.sources.values():
         assert source.startswith(
@@ -77,10 +77,10 @@ def test_every_shipped_value_states_its_source(name):
         )
 
 
-@pytest.mark.parametrize("name", uav.names())
+@pytest.mark.parametrize("name", names())
 def test_shipped_aircraft_can_fly_as_they_say(name):
     # Lift below 1.3 and the climb within the engine, both at cruise speed.
-    aircraft = uav.load(name)
+    aircraft = load(name)
     pressure_area = 0.5 * 1.225 * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2
     assert aircraft.weight_N / pressure_area < 1.3
     drag = (
@@ -100,16 +100,16 @@ def test_polar():
 def test_own_file(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text(TOML, encoding="utf-8")
-    aircraft = uav.load(file)
-    assert aircraft == uav.load(str(file))
+    aircraft = load(file)
+    assert aircraft == load(str(file))
     assert (aircraft.name, aircraft.weight_N, aircraft.oswald_efficiency) == ("Mine", 100.0, 0.8)
     assert aircraft.fuel_weight_N is None
     assert "fuel_weight_N" not in aircraft.to_dict()
 
 
-@pytest.mark.parametrize("name", uav.names())
+@pytest.mark.parametrize("name", names())
 def test_dictionary_gives_the_aircraft_back(name):
-    assert uav.Uav.from_dict(uav.load(name).to_dict(), "summary") == uav.load(name)
+    assert Aircraft.from_dict(load(name).to_dict(), "summary") == load(name)
 
 
 @pytest.mark.parametrize(
@@ -149,7 +149,7 @@ def test_dictionary_gives_the_aircraft_back(name):
 )
 def test_bad_files(toml, message):
     with pytest.raises(InputError, match=message):
-        uav.parse(toml, "mine.toml")
+        parse(toml, "mine.toml")
 
 
 @pytest.mark.parametrize(
@@ -186,7 +186,7 @@ def test_unknown_name():
         match=r"^There is no UAV 'fox'; give one of heron, predator, "
         r"silver-fox, sperwer, or a \.toml file\.$",
     ):
-        uav.load("fox")
+        load("fox")
 
 
 def test_missing_and_unreadable_files(tmp_path):
@@ -195,7 +195,7 @@ def test_missing_and_unreadable_files(tmp_path):
         match=r"^Cannot read UAV file '.*no\.toml': No such file or "
         r"directory\.$",
     ):
-        uav.load(tmp_path / "no.toml")
+        load(tmp_path / "no.toml")
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(InputError, match=r"bytes\.toml: not a TOML file, it is not UTF-8 text\.$"):
-        uav.load(tmp_path / "bytes.toml")
+        load(tmp_path / "bytes.toml")

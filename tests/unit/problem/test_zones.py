@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from rasterio.warp import transform
 
 from host.errors import InputError
-from host.problem import zones as nofly
-from host.problem.zones import Circle, Polygon
+from host.problem.zones import Circle, Polygon, raster, read_geojson, zone_from_dict
 from host.terrain import Terrain
 
 
@@ -28,7 +27,7 @@ def terrain(shape=(9, 12), dx_m=50.0, dy_m=50.0, crs=None, origin=(0.0, 0.0)):
 
 def nodes(zone, where=None):
     """Nodes in a zone, as a set of (column, row)."""
-    rows, columns = np.nonzero(nofly.raster([zone], terrain() if where is None else where))
+    rows, columns = np.nonzero(raster([zone], terrain() if where is None else where))
     return set(zip(columns.tolist(), rows.tolist(), strict=True))
 
 
@@ -110,11 +109,11 @@ def test_polygons_match_exact_arithmetic(corners):
 def test_raster_is_the_union():
     zones = (Circle(100, 100, 60), Polygon(SQUARE))
     np.testing.assert_array_equal(
-        nofly.raster(zones, terrain()),
-        nofly.raster(zones[:1], terrain()) | nofly.raster(zones[1:], terrain()),
+        raster(zones, terrain()),
+        raster(zones[:1], terrain()) | raster(zones[1:], terrain()),
     )
-    assert not nofly.raster((), terrain()).any()
-    assert nofly.raster((), terrain((3, 4))).shape == (3, 4)
+    assert not raster((), terrain()).any()
+    assert raster((), terrain((3, 4))).shape == (3, 4)
 
 
 @pytest.mark.parametrize(
@@ -127,7 +126,7 @@ def test_raster_is_the_union():
 )
 def test_summary_form_both_ways(zone):
     table = json.loads(json.dumps(zone.to_dict()))
-    assert nofly.zone_from_dict(table) == zone
+    assert zone_from_dict(table) == zone
 
 
 def test_summary_form():
@@ -147,7 +146,7 @@ def test_bad_summary_form(table):
         match=r'^A no-fly zone must be \{"x", "y", "radius_m"\} or '
         r'\{"polygon": \[\[x, y\], \.\.\.\]\}, not ',
     ):
-        nofly.zone_from_dict(table)
+        zone_from_dict(table)
 
 
 @pytest.mark.parametrize(
@@ -190,7 +189,7 @@ def test_bad_polygons(ring, message):
 def read(tmp_path, document, where=None):
     file = tmp_path / "zones.geojson"
     file.write_text(document if isinstance(document, str) else json.dumps(document), "utf-8")
-    return nofly.read_geojson(file, terrain() if where is None else where)
+    return read_geojson(file, terrain() if where is None else where)
 
 
 def feature(kind, coordinates, **properties):
@@ -343,4 +342,4 @@ def test_missing_file(tmp_path):
         match=r"^Cannot read no-fly file '.*none\.geojson': No such "
         r"file or directory\.$",
     ):
-        nofly.read_geojson(tmp_path / "none.geojson", terrain())
+        read_geojson(tmp_path / "none.geojson", terrain())

@@ -56,7 +56,7 @@ def host():
     for at in rng.sample(range(256), 4):
         heights[at] = 15
     host(Command.MAP, rectangle(0, 0, 16, 16, heights))
-    assert host.device.chip.checking.terrain.heights.reshape(-1).tolist() == heights
+    assert host.chip.checking.terrain.heights.reshape(-1).tolist() == heights
     return host
 
 
@@ -68,7 +68,7 @@ def results_of(host, paths, counting):
     """What the definition of the checker says of ``paths``, and the sums."""
     results, cells = [], 0
     for path in paths:
-        said = check_path(CHECKING, host.device.chip.checking.terrain, points_of(path), counting)
+        said = check_path(CHECKING, host.chip.checking.terrain, points_of(path), counting)
         cells += said.cells
         results.append(
             PathResult(True, said.segment, (said.x, said.y), said.coarse, said.cells, said.entries)
@@ -76,7 +76,7 @@ def results_of(host, paths, counting):
             else PathResult()
         )
     clocks = batch_clocks(
-        CHECKING, host.device.chip.checking.terrain, [points_of(path) for path in paths], counting
+        CHECKING, host.chip.checking.terrain, [points_of(path) for path in paths], counting
     )
     totals = {
         "cycles": sum(cycles for cycles, _ in clocks),
@@ -139,10 +139,10 @@ def test_repeated_commands_change_nothing(host):
     def again(command, payload):
         return ask(host.device.chip, bytes((1, (host.sequence - 1) % 256, command)) + payload)[2:]
 
-    before = host.device.chip.checking.terrain.heights.tolist()
+    before = host.chip.checking.terrain.heights.tolist()
     host(Command.MAP, rectangle(3, 3, 1, 1, [before[3][3]]))
     assert again(Command.MAP, rectangle(0, 0, 2, 1, [15, 15])) == bytes((Status.OK,))
-    assert host.device.chip.checking.terrain.heights.tolist() == before
+    assert host.chip.checking.terrain.heights.tolist() == before
 
     host(Command.CHECK, check(CheckFlag.COUNT, [0x400, 0x4FF]))
     counters = counters_reply(CHECKING).unpack(host(Command.COUNTERS))
@@ -185,7 +185,7 @@ def test_counters_and_states(host):
     ],
 )
 def test_a_map_of_a_wrong_length_is_written_as_far_as_it_goes(host, payload, written):
-    expected = host.device.chip.checking.terrain.heights.tolist()
+    expected = host.chip.checking.terrain.heights.tolist()
     cells = [*range(12)] if written > 2 else [1, 0]
     for number in range(written):
         expected[3 + number // 4][2 + number % 4] = cells[number]
@@ -193,7 +193,7 @@ def test_a_map_of_a_wrong_length_is_written_as_far_as_it_goes(host, payload, wri
         expected[4][5] = 0  # The padding is a cell, too.
     answer = ask(host.device.chip, bytes((1, host.sequence, Command.MAP)) + payload)
     assert answer[2] == Status.BAD_LENGTH
-    assert host.device.chip.checking.terrain.heights.tolist() == expected
+    assert host.chip.checking.terrain.heights.tolist() == expected
 
 
 @pytest.mark.parametrize(
@@ -224,10 +224,10 @@ def test_a_map_of_a_wrong_length_is_written_as_far_as_it_goes(host, payload, wri
     ],
 )
 def test_refused(host, code, payload, status):
-    before = host.device.chip.checking.terrain.heights.tolist()
+    before = host.chip.checking.terrain.heights.tolist()
     answer = ask(host.device.chip, bytes((1, host.sequence, code)) + payload)
     assert answer == bytes((1, host.sequence, status))
-    assert host.device.chip.checking.terrain.heights.tolist() == before
+    assert host.chip.checking.terrain.heights.tolist() == before
     host(Command.READ, read_request(CHECKING).pack(slot=0, count=8))
 
 
@@ -241,6 +241,6 @@ def test_only_a_chip_with_a_checker_avoids_the_ground(host):
     layout = start_request(CHECKING)
     payload = layout.pack(seed=0, x=1, y=1, altitude=1, avoid_ground=1)
     host(Command.START, payload)
-    assert host.device.chip.core.avoid_ground
+    assert host.chip.core.avoid_ground
     chip = ChipModel(CHECKING.replace(checker="none"))
     assert ask(chip, bytes((0, 0, Command.START)) + payload)[2] == Status.BAD_VALUE

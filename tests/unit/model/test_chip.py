@@ -87,11 +87,11 @@ def test_information_comes_plain_and_without_a_session():
 def test_refused(host, code, payload, status):
     """A refusal is told, remembered, uses up no sequence number, and changes nothing."""
     host(Command.WRITE, b"\0" + pack_paths(SMALL, random_paths(SMALL, random.Random(1))))
-    before = [list(path) for path in host.device.chip.core.paths]
+    before = [list(path) for path in host.chip.core.paths]
     answer = ask(host.device.chip, bytes((1, host.sequence, code)) + payload)
     assert answer == bytes((1, host.sequence, status))
-    assert host.device.chip.core.paths == before
-    assert host.device.chip.core.generation == 0
+    assert host.chip.core.paths == before
+    assert host.chip.core.generation == 0
     told = status_reply(SMALL).unpack(host(Command.STATUS))
     assert told["errors"] == StickyError.REFUSED
     host(Command.CLEAR)

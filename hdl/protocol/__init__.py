@@ -36,6 +36,7 @@ zeros to bytes. Waypoints are ``waypoint_bytes`` each: x, y, altitude, then a bi
 last of its path. Cells of the map are ``altitude_bits`` each, with nothing between them.
 """
 
+from hdl.protocol.codec import BODY_HEADER_BYTES, CRC_BYTES, DELIMITER, VERSION, frame_crc
 from hdl.protocol.codes import (
     CheckFlag,
     ChipState,
@@ -45,7 +46,6 @@ from hdl.protocol.codes import (
     Status,
     StickyError,
 )
-from hdl.protocol.frame import BODY_HEADER_BYTES, CRC_BYTES, DELIMITER, VERSION, frame_crc
 from hdl.protocol.layout import Layout
 from hdl.protocol.messages import (
     check_paths_request,

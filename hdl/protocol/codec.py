@@ -1,25 +1,52 @@
-"""Frames of :mod:`hdl.protocol` in software: one definition for the host and the model.
+"""Frames in software: header, CRC and COBS, for the host and the model alike.
 
 Pure Python with the COBS codec of the package ``cobs``.
 """
 
 from __future__ import annotations
 
+import zlib
+
 from cobs import cobs
 
-from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, DELIMITER, StickyError, frame_crc
+from hdl.protocol.codes import StickyError
 
 
-__all__ = ["Frame", "FrameError", "FrameSplitter", "decode_frame", "encode_frame"]
+__all__ = [
+    "BODY_HEADER_BYTES",
+    "CRC_BYTES",
+    "DELIMITER",
+    "VERSION",
+    "Frame",
+    "FrameError",
+    "FrameSplitter",
+    "decode_frame",
+    "encode_frame",
+    "frame_crc",
+]
 
-#: A body without its CRC, and whether the CRC was a plain one.
+#: Version of the protocol, 1..255; 0 stands for plain frames.
+VERSION = 2
+#: Ends every frame.
+DELIMITER = 0x00
+#: Session, sequence, code.
+BODY_HEADER_BYTES = 3
+CRC_BYTES = 4
+
+#: A body without its CRC, and whether the frame was plain.
 Frame = tuple[bytes, bool]
 
 _DELIMITER = bytes([DELIMITER])
 
 
+def frame_crc(body: bytes, *, plain: bool) -> int:
+    """Return the CRC that follows ``body`` in a frame."""
+    # Every byte of the CRC is altered: no single damaged byte turns a frame into a plain one.
+    return zlib.crc32(body) ^ (0 if plain else VERSION * 0x01010101)
+
+
 class FrameError(ValueError):
-    """A frame that a receiver drops.
+    """A frame that a receiver discards.
 
     Parameters
     ----------
@@ -49,12 +76,12 @@ def encode_frame(body: bytes, *, plain: bool = False) -> bytes:
 
 
 def decode_frame(encoded: bytes) -> Frame:
-    """Return body and plainness of what stood between two delimiters.
+    """Return body and plainness of the frame whose bytes between delimiters are ``encoded``.
 
     Raises
     ------
     FrameError
-        If a zero stood inside a block, if body and CRC are too short, or the CRC is wrong.
+        If a block contains a zero, if body and CRC are too short, or if the CRC is wrong.
     """
     try:
         decoded: bytes = cobs.decode(encoded)
@@ -71,18 +98,18 @@ def decode_frame(encoded: bytes) -> Frame:
 
 
 class FrameSplitter:
-    """Cuts a stream of bytes at its delimiters, whatever the pieces it comes in."""
+    """Splitter of a stream of bytes, in pieces of any size, at its delimiters."""
 
     def __init__(self) -> None:
         self._begun: list[bytes] = []
 
     @property
     def inside(self) -> bool:
-        """Whether bytes have come since the last delimiter."""
+        """True if bytes have come since the last delimiter."""
         return bool(self._begun)
 
     def feed(self, data: bytes) -> list[bytes]:
-        """Return what ``data`` completes, without delimiters, leaving out what is empty."""
+        """Return the non-empty frames that ``data`` completes, without their delimiters."""
         *ended, begun = data.split(_DELIMITER)
         if ended:
             ended[0] = b"".join([*self._begun, ended[0]])

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from hdl.config import CheckerBuild, Config, SurvivorSelection
+from hdl.protocol.codec import VERSION
 from hdl.protocol.codes import Counter, LinkMode
-from hdl.protocol.frame import VERSION
 from hdl.protocol.layout import Layout, numbered
 from hdl.protocol.random_words import SEED_BITS
 

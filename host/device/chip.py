@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.config import CheckerBuild, Config, MutationKind
+from hdl.config import CheckerBuild, Config
 from hdl.protocol import (
     VERSION,
     Command,
@@ -30,6 +30,7 @@ from hdl.protocol import (
     unpack_paths,
     write_request,
 )
+from hdl.protocol.breeding import Recipe, breed, keep
 from host.device.checks import Checked, check_points, check_slots
 from host.device.link import Link
 from host.device.map_copy import MapCopy
@@ -401,43 +402,22 @@ class Chip:
         reply = self.link.request(Command.GENERATE, request, shorter=recipe_only)
         self._steps += 1
         if len(reply) == recipe_reply(config).size:
-            return self._rebuild(before, order, recipe_reply(config).unpack(reply))
+            return self._rebuild(before, order, reply)
         if mode is LinkMode.POPULATION:
             self._paths = unpack_paths(config, reply)
             return Step(self.paths, None)
 
         size = survivors_reply(config).size
-        origin = (*order[: config.elites], *reply[:size])
+        origin = keep(config, order, reply[:size])
         children = unpack_paths(config, reply[size:])
         self._paths = [before[slot] for slot in origin] + children
         return Step(self.paths, origin)
 
-    def _rebuild(
-        self, paths: list[list[int]], order: Sequence[int], recipe: dict[str, int]
-    ) -> Step:
-        """Repeat what ``recipe`` says on ``paths``, the population before it."""
-        config = self.config
-        parents = [paths[recipe[f"parent_{i}"]] for i in range(config.crossovers)]
-        children = []
-        for one, other in zip(parents, parents[1:] + parents[:1], strict=True):
-            cut, other_cut = len(one) // 2, len(other) // 2
-            children += [one[:cut] + other[other_cut:], other[:other_cut] + one[cut:]]
-
-        for i, kind in enumerate(config.mutations):
-            child, index = children[recipe[f"child_{i}"]], recipe[f"index_{i}"]
-            if not recipe[f"applied_{i}"]:
-                continue
-            if kind is MutationKind.DELETE:
-                del child[index]
-            elif kind is MutationKind.PERTURB:
-                child[index] = recipe[f"waypoint_{i}"]
-            else:
-                child.insert(index + 1, recipe[f"waypoint_{i}"])
-
-        survivors = (recipe[f"survivor_{i}"] for i in range(config.survivors))
-        origin = (*order[: config.elites], *survivors)
-        self._paths = [paths[slot] for slot in origin] + children
-        rebuilt_wrong = zlib.crc32(pack_paths(config, self._paths)) != recipe["checksum"]
+    def _rebuild(self, paths: list[list[int]], order: Sequence[int], reply: bytes) -> Step:
+        """Repeat on ``paths``, the population before it, the generation whose recipe is given."""
+        recipe, checksum = Recipe.unpack(self.config, reply)
+        self._paths = breed(self.config, paths, order, recipe)
+        rebuilt_wrong = zlib.crc32(pack_paths(self.config, self._paths)) != checksum
         if rebuilt_wrong or self._steps % self._verify_every == 0:
-            self._paths = self.read(0, config.population)
-        return Step(self.paths, origin)
+            self._paths = self.read(0, self.config.population)
+        return Step(self.paths, keep(self.config, order, recipe.survivors))

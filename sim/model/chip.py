@@ -27,6 +27,7 @@ from hdl.protocol import (
     unpack_paths,
     write_request,
 )
+from hdl.protocol.breeding import Recipe
 from hdl.protocol.codec import encode_frame
 from sim.model.core import Core, Generation
 from sim.model.frames import FrameReceiverModel
@@ -244,19 +245,12 @@ class ChipModel:
         self._counters[Counter.LEFT_OUT] += latest.left_out
 
     def _recipe(self) -> bytes:
-        layout = recipe_reply(self.config)
-        values = dict.fromkeys((name for name, _ in layout.fields), 0)
-        if self._latest is not None:
-            values |= {f"parent_{i}": slot for i, slot in enumerate(self._latest.parents)}
-            values |= {f"survivor_{i}": slot for i, slot in enumerate(self._latest.survivors)}
-            for i, mutated in enumerate(self._latest.mutations):
-                values[f"applied_{i}"] = mutated.applied
-                values[f"child_{i}"] = mutated.child
-                values[f"index_{i}"] = mutated.index
-                if i < self.config.patches:
-                    values[f"waypoint_{i}"] = mutated.waypoint
-        values["checksum"] = self.core.checksum()
-        return layout.pack(**values)
+        if self._latest is None:
+            blank = bytes(recipe_reply(self.config).size)
+            recipe, _ = Recipe.unpack(self.config, blank)
+        else:
+            recipe = self._latest.recipe
+        return recipe.pack(self.config, self.core.checksum())
 
     def _check(self, payload: bytes, repeated: bool) -> bytes:
         assert self.checking is not None

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hdl.config import CheckerBuild, Config
+from hdl.protocol import pack_paths
+from hdl.protocol.breeding import Recipe, crossover, keep
 from sim.model.checker import TerrainModel
-from sim.model.crossover import crossover
 from sim.model.mutation import Limits, Mutated, Mutation
 from sim.model.random_source import RandomSource
 from sim.model.selection import Draws, Selection
@@ -36,6 +37,11 @@ class Generation:
     crossover_clocks: int
     mutation_clocks: int
     update_clocks: int
+
+    @property
+    def recipe(self) -> Recipe:
+        """The choices of the generation."""
+        return Recipe(self.parents, self.survivors, tuple(self.mutations))
 
     @property
     def redrawn(self) -> int:
@@ -122,7 +128,7 @@ class Core:
         assert draws is not None
         parents = tuple(order[rank] for rank in draws.parents)
         survivors = tuple(order[rank] for rank in draws.survivors)
-        kept = [self.paths[slot] for slot in (*order[: config.elites], *survivors)]
+        kept = [self.paths[slot] for slot in keep(config, order, survivors)]
         bred = [self.paths[slot] for slot in parents]
 
         children = crossover(bred)
@@ -155,6 +161,4 @@ class Core:
 
     def checksum(self) -> int:
         """CRC-32 of the population as :meth:`hdl.protocol.pack_paths` sends it, slot by slot."""
-        from hdl.protocol import pack_paths
-
         return zlib.crc32(pack_paths(self.config, self.paths))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from hdl.config import CheckerBuild, Config, MutationKind
+from hdl.protocol.breeding import MutationRecord, may_mutate, mutate
 from sim.model.selection import Draws
 
 
@@ -25,31 +26,17 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Mutated:
-    """What one mutator did.
+class Mutated(MutationRecord):
+    """Effect of one mutator and the draws that it took.
 
     Attributes
     ----------
-    kind : MutationKind
-    applied : bool
-        False when the limits on the length forbade it, or it was left out.
-    child : int
-        Number of the child, 0..children - 1.
-    index : int
-        Waypoint moved, removed, or after which one was added; counted before the change.
-    waypoint : int
-        The new waypoint, packed; 0 for a deletion and for what was not applied.
     redraws : int
         Further draws of the new waypoint, because those before them were in the ground.
     left_out : bool
         All draws of the new waypoint were in the ground.
     """
 
-    kind: MutationKind
-    applied: bool
-    child: int
-    index: int
-    waypoint: int
     redraws: int = 0
     left_out: bool = False
 
@@ -100,13 +87,9 @@ class Mutation:
             child = draws.children[number]
             path = children[child]
             index = draws.waypoints[number] * len(path) >> 16
-            if kind is MutationKind.DELETE:
-                applied = len(path) > self._config.MIN_WAYPOINTS
-                if applied:
-                    del path[index]
-                done.append(Mutated(kind, applied, child, index, 0))
-            elif kind is MutationKind.INSERT and len(path) == self._config.max_waypoints:
-                done.append(Mutated(kind, False, child, index, 0))
+            applied = may_mutate(self._config, kind, len(path))
+            if kind is MutationKind.DELETE or not applied:
+                mutated = Mutated(kind, applied, child, index, 0)
             else:
                 candidates = self._candidates(path[index], number, draws, limits)
                 if not avoid_ground:
@@ -114,15 +97,12 @@ class Mutation:
                 grounded = [avoid_ground and self._is_grounded(each) for each in candidates]
                 if all(grounded):
                     redraws = len(candidates) - 1
-                    done.append(Mutated(kind, False, child, index, 0, redraws, left_out=True))
-                    continue
-                redraws = grounded.index(False)
-                waypoint = candidates[redraws]
-                if kind is MutationKind.PERTURB:
-                    path[index] = waypoint
+                    mutated = Mutated(kind, False, child, index, 0, redraws, left_out=True)
                 else:
-                    path.insert(index + 1, waypoint)
-                done.append(Mutated(kind, True, child, index, waypoint, redraws))
+                    redraws = grounded.index(False)
+                    mutated = Mutated(kind, True, child, index, candidates[redraws], redraws)
+            mutate(children, mutated)
+            done.append(mutated)
         return done
 
     def _candidates(self, waypoint: int, number: int, draws: Draws, limits: Limits) -> list[int]:

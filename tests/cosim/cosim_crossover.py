@@ -7,7 +7,7 @@ import cocotb
 from cocotb.triggers import Timer
 
 from hdl.config import CheckerBuild, Config
-from sim.model.crossover import crossover
+from hdl.protocol.breeding import crossover
 
 
 TOP = "crossover"

@@ -10,7 +10,7 @@ from cocotb.utils import get_sim_time
 
 from hdl.config import CheckerBuild, Config, MutationKind
 from hdl.ga_core.mutation import Mutation
-from sim.model.crossover import crossover
+from hdl.protocol.breeding import crossover
 from sim.model.mutation import Limits
 from sim.model.mutation import Mutation as Model
 from sim.model.selection import Draws

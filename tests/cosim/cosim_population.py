@@ -11,7 +11,7 @@ from drivers import Stream
 
 from hdl.config import CheckerBuild, Config, MutationKind
 from hdl.ga_core.population import Population
-from sim.model.crossover import crossover
+from hdl.protocol.breeding import crossover
 
 
 TOP = "population"

@@ -8,7 +8,7 @@ from amaranth.sim import Simulator
 
 from hdl.config import Config
 from hdl.ga_core.crossover import Crossover, parents_of
-from sim.model.crossover import crossover
+from hdl.protocol.breeding import crossover
 
 
 def breed(config, pairs):

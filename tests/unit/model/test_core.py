@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hdl.config import CheckerBuild, Config, MutationKind
+from hdl.protocol.breeding import crossover
 from sim.model.checker import TerrainModel
 from sim.model.core import Core
-from sim.model.crossover import crossover
 from sim.model.mutation import Limits, Mutation, clamp
 from sim.model.selection import Draws
 

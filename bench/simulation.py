@@ -7,9 +7,10 @@ import time
 
 from bench.report import Options, Report
 from hdl.protocol import LinkMode
-from host.device.boards import open_board, start_simulated
+from host.device.boards import open_board
 from host.device.chip import Chip
 from host.device.link import Link
+from sim.board.scheme import start_simulated
 
 
 __all__ = ["run"]

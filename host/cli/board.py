@@ -7,7 +7,7 @@ import dataclasses
 import socket
 
 from host.cli.output import note, print_json, print_pairs
-from host.device.boards import open_board, start_simulated
+from host.device.boards import board_scheme, open_board
 from host.errors import InputError, JobError
 
 
@@ -41,11 +41,8 @@ def serve(args: argparse.Namespace) -> int:
     """Serve a simulated board until Ctrl-C or until it ends."""
     if not args.pty:
         _check_address(args.listen)
-    if args.board.partition(":")[0] != "sim":
-        raise InputError(
-            f"Only a simulated board can be served, sim: with its options, not {args.board!r}."
-        )
-    with start_simulated(args.board, listen=args.listen, pty=args.pty, keep=True) as board:
+    scheme = board_scheme(args.board)
+    with scheme.serve(args.board, listen=args.listen, pty=args.pty) as board:
         if args.json:
             print_json({"board": args.board, "url": board.url, "pid": board.pid})
         else:

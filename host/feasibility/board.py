@@ -5,15 +5,12 @@ from __future__ import annotations
 from urllib.parse import parse_qsl, urlencode
 
 from hdl.config import CheckerBuild, Config
-from host.device.boards import split_config
+from host.device.boards import board_scheme
 from host.errors import InputError
 from host.feasibility import MODES
 
 
 __all__ = ["ordered", "require"]
-
-#: Boards that are built as their URL says.
-_BUILT_TO_ORDER = ("model:", "sim:")
 
 
 def ordered(url: str, mode: str | None) -> tuple[str, Config | None]:
@@ -38,13 +35,15 @@ def ordered(url: str, mode: str | None) -> tuple[str, Config | None]:
     InputError
         If an option of the URL breaks a rule of the configuration, or does not suit the mode.
     """
-    place, _, query = url.partition("?")
-    if place not in _BUILT_TO_ORDER:
+    scheme = board_scheme(url)
+    if not scheme.simulated:
         return url, None
+    place, _, query = url.partition("?")
     given = dict(parse_qsl(query, keep_blank_values=True))
     wanted = MODES.get(mode or given.get("checker", next(iter(MODES))), {})
     order = f"{place}?{urlencode(wanted | given)}"
-    _, config = split_config(order, Config())
+    config = scheme.known_config(order)
+    assert config is not None
     require(config, mode, url)
     return order, config
 

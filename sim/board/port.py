@@ -33,6 +33,8 @@ class SocketPort:
         Longest wait of a :meth:`read`, seconds; None waits for ever, 0 not at all.
     explain : Callable[[], str], optional
         Asked when the other end is gone; returns the sentence of the error.
+    on_close : Callable[[], object], optional
+        Called after the connection is closed.
 
     Raises
     ------
@@ -46,11 +48,13 @@ class SocketPort:
         *,
         timeout: float | None = 1.0,
         explain: Callable[[], str] | None = None,
+        on_close: Callable[[], object] | None = None,
     ) -> None:
         self.timeout = timeout
         self.write_timeout: float | None = None
         self._name = f"socket://{address[0]}:{address[1]}"
         self._explain = explain
+        self._on_close = on_close
         try:
             self._socket = socket.create_connection(address, timeout=10)
         except OSError as error:
@@ -135,6 +139,8 @@ class SocketPort:
     def close(self) -> None:
         """Hang up. A second call does nothing."""
         self._socket.close()
+        if self._on_close is not None:
+            self._on_close()
 
     def __enter__(self) -> Self:
         return self

@@ -91,13 +91,15 @@ class SimulatedBoard:
         self.url = where if kind == "pty" else f"socket://{host}:{where}"
         self._address = None if kind == "pty" else (host, int(where))
 
-    def open(self, *, timeout: float | None = 1.0) -> SocketPort:
+    def open(self, *, timeout: float | None = 1.0, ends_board: bool = False) -> SocketPort:
         """Connect to the board as its one client.
 
         Parameters
         ----------
         timeout : float or None
             Of the port's reads, seconds.
+        ends_board : bool
+            Whether closing the port ends the board as well.
 
         Raises
         ------
@@ -107,7 +109,12 @@ class SimulatedBoard:
         self.check()
         if self._address is None:
             raise JobError(f"The simulated board serves a terminal; open {self.url} instead.")
-        return SocketPort(self._address, timeout=timeout, explain=self._explain)
+        return SocketPort(
+            self._address,
+            timeout=timeout,
+            explain=self._explain,
+            on_close=self.close if ends_board else None,
+        )
 
     @property
     def pid(self) -> int:

@@ -14,10 +14,11 @@ import pytest
 
 from hdl.config import Config
 from hdl.protocol import LinkMode, Status, StickyError
-from host.device.boards import open_board, start_simulated
+from host.device.boards import open_board
 from host.device.chip import Chip
 from host.device.link import Link, LinkTimeoutError
 from host.errors import JobError
+from sim.board.scheme import start_simulated
 from tests.chips import SMALL, Pair, board_url
 from tests.fuzz import Fuzz
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from hdl.protocol import Command, LinkMode, StickyError
-from host.device.boards import start_simulated
 from host.device.link import RefusedError
 from host.evaluation import Evaluator
 from host.planners.base import Options
@@ -14,6 +13,7 @@ from host.planners.ga_fpga import FpgaGeneticPlanner
 from host.problem import aircraft
 from host.problem.problem import Problem
 from host.terrain import Terrain
+from sim.board.scheme import start_simulated
 from tests.chips import CHECKERS, board_url, random_path, without_line_clocks
 from tests.fuzz import Fuzz
 

@@ -6,7 +6,7 @@ import pytest
 
 from hdl.config import Config, SurvivorSelection
 from hdl.protocol import LinkMode
-from host.device.boards import start_simulated
+from sim.board.scheme import start_simulated
 from sim.exported import exported_verilog
 from tests.chips import SMALL, board_url
 from tests.fuzz import Fuzz

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from hdl.config import CheckerBuild, Config
-from host.device.boards import open_board, start_simulated
+from host.device.boards import open_board
 from host.device.chip import Chip
 from host.device.link import Link, LinkTimeoutError
+from sim.board.scheme import start_simulated
 from tests.chips import board_url
 
 

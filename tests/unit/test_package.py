@@ -1,3 +1,4 @@
+import configparser
 import shutil
 import subprocess
 import sys
@@ -9,6 +10,7 @@ import pytest
 
 
 ROOT = Path(__file__).resolve().parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 PACKAGES = ("hdl", "host", "sim")
 DATA = {".cpp", ".hpp", ".json", ".npz", ".toml", ".v", ".vlt"}
 
@@ -43,7 +45,9 @@ def test_wheel_has_every_source_and_datum(wheel):
 
 
 def test_wheel_has_command_and_licence(wheel):
-    version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
-    info = f"pathgene-{version}.dist-info"
-    assert "pathgene = host.cli:main" in wheel.read(f"{info}/entry_points.txt").decode()
+    info = f"pathgene-{PROJECT['version']}.dist-info"
+    points = configparser.ConfigParser()
+    points.read_string(wheel.read(f"{info}/entry_points.txt").decode())
+    assert dict(points["console_scripts"]) == {"pathgene": "host.cli:main"}
+    assert dict(points["pathgene.boards"]) == PROJECT["entry-points"]["pathgene.boards"]
     assert wheel.read(f"{info}/licenses/LICENSE") == (ROOT / "LICENSE").read_bytes()

@@ -12,9 +12,12 @@ import pytest
 
 from hdl.config import Config, SurvivorSelection
 from host.device import boards
-from host.device.boards import known_config, open_board, split_config, start_simulated
+from host.device.boards import known_config, open_board
 from host.device.link import LinkError
+from host.device.schemes import split_config
+from host.device.serial_scheme import SerialScheme
 from host.errors import InputError
+from sim.board.scheme import start_simulated
 from sim.model.chip import ChipModel
 from tests.chips import SMALL, board_url
 
@@ -221,7 +224,7 @@ def echoing(peer):
 
 @pytest.mark.parametrize("answer", [silent, babbling, echoing])
 def test_what_does_not_answer_as_a_board(listener, monkeypatch, answer):
-    monkeypatch.setitem(boards._PATIENCE, "serial", (0.01, 12))
+    monkeypatch.setattr(boards, "_SERIAL", SerialScheme(timeout_s=0.01))
     url = listener(answer)
     sentence = (
         f"Nothing answers at '{url}' as a board would; check the address, the baud rate and "
@@ -232,7 +235,7 @@ def test_what_does_not_answer_as_a_board(listener, monkeypatch, answer):
 
 
 def test_a_port_that_echoes(monkeypatch):
-    monkeypatch.setitem(boards._PATIENCE, "serial", (0.01, 2))
+    monkeypatch.setattr(boards, "_SERIAL", SerialScheme(timeout_s=0.01, attempts=2))
     with pytest.raises(InputError, match=r"^Nothing answers at 'loop://' as a board would; "):
         open_board("loop://")
 

@@ -1,0 +1,223 @@
+"""Board URLs: kinds of boards, each found by the scheme of its URLs.
+
+A package makes a kind of board known by an entry point of the group ``pathgene.boards``. The name
+of the entry point is the scheme, its object a :class:`BoardScheme`::
+
+    [project.entry-points."pathgene.boards"]
+    probe = "probe_boards:SCHEME"
+
+From then on ``pathgene plan --board probe:...`` opens these boards. A URL of any other scheme is
+that of a serial port.
+"""
+
+from __future__ import annotations
+
+import abc
+import dataclasses
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from types import TracebackType
+from typing import Protocol, Self
+from urllib.parse import parse_qsl, urlencode
+
+from hdl.config import Config
+from host.device.transport import Transport
+from host.errors import InputError, JobError
+
+
+__all__ = [
+    "CONFIG_FIELDS",
+    "GROUP",
+    "BoardScheme",
+    "OpenPort",
+    "ServedBoard",
+    "registered_scheme",
+    "scheme_names",
+    "split_config",
+]
+
+#: Group of the entry points that name kinds of boards.
+GROUP = "pathgene.boards"
+
+#: Names of the fields of the configuration, which are options of boards that are built to order.
+CONFIG_FIELDS = tuple(field.name for field in dataclasses.fields(Config))
+
+
+@dataclass(frozen=True)
+class OpenPort:
+    """An open port to a board, and the patience that a link needs with that board.
+
+    Parameters
+    ----------
+    port : Transport
+        The port. Closing it ends a board that was started for it.
+    timeout_s : float
+        Longest silence of the board, in seconds, before a frame is sent again.
+    attempts : int
+        Number of times that a frame is sent before the board is given up.
+    """
+
+    port: Transport
+    timeout_s: float
+    attempts: int
+
+
+class ServedBoard(Protocol):
+    """A simulated board that runs and waits for serial clients.
+
+    Attributes
+    ----------
+    url : str
+        The address that clients open: a URL of pyserial, or the path of a terminal.
+    """
+
+    url: str
+
+    @property
+    def pid(self) -> int:
+        """Process of the simulator."""
+        ...
+
+    def wait(self) -> int | None:
+        """Wait for the end of the simulator; return its exit status."""
+        ...
+
+    def log(self) -> str:
+        """Return the text that the simulator wrote to standard error."""
+        ...
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None: ...
+
+
+class BoardScheme(abc.ABC):
+    """A kind of board, named by the scheme of its URLs.
+
+    Attributes
+    ----------
+    simulated : bool
+        Whether a board is built as its URL says, for one user alone. Hardware has its
+        configuration already and is shared.
+    """
+
+    simulated = False
+
+    @abc.abstractmethod
+    def open(self, url: str) -> OpenPort:
+        """Open a port to the board at ``url``.
+
+        Raises
+        ------
+        InputError
+            If there is no such board, or an option of the URL is wrong.
+        JobError
+            If a simulated board cannot be started.
+        """
+
+    def known_config(self, url: str) -> Config | None:
+        """Return the configuration of the board at ``url``, or None if only the board says it.
+
+        Raises
+        ------
+        InputError
+            If an option breaks a rule of the configuration.
+        """
+        return None
+
+    def serve(self, url: str, *, listen: str, pty: bool) -> ServedBoard:
+        """Start the board at ``url`` for any serial client, one after another.
+
+        Parameters
+        ----------
+        url : str
+            URL of the board.
+        listen : str
+            ``HOST:PORT`` to listen at; port 0 takes a free one.
+        pty : bool
+            Whether to serve a pseudo terminal instead.
+
+        Raises
+        ------
+        InputError
+            If boards of this kind cannot be served, or an option of the URL is wrong.
+        JobError
+            If the board cannot be started.
+        """
+        raise InputError(
+            f"Only a simulated board can be served, sim: with its options, not {url!r}."
+        )
+
+
+def registered_scheme(url: str) -> BoardScheme | None:
+    """Return the registered kind of board that ``url`` names, or None if there is none.
+
+    Raises
+    ------
+    JobError
+        If the package that registers the scheme cannot be loaded.
+    """
+    name, colon, _ = url.partition(":")
+    point = next((point for point in _entry_points() if colon and point.name == name), None)
+    if point is None:
+        return None
+    try:
+        scheme: BoardScheme = point.load()
+    except (ImportError, AttributeError) as error:
+        raise JobError(f"Boards of the scheme {name}: cannot be loaded ({error}).") from None
+    return scheme
+
+
+def scheme_names() -> list[str]:
+    """Return the names of all registered schemes."""
+    return list(dict.fromkeys(point.name for point in _entry_points()))
+
+
+def _entry_points() -> Iterator[metadata.EntryPoint]:
+    """Yield what the checkout declares, then what installed packages declare.
+
+    An editable installation keeps the entry points of the day it was made. In a checkout
+    ``pyproject.toml`` itself is up to date.
+    """
+    declared = Path(__file__).resolve().parents[2] / "pyproject.toml"
+    if declared.is_file():
+        project = tomllib.loads(declared.read_text())["project"]
+        for name, value in project["entry-points"][GROUP].items():
+            yield metadata.EntryPoint(name, value, GROUP)
+    yield from metadata.entry_points(group=GROUP)
+
+
+def split_config(url: str, default: Config) -> tuple[str, Config]:
+    """Take the fields of the configuration out of the query of ``url``.
+
+    Returns
+    -------
+    tuple of (str, Config)
+        The URL without the fields, and ``default`` with them.
+
+    Raises
+    ------
+    InputError
+        If a value breaks a rule of the configuration.
+    """
+    place, _, query = url.partition("?")
+    changes: dict[str, object] = {}
+    rest = []
+    for name, value in parse_qsl(query, keep_blank_values=True):
+        if name in CONFIG_FIELDS:
+            changes[name] = int(value) if value.isascii() and value.isdigit() else value
+        else:
+            rest.append((name, value))
+    try:
+        config = default.replace(**changes)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{error}; see the options in {url!r}.") from None
+    return (f"{place}?{urlencode(rest)}" if rest else place), config

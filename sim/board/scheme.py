@@ -1,0 +1,82 @@
+"""Boards of the scheme ``sim:``: a simulator runs the Verilog that the URL orders."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+from urllib.parse import parse_qsl
+
+from hdl.config import Config
+from host.device.schemes import CONFIG_FIELDS, BoardScheme, OpenPort, split_config
+from host.errors import InputError
+from sim.board import BoardOptions, SimulatedBoard, open_simulated
+from sim.exported import exported_verilog
+
+
+__all__ = ["DEFAULT_CONFIG", "SCHEME", "SimulatedScheme", "start_simulated"]
+
+#: Boards are built so unless their URL says otherwise. The UART divisor is the smallest that the
+#: receiver allows, so that a byte takes few cycles to simulate.
+DEFAULT_CONFIG = Config(clocks_per_bit=4)
+
+#: Timeout in seconds and attempts, by simulator.
+_PATIENCE = {"verilator": (5.0, 3), "icarus": (120.0, 3)}
+
+
+class SimulatedScheme(BoardScheme):
+    """``sim:`` with the fields of the configuration and the options of the simulator."""
+
+    simulated = True
+
+    def open(self, url: str) -> OpenPort:
+        """Start the board; closing the port ends it."""
+        board = start_simulated(url)
+        timeout_s, attempts = _PATIENCE[board.program.simulator]
+        return OpenPort(board.open(ends_board=True), timeout_s, attempts)
+
+    def known_config(self, url: str) -> Config:
+        """Return the configuration that the URL orders."""
+        return split_config(url, DEFAULT_CONFIG)[1]
+
+    def serve(self, url: str, *, listen: str, pty: bool) -> SimulatedBoard:
+        """Start the board and keep it running when a client leaves."""
+        return start_simulated(url, listen=listen, pty=pty, keep=True)
+
+
+#: Found through the entry point ``sim``.
+SCHEME = SimulatedScheme()
+
+
+def start_simulated(url: str, **options: Any) -> SimulatedBoard:
+    """Build and start the simulated board that ``url`` orders.
+
+    Parameters
+    ----------
+    url : str
+        ``sim:`` with its options.
+    **options
+        Passed to :func:`sim.board.open_simulated`: ``listen``, ``pty``, ``keep``.
+
+    Raises
+    ------
+    InputError
+        If an option of the URL is wrong.
+    JobError
+        If the board cannot be started.
+    """
+    rest, config = split_config(url, DEFAULT_CONFIG)
+    names = [field.name for field in dataclasses.fields(BoardOptions)]
+    known = [name for name in names if name not in CONFIG_FIELDS]
+    for name, _ in parse_qsl(rest.partition("?")[2], keep_blank_values=True):
+        if name not in known:
+            raise InputError(
+                f"The simulated board has no option {name!r}; choose from {', '.join(known)} and "
+                f"the fields of the configuration, {', '.join(CONFIG_FIELDS)}."
+            )
+    return open_simulated(
+        rest,
+        lambda divisor: exported_verilog("planner", config.replace(clocks_per_bit=divisor)),
+        top="planner",
+        clocks_per_bit=config.clocks_per_bit,
+        **options,
+    )

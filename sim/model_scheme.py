@@ -1,0 +1,40 @@
+"""Boards of the scheme ``model:``: the software model, in this process."""
+
+from __future__ import annotations
+
+from hdl.config import Config
+from host.device.schemes import CONFIG_FIELDS, BoardScheme, OpenPort, split_config
+from host.errors import InputError
+from sim.model.chip import ChipModel
+from sim.model.port import ModelPort
+
+
+__all__ = ["SCHEME", "ModelScheme"]
+
+#: Built so unless the URL says otherwise: the same chip as that of ``sim:``.
+_DEFAULT_CONFIG = Config(clocks_per_bit=4)
+
+
+class ModelScheme(BoardScheme):
+    """``model:`` with the fields of the configuration as its options."""
+
+    simulated = True
+
+    def open(self, url: str) -> OpenPort:
+        """Make the model."""
+        rest, config = split_config(url, _DEFAULT_CONFIG)
+        if rest != "model:":
+            raise InputError(
+                f"The model takes only fields of the configuration, not {rest!r}; they are "
+                f"{', '.join(CONFIG_FIELDS)}."
+            )
+        # The model answers while it is written to: silence means a damaged frame.
+        return OpenPort(ModelPort(ChipModel(config)), timeout_s=0.01, attempts=12)
+
+    def known_config(self, url: str) -> Config:
+        """Return the configuration that the URL orders."""
+        return split_config(url, _DEFAULT_CONFIG)[1]
+
+
+#: Found through the entry point ``model``.
+SCHEME = ModelScheme()

@@ -1,4 +1,4 @@
-"""Holds what is built of an ECP5's primitives to what is simulated, on Icarus."""
+"""Compares components built of an ECP5's primitives with their generic twins, on Icarus."""
 
 import re
 import subprocess
@@ -6,15 +6,18 @@ from types import SimpleNamespace
 
 from amaranth.back import verilog
 
+from hdl.boards.ecp5_cells import Ecp5Cells
+from hdl.boards.ecp5_floor_plan import MAP_SITES
+
 
 __all__ = ["ECP5", "twins_of"]
 
-#: As much of the platform as a component looks at.
-ECP5 = SimpleNamespace(device="LFE5U-85F")
+#: As much of the platform of an LFE5U-85F as a component looks at.
+ECP5 = SimpleNamespace(cells=Ecp5Cells(MAP_SITES))
 
 
 def twins_of(make, primitive, bench, folder):
-    """Assert that a component does the same on both in all clocks of a bench.
+    """Assert that a component has the same outputs with both cells in all cycles of a bench.
 
     Parameters
     ----------

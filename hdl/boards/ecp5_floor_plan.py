@@ -70,7 +70,7 @@ def _multipliers(lanes: int) -> Iterator[tuple[str, str]]:
         offsets = (0, 1, 4, 5)
         kinds = product(("minor", "rise"), ("low", "high"))
         for offset, (axis, part) in zip(offsets, kinds, strict=True):
-            name = f"checker.walker.slopes.{axis}_{of}_{part}.twin.primitive"
+            name = f"checker.walker.slopes.{axis}_{of}_{part}.hard.primitive"
             yield name, f"X{x + offset}/Y{y}/MULT18_{offset}"
 
 

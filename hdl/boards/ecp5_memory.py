@@ -1,11 +1,10 @@
-"""Block RAMs of the ECP5: the registers in them, which synthesis leaves unused, and their sites."""
+"""Block RAMs of the ECP5 with their output registers, which synthesis leaves unused."""
 
 from amaranth import *
 from amaranth.lib import wiring
 from amaranth.utils import exact_log2
 
-from hdl.boards.ecp5_floor_plan import MAP_SITES
-from hdl.feasibility.map_block import block_members
+from hdl.primitives.block_memory import memory_members
 
 
 __all__ = ["Ecp5Memory"]
@@ -15,15 +14,11 @@ _WIDTHS = {14: 1, 13: 2, 12: 4, 11: 9, 10: 18}
 
 
 class Ecp5Memory(wiring.Component):
-    """Memory of DP16KD primitives, side by side, whose data are in registers at their outputs.
+    """Memory of DP16KD primitives side by side, with registers at their outputs.
 
-    Twin of :class:`hdl.feasibility.map_block.MapBlock` with a latency of 2: the same ports,
-    rows and clocks. There a register anywhere on the device follows 6 ns after the clock and some
-    of wire; here the data are there 1 ns after it.
-
-    A map takes nearly all block RAMs of the device. Left to itself, the placer spreads those of a
-    block over the whole die, and each row address has to reach them all. With a ``place`` the
-    primitives of a block are neighbours.
+    Twin of :class:`hdl.primitives.block_memory.BlockMemory` with a latency of 2: the same ports,
+    rows and cycles. Data of that memory leave a register of the fabric, which a block RAM of the
+    device reaches 6 ns after the clock edge; data of this one are there after 1 ns.
 
     Parameters
     ----------
@@ -33,14 +28,13 @@ class Ecp5Memory(wiring.Component):
         Bits of a row.
     ports : int
         1 or 2.
-    place : int or None
-        Number of this block among others of its size: it has the sites after those of the blocks
-        before it, as long as there are :data:`MAP_SITES`. None leaves that to the placer.
+    sites : sequence of str
+        Sites of the first primitives, in order of their bits; the placer chooses for the others.
 
     Members
     -------
     a, b
-        See :func:`hdl.feasibility.map_block.block_members`.
+        See :func:`hdl.primitives.block_memory.memory_members`.
 
     Raises
     ------
@@ -48,39 +42,41 @@ class Ecp5Memory(wiring.Component):
         If there are too many rows.
     """
 
-    def __init__(self, *, rows, width, ports, place=None):
+    def __init__(self, *, rows, width, ports, sites=()):
         if rows > 1 << 14:
             raise ValueError(f"Rows of a block must be at most 16384, not {rows!r}")
 
         self.rows = rows
         self.width = width
         self.ports = ports
-        self.place = place
-        super().__init__(block_members(rows=rows, width=width, ports=ports))
+        self.sites = tuple(sites)
+        self._row_bits = _row_bits(rows)
+        super().__init__(memory_members(rows=rows, width=width, ports=ports))
+
+    @staticmethod
+    def primitives(*, rows, width):
+        """Return the number of primitives of a memory."""
+        return -(-width // _WIDTHS[_row_bits(rows)])
 
     def elaborate(self, platform):
         m = Module()
 
-        row_bits = max(10, exact_log2(self.rows))
-        step = _WIDTHS[row_bits]
-        firsts = range(0, self.width, step)
-        sites = ()
-        if self.place is not None:
-            sites = MAP_SITES[len(firsts) * self.place :][: len(firsts)]
-        for number, first in enumerate(firsts):
+        step = _WIDTHS[self._row_bits]
+        for number, first in enumerate(range(0, self.width, step)):
             bits = slice(first, min(first + step, self.width))
             pins = {
-                **self._port(m, "A", self.a, row_bits, bits),
-                **self._port(m, "B", self.b if self.ports == 2 else None, row_bits, bits),
+                **self._port(m, "A", self.a, bits),
+                **self._port(m, "B", self.b if self.ports == 2 else None, bits),
             }
-            if number < len(sites):
-                pins["a_BEL"] = sites[number]
+            if number < len(self.sites):
+                pins["a_BEL"] = self.sites[number]
             m.submodules[f"bits_{first}"] = Instance("DP16KD", **pins)
 
         return m
 
-    def _port(self, m, name, port, row_bits, bits):
+    def _port(self, m, name, port, bits):
         """Return parameters and connections of one port, and drive its data."""
+        row_bits = self._row_bits
         address, write, enable = Const(0, row_bits), Const(0, 18), Const(0)
         read = Signal(18, name=f"read_{name}_{bits.start}".lower())
         if port is not None:
@@ -88,7 +84,7 @@ class Ecp5Memory(wiring.Component):
             m.d.comb += port.data[bits].eq(read)
         if name == "A":
             write, enable = port.write_data[bits], port.write_enable
-        # Rows are counted in the upper bits; with 18 bits, the lowest two are enables of 9 each.
+        # The row number takes the upper bits; of rows of 18 bits, the lowest two enable 9 each.
         lowest = enable.replicate(2) if row_bits == 10 else Const(0, 2)
         below = Cat(lowest, Const(0, 2))[: 14 - row_bits]
         address = Cat(below, address, Const(0, row_bits - len(address)))
@@ -110,3 +106,7 @@ class Ecp5Memory(wiring.Component):
             **{f"i_DI{name}{i}": bit for i, bit in enumerate(write)},
             **{f"o_DO{name}{i}": bit for i, bit in enumerate(read)},
         }
+
+
+def _row_bits(rows):
+    return max(min(_WIDTHS), exact_log2(rows))

@@ -1,28 +1,32 @@
-"""Multiplier of the ECP5 with the register that is in it, which synthesis leaves unused."""
+"""Multiplier of the ECP5 with its output register, which synthesis leaves unused."""
 
 from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 
-__all__ = ["Ecp5Multiplier"]
+__all__ = ["FACTOR_BITS", "Ecp5Multiplier"]
+
+#: Most bits of a signed factor.
+FACTOR_BITS = 18
 
 
 class Ecp5Multiplier(wiring.Component):
-    """One MULT18X18D, whose product is in a register at its output.
+    """One MULT18X18D with a register at its output.
 
-    What :class:`hdl.primitives.multiplier.Multiplier` is, of full width: the same clocks.
+    Twin of :class:`hdl.primitives.multiplier.Multiplier` at full width, without a shift: the same
+    product in the same cycle.
 
     Members
     -------
-    first, second : In(signed(18))
-    product : Out(signed(36))
-        Of the clock before.
+    first, second : In(signed(FACTOR_BITS))
+    product : Out(signed(2 * FACTOR_BITS))
+        Of the cycle before.
     """
 
-    first: In(signed(18))
-    second: In(signed(18))
-    product: Out(signed(36))
+    first: In(signed(FACTOR_BITS))
+    second: In(signed(FACTOR_BITS))
+    product: Out(signed(2 * FACTOR_BITS))
 
     def elaborate(self, platform):
         m = Module()

@@ -5,7 +5,8 @@ from amaranth_boards.ecpix5 import ECPIX585Platform
 
 from hdl.boards.board import Board
 from hdl.boards.ecp5 import OVERRIDES
-from hdl.boards.ecp5_floor_plan import floor_plan
+from hdl.boards.ecp5_cells import Ecp5Cells
+from hdl.boards.ecp5_floor_plan import MAP_SITES, floor_plan
 from hdl.boards.pll import Ecp5Pll
 from hdl.config import CheckerBuild, Config
 
@@ -16,7 +17,9 @@ _SIZES = Config(checker=CheckerBuild.PARALLEL, lanes=16)
 
 
 class _Platform(ECPIX585Platform):
-    """With a reset pin that is high when active, as on the other boards: pin 1 of PMOD 0."""
+    """With the cells of an ECP5, and a reset pin that is active high: pin 1 of PMOD 0."""
+
+    cells = Ecp5Cells(MAP_SITES)
 
     resources = [
         *ECPIX585Platform.resources,

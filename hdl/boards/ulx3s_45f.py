@@ -4,15 +4,23 @@ from amaranth_boards.ulx3s import ULX3S_45F_Platform
 
 from hdl.boards.board import Board
 from hdl.boards.ecp5 import OVERRIDES
+from hdl.boards.ecp5_cells import Ecp5Cells
 from hdl.boards.pll import Ecp5Pll
 from hdl.config import CheckerBuild, Config
 
 
 __all__ = ["BOARD"]
 
+
+class _Platform(ULX3S_45F_Platform):
+    """With the cells of an ECP5."""
+
+    cells = Ecp5Cells()
+
+
 BOARD = Board(
     name="ulx3s-45f",
-    platform=ULX3S_45F_Platform,
+    platform=_Platform,
     # 25 MHz to 100 MHz; its USB bridge, an FT231X, goes up to 3 Mbaud.
     pll=Ecp5Pll(feedback_divider=4, output_divider=6),
     reset=("button_fire", 0),

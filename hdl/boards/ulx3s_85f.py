@@ -4,7 +4,8 @@ from amaranth_boards.ulx3s import ULX3S_85F_Platform
 
 from hdl.boards.board import Board
 from hdl.boards.ecp5 import OVERRIDES
-from hdl.boards.ecp5_floor_plan import floor_plan
+from hdl.boards.ecp5_cells import Ecp5Cells
+from hdl.boards.ecp5_floor_plan import MAP_SITES, floor_plan
 from hdl.boards.pll import Ecp5Pll
 from hdl.config import CheckerBuild, Config
 
@@ -13,9 +14,16 @@ __all__ = ["BOARD"]
 
 _SIZES = Config(checker=CheckerBuild.PARALLEL, lanes=8)
 
+
+class _Platform(ULX3S_85F_Platform):
+    """With the cells of an ECP5, the map's block RAMs on their sites."""
+
+    cells = Ecp5Cells(MAP_SITES)
+
+
 BOARD = Board(
     name="ulx3s-85f",
-    platform=ULX3S_85F_Platform,
+    platform=_Platform,
     # 25 MHz to 100 MHz; its USB bridge, an FT231X, goes up to 3 Mbaud.
     pll=Ecp5Pll(feedback_divider=4, output_divider=6),
     reset=("button_fire", 0),

@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.utils import ceil_log2
 
-from hdl.feasibility.map_block import MapBlock, block_members
+from hdl.primitives.block_memory import BlockMemory, memory_members
 from hdl.primitives.multiplexer import chosen
 
 
@@ -38,7 +38,7 @@ class MapMemory(wiring.Component):
     Members
     -------
     a, b
-        See :func:`hdl.feasibility.map_block.block_members`.
+        See :func:`hdl.primitives.block_memory.memory_members`.
 
     Raises
     ------
@@ -62,7 +62,7 @@ class MapMemory(wiring.Component):
         self.latency = latency
         self.ports = ports
         self.number = number
-        super().__init__(block_members(rows=rows, width=width, ports=ports))
+        super().__init__(memory_members(rows=rows, width=width, ports=ports))
 
     def elaborate(self, platform):
         m = Module()
@@ -73,12 +73,12 @@ class MapMemory(wiring.Component):
         ports = [self.a, self.b] if self.ports == 2 else [self.a]
         data = [[] for _ in ports]
         for number in range(blocks):
-            block = MapBlock(
+            block = BlockMemory(
                 rows=depth,
                 width=self.width,
                 latency=self.latency,
                 ports=self.ports,
-                place=None if self.number is None else self.number * blocks + number,
+                number=None if self.number is None else self.number * blocks + number,
             )
             m.submodules[f"block_{number}"] = block
             enable = self.a.write_enable

@@ -8,7 +8,7 @@ from hdl.command.layouts import check_layout
 from hdl.config import Config
 from hdl.feasibility.layouts import point_layout
 from hdl.ga_core.layouts import read_layout, waypoint_layout
-from hdl.link.ring import CommitRing
+from hdl.primitives.commit_ring import CommitRing
 
 
 __all__ = ["PathSource"]

@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.link.ring import CommitRing
+from hdl.primitives.commit_ring import CommitRing
 from hdl.protocol import DELIMITER
 
 

@@ -8,7 +8,7 @@ from amaranth.lib.crc.catalog import CRC32_ISO_HDLC
 from amaranth.lib.wiring import In, Out
 
 from hdl.link.cobs import CobsDecoder, CobsEncoder
-from hdl.link.ring import CommitRing
+from hdl.primitives.commit_ring import CommitRing
 from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, frame_crc
 
 

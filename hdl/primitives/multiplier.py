@@ -1,27 +1,25 @@
-"""Products out of a multiplier's own register."""
+"""Multiplier with a register at its output."""
 
 from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from hdl.primitives.cells import cells_of
+
 
 __all__ = ["Multiplier"]
 
-#: Most bits of a factor that a multiplier of an ECP5 takes, signs included.
-FACTOR_BITS = 18
-
 
 class Multiplier(wiring.Component):
-    """Multiplies two signed numbers; ``product`` follows a clock later.
+    """Multiplies two signed numbers; ``product`` follows a cycle later.
 
-    An ECP5 has the register in its multiplier, where elsewhere any that follow are taken: so no
-    time is lost on the way there, nor by the multiplication on the way from there. Factors that are
-    too wide for it are multiplied as elsewhere.
+    The register is that of the platform's multiplier cell where there is one for such factors
+    (:meth:`hdl.primitives.cells.Cells.multiplier`): no routing lies between product and register.
 
     Parameters
     ----------
-    bits : (int, int)
-        Widths of the factors.
+    widths : (int, int)
+        Of the factors.
     shift : int
         Low bits of the product to be left out.
 
@@ -29,12 +27,13 @@ class Multiplier(wiring.Component):
     -------
     first, second : In(signed)
     product : Out(signed)
-        ``first * second >> shift`` of the clock before.
+        ``first * second >> shift`` of the cycle before.
     """
 
-    def __init__(self, bits, shift=0):
+    def __init__(self, widths, shift=0):
+        self.widths = widths
         self.shift = shift
-        first, second = bits
+        first, second = widths
         super().__init__(
             {
                 "first": In(signed(first)),
@@ -46,15 +45,13 @@ class Multiplier(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        fits = max(len(self.first), len(self.second)) <= FACTOR_BITS
-        if fits and getattr(platform, "device", "").startswith("LFE5U"):
-            from hdl.boards.ecp5_multiplier import Ecp5Multiplier
-
-            m.submodules.twin = twin = Ecp5Multiplier()
+        cell = cells_of(platform).multiplier(self.widths)
+        if cell is not None:
+            m.submodules.hard = cell
             m.d.comb += [
-                twin.first.eq(self.first),
-                twin.second.eq(self.second),
-                self.product.eq(twin.product >> self.shift),
+                cell.first.eq(self.first),
+                cell.second.eq(self.second),
+                self.product.eq(cell.product >> self.shift),
             ]
             return m
 

@@ -50,9 +50,9 @@ class TerrainMemory(wiring.Component):
     does. The latency from a cell to ``hits`` is ``memory_latency + 3``: bank, address, compare, and
     gather each lane's banks.
 
-    The banks are all over the device, and the block RAMs of each side by side, as far as the place
-    of a block says so (:class:`hdl.feasibility.map_block.MapBlock`). Each bank has
-    registers for its addresses, with nothing but wires from there to its block RAMs.
+    The banks are spread over the device; the block RAMs of one lie side by side where the cells of
+    the platform have places for them (:class:`hdl.primitives.block_memory.BlockMemory`). Each bank
+    has registers for its addresses, with nothing but wires from there to its block RAMs.
 
     Source: *allaire two-tier*, section 5.3.
 

@@ -8,12 +8,13 @@ from types import SimpleNamespace
 import pytest
 from amaranth.back import verilog
 
+from hdl.boards.ecp5_cells import Ecp5Cells
 from hdl.boards.ecp5_floor_plan import MAP_SITES
 from hdl.boards.ecp5_memory import Ecp5Memory
 from hdl.config import Config
-from hdl.feasibility.map_block import MapBlock
 from hdl.feasibility.map_memory import MapMemory
 from hdl.feasibility.parallel.terrain_memory import TerrainMemory
+from hdl.primitives.block_memory import BlockMemory
 from tests.ecp5_twins import ECP5, twins_of
 
 
@@ -102,7 +103,7 @@ def test_equals_the_simulated_memory(rows, width, ports, tmp_path, icarus):
         second_b=", .b__address(address_b), .b__data(built_b)" if ports == 2 else "",
         differs_b="simulated_b !== built_b" if ports == 2 else "0",
     )
-    make = functools.partial(MapBlock, rows=rows, width=width, latency=2, ports=ports)
+    make = functools.partial(BlockMemory, rows=rows, width=width, latency=2, ports=ports)
     simulated, built = twins_of(make, primitive(), bench, tmp_path)
     assert "DP16KD" in built
     assert "DP16KD" not in simulated
@@ -122,13 +123,15 @@ def test_registers_are_those_of_the_primitive():
 
 def test_blocks_of_a_map_have_sites_of_their_own():
     """Four rows of a bit each, side by side; none for the last ones where there are too many."""
-    memories = [Ecp5Memory(rows=16384, width=4, ports=2, place=place) for place in (0, 1, 47, 48)]
+    cells = Ecp5Cells(MAP_SITES)
+    memories = [
+        cells.memory(rows=16384, width=4, ports=2, number=number) for number in (0, 1, 47, 48, None)
+    ]
     found = [
         re.findall(r'\(\* BEL = "(.*?)" \*\)', verilog.convert(each, emit_src=False))
         for each in memories
     ]
-    assert found == [list(MAP_SITES[:4]), list(MAP_SITES[4:8]), list(MAP_SITES[188:]), []]
-    assert "BEL" not in verilog.convert(Ecp5Memory(rows=16384, width=4, ports=2), emit_src=False)
+    assert found == [list(MAP_SITES[:4]), list(MAP_SITES[4:8]), list(MAP_SITES[188:]), [], []]
 
 
 @pytest.mark.parametrize(
@@ -143,7 +146,7 @@ def test_a_whole_map_has_all_sites(lanes):
     assert set(sites) == set(MAP_SITES)
     assert len(set(MAP_SITES)) == 192
     other = verilog.convert(
-        TerrainMemory(config), platform=SimpleNamespace(device="LFE5U-45F"), emit_src=False
+        TerrainMemory(config), platform=SimpleNamespace(cells=Ecp5Cells()), emit_src=False
     )
     assert "DP16KD" in other
     assert "BEL" not in other

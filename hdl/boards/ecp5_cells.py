@@ -1,0 +1,36 @@
+"""Cells of the ECP5 that the cores may take: block RAMs and multipliers with registers in them."""
+
+from collections.abc import Sequence
+
+from hdl.boards.ecp5_memory import Ecp5Memory
+from hdl.boards.ecp5_multiplier import FACTOR_BITS, Ecp5Multiplier
+from hdl.primitives.cells import Cells
+
+
+__all__ = ["Ecp5Cells"]
+
+
+class Ecp5Cells(Cells):
+    """Cells of an ECP5.
+
+    Parameters
+    ----------
+    sites : sequence of str
+        Sites of block RAMs, in the order in which numbered memories take them; the placer chooses
+        for those past the end, and for all where there are none.
+    """
+
+    def __init__(self, sites: Sequence[str] = ()) -> None:
+        self.sites = tuple(sites)
+
+    def memory(self, *, rows: int, width: int, ports: int, number: int | None) -> Ecp5Memory:
+        """Return a memory of DP16KD primitives; its sites follow those of smaller numbers."""
+        sites = ()
+        if number is not None:
+            each = Ecp5Memory.primitives(rows=rows, width=width)
+            sites = self.sites[number * each :][:each]
+        return Ecp5Memory(rows=rows, width=width, ports=ports, sites=sites)
+
+    def multiplier(self, widths: tuple[int, int]) -> Ecp5Multiplier | None:
+        """Return a MULT18X18D; None if a factor is too wide for it."""
+        return Ecp5Multiplier() if max(widths) <= FACTOR_BITS else None

@@ -1,0 +1,102 @@
+"""Memory that one block RAM is deep enough for."""
+
+from amaranth import *
+from amaranth.lib import memory, wiring
+from amaranth.lib.wiring import In, Out, connect, flipped
+from amaranth.utils import ceil_log2
+
+from hdl.primitives.cells import cells_of
+
+
+__all__ = ["BlockMemory", "memory_members"]
+
+
+def memory_members(*, rows, width, ports):
+    """Return the members of a memory.
+
+    Members
+    -------
+    a : In(Signature({address, write_enable, write_data, data}))
+        ``address``: row to be read, or with ``write_enable`` to be written. ``data``: content of
+        the row that was addressed as many cycles ago as the latency says.
+    b : In(Signature({address, data}))
+        The second port, with ``ports`` of 2.
+    """
+    read = {"address": Out(ceil_log2(rows)), "data": In(width)}
+    write = {"write_enable": Out(1), "write_data": Out(width)}
+    members = {"a": In(wiring.Signature({**read, **write}))}
+    if ports == 2:
+        members["b"] = In(wiring.Signature(read))
+    return members
+
+
+class BlockMemory(wiring.Component):
+    """Memory that is read through one or two ports, and written through the first.
+
+    Rows are read in every cycle. Data read while a row is written are undefined, in all rows; rows
+    never written hold anything. With a latency of 2, data come out of registers: those of the block
+    RAMs where the platform's cells have them (:meth:`hdl.primitives.cells.Cells.memory`), others
+    elsewhere.
+
+    Parameters
+    ----------
+    rows : int
+        A power of two, 2 or more.
+    width : int
+        Bits of a row.
+    latency : int
+        Cycles from an address to its data, 1 or 2.
+    ports : int
+        Ports, 1 or 2.
+    number : int or None
+        Number of this memory among neighbours of the same size, from which a family's cells may
+        choose its place on the device; None where the place does not matter.
+
+    Members
+    -------
+    a, b
+        See :func:`memory_members`.
+    """
+
+    def __init__(self, *, rows, width, latency, ports, number=None):
+        self.rows = rows
+        self.width = width
+        self.latency = latency
+        self.ports = ports
+        self.number = number
+        super().__init__(memory_members(rows=rows, width=width, ports=ports))
+
+    def elaborate(self, platform):
+        m = Module()
+
+        cell = None
+        if self.latency == 2:
+            cell = cells_of(platform).memory(
+                rows=self.rows, width=self.width, ports=self.ports, number=self.number
+            )
+        names = ("a", "b")[: self.ports]
+        if cell is not None:
+            m.submodules.hard = cell
+            for name in names:
+                connect(m, flipped(getattr(self, name)), getattr(cell, name))
+            return m
+
+        m.submodules.rows = rows = memory.Memory(
+            shape=self.width, depth=self.rows, init=[], attrs={"no_rw_check": 1}
+        )
+        write = rows.write_port()
+        m.d.comb += [
+            write.addr.eq(self.a.address),
+            write.data.eq(self.a.write_data),
+            write.en.eq(self.a.write_enable),
+        ]
+        for name in names:
+            port, read = getattr(self, name), rows.read_port()
+            m.d.comb += read.addr.eq(port.address)
+            data = read.data
+            if self.latency == 2:
+                data = Signal(self.width, name=f"out_{name}", reset_less=True)
+                m.d.sync += data.eq(read.data)
+            m.d.comb += port.data.eq(data)
+
+        return m

@@ -1,0 +1,52 @@
+"""Cells that a family of devices may supply in place of a primitive's generic description.
+
+Synthesis leaves some registers of the hard cells of a family unused. A platform that knows better
+has an attribute ``cells``, a subclass of :class:`Cells`; the board files set it. A primitive asks
+:func:`cells_of` and describes itself in registers and memories where the answer is None, so that a
+core never names a device.
+
+The copies of :func:`hdl.primitives.fanout.fanout` need no cell: their attribute ``keep`` is enough
+for a family's synthesis script to leave them apart.
+"""
+
+from amaranth.lib import wiring
+
+
+__all__ = ["Cells", "cells_of"]
+
+
+class Cells:
+    """Cells of a device about which nothing is known: none. Families override the methods."""
+
+    def memory(
+        self, *, rows: int, width: int, ports: int, number: int | None
+    ) -> wiring.Component | None:
+        """Return a memory whose data come out of registers within its block RAMs, or None.
+
+        Parameters
+        ----------
+        rows, width, ports, number
+            As of :class:`hdl.primitives.block_memory.BlockMemory`, of which the component has the
+            members.
+        """
+        return None
+
+    def multiplier(self, widths: tuple[int, int]) -> wiring.Component | None:
+        """Return a multiplier with a register at its output, or None.
+
+        Parameters
+        ----------
+        widths : (int, int)
+            Of the signed factors. The component may take wider ones: it has the members ``first``,
+            ``second`` and ``product`` of :class:`hdl.primitives.multiplier.Multiplier` without a
+            shift.
+        """
+        return None
+
+
+_GENERIC = Cells()
+
+
+def cells_of(platform: object) -> Cells:
+    """Return the cells of ``platform``, which is None in simulation."""
+    return getattr(platform, "cells", _GENERIC)

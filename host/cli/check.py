@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 from host.cli.output import print_json, print_pairs, term_pairs
 from host.cli.problem import DEFAULT_AIRCRAFT, end_point, load_terrain, load_zones, source_of
 from host.errors import InputError
-from host.evaluation import Evaluator
+from host.planning import check
 from host.problem.aircraft import Aircraft
 from host.problem.aircraft import load as load_aircraft
 from host.problem.problem import Problem
 from host.problem.zones import Zone, zone_from_dict
 from host.report.geojson import read_path
-from host.report.summary import describe_problem, terms, version
 from host.report.tables import read_csv
 from host.terrain import Terrain
 
@@ -51,14 +50,7 @@ def run(args: argparse.Namespace) -> int:
     )
     _check_ends(args, problem)
 
-    evaluator = Evaluator(problem)
-    evaluation = evaluator.evaluate(path)
-    report = {
-        "pathgene": version(),
-        **terms(evaluation),
-        "waypoints": path.tolist(),
-        **describe_problem(evaluator, source_of(args)),
-    }
+    report = check(problem, path, source=source_of(args)).report
     if args.json:
         print_json(report)
     else:

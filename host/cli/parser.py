@@ -199,6 +199,12 @@ def _add_plan(commands: argparse._SubParsersAction[_Parser]) -> None:
     group.add_argument(
         "--out", metavar="DIR", default="out", help="where the files go (default %(default)s)"
     )
+    group.add_argument(
+        "--no-picture",
+        dest="picture",
+        action="store_false",
+        help="do not draw path.png, and remove one of an earlier run",
+    )
     _add_own_options(parser)
 
 

@@ -15,57 +15,42 @@ from host.cli.output import note, print_json, print_pairs, term_pairs
 from host.cli.problem import make_problem, source_of
 from host.errors import JobError
 from host.evaluation import Evaluator
-from host.planners import PLANNERS, make
-from host.planners.base import Options, Result, Stop
+from host.planners.base import Result, Stop
+from host.planning import Search
 from host.progress import Progress
 from host.report.files import prepare_directory
-from host.report.summary import summarise
-from host.report.write import write_report
 
 
 __all__ = ["run"]
 
-_BOARD = "model:"
-
 
 def run(args: argparse.Namespace) -> int:
     """Plan, write the files and print the summary."""
-    planner = make(args.planner, **own_options(args, args.planner))
-    generations = args.generations
-    if generations is None:
-        generations = PLANNERS[args.planner].generations
-    options = Options(
-        generations=generations,
+    search = Search(
+        args.planner,
+        generations=args.generations,
         time_limit_s=args.time_limit,
         target_fitness=args.target_fitness,
         population=args.population,
         seed=args.seed,
+        **own_options(args, args.planner),
     )
     evaluator = Evaluator(make_problem(args))
     directory = Path(args.out)
     prepare_directory(directory)
 
     stop = Stop()
-    progress = Progress(sys.stderr, options.generations)
-    board = (args.board or _BOARD) if "board" in PLANNERS[args.planner].options else None
     with ending(stop):
-        with contextlib.closing(progress):
-            result = planner.plan(evaluator, options, progress, stop)
-        stop.heeded = True
-        summary = summarise(
-            evaluator,
-            result,
-            planner=args.planner,
-            board=board,
-            seed=args.seed,
-            source=source_of(args),
-        )
-        written = write_report(directory, evaluator, result, summary, warn=note)
+        with contextlib.closing(Progress(sys.stderr, search.options.generations)) as progress:
+            plan = search.run(
+                evaluator, progress=progress.update, stop=stop, source=source_of(args)
+            )
+        written = plan.save(directory, picture=args.picture, warn=note)
     if args.json:
-        print_json(summary)
+        print_json(plan.summary)
     else:
-        _print(summary, written)
-    return _status(result)
+        _print(plan.summary, written)
+    return _status(plan.result)
 
 
 def _status(result: Result) -> int:

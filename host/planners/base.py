@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -73,33 +73,41 @@ class Options:
 
 
 class Stop:
-    """A request to end, from a signal or another thread.
+    """A request to end, from a signal, another thread or a callback.
 
     A signal handler that raises :class:`KeyboardInterrupt` after the request also ends the
-    generation under way, which may wait long for a board.
+    current generation, which may wait long for a board.
+
+    Parameters
+    ----------
+    cancelled : callable, optional
+        Requests the end by returning True; called often, from the thread that plans.
 
     Attributes
     ----------
-    requested : bool
-        Whether :meth:`request` has been called.
     heeded : bool
         Whether the planner has ended its search, and is about to return what it found.
     """
 
-    def __init__(self) -> None:
-        self.requested = False
+    def __init__(self, cancelled: Callable[[], bool] | None = None) -> None:
+        self._cancelled = cancelled
+        self._requested = False
         self.heeded = False
 
+    @property
+    def requested(self) -> bool:
+        """Whether the end has been requested; it stays so."""
+        if not self._requested and self._cancelled is not None:
+            self._requested = bool(self._cancelled())
+        return self._requested
+
     def request(self) -> None:
-        """Ask the planner to return after the generation under way."""
-        self.requested = True
+        """Ask the planner to return after the current generation."""
+        self._requested = True
 
 
-class Progress(Protocol):
-    """Is told of every generation."""
-
-    def update(self, generation: int, best: float, mean: float) -> None:
-        """Take note of a finished generation; called often."""
+#: Called after each generation with its number, the best fitness so far and the mean fitness.
+Progress = Callable[[int, float, float], object]
 
 
 @dataclass(frozen=True)
@@ -183,8 +191,8 @@ class Run:
         The worth of paths.
     options : Options
         Stop criteria.
-    progress : Progress, optional
-        Is told of every generation.
+    progress : callable, optional
+        Called after each generation; see :data:`Progress`.
     stop : Stop, optional
         Ends the run when requested.
     """
@@ -276,7 +284,7 @@ class Run:
         self.history.append([generation, self._best, mean])
         self.history_evaluations.append(self.evaluations)
         if self.progress is not None:
-            self.progress.update(generation, self._best, mean)
+            self.progress(generation, self._best, mean)
 
     def stopped_by(self) -> str | None:
         """The first stop criterion met, or None to go on."""

@@ -13,7 +13,7 @@ from host.report.files import remove, replacing, write_json
 from host.report.geojson import path_document
 
 
-__all__ = ["write_grid", "write_report"]
+__all__ = ["captions", "write_grid", "write_report"]
 
 
 def write_report(
@@ -22,6 +22,8 @@ def write_report(
     result: Result,
     summary: Mapping[str, Any],
     warn: Callable[[str], None],
+    *,
+    picture: bool = True,
 ) -> list[Path]:
     """Write ``summary.json``, ``terrain.npz``, ``path.geojson`` and ``path.png``.
 
@@ -39,6 +41,8 @@ def write_report(
         What :func:`host.report.summary.summarise` made of it.
     warn : callable
         Is told, in a sentence, that there is no picture.
+    picture : bool
+        Draw ``path.png``; otherwise only remove the one of an earlier run, which would mislead.
 
     Returns
     -------
@@ -67,20 +71,23 @@ def write_report(
             f"Cannot write to the directory {str(directory)!r} "
             f"({error.strerror or error}); give another with --out."
         ) from None
-    picture = directory / "path.png"
+    drawing = directory / "path.png"
+    if not picture:
+        remove(drawing)
+        return written
     try:
         from host.report.picture import Scene, write
 
-        title, subtitle = _captions(summary)
+        title, subtitle = captions(summary)
         write(
             Scene(evaluator, result.path, result.evaluation, result.history, title, subtitle),
-            picture,
+            drawing,
         )
     except Exception as error:
-        remove(picture)  # One of an earlier run would mislead.
+        remove(drawing)
         warn(f"There is no picture this time, drawing it failed: {type(error).__name__}: {error}.")
     else:
-        written.append(picture)
+        written.append(drawing)
     return written
 
 
@@ -91,7 +98,7 @@ def write_grid(file: Path, evaluator: Evaluator) -> None:
         problem.terrain.save_npz(binary, problem.nofly_raster)
 
 
-def _captions(summary: Mapping[str, Any]) -> tuple[str, str]:
+def captions(summary: Mapping[str, Any]) -> tuple[str, str]:
     """Title and subtitle of the picture."""
     verdict = "feasible" if summary["feasible"] else "not feasible"
     board = f" (board {summary['board']})" if summary["board"] else ""

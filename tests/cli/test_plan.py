@@ -576,3 +576,31 @@ def test_geographic_ends_zones_and_path(projected, tmp_path, capsys):
     )
     report = json.loads(capsys.readouterr().out)
     assert report["length_m"] == pytest.approx(summary["length_m"], abs=0.01)
+
+
+def test_no_picture_leaves_matplotlib_alone(hills, tmp_path, capsys):
+    (tmp_path / "path.png").write_bytes(b"of an earlier run")
+    arguments = ["plan", "--terrain", str(hills), *ENDS, "--generations", "2", "--seed", "1"]
+    script = (
+        "import sys; from host.cli import main; status = main(sys.argv[1:]); "
+        "assert 'matplotlib' not in sys.modules; sys.exit(status)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script, *arguments, "--no-picture", "--out", str(tmp_path)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    names = [name for name in FILES if name != "path.png"]
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == names
+    assert "path.png" not in done.stdout
+    with_picture = tmp_path / "with picture"
+    assert main([*arguments, "--out", str(with_picture)]) == 0
+    assert sorted(entry.name for entry in with_picture.iterdir()) == FILES
+    one, other = summary_in(tmp_path), summary_in(with_picture)
+    for summary in (one, other):
+        del summary["seconds"]
+    assert one == other
+    for name in ("path.geojson", "terrain.npz"):
+        assert (tmp_path / name).read_bytes() == (with_picture / name).read_bytes()

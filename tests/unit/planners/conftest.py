@@ -1,7 +1,5 @@
 """A ridge with a gap, small enough for runs of milliseconds."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -52,6 +50,10 @@ def evaluator(make_evaluator):
 
 @pytest.fixture
 def record():
-    """A progress that keeps what it is told."""
-    seen = []
-    return SimpleNamespace(update=lambda *values: seen.append(list(values)), seen=seen)
+    """A progress callback, and the list ``seen`` of what it was called with."""
+
+    def progress(*values):
+        progress.seen.append(list(values))
+
+    progress.seen = []
+    return progress

@@ -117,12 +117,11 @@ def test_stop_criteria(evaluator):
 def test_interrupt_returns_the_best_so_far(evaluator):
     stop = Stop()
 
-    class Impatient:
-        def update(self, generation, best, mean):
-            if generation == 2:
-                stop.request()
+    def progress(generation, best, mean):
+        if generation == 2:
+            stop.request()
 
-    result = AstarPlanner().plan(evaluator, ALL, Impatient(), stop)
+    result = AstarPlanner().plan(evaluator, ALL, progress, stop)
     assert (result.interrupted, result.generations, stop.heeded) == (True, 2, True)
     assert result.evaluation.feasible
 

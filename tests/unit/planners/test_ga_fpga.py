@@ -194,12 +194,11 @@ def test_other_boards_plan_too(evaluator):
 def test_interrupt_returns_the_best_so_far(evaluator):
     stop = Stop()
 
-    class Impatient:
-        def update(self, generation, best, mean):
-            if generation == 3:
-                stop.request()
+    def progress(generation, best, mean):
+        if generation == 3:
+            stop.request()
 
-    result = FpgaGeneticPlanner().plan(evaluator, OPTIONS, Impatient(), stop)
+    result = FpgaGeneticPlanner().plan(evaluator, OPTIONS, progress, stop)
     assert (result.interrupted, result.generations) == (True, 3)
     assert result.hardware["generations"] == 3
 

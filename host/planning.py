@@ -1,0 +1,303 @@
+"""Plan a problem and check a path: what the command line and the Python API share."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from host.errors import InputError
+from host.evaluation import Evaluation, Evaluator
+from host.planners import DEFAULT, PLANNERS, make
+from host.planners.base import Options, Progress, Result, Stop
+from host.problem.problem import Problem
+from host.report.files import prepare_directory
+from host.report.summary import describe_problem, summarise, terms, version
+from host.report.write import write_report
+
+
+__all__ = ["Check", "Plan", "Search", "check", "plan"]
+
+_BOARD = "model:"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A finished run of a planner.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+        Evaluates paths of the problem.
+    result : Result
+        The path, its terms and the record of the run.
+    planner : str
+        Name of the planner.
+    board : str or None
+        URL of the board, for a planner that uses one.
+    seed : int
+        Seed of the run.
+    source : mapping
+        Origin of the terrain, as ``summary.json`` states it.
+    """
+
+    evaluator: Evaluator
+    result: Result
+    planner: str
+    board: str | None
+    seed: int
+    source: Mapping[str, Any]
+
+    @property
+    def path(self) -> NDArray[np.float64]:
+        """Waypoints, (n, 3) float64 metres, start and goal included."""
+        return self.result.path
+
+    @property
+    def evaluation(self) -> Evaluation:
+        """Terms of the path."""
+        return self.result.evaluation
+
+    @property
+    def history(self) -> list[list[float]]:
+        """Generation, best fitness and mean fitness, from generation 0."""
+        return self.result.history
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """Content of ``summary.json``: plain JSON values, every number finite."""
+        return summarise(
+            self.evaluator,
+            self.result,
+            planner=self.planner,
+            board=self.board,
+            seed=self.seed,
+            source=self.source,
+        )
+
+    def save(
+        self,
+        directory: str | Path,
+        *,
+        picture: bool = True,
+        warn: Callable[[str], None] = warnings.warn,
+    ) -> list[Path]:
+        """Write ``summary.json``, ``terrain.npz``, ``path.geojson`` and ``path.png``.
+
+        Parameters
+        ----------
+        directory : str or Path
+            Folder of the files; made if missing.
+        picture : bool
+            Draw ``path.png``; otherwise remove the one of an earlier run.
+        warn : callable
+            Receives a sentence if the picture cannot be drawn, which costs no other file.
+
+        Returns
+        -------
+        list of Path
+            The files written.
+
+        Raises
+        ------
+        InputError
+            If the directory cannot be written to.
+        """
+        directory = Path(directory)
+        prepare_directory(directory)
+        return write_report(
+            directory, self.evaluator, self.result, self.summary, warn=warn, picture=picture
+        )
+
+
+class Search:
+    """A planner with its options, ready for a problem.
+
+    Parameters
+    ----------
+    planner : str
+        A name in :data:`host.planners.PLANNERS`.
+    generations : int, optional
+        Most generations; the planner's own number by default.
+    time_limit_s, target_fitness, population, seed
+        See :class:`host.planners.base.Options`.
+    **options
+        The planner's own options: those of :data:`host.planners.OPTIONS` that its entry lists.
+
+    Raises
+    ------
+    InputError
+        If there is no such planner, the planner has no such option, or a value is out of range.
+    """
+
+    def __init__(
+        self,
+        planner: str = DEFAULT,
+        *,
+        generations: int | None = None,
+        time_limit_s: float | None = None,
+        target_fitness: float | None = None,
+        population: int | None = None,
+        seed: int = 0,
+        **options: Any,
+    ) -> None:
+        _check_options(planner, options)
+        self._planner = make(planner, **options)
+        self.planner = planner
+        entry = PLANNERS[planner]
+        self.board: str | None = None
+        if "board" in entry.options:
+            self.board = options.get("board") or _BOARD
+        self.options = Options(
+            generations=entry.generations if generations is None else generations,
+            time_limit_s=time_limit_s,
+            target_fitness=target_fitness,
+            population=population,
+            seed=seed,
+        )
+
+    def run(
+        self,
+        evaluator: Evaluator,
+        *,
+        progress: Progress | None = None,
+        stop: Stop | None = None,
+        source: Mapping[str, Any] | None = None,
+    ) -> Plan:
+        """Plan the problem of ``evaluator``; see :func:`plan`."""
+        result = self._planner.plan(evaluator, self.options, progress, stop)
+        if stop is not None:
+            stop.heeded = True
+        return Plan(
+            evaluator,
+            result,
+            self.planner,
+            self.board,
+            self.options.seed,
+            _source(evaluator.problem) if source is None else source,
+        )
+
+
+@dataclass(frozen=True)
+class Check:
+    """The evaluation of a given path.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+        Evaluates paths of the problem.
+    path : ndarray
+        Waypoints, (n, 3) float64 metres, start and goal included.
+    evaluation : Evaluation
+        Terms of the path.
+    source : mapping
+        Origin of the terrain.
+    """
+
+    evaluator: Evaluator
+    path: NDArray[np.float64]
+    evaluation: Evaluation
+    source: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def report(self) -> dict[str, Any]:
+        """What ``pathgene check --json`` prints: plain JSON values, every number finite."""
+        return {
+            "pathgene": version(),
+            **terms(self.evaluation),
+            "waypoints": self.path.tolist(),
+            **describe_problem(self.evaluator, self.source),
+        }
+
+
+def plan(
+    problem: Problem,
+    planner: str = DEFAULT,
+    *,
+    progress: Progress | None = None,
+    cancel: Callable[[], bool] | None = None,
+    source: Mapping[str, Any] | None = None,
+    **options: Any,
+) -> Plan:
+    """Plan a problem and return the result; print and write nothing.
+
+    Parameters
+    ----------
+    problem : Problem
+        Terrain, ends, aircraft, zones and wind.
+    planner : str
+        A name in :data:`host.planners.PLANNERS`.
+    progress : callable, optional
+        Called after each generation with its number, the best fitness so far and the mean fitness
+        of the population.
+    cancel : callable, optional
+        Asked between generations, at least; once it returns True, the best path so far is the
+        result.
+    source : mapping, optional
+        Origin of the terrain for the summary; that which the terrain states by default.
+    **options
+        Those of :class:`Search`: ``generations``, ``seed``, ``board`` and so on.
+
+    Raises
+    ------
+    InputError
+        If an option, the problem or the combination of both is bad.
+    JobError
+        If the run fails before anything was evaluated. A later failure is in ``result.failure``.
+    """
+    search = Search(planner, **options)
+    return search.run(Evaluator(problem), progress=progress, stop=Stop(cancel), source=source)
+
+
+def check(problem: Problem, path: ArrayLike, *, source: Mapping[str, Any] | None = None) -> Check:
+    """Evaluate a path of a problem.
+
+    Parameters
+    ----------
+    problem : Problem
+        Terrain, ends, aircraft, zones and wind.
+    path : array_like
+        Waypoints, (n, 3) metres, start and goal included.
+    source : mapping, optional
+        Origin of the terrain for the report; that which the terrain states by default.
+
+    Raises
+    ------
+    InputError
+        If a coordinate is not finite or too large, or the problem gives costs nothing to compare
+        with.
+    ValueError
+        If the path has another shape or other ends than the problem.
+    """
+    waypoints = np.array(path, dtype=np.float64)
+    evaluator = Evaluator(problem)
+    return Check(
+        evaluator,
+        waypoints,
+        evaluator.evaluate(waypoints),
+        _source(problem) if source is None else source,
+    )
+
+
+def _check_options(planner: str, options: Mapping[str, Any]) -> None:
+    """Refuse an option that a planner of the registry does not have."""
+    if planner not in PLANNERS:
+        return
+    having = PLANNERS[planner].options
+    for name in options:
+        if name not in having:
+            raise InputError(
+                f"The planner {planner} has no option {name!r}, only {', '.join(having)}."
+            )
+
+
+def _source(problem: Problem) -> dict[str, Any]:
+    """Origin of a terrain that was not loaded by an option of the command line."""
+    terrain = problem.terrain
+    return {"source": terrain.source or terrain.name, "fill_voids": False, "cell_m": None}

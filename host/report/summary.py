@@ -55,7 +55,7 @@ def describe_problem(evaluator: Evaluator, source: Mapping[str, Any]) -> dict[st
     return {
         "terrain": {**finite(problem.terrain.describe()), **source},
         "uav": problem.aircraft.to_dict(),
-        "nofly": [zone.to_dict() for zone in problem.nofly],
+        "nofly": [zone.to_dict() for zone in problem.zones],
         "wind": list(problem.wind),
         "ds_m": evaluator.ds_m,
     }

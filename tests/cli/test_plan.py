@@ -124,6 +124,8 @@ def test_check_takes_ends_above_the_ground(hills, tmp_path, capsys):
     assert main([*common, f"500,500,{height}"]) == 0
     assert main([*common, f"500,500,{height + 1}"]) == 2
     assert "The start of the path is (500.0, 500.0, 600.0), not" in capsys.readouterr().err
+    height = 600 - (300 + 150 * math.sin(55 / 8) * math.cos(35 / 6))
+    assert main([*common[:-1], "--goal", f"5500,3500,{height}"]) == 0
 
 
 def test_same_seed_same_path_in_every_link_mode(planned, hills, tmp_path, capsys):

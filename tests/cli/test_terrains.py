@@ -45,7 +45,7 @@ def test_check_agrees(name, planner, tmp_path, capsys):
     start, goal = (",".join(map(str, point)) for point in (flown.start, flown.goal))
     zones = [
         part
-        for zone in flown.nofly
+        for zone in flown.zones
         for part in ("--nofly-circle", f"{zone.x_m},{zone.y_m},{zone.radius_m}")
     ]
     status = main(

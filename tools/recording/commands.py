@@ -81,8 +81,8 @@ def _ends(name: str) -> list[str]:
     options = ["--terrain", name]
     for end in ("start", "goal"):
         options += [f"--{end}", ",".join(map(repr, getattr(scenario, end)))]
-    for zone in scenario.nofly:
-        circle = map(repr, dataclasses.astuple(zone))
+    for zone in scenario.zones:
+        circle = map(repr, zone.to_dict().values())
         options += ["--nofly-circle", ",".join(circle)]
     return options
 

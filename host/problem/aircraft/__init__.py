@@ -10,7 +10,10 @@ from typing import Any
 from host.errors import InputError
 
 
-__all__ = ["Aircraft", "load", "names", "parse"]
+__all__ = ["DEFAULT", "Aircraft", "load", "names", "parse"]
+
+#: The shipped aircraft that flies where none is named.
+DEFAULT = "silver-fox"
 
 _OPTIONAL = ("fuel_weight_N", "lift_coefficient_max", "engine_power_W", "max_speed_m_s", "size_m")
 
@@ -135,6 +138,22 @@ class Aircraft:
             for parameter in PARAMETERS
             if getattr(self, parameter) is not None
         }
+
+    @staticmethod
+    def load(name_or_toml: str | Path) -> "Aircraft":
+        """Load a shipped aircraft by name, or a user's own from a ``.toml`` file.
+
+        Raises
+        ------
+        InputError
+            If there is no such name or file, or it is not a valid aircraft.
+        """
+        return load(name_or_toml)
+
+    @staticmethod
+    def names() -> list[str]:
+        """Names of the shipped aircraft."""
+        return names()
 
     @classmethod
     def from_dict(cls, table: dict[str, Any], where: str) -> "Aircraft":

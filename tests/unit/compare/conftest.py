@@ -5,7 +5,6 @@ import pytest
 
 from host.compare.entrants import parse_entrants
 from host.compare.statistics import compare_two, describe
-from host.problem import aircraft
 from host.problem.problem import Problem
 from host.problem.zones import Circle
 from host.terrain import Terrain
@@ -18,12 +17,12 @@ def problem():
     terrain = Terrain(
         name="hills", elevation=300 + 150 * np.sin(x / 8) * np.cos(y / 6), dx_m=100.0, dy_m=100.0
     )
-    return Problem.from_agl(
+    return Problem(
         terrain,
         (500, 500, 100),
         (5500, 3500, 100),
-        aircraft.load("silver-fox"),
-        (Circle(3000, 2000, 400),),
+        zones=(Circle(3000, 2000, 400),),
+        agl=True,
     )
 
 

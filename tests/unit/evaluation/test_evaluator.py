@@ -18,7 +18,7 @@ def problem(make_problem):
         (0, 0, 400),
         (5000, 5000, 500),
         rng.uniform(0, 400, (51, 51)),
-        nofly=(Circle(2500, 2500, 300),),
+        zones=(Circle(2500, 2500, 300),),
     )
 
 

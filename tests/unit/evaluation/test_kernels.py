@@ -23,11 +23,11 @@ SAMPLED = ("distance_under_terrain_m", "distance_in_nofly_m", "void_crossed_m")
 
 SETTINGS = {
     "plain": ({}, {}),
-    "zones": ({"nofly": ZONES}, {}),
+    "zones": ({"zones": ZONES}, {}),
     "wind": ({"wind": (12.0, -9.0)}, {}),
     "atmosphere": ({}, {"isa": True}),
     "bilinear": ({}, {"bilinear": True}),
-    "everything": ({"nofly": ZONES, "wind": (-5.0, 3.0)}, {"isa": True, "bilinear": True}),
+    "everything": ({"zones": ZONES, "wind": (-5.0, 3.0)}, {"isa": True, "bilinear": True}),
     "coarse": ({"ds_m": 333.0}, {}),
 }
 
@@ -99,7 +99,7 @@ def test_kernels_match_the_reference(make_problem, world, options, seed, count):
 def test_samples_on_straight_pieces_are_the_same(make_problem):
     rng = np.random.default_rng(7)
     problem = make_problem(
-        (0, 0, 400), (5900, 5280, 500), hills(rng), dy_m=120.0, nofly=ZONES, ds_m=10.0
+        (0, 0, 400), (5900, 5280, 500), hills(rng), dy_m=120.0, zones=ZONES, ds_m=10.0
     )
     evaluator = Evaluator(problem, threads=1)
     line = np.array([problem.start, problem.goal])

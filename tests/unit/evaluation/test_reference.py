@@ -131,7 +131,7 @@ def test_the_edge_of_the_map_is_on_it(evaluate, make_problem):
 
 def test_no_fly_zone_counts_apart_from_the_terrain(evaluate, make_problem):
     problem = make_problem(
-        (50, 500, 200), (950, 500, 200), columns(c5=300.0), nofly=(Circle(500, 500, 100),)
+        (50, 500, 200), (950, 500, 200), columns(c5=300.0), zones=(Circle(500, 500, 100),)
     )
     terms = evaluate(problem, [])
     assert terms.distance_under_terrain_m == 100  # Column 5.

@@ -22,7 +22,7 @@ def evaluator(make_problem, request):
     """Rough ground, so that every cell that is missed shows."""
     elevation = np.random.default_rng(1).uniform(0, 1000, (45, 60))
     elevation[[0, -1], [0, -1]] = 100.0
-    return Evaluator(make_problem((0, 0, 400), (5900, 4400, 500), elevation, nofly=request.param))
+    return Evaluator(make_problem((0, 0, 400), (5900, 4400, 500), elevation, zones=request.param))
 
 
 def test_sine_and_cosine():

@@ -26,7 +26,7 @@ def ridge(void=False):
 def make_evaluator():
     """Evaluator of a flight over the ridge; ``elevation`` replaces the ridge."""
 
-    def make(elevation=None, nofly=ZONES, **options):
+    def make(elevation=None, zones=ZONES, **options):
         terrain = Terrain(
             name="ridge",
             elevation=ridge() if elevation is None else elevation,
@@ -36,7 +36,7 @@ def make_evaluator():
             origin=(0.0, 0.0),
         )
         start, goal = options.pop("start", (500, 500, 200)), options.pop("goal", (5500, 700, 220))
-        problem = Problem(terrain, start, goal, aircraft.load("silver-fox"), nofly=nofly, **options)
+        problem = Problem(terrain, start, goal, aircraft.load("silver-fox"), zones=zones, **options)
         return Evaluator(problem, threads=1)
 
     return make

@@ -70,12 +70,12 @@ def test_nothing_free_near_a_point_in_a_wall(make_evaluator):
     elevation[:, 10:] = np.nan
     elevation[5, 57] = 100.0
     elevation[5:8, 5:9] = 100.0
-    space = Airspace(make_evaluator(elevation, nofly=(), goal=(5700, 500, 150)).problem)
+    space = Airspace(make_evaluator(elevation, zones=(), goal=(5700, 500, 150)).problem)
     assert space.draw_near(np.random.default_rng(0), np.array([3000.0, 2000, 150]), 0.1, 8) is None
 
 
 def test_refuses_a_map_without_free_ground(make_evaluator):
-    problem = make_evaluator(nofly=()).problem
+    problem = make_evaluator(zones=()).problem
     # A problem refuses such zones around its ends, so that only its raster can say so.
     everywhere = SimpleNamespace(
         terrain=problem.terrain,

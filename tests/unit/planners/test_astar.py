@@ -68,7 +68,7 @@ def test_refuses_a_population(evaluator):
 
 def test_level_ground_is_flown_straight(make_evaluator):
     evaluator = make_evaluator(
-        np.full((41, 61), 100.0), nofly=(), start=(500, 700, 200), goal=(5500, 700, 200)
+        np.full((41, 61), 100.0), zones=(), start=(500, 700, 200), goal=(5500, 700, 200)
     )
     result = AstarPlanner().plan(evaluator, ALL)
     run = 5000 / result.evaluation.length_m
@@ -81,7 +81,7 @@ def test_level_ground_is_flown_straight(make_evaluator):
 
 def test_no_way_leaves_the_straight_line(make_evaluator):
     walls = tuple(Circle(3000, y, 300) for y in range(0, 4001, 400))
-    evaluator = make_evaluator(nofly=walls)
+    evaluator = make_evaluator(zones=walls)
     result = AstarPlanner().plan(evaluator, ALL)
     assert (result.generations, result.evaluations) == (0, 1)
     assert np.array_equal(result.path, [evaluator.problem.start, evaluator.problem.goal])
@@ -94,7 +94,7 @@ def test_keeps_away_from_zones_when_hugging_them_fails():
     wall = Polygon(((995, 0), (1005, 0), (1005, 1100), (995, 1100)))
     evaluator = Evaluator(
         Problem(
-            terrain, (200, 200, 50), (1800, 200, 50), aircraft.load("silver-fox"), nofly=(wall,)
+            terrain, (200, 200, 50), (1800, 200, 50), aircraft.load("silver-fox"), zones=(wall,)
         ),
         threads=1,
     )

@@ -142,7 +142,7 @@ def test_full_archive_keeps_the_best(evaluator, monkeypatch):
 
 def test_chooses_the_best_that_is_feasible_between_the_samples(make_evaluator):
     # A spike one node wide, between two samples 40 m apart: only the fine samples see it.
-    evaluator = make_evaluator(np.full((41, 61), 100.0), nofly=(), ds_m=900.0)
+    evaluator = make_evaluator(np.full((41, 61), 100.0), zones=(), ds_m=900.0)
     problem = evaluator.problem
     ground = problem.terrain.elevation.copy()
     ground[6, 30] = 900.0

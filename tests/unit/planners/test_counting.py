@@ -148,7 +148,7 @@ def test_settling_evaluates_until_the_best_is_settled(evaluator, counts_on):
     ],
 )
 def test_why_a_claim_was_refuted(make_evaluator, counts_on, first, corner, cause):
-    evaluator = make_evaluator(nofly=(Circle(2000, 2800, 1),))
+    evaluator = make_evaluator(zones=(Circle(2000, 2800, 1),))
     counts, _, _ = counts_on(CheckerBuild.PARALLEL, evaluator)
     problem = evaluator.problem
     path = np.array([problem.start, first, corner, (3000, 1218, 650), problem.goal])
@@ -160,13 +160,13 @@ def test_why_a_claim_was_refuted(make_evaluator, counts_on, first, corner, cause
 
 def test_what_only_the_strict_rule_refutes(make_evaluator):
     ends = {"start": (500, 2800, 650), "goal": (2700, 2800, 650)}
-    evaluator = make_evaluator(nofly=(Circle(2000, 2800, 1),), **ends)
+    evaluator = make_evaluator(zones=(Circle(2000, 2800, 1),), **ends)
     # Three samples, which step over a zone of one node.
     coarse = Evaluator(evaluator.problem, threads=1, ds_m=900.0)
     path = np.array([ends["start"], ends["goal"]], dtype=float)
     assert refutation(coarse, path) == "between_samples"
     assert refutation(evaluator, path) == "between_cells"
-    assert refutation(make_evaluator(nofly=(), **ends), path) is None
+    assert refutation(make_evaluator(zones=(), **ends), path) is None
 
 
 def test_new_waypoints_keep_off_the_ground(evaluator):
@@ -181,7 +181,7 @@ def test_new_waypoints_keep_off_the_ground(evaluator):
 
 def test_next_run_on_the_same_chip_sends_only_what_changed(make_evaluator):
     """A storm comes up: only its rectangle goes over the line, and the result is the same."""
-    before, after = make_evaluator(), make_evaluator(nofly=(Circle(4000, 3000, 300),))
+    before, after = make_evaluator(), make_evaluator(zones=(Circle(4000, 3000, 300),))
     config = chip_config(CheckerBuild.PARALLEL)
     board = board_url("model", config)
     alone = FpgaGeneticPlanner(board=board, feasibility="board").plan(after, OPTIONS)

@@ -150,7 +150,7 @@ def test_first_population_is_free_and_everywhere(evaluator):
 
 
 def test_refuses_a_map_without_a_free_cell(make_evaluator):
-    evaluator = make_evaluator(nofly=())
+    evaluator = make_evaluator(zones=())
     grid = ChipMap(Config(), evaluator.problem)
     grid.heights[:] = Config().blocked_altitude
     with pytest.raises(InputError, match=r"^Nothing of the map is free to fly over; lessen the "):

@@ -18,12 +18,12 @@ REACHED = {(0, 1), (1, 0), (1, 1), (1, 2), (2, 1)}
 WIND = (4.0, -7.0)
 
 
-def small(rows=6, columns=7, nofly=(), wind=(0.0, 0.0), seed=1):
+def small(rows=6, columns=7, zones=(), wind=(0.0, 0.0), seed=1):
     """A rough terrain of a few nodes at 400 m by 300 m."""
     rng = np.random.default_rng(seed)
     terrain = Terrain("small", 200 + 120 * rng.random((rows, columns)), 400.0, 300.0)
     start, goal = (0, 0, 500), ((columns - 1) * 400, (rows - 1) * 300, 500)
-    return Problem(terrain, start, goal, aircraft.load("silver-fox"), nofly=nofly, wind=wind)
+    return Problem(terrain, start, goal, aircraft.load("silver-fox"), zones=zones, wind=wind)
 
 
 def steps(problem):
@@ -81,7 +81,7 @@ def test_surface_is_the_lowest_that_slopes_so(steepness):
 
 @pytest.mark.parametrize("wind", [(0.0, 0.0), WIND])
 def test_route_is_the_cheapest(wind):
-    problem = small(nofly=(Circle(800, 600, 450),), wind=wind)
+    problem = small(zones=(Circle(800, 600, 450),), wind=wind)
     grid = SearchGrid(problem)
     surface = grid.surface(0.05)
     prices = Prices(problem)
@@ -150,7 +150,7 @@ def test_large_terrain_keeps_its_highest_nodes_zones_and_voids():
         (0, 0, 100),
         (6990, 4490, 100),
         aircraft.load("silver-fox"),
-        nofly=(Circle(5000, 2000, 4),),
+        zones=(Circle(5000, 2000, 4),),
     )
     grid = SearchGrid(problem)
     assert grid.shape == (113, 175)
@@ -166,7 +166,7 @@ def test_routes_keep_their_margin():
         (0, 3000, 100),
         (6000, 3000, 100),
         aircraft.load("silver-fox"),
-        nofly=(Circle(3000, 2900, 600),),
+        zones=(Circle(3000, 2900, 600),),
     )
     for margin_m in (0.0, 300.0):
         grid = SearchGrid(problem, margin_m)

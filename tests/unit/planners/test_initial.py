@@ -169,7 +169,7 @@ def test_waypoints_of_a_fixed_number(evaluator, waypoints, most):
 @pytest.mark.parametrize("name", PLANNERS)
 def test_without_a_way_the_start_is_random(make_evaluator, name):
     planner, _ = PLANNERS[name]
-    evaluator = make_evaluator(nofly=WALLS)
+    evaluator = make_evaluator(zones=WALLS)
     options = Options(generations=2, seed=3)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

@@ -23,7 +23,7 @@ def hilly():
         (0, 0, 500),
         (5900, 3900, 500),
         aircraft.load("silver-fox"),
-        nofly=(Circle(2000, 1900, 250),),
+        zones=(Circle(2000, 1900, 250),),
     )
     grid = SearchGrid(problem)
     route = np.array(

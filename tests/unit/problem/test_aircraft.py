@@ -199,3 +199,8 @@ def test_missing_and_unreadable_files(tmp_path):
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(InputError, match=r"bytes\.toml: not a TOML file, it is not UTF-8 text\.$"):
         load(tmp_path / "bytes.toml")
+
+
+def test_the_class_loads_and_names_them():
+    assert Aircraft.load("silver-fox") == FOX
+    assert Aircraft.names() == names() == sorted(names())

@@ -1,5 +1,6 @@
 """A problem checks itself: every bad input has its sentence."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -29,7 +30,7 @@ def problem(start=START, goal=GOAL, where=None, **options):
 
 def test_defaults():
     made = problem()
-    assert (made.ds_m, made.wind, made.nofly) == (25.0, (0.0, 0.0), ())
+    assert (made.ds_m, made.wind, made.zones) == (25.0, (0.0, 0.0), ())
     assert made.nofly_raster.shape == (21, 31)
     assert not made.nofly_raster.any()
 
@@ -39,17 +40,17 @@ def test_values_become_tuples_of_floats():
         start=[100, 100, 200],
         goal=np.array([900, 1400, 250]),
         wind=[1, 2],
-        nofly=[Circle(1000, 0, 100)],
+        zones=[Circle(1000, 0, 100)],
         ds_m=10,
     )
     assert (made.start, made.goal, made.wind) == (START, GOAL, (1.0, 2.0))
     assert type(made.goal[0]) is float
-    assert made.nofly == (Circle(1000, 0, 100),)
+    assert made.zones == (Circle(1000, 0, 100),)
     assert made.ds_m == 10.0
 
 
 def test_nofly_raster_is_made_once_and_cannot_be_written():
-    made = problem(nofly=(Circle(1000, 0, 100),))
+    made = problem(zones=(Circle(1000, 0, 100),))
     assert made.nofly_raster is made.nofly_raster
     assert made.nofly_raster[0, 20]
     with pytest.raises(ValueError, match="read-only"):
@@ -59,9 +60,26 @@ def test_nofly_raster_is_made_once_and_cannot_be_written():
 def test_heights_above_ground():
     elevation = np.full((21, 31), 100.0)
     elevation[1, 2] = 130.0
-    made = Problem.from_agl(terrain(elevation), (100, 75, 20), (900, 1400, 0), FOX, ds_m=5.0)
+    made = Problem(terrain(elevation), (100, 75, 20), (900, 1400, 0), FOX, ds_m=5.0, agl=True)
     assert (made.start, made.goal) == ((100, 75, 150), (900, 1400, 100))
     assert made.ds_m == 5.0
+
+
+def test_geographic_ends():
+    placed = dataclasses.replace(terrain(), crs="EPSG:32616", origin=(740_000.0, 4_010_000.0))
+    ends = [(*placed.to_geographic(x, y), z) for x, y, z in (START, GOAL)]
+    made = Problem(placed, *ends, geo=True)
+    assert made.start == pytest.approx(START, abs=1e-6)
+    assert made.goal == pytest.approx(GOAL, abs=1e-6)
+    raised = Problem(placed, *[(*end[:2], 40) for end in ends], geo=True, agl=True)
+    assert (raised.start[2], raised.goal[2]) == (140, 140)
+    with pytest.raises(InputError, match=r"^The terrain 'world' has no coordinate reference "):
+        Problem(terrain(), *ends, geo=True)
+
+
+def test_aircraft_by_name():
+    assert Problem(terrain(), START, GOAL).aircraft == FOX
+    assert Problem(terrain(), START, GOAL, "heron").aircraft == aircraft.load("heron")
 
 
 @pytest.mark.parametrize("point", [(0, 0, 200), (1500, 1500, 200)])
@@ -112,7 +130,7 @@ def test_on_the_ground_is_not_inside_it():
             ),
         ),
         (
-            {"goal": (1000, 0, 200), "nofly": (Circle(1000, 0, 100),)},
+            {"goal": (1000, 0, 200), "zones": (Circle(1000, 0, 100),)},
             r"^The goal at \(1000, 0\) is inside a no-fly zone; move it or the zone\.$",
         ),
         ({"goal": START}, r"^Start and goal are the same point; move one of them\.$"),
@@ -149,8 +167,8 @@ def test_below_the_datum():
         problem((100, 100, -50), (1400, 1400, -50), low)
 
 
-@pytest.mark.parametrize("make", [Problem, Problem.from_agl])
-def test_over_a_void(make):
+@pytest.mark.parametrize("agl", [False, True])
+def test_over_a_void(agl):
     elevation = np.full((21, 31), 100.0)
     elevation[1, 2] = np.nan
     with pytest.raises(
@@ -159,16 +177,16 @@ def test_over_a_void(make):
         r"terrain; move it, or fill the voids with "
         r"--fill-voids\.$",
     ):
-        make(terrain(elevation), START, GOAL, FOX)
+        Problem(terrain(elevation), START, GOAL, FOX, agl=agl)
 
 
-def test_from_agl_outside_the_map():
+def test_heights_above_ground_outside_the_map():
     with pytest.raises(
         InputError,
         match=r"^The goal at \(9000, 0\) is outside the map, which "
         r"reaches from \(0, 0\) to \(1500, 1500\) m\.$",
     ):
-        Problem.from_agl(terrain(), START, (9000, 0, 10), FOX)
+        Problem(terrain(), START, (9000, 0, 10), FOX, agl=True)
 
 
 def test_straight_line_that_the_wind_forbids():

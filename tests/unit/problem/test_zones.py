@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from rasterio.warp import transform
 
 from host.errors import InputError
-from host.problem.zones import Circle, Polygon, raster, read_geojson, zone_from_dict
+from host.problem.zones import Circle, Polygon, Zone, raster, read_geojson, zone_from_dict
 from host.terrain import Terrain
 
 
@@ -29,6 +29,22 @@ def nodes(zone, where=None):
     """Nodes in a zone, as a set of (column, row)."""
     rows, columns = np.nonzero(raster([zone], terrain() if where is None else where))
     return set(zip(columns.tolist(), rows.tolist(), strict=True))
+
+
+def test_makers_of_zones(tmp_path):
+    assert Zone.circle(1, 2, 3) == Circle(1, 2, 3)
+    hole = ((150, 150), (200, 150), (200, 200))
+    made = Zone.polygon(np.array(SQUARE).tolist(), [hole])
+    assert made == Polygon(SQUARE, (hole,))
+    file = tmp_path / "zones.geojson"
+    file.write_text(
+        '{"type": "Polygon", "crs_local": true, "coordinates": '
+        f"[{json.dumps(SQUARE)}, {json.dumps(hole)}]}}"
+    )
+    assert Zone.read(file, terrain()) == (made,)
+    assert all(isinstance(zone, Zone) for zone in (made, Zone.circle(1, 2, 3)))
+    with pytest.raises(InputError, match=r"^No-fly polygon: a ring must have at least 3 corners"):
+        Zone.polygon([(0, 0), (1, 1)])
 
 
 def test_circle_holds_the_nodes_on_its_border():

@@ -5,7 +5,6 @@ import pytest
 
 from host.evaluation import Evaluator
 from host.planners.base import Options, Run
-from host.problem import aircraft
 from host.problem.problem import Problem
 from host.problem.zones import Circle, Polygon
 from host.terrain import Terrain
@@ -56,9 +55,7 @@ def make_run():
             if nofly
             else ()
         )
-        problem = Problem.from_agl(
-            terrain, (*ends[0], 100), (*ends[1], 100), aircraft.load("silver-fox"), zones
-        )
+        problem = Problem(terrain, (*ends[0], 100), (*ends[1], 100), zones=zones, agl=True)
         evaluator = Evaluator(problem, threads=1)
         run = Run(evaluator, Options())
         path = np.array(

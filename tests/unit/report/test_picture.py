@@ -98,7 +98,7 @@ def test_says_what_it_shows(scene, figure):
     assert ("not flyable" in shown) == (not flyable)
     voids = np.isnan(scene.evaluator.problem.terrain.elevation).any()
     assert ("void" in shown) == voids
-    assert ("no-fly zone" in shown) == bool(scene.evaluator.problem.nofly)
+    assert ("no-fly zone" in shown) == bool(scene.evaluator.problem.zones)
     if scene.history:
         assert f"best {scene.history[-1][1]:.4f}" in shown
 

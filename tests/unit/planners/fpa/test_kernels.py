@@ -153,7 +153,7 @@ def random_paths(evaluator, rng, count, points=8):
 
 
 @pytest.mark.parametrize(
-    "options", [{}, {"nofly": ()}, {"wind": (9.0, -7.0)}, {"ds_m": 10.0}], ids=str
+    "options", [{}, {"zones": ()}, {"wind": (9.0, -7.0)}, {"ds_m": 10.0}], ids=str
 )
 def test_early_rejection_changes_nothing(make_evaluator, options):
     evaluator = make_evaluator(**options)

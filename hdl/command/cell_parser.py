@@ -6,9 +6,9 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.command.layouts import payload_members, struct
+from hdl.command.layouts import payload_members
 from hdl.config import Config
-from hdl.feasibility.layouts import cell_layout
+from hdl.layouts import cell_layout, struct
 from hdl.protocol import Status, map_request
 
 

@@ -4,9 +4,9 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.command.layouts import AnswerKind, check_layout, struct
+from hdl.command.layouts import AnswerKind
 from hdl.config import CheckerBuild, Config
-from hdl.ga_core.layouts import start_layout
+from hdl.layouts import check_layout, start_layout, struct
 from hdl.protocol import (
     CheckFlag,
     Command,

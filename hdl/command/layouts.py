@@ -3,17 +3,12 @@
 from amaranth.lib import data, enum, stream
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config
-from hdl.protocol import Layout
-
 
 __all__ = [
     "AnswerKind",
     "answer_layout",
-    "check_layout",
     "payload_members",
     "request_layout",
-    "struct",
 ]
 
 #: One byte of a request's or an answer's body.
@@ -56,24 +51,6 @@ answer_layout = data.StructLayout(
 )
 
 
-def check_layout(config: Config) -> data.StructLayout:
-    """What is to be checked, and how.
-
-    ``counting``: the colliding cells are counted. ``batch``: the paths of ``count`` slots from
-    ``slot``, each from ``start`` to ``goal``; else the one whose points came with the command.
-    """
-    return data.StructLayout(
-        {
-            "counting": 1,
-            "batch": 1,
-            "slot": 8,
-            "count": 8,
-            "start": config.waypoint_bits,
-            "goal": config.waypoint_bits,
-        }
-    )
-
-
 def payload_members() -> dict:
     """Members of every unit that takes what follows the fixed fields of a request.
 
@@ -100,8 +77,3 @@ def payload_members() -> dict:
         "over": Out(1),
         "status": Out(8),
     }
-
-
-def struct(layout: Layout) -> data.StructLayout:
-    """Return the fields of a message as those of a signal."""
-    return data.StructLayout(dict(layout.fields))

@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 from hdl.command.layouts import payload_members
 from hdl.command.waypoint_assembler import WaypointAssembler
 from hdl.config import Config
-from hdl.ga_core.layouts import write_layout
+from hdl.layouts import write_layout
 from hdl.protocol import Status
 
 

@@ -7,7 +7,7 @@ from amaranth.lib.wiring import Out, connect, flipped
 from hdl.command.layouts import payload_members
 from hdl.command.waypoint_assembler import WaypointAssembler
 from hdl.config import Config
-from hdl.feasibility.layouts import point_layout
+from hdl.layouts import point_layout
 from hdl.protocol import Status
 
 

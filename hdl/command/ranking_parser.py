@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.command.layouts import payload_members
 from hdl.config import Config
-from hdl.ga_core.layouts import ranking_layout
+from hdl.layouts import ranking_layout
 from hdl.protocol import Status
 
 

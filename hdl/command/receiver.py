@@ -9,13 +9,19 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 
 from hdl.command.cell_parser import CellParser
 from hdl.command.field_decoder import FieldDecoder, request_fields
-from hdl.command.layouts import AnswerKind, answer_layout, check_layout, request_layout
+from hdl.command.layouts import AnswerKind, answer_layout, request_layout
 from hdl.command.path_parser import PathParser
 from hdl.command.point_parser import PointParser
 from hdl.command.ranking_parser import RankingParser
 from hdl.config import CheckerBuild, Config
-from hdl.feasibility.layouts import cell_layout, point_layout
-from hdl.ga_core.layouts import ranking_layout, start_layout, write_layout
+from hdl.layouts import (
+    cell_layout,
+    check_layout,
+    point_layout,
+    ranking_layout,
+    start_layout,
+    write_layout,
+)
 from hdl.protocol import Command, Status, StickyError
 
 

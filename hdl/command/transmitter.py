@@ -5,11 +5,10 @@ from amaranth.lib import data, enum, stream, wiring
 from amaranth.lib.crc.catalog import CRC32_ISO_HDLC
 from amaranth.lib.wiring import In, Out
 
-from hdl.command.layouts import AnswerKind, answer_layout, request_layout, struct
+from hdl.command.layouts import AnswerKind, answer_layout, request_layout
 from hdl.command.reply_words import WORD_BYTES, ReplyWords
 from hdl.config import CheckerBuild, Config
-from hdl.feasibility.result_store import record_layout
-from hdl.ga_core.layouts import read_layout, waypoint_layout
+from hdl.layouts import read_layout, record_layout, struct, waypoint_layout
 from hdl.protocol import (
     Counter,
     Layout,

@@ -4,12 +4,18 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.command.layouts import check_layout, struct
 from hdl.config import Config
-from hdl.feasibility.layouts import count_layout, point_layout, verdict_layout
+from hdl.feasibility.layouts import count_layout, verdict_layout
 from hdl.feasibility.path_source import PathSource
-from hdl.feasibility.result_store import ResultStore, record_layout
-from hdl.ga_core.layouts import read_layout, waypoint_layout
+from hdl.feasibility.result_store import ResultStore
+from hdl.layouts import (
+    check_layout,
+    point_layout,
+    read_layout,
+    record_layout,
+    struct,
+    waypoint_layout,
+)
 from hdl.primitives.skid_buffer import SkidBuffer
 from hdl.primitives.stream_register import StreamRegister
 from hdl.protocol import Counter, check_reply, counters_reply

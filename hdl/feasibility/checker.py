@@ -5,10 +5,11 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from hdl.config import CheckerBuild, Config
-from hdl.feasibility.layouts import cell_layout, count_layout, point_layout, verdict_layout
+from hdl.feasibility.layouts import count_layout, verdict_layout
 from hdl.feasibility.parallel.walker import ParallelWalker
 from hdl.feasibility.results import Results
 from hdl.feasibility.two_tier.walker import TwoTierWalker
+from hdl.layouts import cell_layout, point_layout
 
 
 __all__ = ["Checker"]

@@ -7,7 +7,8 @@ from amaranth.utils import ceil_log2
 
 from hdl.config import Config
 from hdl.feasibility.checker import Checker
-from hdl.feasibility.layouts import cell_layout, count_layout, verdict_layout
+from hdl.feasibility.layouts import count_layout, verdict_layout
+from hdl.layouts import cell_layout
 
 
 __all__ = ["Feasibility", "place_layout"]

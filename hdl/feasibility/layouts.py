@@ -5,27 +5,10 @@ from amaranth.lib import data
 from hdl.config import Config
 
 
-__all__ = ["cell_layout", "count_layout", "point_layout", "verdict_layout"]
+__all__ = ["count_layout", "verdict_layout"]
 
 #: Width of a number of clocks.
 CYCLES_BITS = 24
-
-
-def point_layout(config: Config) -> data.StructLayout:
-    """One point of a path, in cells and altitude steps; ``last`` marks the goal."""
-    return data.StructLayout(
-        {
-            "x": config.coordinate_bits,
-            "y": config.coordinate_bits,
-            "altitude": config.altitude_bits,
-            "last": 1,
-        }
-    )
-
-
-def cell_layout(config: Config) -> data.StructLayout:
-    """One cell to be written; ``last`` ends a rectangle."""
-    return point_layout(config)
 
 
 def verdict_layout(config: Config) -> data.StructLayout:

@@ -4,10 +4,8 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.command.layouts import check_layout
 from hdl.config import Config
-from hdl.feasibility.layouts import point_layout
-from hdl.ga_core.layouts import read_layout, waypoint_layout
+from hdl.layouts import check_layout, point_layout, read_layout, waypoint_layout
 from hdl.primitives.commit_ring import CommitRing
 
 

@@ -4,19 +4,14 @@ from amaranth import *
 from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.command.layouts import struct
 from hdl.config import Config
 from hdl.feasibility.layouts import count_layout, verdict_layout
+from hdl.layouts import record_layout, struct
 from hdl.primitives.delay_line import delayed
 from hdl.protocol import check_reply, entry_record, hit_record, path_record
 
 
-__all__ = ["ResultStore", "record_layout"]
-
-
-def record_layout(config: Config) -> data.StructLayout:
-    """One byte of the results; ``last`` ends what was asked for."""
-    return data.StructLayout({"data": 8, "last": 1})
+__all__ = ["ResultStore"]
 
 
 class ResultStore(wiring.Component):

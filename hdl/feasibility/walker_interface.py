@@ -4,7 +4,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
-from hdl.feasibility.layouts import cell_layout, point_layout
+from hdl.layouts import cell_layout, point_layout
 
 
 __all__ = ["step_layout", "walker_signature"]

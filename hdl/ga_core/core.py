@@ -6,19 +6,12 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 
 from hdl.config import CheckerBuild, Config
 from hdl.control import Control, clocks_layout, counters_layout
-from hdl.ga_core.layouts import (
-    limits_layout,
-    mutation_layout,
-    ranking_layout,
-    read_layout,
-    start_layout,
-    waypoint_layout,
-    write_layout,
-)
+from hdl.ga_core.layouts import limits_layout, mutation_layout
 from hdl.ga_core.mutation import Mutation
 from hdl.ga_core.population import Population
 from hdl.ga_core.selection import Selection
 from hdl.ga_core.slot_mapping import SlotMapping
+from hdl.layouts import ranking_layout, read_layout, start_layout, waypoint_layout, write_layout
 from hdl.primitives.skid_buffer import SkidBuffer
 from hdl.protocol import ChipState
 

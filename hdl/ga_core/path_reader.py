@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.ga_core.layouts import read_layout, waypoint_layout
+from hdl.layouts import read_layout, waypoint_layout
 
 
 __all__ = ["PathReader"]

@@ -13,12 +13,13 @@ from hdl.ga_core.chromosome import (
     pending_layout,
 )
 from hdl.ga_core.crossover import Crossover, parents_of
-from hdl.ga_core.layouts import mutation_layout, read_layout, waypoint_layout, write_layout
+from hdl.ga_core.layouts import mutation_layout
 from hdl.ga_core.path_reader import PathReader
 from hdl.ga_core.position_counter import PositionCounter
 from hdl.ga_core.read_crossbar import ReadCrossbar
 from hdl.ga_core.read_pointer import ReadPointer
 from hdl.ga_core.slot_mapping import carrier_layout, carriers
+from hdl.layouts import read_layout, waypoint_layout, write_layout
 from hdl.primitives.fanout import fanout
 from hdl.primitives.multiplexer import gated
 

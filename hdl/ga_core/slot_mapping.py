@@ -5,7 +5,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
-from hdl.ga_core.layouts import ranking_layout
+from hdl.layouts import ranking_layout
 from hdl.primitives.multiplexer import gated
 
 

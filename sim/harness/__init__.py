@@ -68,7 +68,8 @@ class VerilatedChecker:
     """
 
     def __init__(self, config: Config) -> None:
-        from hdl.feasibility.layouts import cell_layout, count_layout, point_layout, verdict_layout
+        from hdl.feasibility.layouts import count_layout, verdict_layout
+        from hdl.layouts import cell_layout, point_layout
 
         self.config = config
         self._cell, self._point = cell_layout(config), point_layout(config)

@@ -8,7 +8,8 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
 from drivers import Stream
 
-from hdl.feasibility.layouts import cell_layout, count_layout, point_layout, verdict_layout
+from hdl.feasibility.layouts import count_layout, verdict_layout
+from hdl.layouts import cell_layout, point_layout
 from sim.model.checker import TerrainModel, check_path
 from sim.model.checker_cycles import batch_clocks
 

@@ -6,8 +6,8 @@ from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
 from hdl.config import Config
-from hdl.feasibility.layouts import point_layout
 from hdl.feasibility.parallel.reciprocal import Precision, Reciprocals
+from hdl.layouts import point_layout
 from hdl.primitives.fanout import fanout
 from hdl.primitives.multiplexer import chosen
 from hdl.primitives.skid_buffer import SkidBuffer

@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.feasibility.layouts import cell_layout
 from hdl.feasibility.map_memory import MapMemory
+from hdl.layouts import cell_layout
 
 
 __all__ = ["CoarseMap"]

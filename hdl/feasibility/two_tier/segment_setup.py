@@ -5,7 +5,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
-from hdl.feasibility.layouts import point_layout
+from hdl.layouts import point_layout
 
 
 __all__ = ["TwoTierSegmentSetup", "segment_layout"]

@@ -11,9 +11,9 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from hdl.config import Config
-from hdl.feasibility.layouts import point_layout
 from hdl.feasibility.two_tier.cell_walker import CellWalker, level_layout, visit_layout
 from hdl.feasibility.two_tier.segment_setup import TwoTierSegmentSetup
+from hdl.layouts import point_layout
 from sim.model.checker import to_coarse, walk
 from tests.streams import put, simulate
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.report import Options, Report
+from bench.testing_trajectory import TESTING_TRAJECTORY, canyon_map
 from hdl.config import CheckerBuild, Config
-from host.feasibility.files import pad
-from host.feasibility.trajectory import TESTING_TRAJECTORY, canyon_map
+from host.device.map_frames import padded_map
 from sim.harness import VerilatedChecker
 from sim.model.checker import Point, TerrainModel, paper_clocks, segment_cells
 from sim.model.checker_cycles import batch_clocks
@@ -61,7 +61,7 @@ def run(options: Options) -> Report:
             "-",
         )
     )
-    canyon = pad(canyon_map(), Config())
+    canyon = padded_map(canyon_map(), Config())
     rng = np.random.default_rng(_SEED)
     mixed = [_mixed(rng) for _ in range(_PATHS)]
     flights = [_flight(rng, canyon) for _ in range(_PATHS)]

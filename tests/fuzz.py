@@ -28,7 +28,7 @@ from hdl.protocol import (
     write_request,
 )
 from hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
-from host.device.checks import map_frames
+from host.device.map_frames import map_frames
 from sim.model.chip import ChipModel
 from sim.model.frames import FrameReceiverModel
 from tests.chips import LINE_CLOCKS, random_path

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdl.config import Config
+from host.cli.feasible_files import read_map, read_points
 from host.cli.output import print_json
 from host.device.boards import open_board
-from host.device.checks import Checked
+from host.device.checker_boards import order_board, require_checker
 from host.device.chip import pack_waypoints
-from host.feasibility.board import ordered, require
-from host.feasibility.files import read_map, read_points
+from host.device.path_checks import CheckReport
 
 
 __all__ = ["run"]
@@ -26,11 +26,11 @@ __all__ = ["run"]
 
 def run(args: argparse.Namespace) -> int:
     """Check a path on a board and print its verdict: a collision is a result, no failure."""
-    url, config = ordered(args.board, args.mode)
+    url, config = order_board(args.board, args.mode)
     # Before a board is built for it, which may take a minute.
     files = _read(args, config) if config is not None else None
     with open_board(url) as chip:
-        require(chip.config, args.mode, args.board)
+        require_checker(chip.config, args.mode, args.board)
         heights, points = files or _read(args, chip.config)
         chip.upload_map(heights, progress=_shown_on(sys.stderr))
         checked = chip.check_path(pack_waypoints(chip.config, points), counting=args.count)
@@ -60,7 +60,7 @@ def _shown_on(stream: TextIO) -> Callable[[int, int], None] | None:
     return show
 
 
-def _report(checked: Checked) -> dict[str, Any]:
+def _report(checked: CheckReport) -> dict[str, Any]:
     verdict = checked.verdicts[0]
     hit = verdict.collision
     return {
@@ -75,7 +75,7 @@ def _report(checked: Checked) -> dict[str, Any]:
     }
 
 
-def _colliding(checked: Checked, segments: int) -> list[list[int]]:
+def _colliding(checked: CheckReport, segments: int) -> list[list[int]]:
     """Colliding cells of terrain and blocked ones, of every segment."""
     counts = [[0, 0] for _ in range(segments)]
     for segment, terrain, nofly in checked.verdicts[0].entries:

@@ -9,8 +9,8 @@ from typing import NoReturn
 
 from host.auv import PLANNERS as AUV_PLANNERS
 from host.compare import LOCAL
+from host.device.checker_modes import MODES
 from host.errors import InputError
-from host.feasibility import MODES
 from host.planners import DEFAULT, OPTIONS, PLANNERS
 
 

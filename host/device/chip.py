@@ -31,9 +31,9 @@ from hdl.protocol import (
     write_request,
 )
 from hdl.protocol.breeding import Recipe, breed, keep
-from host.device.checks import Checked, check_points, check_slots
 from host.device.link import Link
 from host.device.map_copy import MapCopy
+from host.device.path_checks import CheckReport, check_points, check_slots
 from host.errors import InputError
 
 
@@ -292,7 +292,7 @@ class Chip:
             self.link.reopen()
         self._map.update(heights, progress=progress)
 
-    def check_path(self, points: Sequence[int], *, counting: bool = False) -> Checked:
+    def check_path(self, points: Sequence[int], *, counting: bool = False) -> CheckReport:
         """Check one path against the chip's map.
 
         Parameters
@@ -318,7 +318,7 @@ class Chip:
         slot: int = 0,
         count: int | None = None,
         counting: bool = False,
-    ) -> Checked:
+    ) -> CheckReport:
         """Check paths that are on the chip against its map, without sending them.
 
         Parameters

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from hdl.config import Config
 from hdl.protocol import Command
-from host.device.checks import map_frames
 from host.device.link import Link
+from host.device.map_frames import map_frames
 
 
 __all__ = ["MapCopy"]

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import host.cli.feasible
+from bench.testing_trajectory import TESTING_TRAJECTORY, canyon_map
 from host.cli import main
-from host.feasibility import MODES
-from host.feasibility.board import ordered
-from host.feasibility.files import pad
-from host.feasibility.trajectory import TESTING_TRAJECTORY, canyon_map
+from host.device.checker_boards import order_board
+from host.device.checker_modes import MODES
+from host.device.map_frames import padded_map
 from sim.model.checker import TerrainModel, check_path
 from sim.model.checker_cycles import batch_clocks
 from tests.chips import CHECKERS, board_url
@@ -148,7 +148,7 @@ def test_matches_the_model(tmp_path, capsys, mode):
     collisions = 0
     for options, heights, path in small_cases(tmp_path, 12):
         terrain = TerrainModel(config)
-        terrain.write(0, 0, pad(heights, config))
+        terrain.write(0, 0, padded_map(heights, config))
         expected = check_path(config, terrain, path, count=True)
         [(cycles, reads)] = batch_clocks(config, terrain, [path], count=True)
         printed = feasible(capsys, *options, "--board", board, "--mode", mode)
@@ -213,7 +213,7 @@ def test_a_terminal_sees_how_far_the_upload_is(level, capsys, monkeypatch):
     ],
 )  # fmt: skip
 def test_boards_are_built_for_their_mode(url, mode, order, build):
-    ordered_url, config = ordered(url, mode)
+    ordered_url, config = order_board(url, mode)
     assert ordered_url == order
     assert (config.checker, config.lanes) == build
 

@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 import pytest
 
+from bench.testing_trajectory import TESTING_TRAJECTORY, canyon_map
 from hdl.config import CheckerBuild, Config
-from host.feasibility.files import pad
-from host.feasibility.trajectory import TESTING_TRAJECTORY, canyon_map
+from host.device.map_frames import padded_map
 from sim.harness import VerilatedChecker
 from sim.model.checker import TerrainModel, check_path
 from sim.model.checker_cycles import batch_clocks
@@ -72,7 +72,7 @@ def check_full_size(config, paths, limit):
     """The testing trajectory, and random paths over a rectangle that comes and goes."""
     rng = np.random.default_rng(config.lanes)
     terrain = TerrainModel(config)
-    terrain.write(0, 0, pad(canyon_map(), config))
+    terrain.write(0, 0, padded_map(canyon_map(), config))
     with VerilatedChecker(config) as chip:
         chip.write(terrain.heights)
         (verdict,) = assert_equal(chip, terrain, [TESTING_TRAJECTORY]).verdicts
@@ -116,7 +116,7 @@ def test_many_paths():
 def test_trajectory_is_what_the_limits_are_of():
     """55 and 100 cells, then at most 96: 32 clocks of 8 lanes."""
     terrain = TerrainModel(FULL)
-    terrain.write(0, 0, pad(canyon_map(), FULL))
+    terrain.write(0, 0, padded_map(canyon_map(), FULL))
     verdict = check_path(FULL, terrain, TESTING_TRAJECTORY)
     assert verdict.over
     assert 55 + 100 < verdict.cells <= 55 + 100 + 96

@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 import pytest
 
+from bench.testing_trajectory import TESTING_TRAJECTORY, canyon_map
 from hdl.config import CheckerBuild, Config
-from host.feasibility.files import pad
-from host.feasibility.trajectory import TESTING_TRAJECTORY, canyon_map
+from host.device.map_frames import padded_map
 from sim.model.checker import (
     TerrainModel,
     Verdict,
@@ -27,7 +27,7 @@ FIRST, SECOND, THIRD = SEGMENTS = list(itertools.pairwise(TESTING_TRAJECTORY))
 @pytest.fixture(scope="module")
 def terrain():
     terrain = TerrainModel(FULL)
-    terrain.write(0, 0, pad(canyon_map(), FULL))
+    terrain.write(0, 0, padded_map(canyon_map(), FULL))
     return terrain
 
 

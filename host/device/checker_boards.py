@@ -1,4 +1,4 @@
-"""Boards that check paths as a mode asks for."""
+"""Boards with the collision checker that a mode needs."""
 
 from __future__ import annotations
 
@@ -6,29 +6,30 @@ from urllib.parse import parse_qsl, urlencode
 
 from hdl.config import CheckerBuild, Config
 from host.device.boards import board_scheme
+from host.device.checker_modes import MODES
 from host.errors import InputError
-from host.feasibility import MODES
 
 
-__all__ = ["ordered", "require"]
+__all__ = ["order_board", "require_checker"]
 
 
-def ordered(url: str, mode: str | None) -> tuple[str, Config | None]:
-    """Order the board that a mode asks for.
+def order_board(url: str, mode: str | None) -> tuple[str, Config | None]:
+    """Return the URL of the board that a mode needs, and its configuration.
 
     Parameters
     ----------
     url : str
-        As for :func:`host.device.boards.open_board`. ``model:`` and ``sim:`` are built for the
-        mode, unless they name a ``checker`` and ``lanes`` themselves; other boards are what they
-        are.
+        As for :func:`host.device.boards.open_board`. Simulated boards, such as ``model:`` and
+        ``sim:``, are built for the mode unless their URL has ``checker`` and ``lanes``. Other
+        boards have the checker that they were built with.
     mode : str or None
-        One of :data:`host.feasibility.MODES`; None for what the URL names, by default ``two-tier``.
+        One of :data:`host.device.checker_modes.MODES`. None selects the build that the URL names,
+        by default ``two-tier``.
 
     Returns
     -------
     tuple of (str, Config or None)
-        The URL to open, and the configuration that it will have; None where the board must tell.
+        The URL to open, and the board's configuration; None if only the board says it.
 
     Raises
     ------
@@ -43,18 +44,18 @@ def ordered(url: str, mode: str | None) -> tuple[str, Config | None]:
     wanted = MODES.get(mode or given.get("checker", next(iter(MODES))), {})
     order = f"{place}?{urlencode(wanted | given)}"
     config = scheme.known_config(order)
-    assert config is not None
-    require(config, mode, url)
+    if config is not None:
+        require_checker(config, mode, url)
     return order, config
 
 
-def require(config: Config, mode: str | None, url: str) -> None:
-    """Refuse a board that has no checker, or not the one of ``mode``.
+def require_checker(config: Config, mode: str | None, url: str) -> None:
+    """Refuse a board that has no checker, or has another one than ``mode`` needs.
 
     Raises
     ------
     InputError
-        If so.
+        If the board is refused.
     """
     if config.checker is CheckerBuild.NONE:
         raise InputError(

@@ -1,4 +1,4 @@
-"""Maps and paths in cells and altitude steps, from files."""
+"""Files of ``pathgene feasible``: maps and paths in cells and altitude steps."""
 
 from __future__ import annotations
 
@@ -8,24 +8,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdl.config import Config
+from host.device.map_frames import padded_map
 from host.errors import InputError
 from host.report.tables import read_csv
 
 
-__all__ = ["pad", "read_map", "read_points"]
+__all__ = ["read_map", "read_points"]
 
 
 def read_map(file: Path, config: Config) -> NDArray[np.uint16]:
-    """Return the heights of a ``.npy`` file on the whole map of a chip: see :func:`pad`.
+    """Return the heights of a ``.npy`` file on the whole map of a chip.
+
+    See :func:`host.device.map_frames.padded_map`.
 
     Raises
     ------
     InputError
-        If the file cannot be read, or holds anything but a filled array ``[y, x]`` of integers that
-        are altitudes, no larger than the map.
+        If the file cannot be read, or is no filled array ``[y, x]`` of integer altitudes that fits
+        the map.
     """
     try:
-        # Not numpy.load: that also reads what is no array.
+        # Not numpy.load, which also reads archives and pickles.
         with file.open("rb") as opened:
             heights = np.lib.format.read_array(opened, allow_pickle=False)
     except OSError as error:
@@ -51,24 +54,17 @@ def read_map(file: Path, config: Config) -> NDArray[np.uint16]:
         raise InputError(
             f"{file}: altitudes must be from 0 to {top}, not {heights.min()} to {heights.max()}."
         )
-    return pad(heights, config)
-
-
-def pad(heights: NDArray[np.integer], config: Config) -> NDArray[np.uint16]:
-    """Return ``heights`` [y, x] on a whole map, whose other cells in north and east are blocked."""
-    padded = np.full((config.map_size,) * 2, config.blocked_altitude, dtype=np.uint16)
-    padded[: heights.shape[0], : heights.shape[1]] = heights
-    return padded
+    return padded_map(heights, config)
 
 
 def read_points(file: Path, config: Config) -> NDArray[np.int64]:
-    """Return the points of a path, (n, 3) cells and altitude steps, the aircraft first.
+    """Return the points of a path, (n, 3) int64 cells and altitude steps, the aircraft first.
 
     Raises
     ------
     InputError
-        If the file is no CSV of points with the header ``x,y,z``, a number in it is not whole, a
-        point is off the map of ``config``, or the path has more waypoints than it holds.
+        If the file is no CSV with the header ``x,y,z``, a number in it is not whole, a point is
+        outside the map of ``config``, or the path has more waypoints than the chip holds.
     """
     points = read_csv(file)
     most = config.max_waypoints

@@ -15,9 +15,9 @@ from hdl.protocol import (
     pack_results,
     unpack_cells,
 )
-from host.device.checks import map_frames
 from host.device.chip import Chip
 from host.device.link import Link, LinkTimeoutError, RefusedError
+from host.device.map_frames import map_frames
 from host.errors import InputError
 from sim.model.checker import check_path
 from sim.model.chip import ChipModel

@@ -1,0 +1,94 @@
+"""Checks of paths by the collision checker of a chip."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from hdl.config import Config
+from hdl.protocol import (
+    CheckFlag,
+    Command,
+    PathResult,
+    check_paths_request,
+    check_reply,
+    check_request,
+    pack_paths,
+    results_request,
+    unpack_results,
+)
+from host.device.link import Link
+
+
+__all__ = ["CheckReport", "check_points", "check_slots"]
+
+#: Paths whose results one frame requests after a long reply was lost.
+_PATHS_PER_FRAME = 2
+
+
+@dataclass(frozen=True)
+class CheckReport:
+    """Results of the paths that a chip has checked.
+
+    Attributes
+    ----------
+    verdicts : tuple of PathResult
+        Result of each path, in the order of the paths.
+    cycles : int
+        Cycles of the checker, from the first point to the last verdict.
+    reads : int
+        Addresses sent to the memories of the map.
+    cells : int
+        Cells checked, of each path up to its first collision.
+    """
+
+    verdicts: tuple[PathResult, ...]
+    cycles: int
+    reads: int
+    cells: int
+
+
+def check_points(
+    config: Config, link: Link, points: Sequence[int], *, counting: bool
+) -> CheckReport:
+    """Check one path of packed waypoints, the aircraft first, the goal last."""
+    layout = check_request(config)
+    path = pack_paths(config, [points])
+    forms = [layout.pack(flags=flags) + path for flags in _forms(counting)]
+    return _check(config, link, Command.CHECK, forms, 1)
+
+
+def check_slots(
+    config: Config, link: Link, start: int, goal: int, *, slot: int, count: int, counting: bool
+) -> CheckReport:
+    """Check the paths of consecutive slots, each between the same packed start and goal."""
+    layout = check_paths_request(config)
+    forms = [
+        layout.pack(slot=slot, count=count, flags=flags, start=start, goal=goal)
+        for flags in _forms(counting)
+    ]
+    return _check(config, link, Command.CHECK_PATHS, forms, count)
+
+
+def _forms(counting: bool) -> tuple[CheckFlag, CheckFlag]:
+    flags = CheckFlag.COUNT if counting else CheckFlag(0)
+    return flags, flags | CheckFlag.BRIEF
+
+
+def _check(
+    config: Config, link: Link, command: Command, forms: Sequence[bytes], paths: int
+) -> CheckReport:
+    size = check_reply(config).size
+    reply = link.request(command, forms[0], shorter=forms[1])
+    totals, packed = check_reply(config).unpack(reply[:size]), reply[size:]
+    if not packed:
+        layout = results_request(config)
+        requests = [
+            (
+                Command.RESULTS,
+                layout.pack(path=first, count=min(_PATHS_PER_FRAME, paths - first)),
+            )
+            for first in range(0, paths, _PATHS_PER_FRAME)
+        ]
+        packed = b"".join(link.transfer(requests))
+    return CheckReport(tuple(unpack_results(config, packed)), **totals)

@@ -131,13 +131,13 @@ def test_the_latest_results_can_be_asked_for_again(host):
     host(Command.CHECK_PATHS, check_paths(1, 6, CheckFlag.COUNT | CheckFlag.BRIEF))
     sequence = (host.sequence - 1) % 256
     body = bytes((1, sequence, Command.CHECK_PATHS)) + check_paths(1, 6, CheckFlag.COUNT)
-    answer = ask(host.device.chip, body)
+    answer = ask(host.chip, body)
     assert unpack_results(CHECKING, answer[3 + TOTALS.size :]) == every
 
 
 def test_repeated_commands_change_nothing(host):
     def again(command, payload):
-        return ask(host.device.chip, bytes((1, (host.sequence - 1) % 256, command)) + payload)[2:]
+        return ask(host.chip, bytes((1, (host.sequence - 1) % 256, command)) + payload)[2:]
 
     before = host.chip.checking.terrain.heights.tolist()
     host(Command.MAP, rectangle(3, 3, 1, 1, [before[3][3]]))
@@ -191,7 +191,7 @@ def test_a_map_of_a_wrong_length_is_written_as_far_as_it_goes(host, payload, wri
         expected[3 + number // 4][2 + number % 4] = cells[number]
     if written == 7:
         expected[4][5] = 0  # The padding is a cell, too.
-    answer = ask(host.device.chip, bytes((1, host.sequence, Command.MAP)) + payload)
+    answer = ask(host.chip, bytes((1, host.sequence, Command.MAP)) + payload)
     assert answer[2] == Status.BAD_LENGTH
     assert host.chip.checking.terrain.heights.tolist() == expected
 
@@ -225,7 +225,7 @@ def test_a_map_of_a_wrong_length_is_written_as_far_as_it_goes(host, payload, wri
 )
 def test_refused(host, code, payload, status):
     before = host.chip.checking.terrain.heights.tolist()
-    answer = ask(host.device.chip, bytes((1, host.sequence, code)) + payload)
+    answer = ask(host.chip, bytes((1, host.sequence, code)) + payload)
     assert answer == bytes((1, host.sequence, status))
     assert host.chip.checking.terrain.heights.tolist() == before
     host(Command.READ, read_request(CHECKING).pack(slot=0, count=8))

@@ -88,7 +88,7 @@ def test_refused(host, code, payload, status):
     """A refusal is told, remembered, uses up no sequence number, and changes nothing."""
     host(Command.WRITE, b"\0" + pack_paths(SMALL, random_paths(SMALL, random.Random(1))))
     before = [list(path) for path in host.chip.core.paths]
-    answer = ask(host.device.chip, bytes((1, host.sequence, code)) + payload)
+    answer = ask(host.chip, bytes((1, host.sequence, code)) + payload)
     assert answer == bytes((1, host.sequence, status))
     assert host.chip.core.paths == before
     assert host.chip.core.generation == 0
@@ -125,12 +125,12 @@ def test_numbers_wrap(host):
     for _ in range(300):
         host(Command.STATUS)
     for session in [*range(2, 256), 0, 1]:
-        assert ask(host.device.chip, (session, 3, Command.OPEN)) == bytes((session, 3, Status.OK))
-    assert ask(host.device.chip, (1, 0, Command.STATUS))[2] == Status.OK
+        assert ask(host.chip, (session, 3, Command.OPEN)) == bytes((session, 3, Status.OK))
+    assert ask(host.chip, (1, 0, Command.STATUS))[2] == Status.OK
 
 
 def test_repeated_commands_change_nothing(host):
-    chip = host.device.chip
+    chip = host.chip
     rng = random.Random(2)
 
     def again(command, payload):

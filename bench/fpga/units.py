@@ -19,7 +19,7 @@ from hdl.boards.harness import Harness
 from hdl.boards.route import route
 from hdl.boards.tools import run_tool
 from hdl.config import CheckerBuild, Config
-from hdl.zero_init import strip_zero_init
+from hdl.verilog import strip_zero_init
 
 
 __all__ = ["PAPERS_TABLE", "UNITS_TABLE", "paper_jobs", "unit_jobs"]

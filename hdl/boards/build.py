@@ -21,7 +21,7 @@ from hdl.boards.board import Board
 from hdl.boards.chip import Chip
 from hdl.boards.route import MOST_JOBS, Routed, route
 from hdl.boards.tools import BuildError, Stamp, run_tool
-from hdl.zero_init import strip_zero_init
+from hdl.verilog import strip_zero_init
 
 
 __all__ = ["build", "prepare", "try_seeds"]

@@ -49,7 +49,7 @@ class PathParser(wiring.Component):
         m = Module()
         config = self.config
 
-        m.submodules.words = words = WaypointAssembler(config)
+        m.submodules.words = words = WaypointAssembler(config.waypoint_bits)
         word = words.words
         connect(m, flipped(self.bytes), words.bytes)
 

@@ -41,7 +41,7 @@ class PointParser(wiring.Component):
         m = Module()
         most = self.config.max_waypoints + 2
 
-        m.submodules.words = words = WaypointAssembler(self.config)
+        m.submodules.words = words = WaypointAssembler(self.config.waypoint_bits)
         word = words.words
         connect(m, flipped(self.bytes), words.bytes)
 

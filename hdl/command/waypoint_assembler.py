@@ -4,8 +4,6 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config
-
 
 __all__ = ["WaypointAssembler"]
 
@@ -18,14 +16,15 @@ class WaypointAssembler(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    waypoint_bits : int
+        Width of a waypoint, without its ``last`` flag.
 
     Members
     -------
     on : In(1)
         While low, the unit is as after reset.
     bytes : In(stream.Signature(8))
-        ``waypoint_bytes`` for each waypoint, lowest first.
+        Whole bytes of each waypoint, lowest first; ``last`` is the bit above its ``waypoint_bits``.
     partial : Out(1)
         Bytes of a waypoint have come, but not all of them.
     busy : Out(1)
@@ -42,9 +41,9 @@ class WaypointAssembler(wiring.Component):
         A waypoint that is not wrong goes, offered or not.
     """
 
-    def __init__(self, config: Config):
-        self.config = config
-        self.word_layout = data.StructLayout({"waypoint": config.waypoint_bits, "last": 1})
+    def __init__(self, waypoint_bits: int):
+        self.waypoint_bits = waypoint_bits
+        self.word_layout = data.StructLayout({"waypoint": waypoint_bits, "last": 1})
         super().__init__(
             {
                 "on": In(1),
@@ -61,7 +60,7 @@ class WaypointAssembler(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        size = self.config.waypoint_bytes
+        size = (self.word_layout.size + 7) // 8
 
         word = Signal(8 * size, reset_less=True)
         part = Signal(range(size), reset_less=True)

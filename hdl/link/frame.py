@@ -48,8 +48,8 @@ class FrameReceiver(wiring.Component):
 
     Parameters
     ----------
-    config : hdl.config.Config
-        Its ``receive_buffer`` is the depth of the buffer.
+    receive_buffer : int
+        Depth of the buffer, a power of two.
 
     Members
     -------
@@ -64,8 +64,8 @@ class FrameReceiver(wiring.Component):
         A frame has begun and not ended: bytes have come since the last delimiter.
     """
 
-    def __init__(self, config):
-        self.config = config
+    def __init__(self, receive_buffer):
+        self.receive_buffer = receive_buffer
         self.requests_layout = data.StructLayout({"data": 8, "last": 1, "plain": 1})
         super().__init__(
             {
@@ -85,7 +85,7 @@ class FrameReceiver(wiring.Component):
         row_layout = data.StructLayout({"data": 8, "last": 1})
         m.submodules.decoder = decoder = CobsDecoder()
         m.submodules.crc = crc = CRC32_ISO_HDLC().create()
-        m.submodules.ring = ring = CommitRing(row_layout, self.config.receive_buffer)
+        m.submodules.ring = ring = CommitRing(row_layout, self.receive_buffer)
 
         wiring.connect(m, wiring.flipped(self.bytes), decoder.encoded)
         m.d.comb += self.line_busy.eq(decoder.inside)
@@ -194,11 +194,6 @@ class FrameTransmitter(wiring.Component):
 
     Takes one block RAM of an ECP5 for the blocks and about 120 flip-flops.
 
-    Parameters
-    ----------
-    config : hdl.config.Config
-        Taken by every unit of the chip; no size of this one depends on it.
-
     Members
     -------
     replies : In(stream.Signature({"data": 8, "last": 1, "plain": 1}))
@@ -207,8 +202,7 @@ class FrameTransmitter(wiring.Component):
         Bytes for the line.
     """
 
-    def __init__(self, config):
-        self.config = config
+    def __init__(self):
         self.replies_layout = data.StructLayout({"data": 8, "last": 1, "plain": 1})
         super().__init__(
             {

@@ -47,8 +47,8 @@ class Line(wiring.Component):
             raise TypeError(f"Config must be a Config, not {config!r}")
         self.config = config
 
-        self._frame_receiver = FrameReceiver(config)
-        self._frame_transmitter = FrameTransmitter(config)
+        self._frame_receiver = FrameReceiver(config.receive_buffer)
+        self._frame_transmitter = FrameTransmitter()
         counters = dict(counters_reply(config).fields)
         super().__init__(
             {

@@ -194,8 +194,8 @@ class Uart(wiring.Component):
 
     Parameters
     ----------
-    config : hdl.config.Config
-        Its ``clocks_per_bit`` is the divisor of both.
+    clocks_per_bit : int
+        Divisor of the clock, 4 to 65535.
 
     Members
     -------
@@ -217,15 +217,15 @@ class Uart(wiring.Component):
     framing_error: Out(1)
     sent: In(stream.Signature(8))
 
-    def __init__(self, config):
-        self.config = config
+    def __init__(self, clocks_per_bit):
+        self.clocks_per_bit = _checked_divisor(clocks_per_bit)
         super().__init__()
 
     def elaborate(self, platform):
         m = Module()
 
-        m.submodules.receiver = receiver = UartReceiver(self.config.clocks_per_bit)
-        m.submodules.transmitter = transmitter = UartTransmitter(self.config.clocks_per_bit)
+        m.submodules.receiver = receiver = UartReceiver(self.clocks_per_bit)
+        m.submodules.transmitter = transmitter = UartTransmitter(self.clocks_per_bit)
 
         m.d.comb += [
             receiver.rx.eq(self.rx),

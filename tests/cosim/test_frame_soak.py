@@ -28,7 +28,9 @@ LETTERS = {"M": StickyError.MALFORMED, "C": StickyError.CRC, "O": StickyError.OV
 def receive(data, longest_pause=0):
     """Frames and verdicts, each in order, of the exported receiver."""
     text = cached_verilog(
-        lambda: verilog.convert(FrameReceiver(CONFIG), name="frame_receiver", emit_src=False),
+        lambda: verilog.convert(
+            FrameReceiver(CONFIG.receive_buffer), name="frame_receiver", emit_src=False
+        ),
         "frame_receiver",
         repr(CONFIG),
     )

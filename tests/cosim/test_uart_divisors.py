@@ -3,7 +3,6 @@
 import pytest
 from amaranth.back import verilog
 
-from hdl.config import Config
 from hdl.link.uart import Uart
 from sim.exported import cached_verilog
 from tools.runner import BENCHES, run
@@ -23,9 +22,10 @@ pytestmark = pytest.mark.cosim
     indirect=["simulator"],
 )
 def test_uart(clocks_per_bit, simulator):
-    config = Config(clocks_per_bit=clocks_per_bit)
     text = cached_verilog(
-        lambda: verilog.convert(Uart(config), name="uart", emit_src=False), "uart", repr(config)
+        lambda: verilog.convert(Uart(clocks_per_bit), name="uart", emit_src=False),
+        "uart",
+        repr(clocks_per_bit),
     )
     result = run(
         simulator,

@@ -1,7 +1,6 @@
 """The frame receiver passes on the bodies of good frames, whole and in order, and nothing else."""
 
 import zlib
-from types import SimpleNamespace
 
 from amaranth import *
 from amaranth.hdl import Assert, Cover
@@ -51,7 +50,7 @@ class Receiver(Elaboratable):
     ROWS = 8
 
     def __init__(self, unit):
-        self.dut = unit(FrameReceiver, FREE)(SimpleNamespace(receive_buffer=self.ROWS))
+        self.dut = unit(FrameReceiver, FREE)(self.ROWS)
 
     def elaborate(self, platform):
         m = Module()

@@ -1,7 +1,5 @@
 """The frame transmitter sends each body once, and its CRC after it."""
 
-from types import SimpleNamespace
-
 from amaranth import *
 from amaranth.hdl import Assert, Cover
 
@@ -37,7 +35,7 @@ class Transmitter(Elaboratable):
     """
 
     def __init__(self, unit):
-        self.dut = unit(FrameTransmitter, *FREE)(SimpleNamespace())
+        self.dut = unit(FrameTransmitter, *FREE)()
 
     def elaborate(self, platform):
         m = Module()

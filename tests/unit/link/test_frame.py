@@ -33,7 +33,7 @@ class Receiver:
     """A receiver with all it passes on: frames, errors in order, and clocks of both."""
 
     def __init__(self, config=CONFIG, pauses=(0,)):
-        self.dut = FrameReceiver(config)
+        self.dut = FrameReceiver(config.receive_buffer)
         self.pauses = pauses
         self.words = []
         self.errors = []
@@ -239,7 +239,7 @@ def test_latency():
 
 
 def test_line_is_busy_inside_a_frame():
-    dut = FrameReceiver(CONFIG)
+    dut = FrameReceiver(CONFIG.receive_buffer)
     busy = []
 
     async def scenario(ctx):
@@ -255,7 +255,7 @@ def test_line_is_busy_inside_a_frame():
 
 def transmit(bodies, pauses=(0,), source_pauses=(0,)):
     """Bytes of the frames of ``bodies``, pairs with plainness, and when they were taken."""
-    dut = FrameTransmitter(CONFIG)
+    dut = FrameTransmitter()
     taken = []
 
     async def send(ctx):

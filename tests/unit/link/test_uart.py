@@ -6,7 +6,6 @@ import math
 
 import pytest
 
-from hdl.config import Config
 from hdl.link.uart import Uart, UartReceiver, UartTransmitter
 from tests.streams import simulate
 from tests.unit.link.drive import drive, watch
@@ -170,7 +169,7 @@ def test_transmits_at_once_after_a_pause():
 
 
 def test_both_directions_of_one_uart():
-    dut = Uart(Config(clocks_per_bit=4))
+    dut = Uart(4)
     received = []
 
     async def loop(ctx):

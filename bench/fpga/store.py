@@ -1,4 +1,14 @@
-"""Rows that have been measured, in a file that is kept with the sources."""
+"""Measured rows, in a file that is kept with the sources.
+
+A row is stale when its digest no longer fits its sources. The digest covers the netlist up to names
+(:class:`tools.netlist.Netlist`), options of the tools, seed, floor plan, and the versions of the
+tools. In the floor plan, cells count by their place in the netlist. Renaming a unit or moving a
+file therefore leaves a row valid; any other change of a circuit makes it stale.
+
+Up to version 0.1.0 digests were those of the text of the Verilog. The rows of that version got
+their present digests without being measured again, after the text at that revision had been shown
+to have the digest on record, and its netlist to equal today's up to names.
+"""
 
 from __future__ import annotations
 

@@ -20,6 +20,7 @@ from hdl.boards.route import route
 from hdl.boards.tools import run_tool
 from hdl.config import CheckerBuild, Config
 from hdl.verilog import strip_zero_init
+from tools.netlist import Netlist
 
 
 __all__ = ["PAPERS_TABLE", "UNITS_TABLE", "paper_jobs", "unit_jobs"]
@@ -128,7 +129,7 @@ class _UnitJob(Job):
         top, config, device = _UNITS[self.name]
         # With the primitives that the device has.
         _write(Harness(_component(top, config)), folder, find_board(device.board).platform())
-        return digest_of(folder, ("unit.v",), device)
+        return digest_of(Netlist.read(folder / "unit.v", "unit"), device)
 
     def measure(self, folder: Path) -> dict[str, Any]:
         """Route it; see :class:`~bench.fpga.job.Job`."""
@@ -152,7 +153,7 @@ class _PaperJob(Job):
         """Write the sources; see :class:`~bench.fpga.job.Job`."""
         device = _PAPER_DEVICES[self.name]
         _write(_component(device.top, device.config), folder)
-        return digest_of(folder, ("unit.v",), device.family)
+        return digest_of(Netlist.read(folder / "unit.v", "unit"), device.family)
 
     def measure(self, folder: Path) -> dict[str, Any]:
         """Synthesize it; see :class:`~bench.fpga.job.Job`."""

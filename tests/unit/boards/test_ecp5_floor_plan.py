@@ -1,5 +1,7 @@
 """All block RAMs of the chip have sites, no two the same."""
 
+import re
+
 import pytest
 
 from hdl.boards import BOARDS, find_board
@@ -15,7 +17,7 @@ def test_sites_are_different():
 
 @pytest.mark.parametrize("name", ["ulx3s-85f", pytest.param("ecpix5-85f", marks=pytest.mark.long)])
 def test_commands_follow_synthesis(tmp_path, name):
-    """Each checks first that there is such a cell."""
+    """Each checks first that there is such a cell; the exported Verilog has them all."""
     board = find_board(name)
     prepare(board, tmp_path)
     lines = (tmp_path / "chip.ys").read_text().splitlines()
@@ -24,6 +26,16 @@ def test_commands_follow_synthesis(tmp_path, name):
     assert lines.index(found[0]) > lines.index("    synth_ecp5 -nodsp -top chip")
     assert found[0].startswith("select -assert-count 1 c:planner.line.")
     assert found[1].startswith('setattr -set BEL "X17/')
+
+    text = (tmp_path / "chip.v").read_text()
+    modules = dict(re.findall(r"^module \\?(\S+) (.*?)^endmodule", text, re.DOTALL | re.MULTILINE))
+    placed = [line.rpartition(" c:")[2] for line in found[::2]]
+    assert len(placed) == len(set(placed)) == 7 + 4 * (board.sizes.lanes + 1)
+    for name in placed:
+        # The numbers are of the block RAMs that synthesis makes of a memory.
+        unit, _, leaf = re.sub(r"\.\d+\.\d+$", "", name).rpartition(".")
+        declaration = rf"\\?{leaf} +\(" if leaf == "primitive" else rf"reg \S+ \\?{leaf} +\["
+        assert len(re.findall(declaration, modules[f"chip.{unit}"])) == 1, name
 
 
 def test_only_an_85f_has_one():

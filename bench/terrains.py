@@ -26,7 +26,7 @@ from host.device.link import Link
 from host.evaluation import Evaluator
 from host.planners import make
 from host.planners.base import Options
-from host.terrain import ChipMap
+from host.problem import ChipMap
 from sim.harness import CheckerBatch, VerilatedChecker
 from sim.model.checker import Point, TerrainModel, Verdict
 from sim.model.checker_kernels import check_paths

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from host.errors import InputError
+from host.evaluation import utopia
 from host.problem.aircraft import DEFAULT, Aircraft
 from host.problem.aircraft import load as load_aircraft
 from host.problem.problem import Problem
@@ -72,7 +73,7 @@ def make_problem(args: argparse.Namespace) -> Problem:
     aircraft: Aircraft = load_aircraft(args.uav or DEFAULT)
     terrain = load_terrain(args)
     start, goal = _needed(args, "start", terrain), _needed(args, "goal", terrain)
-    return Problem(
+    problem = Problem(
         terrain,
         start,
         goal,
@@ -82,6 +83,9 @@ def make_problem(args: argparse.Namespace) -> Problem:
         args.ds,
         agl=args.agl,
     )
+    # Refuses ends that give costs nothing to be relative to, before any work.
+    utopia(problem.start, problem.goal, problem.aircraft, problem.wind)
+    return problem
 
 
 def _needed(

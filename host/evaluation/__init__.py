@@ -1,12 +1,22 @@
 """What a path is worth: one definition for every planner, the reports and the tests.
 
-:class:`Evaluator` is what users call. :mod:`~host.evaluation.reference` is the definition in plain
-Python, :mod:`~host.evaluation.kernels` with :mod:`~host.evaluation.pieces` the same compiled.
+:class:`Evaluator` is the interface. :mod:`~host.evaluation.reference` is the definition in plain
+Python; :mod:`~host.evaluation.kernels` with :mod:`~host.evaluation.pieces` is the same, compiled,
+and is loaded with the first evaluator.
 """
 
 from host.evaluation.evaluator import Evaluation, Evaluator
 from host.evaluation.geometry import Arc, Straight
+from host.evaluation.reference import utopia
 from host.evaluation.track import Samples, SmoothedTrack
 
 
-__all__ = ["Arc", "Evaluation", "Evaluator", "Samples", "SmoothedTrack", "Straight"]
+__all__ = [
+    "Arc",
+    "Evaluation",
+    "Evaluator",
+    "Samples",
+    "SmoothedTrack",
+    "Straight",
+    "utopia",
+]

@@ -1,9 +1,11 @@
 """What a path is worth: one object that planners, reports and the command line ask."""
 
+from __future__ import annotations
+
 import dataclasses
 import math
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +14,10 @@ from host.cores import available_cores
 from host.errors import InputError
 from host.evaluation.constants import COORDINATE_LIMIT_M, VOID_HEIGHT_M, Constants, Floats
 from host.evaluation.geometry import smooth
-from host.evaluation.kernels import evaluate_share, fitness_of, path_terms, scratch
 from host.evaluation.reference import utopia
 from host.evaluation.track import SmoothedTrack, ground_below
+from host.problem.problem import Problem
 
-
-if TYPE_CHECKING:
-    from host.problem.problem import Problem
 
 __all__ = ["FINE", "Evaluation", "Evaluator"]
 
@@ -111,7 +110,7 @@ class Evaluator:
 
     def __init__(
         self,
-        problem: "Problem",
+        problem: Problem,
         *,
         ds_m: float | None = None,
         threads: int | None = None,
@@ -134,6 +133,10 @@ class Evaluator:
         elevation = problem.terrain.elevation
         self._ground = np.where(np.isnan(elevation), VOID_HEIGHT_M, elevation).ravel()
         self._zoned = np.where(problem.nofly_raster.ravel(), np.nan, self._ground)
+        # Numba, which compiles them, is loaded with the first evaluator, not with this module.
+        from host.evaluation import kernels
+
+        self._kernels = kernels
         self._constants = _constants(problem, self.ds_m, self.bilinear, self.isa)
         self._fine = self._constants._replace(ds_m=self.ds_m / FINE)
         self._pool: ThreadPoolExecutor | None = None
@@ -155,13 +158,14 @@ class Evaluator:
         """
         path = self._checked(path)
         n = len(path)
-        turns, pieces = scratch(n)
-        length, altitude, fuel, steep, under, zone, impossible = path_terms(
+        kernels = self._kernels
+        turns, pieces = kernels.scratch(n)
+        length, altitude, fuel, steep, under, zone, impossible = kernels.path_terms(
             path, n, self._ground, self._zoned, self._constants, turns, pieces
         )
         corners = impossible / (n - 2) * length if n > 2 else 0.0
         penalty = under + zone + steep + corners
-        fine = path_terms(path, n, self._ground, self._zoned, self._fine, turns, pieces)
+        fine = kernels.path_terms(path, n, self._ground, self._zoned, self._fine, turns, pieces)
         penalty_fine = fine[4] + fine[5] + steep + corners
         cost = (
             0.5 * altitude / self._constants.utopia_area_m2
@@ -184,7 +188,7 @@ class Evaluator:
         return Evaluation(
             feasible=penalty == 0 and penalty_fine == 0,
             feasible_at_ds=penalty == 0,
-            fitness=fitness_of(penalty, cost),
+            fitness=kernels.fitness_of(penalty, cost),
             penalty=penalty,
             cost=cost,
             length_m=length,
@@ -318,7 +322,7 @@ class Evaluator:
         shares = min(self.threads, max(1, count // _PATHS_PER_THREAD))
 
         def run(first: int) -> None:
-            evaluate_share(
+            self._kernels.evaluate_share(
                 paths,
                 points,
                 first,
@@ -327,7 +331,7 @@ class Evaluator:
                 self._zoned,
                 constants,
                 counted,
-                *scratch(paths.shape[1]),
+                *self._kernels.scratch(paths.shape[1]),
                 out[0],
                 out[1],
                 out[2],
@@ -342,7 +346,7 @@ class Evaluator:
         return out
 
 
-def _constants(problem: "Problem", ds_m: float, bilinear: bool, isa: bool) -> Constants:
+def _constants(problem: Problem, ds_m: float, bilinear: bool, isa: bool) -> Constants:
     """Gather what the kernels read of a problem."""
     terrain, aircraft = problem.terrain, problem.aircraft
     rows, columns = terrain.elevation.shape

@@ -3,10 +3,11 @@
 Source: Roberge and Tarbouchi, sections 3.1 and 3.2, equations (1) to (3).
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +17,8 @@ from host.evaluation.fuel import SEA_LEVEL_DENSITY_KG_M3, air_density, air_dista
 from host.evaluation.geometry import Piece, Straight, smooth
 from host.evaluation.track import SmoothedTrack
 from host.problem.aircraft import Aircraft
+from host.problem.problem import Problem
 
-
-if TYPE_CHECKING:
-    from host.problem.problem import Problem
 
 __all__ = ["SLOPE_TOLERANCE_RAD", "Terms", "Utopia", "evaluate", "too_steep", "utopia"]
 
@@ -54,7 +53,7 @@ class Utopia:
 
 
 def evaluate(
-    problem: "Problem",
+    problem: Problem,
     path: NDArray[np.float64],
     *,
     ds_m: float | None = None,

@@ -1,17 +1,16 @@
 """The smoothed path as points, for pictures, files and the clearance in a report."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from host.evaluation.geometry import Piece
+from host.terrain import Terrain
 
-
-if TYPE_CHECKING:
-    from host.terrain import Terrain
 
 __all__ = ["Samples", "SmoothedTrack", "ground_below"]
 
@@ -55,7 +54,7 @@ class SmoothedTrack:
     """
 
     pieces: tuple[Piece, ...]
-    terrain: "Terrain"
+    terrain: Terrain
     bilinear: bool = False
 
     @property
@@ -112,7 +111,7 @@ class SmoothedTrack:
 
 
 def ground_below(
-    terrain: "Terrain",
+    terrain: Terrain,
     x: NDArray[np.float64],
     y: NDArray[np.float64],
     *,

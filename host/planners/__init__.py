@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from host.errors import InputError
+from host.planners.options import ENGINES, OPTIONS, Option
 
 
 if TYPE_CHECKING:
@@ -16,99 +17,6 @@ __all__ = ["DEFAULT", "ENGINES", "OPTIONS", "PLANNERS", "Entry", "Option", "make
 
 #: What ``pathgene plan`` uses when no planner is named.
 DEFAULT = "ga-fpga"
-#: Of the planners that have a choice, the default first.
-ENGINES = ("cores", "sequential", "gpu")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Option:
-    """An option that some planners have, and others not.
-
-    Parameters
-    ----------
-    meaning : str
-        What it says, and its default, for users.
-    type : callable
-        Turns its text into its value.
-    metavar : str, optional
-        What stands for the value in the help.
-    choices : tuple of str
-        All its values, if they are few.
-    """
-
-    meaning: str
-    type: Callable[[str], Any] = str
-    metavar: str | None = None
-    choices: tuple[str, ...] = ()
-
-
-#: Options of planners, by the keyword of their constructors; ``--like-this`` on a command line.
-OPTIONS: Mapping[str, Option] = {
-    "board": Option(
-        meaning="model:, sim:, sim:?sim=icarus, a serial device or a URL of pyserial (default "
-        "model:)",
-        metavar="URL",
-    ),
-    "link_mode": Option(
-        meaning="what goes over the link each generation (default rank)",
-        choices=("rank", "population", "recipe"),
-    ),
-    "feasibility": Option(
-        meaning="who counts the distance under the terrain during the search; the report is "
-        "always the host's (default host)",
-        choices=("host", "board"),
-    ),
-    "initial_draws": Option(
-        meaning="paths drawn for each of the first population, of which the best go on (default "
-        "4; the paper's is 1)",
-        type=int,
-        metavar="N",
-    ),
-    "engine": Option(
-        meaning="where it runs: all cores, one, or an NVIDIA GPU; the result is the same but for "
-        "rounding on the GPU (default cores)",
-        choices=ENGINES,
-    ),
-    "waypoints": Option(
-        meaning="free waypoints of every path (default 6, with --init astar 16)",
-        type=int,
-        metavar="N",
-    ),
-    "two_opt_every": Option(
-        meaning="iterations from one 2-opt to the next (default 20), 0 for none",
-        type=int,
-        metavar="N",
-    ),
-    "max_waypoints": Option(
-        meaning="most transitional waypoints of a path (default 20, of astar 16)",
-        type=int,
-        metavar="N",
-    ),
-    "init": Option(
-        meaning="what the first population is: random, or astar: what the planner astar finds, "
-        "and varied copies of it (default random)",
-        choices=("random", "astar"),
-    ),
-    "refits": Option(
-        meaning="children of a generation that are the best path with a waypoint or two moved and "
-        "the lowest altitudes (default 2 with --init astar, else 0)",
-        type=int,
-        metavar="N",
-    ),
-    "reading": Option(
-        meaning="what the crossover takes for the cost of a route: that of the whole, or the sum "
-        "of its segments' (default route)",
-        choices=("route", "sum"),
-    ),
-    "draws": Option(
-        meaning="where crossover points and segments are drawn: near the best route, or, as in "
-        "the paper, anywhere (default near)",
-        choices=("near", "uniform"),
-    ),
-    "added_points": Option(
-        meaning="crossover points added per generation (default 8)", type=int, metavar="N"
-    ),
-}
 
 
 @dataclass(frozen=True)

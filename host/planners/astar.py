@@ -14,7 +14,7 @@ from host.planners.altitudes import lowest_altitudes
 from host.planners.base import Options, Progress, Result, Run, Stop
 from host.planners.grid_search import SearchGrid
 from host.planners.polylines import lengthened, on_corners, polylines, thinned
-from host.terrain import ChipMap
+from host.problem import ChipMap
 
 
 __all__ = ["DEFAULT_MAX_WAYPOINTS", "MOST_SEARCHES", "AstarPlanner", "searches"]

@@ -15,7 +15,7 @@ from host.evaluation import Evaluator
 from host.evaluation.geometry import smooth
 from host.evaluation.track import SmoothedTrack
 from host.planners.base import Run
-from host.terrain import ChipMap
+from host.problem import ChipMap
 
 
 __all__ = ["CAUSES", "BoardCollisionCounter", "refutation"]

@@ -19,7 +19,7 @@ from host.evaluation import Evaluator
 from host.planners.base import Options, Progress, Result, Run, Stop
 from host.planners.counting import BoardCollisionCounter
 from host.planners.initial import astar_paths, check_init
-from host.terrain import ChipMap
+from host.problem import ChipMap
 
 
 if TYPE_CHECKING:

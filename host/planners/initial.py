@@ -16,8 +16,8 @@ from host.planners.astar import searches
 from host.planners.base import Run
 from host.planners.grid_search import Prices
 from host.planners.polylines import lengthened
+from host.problem import ChipMap
 from host.problem.problem import Problem
-from host.terrain import ChipMap
 
 
 __all__ = ["Variation", "astar_paths", "check_init", "on_lattice"]

@@ -1,1 +1,9 @@
 """Planning problems: start, goal, aircraft, zones, and the map that the chip gets of them."""
+
+from host.problem.aircraft import Aircraft
+from host.problem.chip_map import ChipMap
+from host.problem.problem import Problem
+from host.problem.zones import Circle, Polygon, Zone
+
+
+__all__ = ["Aircraft", "ChipMap", "Circle", "Polygon", "Problem", "Zone"]

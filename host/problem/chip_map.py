@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hdl.config import Config
 from host.errors import InputError
+from host.problem.problem import Problem
 
-
-if TYPE_CHECKING:
-    from host.problem.problem import Problem
 
 __all__ = ["ChipMap"]
 

@@ -1,23 +1,21 @@
 """A planning problem: where to fly from and to, with which aircraft, over what, around what."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
-from host.evaluation.reference import utopia
 from host.problem.aircraft import DEFAULT, Aircraft, load
 from host.problem.zones import Zone, raster
+from host.terrain import Terrain
 
-
-if TYPE_CHECKING:
-    from host.terrain import Terrain
 
 __all__ = ["SMALLEST_DS_M", "Problem"]
 
@@ -58,11 +56,10 @@ class Problem:
     Raises
     ------
     InputError
-        If a value is outside the range above, or the straight line from start to goal gives costs
-        nothing to compare with: its mean altitude or its fuel is not positive.
+        If a value is outside the range above.
     """
 
-    terrain: "Terrain"
+    terrain: Terrain
     start: Point
     goal: Point
     aircraft: Aircraft
@@ -72,7 +69,7 @@ class Problem:
 
     def __init__(
         self,
-        terrain: "Terrain",
+        terrain: Terrain,
         start: Sequence[float],
         goal: Sequence[float],
         aircraft: Aircraft | str | Path = DEFAULT,
@@ -122,7 +119,6 @@ class Problem:
                 f"{self.aircraft.name}, {self.aircraft.cruise_speed_m_s:g} m/s; lessen it or take "
                 f"a faster UAV."
             )
-        utopia(self.start, self.goal, self.aircraft, self.wind)
 
     @cached_property
     def nofly_raster(self) -> NDArray[np.bool_]:
@@ -157,7 +153,7 @@ def _numbers(name: str, values: Sequence[float], count: int) -> tuple[float, ...
     return numbers
 
 
-def _end(name: str, values: Sequence[float], terrain: "Terrain", *, agl: bool, geo: bool) -> Point:
+def _end(name: str, values: Sequence[float], terrain: Terrain, *, agl: bool, geo: bool) -> Point:
     """Start or goal as x, y and altitude; ``values`` are as :class:`Problem` is given them."""
     x, y, z = _numbers(name, values, 3)
     if geo:
@@ -168,7 +164,7 @@ def _end(name: str, values: Sequence[float], terrain: "Terrain", *, agl: bool, g
     return x, y, z
 
 
-def _check_on_map(name: str, terrain: "Terrain", x: float, y: float) -> None:
+def _check_on_map(name: str, terrain: Terrain, x: float, y: float) -> None:
     rows, columns = terrain.elevation.shape
     east, north = (columns - 1) * terrain.dx_m, (rows - 1) * terrain.dy_m
     if not (0 <= x <= east and 0 <= y <= north):
@@ -178,7 +174,7 @@ def _check_on_map(name: str, terrain: "Terrain", x: float, y: float) -> None:
         )
 
 
-def _ground(name: str, terrain: "Terrain", x: float, y: float) -> float:
+def _ground(name: str, terrain: Terrain, x: float, y: float) -> float:
     ground = float(terrain.ground(x, y))
     if math.isnan(ground):
         raise InputError(

@@ -4,22 +4,22 @@ A zone is a cylinder of infinite height. Source: Roberge and Tarbouchi, section 
 ours.
 """
 
+from __future__ import annotations
+
 import json
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
+from host.terrain import Terrain
 
-
-if TYPE_CHECKING:
-    from host.terrain import Terrain
 
 __all__ = ["Circle", "Polygon", "Zone", "raster", "read_geojson", "zone_from_dict"]
 
@@ -33,7 +33,7 @@ class Zone(ABC):
     """A no-fly zone: a cylinder of infinite height over a circle or a polygon."""
 
     @staticmethod
-    def circle(x_m: float, y_m: float, radius_m: float) -> "Circle":
+    def circle(x_m: float, y_m: float, radius_m: float) -> Circle:
         """Return the circle around (``x_m``, ``y_m``), metres in the terrain's local frame.
 
         Raises
@@ -47,7 +47,7 @@ class Zone(ABC):
     def polygon(
         corners: Sequence[Sequence[float]],
         holes: Sequence[Sequence[Sequence[float]]] = (),
-    ) -> "Polygon":
+    ) -> Polygon:
         """Return the polygon with ``corners`` (x, y) in either direction, less its ``holes``.
 
         Raises
@@ -58,7 +58,7 @@ class Zone(ABC):
         return Polygon(_ring(corners), tuple(_ring(hole) for hole in holes))
 
     @staticmethod
-    def read(path: str | Path, terrain: "Terrain") -> "tuple[Zone, ...]":
+    def read(path: str | Path, terrain: Terrain) -> tuple[Zone, ...]:
         """Read the zones of a GeoJSON file; see :func:`read_geojson`."""
         return read_geojson(path, terrain)
 
@@ -154,7 +154,7 @@ class Polygon(Zone):
         return table
 
 
-def raster(zones: Iterable[Zone], terrain: "Terrain") -> NDArray[np.bool_]:
+def raster(zones: Iterable[Zone], terrain: Terrain) -> NDArray[np.bool_]:
     """Which nodes of ``terrain`` lie in a zone, (ny, nx) bool, row 0 the southernmost."""
     rows, columns = terrain.elevation.shape
     x: NDArray[np.float64] = np.arange(columns, dtype=np.float64) * terrain.dx_m
@@ -185,7 +185,7 @@ def zone_from_dict(table: Any) -> Zone:
     )
 
 
-def read_geojson(path: str | Path, terrain: "Terrain") -> tuple[Zone, ...]:
+def read_geojson(path: str | Path, terrain: Terrain) -> tuple[Zone, ...]:
     """Read zones from a GeoJSON file.
 
     Polygons and multi-polygons, with holes, and points with the property ``radius_m``, in metres of
@@ -212,7 +212,7 @@ def read_geojson(path: str | Path, terrain: "Terrain") -> tuple[Zone, ...]:
         raise InputError(f"No-fly file {str(path)!r}: {error}") from None
 
 
-def _zones(document: Any, terrain: "Terrain") -> Iterator[Zone]:
+def _zones(document: Any, terrain: Terrain) -> Iterator[Zone]:
     if not isinstance(document, dict):
         raise InputError("not a GeoJSON object.")
     local = document.get("crs_local", False)
@@ -277,7 +277,7 @@ def _geometries(document: Any) -> Iterator[tuple[dict[str, Any], dict[str, Any]]
         yield document, {}
 
 
-def _local(points: Any, terrain: "Terrain", local: bool) -> Ring:
+def _local(points: Any, terrain: Terrain, local: bool) -> Ring:
     """Positions of the file as x, y in the terrain's frame, metres."""
     if not isinstance(points, list) or not all(
         isinstance(point, list) and len(point) >= 2 and all(map(_is_number, point[:2]))

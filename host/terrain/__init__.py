@@ -1,9 +1,12 @@
-"""Terrains: grids of heights, where they come from, and how they look on the chip's map."""
+"""Terrains: grids of heights, where they come from, and where they lie on Earth.
 
-from host.problem.chip_map import ChipMap
+Importing this package loads neither GDAL nor matplotlib; reading a raster, and converting latitude
+and longitude, does.
+"""
+
 from host.terrain.embedded import names
 from host.terrain.grid import Terrain
 from host.terrain.load import info, load
 
 
-__all__ = ["ChipMap", "Terrain", "info", "load", "names"]
+__all__ = ["Terrain", "info", "load", "names"]

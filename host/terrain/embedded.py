@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
+from importlib import metadata
 from typing import NamedTuple
 
 import numpy as np
-from affine import Affine
-from rasterio.crs import CRS
 
 from host.errors import InputError
-from host.terrain import geodesy, place
 from host.terrain.grid import Terrain
-from host.terrain.raster import Raster
 
 
 __all__ = ["Entry", "describe", "load", "names"]
@@ -28,6 +25,7 @@ class Entry(NamedTuple):
     licence: str
 
 
+_JACKSBORO = "matplotlib/mpl-data/sample_data/jacksboro_fault_dem.npz"
 _PUBLIC_DOMAIN = "public domain"
 _OWN = "BSD-2-Clause, as the program"
 
@@ -78,11 +76,15 @@ def _jacksboro() -> Terrain:
     wrong direction. Rows run from north to south. So placed, the highest pixel lies on Cross
     Mountain (36.1983 N, 84.2306 W, 1077 m), and a flat 305 m, Norris Lake, ends at Norris Dam.
     """
-    # Imported here: matplotlib takes longer to load than most commands need to run.
-    from matplotlib import cbook
+    from affine import Affine
+    from rasterio.crs import CRS
 
-    file = cbook.get_sample_data("jacksboro_fault_dem.npz", asfileobj=False)
-    with np.load(file) as sample:
+    from host.terrain import geodesy, place
+    from host.terrain.raster import Raster
+
+    # Found without an import of matplotlib, which takes longer than most commands need to run.
+    file = metadata.distribution("matplotlib").locate_file(_JACKSBORO)
+    with np.load(str(file)) as sample:
         heights = sample["elevation"].astype(np.float64)
         west, north = float(sample["xmin"]), float(sample["ymax"])
         dx, dy = float(sample["dx"]), float(sample["dy"])

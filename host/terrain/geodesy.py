@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -16,7 +17,7 @@ from rasterio.warp import transform as warp_transform
 from host.errors import InputError
 
 
-__all__ = ["WGS84", "crs_name", "transform", "unit_m", "utm_zone"]
+__all__ = ["WGS84", "LocalFrame", "crs_name", "transform", "unit_m", "utm_zone"]
 
 Floats = NDArray[np.float64]
 
@@ -55,6 +56,35 @@ def unit_m(crs: str) -> float:
         return float(CRS.from_user_input(crs).linear_units_factor[1])
     except CRSError:
         return 1.0
+
+
+@dataclass(frozen=True)
+class LocalFrame:
+    """Metres east and north of a point in a projected reference system.
+
+    Parameters
+    ----------
+    crs : str
+        ``EPSG:<code>`` or WKT.
+    origin : tuple of float
+        Easting and northing of the origin, in the system's units.
+    """
+
+    crs: str
+    origin: tuple[float, float]
+
+    def from_wgs84(self, lat: Floats, lon: Floats) -> tuple[Floats, Floats]:
+        """Return local metres of degrees, arrays of one shape; see :func:`transform`."""
+        unit = unit_m(self.crs)
+        eastings, northings = transform(WGS84, self.crs, lon, lat)
+        return (eastings - self.origin[0]) * unit, (northings - self.origin[1]) * unit
+
+    def to_wgs84(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+        """Return latitude and longitude in degrees of local metres; see :func:`transform`."""
+        unit = unit_m(self.crs)
+        east, north = self.origin
+        lon, lat = transform(self.crs, WGS84, east + x / unit, north + y / unit)
+        return lat, lon
 
 
 def transform(source: str, target: str, x: Floats, y: Floats) -> tuple[Floats, Floats]:
@@ -107,7 +137,8 @@ def _warn_if_approximate(crs: str) -> None:
         warnings.warn(
             f"The exact shift between the datum {datum!r} and WGS84 needs grid files that are not "
             "installed, so latitudes and longitudes may be some metres off.",
-            stacklevel=4,
+            # That which called the terrain.
+            stacklevel=5,
         )
 
 

@@ -6,14 +6,16 @@ import contextlib
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from host.errors import InputError
-from host.terrain import geodesy
 
+
+if TYPE_CHECKING:
+    from host.terrain.geodesy import LocalFrame
 
 __all__ = ["Terrain"]
 
@@ -142,11 +144,9 @@ class Terrain:
         InputError
             If the terrain has no CRS, or a point cannot be expressed in it.
         """
-        crs, (east, north) = self._reference()
-        lon, lat = np.broadcast_arrays(np.asarray(lon, np.float64), np.asarray(lat, np.float64))
-        unit = geodesy.unit_m(crs)
-        eastings, northings = geodesy.transform(geodesy.WGS84, crs, lon, lat)
-        return _scalars((eastings - east) * unit, (northings - north) * unit)
+        frame = self._frame()
+        lat, lon = np.broadcast_arrays(np.asarray(lat, np.float64), np.asarray(lon, np.float64))
+        return _scalars(*frame.from_wgs84(lat, lon))
 
     def to_geographic(self, x: ArrayLike, y: ArrayLike) -> tuple[Any, Any]:
         """WGS84 (latitude, longitude) in degrees of local metres, scalars or arrays.
@@ -158,11 +158,9 @@ class Terrain:
         InputError
             If the terrain has no CRS, or a point has no place on Earth.
         """
-        crs, (east, north) = self._reference()
+        frame = self._frame()
         x, y = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(y, np.float64))
-        unit = geodesy.unit_m(crs)
-        lon, lat = geodesy.transform(crs, geodesy.WGS84, east + x / unit, north + y / unit)
-        return _scalars(lat, lon)
+        return _scalars(*frame.to_wgs84(x, y))
 
     def describe(self) -> dict[str, Any]:
         """Name, shape, cell and place, as a summary's ``terrain`` has them."""
@@ -206,13 +204,16 @@ class Terrain:
                 nofly=nofly.astype(np.bool_),
             )
 
-    def _reference(self) -> tuple[str, tuple[float, float]]:
+    def _frame(self) -> LocalFrame:
         if self.crs is None or self.origin is None:
             raise InputError(
                 f"The terrain {self.name!r} has no coordinate reference system, so "
                 "latitude and longitude have no meaning on it; give local metres."
             )
-        return self.crs, self.origin
+        # It loads GDAL, which terrains in local metres do without.
+        from host.terrain.geodesy import LocalFrame
+
+        return LocalFrame(self.crs, self.origin)
 
 
 def _heights(name: str, elevation: ArrayLike) -> Floats:

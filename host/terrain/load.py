@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
-from host.terrain import embedded, place, raster
+from host.terrain import embedded
 from host.terrain.grid import Terrain
+from host.terrain.voids import UNDECLARED_VOID, fill
 
 
 __all__ = ["info", "load"]
@@ -64,6 +65,9 @@ def load(
         return _load_npz(path, cell, fill_voids)
     if path.suffix.lower() == ".npy":
         return _load_npy(path, cell, fill_voids)
+    # They load GDAL, which grids in numpy's formats do without.
+    from host.terrain import place, raster
+
     return place.to_terrain(raster.read(path), cell=cell, fill_voids=fill_voids)
 
 
@@ -148,8 +152,8 @@ def _from_array(
     fill_voids: bool,
 ) -> Terrain:
     terrain = Terrain(str(path), elevation, *cell)
-    heights = np.where(terrain.elevation == raster.UNDECLARED_VOID, np.nan, terrain.elevation)
+    heights = np.where(terrain.elevation == UNDECLARED_VOID, np.nan, terrain.elevation)
     if fill_voids:
         # From the north, as a raster is filled: the interpolation depends on the direction.
-        heights = raster.fill(heights[::-1])[::-1]
+        heights = fill(heights[::-1])[::-1]
     return Terrain(path.stem, heights, *cell, source=str(path))

@@ -10,7 +10,8 @@ from affine import Affine
 from host.errors import InputError
 from host.terrain import geodesy, warp
 from host.terrain.grid import Terrain
-from host.terrain.raster import Raster, fill, north_up
+from host.terrain.raster import Raster, north_up
+from host.terrain.voids import fill
 
 
 __all__ = ["to_terrain"]

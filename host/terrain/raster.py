@@ -12,17 +12,14 @@ from affine import Affine
 from numpy.typing import NDArray
 from rasterio.crs import CRS
 from rasterio.errors import NotGeoreferencedWarning, RasterioError
-from rasterio.fill import fillnodata
 
 from host.errors import InputError
+from host.terrain.voids import UNDECLARED_VOID
 
 
-__all__ = ["Raster", "fill", "north_up", "read"]
+__all__ = ["Raster", "north_up", "read"]
 
 Floats = NDArray[np.float64]
-
-#: SRTM's mark of a void: survives in files that declare another value, or none, and is no height.
-UNDECLARED_VOID = -32768.0
 
 # Metres per unit of height, by what files call it.
 _VERTICAL_UNITS_M = {
@@ -107,21 +104,6 @@ def read(path: Path) -> Raster:
     void = np.ma.getmaskarray(band) | ~np.isfinite(heights) | (heights == UNDECLARED_VOID)
     heights[void] = np.nan
     return Raster(path.stem, str(path), (heights * scale + offset) * unit_m, transform, crs)
-
-
-def fill(heights: Floats) -> Floats:
-    """Interpolate voids from the heights around them, searching as far as the larger side."""
-    known = ~np.isnan(heights)
-    if known.all():
-        return heights
-    # GDAL fills in single precision; what was known stays as it was.
-    filled = fillnodata(
-        heights.astype(np.float32),
-        mask=known.astype(np.uint8),
-        max_search_distance=float(max(heights.shape)),
-        smoothing_iterations=0,
-    )
-    return np.where(known, heights, filled.astype(np.float64))
 
 
 def _vertical_unit_m(path: Path, unit: str | None) -> float:

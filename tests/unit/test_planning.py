@@ -1,6 +1,8 @@
 """Planning and checking as the command line and the Python API do it."""
 
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -116,3 +118,38 @@ def test_bad_options(planner, options, message):
 def test_path_with_other_ends():
     with pytest.raises(ValueError, match=r"^Path must start at \(300\.0, 300\.0, 500\.0\), not "):
         check(PROBLEM, [(0, 0, 500), (3700, 2700, 500)])
+
+
+def test_a_problem_loads_nothing_heavy(tmp_path):
+    HILLS.save_npz(tmp_path / "hills.npz", np.zeros(HILLS.shape, dtype=bool))
+    script = """
+import sys
+import host.evaluation, host.planners.base, host.planning
+import host.report.geojson, host.report.summary, host.report.tables, host.report.write
+from host.problem import Aircraft, ChipMap, Circle, Problem
+from host.problem.aircraft import load as aircraft
+from host.terrain import load
+problem = Problem(load(sys.argv[1]), (300, 300, 500), (3700, 2700, 500), aircraft("heron"))
+problem.nofly_raster
+heavy = ("numba", "scipy", "matplotlib", "rasterio", "amaranth", "serial")
+print([name for name in heavy if name in sys.modules])
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script, str(tmp_path / "hills.npz")],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == "[]\n"
+
+
+def test_the_sample_of_matplotlib_is_found_without_it():
+    script = """
+import sys
+from host.terrain import load
+print(load("jacksboro").shape, "matplotlib" in sys.modules)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "(414, 391) False\n"

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from host.errors import InputError
 from host.evaluation import Evaluator
-from host.planners import ENGINES
 from host.planners.airspace import Airspace
 from host.planners.astar import DEFAULT_MAX_WAYPOINTS
 from host.planners.base import Options, Progress, Result, Run, Stop
@@ -19,6 +18,7 @@ from host.planners.fpa.engines import CpuEngine, Engine
 from host.planners.fpa.first import first_population
 from host.planners.fpa.kernels import Pollination
 from host.planners.initial import astar_paths, check_init
+from host.planners.options import ENGINES
 
 
 __all__ = ["FlowerPollinationPlanner"]

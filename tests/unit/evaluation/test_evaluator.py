@@ -208,3 +208,39 @@ def test_bad_path(problem, method):
         r"frame\.$",
     ):
         call(np.array([problem.start, (0, 1e8, 400), problem.goal]))
+
+
+@pytest.mark.parametrize(
+    ("start", "goal", "options", "message"),
+    [
+        (
+            (100, 100, 1000),
+            (900, 1400, 250),
+            {},
+            "The straight line from start to goal is so steep a glide that it burns no fuel, and "
+            "costs are relative to it; raise the goal or lower the start.",
+        ),
+        (
+            (100, 100, -50),
+            (1400, 1400, -50),
+            {"elevation": np.full((21, 31), -400.0)},
+            "The straight line from start to goal has a mean altitude of -50 m, and costs are "
+            "relative to it; shift the datum so that it is positive.",
+        ),
+        # 45 degrees up leave 16.3 m/s of horizontal airspeed.
+        (
+            (100, 100, 200),
+            (1100, 100, 1200),
+            {"wind": (0, 20)},
+            "The straight line from start to goal cannot be flown in this wind, and costs are "
+            "relative to it; lessen the wind or move start or goal.",
+        ),
+    ],
+    ids=["glide", "below the datum", "wind"],
+)
+def test_ends_that_give_costs_nothing_to_be_relative_to(
+    make_problem, start, goal, options, message
+):
+    with pytest.raises(InputError) as caught:
+        Evaluator(make_problem(start, goal, **options))
+    assert str(caught.value) == message

@@ -13,8 +13,8 @@ from host.evaluation import Evaluator
 from host.planners.base import Options, Run
 from host.planners.counting import CAUSES, BoardCollisionCounter, refutation
 from host.planners.ga_fpga import FpgaGeneticPlanner
+from host.problem import ChipMap
 from host.problem.zones import Circle
-from host.terrain import ChipMap
 from sim.model.checker import TerrainModel, check_path
 from tests.chips import board_url
 

@@ -13,7 +13,7 @@ from host.errors import InputError, JobError
 from host.planners import ga_fpga
 from host.planners.base import Options, Stop
 from host.planners.ga_fpga import FpgaGeneticPlanner, draw_paths, ranking
-from host.terrain import ChipMap
+from host.problem import ChipMap
 from sim.model.core import Core
 from sim.model.mutation import Limits
 

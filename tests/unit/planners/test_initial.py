@@ -17,8 +17,8 @@ from host.planners.ga_pc import PcGeneticPlanner
 from host.planners.initial import Variation, astar_paths, check_init, on_lattice
 from host.planners.polylines import lengthened
 from host.planners.spline_routes import ConventionalRoutePlanner, DeterministicRoutePlanner
+from host.problem import ChipMap
 from host.problem.zones import Circle
-from host.terrain import ChipMap
 
 
 WALLS = tuple(Circle(3000, y, 300) for y in range(0, 4001, 400))

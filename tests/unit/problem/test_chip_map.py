@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from host.errors import InputError
-from host.terrain import ChipMap, Terrain
+from host.problem import ChipMap
+from host.terrain import Terrain
 
 
 @dataclass

@@ -7,19 +7,23 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from host.errors import InputError
 from host.evaluation import Evaluation, Evaluator
-from host.planners import DEFAULT, PLANNERS, make
+from host.planners import DEFAULT, OPTIONS, PLANNERS, make
 from host.planners.base import Options, Progress, Result, Stop
 from host.problem.problem import Problem
 from host.report.files import prepare_directory
 from host.report.summary import describe_problem, summarise, terms, version
-from host.report.write import write_report
+from host.report.write import scene, write_report
+
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 __all__ = ["Check", "Plan", "Search", "check", "plan"]
@@ -27,7 +31,7 @@ __all__ = ["Check", "Plan", "Search", "check", "plan"]
 _BOARD = "model:"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class Plan:
     """A finished run of a planner.
 
@@ -69,6 +73,19 @@ class Plan:
         """Generation, best fitness and mean fitness, from generation 0."""
         return self.result.history
 
+    @property
+    def interrupted(self) -> bool:
+        """Whether the user or ``cancel`` ended the search early."""
+        return self.result.interrupted
+
+    @property
+    def failure(self) -> str | None:
+        """The sentence on what ended the search early, a lost board for example; None if nothing.
+
+        The path is the best found until then.
+        """
+        return self.result.failure
+
     @cached_property
     def summary(self) -> dict[str, Any]:
         """Content of ``summary.json``: plain JSON values, every number finite."""
@@ -80,6 +97,25 @@ class Plan:
             seed=self.seed,
             source=self.source,
         )
+
+    def __repr__(self) -> str:
+        verdict = "feasible" if self.evaluation.feasible else "not feasible"
+        return (
+            f"<Plan by {self.planner}: {verdict}, fitness {self.evaluation.fitness:.4f}, "
+            f"{self.evaluation.length_m / 1000:.2f} km, {len(self.path)} points>"
+        )
+
+    def plot(self) -> Figure:
+        """Draw the map with the path, the altitudes along it, and the convergence.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            The picture that :meth:`save` writes; its ``savefig`` writes other formats.
+        """
+        from host.report.picture import draw
+
+        return draw(scene(self.evaluator, self.result, self.summary))
 
     def save(
         self,
@@ -180,7 +216,7 @@ class Search:
             self.planner,
             self.board,
             self.options.seed,
-            _source(evaluator.problem) if source is None else source,
+            evaluator.problem.terrain.loading if source is None else source,
         )
 
 
@@ -220,39 +256,69 @@ def plan(
     problem: Problem,
     planner: str = DEFAULT,
     *,
+    seed: int = 0,
+    generations: int | None = None,
+    time_limit_s: float | None = None,
+    target_fitness: float | None = None,
+    population: int | None = None,
     progress: Progress | None = None,
     cancel: Callable[[], bool] | None = None,
-    source: Mapping[str, Any] | None = None,
     **options: Any,
 ) -> Plan:
-    """Plan a problem and return the result; print and write nothing.
+    """Plan a path; print and write nothing.
+
+    The defaults are those of ``pathgene plan``, and the same seed gives the same path.
 
     Parameters
     ----------
     problem : Problem
         Terrain, ends, aircraft, zones and wind.
     planner : str
-        A name in :data:`host.planners.PLANNERS`.
+        Name of a planner: ``ga-fpga``, ``ga-pc``, ``astar``, ``fpa``, ``fpa-2opt``, ``ga-dp`` or
+        ``ga-auv``.
+    seed : int
+        0 to 2**64 - 1. Everything random follows from it.
+    generations : int, optional
+        Most generations; the planner's own number by default.
+    time_limit_s : float, optional
+        Most seconds of planning.
+    target_fitness : float, optional
+        Fitness that ends the search; feasible paths have more than 1.
+    population : int, optional
+        Paths in the population; the planner's own number by default. A chip's is fixed.
     progress : callable, optional
         Called after each generation with its number, the best fitness so far and the mean fitness
         of the population.
     cancel : callable, optional
-        Asked between generations, at least; once it returns True, the best path so far is the
-        result.
-    source : mapping, optional
-        Origin of the terrain for the summary; that which the terrain states by default.
+        Called often. Once it returns True, the search ends, and the plan is the best so far with
+        ``interrupted`` true.
     **options
-        Those of :class:`Search`: ``generations``, ``seed``, ``board`` and so on.
+        The planner's own options, ``board="sim:"`` for example: those of ``pathgene plan`` with
+        underscores.
+
+    Returns
+    -------
+    Plan
+        The best path found, which may not be feasible: see ``plan.evaluation``.
 
     Raises
     ------
     InputError
-        If an option, the problem or the combination of both is bad.
+        If there is no such planner, the planner has no such option, or a value is out of range.
     JobError
-        If the run fails before anything was evaluated. A later failure is in ``result.failure``.
+        If the search fails before it has a path: no board answers, for example. A later failure
+        leaves the best path so far; ``plan.failure`` says what happened.
     """
-    search = Search(planner, **options)
-    return search.run(Evaluator(problem), progress=progress, stop=Stop(cancel), source=source)
+    search = Search(
+        planner,
+        seed=seed,
+        generations=generations,
+        time_limit_s=time_limit_s,
+        target_fitness=target_fitness,
+        population=population,
+        **options,
+    )
+    return search.run(Evaluator(problem), progress=progress, stop=Stop(cancel))
 
 
 def check(problem: Problem, path: ArrayLike, *, source: Mapping[str, Any] | None = None) -> Check:
@@ -270,18 +336,20 @@ def check(problem: Problem, path: ArrayLike, *, source: Mapping[str, Any] | None
     Raises
     ------
     InputError
-        If a coordinate is not finite or too large, or the problem gives costs nothing to compare
-        with.
-    ValueError
-        If the path has another shape or other ends than the problem.
+        If the path has another shape or other ends than the problem, or a coordinate is not finite
+        or too large.
     """
-    waypoints = np.array(path, dtype=np.float64)
     evaluator = Evaluator(problem)
+    try:
+        waypoints = np.array(path, dtype=np.float64)
+        evaluation = evaluator.evaluate(waypoints)
+    except ValueError as error:
+        raise InputError(f"{error}.") from None
     return Check(
         evaluator,
         waypoints,
-        evaluator.evaluate(waypoints),
-        _source(problem) if source is None else source,
+        evaluation,
+        problem.terrain.loading if source is None else source,
     )
 
 
@@ -295,9 +363,8 @@ def _check_options(planner: str, options: Mapping[str, Any]) -> None:
             raise InputError(
                 f"The planner {planner} has no option {name!r}, only {', '.join(having)}."
             )
-
-
-def _source(problem: Problem) -> dict[str, Any]:
-    """Origin of a terrain that was not loaded by an option of the command line."""
-    terrain = problem.terrain
-    return {"source": terrain.source or terrain.name, "fill_voids": False, "cell_m": None}
+        choices = OPTIONS[name].choices
+        if choices and options[name] not in choices:
+            raise InputError(
+                f"The option {name} must be {' or '.join(choices)}, not {options[name]!r}."
+            )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from host.errors import InputError
 from host.evaluation import Evaluator
@@ -13,7 +13,11 @@ from host.report.files import remove, replacing, write_json
 from host.report.geojson import path_document
 
 
-__all__ = ["captions", "write_grid", "write_report"]
+if TYPE_CHECKING:
+    from host.report.picture import Scene
+
+
+__all__ = ["scene", "write_grid", "write_report"]
 
 
 def write_report(
@@ -76,13 +80,9 @@ def write_report(
         remove(drawing)
         return written
     try:
-        from host.report.picture import Scene, write
+        from host.report.picture import write
 
-        title, subtitle = captions(summary)
-        write(
-            Scene(evaluator, result.path, result.evaluation, result.history, title, subtitle),
-            drawing,
-        )
+        write(scene(evaluator, result, summary), drawing)
     except Exception as error:
         remove(drawing)
         warn(f"There is no picture this time, drawing it failed: {type(error).__name__}: {error}.")
@@ -98,7 +98,14 @@ def write_grid(file: Path, evaluator: Evaluator) -> None:
         problem.terrain.save_npz(binary, problem.nofly_raster)
 
 
-def captions(summary: Mapping[str, Any]) -> tuple[str, str]:
+def scene(evaluator: Evaluator, result: Result, summary: Mapping[str, Any]) -> Scene:
+    """Return all that the picture of a run shows."""
+    from host.report.picture import Scene
+
+    return Scene(evaluator, result.path, result.evaluation, result.history, *_captions(summary))
+
+
+def _captions(summary: Mapping[str, Any]) -> tuple[str, str]:
     """Title and subtitle of the picture."""
     verdict = "feasible" if summary["feasible"] else "not feasible"
     board = f" (board {summary['board']})" if summary["board"] else ""

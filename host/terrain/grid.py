@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
@@ -44,6 +45,9 @@ class Terrain:
         Easting and northing of the south-west node in ``crs``, in its units.
     source : str
         Where the heights come from.
+    loading : mapping, optional
+        How the terrain was loaded, as a summary states it: ``source``, ``fill_voids`` and
+        ``cell_m``. By default its source or name, and nothing else.
 
     Raises
     ------
@@ -58,6 +62,7 @@ class Terrain:
     crs: str | None = None
     origin: tuple[float, float] | None = None
     source: str = ""
+    loading: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         elevation = _heights(self.name, self.elevation)
@@ -73,6 +78,9 @@ class Terrain:
         object.__setattr__(self, "elevation", elevation)
         object.__setattr__(self, "dx_m", sides[0])
         object.__setattr__(self, "dy_m", sides[1])
+        if not self.loading:
+            stated = {"source": self.source or self.name, "fill_voids": False, "cell_m": None}
+            object.__setattr__(self, "loading", stated)
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
 from host.errors import InputError
 from host.terrain import embedded
@@ -16,7 +17,7 @@ from host.terrain.grid import Terrain
 from host.terrain.voids import UNDECLARED_VOID, fill
 
 
-__all__ = ["info", "load"]
+__all__ = ["from_array", "info", "load"]
 
 _KEYS = ("elevation", "dx_m", "dy_m")
 
@@ -47,6 +48,17 @@ def load(
         If there is no such terrain, it cannot be read or is no terrain, or ``cell`` is missing,
         not positive or given for a terrain that has its own.
     """
+    terrain = _load(source, cell, fill_voids)
+    is_file = source not in embedded.names()
+    loading = {
+        "source": str(Path(source).resolve() if is_file else source),
+        "fill_voids": fill_voids,
+        "cell_m": cell and list(cell),
+    }
+    return replace(terrain, loading=loading)
+
+
+def _load(source: str | Path, cell: tuple[float, float] | None, fill_voids: bool) -> Terrain:
     if cell is not None and not all(math.isfinite(side) and side > 0 for side in cell):
         raise InputError(
             f"The sides of a cell must be positive metres, not {cell[0]:g} x {cell[1]:g}."
@@ -127,7 +139,8 @@ def _load_npz(path: Path, cell: tuple[float, float] | None, fill_voids: bool) ->
     for key, side in zip(_KEYS[1:], sides, strict=True):
         if side.size != 1 or side.dtype.kind not in "iuf":
             raise InputError(f"{path}: {key!r} must be one number of metres.")
-    return _from_array(path, elevation, (sides[0].item(), sides[1].item()), fill_voids)
+    cell = sides[0].item(), sides[1].item()
+    return from_array(elevation, cell, name=path.stem, source=str(path), fill_voids=fill_voids)
 
 
 def _load_npy(path: Path, cell: tuple[float, float] | None, fill_voids: bool) -> Terrain:
@@ -142,18 +155,38 @@ def _load_npy(path: Path, cell: tuple[float, float] | None, fill_voids: bool) ->
         raise InputError(
             f"{path}: cannot be read as a numpy array; write it with numpy.save."
         ) from None
-    return _from_array(path, elevation, cell, fill_voids)
+    return from_array(elevation, cell, name=path.stem, source=str(path), fill_voids=fill_voids)
 
 
-def _from_array(
-    path: Path,
-    elevation: NDArray[Any],
+def from_array(
+    elevation: ArrayLike,
     cell: tuple[float, float],
-    fill_voids: bool,
+    *,
+    name: str,
+    source: str = "",
+    crs: str | None = None,
+    origin: tuple[float, float] | None = None,
+    fill_voids: bool = False,
 ) -> Terrain:
-    terrain = Terrain(str(path), elevation, *cell)
-    heights = np.where(terrain.elevation == UNDECLARED_VOID, np.nan, terrain.elevation)
+    """Make a terrain of an array; SRTM's mark of a void is one here, too.
+
+    Parameters
+    ----------
+    elevation, name, source, crs, origin
+        As for :class:`Terrain`.
+    cell : tuple of float
+        Sides of a cell in metres, east and north.
+    fill_voids : bool
+        Interpolate the voids, which are else impassable.
+
+    Raises
+    ------
+    InputError
+        If the heights are no grid, are all void, or a side is not positive.
+    """
+    heights = Terrain(source or name, np.asarray(elevation), *cell).elevation
+    heights = np.where(heights == UNDECLARED_VOID, np.nan, heights)
     if fill_voids:
         # From the north, as a raster is filled: the interpolation depends on the direction.
         heights = fill(heights[::-1])[::-1]
-    return Terrain(path.stem, heights, *cell, source=str(path))
+    return Terrain(name, heights, *cell, crs, origin, source)

@@ -11,8 +11,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-PACKAGES = ("hdl", "host", "sim")
-DATA = {".cpp", ".hpp", ".json", ".npz", ".toml", ".v", ".vlt"}
+PACKAGES = ("hdl", "host", "pathgene", "sim")
+DATA = {".cpp", ".hpp", ".json", ".npz", ".toml", ".typed", ".v", ".vlt"}
 
 
 @pytest.fixture(scope="module")

@@ -116,7 +116,7 @@ def test_bad_options(planner, options, message):
 
 
 def test_path_with_other_ends():
-    with pytest.raises(ValueError, match=r"^Path must start at \(300\.0, 300\.0, 500\.0\), not "):
+    with pytest.raises(InputError, match=r"^Path must start at \(300\.0, 300\.0, 500\.0\), not "):
         check(PROBLEM, [(0, 0, 500), (3700, 2700, 500)])
 
 

@@ -16,9 +16,9 @@ import grimp
 
 ROOT = Path(__file__).resolve().parents[2]
 #: Folders with Python files of the project.
-FOLDERS = ("hdl", "host", "sim", "bench", "tools", "tests")
+FOLDERS = ("hdl", "host", "pathgene", "sim", "bench", "tools", "tests")
 #: The folders that are packages, tests apart: pytest loads those file by file.
-PACKAGES = ("hdl", "host", "sim", "bench", "tools")
+PACKAGES = ("hdl", "host", "pathgene", "sim", "bench", "tools")
 
 MOST_LINES = 450
 MOST_LINES_OF_ELABORATE = 150
@@ -217,6 +217,7 @@ FORBIDDEN = {
     "its configuration and protocol": ("host/device/chip.py", "from hdl.top import Planner"),
     "The host's layers": ("host/terrain/load.py", "import host.problem.problem"),
     "never by name": ("host/device/boards.py", "from sim.board import scheme"),
+    "a face of the host": ("pathgene/terrain.py", "from sim.board import scheme"),
     "gateware's package only": ("sim/model/core.py", "from host.errors import InputError"),
     "The simulation's layers": ("sim/cache.py", "import sim.board"),
     "Errors are a leaf": ("host/errors.py", "import host.device.link"),

@@ -1,0 +1,109 @@
+"""The terrain of the Python API: the host's, with two ways to make one."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path
+from typing import Self
+
+from numpy.typing import ArrayLike
+
+from host.terrain.grid import Terrain as HostTerrain
+from host.terrain.load import from_array, load
+
+
+__all__ = ["Terrain"]
+
+
+class Terrain(HostTerrain):
+    """Heights at the nodes of a grid; made by :meth:`load` or :meth:`from_array`.
+
+    ``elevation[iy, ix]`` is the height in metres at ``(ix * dx_m, iy * dy_m)`` of the local frame:
+    x to the east, y to the north, origin at the south-west node. NaN is a void.
+    """
+
+    @classmethod
+    def load(
+        cls,
+        source: str | Path,
+        *,
+        cell_m: float | tuple[float, float] | None = None,
+        fill_voids: bool = False,
+    ) -> Self:
+        """Load a terrain by name or from a file.
+
+        A geographic raster is warped to metres (UTM); a projected one is used as it is.
+
+        Parameters
+        ----------
+        source : str or Path
+            ``"jacksboro"``, ``"canyon"``, ``"river"`` or ``"large-canyon"``, which come with the
+            package; a GeoTIFF, an SRTM ``.hgt`` or anything else that rasterio opens; an ``.npz``
+            with ``elevation``, ``dx_m`` and ``dy_m``; or an ``.npy`` with the heights (in both, row
+            0 is the southernmost).
+        cell_m : float or (float, float), optional
+            Side of a cell in metres, or its sides to the east and to the north; for an ``.npy``.
+        fill_voids : bool
+            Interpolate the voids, which no path may cross otherwise.
+
+        Raises
+        ------
+        InputError
+            If there is no such terrain, it cannot be read or is no terrain, or ``cell_m`` is
+            missing, not positive or given for a file that states its own.
+        """
+        cell = None if cell_m is None else _sides(cell_m)
+        return cls._of(load(source, cell=cell, fill_voids=fill_voids))
+
+    @classmethod
+    def from_array(
+        cls,
+        elevation: ArrayLike,
+        cell_m: float | tuple[float, float],
+        *,
+        name: str = "terrain",
+        crs: str | None = None,
+        origin: tuple[float, float] | None = None,
+        fill_voids: bool = False,
+    ) -> Self:
+        """Make a terrain of an array of heights.
+
+        Parameters
+        ----------
+        elevation : array_like
+            Heights in metres, (ny, nx), row 0 the **southernmost**, 2 x 2 or more; NaN is a void.
+        cell_m : float or (float, float)
+            Side of a cell in metres, or its sides to the east and to the north.
+        name : str
+            Name in summaries and pictures.
+        crs : str, optional
+            Projected coordinate reference system of the local frame, ``"EPSG:32616"`` for example.
+            Needed for latitudes and longitudes.
+        origin : (float, float), optional
+            Easting and northing of the south-west node in ``crs``, in its units.
+        fill_voids : bool
+            Interpolate the voids, which no path may cross otherwise.
+
+        Raises
+        ------
+        InputError
+            If the heights are no grid of real numbers, are all void, or a side is not positive.
+        """
+        made = from_array(
+            elevation,
+            _sides(cell_m),
+            name=name,
+            crs=crs,
+            origin=origin,
+            fill_voids=fill_voids,
+        )
+        return cls._of(made)
+
+    @classmethod
+    def _of(cls, terrain: HostTerrain) -> Self:
+        return cls(**{field.name: getattr(terrain, field.name) for field in fields(terrain)})
+
+
+def _sides(cell_m: float | tuple[float, float]) -> tuple[float, float]:
+    """East and north sides of a cell."""
+    return cell_m if isinstance(cell_m, tuple) else (cell_m, cell_m)

@@ -42,8 +42,8 @@ def _variants() -> list[Variant]:
     """Every planner of the registry, those that can from both starts; ga-fpga as the paper, too."""
     variants = []
     for name, entry in PLANNERS.items():
-        starts = ({"init": "random"}, {"init": "astar"}) if "init" in entry.options else ({},)
-        for options in starts:
+        inits = ({"init": "random"}, {"init": "astar"}) if "init" in entry.options else ({},)
+        for options in inits:
             title = f"{name} from astar" if options.get("init") == "astar" else name
             variants.append(Variant(title, name, dict(options)))
         if "initial_draws" in entry.options:

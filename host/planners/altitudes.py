@@ -214,13 +214,13 @@ def _solved(
     # What rounding up may add to a rise, and take from it.
     more = step_m * np.maximum(rises[:, 1:-1], 0).sum(axis=1)
     less = step_m * np.maximum(-rises[:, 1:-1], 0).sum(axis=1)
-    over = np.column_stack((np.zeros((slopes, segments)), -runs))
+    excess = np.column_stack((np.zeros((slopes, segments)), -runs))
     paid = -np.eye(segments, segments + 1)
     matrix = np.concatenate(
         (
             np.column_stack((-above, np.zeros((len(above), segments + 1)))),
-            np.column_stack((rises, over)),
-            np.column_stack((-rises, over)),
+            np.column_stack((rises, excess)),
+            np.column_stack((-rises, excess)),
             np.column_stack((rises[:segments], paid)),
         )
     )

@@ -104,10 +104,10 @@ def astar_paths(
         longer = (lengthened(path, fewest, problem.aircraft.turn_radius_m) for _, path in best)
         paths = [vary.placed(path[1:-1]) for path in longer]
         randoms = [vary.random() for _ in range(int(_RANDOM_SHARE * count))]
-        copies = count - len(paths) - len(randoms)
-        fitted = min(copies, _MOST_FITTED)
+        varied = count - len(paths) - len(randoms)
+        fitted = min(varied, _MOST_FITTED)
         paths += [vary.fitted(vary.copy(paths)) for _ in range(fitted)]
-        paths += [vary.copy(paths) for _ in range(copies - fitted)]
+        paths += [vary.copy(paths) for _ in range(varied - fitted)]
     return paths + randoms
 
 

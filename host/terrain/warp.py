@@ -109,11 +109,11 @@ def largest_rectangle(usable: Bools) -> tuple[slice, slice]:
     tall = np.zeros(columns + 1, dtype=np.int64)
     for row, cells in enumerate(usable):
         tall[:-1] = np.where(cells, tall[:-1] + 1, 0)
-        starts = np.flatnonzero(np.diff(tall, prepend=-1))
-        if starts[-1] != columns:
-            starts = np.append(starts, columns)
+        changes = np.flatnonzero(np.diff(tall, prepend=-1))
+        if changes[-1] != columns:
+            changes = np.append(changes, columns)
         stack: list[tuple[int, int]] = []
-        for column, height in zip(starts.tolist(), tall[starts].tolist(), strict=True):
+        for column, height in zip(changes.tolist(), tall[changes].tolist(), strict=True):
             left = column
             while stack and stack[-1][1] >= height:
                 left, lower = stack.pop()

@@ -48,7 +48,6 @@ OLD_NAMES = {
 #: Files that still break a rule. Each entry goes with the change that mends its file.
 PENDING_LENGTH = {
     "host/cli/parser.py",
-    "host/planners/fpa/kernels.py",
     "tests/cli/test_plan.py",
 }
 PENDING_ELABORATE = {
@@ -59,7 +58,6 @@ PENDING_ELABORATE = {
     "tests/formal/proof_receiver.py",
 }
 PENDING_NAMES = {
-    "bench/quality.py",
     "bench/terrains.py",
     "hdl/command/cell_parser.py",
     "hdl/command/path_parser.py",
@@ -80,9 +78,6 @@ PENDING_NAMES = {
     "hdl/ga_core/population.py",
     "hdl/ga_core/position_counter.py",
     "hdl/top.py",
-    "host/planners/altitudes.py",
-    "host/planners/initial.py",
-    "host/terrain/warp.py",
     "sim/model/checker.py",
     "sim/model/checker_kernels.py",
     "tests/checking.py",
@@ -101,7 +96,6 @@ PENDING_NAMES = {
     "tests/formal/proof_lane_starts.py",
     "tests/formal/proof_lanes.py",
     "tests/payloads.py",
-    "tests/unit/bench/test_quality.py",
     "tests/unit/command/receiver_bench.py",
     "tests/unit/command/test_cell_parser.py",
     "tests/unit/command/test_receiver.py",
@@ -118,8 +112,6 @@ PENDING_NAMES = {
     "tests/unit/ga_core/test_position_counter.py",
     "tests/unit/model/test_checker.py",
     "tests/unit/model/test_selection.py",
-    "tests/unit/planners/fpa/test_kernels.py",
-    "tests/unit/planners/test_grid_search.py",
     "tests/unit/test_control.py",
 }
 

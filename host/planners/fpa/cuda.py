@@ -40,16 +40,8 @@ from host.evaluation.pieces import (
     total_of,
 )
 from host.planners.fpa.engines import Leader, never
-from host.planners.fpa.kernels import (
-    CUT_SHORT,
-    EVALUATED,
-    Pollination,
-    choose_step,
-    is_two_opt,
-    move,
-    reversed_row,
-    to_beat,
-)
+from host.planners.fpa.steps import Pollination, choose_step, move, to_beat
+from host.planners.fpa.two_opt import CUT_SHORT, EVALUATED, is_two_opt, reversed_row
 
 
 __all__ = ["GpuEngine", "is_available", "iteration_kernel"]

@@ -11,14 +11,9 @@ from numpy.typing import NDArray
 
 from host.evaluation import Evaluator
 from host.evaluation.kernels import scratch
-from host.planners.fpa.kernels import (
-    HISTORY_FIELDS,
-    LINE,
-    Counts,
-    Pollination,
-    pollinate_share,
-    shared_state,
-)
+from host.planners.fpa.kernels import HISTORY_FIELDS, LINE, pollinate_share, shared_state
+from host.planners.fpa.steps import Pollination
+from host.planners.fpa.two_opt import Counts
 
 
 __all__ = ["CpuEngine", "Engine", "Leader", "never"]

@@ -1,73 +1,46 @@
-"""One iteration of the flower pollination algorithm, compiled: scalar functions, no allocation.
+"""Iterations of the flower pollination algorithm on a CPU, compiled: scalar code, no allocation.
 
-The same source serves a CPU core, where a thread runs whole solutions, and CUDA, where the threads
-of a block share one. All is synchronous: an iteration reads the population before it alone, and a
-random number is a function of seed, iteration, solution and draw, so that the result does not
-depend on the number of threads.
+A thread runs whole solutions. An iteration reads only the population before it, and a random number
+is a function of seed, iteration, solution and draw, so the result does not depend on the number of
+threads. A candidate replaces its solution if it is strictly better.
 
-Source: Roberge and Tarbouchi, sections 3.3 and 3.4, equations (4) and (5), table 3. Settled where
-they are silent: Levy steps after Mantegna with exponent 1.5, one per coordinate, times 0.1; epsilon
-is uniform in [0, 1] times a bound that falls linearly over the iterations; a flower's partners are
-two different ones, which may be itself; a candidate replaces its solution if it is strictly better.
+Source: *roberge*, sections 3.3 and 3.4. :mod:`host.planners.fpa.cuda` is the same for a GPU.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from host.evaluation.constants import Constants, Flags, Floats
-from host.evaluation.jit import compiled, inlined
+from host.evaluation.jit import compiled
 from host.evaluation.kernels import fitness_above
 from host.planners.fpa.atomic import fetch_add, read, sleep, yield_core
-from host.planners.fpa.philox import uniform, words
+from host.planners.fpa.steps import Pollination, choose_step, move, to_beat
+from host.planners.fpa.two_opt import (
+    CUT_SHORT,
+    EVALUATED,
+    Counts,
+    copy_path,
+    is_two_opt,
+    untangle,
+)
 
 
 __all__ = [
     "BEST_FITNESS",
-    "CUT_SHORT",
     "CUT_SHORT_SO_FAR",
-    "EVALUATED",
     "EVALUATED_SO_FAR",
     "HISTORY_FIELDS",
     "LINE",
     "MEAN_FITNESS",
-    "Counts",
-    "Pollination",
     "Shared",
-    "choose_step",
-    "epsilon_bound",
-    "global_step",
     "improve_share",
-    "is_two_opt",
-    "levy_step",
-    "local_step",
-    "mantegna",
-    "move",
     "pollinate_share",
-    "reversed_row",
     "shared_state",
-    "to_beat",
-    "untangle",
 ]
-
-Counts = NDArray[np.int64]
-
-LEVY_EXPONENT = 1.5
-LEVY_SCALE = 0.1
-# Deviation of Mantegna's numerator; that of the denominator is 1.
-_LEVY_DEVIATION = (
-    math.gamma(1 + LEVY_EXPONENT)
-    * math.sin(math.pi * LEVY_EXPONENT / 2)
-    / (math.gamma((1 + LEVY_EXPONENT) / 2) * LEVY_EXPONENT * 2 ** ((LEVY_EXPONENT - 1) / 2))
-) ** (1 / LEVY_EXPONENT)
 
 # Counters of different threads are as far apart as lines of a cache, in words.
 LINE = 16
-
-# Counters: candidates evaluated to the end, and those given up once they could not be better.
-EVALUATED, CUT_SHORT = 0, 1
 
 # What is told of an iteration, besides the path of the best.
 BEST_FITNESS, MEAN_FITNESS, EVALUATED_SO_FAR, CUT_SHORT_SO_FAR = range(4)
@@ -77,25 +50,6 @@ HISTORY_FIELDS = 4
 # and before it sleeps, some hundred.
 _LOOKS, _YIELDS = 500, 700
 _SLEEP_US = np.uint32(50)
-
-# Draws of a solution in an iteration: its kind of step, epsilon, then one for each coordinate.
-_KIND, _EPSILON, _COORDINATES = 0, 1, 2
-
-
-class Pollination(NamedTuple):
-    """The parameters of table 3 that a step depends on, and the seed.
-
-    ``switch`` is the probability of a global step; epsilon's bound goes from ``first_epsilon`` in
-    iteration 1 to ``last_epsilon`` in iteration ``iterations``. Where ``give_up`` is 0, not 1,
-    candidates that cannot be better are evaluated to the end all the same.
-    """
-
-    seed: np.uint64
-    iterations: int
-    switch: float
-    first_epsilon: float
-    last_epsilon: float
-    give_up: int = 1
 
 
 class Shared(NamedTuple):
@@ -118,173 +72,6 @@ def shared_state(best: int) -> Shared:
     shared = Shared(*np.zeros((5, LINE), dtype=np.int64))
     shared.best[0] = best
     return shared
-
-
-@inlined
-def is_two_opt(iteration: int, every: int) -> bool:
-    """Whether the 2-opt operator follows an iteration; ``every`` is 0 for never."""
-    return every > 0 and iteration % every == 0
-
-
-@inlined
-def mantegna(a: float, b: float) -> float:
-    """A Levy-stable step of exponent 1.5 from two uniform numbers between 0 and 1.
-
-    Box and Muller make two normal numbers u and v of them; the step is ``u / |v|**(1 / 1.5)``.
-    """
-    radius = math.sqrt(-2.0 * math.log(a))
-    u = _LEVY_DEVIATION * radius * math.cos(2.0 * math.pi * b)
-    v = radius * math.sin(2.0 * math.pi * b)
-    step: float = u / math.pow(abs(v), 1.0 / LEVY_EXPONENT)
-    return step
-
-
-@inlined
-def levy_step(seed: np.uint64, iteration: int, solution: int, coordinate: int) -> float:
-    """The Levy step of one coordinate of a solution in an iteration."""
-    w = words(seed, iteration, solution, _COORDINATES + coordinate)
-    return mantegna(uniform(w[0], w[1]), uniform(w[2], w[3]))
-
-
-@inlined
-def global_step(x: float, best: float, levy: float) -> float:
-    """Equation (4) for one coordinate."""
-    return x + LEVY_SCALE * levy * (x - best)
-
-
-@inlined
-def local_step(x: float, one: float, other: float, epsilon: float) -> float:
-    """Equation (5) for one coordinate."""
-    return x + epsilon * (one - other)
-
-
-@inlined
-def epsilon_bound(p: Pollination, iteration: int) -> float:
-    """Largest epsilon of ``iteration``, 1 to ``p.iterations``."""
-    if p.iterations < 2:
-        return p.first_epsilon
-    share = (iteration - 1) / (p.iterations - 1)
-    return p.first_epsilon + share * (p.last_epsilon - p.first_epsilon)
-
-
-@inlined
-def choose_step(
-    p: Pollination,
-    iteration: int,
-    solution: int,
-    count: int,
-) -> tuple[bool, int, int, float]:
-    """Whether a solution's step is global, and for a local one its two partners and epsilon."""
-    w = words(p.seed, iteration, solution, _KIND)
-    one = int(np.int64(w[2] * np.uint64(count) >> np.uint64(32)))
-    other = int(np.int64(w[3] * np.uint64(count - 1) >> np.uint64(32)))
-    if other >= one:
-        other += 1
-    v = words(p.seed, iteration, solution, _EPSILON)
-    epsilon = epsilon_bound(p, iteration) * uniform(v[0], v[1])
-    return uniform(w[0], w[1]) < p.switch, one, other, epsilon
-
-
-@inlined
-def move(
-    p: Pollination,
-    iteration: int,
-    solution: int,
-    coordinate: int,
-    step: tuple[bool, int, int, float],
-    paths: Floats,
-    best: int,
-    box: Floats,
-) -> float:
-    """One coordinate of a solution's candidate, clipped to the airspace.
-
-    Parameters
-    ----------
-    p : Pollination
-    iteration, solution : int
-        Which step of whom.
-    coordinate : int
-        From 0, three to a free waypoint: row ``1 + coordinate // 3`` of the path.
-    step : tuple
-        Of :func:`choose_step`.
-    paths : (m, n, 3) float64, metres
-        The population before the iteration.
-    best : int
-        Its best solution, g*.
-    box : (2, 3) float64, metres
-        Lowest and highest corner of the airspace.
-    """
-    is_global, one, other, epsilon = step
-    row, axis = 1 + coordinate // 3, coordinate % 3
-    x: float = paths[solution, row, axis]
-    if is_global:
-        levy = levy_step(p.seed, iteration, solution, coordinate)
-        x = global_step(x, paths[best, row, axis], levy)
-    else:
-        x = local_step(x, paths[one, row, axis], paths[other, row, axis], epsilon)
-    clipped: float = min(max(x, box[0, axis]), box[1, axis])
-    return clipped
-
-
-@inlined
-def reversed_row(row: int, first: int, last: int) -> int:
-    """Where row ``row`` comes from when rows ``first`` to ``last`` are flown backwards."""
-    return first + last - row if first <= row <= last else row
-
-
-@inlined
-def copy_path(source: Floats, target: Floats) -> None:
-    """Copy a path; both (n, 3)."""
-    for row in range(source.shape[0]):
-        for axis in range(3):
-            target[row, axis] = source[row, axis]
-
-
-@inlined
-def to_beat(p: Pollination, fitness: float) -> float:
-    """What a candidate is measured against until it is given up; nothing is below 0."""
-    return fitness if p.give_up else 0.0
-
-
-@compiled
-def untangle(
-    p: Pollination,
-    path: Floats,
-    fitness: float,
-    candidate: Floats,
-    ground: Floats,
-    zoned: Floats,
-    c: Constants,
-    turns: Floats,
-    pieces: Floats,
-    counts: Counts,
-) -> float:
-    """Run the 2-opt operator on ``path`` (n, 3) until no reversal is better; return its fitness.
-
-    Reversals of the waypoints ``i`` to ``j`` are tried in the order of i, then j; the first that is
-    better replaces the path, and the search starts again. Start and goal stay. It ends because the
-    fitness rises and the orders of the waypoints are finitely many. Section 3.4.
-    """
-    n = path.shape[0]
-    first = 1
-    while first < n - 2:
-        improved = False
-        for last in range(first + 1, n - 1):
-            for row in range(n):
-                source = reversed_row(row, first, last)
-                for axis in range(3):
-                    candidate[row, axis] = path[source, axis]
-            value, exact = fitness_above(
-                candidate, n, ground, zoned, c, to_beat(p, fitness), turns, pieces
-            )
-            counts[EVALUATED if exact else CUT_SHORT] += 1
-            if value > fitness:
-                copy_path(candidate, path)
-                fitness = value
-                improved = True
-                break
-        first = 1 if improved else first + 1
-    return fitness
 
 
 @compiled

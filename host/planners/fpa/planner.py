@@ -16,7 +16,7 @@ from host.planners.astar import DEFAULT_MAX_WAYPOINTS
 from host.planners.base import Options, Progress, Result, Run, Stop
 from host.planners.fpa.engines import CpuEngine, Engine
 from host.planners.fpa.first import first_population
-from host.planners.fpa.kernels import Pollination
+from host.planners.fpa.steps import Pollination
 from host.planners.initial import astar_paths, check_init
 from host.planners.options import ENGINES
 
@@ -48,7 +48,7 @@ class FlowerPollinationPlanner:
     as that makes them better.
 
     Source: *roberge*, sections 3.3 and 3.4, table 3; what it leaves open is settled in
-    :mod:`host.planners.fpa.kernels`. The first waypoints are drawn uniformly over free ground and
+    :mod:`host.planners.fpa.steps`. The first waypoints are drawn uniformly over free ground and
     the height above it; candidates are clipped to the box of
     :class:`~host.planners.airspace.Airspace`. The 2-opt operator follows iterations 20, 40 and so
     on.

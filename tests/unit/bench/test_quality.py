@@ -15,12 +15,12 @@ def test_every_planner_takes_part_from_every_start():
     assert {variant.planner for variant in VARIANTS} == set(PLANNERS)
     assert len({variant.name for variant in VARIANTS}) == len(VARIANTS)
     for name, entry in PLANNERS.items():
-        starts = {
+        inits = {
             variant.options.get("init")
             for variant in VARIANTS
             if variant.planner == name and "initial_draws" not in variant.options
         }
-        assert starts == ({"random", "astar"} if "init" in entry.options else {None})
+        assert inits == ({"random", "astar"} if "init" in entry.options else {None})
     for variant in VARIANTS:
         assert callable(make(variant.planner, **variant.options).plan)
 

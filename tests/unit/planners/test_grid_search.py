@@ -100,7 +100,7 @@ def test_route_is_the_cheapest(wind):
     route = grid.route(surface)
     nodes = [(round(y / 300), round(x / 400)) for x, y in route]
     assert np.array_equal(route[[0, -1]], [problem.start[:2], problem.goal[:2]])
-    passed = {(one, other): over for one, other, over in steps(problem)}
+    passed = {(one, other): cells for one, other, cells in steps(problem)}
     flown = sum(price(one, other, passed[one, other]) for one, other in itertools.pairwise(nodes))
     assert flown == pytest.approx(cheapest(problem, price)[5, 6], rel=1e-12)
 

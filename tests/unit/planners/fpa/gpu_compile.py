@@ -12,7 +12,7 @@ from numba import cuda, typeof, types
 
 from host.evaluation.constants import Constants
 from host.planners.fpa.cuda import iteration_kernel
-from host.planners.fpa.kernels import Pollination
+from host.planners.fpa.steps import Pollination
 
 
 CAPABILITY = 9, 0

@@ -13,7 +13,7 @@ import numpy as np
 from host.evaluation import Evaluator
 from host.planners.airspace import Airspace
 from host.planners.fpa.cuda import GpuEngine
-from host.planners.fpa.kernels import Pollination
+from host.planners.fpa.steps import Pollination
 
 
 def main():

@@ -16,7 +16,7 @@ from host.planners.airspace import Airspace
 from host.planners.base import Options
 from host.planners.fpa.engines import CpuEngine
 from host.planners.fpa.first import first_population
-from host.planners.fpa.kernels import Pollination
+from host.planners.fpa.steps import Pollination
 
 
 ROOT = Path(__file__).resolve().parents[4]

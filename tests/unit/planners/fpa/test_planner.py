@@ -13,7 +13,8 @@ from host.planners.base import Options
 from host.planners.fpa import engines
 from host.planners.fpa.engines import CpuEngine
 from host.planners.fpa.first import first_population
-from host.planners.fpa.kernels import Pollination, is_two_opt
+from host.planners.fpa.steps import Pollination
+from host.planners.fpa.two_opt import is_two_opt
 
 from . import reference
 

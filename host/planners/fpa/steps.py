@@ -1,0 +1,166 @@
+"""Steps of the flower pollination algorithm: parameters, Levy flights, local steps.
+
+A step of a coordinate depends on nothing but the seed, the iteration, the solution and the
+coordinate, so that any number of threads, or a GPU, takes the same steps.
+
+Source: *roberge*, section 3.3, equations (4) and (5), table 3. Settled where they are silent: Levy
+steps after Mantegna with exponent 1.5, one per coordinate, times 0.1; epsilon is uniform in [0, 1]
+times a bound that falls linearly over the iterations; the partners of a solution are two different
+ones, and one of them may be the solution itself.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from host.evaluation.constants import Floats
+from host.evaluation.jit import inlined
+from host.planners.fpa.philox import uniform, words
+
+
+__all__ = [
+    "Pollination",
+    "choose_step",
+    "epsilon_bound",
+    "global_step",
+    "levy_step",
+    "local_step",
+    "mantegna",
+    "move",
+    "to_beat",
+]
+
+LEVY_EXPONENT = 1.5
+LEVY_SCALE = 0.1
+# Deviation of Mantegna's numerator; that of the denominator is 1.
+_LEVY_DEVIATION = (
+    math.gamma(1 + LEVY_EXPONENT)
+    * math.sin(math.pi * LEVY_EXPONENT / 2)
+    / (math.gamma((1 + LEVY_EXPONENT) / 2) * LEVY_EXPONENT * 2 ** ((LEVY_EXPONENT - 1) / 2))
+) ** (1 / LEVY_EXPONENT)
+
+# Draws of a solution in an iteration: its kind of step, epsilon, then one for each coordinate.
+_KIND, _EPSILON, _COORDINATES = 0, 1, 2
+
+
+class Pollination(NamedTuple):
+    """The parameters of table 3 that a step depends on, and the seed.
+
+    ``switch`` is the probability of a global step; epsilon's bound goes from ``first_epsilon`` in
+    iteration 1 to ``last_epsilon`` in iteration ``iterations``. Where ``give_up`` is 0, not 1,
+    candidates that cannot be better are evaluated to the end all the same.
+    """
+
+    seed: np.uint64
+    iterations: int
+    switch: float
+    first_epsilon: float
+    last_epsilon: float
+    give_up: int = 1
+
+
+@inlined
+def mantegna(a: float, b: float) -> float:
+    """A Levy-stable step of exponent 1.5 from two uniform numbers between 0 and 1.
+
+    Box and Muller make two normal numbers u and v of them; the step is ``u / |v|**(1 / 1.5)``.
+    """
+    radius = math.sqrt(-2.0 * math.log(a))
+    u = _LEVY_DEVIATION * radius * math.cos(2.0 * math.pi * b)
+    v = radius * math.sin(2.0 * math.pi * b)
+    step: float = u / math.pow(abs(v), 1.0 / LEVY_EXPONENT)
+    return step
+
+
+@inlined
+def levy_step(seed: np.uint64, iteration: int, solution: int, coordinate: int) -> float:
+    """The Levy step of one coordinate of a solution in an iteration."""
+    w = words(seed, iteration, solution, _COORDINATES + coordinate)
+    return mantegna(uniform(w[0], w[1]), uniform(w[2], w[3]))
+
+
+@inlined
+def global_step(x: float, best: float, levy: float) -> float:
+    """Equation (4) for one coordinate."""
+    return x + LEVY_SCALE * levy * (x - best)
+
+
+@inlined
+def local_step(x: float, one: float, other: float, epsilon: float) -> float:
+    """Equation (5) for one coordinate."""
+    return x + epsilon * (one - other)
+
+
+@inlined
+def epsilon_bound(p: Pollination, iteration: int) -> float:
+    """Largest epsilon of ``iteration``, 1 to ``p.iterations``."""
+    if p.iterations < 2:
+        return p.first_epsilon
+    share = (iteration - 1) / (p.iterations - 1)
+    return p.first_epsilon + share * (p.last_epsilon - p.first_epsilon)
+
+
+@inlined
+def choose_step(
+    p: Pollination,
+    iteration: int,
+    solution: int,
+    count: int,
+) -> tuple[bool, int, int, float]:
+    """Whether a solution's step is global, and for a local one its two partners and epsilon."""
+    w = words(p.seed, iteration, solution, _KIND)
+    one = int(np.int64(w[2] * np.uint64(count) >> np.uint64(32)))
+    other = int(np.int64(w[3] * np.uint64(count - 1) >> np.uint64(32)))
+    if other >= one:
+        other += 1
+    v = words(p.seed, iteration, solution, _EPSILON)
+    epsilon = epsilon_bound(p, iteration) * uniform(v[0], v[1])
+    return uniform(w[0], w[1]) < p.switch, one, other, epsilon
+
+
+@inlined
+def move(
+    p: Pollination,
+    iteration: int,
+    solution: int,
+    coordinate: int,
+    step: tuple[bool, int, int, float],
+    paths: Floats,
+    best: int,
+    box: Floats,
+) -> float:
+    """One coordinate of a solution's candidate, clipped to the airspace.
+
+    Parameters
+    ----------
+    p : Pollination
+    iteration, solution : int
+        Which step of whom.
+    coordinate : int
+        From 0, three to a free waypoint: row ``1 + coordinate // 3`` of the path.
+    step : tuple
+        Of :func:`choose_step`.
+    paths : (m, n, 3) float64, metres
+        The population before the iteration.
+    best : int
+        Its best solution, g*.
+    box : (2, 3) float64, metres
+        Lowest and highest corner of the airspace.
+    """
+    is_global, one, other, epsilon = step
+    row, axis = 1 + coordinate // 3, coordinate % 3
+    x: float = paths[solution, row, axis]
+    if is_global:
+        levy = levy_step(p.seed, iteration, solution, coordinate)
+        x = global_step(x, paths[best, row, axis], levy)
+    else:
+        x = local_step(x, paths[one, row, axis], paths[other, row, axis], epsilon)
+    clipped: float = min(max(x, box[0, axis]), box[1, axis])
+    return clipped
+
+
+@inlined
+def to_beat(p: Pollination, fitness: float) -> float:
+    """What a candidate is measured against until it is given up; nothing is below 0."""
+    return fitness if p.give_up else 0.0

@@ -1,0 +1,349 @@
+"""Golden frames: exchanges of frames with the software model of three chips."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+from urllib.parse import urlencode
+
+from hdl.config import Config
+from hdl.protocol import (
+    BODY_HEADER_BYTES,
+    VERSION,
+    CheckFlag,
+    Command,
+    LinkMode,
+    Status,
+    check_paths_request,
+    check_request,
+    generate_request,
+    map_request,
+    pack_cells,
+    pack_paths,
+    read_request,
+    results_request,
+    start_request,
+    write_request,
+)
+from hdl.protocol.codec import decode_frame, encode_frame
+from sim.model.chip import ChipModel
+from tools.protocol_page.segments import split_reply, split_request, values_of
+
+
+__all__ = ["DEFAULT", "SMALL", "TIMED", "golden_frames"]
+
+#: The chip of the simulated board's URL without options.
+DEFAULT = Config(clocks_per_bit=4)
+#: A chip whose messages are short enough to be read.
+SMALL = DEFAULT.replace(
+    population=8,
+    children=4,
+    survivors=2,
+    inserts=1,
+    deletes=1,
+    max_waypoints=5,
+    map_size=16,
+    coarse_factor=4,
+    altitude_bits=4,
+    lanes=4,
+    receive_buffer=256,
+)
+#: A chip that only checks paths.
+CHECK_ONLY = SMALL.replace(genetic=False)
+#: Fields of COUNTERS that the model gives to within a few cycles a command.
+TIMED = ("clocks", "receive", "transmit")
+
+
+class Recorder:
+    """Host of one model; every exchange is recorded.
+
+    Parameters
+    ----------
+    config : Config
+    """
+
+    def __init__(self, config: Config) -> None:
+        self.config = config
+        self.exchanges: list[dict[str, Any]] = []
+        self._chip = ChipModel(config)
+        self._session = 0
+        self._next = 0
+
+    def say(
+        self,
+        name: str,
+        about: str,
+        command: int,
+        payload: bytes = b"",
+        *,
+        session: int | None = None,
+        sequence: int | None = None,
+        plain: bool = False,
+    ) -> None:
+        """Send one request; ``session`` and ``sequence`` default to the next command's."""
+        session = self._session if session is None else session
+        number = self._next if sequence is None else sequence
+        body = bytes((session, number, command)) + payload
+        reply = self._send(name, about, body, encode_frame(body, plain=plain))
+        if command == Command.OPEN and reply[2] == Status.OK and session != self._session:
+            self._session, self._next = session, 0
+        elif sequence is None and not plain and command != Command.OPEN:
+            self._next = (self._next + (reply[2] == Status.OK)) % 256
+
+    def garble(self, name: str, about: str, frame: bytes) -> None:
+        """Send bytes that hold no good frame."""
+        assert not self._chip.feed(frame)
+        self.exchanges.append(
+            {"name": name, "about": about, "request": {"frame": frame.hex()}, "reply": None}
+        )
+
+    def _send(self, name: str, about: str, body: bytes, frame: bytes) -> bytes:
+        plain = decode_frame(frame[:-1])[1]
+        answer = self._chip.feed(frame)
+        answer_body = decode_frame(answer[:-1])[0] if answer else None
+        request = self._request(body, frame, plain)
+        exchange: dict[str, Any] = {"name": name, "about": about, "request": request, "reply": None}
+        if answer_body is not None:
+            exchange["reply"] = self._reply(body, answer_body, answer, plain)
+        self.exchanges.append(exchange)
+        return answer_body or b"\0\0\xff"
+
+    def _request(self, body: bytes, frame: bytes, plain: bool) -> dict[str, Any]:
+        code = body[2]
+        said = _header(body, frame, plain) | {"code": code}
+        if code not in list(Command):
+            return said
+        command, payload = Command(code), body[BODY_HEADER_BYTES:]
+        said["command"] = command.name
+        if command in (Command.STATUS, Command.CLEAR) and payload:
+            return said  # Of a wrong length.
+        return said | values_of(split_request(self.config, command, payload))
+
+    def _reply(
+        self, request: bytes, body: bytes, frame: bytes, plain: bool
+    ) -> dict[str, Any] | None:
+        status = Status(body[2])
+        said = _header(body, frame, plain) | {"code": body[2], "status": status.name}
+        if status is not Status.OK:
+            return said
+        command = Command(request[2])
+        segments = split_reply(
+            self.config, command, request[BODY_HEADER_BYTES:], body[BODY_HEADER_BYTES:]
+        )
+        return said | values_of(segments)
+
+
+def _header(body: bytes, frame: bytes, plain: bool) -> dict[str, Any]:
+    return {
+        "frame": frame.hex(),
+        "body": body.hex(),
+        "plain": plain,
+        "session": body[0],
+        "sequence": body[1],
+    }
+
+
+def golden_frames() -> dict[str, Any]:
+    """Return the content of ``docs/protocol_frames.json``."""
+    chips = {
+        "small": (SMALL, _tour),
+        "default": (DEFAULT, _short_tour),
+        "check-only": (CHECK_ONLY, _without_core),
+    }
+    told = []
+    for name, (config, drive) in chips.items():
+        recorder = Recorder(config)
+        drive(recorder)
+        told.append(
+            {
+                "name": name,
+                "board": _board_url(config),
+                "config": dataclasses.asdict(config),
+                "exchanges": recorder.exchanges,
+            }
+        )
+    return {"protocol_version": VERSION, "timed": list(TIMED), "chips": told}
+
+
+def _board_url(config: Config) -> str:
+    changes = {
+        name: int(value) if isinstance(value, bool) else value
+        for name, value in dataclasses.asdict(config).items()
+        if value != getattr(DEFAULT, name)
+    }
+    return f"sim:?{urlencode(changes)}" if changes else "sim:"
+
+
+def _pack(config: Config, *waypoints: tuple[int, int, int]) -> list[int]:
+    bits = config.coordinate_bits
+    return [x | y << bits | altitude << 2 * bits for x, y, altitude in waypoints]
+
+
+def _tour(host: Recorder) -> None:
+    """Every command, every status and every way to lose a frame, on the small chip."""
+    config = host.config
+    open_session(host)
+    paths = [
+        _pack(config, *((3 + i + step, 2 + i * step % 7, 3 + step) for step in range(2 + i % 3)))
+        for i in range(config.population)
+    ]
+    _flatten(host)
+    wall = [0, 0, 6, 0, 0, 9, 15, 0, 0, 6, 0, 0]
+    rectangle = map_request(config).pack(x=6, y=4, width=4, height=3)
+    host.say(
+        "MAP",
+        "three rows of four cells; one of them is blocked",
+        Command.MAP,
+        rectangle + pack_cells(config, wall),
+    )
+    start = start_request(config).pack(
+        seed=0x0123456789ABCDEF, x=15, y=15, altitude=14, avoid_ground=0
+    )
+    host.say("START", "generation 0 of a seed", Command.START, start)
+    first = write_request(config).pack(slot=0)
+    host.say("WRITE", "all slots", Command.WRITE, first + pack_paths(config, paths))
+    two = read_request(config).pack(slot=2, count=2)
+    host.say("READ", "slots 2 and 3", Command.READ, two)
+    _generations(host)
+    _checks(host)
+    _errors(host)
+
+
+def open_session(host: Recorder) -> None:
+    """Ask for the chip's session, and open the next."""
+    host.say("INFO", "plain; sequence 5 is the host's own", Command.INFO, sequence=5, plain=True)
+    host.say("OPEN", "the session after the chip's, 0", Command.OPEN, session=1)
+
+
+def _flatten(host: Recorder) -> None:
+    edge = host.config.map_size
+    whole = map_request(host.config).pack(x=0, y=0, width=edge, height=edge)
+    flat = pack_cells(host.config, [0] * edge**2)
+    host.say("MAP whole", "flat ground everywhere", Command.MAP, whole + flat)
+
+
+def _ranked(config: Config, mode: LinkMode, order: list[int]) -> bytes:
+    slots = {f"slot_{rank}": slot for rank, slot in enumerate(order)}
+    return generate_request(config, mode).pack(mode=mode, **slots)
+
+
+def _generations(host: Recorder) -> None:
+    config = host.config
+    order = [3, 0, 7, 1, 6, 2, 5, 4]
+    rank = _ranked(config, LinkMode.RANK, order)
+    recipe = _ranked(config, LinkMode.RECIPE, order)
+    host.say("GENERATE rank", "the order of the slots, best first", Command.GENERATE, rank)
+    latest = host.exchanges[-1]["request"]["sequence"]
+    host.say(
+        "repeated",
+        "the same frame again: not executed again, answered again",
+        Command.GENERATE,
+        rank,
+        sequence=latest,
+    )
+    host.say(
+        "repeated in another mode",
+        "the same command again, in the mode with the short reply",
+        Command.GENERATE,
+        recipe,
+        sequence=latest,
+    )
+    host.say("GENERATE recipe", "the reply says how to rebuild", Command.GENERATE, recipe)
+    population = generate_request(config, LinkMode.POPULATION).pack(mode=LinkMode.POPULATION)
+    host.say(
+        "GENERATE population",
+        "slot 0 holds the best path already, slot 7 the worst",
+        Command.GENERATE,
+        population,
+    )
+
+
+def _checks(host: Recorder) -> None:
+    config = host.config
+    path = _pack(config, (2, 5, 7), (12, 5, 7))
+    over = _pack(config, (2, 5, 14), (7, 12, 14), (12, 5, 12))
+    through = _pack(config, (2, 5, 5), (8, 5, 9), (12, 5, 3))
+    for name, about, flags, points in (
+        ("CHECK", "up to the first hit", CheckFlag(0), path),
+        ("CHECK counting", "every colliding cell of each segment", CheckFlag.COUNT, through),
+        ("CHECK free", "a path that clears the wall", CheckFlag(0), over),
+        ("CHECK brief", "totals only", CheckFlag.COUNT | CheckFlag.BRIEF, path),
+    ):
+        payload = check_request(config).pack(flags=flags) + pack_paths(config, [points])
+        host.say(name, about, Command.CHECK, payload)
+    start, goal = path
+    three = check_paths_request(config).pack(
+        slot=1, count=3, flags=CheckFlag.COUNT, start=start, goal=goal
+    )
+    host.say("CHECK_PATHS", "slots 1 to 3, counting", Command.CHECK_PATHS, three)
+    first = results_request(config).pack(path=0, count=1)
+    host.say("RESULTS", "the first of the three paths once more", Command.RESULTS, first)
+
+
+def _errors(host: Recorder) -> None:
+    config = host.config
+    beyond = read_request(config).pack(slot=7, count=2)
+    host.say("BAD_VALUE", "READ past the last slot", Command.READ, beyond)
+    host.say("BAD_LENGTH", "STATUS has no payload", Command.STATUS, b"\0")
+    host.say("UNKNOWN_COMMAND", "no command has this code", 200)
+    expected = host.exchanges[-1]["request"]["sequence"]
+    host.say(
+        "OUT_OF_ORDER",
+        "two numbers too far; the reply's sequence is the expected one",
+        Command.STATUS,
+        sequence=expected + 2,
+    )
+    host.say(
+        "DUPLICATE",
+        "a number executed before the latest",
+        Command.STATUS,
+        sequence=expected - 2,
+    )
+    host.say("NO_SESSION", "a command of an earlier session", Command.STATUS, session=0)
+    host.say("OPEN refused", "neither the open session nor the next", Command.OPEN, session=3)
+    host.say("OPEN repeated", "the open session: nothing changes", Command.OPEN, session=1)
+    host.say(
+        "plain frame", "a plain frame of another command than INFO", Command.STATUS, plain=True
+    )
+    frame = bytearray(encode_frame(bytes((1, expected, Command.STATUS))))
+    frame[3] ^= 0x40
+    host.garble("bad CRC", "a damaged STATUS: dropped without a reply", bytes(frame))
+    host.garble(
+        "too short", "five bytes where seven are the least", bytes.fromhex("06 07 07 07 07 07 00")
+    )
+    host.garble("cut block", "a delimiter inside a block", bytes.fromhex("09 01 02 03 00"))
+    host.say("STATUS", "the sticky errors tell what has been dropped and refused", Command.STATUS)
+    host.say("CLEAR", "forget the sticky errors", Command.CLEAR)
+    host.say("STATUS cleared", "no error since CLEAR", Command.STATUS)
+    host.say("COUNTERS", "since reset", Command.COUNTERS)
+
+
+def _short_tour(host: Recorder) -> None:
+    """Waypoints of a chip whose widths are no multiples of four."""
+    config = host.config
+    open_session(host)
+    start = start_request(config).pack(seed=1, x=511, y=511, altitude=4094, avoid_ground=1)
+    host.say("START", "new waypoints keep off the ground", Command.START, start)
+    first = write_request(config).pack(slot=30)
+    paths = [
+        _pack(config, (1, 2, 3), (511, 0, 4094)),
+        _pack(config, (300, 301, 302), (0, 511, 0), (7, 77, 777)),
+    ]
+    host.say("WRITE", "the last two slots", Command.WRITE, first + pack_paths(config, paths))
+    two = read_request(config).pack(slot=30, count=2)
+    host.say("READ", "the same two slots", Command.READ, two)
+    cells = pack_cells(config, [1, 2, 4095, 4094, 0x123])
+    row = map_request(config).pack(x=507, y=511, width=5, height=1)
+    host.say("MAP", "five cells of 12 bits are 7.5 bytes, sent as 8", Command.MAP, row + cells)
+
+
+def _without_core(host: Recorder) -> None:
+    """A chip that knows no command of the genetic core."""
+    config = host.config
+    open_session(host)
+    start = start_request(config).pack(seed=1, x=15, y=15, altitude=14, avoid_ground=0)
+    host.say("START", "unknown without a genetic core", Command.START, start)
+    _flatten(host)
+    points = pack_paths(config, [_pack(config, (2, 5, 7), (12, 5, 7))])
+    check = check_request(config).pack(flags=0) + points
+    host.say("CHECK", "a path over flat ground", Command.CHECK, check)

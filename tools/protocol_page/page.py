@@ -1,0 +1,232 @@
+"""The page: a template, filled with tables of layouts and with worked frames."""
+
+from __future__ import annotations
+
+import enum
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from hdl.config import CheckerBuild, Config
+from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, Command, frame_crc, info_values
+from tools.protocol_page.frames import DEFAULT, SMALL
+from tools.protocol_page.segments import Segment, split_reply, split_request, waypoint_layout
+from tools.protocol_page.texts import CODES, COMMANDS, MESSAGES, Field
+
+
+__all__ = ["protocol_page"]
+
+_TEMPLATE = Path(__file__).with_name("page.md")
+#: Sizes that follow from the configuration, in the order of their table.
+_SIZES = {
+    "coordinate_bits": "⌈log₂ map_size⌉",
+    "waypoint_bits": "2 · coordinate_bits + altitude_bits",
+    "waypoint_bytes": "⌈(waypoint_bits + 1) / 8⌉",
+    "blocked_altitude": "2^altitude_bits − 1",
+    "slot_bits": "⌈log₂ population⌉",
+    "child_bits": "⌈log₂ children⌉",
+    "index_bits": "⌈log₂ max_waypoints⌉",
+    "crossovers": "children / 2",
+    "mutators": "perturbs + inserts + deletes",
+    "patches": "perturbs + inserts",
+    "segment_bits": "⌈log₂ (max_waypoints + 1)⌉",
+    "segment_cells_bits": "coordinate_bits + 1",
+    "path_cells_bits": "⌈log₂ ((max_waypoints + 1) · map_size + 1)⌉",
+}
+
+
+def protocol_page(frames: dict[str, Any]) -> str:
+    """Return the content of ``docs/protocol.md``; ``frames`` are the golden ones."""
+    small = {exchange["name"]: exchange for exchange in frames["chips"][0]["exchanges"]}
+    makers: dict[str, Callable[[str], str]] = {
+        "commands": lambda _: _commands(),
+        "codes": _codes,
+        "layout": _layout_table,
+        "sizes": lambda _: _size_table(),
+        "checkers": lambda _: _checkers(),
+        "example": lambda name: _example(small[name]),
+        "board": lambda _: frames["chips"][0]["board"],
+        "version": lambda _: str(frames["protocol_version"]),
+        "waypoint": _waypoint,
+        "unframe": lambda name: _unframe(small[name]["request"]),
+        "hex": lambda name: small[name]["request"]["frame"],
+    }
+
+    def fill(match: re.Match[str]) -> str:
+        kind, _, name = match[1].partition(":")
+        return makers[kind](name)
+
+    return re.sub(r"\{\{([^}]+)\}\}", fill, _TEMPLATE.read_text())
+
+
+def _table(head: tuple[str, ...], rows: Sequence[tuple[object, ...]]) -> str:
+    lines = [head, ("---",) * len(head), *rows]
+    return "\n".join(f"| {' | '.join(map(str, line))} |" for line in lines)
+
+
+def _unframe(said: dict[str, Any]) -> str:
+    frame, body = bytes.fromhex(said["frame"]), bytes.fromhex(said["body"])
+    crc = frame_crc(body, plain=said["plain"]).to_bytes(CRC_BYTES, "little")
+    right = frame_crc(body, plain=True).to_bytes(CRC_BYTES, "little")
+    rows = [
+        ("on the line", frame.hex(" ")),
+        ("without COBS and delimiter", (body + crc).hex(" ")),
+        ("body", body.hex(" ")),
+        ("CRC as sent", crc.hex(" ")),
+        ("CRC, each byte XORed with the version", right.hex(" ")),
+    ]
+    return _table(("Part", "Hex"), [(part, f"`{shown}`") for part, shown in rows])
+
+
+def _waypoint(values: str) -> str:
+    layout = waypoint_layout(DEFAULT)
+    names = [name for name, _ in layout.fields]
+    fields = dict(zip(names, map(int, values.split(",")), strict=True))
+    return layout.pack(**fields).hex(" ")
+
+
+def _commands() -> str:
+    rows = []
+    for command in Command:
+        purpose, request, reply = COMMANDS[command]
+        link = f"[{command.name}](#{command.name.lower()})"
+        rows.append((int(command), link, purpose, request, reply))
+    return _table(("Code", "Command", "Purpose", "Request", "Reply"), rows)
+
+
+def _codes(name: str) -> str:
+    kind = next(kind for kind in CODES if kind.__name__ == name)
+    texts = CODES[kind]
+    if set(texts) != set(kind):
+        raise ValueError(f"Codes of {name} must all have a text")
+    flags = issubclass(kind, enum.Flag)
+    rows = [(code.value, f"`{code.name}`", text) for code, text in texts.items()]
+    return _table(("Bit value" if flags else "Code", "Name", "Meaning"), rows)
+
+
+def _checkers() -> str:
+    texts = {
+        CheckerBuild.NONE: "no checker, no map",
+        CheckerBuild.TWO_TIER: "two-tier: the first two segments on the map, the others coarsely",
+        CheckerBuild.PARALLEL: "parallel: every segment on the map, `lanes` cells a cycle",
+    }
+    numbered = {
+        info_values(DEFAULT.replace(checker=build, lanes=1))["checker"]: text
+        for build, text in texts.items()
+    }
+    return "; ".join(f"{number}: {text}" for number, text in sorted(numbered.items()))
+
+
+def _size_table() -> str:
+    rows: list[tuple[object, ...]] = []
+    for name, formula in _SIZES.items():
+        rows.append((f"`{name}`", formula, getattr(DEFAULT, name), getattr(SMALL, name)))
+    return _table(("Size", "Formula", "Default chip", "Example chip"), rows)
+
+
+def _layout_table(name: str) -> str:
+    """Return the table of one message, for the default chip."""
+    layout_of, texts = MESSAGES[name]
+    for config in (DEFAULT, SMALL):
+        _check_texts(config, name, layout_of(config).fields, texts)
+    places: dict[str, list[tuple[int, int]]] = {}
+    at = 0
+    for field, width in layout_of(DEFAULT).fields:
+        places.setdefault(_base(field, texts), []).append((at, width))
+        at += width
+    in_bytes = all(bit % 8 == 0 for found in places.values() for bit, _ in found)
+    rows = []
+    for field, found in places.items():
+        text = texts[field]
+        first, width = found[0]
+        unit = 8 if in_bytes else 1
+        offset, title = str(first // unit), f"`{field}`"
+        if len(found) > 1:
+            step = (found[1][0] - first) // unit
+            offset += f" + {step}·i"
+            title = f"`{field}_i`, i = 0 … {len(found) - 1}"
+        size = f"{width} (`{text.width}`)" if text.width else str(width)
+        rows.append((offset, size, title, text.values, text.meaning))
+    total = layout_of(DEFAULT)
+    same = total.size == layout_of(SMALL).size
+    size = f"{total.size} byte{'s' * (total.size != 1)}{'' if same else ' on the default chip'}"
+    head = ("Byte" if in_bytes else "Bit", "Bits", "Field", "Values", "Meaning")
+    return f"{size}:\n\n{_table(head, rows)}"
+
+
+def _base(field: str, texts: Mapping[str, Field]) -> str:
+    return field if field in texts else field.rpartition("_")[0]
+
+
+def _check_texts(
+    config: Config,
+    name: str,
+    fields: Sequence[tuple[str, int]],
+    texts: Mapping[str, Field],
+) -> None:
+    bases = [_base(field, texts) for field, _ in fields]
+    if list(dict.fromkeys(bases)) != list(texts):
+        raise ValueError(f"Texts of {name} must be those of its fields, {bases}")
+    for base, (_, width) in zip(bases, fields, strict=True):
+        symbol = texts[base].width
+        if symbol is not None and getattr(config, symbol) != width:
+            raise ValueError(f"Width of {name}.{base} must be {symbol}, not {width}")
+
+
+def _example(exchange: dict[str, Any]) -> str:
+    request, reply = exchange["request"], exchange["reply"]
+    parts = [f"*{exchange['about'][0].upper()}{exchange['about'][1:]}.*", ""]
+    parts += [_frame("Request", request)]
+    body = bytes.fromhex(request["body"])
+    payload = body[BODY_HEADER_BYTES:]
+    command = Command(request["code"])
+    parts += ["", _fields(body, f"{command.name}", split_request(SMALL, command, payload))]
+    parts += ["", _frame("Reply", reply)]
+    answer = bytes.fromhex(reply["body"])
+    segments = split_reply(SMALL, command, payload, answer[BODY_HEADER_BYTES:])
+    parts += ["", _fields(answer, reply["status"], segments)]
+    return "\n".join(parts)
+
+
+def _frame(title: str, said: dict[str, Any]) -> str:
+    shown = bytes.fromhex(said["frame"]).hex(" ")
+    lines = [shown[at : at + 96].rstrip() for at in range(0, len(shown), 96)]
+    return "\n".join([f"{title}:", "", "```text", *lines, "```"])
+
+
+def _fields(body: bytes, code: str, segments: list[Segment]) -> str:
+    """Return the table of a body: a line for each field, waypoint, record and list of cells."""
+    rows: list[tuple[object, ...]] = [
+        (0, f"{body[0]:02x}", "", "session", body[0]),
+        (1, f"{body[1]:02x}", "", "sequence", body[1]),
+        (2, f"{body[2]:02x}", "", "code", f"{body[2]}, {code}"),
+    ]
+    at = BODY_HEADER_BYTES
+    for segment in segments:
+        if segment.kind == "fields":
+            rows += _field_rows(at, segment)
+        else:
+            values = ", ".join(f"{name} {value}" for name, value in segment.values.items())
+            if segment.kind == "cells":
+                values = ", ".join(map(str, segment.values.values()))
+            rows.append(
+                (_span(at, len(segment.data)), segment.data.hex(" "), "", segment.kind, values)
+            )
+        at += len(segment.data)
+    return _table(("Byte", "Hex", "Bits", "Field", "Value"), rows)
+
+
+def _field_rows(at: int, segment: Segment) -> Iterator[tuple[object, ...]]:
+    bit = 0
+    for (field, width), value in zip(segment.layout.fields, segment.values.values(), strict=True):
+        first, last = bit // 8, (bit + width - 1) // 8
+        aligned = bit % 8 == 0 and width % 8 == 0
+        bits = "" if aligned else f"{bit} … {bit + width - 1}" if width > 1 else str(bit)
+        hexed = segment.data[first : last + 1].hex(" ")
+        yield _span(at + first, last - first + 1), hexed, bits, field, value
+        bit += width
+
+
+def _span(first: int, count: int) -> str:
+    return str(first) if count == 1 else f"{first} … {first + count - 1}"

@@ -1,0 +1,180 @@
+"""Payloads taken apart into the layouts of :mod:`hdl.protocol`, one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from hdl.config import Config
+from hdl.protocol import (
+    Command,
+    Layout,
+    LinkMode,
+    check_paths_request,
+    check_reply,
+    check_request,
+    counters_reply,
+    entry_record,
+    generate_request,
+    hit_record,
+    info_reply,
+    map_request,
+    path_record,
+    read_request,
+    recipe_reply,
+    results_request,
+    start_request,
+    status_reply,
+    survivors_reply,
+    write_request,
+)
+
+
+__all__ = ["Segment", "split_reply", "split_request", "values_of", "waypoint_layout"]
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One layout's share of a payload.
+
+    Attributes
+    ----------
+    kind : str
+        ``fields``, ``waypoint``, ``cells``, ``path``, ``hit`` or ``entry``.
+    layout : Layout
+    data : bytes
+    """
+
+    kind: str
+    layout: Layout
+    data: bytes
+
+    @property
+    def values(self) -> dict[str, int]:
+        """Value of each field."""
+        return self.layout.unpack(self.data)
+
+
+_REQUESTS = {
+    Command.START: start_request,
+    Command.WRITE: write_request,
+    Command.READ: read_request,
+    Command.MAP: map_request,
+    Command.CHECK: check_request,
+    Command.CHECK_PATHS: check_paths_request,
+    Command.RESULTS: results_request,
+}
+_REPLIES = {
+    Command.INFO: info_reply,
+    Command.STATUS: status_reply,
+    Command.COUNTERS: counters_reply,
+    Command.CHECK: check_reply,
+    Command.CHECK_PATHS: check_reply,
+}
+
+
+def waypoint_layout(config: Config) -> Layout:
+    """Return the fields of a waypoint as :func:`hdl.protocol.pack_paths` packs them."""
+    return Layout(
+        (
+            ("x", config.coordinate_bits),
+            ("y", config.coordinate_bits),
+            ("altitude", config.altitude_bits),
+            ("last", 1),
+        )
+    )
+
+
+def split_request(config: Config, command: Command, payload: bytes) -> list[Segment]:
+    """Return the segments of a request's payload."""
+    if command is Command.GENERATE:
+        return [Segment("fields", generate_request(config, LinkMode(payload[0])), payload)]
+    if command not in _REQUESTS:
+        return []
+    layout = _REQUESTS[command](config)
+    rest = payload[layout.size :]
+    segments = [Segment("fields", layout, payload[: layout.size])]
+    if command is Command.MAP:
+        fields = segments[0].values
+        count = fields["width"] * fields["height"]
+        cells = Layout(tuple((f"cell_{i}", config.altitude_bits) for i in range(count)))
+        segments.append(Segment("cells", cells, rest))
+    else:
+        segments += _waypoints(config, rest)
+    return segments
+
+
+def split_reply(config: Config, command: Command, request: bytes, payload: bytes) -> list[Segment]:
+    """Return the segments of the payload of the reply to a ``request``'s payload."""
+    if command is Command.READ:
+        return list(_waypoints(config, payload))
+    if command is Command.RESULTS:
+        return list(_results(config, payload))
+    if command is Command.GENERATE:
+        mode = LinkMode(request[0])
+        if mode is LinkMode.POPULATION:
+            return list(_waypoints(config, payload))
+        if mode is LinkMode.RECIPE:
+            return [Segment("fields", recipe_reply(config), payload)]
+        layout = survivors_reply(config)
+        rest = payload[layout.size :]
+        return [
+            Segment("fields", layout, payload[: layout.size]),
+            *_waypoints(config, rest),
+        ]
+    if command not in _REPLIES:
+        return []
+    layout = _REPLIES[command](config)
+    segments = [Segment("fields", layout, payload[: layout.size])]
+    return [*segments, *_results(config, payload[layout.size :])]
+
+
+def _waypoints(config: Config, packed: bytes) -> Iterator[Segment]:
+    size = config.waypoint_bytes
+    for at in range(0, len(packed), size):
+        yield Segment("waypoint", waypoint_layout(config), packed[at : at + size])
+
+
+def _results(config: Config, packed: bytes) -> Iterator[Segment]:
+    at = 0
+
+    def take(kind: str, layout: Layout) -> Segment:
+        nonlocal at
+        at += layout.size
+        return Segment(kind, layout, packed[at - layout.size : at])
+
+    while at < len(packed):
+        path = take("path", path_record(config))
+        yield path
+        if path.values["collision"]:
+            yield take("hit", hit_record(config))
+        for _ in range(path.values["entries"]):
+            yield take("entry", entry_record(config))
+
+
+def values_of(segments: list[Segment]) -> dict[str, Any]:
+    """Return what ``segments`` say: ``fields``, ``paths``, ``cells`` and ``results`` if present."""
+    said: dict[str, Any] = {}
+    path: list[list[int]] = []
+    for segment in segments:
+        values = segment.values
+        match segment.kind:
+            case "fields":
+                said["fields"] = values
+            case "cells":
+                said["cells"] = list(values.values())
+            case "waypoint":
+                *waypoint, last = values.values()
+                path.append(waypoint)
+                if last:
+                    said.setdefault("paths", []).append(path)
+                    path = []
+            case "path":
+                collision = bool(values["collision"])
+                said.setdefault("results", []).append({"collision": collision, "entries": []})
+            case "hit":
+                said["results"][-1]["hit"] = values
+            case _:
+                said["results"][-1]["entries"].append(values)
+    return said

@@ -1,0 +1,297 @@
+"""Texts of the protocol's page: one line for each command, code and field."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+from hdl.config import Config
+from hdl.protocol import (
+    CheckFlag,
+    ChipState,
+    Command,
+    Counter,
+    Layout,
+    LinkMode,
+    Status,
+    StickyError,
+    check_paths_request,
+    check_reply,
+    check_request,
+    counters_reply,
+    entry_record,
+    generate_request,
+    hit_record,
+    info_reply,
+    map_request,
+    path_record,
+    read_request,
+    recipe_reply,
+    results_request,
+    start_request,
+    status_reply,
+    survivors_reply,
+    write_request,
+)
+from tools.protocol_page.segments import waypoint_layout
+
+
+__all__ = ["CODES", "COMMANDS", "MESSAGES", "Field"]
+
+
+@dataclass(frozen=True)
+class Field:
+    """Description of a field.
+
+    Attributes
+    ----------
+    values : str
+        Its range.
+    meaning : str
+    width : str or None
+        Attribute of :class:`hdl.config.Config` that is its width; None if its width is constant.
+    """
+
+    values: str
+    meaning: str
+    width: str | None = None
+
+
+#: Command: what it is for, payload of the request, payload of the reply.
+COMMANDS = {
+    Command.INFO: ("ask what the chip is", "none", "configuration"),
+    Command.OPEN: ("open a session", "none", "none"),
+    Command.STATUS: ("state, generation, sticky errors", "none", "fields"),
+    Command.START: ("seed the random source", "fields", "none"),
+    Command.WRITE: ("paths into slots", "slot, paths", "none"),
+    Command.GENERATE: ("one generation", "link mode, ranking", "by link mode"),
+    Command.READ: ("paths of slots", "slot, count", "paths"),
+    Command.COUNTERS: ("cycles and bytes since reset", "none", "counters"),
+    Command.CLEAR: ("clear the sticky errors", "none", "none"),
+    Command.MAP: ("write a rectangle of the map", "rectangle, cells", "none"),
+    Command.CHECK: ("check one path", "flags, points", "totals, result"),
+    Command.CHECK_PATHS: ("check the paths of slots", "fields", "totals, results"),
+    Command.RESULTS: ("results of the latest check again", "path, count", "results"),
+}
+
+CODES: Mapping[type[Enum], Mapping[Enum, str]] = {
+    Status: {
+        Status.OK: "The command is executed. The reply's payload follows.",
+        Status.DUPLICATE: "The command was executed earlier. Nothing is done or sent again.",
+        Status.OUT_OF_ORDER: "A command is missing. The reply's sequence is the expected number.",
+        Status.NO_SESSION: "Another session is open.",
+        Status.UNKNOWN_COMMAND: "The chip has no such command.",
+        Status.BAD_LENGTH: "The payload is too short or too long for the command.",
+        Status.BAD_VALUE: "A field is outside its range.",
+    },
+    LinkMode: {
+        LinkMode.POPULATION: "The slots are sorted, best first. Reply: the whole new population.",
+        LinkMode.RANK: "The request ranks the slots. Reply: survivors' slots and the children.",
+        LinkMode.RECIPE: "The request ranks the slots. Reply: the recipe of the generation.",
+    },
+    CheckFlag: {
+        CheckFlag.COUNT: "Count the colliding cells of every segment; do not stop at the first.",
+        CheckFlag.BRIEF: "Reply with the totals only.",
+    },
+    ChipState: {
+        ChipState.LISTEN: "No command is at hand.",
+        ChipState.RECEIVE: "A command is parsed.",
+        ChipState.CROSSOVER: "Crossover.",
+        ChipState.MUTATE: "Mutation.",
+        ChipState.UPDATE: "The new population becomes the present one.",
+        ChipState.TRANSMIT: "A reply is made and sent.",
+        ChipState.CHECK: "The collision checker runs.",
+    },
+    StickyError: {
+        StickyError.FRAMING: "A byte had no stop bit.",
+        StickyError.OVERRUN: "A frame was dropped: the receive buffer was full.",
+        StickyError.CRC: "A frame was dropped: its CRC was wrong.",
+        StickyError.MALFORMED: "A frame was dropped: too short, or a zero inside a COBS block.",
+        StickyError.REFUSED: "A command was refused: UNKNOWN_COMMAND, BAD_LENGTH or BAD_VALUE.",
+    },
+}
+
+_SLOT = "0 … population − 1"
+_SEGMENT = Field(
+    "0 … max_waypoints", "Segment, 0 the one from the path's first point", "segment_bits"
+)
+
+_COUNTERS = {
+    Counter.CLOCKS: "Cycles",
+    Counter.RECEIVE: "Cycles in which a frame came in or a command was parsed",
+    Counter.CROSSOVER: "Cycles of crossover",
+    Counter.MUTATION: "Cycles of mutation",
+    Counter.UPDATE: "Cycles of population updates",
+    Counter.TRANSMIT: "Cycles in which a reply was made or sent",
+    Counter.LONGEST: "Cycles of the longest generation since the latest START",
+    Counter.GENERATIONS: "Generations",
+    Counter.REFUSED_MUTATIONS: "Mutations that a limit on the path's length forbade",
+    Counter.BYTES_RECEIVED: "Bytes received, delimiters and damaged frames included",
+    Counter.BYTES_SENT: "Bytes sent before this reply",
+    Counter.FEASIBILITY: "Cycles of the collision checker",
+    Counter.CELLS: "Cells checked, of each path up to its first hit",
+    Counter.READS: "Addresses that the checker gave to the map's memory",
+    Counter.PATHS: "Paths checked",
+    Counter.REDRAWN: "New waypoints drawn again because they lay in the ground",
+    Counter.LEFT_OUT: "Mutations left out because every draw lay in the ground",
+}
+
+#: Layout of each message, and its fields by name; numbered fields by the name before the number.
+MESSAGES: Mapping[str, tuple[Callable[[Config], Layout], Mapping[str, Field]]] = {
+    "waypoint": (
+        waypoint_layout,
+        {
+            "x": Field("0 … map_size − 1", "Column of the map, from the west", "coordinate_bits"),
+            "y": Field("0 … map_size − 1", "Row of the map, from the south", "coordinate_bits"),
+            "altitude": Field("0 … blocked − 1", "Altitude step", "altitude_bits"),
+            "last": Field("0, 1", "1 ends the path"),
+        },
+    ),
+    "info_reply": (
+        info_reply,
+        {
+            "version": Field("1 … 255", "Version of the protocol"),
+            "build_id": Field("any", "Fingerprint of the configuration; a host may ignore it"),
+            "session": Field("0 … 255", "The open session"),
+            "population": Field("power of two, 4 … 256", "Slots"),
+            "children": Field("even, 4 or more", "Paths bred in each generation"),
+            "elites": Field("1 or more", "Best paths that are always kept"),
+            "survivors": Field("1 or more", "Other paths that are kept, drawn at random"),
+            "perturbs": Field("1 or more", "Mutators that move a waypoint"),
+            "inserts": Field("1 or more", "Mutators that insert a waypoint"),
+            "deletes": Field("1 or more", "Mutators that delete a waypoint"),
+            "max_waypoints": Field("3 … 64", "Waypoints of the longest path; the shortest has 2"),
+            "map_size": Field("power of two, 8 … 4096", "Cells along each edge of the map"),
+            "coarse_factor": Field("power of two", "Cells along the edge of a coarse cell"),
+            "altitude_bits": Field("4 … 16", "Width of an altitude"),
+            "box_percent": Field("1 … 100", "Edge of the mutation box, percent of the map's edge"),
+            "rank_survivors": Field("0, 1", "1: survivors are drawn by rank; 0: uniformly"),
+            "clock_hz": Field("1 or more", "Clock of the chip, hertz"),
+            "clocks_per_bit": Field("4 … 65535", "Cycles of a bit on the line"),
+            "receive_buffer": Field("power of two, 256 … 32768", "Credit in bytes, see above"),
+            "genetic": Field("0, 1", "1: the chip has a genetic core"),
+            "checker": Field("see below", "Build of the collision checker"),
+            "lanes": Field("1, 2, 4, 8, 16", "Cells checked in a cycle"),
+            "memory_latency": Field("1, 2", "Cycles from an address of the map to its data"),
+            "redraws": Field("0 … 7", "Further draws of a new waypoint that lies in the ground"),
+        },
+    ),
+    "status_reply": (
+        status_reply,
+        {
+            "state": Field("a state", "State of the chip: always TRANSMIT, since it replies"),
+            "history": Field("8 states", "Latest eight states, 4 bits each, the latest lowest"),
+            "errors": Field("sticky errors", "Errors since reset or CLEAR"),
+            "generation": Field("modulo 2³²", "Generations since START"),
+            "crossover": Field("cycles", "Crossover of the latest generation"),
+            "mutation": Field("cycles", "Mutation of the latest generation"),
+            "update": Field("cycles", "Population update of the latest generation"),
+        },
+    ),
+    "start_request": (
+        start_request,
+        {
+            "seed": Field("any", "Seed of the random source"),
+            "x": Field("0 … map_size − 1", "Highest x of a new waypoint"),
+            "y": Field("0 … map_size − 1", "Highest y of a new waypoint"),
+            "altitude": Field("0 … blocked − 1", "Highest altitude of a new waypoint"),
+            "avoid_ground": Field("0; 1 with a checker", "Draw a waypoint in the ground again"),
+        },
+    ),
+    "write_request": (write_request, {"slot": Field(_SLOT, "First slot")}),
+    "read_request": (
+        read_request,
+        {
+            "slot": Field(_SLOT, "First slot"),
+            "count": Field("1 … population − slot", "Slots"),
+        },
+    ),
+    "generate_request": (
+        lambda config: generate_request(config, LinkMode.RANK),
+        {
+            "mode": Field("link mode", "Form of request and reply"),
+            "slot": Field(_SLOT, "Slots from the best path to the worst: each exactly once"),
+        },
+    ),
+    "survivors_reply": (
+        survivors_reply,
+        {"survivor": Field(_SLOT, "Slot of a survivor before this generation")},
+    ),
+    "recipe_reply": (
+        recipe_reply,
+        {
+            "parent": Field(_SLOT, "Slot of a parent before this generation", "slot_bits"),
+            "survivor": Field(_SLOT, "Slot of a survivor before this generation", "slot_bits"),
+            "applied": Field("0, 1", "1: the mutation was applied"),
+            "child": Field("0 … children − 1", "Child of the mutator", "child_bits"),
+            "index": Field("0 … max_waypoints − 1", "Waypoint of that child", "index_bits"),
+            "waypoint": Field("a waypoint", "New waypoint, without its last bit", "waypoint_bits"),
+            "checksum": Field("CRC-32", "Of the new population as READ of all slots replies"),
+        },
+    ),
+    "counters_reply": (
+        counters_reply,
+        {counter.value: Field("modulo 2⁴⁸", text) for counter, text in _COUNTERS.items()},
+    ),
+    "map_request": (
+        map_request,
+        {
+            "x": Field("0 … map_size − 1", "Westernmost column"),
+            "y": Field("0 … map_size − 1", "Southernmost row"),
+            "width": Field("1 … map_size − x", "Columns"),
+            "height": Field("1 … map_size − y", "Rows"),
+        },
+    ),
+    "check_request": (check_request, {"flags": Field("0 … 3", "Check flags")}),
+    "check_paths_request": (
+        check_paths_request,
+        {
+            "slot": Field(_SLOT, "First slot"),
+            "count": Field("1 … population − slot", "Slots"),
+            "flags": Field("0 … 3", "Check flags"),
+            "start": Field("a waypoint", "First point of every path", "waypoint_bits"),
+            "goal": Field("a waypoint", "Last point of every path", "waypoint_bits"),
+        },
+    ),
+    "results_request": (
+        results_request,
+        {
+            "path": Field("0 … paths − 1", "First path of the latest check"),
+            "count": Field("1 … paths − path", "Paths"),
+        },
+    ),
+    "check_reply": (
+        check_reply,
+        {
+            "cycles": Field("modulo 2³²", "Cycles of the checker"),
+            "reads": Field("modulo 2³²", "Addresses given to the map's memory"),
+            "cells": Field("modulo 2³²", "Cells checked, of each path up to its first hit"),
+        },
+    ),
+    "path_record": (
+        path_record,
+        {
+            "collision": Field("0, 1", "1: the path collides, and a hit record follows"),
+            "entries": Field("0 … 127", "Entry records that follow; 0 unless counting"),
+        },
+    ),
+    "hit_record": (
+        hit_record,
+        {
+            "segment": _SEGMENT,
+            "coarse": Field("0, 1", "1: x and y are a cell of the coarse map"),
+            "x": Field("0 … map_size − 1", "Column of the first hit", "coordinate_bits"),
+            "y": Field("0 … map_size − 1", "Row of the first hit", "coordinate_bits"),
+            "cells": Field("1 or more", "Cells checked up to this one", "path_cells_bits"),
+        },
+    ),
+    "entry_record": (
+        entry_record,
+        {
+            "segment": _SEGMENT,
+            "terrain": Field("0 … map_size", "Its cells in terrain", "segment_cells_bits"),
+            "nofly": Field("0 … map_size", "Its blocked cells", "segment_cells_bits"),
+        },
+    ),
+}

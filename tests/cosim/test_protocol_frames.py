@@ -8,7 +8,7 @@ import pytest
 from hdl.config import Config
 from hdl.protocol import DELIMITER, Command, counters_reply
 from hdl.protocol.codec import decode_frame
-from host.device.boards import start_simulated
+from sim.board.scheme import start_simulated
 from tests.chips import board_url
 
 

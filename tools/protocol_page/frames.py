@@ -212,7 +212,7 @@ def _tour(host: Recorder) -> None:
 def open_session(host: Recorder) -> None:
     """Ask for the chip's session, and open the next."""
     host.say("INFO", "plain; sequence 5 is the host's own", Command.INFO, sequence=5, plain=True)
-    host.say("OPEN", "the session after the chip's, 0", Command.OPEN, session=1)
+    host.say("OPEN", "the session after the chip's, 0", Command.OPEN, session=1, sequence=255)
 
 
 def _flatten(host: Recorder) -> None:

@@ -261,12 +261,12 @@ def _generations(host: Recorder) -> None:
 def _checks(host: Recorder) -> None:
     config = host.config
     path = _pack(config, (2, 5, 7), (12, 5, 7))
-    over = _pack(config, (2, 5, 14), (7, 12, 14), (12, 5, 12))
+    above = _pack(config, (2, 5, 14), (7, 12, 14), (12, 5, 12))
     through = _pack(config, (2, 5, 5), (8, 5, 9), (12, 5, 3))
     for name, about, flags, points in (
         ("CHECK", "up to the first hit", CheckFlag(0), path),
         ("CHECK counting", "every colliding cell of each segment", CheckFlag.COUNT, through),
-        ("CHECK free", "a path that clears the wall", CheckFlag(0), over),
+        ("CHECK free", "a path that clears the wall", CheckFlag(0), above),
         ("CHECK brief", "totals only", CheckFlag.COUNT | CheckFlag.BRIEF, path),
     ):
         payload = check_request(config).pack(flags=flags) + pack_paths(config, [points])

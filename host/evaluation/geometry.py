@@ -18,6 +18,8 @@ __all__ = ["COLLINEAR_RAD", "Arc", "Piece", "Smoothed", "Straight", "smooth"]
 
 # Rounding turns a waypoint on a straight line by up to about 1e-15 rad: no turn at all.
 COLLINEAR_RAD = 1e-12
+# A shorter run counts as 0, as in the kernels, where its square is 0: its slope would overflow.
+_SHORTEST_RUN_M = 1e-160
 
 
 @dataclass(frozen=True)
@@ -147,7 +149,7 @@ def smooth(path: NDArray[np.float64], radius_m: float) -> Smoothed:
     """
     points = [(float(x), float(y), float(z)) for x, y, z in path]
     deltas = [tuple(b - a for a, b in zip(p, q, strict=True)) for p, q in pairwise(points)]
-    runs = [math.hypot(east, north) for east, north, _ in deltas]
+    runs = [_run(east, north) for east, north, _ in deltas]
     interior = range(1, len(points) - 1)
 
     turns = [0.0] * len(points)  # Signed turn angle at each waypoint.
@@ -180,6 +182,11 @@ def smooth(path: NDArray[np.float64], radius_m: float) -> Smoothed:
                 )
             )
     return Smoothed(tuple(pieces), len(interior), possible.count(False))
+
+
+def _run(east: float, north: float) -> float:
+    run = math.hypot(east, north)
+    return run if run >= _SHORTEST_RUN_M else 0.0
 
 
 def _turn(

@@ -244,3 +244,12 @@ def test_ends_that_give_costs_nothing_to_be_relative_to(
     with pytest.raises(InputError) as caught:
         Evaluator(make_problem(start, goal, **options))
     assert str(caught.value) == message
+
+
+def test_a_waypoint_a_hair_beside_the_start_is_above_it(make_problem):
+    evaluator = Evaluator(make_problem((0, 0, 200), (3000, 3000, 200)))
+    above, beside = (
+        np.array([(0, 0, 200), (0, y, 300), (3000, 3000, 200)], dtype=np.float64)
+        for y in (0.0, 2e-311)
+    )
+    assert evaluator.evaluate(beside) == evaluator.evaluate(above)

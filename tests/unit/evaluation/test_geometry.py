@@ -190,3 +190,11 @@ def test_headings_are_continuous_through_arcs(points):
             east, north = before.heading
             turned = (east * cos - north * sin, east * sin + north * cos)
             assert turned == pytest.approx(after.heading, abs=1e-9)
+
+
+@pytest.mark.parametrize("run", [5e-324, 2e-311, 1e-200])
+def test_a_run_whose_square_is_0_is_vertical(run):
+    path = np.array([(0, 0, 100), (0, run, 300), (0, 1000, 300)])
+    vertical, level = smooth(path, 150.0).pieces
+    assert (vertical.run_m, vertical.length_m, vertical.heading) == (0.0, 200.0, (0.0, 0.0))
+    assert (level.run_m, level.rise_m) == (1000.0, 0.0)

@@ -1,0 +1,182 @@
+"""Mutation testing of the gateware: ``python -m tools.mutate --seed 2026 --count 200``.
+
+An alteration changes one operator, one constant or one condition of a file in ``hdl/`` in a copy of
+the project: a comparison or an operation becomes another, an integer grows or shrinks by 1, a
+condition is inverted or dropped. The sites are drawn uniformly from all of the gateware by the
+seed; what is drawn from is in :mod:`tools.mutation.sites`, with the files left out.
+
+The tests that mirror the file look for the alteration first, then those of its package. If they
+pass, the circuits of all tops are compared with the original's: where nothing differs, the
+alteration is equivalent. Else all tests of units, models and records follow, then whole chips in
+simulation. What they let pass is equivalent if the netlists are equal up to names
+(:mod:`tools.netlist`), and otherwise a survivor: a missing test, a needless line, or a proof to
+write.
+
+Each result is a line of JSON in ``build/mutation/``, written when it is known; a second call with
+the same seed on the same sources goes on from there. At the end, the tests that found something run
+on the unaltered copy, where all must pass.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import queue
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from pathlib import Path
+from typing import Any
+
+from sim.cache import build_root
+from tools.mutation.sites import Alteration, draw, gateware_files, sites_of
+from tools.mutation.workshop import Workshop
+
+
+__all__ = ["main", "report", "source_digest"]
+
+#: How far an alteration that lives is followed.
+DEPTHS = ("near", "units", "chips")
+ROOT = Path(__file__).resolve().parents[1]
+
+Entry = dict[str, Any]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run alterations; the exit status is 0 if at least the required share is killed."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tools.mutate", description="Mutation testing of the gateware."
+    )
+    parser.add_argument("--seed", type=int, default=2026, help="of the draw (default 2026)")
+    parser.add_argument("--count", type=int, default=200, help="alterations (default 200)")
+    parser.add_argument("--files", nargs="+", metavar="FILE", help="draw from these files only")
+    parser.add_argument("--jobs", type=int, default=1, help="alterations at a time (default 1)")
+    parser.add_argument("--limit", type=float, default=60.0, help="processor seconds of a test")
+    parser.add_argument(
+        "--depth", choices=DEPTHS, default="chips", help="tests that a survivor meets (all)"
+    )
+    parser.add_argument("--list", action="store_true", help="only say what would be altered")
+    parser.add_argument("--require", type=float, default=0.0, metavar="PERCENT", help="of killed")
+    options = parser.parse_args(arguments)
+
+    files = options.files or gateware_files(ROOT)
+    sites = [site for file in files for site in sites_of(ROOT, file)]
+    drawn = draw(sites, options.seed, options.count)
+    print(f"{len(drawn)} of {len(sites)} sites in {len(files)} files, seed {options.seed}")
+    if options.list:
+        for alteration in drawn:
+            print(f"{alteration.key}    # was {alteration.old}")
+        return 0
+    store = build_root() / "mutation" / f"{source_digest(ROOT)}.jsonl"
+    store.parent.mkdir(parents=True, exist_ok=True)
+    known = read(store)
+    wanted = [one for one in drawn if not is_settled(known.get(one.key), options.depth)]
+    print(f"results: {store}, {len(drawn) - len(wanted)} known", flush=True)
+    with tempfile.TemporaryDirectory(prefix="work.", dir=store.parent) as work:
+        shops = [
+            Workshop(ROOT, Path(work) / str(number), options.limit, depth=options.depth)
+            for number in range(options.jobs)
+        ]
+        for entry in judged(shops, wanted):
+            known[entry["key"]] = entry
+            with store.open("a") as file:
+                file.write(json.dumps(entry) + "\n")
+            print(f"{entry['verdict']:10} {entry['key']}  [{entry['by']}]", flush=True)
+        entries = [known[alteration.key] for alteration in drawn]
+        wrong = verify(shops[0], entries)
+    print(report(entries))
+    if wrong:
+        print("These tests fail on the unaltered sources, too:", *wrong, sep="\n  ")
+        return 1
+    return 0 if share(entries) >= options.require else 1
+
+
+def judged(shops: Sequence[Workshop], alterations: Sequence[Alteration]) -> Iterable[Entry]:
+    """Judge alterations in parallel, one in a workshop at a time; yield results as they come."""
+    free: queue.SimpleQueue[Workshop] = queue.SimpleQueue()
+    for shop in shops:
+        free.put(shop)
+
+    def judge(alteration: Alteration) -> Entry:
+        shop = free.get()
+        try:
+            return shop.judge(alteration).as_dict()
+        finally:
+            free.put(shop)
+
+    with ThreadPoolExecutor(len(shops)) as pool:
+        futures = [pool.submit(judge, alteration) for alteration in alterations]
+        try:
+            for future in as_completed(futures):
+                yield future.result()
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def is_settled(entry: Entry | None, depth: str) -> bool:
+    """Return whether tests of this depth would add nothing to a result."""
+    if entry is None:
+        return False
+    deep_enough = DEPTHS.index(entry["depth"]) >= DEPTHS.index(depth)
+    return entry["verdict"] != "survived" or deep_enough
+
+
+def verify(shop: Workshop, entries: Sequence[Entry]) -> list[str]:
+    """Return the tests that killed an alteration, but fail on the unaltered sources as well."""
+    killers = {entry["by"] for entry in entries if entry["verdict"] == "killed"}
+    return shop.failures(sorted(name for name in killers if name.startswith("tests/")))
+
+
+def read(store: Path) -> dict[str, Entry]:
+    """Return the results of a file by key; the last line may be cut off."""
+    known = {}
+    for line in store.read_text().splitlines() if store.exists() else ():
+        try:
+            entry = json.loads(line)
+        except ValueError:
+            continue
+        known[entry["key"]] = entry
+    return known
+
+
+def share(entries: Sequence[Entry]) -> float:
+    """Return the percentage killed, of those that are not equivalent."""
+    verdicts = Counter(entry["verdict"] for entry in entries)
+    of = len(entries) - verdicts["equivalent"]
+    return 100 * verdicts["killed"] / of if of else 100.0
+
+
+def report(entries: Sequence[Entry]) -> str:
+    """Return the summary: the counts, then each alteration that no test found."""
+    verdicts = Counter(entry["verdict"] for entry in entries)
+    lines = [
+        f"{len(entries)} alterations: {verdicts['killed']} killed, "
+        f"{verdicts['equivalent']} equivalent, {verdicts['survived']} survived; "
+        f"{share(entries):.1f} % of those that change something are killed"
+    ]
+    for verdict in ("equivalent", "survived"):
+        for entry in entries:
+            if entry["verdict"] == verdict:
+                of = entry["alteration"]
+                lines.append(
+                    f"{verdict}: {of['file']}:{of['line']}: {of['old']} -> {of['new']}"
+                    f" ({entry['by']})"
+                )
+    return "\n".join(lines)
+
+
+def source_digest(root: Path) -> str:
+    """Return 12 hexadecimal digits of the gateware and the tests, which decide the results."""
+    state = hashlib.sha256()
+    for name in ("hdl", "tests", "sim", "host"):
+        for path in sorted((root / name).rglob("*.py")):
+            state.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
+    return state.hexdigest()[:12]
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,32 @@
+"""Pytest plugin: a test that takes too much processor time fails, which ends a hanging simulation.
+
+Load it with ``-p tools.mutation.limit``; ``MUTATION_LIMIT`` is the limit in seconds. Time that other
+programs take does not count, so a busy machine fails no test.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+from types import FrameType
+
+import pytest
+
+
+__all__ = ["pytest_runtest_protocol"]
+
+
+def _expire(number: int, frame: FrameType | None) -> None:
+    pytest.fail("limit of processor time reached", pytrace=False)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol() -> Iterator[None]:
+    """Run one test with a timer."""
+    signal.signal(signal.SIGPROF, _expire)
+    signal.setitimer(signal.ITIMER_PROF, float(os.environ.get("MUTATION_LIMIT", "60")))
+    try:
+        return (yield)
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)

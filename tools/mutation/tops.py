@@ -1,0 +1,104 @@
+"""Circuits of the tops that show whether an alteration changes anything.
+
+``python -m tools.mutation.tops small FOLDER`` writes each top of a set as RTLIL, Amaranth's own
+netlist; equal texts are equal circuits. ``verilog`` as a third argument writes Verilog besides, for
+:mod:`tools.netlist`.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from amaranth.back import rtlil, verilog
+
+from hdl.boards import find_board
+from hdl.boards.build import prepare
+from hdl.config import CheckerBuild, Config, SurvivorSelection
+from hdl.top import Planner
+from hdl.zero_init import strip_zero_init
+
+
+__all__ = ["SETS", "main"]
+
+#: Chips that elaborate in seconds: every build, and sizes at the edges of their ranges.
+_SMALL = Config(
+    population=8,
+    children=4,
+    survivors=2,
+    inserts=1,
+    deletes=1,
+    max_waypoints=5,
+    map_size=16,
+    coarse_factor=4,
+    altitude_bits=4,
+    clocks_per_bit=4,
+    receive_buffer=256,
+    checker=CheckerBuild.NONE,
+)
+_SMALL_CHIPS: dict[str, Config] = {
+    "small": _SMALL,
+    "two_tier": _SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
+    "parallel": _SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4),
+    "by_rank": _SMALL.replace(
+        elites=1, survivors=3, box_percent=100, survivor_selection=SurvivorSelection.RANK
+    ),
+}
+#: The shipped sizes, further builds, and one board of each family.
+_CHIPS: dict[str, Config] = {
+    "default": Config(),
+    "no_checker": Config(checker=CheckerBuild.NONE, lanes=1),
+    "default_two_tier": Config(checker=CheckerBuild.TWO_TIER, lanes=1),
+    "check_only": Config(genetic=False),
+    "check_only_two_tier": Config(genetic=False, checker=CheckerBuild.TWO_TIER, lanes=1),
+    "lanes_16": Config(lanes=16),
+    "lanes_2": _SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=2),
+    "lanes_1": _SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=1),
+    "odd": _SMALL.replace(max_waypoints=20, survivors=1, elites=1, children=6, deletes=3),
+}
+_BOARDS = ("ulx3s-85f", "arty-a7-100", "icebreaker")
+
+
+def _planner(config: Config, stem: Path, verilog_too: bool) -> None:
+    text = rtlil.convert(Planner(config), name="planner", emit_src=False)
+    stem.with_suffix(".il").write_text(text)
+    if verilog_too:
+        converted = verilog.convert(Planner(config), name="planner", emit_src=False)
+        stem.with_suffix(".v").write_text(strip_zero_init(converted))
+
+
+def _board(name: str, stem: Path, verilog_too: bool) -> None:
+    prepare(find_board(name), stem)
+    for file in sorted(stem.glob("*.v")):
+        stem.with_suffix(".il").write_bytes(file.read_bytes())
+        if verilog_too:
+            stem.with_suffix(".v").write_bytes(file.read_bytes())
+
+
+Writer = Callable[[Path, bool], None]
+
+
+def _writers(chips: dict[str, Config], boards: Sequence[str]) -> dict[str, Writer]:
+    found: dict[str, Writer] = {}
+    for name, config in chips.items():
+        found[name] = lambda stem, both, config=config: _planner(config, stem, both)  # type: ignore[misc]
+    for name in boards:
+        found[name] = lambda stem, both, name=name: _board(name, stem, both)  # type: ignore[misc]
+    return found
+
+
+#: Tops by name: those of seconds, and those of minutes.
+SETS = {"small": _writers(_SMALL_CHIPS, ()), "large": _writers(_CHIPS, _BOARDS)}
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Write one set to a folder; returns the exit status."""
+    which, folder, *rest = arguments
+    for name, write in SETS[which].items():
+        write(Path(folder) / name, rest == ["verilog"])
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

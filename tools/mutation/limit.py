@@ -1,7 +1,7 @@
-"""Pytest plugin: a test that takes too much processor time fails, which ends a hanging simulation.
+"""Pytest plugin: a limit of processor time for each test, which ends a hanging simulation.
 
-Load it with ``-p tools.mutation.limit``; ``MUTATION_LIMIT`` is the limit in seconds. Time that other
-programs take does not count, so a busy machine fails no test.
+Load it with ``-p tools.mutation.limit``; ``MUTATION_LIMIT`` is the limit in seconds. Time of other
+programs does not count, so a busy machine fails no test.
 """
 
 from __future__ import annotations

@@ -43,7 +43,7 @@ def suites(root: Path, file: str) -> list[list[str]]:
     inside = sorted((unit / relative.parent).glob("test_*.py")) if package else []
     inside += [path for path in every if package and (unit / package) in path.parents]
     rest = [
-        *(unit / f"test_{name}.py" for name in ("config", "control", "zero_init", "verilog")),
+        *(unit / f"test_{name}.py" for name in ("config", "control", "verilog")),
         *every,
         *sorted((unit / "model").glob("test_*.py")),
         *sorted((unit / "device").glob("test_*.py")),

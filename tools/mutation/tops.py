@@ -17,7 +17,7 @@ from hdl.boards import find_board
 from hdl.boards.build import prepare
 from hdl.config import CheckerBuild, Config, SurvivorSelection
 from hdl.top import Planner
-from hdl.zero_init import strip_zero_init
+from hdl.verilog import strip_zero_init
 
 
 __all__ = ["SETS", "main"]

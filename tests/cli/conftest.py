@@ -20,6 +20,13 @@ ENDS = (
     "--nofly-circle",
     "3000,2000,400",
 )
+WALL = [part for y in range(0, 4001, 400) for part in ("--nofly-circle", f"3000,{y},300")]
+#: What a plan writes.
+FILES = ["path.geojson", "path.png", "summary.json", "terrain.npz"]
+
+
+def summary_in(out):
+    return json.loads((out / "summary.json").read_text())
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,93 @@
+"""The parser of a command, and converters of its arguments."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import NoReturn, TypeAlias
+
+from host.errors import InputError
+
+
+__all__ = ["Commands", "Parser", "add_command", "add_command_group", "cell_sides", "numbers"]
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser that raises :class:`InputError` and accepts no abbreviated options."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise the message of argparse as one sentence."""
+        raise InputError(f"{message[:1].upper()}{message[1:]}; see {self.prog} --help.")
+
+
+#: The object that commands are added to.
+Commands: TypeAlias = "argparse._SubParsersAction[Parser]"
+
+
+def add_command(
+    commands: Commands,
+    name: str,
+    target: str,
+    summary: str,
+    example: str,
+) -> Parser:
+    """Add a command with the options that every command has.
+
+    Parameters
+    ----------
+    commands : Commands
+        The commands to add to.
+    name : str
+        Name of the command.
+    target : str
+        ``module:function`` in :mod:`host.cli` that runs the command.
+    summary : str
+        One line of help, without a full stop.
+    example : str
+        A command line that works.
+    """
+    parser: Parser = commands.add_parser(
+        name,
+        allow_abbrev=False,
+        help=summary,
+        description=f"{summary}.",
+        epilog=f"Example: {example}",
+    )
+    parser.set_defaults(command=target)
+    parser.add_argument("--json", action="store_true", help="print JSON on standard output")
+    parser.add_argument("--debug", action="store_true", help="show a traceback with an error")
+    return parser
+
+
+def add_command_group(commands: Commands, name: str, summary: str, example: str) -> Commands:
+    """Add a command that has commands itself; return the object that they are added to."""
+    parser: Parser = commands.add_parser(
+        name,
+        allow_abbrev=False,
+        help=summary,
+        description=f"{summary}.",
+        epilog=f"Example: {example}",
+    )
+    return parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+
+
+def numbers(names: str) -> Callable[[str], tuple[float, ...]]:
+    """Return a converter of as many comma-separated numbers as ``names`` has."""
+
+    def convert(text: str) -> tuple[float, ...]:
+        parts = text.split(",")
+        try:
+            values = tuple(map(float, parts))
+        except ValueError:
+            values = ()
+        if len(values) != len(names.split(",")):
+            raise argparse.ArgumentTypeError(f"must be numbers {names}, not {text!r}")
+        return values
+
+    return convert
+
+
+def cell_sides(text: str) -> tuple[float, float]:
+    """Convert ``DX`` or ``DX,DY`` to the two sides of a cell."""
+    dx, *dy = numbers("DX,DY" if "," in text else "DX")(text)
+    return dx, dy[0] if dy else dx

@@ -1,0 +1,28 @@
+"""Arguments of ``pathgene check``."""
+
+from __future__ import annotations
+
+from host.cli.arguments.base import Commands, add_command
+from host.cli.arguments.problem import add_problem
+
+
+__all__ = ["add_check"]
+
+
+def add_check(commands: Commands) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "check",
+        "check:run",
+        "Evaluate a given path",
+        "pathgene check --terrain tile.tif --path out/path.geojson --json",
+    )
+    parser.add_argument(
+        "--path",
+        metavar="FILE",
+        required=True,
+        help="GeoJSON, CSV with the header x,y,z, or a summary.json, which also supplies the "
+        "options that are not given",
+    )
+    add_problem(parser, ends_required=False)

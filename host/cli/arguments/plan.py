@@ -1,0 +1,49 @@
+"""Arguments of ``pathgene plan``."""
+
+from __future__ import annotations
+
+from host.cli.arguments.base import Commands, add_command
+from host.cli.arguments.problem import add_problem
+from host.cli.arguments.search import add_own_options, add_search
+from host.planners import DEFAULT, PLANNERS
+
+
+__all__ = ["add_plan"]
+
+
+def add_plan(commands: Commands) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "plan",
+        "plan:run",
+        "Plan a path and write it with a summary and a picture",
+        "pathgene plan --terrain tile.tif --start 1200,1200,100 --goal 14000,14000,100 --agl "
+        "--nofly-circle 7000,7000,900 --board sim: --out out",
+    )
+    add_problem(parser, ends_required=True)
+    group = parser.add_argument_group("planning")
+    group.add_argument(
+        "--planner",
+        metavar="NAME",
+        default=DEFAULT,
+        help=f"one of {', '.join(PLANNERS)} (default %(default)s)",
+    )
+    add_search(group)
+    group.add_argument(
+        "--seed",
+        type=int,
+        metavar="N",
+        default=0,
+        help="seed of all random draws; the same seed gives the same result (default %(default)s)",
+    )
+    group.add_argument(
+        "--out", metavar="DIR", default="out", help="directory to write to (default %(default)s)"
+    )
+    group.add_argument(
+        "--no-picture",
+        dest="picture",
+        action="store_false",
+        help="do not draw path.png, and remove one of an earlier run",
+    )
+    add_own_options(parser)

@@ -23,7 +23,7 @@ from hdl.protocol import (
 )
 
 
-__all__ = ["FieldDecoder", "request_fields"]
+__all__ = ["FieldDecoder", "payload_commands", "request_fields"]
 
 #: Commands of which more follows; all others end with their fixed fields.
 FOLLOWED = (Command.WRITE, Command.GENERATE, Command.MAP, Command.CHECK)
@@ -55,6 +55,11 @@ def request_fields(config: Config) -> dict[Command, Layout]:
     return fields
 
 
+def payload_commands(config: Config) -> list[Command]:
+    """Return the commands of the chip whose fixed fields a payload follows."""
+    return [command for command in FOLLOWED if command in request_fields(config)]
+
+
 class FieldDecoder(wiring.Component):
     """Reads the fixed fields of a request.
 
@@ -68,8 +73,8 @@ class FieldDecoder(wiring.Component):
     -------
     code : In(8)
         One of the commands in :func:`request_fields`.
-    packed : In(8 * size)
-        The bytes of its fields, the last one highest; ``size`` is that of the longest.
+    byte, take : In(8), In(1)
+        A byte of its fields, taken in the cycles in which ``take`` is high.
     ended : In(1)
         Nothing follows.
     checked : In(9)
@@ -95,13 +100,16 @@ class FieldDecoder(wiring.Component):
         self.config = config
         self._fields = request_fields(config)
         self.size = max(layout.size for layout in self._fields.values())
+        # The bytes of the fields, the last one highest.
+        self._packed = Signal(8 * self.size)
         self.start_layout = start_layout(config)
         self.rectangle_layout = struct(map_request(config))
         self.check_layout = check_layout(config)
         super().__init__(
             {
                 "code": In(8),
-                "packed": In(8 * self.size),
+                "byte": In(8),
+                "take": In(1),
                 "ended": In(1),
                 "checked": In(9),
                 "status": Out(8),
@@ -118,6 +126,9 @@ class FieldDecoder(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
+
+        with m.If(self.take):
+            m.d.sync += self._packed.eq(Cat(self._packed[8:], self.byte))
 
         m.d.comb += self.kind.eq(AnswerKind.EMPTY)
         if Command.START in self._fields:
@@ -176,7 +187,7 @@ class FieldDecoder(wiring.Component):
     def _of(self, command):
         layout = self._fields[command]
         start = 8 * (self.size - layout.size)
-        return data.View(struct(layout), self.packed[start : start + layout.bits])
+        return data.View(struct(layout), self._packed[start : start + layout.bits])
 
     # Each sets how to answer, and returns whether a value is out of its range.
 

@@ -1,18 +1,13 @@
 """Receiving unit: takes one request and hands it to the core or to the checker."""
 
-from functools import reduce
-from operator import or_
-
 from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.command.cell_parser import CellParser
-from hdl.command.field_decoder import FieldDecoder, request_fields
+from hdl.command.field_decoder import FieldDecoder, payload_commands, request_fields
+from hdl.command.header_comparator import HeaderComparator
 from hdl.command.layouts import AnswerKind, answer_layout, request_layout
-from hdl.command.path_parser import PathParser
-from hdl.command.point_parser import PointParser
-from hdl.command.ranking_parser import RankingParser
+from hdl.command.payload_dispatcher import PayloadDispatcher
 from hdl.config import CheckerBuild, Config
 from hdl.layouts import (
     cell_layout,
@@ -26,6 +21,27 @@ from hdl.protocol import Command, Status, StickyError
 
 
 __all__ = ["CommandReceiver"]
+
+
+class _Request:
+    """Registers of the request at hand, which the states of the receiver share.
+
+    Parameters
+    ----------
+    size : int
+        Most bytes of fixed fields.
+    """
+
+    def __init__(self, size: int):
+        self.taken = Signal()  # A byte is taken in this cycle.
+        self.ended = Signal()  # The last byte has been taken.
+        self.code = Signal(8)
+        self.repeated = Signal()  # Executed before: it is answered only.
+        self.collecting = Signal()  # Fixed fields are coming in,
+        self.left = Signal(range(size + 1))  # and these many bytes of them are to come.
+        self.verdict = Signal(8)  # Status that the parser gives.
+        self.refused = Signal()
+        self.cleared = Signal()
 
 
 class CommandReceiver(wiring.Component):
@@ -138,123 +154,39 @@ class CommandReceiver(wiring.Component):
         m = Module()
         config = self.config
 
-        m.submodules.fixed_fields = fixed_fields = FieldDecoder(config)
-        takers = {}
-        if config.genetic:
-            m.submodules.path_writer = path_writer = PathParser(config)
-            m.submodules.order_taker = order_taker = RankingParser(config)
-            takers |= {Command.WRITE: path_writer, Command.GENERATE: order_taker}
-            connect(m, path_writer.writes, flipped(self.writes))
-            connect(m, order_taker.ranking, flipped(self.ranking))
-            m.d.comb += [
-                self.starts.p.eq(fixed_fields.start),
-                path_writer.slot.eq(fixed_fields.write_slot),
-                order_taker.identity.eq(fixed_fields.identity),
-                order_taker.ranked.eq(self.ranked),
-            ]
-        if self.has_checker:
-            m.submodules.cell_writer = cell_writer = CellParser(config)
-            m.submodules.point_taker = point_taker = PointParser(config)
-            takers |= {Command.MAP: cell_writer, Command.CHECK: point_taker}
-            connect(m, cell_writer.writes, flipped(self.cells))
-            connect(m, point_taker.points, flipped(self.points))
-            m.d.comb += [
-                cell_writer.rectangle.eq(fixed_fields.rectangle),
-                self.checks.eq(fixed_fields.checks),
-                fixed_fields.checked.eq(self.checked),
-            ]
-
-        byte = self.requests.p.data
-        take = Signal()
-        ended = Signal()  # The last byte has been taken.
-        code = Signal(8)
-        expected = Signal(8)
-        repeated = Signal()
-        packed = Signal(8 * fixed_fields.size)
-        left = Signal(range(fixed_fields.size + 1))  # Bytes of the fixed fields.
+        m.submodules.fields = fields = FieldDecoder(config)
+        m.submodules.payload = payload = PayloadDispatcher(config)
+        m.submodules.header = header = HeaderComparator()
+        request = _Request(fields.size)
+        expected = Signal(8)  # Number of the next command.
+        self._connect(m, request, fields, payload)
         m.d.comb += [
             self.pending.eq(self.requests.valid),
-            take.eq(self.requests.valid & self.requests.ready),
-            fixed_fields.code.eq(code),
-            fixed_fields.packed.eq(packed),
-            fixed_fields.ended.eq(ended),
-        ]
-        with m.If(take):
-            m.d.sync += ended.eq(self.requests.p.last)
-
-        # Who takes the rest is known from the code, long before it is turned on by a register of
-        # its own: neither code nor state are looked at in the middle of what the takers do.
-        takes_rest = Signal()
-        rest_taken = Signal()
-        demanded = []
-        overs = []
-        statuses = []
-        for command, taker in takers.items():
-            meant = Signal(name=f"{command.name.lower()}_meant", reset_less=True)
-            on = Signal(name=f"{command.name.lower()}_on")
-            m.d.sync += [
-                meant.eq(code == command),
-                on.eq((on | (takes_rest & meant)) & ~rest_taken),
-            ]
-            m.d.comb += [
-                taker.on.eq(on),
-                taker.repeated.eq(repeated),
-                taker.ended.eq(ended),
-                taker.bytes.valid.eq(on & self.requests.valid & ~ended),
-                taker.bytes.payload.eq(byte),
-            ]
-            demanded.append(on & taker.bytes.ready)
-            overs.append(on & taker.over)
-            statuses.append(Mux(on, taker.status, 0))
-        m.d.comb += rest_taken.eq(Cat(overs).any())
-
-        # The fixed fields.
-        collecting = Signal()
-        collect = Signal()
-        m.d.comb += collect.eq(collecting & self.requests.valid & ~ended)
-        with m.If(collect):
-            m.d.sync += [packed.eq(Cat(packed[8:], byte)), left.eq(left - 1)]
-
-        # What the header says, registered while the rest of it comes in.
-        at_hand = Signal()  # Its session is the open one,
-        next_session = Signal()  # or the one after that.
-        present = Signal()  # Its number is the expected one,
-        previous = Signal()  # or the one before,
-        future = Signal()  # or one that is to come.
-        ahead = Signal(8)
-        m.d.comb += ahead.eq(self.answer.sequence - expected)
-        m.d.sync += [
-            at_hand.eq(self.answer.session == self.session),
-            next_session.eq(self.answer.session == (self.session + 1)[:8]),
-            present.eq(ahead == 0),
-            previous.eq(ahead == 255),
-            future.eq((ahead != 0) & (ahead < 129)),
+            header.session.eq(self.answer.session),
+            header.sequence.eq(self.answer.sequence),
+            header.open_session.eq(self.session),
+            header.expected.eq(expected),
         ]
 
-        verdict = Signal(8)  # Of the taker.
-        refused = Signal()
-        cleared = Signal()
-        m.d.sync += [refused.eq(0), cleared.eq(0)]
+        m.d.comb += request.taken.eq(self.requests.valid & self.requests.ready)
+        with m.If(request.taken):
+            m.d.sync += request.ended.eq(self.requests.p.last)
+        with m.If(fields.take):
+            m.d.sync += request.left.eq(request.left - 1)
+
+        m.d.sync += [request.refused.eq(0), request.cleared.eq(0)]
         m.d.sync += self.errors.eq(
-            Mux(cleared, 0, self.errors)
+            Mux(request.cleared, 0, self.errors)
             | self.line_errors
-            | Mux(refused, StickyError.REFUSED.value, 0)
+            | Mux(request.refused, StickyError.REFUSED.value, 0)
         )
 
         if self.has_checker:
             m.d.sync += self.forget.eq(0)
 
-        def answer_with(status):
-            m.d.sync += [self.answer.status.eq(status), self.answer.kind.eq(AnswerKind.EMPTY)]
-
-        def refuse(status):
-            answer_with(status)
-            m.d.sync += refused.eq(1)
-            m.next = "Drain"
-
         with m.FSM():
             with m.State("Off"):
-                m.d.sync += [ended.eq(0), repeated.eq(0)]
+                m.d.sync += [request.ended.eq(0), request.repeated.eq(0)]
                 if config.genetic:
                     m.d.sync += self.generate.eq(0)
                 if self.has_checker:
@@ -262,111 +194,36 @@ class CommandReceiver(wiring.Component):
                 with m.If(self.on):
                     m.next = "Session"
 
-            with m.State("Session"):
-                m.d.comb += self.requests.ready.eq(1)
-                m.d.sync += [
-                    self.answer.session.eq(byte),
-                    self.answer.plain.eq(self.requests.p.plain),
-                    self.answer.kind.eq(AnswerKind.EMPTY),
-                    self.answer.status.eq(Status.OK),
-                ]
-                with m.If(take):
-                    m.next = "Sequence"
+            self._take_header(m, request)
 
-            with m.State("Sequence"):
-                m.d.comb += self.requests.ready.eq(1)
-                m.d.sync += self.answer.sequence.eq(byte)
-                with m.If(take):
-                    m.next = "Code"
-
-            with m.State("Code"):
-                m.d.comb += self.requests.ready.eq(1)
-                m.d.sync += code.eq(byte)
-                with m.If(take):
-                    m.next = "Decode"
-
-            with m.State("Decode"):
-                m.next = "Drain"
-                with m.If(self.answer.plain):
-                    m.d.sync += self.answer.kind.eq(
-                        Mux(code == Command.INFO, AnswerKind.INFO, AnswerKind.SILENCE)
-                    )
-                with m.Elif(code == Command.OPEN):
-                    with m.If(next_session):
-                        m.d.sync += [self.session.eq(self.answer.session), expected.eq(0)]
-                    with m.Elif(~at_hand):
-                        answer_with(Status.NO_SESSION)
-                with m.Elif(~at_hand):
-                    answer_with(Status.NO_SESSION)
-                with m.Elif(future):
-                    answer_with(Status.OUT_OF_ORDER)
-                    m.d.sync += self.answer.sequence.eq(expected)
-                with m.Elif(~present & ~previous):
-                    answer_with(Status.DUPLICATE)
-                with m.Else():
-                    m.d.sync += repeated.eq(previous)
-                    with m.Switch(code):
-                        for command, layout in request_fields(config).items():
-                            with m.Case(command):
-                                m.d.sync += [
-                                    left.eq(layout.size),
-                                    collecting.eq(layout.size != 0),
-                                ]
-                                m.next = "Fixed" if layout.size else "Weigh"
-                        with m.Default():
-                            refuse(Status.UNKNOWN_COMMAND)
+            with m.State("Judge header"):
+                self._judge_header(m, request, header, expected)
 
             with m.State("Drain"):
-                m.d.comb += self.requests.ready.eq(~ended)
-                with m.If(ended):
+                m.d.comb += self.requests.ready.eq(~request.ended)
+                with m.If(request.ended):
                     m.d.sync += self.over.eq(1)
-                    m.next = "Over"
+                    m.next = "Done"
 
-            with m.State("Fixed"):
-                m.d.comb += self.requests.ready.eq(~ended)
-                with m.If(ended):
-                    m.d.sync += collecting.eq(0)
-                    refuse(Status.BAD_LENGTH)
-                with m.Elif(collect & (left == 1)):
-                    m.d.sync += collecting.eq(0)
-                    m.next = "Weigh"
+            with m.State("Fields"):
+                m.d.comb += self.requests.ready.eq(~request.ended)
+                with m.If(request.ended):
+                    m.d.sync += request.collecting.eq(0)
+                    self._refuse(m, request, Status.BAD_LENGTH)
+                with m.Elif(fields.take & (request.left == 1)):
+                    m.d.sync += request.collecting.eq(0)
+                    m.next = "Decode fields"
 
-            with m.State("Weigh"):
-                m.next = "Weigh again"
+            # The decoder needs two cycles.
+            with m.State("Decode fields"):
+                m.next = "Fields decoded"
 
-            with m.State("Weigh again"):
-                m.next = "Judge"
+            with m.State("Fields decoded"):
+                m.next = "Judge fields"
 
-            with m.State("Judge"):
-                m.d.sync += [
-                    self.answer[name].eq(getattr(fixed_fields, name))
-                    for name in ("kind", "slot", "count")
-                ]
-                m.d.comb += takes_rest.eq(fixed_fields.status == Status.OK)
-                m.next = "Executed"
-                with m.Switch(code):
-                    with m.Case(*takers):
-                        m.next = "Rest"
-                    if config.genetic:
-                        with m.Case(Command.START):
-                            with m.If(~repeated):
-                                m.next = "Start"
-                if self.has_checker:
-                    m.d.sync += self.forget.eq(
-                        (code == Command.CHECK) | (code == Command.CHECK_PATHS)
-                    )
-                    m.d.sync += self.check.eq(
-                        (code == Command.CHECK_PATHS)
-                        & ~repeated
-                        & (fixed_fields.status == Status.OK)
-                    )
-                with m.If(fixed_fields.status != Status.OK):
-                    refuse(fixed_fields.status)
-                with m.Elif(code == Command.CLEAR):
-                    m.d.sync += cleared.eq(~repeated)
-                if config.genetic:
-                    with m.Elif(code == Command.START):
-                        m.d.sync += self.starts.valid.eq(~repeated)
+            with m.State("Judge fields"):
+                self._judge_fields(m, request, fields)
+                m.d.comb += payload.launch.eq(fields.status == Status.OK)
 
             if config.genetic:
                 with m.State("Start"):
@@ -374,32 +231,163 @@ class CommandReceiver(wiring.Component):
                         m.d.sync += self.starts.valid.eq(0)
                         m.next = "Executed"
 
-            with m.State("Rest"):
-                m.d.comb += self.requests.ready.eq(Cat(demanded).any() & ~ended)
-                m.d.sync += verdict.eq(reduce(or_, statuses))
-                with m.If(rest_taken):
-                    m.next = "Taken"
+            with m.State("Payload"):
+                m.d.comb += self.requests.ready.eq(payload.bytes.ready & ~request.ended)
+                m.d.sync += request.verdict.eq(payload.status)
+                with m.If(payload.done):
+                    m.next = "Judge payload"
 
-            with m.State("Taken"):
-                with m.If(verdict != Status.OK):
-                    refuse(verdict)
+            with m.State("Judge payload"):
+                with m.If(request.verdict != Status.OK):
+                    self._refuse(m, request, request.verdict)
                 with m.Else():
                     if config.genetic:
-                        m.d.sync += self.generate.eq((code == Command.GENERATE) & ~repeated)
+                        m.d.sync += self.generate.eq(
+                            (request.code == Command.GENERATE) & ~request.repeated
+                        )
                     if self.has_checker:
-                        with m.If(code == Command.CHECK):
-                            m.d.sync += self.check.eq(~repeated)
+                        with m.If(request.code == Command.CHECK):
+                            m.d.sync += self.check.eq(~request.repeated)
                     m.next = "Executed"
 
             with m.State("Executed"):
-                with m.If(~repeated):
+                with m.If(~request.repeated):
                     m.d.sync += expected.eq(expected + 1)
                 m.d.sync += self.over.eq(1)
-                m.next = "Over"
+                m.next = "Done"
 
-            with m.State("Over"):
+            with m.State("Done"):
                 with m.If(~self.on):
                     m.d.sync += self.over.eq(0)
                     m.next = "Off"
 
         return m
+
+    def _connect(self, m, request, fields, payload):
+        """Connect decoder and parsers to the request and to the units that they feed."""
+        byte = self.requests.p.data
+        m.d.comb += [
+            fields.byte.eq(byte),
+            fields.take.eq(request.collecting & self.requests.valid & ~request.ended),
+            fields.code.eq(request.code),
+            fields.ended.eq(request.ended),
+            payload.bytes.valid.eq(self.requests.valid),
+            payload.bytes.payload.eq(byte),
+            payload.code.eq(request.code),
+            payload.repeated.eq(request.repeated),
+            payload.ended.eq(request.ended),
+        ]
+        if self.config.genetic:
+            connect(m, payload.writes, flipped(self.writes))
+            connect(m, payload.ranking, flipped(self.ranking))
+            m.d.comb += [
+                self.starts.p.eq(fields.start),
+                payload.write_slot.eq(fields.write_slot),
+                payload.identity.eq(fields.identity),
+                payload.ranked.eq(self.ranked),
+            ]
+        if self.has_checker:
+            connect(m, payload.cells, flipped(self.cells))
+            connect(m, payload.points, flipped(self.points))
+            m.d.comb += [
+                payload.rectangle.eq(fields.rectangle),
+                self.checks.eq(fields.checks),
+                fields.checked.eq(self.checked),
+            ]
+
+    def _answer_with(self, m, status):
+        """Answer with ``status`` and nothing else."""
+        m.d.sync += [self.answer.status.eq(status), self.answer.kind.eq(AnswerKind.EMPTY)]
+
+    def _refuse(self, m, request, status):
+        """Refuse the request, for which ``status`` is the reason."""
+        self._answer_with(m, status)
+        m.d.sync += request.refused.eq(1)
+        m.next = "Drain"
+
+    def _take_header(self, m, request):
+        """Add the states in which the three bytes of the header come in."""
+        byte = self.requests.p.data
+
+        with m.State("Session"):
+            m.d.comb += self.requests.ready.eq(1)
+            m.d.sync += [
+                self.answer.session.eq(byte),
+                self.answer.plain.eq(self.requests.p.plain),
+                self.answer.kind.eq(AnswerKind.EMPTY),
+                self.answer.status.eq(Status.OK),
+            ]
+            with m.If(request.taken):
+                m.next = "Sequence"
+
+        with m.State("Sequence"):
+            m.d.comb += self.requests.ready.eq(1)
+            m.d.sync += self.answer.sequence.eq(byte)
+            with m.If(request.taken):
+                m.next = "Code"
+
+        with m.State("Code"):
+            m.d.comb += self.requests.ready.eq(1)
+            m.d.sync += request.code.eq(byte)
+            with m.If(request.taken):
+                m.next = "Judge header"
+
+    def _judge_header(self, m, request, header, expected):
+        """Answer at once, or go on with the fixed fields of a command that is to be executed."""
+        code = request.code
+        m.next = "Drain"
+        with m.If(self.answer.plain):
+            m.d.sync += self.answer.kind.eq(
+                Mux(code == Command.INFO, AnswerKind.INFO, AnswerKind.SILENCE)
+            )
+        with m.Elif(code == Command.OPEN):
+            with m.If(header.next_session):
+                m.d.sync += [self.session.eq(self.answer.session), expected.eq(0)]
+            with m.Elif(~header.same_session):
+                self._answer_with(m, Status.NO_SESSION)
+        with m.Elif(~header.same_session):
+            self._answer_with(m, Status.NO_SESSION)
+        with m.Elif(header.future):
+            self._answer_with(m, Status.OUT_OF_ORDER)
+            m.d.sync += self.answer.sequence.eq(expected)
+        with m.Elif(~header.present & ~header.previous):
+            self._answer_with(m, Status.DUPLICATE)
+        with m.Else():
+            m.d.sync += request.repeated.eq(header.previous)
+            with m.Switch(code):
+                for command, layout in request_fields(self.config).items():
+                    with m.Case(command):
+                        m.d.sync += [
+                            request.left.eq(layout.size),
+                            request.collecting.eq(layout.size != 0),
+                        ]
+                        m.next = "Fields" if layout.size else "Decode fields"
+                with m.Default():
+                    self._refuse(m, request, Status.UNKNOWN_COMMAND)
+
+    def _judge_fields(self, m, request, fields):
+        """Refuse the request, execute it, or go on with its payload."""
+        config, code, repeated = self.config, request.code, request.repeated
+        m.d.sync += [
+            self.answer[name].eq(getattr(fields, name)) for name in ("kind", "slot", "count")
+        ]
+        m.next = "Executed"
+        with m.Switch(code):
+            with m.Case(*payload_commands(config)):
+                m.next = "Payload"
+            if config.genetic:
+                with m.Case(Command.START):
+                    with m.If(~repeated):
+                        m.next = "Start"
+        if self.has_checker:
+            m.d.sync += self.forget.eq((code == Command.CHECK) | (code == Command.CHECK_PATHS))
+            m.d.sync += self.check.eq(
+                (code == Command.CHECK_PATHS) & ~repeated & (fields.status == Status.OK)
+            )
+        with m.If(fields.status != Status.OK):
+            self._refuse(m, request, fields.status)
+        with m.Elif(code == Command.CLEAR):
+            m.d.sync += request.cleared.eq(~repeated)
+        if config.genetic:
+            with m.Elif(code == Command.START):
+                m.d.sync += self.starts.valid.eq(~repeated)

@@ -1,0 +1,138 @@
+"""Dispatcher of payloads: hands what follows the fixed fields to the parser of the command."""
+
+from functools import reduce
+from operator import or_
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out, connect, flipped
+
+from hdl.command.cell_parser import CellParser
+from hdl.command.path_parser import PathParser
+from hdl.command.point_parser import PointParser
+from hdl.command.ranking_parser import RankingParser
+from hdl.config import CheckerBuild, Config
+from hdl.layouts import cell_layout, point_layout, ranking_layout, struct, write_layout
+from hdl.protocol import Command, map_request
+
+
+__all__ = ["PayloadDispatcher"]
+
+
+class PayloadDispatcher(wiring.Component):
+    """The parsers of all commands with a payload of variable length, one of which is on at a time.
+
+    The parser is chosen by the code well before it is turned on, and turned on by a register of its
+    own: neither the code nor the state of the receiver lies on a path through a parser.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    code : In(8)
+        Command; steady from 2 cycles before ``launch`` to ``done``.
+    launch : In(1)
+        Turn on the parser of ``code`` in the next cycle, if it has one.
+    repeated, bytes, ended, done, status
+        As of a parser: see :func:`hdl.command.layouts.payload_members`.
+
+    Only where ``config`` has a genetic core:
+
+    write_slot : In(8)
+        First slot of a WRITE.
+    identity : In(1)
+        A GENERATE carries no order of the slots.
+    writes, ranking : Out(stream), ranked : In(1)
+        Of :class:`hdl.command.path_parser.PathParser` and
+        :class:`hdl.command.ranking_parser.RankingParser`.
+
+    Only where ``config`` has a checker:
+
+    rectangle : In(struct of map_request)
+        Fields of a MAP.
+    cells, points : Out(stream)
+        ``writes`` of :class:`hdl.command.cell_parser.CellParser`, ``points`` of
+        :class:`hdl.command.point_parser.PointParser`.
+    """
+
+    def __init__(self, config: Config):
+        self.config = config
+        self.has_checker = config.checker is not CheckerBuild.NONE
+        members = {
+            "code": In(8),
+            "launch": In(1),
+            "repeated": In(1),
+            "bytes": In(stream.Signature(8)),
+            "ended": In(1),
+            "done": Out(1),
+            "status": Out(8),
+        }
+        if config.genetic:
+            members |= {
+                "write_slot": In(8),
+                "identity": In(1),
+                "writes": Out(stream.Signature(write_layout(config))),
+                "ranking": Out(stream.Signature(ranking_layout(config))),
+                "ranked": In(1),
+            }
+        if self.has_checker:
+            members |= {
+                "rectangle": In(struct(map_request(config))),
+                "cells": Out(stream.Signature(cell_layout(config))),
+                "points": Out(stream.Signature(point_layout(config))),
+            }
+        super().__init__(members)
+
+    def elaborate(self, platform):
+        m = Module()
+
+        wanted, done, statuses = [], [], []
+        for command, parser in self._parsers(m).items():
+            meant = Signal(name=f"{command.name.lower()}_meant", reset_less=True)
+            on = Signal(name=f"{command.name.lower()}_on")
+            m.d.sync += [
+                meant.eq(self.code == command),
+                on.eq((on | (self.launch & meant)) & ~self.done),
+            ]
+            m.d.comb += [
+                parser.on.eq(on),
+                parser.repeated.eq(self.repeated),
+                parser.ended.eq(self.ended),
+                parser.bytes.valid.eq(on & self.bytes.valid & ~self.ended),
+                parser.bytes.payload.eq(self.bytes.payload),
+            ]
+            wanted.append(on & parser.bytes.ready)
+            done.append(on & parser.over)
+            statuses.append(Mux(on, parser.status, 0))
+        m.d.comb += [
+            self.bytes.ready.eq(Cat(wanted).any()),
+            self.done.eq(Cat(done).any()),
+            self.status.eq(reduce(or_, statuses)),
+        ]
+
+        return m
+
+    def _parsers(self, m):
+        """Add the parsers, and return each by its command."""
+        parsers = {}
+        if self.config.genetic:
+            m.submodules.path_parser = path_parser = PathParser(self.config)
+            m.submodules.ranking_parser = ranking_parser = RankingParser(self.config)
+            parsers |= {Command.WRITE: path_parser, Command.GENERATE: ranking_parser}
+            connect(m, path_parser.writes, flipped(self.writes))
+            connect(m, ranking_parser.ranking, flipped(self.ranking))
+            m.d.comb += [
+                path_parser.slot.eq(self.write_slot),
+                ranking_parser.identity.eq(self.identity),
+                ranking_parser.ranked.eq(self.ranked),
+            ]
+        if self.has_checker:
+            m.submodules.cell_parser = cell_parser = CellParser(self.config)
+            m.submodules.point_parser = point_parser = PointParser(self.config)
+            parsers |= {Command.MAP: cell_parser, Command.CHECK: point_parser}
+            connect(m, cell_parser.writes, flipped(self.cells))
+            connect(m, point_parser.points, flipped(self.points))
+            m.d.comb += cell_parser.rectangle.eq(self.rectangle)
+        return parsers

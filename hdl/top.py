@@ -94,9 +94,9 @@ class Planner(wiring.Component):
             core.line_sending.eq(line.sending),
             core.pending.eq(receiving.pending),
             receiving.on.eq(core.receive_on),
-            core.receive_over.eq(receiving.over),
+            core.receive_over.eq(receiving.done),
             transmitting.on.eq(core.transmit_on),
-            core.transmit_over.eq(transmitting.over),
+            core.transmit_over.eq(transmitting.done),
         ]
 
         # What the answers tell.
@@ -117,7 +117,7 @@ class Planner(wiring.Component):
 
     def _connect_core(self, m, core, receiving, transmitting):
         """Connect what only a genetic core has."""
-        connect(m, receiving.starts, core.starts)
+        connect(m, receiving.start_requests, core.starts)
         connect(m, receiving.writes, core.writes)
         connect(m, receiving.ranking, core.ranking)
         m.d.comb += [

@@ -24,7 +24,7 @@ def hand_over(unit, payloads, fields=None, *, repeated=False, collectors=(), lim
             # As after reset: nothing of the last one is left.
             ctx.set(unit.on, 0)
             await ctx.tick().repeat(2)
-            assert not ctx.get(unit.over)
+            assert not ctx.get(unit.done)
 
     async def one(ctx, payload):
         at = 0
@@ -33,15 +33,15 @@ def hand_over(unit, payloads, fields=None, *, repeated=False, collectors=(), lim
             ctx.set(unit.ended, at == len(payload))
             ctx.set(unit.bytes.valid, at < len(payload))
             ctx.set(unit.bytes.payload, payload[at] if at < len(payload) else 0x5A)
-            _, _, taken, over, status = await ctx.tick().sample(
-                unit.bytes.valid & unit.bytes.ready, unit.over, unit.status
+            _, _, taken, done, status = await ctx.tick().sample(
+                unit.bytes.valid & unit.bytes.ready, unit.done, unit.status
             )
-            if over:
+            if done:
                 status = Status(status)
                 assert status is not Status.OK or at == len(payload)
                 return status, clock + 1
             at += taken
-        raise TimeoutError(f"Not over in {limit} clocks")
+        raise TimeoutError(f"Not done in {limit} clocks")
 
     simulate(unit, bench, background=collectors)
     return outcomes

@@ -31,7 +31,7 @@ class CellParser(wiring.Component):
 
     Members
     -------
-    on, repeated, bytes, ended, over, status
+    on, repeated, bytes, ended, done, status
         See :func:`hdl.command.layouts.payload_members`.
     rectangle : In(struct of map_request)
         South-western cell and size; it lies on the map.
@@ -147,7 +147,7 @@ class CellParser(wiring.Component):
         # A byte of which nothing went into the rectangle is one too many.
         surplus = ~self.ended | (left == 8 // step)
         m.d.comb += [
-            self.over.eq(self.on & settling & (self.repeated | self.writes.ready)),
+            self.done.eq(self.on & settling & (self.repeated | self.writes.ready)),
             self.status.eq(Mux(complete & ~surplus, Status.OK, Status.BAD_LENGTH)),
         ]
 

@@ -63,17 +63,17 @@ def payload_members() -> dict:
         The rest of the payload.
     ended : In(1)
         The last byte of the request has been taken; high from the first clock if nothing follows.
-    over : Out(1)
+    done : Out(1)
         The unit has settled what it makes of the request. If bytes are left, ``status`` is an
         error.
     status : Out(8)
-        :class:`hdl.protocol.Status` of the request; valid with ``over``.
+        :class:`hdl.protocol.Status` of the request; valid with ``done``.
     """
     return {
         "on": In(1),
         "repeated": In(1),
         "bytes": In(stream.Signature(8)),
         "ended": In(1),
-        "over": Out(1),
+        "done": Out(1),
         "status": Out(8),
     }

@@ -26,7 +26,7 @@ class PathParser(wiring.Component):
 
     Members
     -------
-    on, repeated, bytes, ended, over, status
+    on, repeated, bytes, ended, done, status
         See :func:`hdl.command.layouts.payload_members`.
     slot : In(8)
         The first slot; steady from the clock before ``on``.
@@ -84,7 +84,7 @@ class PathParser(wiring.Component):
                 m.d.sync += [index.eq(0), slot.eq(slot + 1)]
 
         m.d.comb += [
-            self.over.eq(self.on & self.ended & ~words.busy),
+            self.done.eq(self.on & self.ended & ~words.busy),
             self.status.eq(Status.OK),
         ]
         with m.If(words.partial | ~any_word):

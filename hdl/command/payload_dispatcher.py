@@ -104,7 +104,7 @@ class PayloadDispatcher(wiring.Component):
                 parser.bytes.payload.eq(self.bytes.payload),
             ]
             wanted.append(on & parser.bytes.ready)
-            done.append(on & parser.over)
+            done.append(on & parser.done)
             statuses.append(Mux(on, parser.status, 0))
         m.d.comb += [
             self.bytes.ready.eq(Cat(wanted).any()),

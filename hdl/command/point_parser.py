@@ -26,7 +26,7 @@ class PointParser(wiring.Component):
 
     Members
     -------
-    on, repeated, bytes, ended, over, status
+    on, repeated, bytes, ended, done, status
         See :func:`hdl.command.layouts.payload_members`.
     points : Out(stream of x, y, altitude, last)
         At most as many as a path may have, and none after a ``last`` one; ``valid`` is a register.
@@ -64,7 +64,7 @@ class PointParser(wiring.Component):
             m.d.sync += [finished.eq(word.p.last), count.eq(count + 1)]
 
         m.d.comb += [
-            self.over.eq(self.on & self.ended & ~words.busy),
+            self.done.eq(self.on & self.ended & ~words.busy),
             self.status.eq(Status.OK),
         ]
         with m.If(words.partial | ((count == 0) & ~bad_value)):

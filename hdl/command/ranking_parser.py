@@ -25,7 +25,7 @@ class RankingParser(wiring.Component):
 
     Members
     -------
-    on, repeated, bytes, ended, over, status
+    on, repeated, bytes, ended, done, status
         See :func:`hdl.command.layouts.payload_members`.
     identity : In(1)
         Nothing follows: the slots are in order already.
@@ -68,7 +68,7 @@ class RankingParser(wiring.Component):
         ]
 
         def settle(status):
-            m.d.comb += [self.over.eq(1), self.status.eq(status)]
+            m.d.comb += [self.done.eq(1), self.status.eq(status)]
 
         with m.If(ranking.ready):
             m.d.sync += ranking.valid.eq(0)

@@ -65,14 +65,14 @@ class CommandReceiver(wiring.Component):
 
     Members
     -------
-    on, over : In(1), Out(1)
-        Hand-over with the control unit. ``over`` lasts while it waits to be turned off.
+    on, done : In(1), Out(1)
+        Hand-over with the control unit. ``done`` lasts while it waits to be turned off.
     pending : Out(1)
         A request waits.
     requests : In(stream of request_layout)
         Bodies of undamaged frames, without CRC.
     answer : Out(answer_layout)
-        How to answer; steady from ``over`` to the next ``on``.
+        How to answer; steady from ``done`` to the next ``on``.
     session : Out(8)
         The open session.
     line_errors : In(4)
@@ -83,8 +83,8 @@ class CommandReceiver(wiring.Component):
     Only where ``config`` has a genetic core:
 
     generate : Out(1)
-        With ``over``: a generation is to run before the answer.
-    starts : Out(stream of seed, x, y, altitude, avoid_ground)
+        With ``done``: a generation is to run before the answer.
+    start_requests : Out(stream of seed, x, y, altitude, avoid_ground)
         Seed of the random source, limits of new waypoints.
     writes : Out(stream of slot, index, waypoint, last)
         Waypoints for the present population.
@@ -102,9 +102,9 @@ class CommandReceiver(wiring.Component):
     points : Out(stream of x, y, altitude, last)
         Those of one path.
     check : Out(1)
-        With ``over``: ``checks`` is to be done before the answer.
+        With ``done``: ``checks`` is to be done before the answer.
     checks : Out(check_layout)
-        Steady from ``over`` to the next ``on``.
+        Steady from ``done`` to the next ``on``.
     checked : In(9)
         Paths of the latest check, whose results can be asked for.
     """
@@ -117,7 +117,7 @@ class CommandReceiver(wiring.Component):
 
         members = {
             "on": In(1),
-            "over": Out(1),
+            "done": Out(1),
             "pending": Out(1),
             "requests": In(stream.Signature(request_layout)),
             "answer": Out(answer_layout),
@@ -131,7 +131,7 @@ class CommandReceiver(wiring.Component):
             self.ranking_layout = ranking_layout(config)
             members |= {
                 "generate": Out(1),
-                "starts": Out(stream.Signature(self.start_layout)),
+                "start_requests": Out(stream.Signature(self.start_layout)),
                 "writes": Out(stream.Signature(self.write_layout)),
                 "ranking": Out(stream.Signature(self.ranking_layout)),
                 "ranked": In(1),
@@ -202,7 +202,7 @@ class CommandReceiver(wiring.Component):
             with m.State("Drain"):
                 m.d.comb += self.requests.ready.eq(~request.ended)
                 with m.If(request.ended):
-                    m.d.sync += self.over.eq(1)
+                    m.d.sync += self.done.eq(1)
                     m.next = "Done"
 
             with m.State("Fields"):
@@ -227,8 +227,8 @@ class CommandReceiver(wiring.Component):
 
             if config.genetic:
                 with m.State("Start"):
-                    with m.If(self.starts.ready):
-                        m.d.sync += self.starts.valid.eq(0)
+                    with m.If(self.start_requests.ready):
+                        m.d.sync += self.start_requests.valid.eq(0)
                         m.next = "Executed"
 
             with m.State("Payload"):
@@ -253,12 +253,12 @@ class CommandReceiver(wiring.Component):
             with m.State("Executed"):
                 with m.If(~request.repeated):
                     m.d.sync += expected.eq(expected + 1)
-                m.d.sync += self.over.eq(1)
+                m.d.sync += self.done.eq(1)
                 m.next = "Done"
 
             with m.State("Done"):
                 with m.If(~self.on):
-                    m.d.sync += self.over.eq(0)
+                    m.d.sync += self.done.eq(0)
                     m.next = "Off"
 
         return m
@@ -281,7 +281,7 @@ class CommandReceiver(wiring.Component):
             connect(m, payload.writes, flipped(self.writes))
             connect(m, payload.ranking, flipped(self.ranking))
             m.d.comb += [
-                self.starts.p.eq(fields.start),
+                self.start_requests.p.eq(fields.start),
                 payload.write_slot.eq(fields.write_slot),
                 payload.identity.eq(fields.identity),
                 payload.ranked.eq(self.ranked),
@@ -390,4 +390,4 @@ class CommandReceiver(wiring.Component):
             m.d.sync += request.cleared.eq(~repeated)
         if config.genetic:
             with m.Elif(code == Command.START):
-                m.d.sync += self.starts.valid.eq(~repeated)
+                m.d.sync += self.start_requests.valid.eq(~repeated)

@@ -54,7 +54,7 @@ class ReplyTransmitter(wiring.Component):
 
     Members
     -------
-    on, over : In(1), Out(1)
+    on, done : In(1), Out(1)
         Hand-over with the control unit.
     answer : In(answer_layout)
         What to answer.
@@ -91,7 +91,7 @@ class ReplyTransmitter(wiring.Component):
         self.counters_layout = struct(counters_reply(config))
         members = {
             "on": In(1),
-            "over": Out(1),
+            "done": Out(1),
             "answer": In(answer_layout),
             "session": In(8),
             "status": In(self.status_layout),
@@ -160,7 +160,7 @@ class ReplyTransmitter(wiring.Component):
                     m.next = "Choose"
                     with m.Switch(answer.kind):
                         with m.Case(AnswerKind.SILENCE):
-                            m.next = "Over"
+                            m.next = "Done"
                         if self.config.genetic:
                             with m.Case(AnswerKind.RECIPE):
                                 m.next = "Ask"
@@ -187,7 +187,7 @@ class ReplyTransmitter(wiring.Component):
                 with m.If(self.replies.ready):
                     m.d.sync += [word.eq(word >> 8), left.eq(left - 1)]
                     with m.If(left == 1):
-                        m.next = "Over"
+                        m.next = "Done"
                         with m.Switch(after):
                             with m.Case(_After.FIELDS):
                                 m.next = "Fields"
@@ -205,9 +205,9 @@ class ReplyTransmitter(wiring.Component):
             if self.has_checker:
                 self._serve_results(m)
 
-            with m.State("Over"):
+            with m.State("Done"):
                 # So that the next header is there even if it is soon asked for.
-                m.d.comb += [self.over.eq(1), fields.begin.eq(1)]
+                m.d.comb += [self.done.eq(1), fields.begin.eq(1)]
                 with m.If(~self.on):
                     m.next = "Off"
 
@@ -318,4 +318,4 @@ class ReplyTransmitter(wiring.Component):
                 self.records.ready.eq(self.replies.ready),
             ]
             with m.If(self.records.valid & self.replies.ready & self.records.p.last):
-                m.next = "Over"
+                m.next = "Done"

@@ -54,7 +54,7 @@ class Bench:
         self.requests = Stream(dut, "requests", request_layout, dut.clk, pauses)
         self.requests.idle(driven=True)
         self.collected = {}
-        for name in ("starts", "writes", "ranking", "cells", "points"):
+        for name in ("start_requests", "writes", "ranking", "cells", "points"):
             layout = UNIT.signature.members[name].signature.members["payload"].shape
             stream = Stream(dut, name, layout, dut.clk, pauses)
             stream.idle(driven=False)
@@ -86,8 +86,8 @@ class Bench:
         await self.requests.put(
             *({"data": byte, "last": at == last, "plain": plain} for at, byte in enumerate(body))
         )
-        if not dut.over.value:
-            await RisingEdge(dut.over)
+        if not dut.done.value:
+            await RisingEdge(dut.done)
             await FallingEdge(dut.clk)
         generates = bool(dut["generate"].value)
         checks = UNIT.check_layout.from_bits(dut.checks.value.to_unsigned())
@@ -186,11 +186,14 @@ async def random_requests(dut, stalled):
 def check_orders(collected, body, answer, generates):
     """A START orders once what it says, a generation its ranking, and a refusal neither."""
     accepted = answer[2:3] == bytes((Status.OK,))
-    starts = [(s.seed, s.x, s.y, s.altitude, s.avoid_ground) for s in collected["starts"]]
-    if starts:
+    requests = [
+        (each.seed, each.x, each.y, each.altitude, each.avoid_ground)
+        for each in collected["start_requests"]
+    ]
+    if requests:
         values = start_request(CONFIG).unpack(body[3:])
         assert accepted
-        assert starts == [tuple(values.values())]
+        assert requests == [tuple(values.values())]
     if generates:
         order = list(body[4:]) or list(range(CONFIG.population))
         assert [(r.rank, r.slot) for r in collected["ranking"]] == list(enumerate(order))

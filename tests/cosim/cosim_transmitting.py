@@ -171,8 +171,8 @@ class Bench:
             sent = await self.replies.get_until("last")
             body = bytes(byte.data for byte in sent)
             assert {byte.plain for byte in sent} == {answer["plain"]}
-        if not dut.over.value:
-            await RisingEdge(dut.over)
+        if not dut.done.value:
+            await RisingEdge(dut.done)
             await FallingEdge(dut.clk)
         dut.on.value = 0
         await FallingEdge(dut.clk)
@@ -212,7 +212,7 @@ async def first_byte_and_rate(dut):
     dut.on.value = 1
     dut.replies__ready.value = 1
     valid = []
-    while not dut.over.value:
+    while not dut.done.value:
         valid.append(int(dut.replies__valid.value))
         await FallingEdge(dut.clk)
     assert valid == [0] * 3 + [1] * 3 + ([0] + [1] * 6) * words

@@ -74,7 +74,7 @@ class Chip:
         self.has_checker = config.checker is not CheckerBuild.NONE
         self.has_core = config.genetic
         self.pauses = pauses
-        self.starts, self.writes, self.ranking = [], [], []
+        self.start_requests, self.writes, self.ranking = [], [], []
         self.cells, self.points = [], []
         self.checks = []
         self.forgotten = 0
@@ -93,8 +93,8 @@ class Chip:
                 ctx.set(unit.line_errors, 0)
                 await self._body(ctx, body, plain)
 
-        async def collect_starts(ctx):
-            await collect(ctx, self.unit.starts, self.starts, self.pauses)
+        async def collect_start_requests(ctx):
+            await collect(ctx, self.unit.start_requests, self.start_requests, self.pauses)
 
         async def collect_writes(ctx):
             await collect(ctx, self.unit.writes, self.writes, self.pauses)
@@ -116,7 +116,7 @@ class Chip:
 
         collectors = []
         if self.has_core:
-            collectors += [collect_starts, collect_writes, collect_ranking]
+            collectors += [collect_start_requests, collect_writes, collect_ranking]
         if self.has_checker:
             collectors += [collect_cells, collect_points, count_forgotten]
         simulate(self.unit, bench, background=collectors)
@@ -134,7 +134,7 @@ class Chip:
             last = at == len(body) - 1
             await put(ctx, unit.requests, {"data": byte, "last": last, "plain": plain}, limit=100)
         clocks = 0
-        while not ctx.get(unit.over):
+        while not ctx.get(unit.done):
             await ctx.tick()
             clocks += 1
             assert clocks < 100
@@ -146,7 +146,7 @@ class Chip:
             self.checks[-1]["check"] = ctx.get(unit.check)
         ctx.set(unit.on, 0)
         await ctx.tick().repeat(2)
-        assert not ctx.get(unit.over)
+        assert not ctx.get(unit.done)
         answer = ctx.get(unit.answer)
         self.outcomes.append((Status(answer.status), answer.kind, answer.sequence, generates))
         if self.has_checker:

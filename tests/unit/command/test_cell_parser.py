@@ -112,7 +112,7 @@ def test_it_waits_for_the_map():
     """After the last cell, the checker takes no more until it has worked the rectangle in."""
     unit = CellParser(config_of(8))
     busy_clocks = 57
-    over_at = []
+    done_at = []
 
     async def checker(ctx):
         ctx.set(unit.writes.ready, 1)
@@ -121,14 +121,14 @@ def test_it_waits_for_the_map():
             if last:
                 ctx.set(unit.writes.ready, 0)
                 for _ in range(busy_clocks):
-                    _, _, over = await ctx.tick().sample(unit.over)
-                    over_at.append(over)
+                    _, _, done = await ctx.tick().sample(unit.done)
+                    done_at.append(done)
                 ctx.set(unit.writes.ready, 1)
 
     outcomes = hand_over(
         unit, [bytes(6)], {"rectangle": {"width": 3, "height": 2}}, collectors=(checker,)
     )
     assert outcomes[0][0] is OK
-    assert over_at == [0] * busy_clocks
+    assert done_at == [0] * busy_clocks
     # A byte, a cell each: the first takes 2 clocks, the last is held for one.
     assert outcomes[0][1] == 2 * 6 + busy_clocks + 4

@@ -61,7 +61,7 @@ def test_every_command(pauses):
         (Status.OK, AnswerKind.COUNTERS, 7, 0),
         (Status.OK, AnswerKind.EMPTY, 8, 0),
     ]
-    (start,) = chip.starts
+    (start,) = chip.start_requests
     assert (start.seed, start.x, start.y, start.altitude) == (0x0123456789ABCDEF, 15, 3, 14)
     stored = [(w.slot, w.index, w.waypoint, w.last) for w in chip.writes]
     assert stored == [
@@ -104,7 +104,7 @@ def test_refused(code, payload, status):
     assert refused == (status, AnswerKind.EMPTY, 0, 0)
     assert status_read == (Status.OK, AnswerKind.STATUS, 0, 0)
     assert chip.errors == StickyError.REFUSED
-    assert chip.starts == []
+    assert chip.start_requests == []
 
 
 def test_order_of_commands():
@@ -167,7 +167,7 @@ def test_repeated_commands_change_nothing():
         (Status.OK, AnswerKind.RECIPE, 2, 0),
         (Status.OK, AnswerKind.PATHS, 2, 0),
     ]
-    assert len(chip.starts) == 1
+    assert len(chip.start_requests) == 1
     assert len(chip.writes) == 2
     assert len(chip.ranking) == 8
 

@@ -60,7 +60,7 @@ def test_every_command_of_the_checker(pauses):
     assert [(each["batch"], each["counting"]) for each in done] == [(0, 1), (0, 0), (1, 0), (1, 1)]
     assert [done[2][name] for name in ("slot", "count", "start", "goal")] == [2, 6, 0x123, 0xABC]
     assert chip.forgotten == 4
-    assert chip.starts[0].avoid_ground == 1
+    assert chip.start_requests[0].avoid_ground == 1
 
 
 def test_repeated_checks_change_nothing():
@@ -133,7 +133,7 @@ def test_refused_of_the_checker(code, payload, status):
     assert refused == (status, AnswerKind.EMPTY, 0, 0)
     assert status_read == (Status.OK, AnswerKind.STATUS, 0, 0)
     assert chip.errors == StickyError.REFUSED
-    assert chip.starts == []
+    assert chip.start_requests == []
     assert not any(checks["check"] for checks in chip.checks)
 
 

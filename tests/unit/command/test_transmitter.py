@@ -74,9 +74,9 @@ def answers(kind, *, slot=0, count=0, plain=0, pauses=(0,), seed=1, times=1):
             ctx.set(unit.on, 1)
             for _ in range(5000):
                 await ctx.tick()
-                if ctx.get(unit.over):
+                if ctx.get(unit.done):
                     break
-            assert ctx.get(unit.over)
+            assert ctx.get(unit.done)
             ctx.set(unit.on, 0)
             await ctx.tick().repeat(10)
             bodies.append(replies[before:])
@@ -182,7 +182,7 @@ def checked_answers(kind, *, checked, slot=0, count=0, pauses=(0,)):
         ctx.set(unit.answer, {**header, "kind": kind, "plain": 0, "slot": slot, "count": count})
         for _ in range(2):
             ctx.set(unit.on, 1)
-            await ctx.tick().until(unit.over)
+            await ctx.tick().until(unit.done)
             ctx.set(unit.on, 0)
             await ctx.tick().repeat(5)
             assert [byte.last for byte in replies] == [0] * (len(replies) - 1) + [1]

@@ -120,13 +120,13 @@ def test_control():
             await ctx.tick()
             ctx.set(control.pending, 0)
             for unit in units:
-                over = getattr(control, f"{unit}_over")
+                done = getattr(control, f"{unit}_over")
                 for clock in range(3):
                     seen.append(ctx.get(control.state))
                     assert sum(ctx.get(each) for each in on) == 1
-                    ctx.set(over, clock == 2)
+                    ctx.set(done, clock == 2)
                     await ctx.tick()
-                ctx.set(over, 0)
+                ctx.set(done, 0)
             assert ctx.get(control.state) == ChipState.LISTEN
         counters = ctx.get(control.counters)
         assert (counters.clocks, counters.receive, counters.transmit) == (17, 6, 6)
@@ -145,4 +145,4 @@ def test_control():
 def test_wrong_configuration():
     with pytest.raises(TypeError, match=r"^Config must be a Config, not None$"):
         CheckControl(None)
-    assert not hasattr(CommandReceiver(CONFIG), "starts")
+    assert not hasattr(CommandReceiver(CONFIG), "start_requests")

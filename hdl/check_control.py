@@ -50,7 +50,7 @@ class CheckControl(wiring.Component):
             raise TypeError(f"Config must be a Config, not {config!r}")
         self.config = config
         widths = dict(counters_reply(config).fields)
-        counted = (Counter.CLOCKS, Counter.RECEIVE, Counter.TRANSMIT)
+        counted = (Counter.CYCLES, Counter.RECEIVE, Counter.TRANSMIT)
         super().__init__(
             {
                 "pending": In(1),
@@ -92,7 +92,7 @@ class CheckControl(wiring.Component):
         ]
 
         counted = {
-            Counter.CLOCKS: 1,
+            Counter.CYCLES: 1,
             Counter.RECEIVE: self.receive_on | self.line_busy,
             Counter.TRANSMIT: self.transmit_on | self.line_sending,
         }

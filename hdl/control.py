@@ -18,7 +18,7 @@ _GENERATION = {
     ChipState.UPDATE: Counter.UPDATE,
 }
 _COUNTED = (
-    Counter.CLOCKS,
+    Counter.CYCLES,
     Counter.RECEIVE,
     *_GENERATION.values(),
     Counter.TRANSMIT,
@@ -212,7 +212,7 @@ class Control(wiring.Component):
             m.d.sync += generation.eq(generation + 1)
 
         counters = self.counters
-        m.d.sync += counters[Counter.CLOCKS].eq(counters[Counter.CLOCKS] + 1)
+        m.d.sync += counters[Counter.CYCLES].eq(counters[Counter.CYCLES] + 1)
         for state, counter in _GENERATION.items():
             with m.If(self.begin):
                 m.d.sync += self.clocks[counter].eq(0)

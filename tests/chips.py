@@ -64,7 +64,7 @@ TINY = Config(
 )
 
 #: Counters in which the model leaves out the few clocks that the chip takes per command.
-LINE_CLOCKS = (Counter.CLOCKS, Counter.RECEIVE, Counter.TRANSMIT)
+LINE_CLOCKS = (Counter.CYCLES, Counter.RECEIVE, Counter.TRANSMIT)
 
 
 def board_url(scheme, config, **options):

@@ -1,4 +1,4 @@
-"""Numbers of the checker that its software model needs as well. Pure Python, without Amaranth."""
+"""Sizes of the checker that its software model shares. Pure Python, without Amaranth."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ _COUNTS = 16
 
 
 def count_places(config: Config) -> int:
-    """Return how many counts of segments can wait, those of segments under way included.
+    """Return the capacity of the queue of segment counts, segments in flight included.
 
-    A power of two. There is room for one of each segment of a path, and for as many as segments of
-    a cell each can be under way in a walker.
+    The capacity is a power of two. It suffices for every segment of a path, and for all segments of
+    one cell that a walker can have in flight.
     """
     return max(_COUNTS, 1 << (config.max_segments - 1).bit_length())

@@ -1,39 +1,41 @@
-"""The one definition of what host and chip say to each other. Pure Python.
+"""The protocol between host and chip: messages, codes and layouts. Pure Python.
 
 Frame
 -----
-``COBS(body | CRC-32) 0x00``. The body is at least 3 bytes: session, sequence, code, then a payload.
-The CRC (IEEE 802.3, as in zlib; least significant byte first) has each byte XORed with
-:data:`VERSION`, so that ends of different versions do not understand each other by accident. Frames
-about :data:`Command.INFO` are *plain*: their CRC is not XORed and their layout never changes, so
-that every host can ask any chip for its version.
+A frame is ``COBS(body | CRC-32) 0x00``. The body has at least 3 bytes: session, sequence, code,
+then a payload. The CRC is that of IEEE 802.3 (as in zlib), least significant byte first, with each
+byte XORed with :data:`VERSION`: ends of different versions do not understand each other by
+accident. Frames of :data:`Command.INFO` are *plain*: their CRC is not XORed and their layout never
+changes, so every host can ask any chip for its version.
 
 Order
 -----
 A host opens the session after the chip's present one, modulo 256 (:data:`Command.OPEN`); this sets
-the expected sequence number to 0. Opening the present session changes nothing, opening any other is
-answered with :data:`Status.NO_SESSION`, so a frame from the past cannot do it. Every other command
-but ``INFO`` carries the session and the next sequence number, modulo 256. The chip
+the expected sequence number to 0. Opening the present session changes nothing. Opening any other
+session is answered with :data:`Status.NO_SESSION`, so a delayed frame cannot open one. Every
+command but ``INFO`` and ``OPEN`` carries the session and the next sequence number, modulo 256. The
+chip
 
-- executes the command with the expected number, answers, and expects the next;
-- answers the one before that again without executing it again (the answer was lost);
-- answers :data:`Status.DUPLICATE` to the 126 before that one, :data:`Status.OUT_OF_ORDER` to
-  others;
+- executes the command with the expected number, answers, and expects the next number;
+- answers the command before that one again without executing it again (the answer was lost);
+- answers :data:`Status.DUPLICATE` to the 126 numbers before these, :data:`Status.OUT_OF_ORDER` to
+  all others;
 - answers :data:`Status.NO_SESSION` to another session, and nothing to a damaged frame.
 
-A refused command (an error as status) is not counted as executed: its number stays the expected
-one. A GENERATE that is answered again may ask for another :class:`LinkMode` than the first time,
-and a check for :data:`CheckFlag.BRIEF`, so that a host can do with a short answer where long ones
-get damaged. A command is executed exactly once and in order, whatever the line loses, damages,
-repeats or reorders. A host may have several commands unanswered as long as their bodies with CRCs
-fit in :attr:`hdl.config.Config.receive_buffer`; an answer confirms every command up to its own.
+A refused command (its status is an error) does not count as executed: its number stays the expected
+one. A repeated GENERATE may ask for another :class:`LinkMode` than the first time, and a repeated
+check for :data:`CheckFlag.BRIEF`, so a host can settle for a short answer where long ones are
+damaged. A command is executed exactly once and in order, whatever the line loses, damages, repeats
+or reorders. A host may have several commands unanswered as long as their bodies with CRCs fit in
+:attr:`hdl.config.Config.receive_buffer`; an answer confirms every command up to its own.
 
 The answer has the command's session and sequence, a :class:`Status` as code, and the payload of the
-reply; a status other than ``OK`` has none.
+reply; with a status other than ``OK`` there is no payload.
 
-Payloads are fields of whole bits, least significant first, the first field lowest, padded with
-zeros to bytes. Waypoints are ``waypoint_bytes`` each: x, y, altitude, then a bit that marks the
-last of its path. Cells of the map are ``altitude_bits`` each, with nothing between them.
+Payloads are bit fields without gaps, each least significant bit first, the first field lowest,
+padded with zeros to whole bytes. A waypoint takes ``waypoint_bytes``: x, y, altitude, then a bit
+that marks the last waypoint of its path. A cell of the map takes ``altitude_bits``; cells follow
+each other without gaps.
 """
 
 from hdl.protocol.codec import BODY_HEADER_BYTES, CRC_BYTES, DELIMITER, VERSION, frame_crc

@@ -11,14 +11,14 @@ __all__ = ["CheckFlag", "ChipState", "Command", "Counter", "LinkMode", "Status",
 class Command(enum.IntEnum):
     """Code of a request."""
 
-    #: What the chip is: :func:`info_reply`. Plain, and needs no session.
+    #: Version and configuration of the chip: :func:`info_reply`. Plain, needs no session.
     INFO = 1
     #: Open the session named in the header; the expected sequence number becomes 0.
     OPEN = 2
     #: State, generation, sticky errors: :func:`status_reply`.
     STATUS = 3
-    #: Seed, limits, generation 0: :func:`start_request`. This and the next three are unknown to a
-    #: chip without a genetic core.
+    #: Seed, limits, generation 0: :func:`start_request`. START, WRITE, GENERATE and READ are
+    #: unknown to a chip without a genetic core.
     START = 4
     #: Paths into consecutive slots: :func:`write_request`, then the waypoints.
     WRITE = 5
@@ -26,20 +26,20 @@ class Command(enum.IntEnum):
     GENERATE = 6
     #: Paths of consecutive slots: :func:`read_request`; the reply is their waypoints.
     READ = 7
-    #: Clocks and bytes since reset: :func:`counters_reply`.
+    #: Cycles and bytes since reset: :func:`counters_reply`.
     COUNTERS = 8
     #: Clear the sticky errors.
     CLEAR = 9
-    #: A rectangle of the map: :func:`map_request`, then its cells. This and the next three are
-    #: unknown to a chip without a checker.
+    #: A rectangle of the map: :func:`map_request`, then its cells. MAP, CHECK, CHECK_PATHS and
+    #: RESULTS are unknown to a chip without a checker.
     MAP = 10
     #: One path against the map: :func:`check_request`, then its points, from the aircraft to the
     #: goal, in the form of a path; the reply is :func:`check_reply`, then the results.
     CHECK = 11
-    #: Paths of consecutive slots against the map: :func:`check_paths_request`; reply as CHECK's.
-    #: Unknown to a chip without a genetic core, too.
+    #: Paths of consecutive slots against the map: :func:`check_paths_request`; the reply is as that
+    #: of CHECK. Unknown to a chip without a genetic core, too.
     CHECK_PATHS = 12
-    #: Results of the latest check once more: :func:`results_request`; the reply is the results.
+    #: Results of the latest check again: :func:`results_request`; the reply is the results.
     RESULTS = 13
 
 
@@ -47,11 +47,11 @@ class Status(enum.IntEnum):
     """Code of an answer."""
 
     OK = 0
-    #: Executed long ago; nothing was done, nothing is sent again.
+    #: Executed before the latest command: not executed again, and the answer is not repeated.
     DUPLICATE = 1
-    #: Not the next command; the sequence number in the answer is the expected one.
+    #: Not the next command. The answer carries the expected sequence number.
     OUT_OF_ORDER = 2
-    #: Another session is open, or none.
+    #: The session is not open.
     NO_SESSION = 3
     #: No such command.
     UNKNOWN_COMMAND = 4
@@ -62,22 +62,23 @@ class Status(enum.IntEnum):
 
 
 class LinkMode(enum.IntEnum):
-    """What a generation's request and reply carry."""
+    """Contents of the request and reply of a generation."""
 
-    #: The population is sorted already; the reply is the whole new population.
+    #: The population is sorted already. The reply is the whole new population.
     POPULATION = 0
-    #: The request carries the order of the slots; the reply the survivors' slots and the children.
+    #: The request carries the order of the slots, the reply the survivors' slots and the children.
     RANK = 1
-    #: As above; the reply says what was done (:func:`recipe_reply`), and no waypoint but new ones.
+    #: The request is as in RANK. The reply is a recipe (:func:`recipe_reply`): the choices of the
+    #: generation, and no waypoints but new ones.
     RECIPE = 2
 
 
 class CheckFlag(enum.IntFlag):
-    """What a check does and answers."""
+    """Options of a check."""
 
     #: Count the colliding cells of every segment instead of stopping at the first.
     COUNT = 1
-    #: Answer :func:`check_reply` only.
+    #: Answer with :func:`check_reply` only.
     BRIEF = 2
 
 
@@ -99,31 +100,31 @@ class StickyError(enum.IntFlag):
 
     #: A byte without a stop bit.
     FRAMING = 1
-    #: A frame was dropped because the receive buffer was full.
+    #: A frame was discarded because the receive buffer was full.
     OVERRUN = 2
     #: A frame's CRC was wrong.
     CRC = 4
     #: A frame was too short, or its COBS code broken.
     MALFORMED = 8
-    #: A command was answered with a status of BAD_LENGTH, BAD_VALUE or UNKNOWN_COMMAND.
+    #: A command was refused with BAD_LENGTH, BAD_VALUE or UNKNOWN_COMMAND.
     REFUSED = 16
 
 
 class Counter(enum.StrEnum):
     """Counters of the chip since reset, in the order of :func:`counters_reply`."""
 
-    #: Clocks.
-    CLOCKS = "clocks"
-    #: Clocks in which a frame was coming in or a command was being taken.
+    #: Cycles.
+    CYCLES = "clocks"
+    #: Cycles in which a frame was coming in or a command was being taken.
     RECEIVE = "receive"
-    #: Clocks of each unit.
+    #: Cycles of each unit.
     CROSSOVER = "crossover"
     MUTATION = "mutation"
     UPDATE = "update"
-    #: Clocks in which an answer was being made or was on the line.
+    #: Cycles in which an answer was being made or was on the line.
     TRANSMIT = "transmit"
-    #: Most clocks from the first of the crossover to the new population, of one generation since
-    #: the latest START.
+    #: Most cycles that one generation since the latest START took, from the first cycle of the
+    #: crossover to the new population.
     LONGEST = "longest"
     #: Generations executed.
     GENERATIONS = "generations"
@@ -132,16 +133,16 @@ class Counter(enum.StrEnum):
     #: Bytes on the line, both ways, delimiters and damaged frames included.
     BYTES_RECEIVED = "bytes_received"
     BYTES_SENT = "bytes_sent"
-    #: Clocks of the collision checker, from the first point of a path, or from the verdict before
-    #: it, to its verdict.
+    #: Cycles of the collision checker: of each path, from its first point or from the verdict
+    #: before it, whichever is later, to its verdict.
     FEASIBILITY = "feasibility"
-    #: Cells checked, each path's up to the one that hits first.
+    #: Cells checked; of each path, those up to the first colliding cell.
     CELLS = "cells"
-    #: Addresses that the checker gave to the map's memory.
+    #: Reads of the map's memory by the checker.
     READS = "reads"
     #: Paths checked.
     PATHS = "paths"
-    #: New waypoints that lay in the ground and were drawn again.
+    #: Further draws of new waypoints whose earlier draws lay in the ground.
     REDRAWN = "redrawn"
-    #: Mutations left out because every draw lay in the ground.
+    #: Mutations left out because every draw of the new waypoint lay in the ground.
     LEFT_OUT = "left_out"

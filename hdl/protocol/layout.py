@@ -1,4 +1,4 @@
-"""How the fields of a payload lie in its bytes."""
+"""Bit fields of a payload."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ __all__ = ["Layout", "numbered"]
 
 @dataclass(frozen=True)
 class Layout:
-    """Fields of a payload.
+    """Bit fields of a payload, without gaps and the first field lowest.
 
     Parameters
     ----------
     fields : tuple of (str, int)
-        Name and width in bits of each, the lowest first.
+        Name and width in bits of each field, the lowest first.
     """
 
     fields: tuple[tuple[str, int], ...]
 
     @property
     def bits(self) -> int:
-        """Width of all fields together."""
+        """Total width of the fields."""
         return sum(width for _, width in self.fields)
 
     @property
@@ -31,7 +31,7 @@ class Layout:
         return (self.bits + 7) // 8
 
     def pack(self, **values: int) -> bytes:
-        """Return the payload with ``values``, one for each field.
+        """Return the payload with ``values``, one value for each field.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Fixed fields of every request and every reply."""
+"""Fixed fields of every request and every reply, as functions of the configuration."""
 
 from __future__ import annotations
 
@@ -32,21 +32,22 @@ __all__ = [
     "write_request",
 ]
 
-#: Checkers in the order of their numbers in :func:`info_reply`. Number 3 was a build that is gone:
-#: it stays unused.
+#: Checkers in the order of their numbers in :func:`info_reply`. Number 3 was a build that has been
+#: removed: it stays unused.
 _CHECKERS = (CheckerBuild.NONE, CheckerBuild.TWO_TIER, CheckerBuild.PARALLEL)
 
 
 def open_request(config: Config) -> Layout:
-    """Nothing: the session is in the header."""
+    """Return no fields: the session is in the header."""
     return Layout(())
 
 
 def start_request(config: Config) -> Layout:
-    """Seed of the random source, highest values of new waypoints, whether to keep off the ground.
+    """Return the seed of the random source, and the limits and treatment of new waypoints.
 
-    ``avoid_ground``, of a chip with a checker only: a new waypoint in the ground is drawn again,
-    then left out.
+    ``x``, ``y`` and ``altitude`` are the highest values of a new waypoint. With ``avoid_ground``,
+    which needs a checker, a new waypoint in the ground is drawn again; if no draw is above the
+    ground, the mutation is left out.
     """
     return Layout(
         (("seed", SEED_BITS), ("x", 16), ("y", 16), ("altitude", 16), ("avoid_ground", 1))
@@ -54,33 +55,33 @@ def start_request(config: Config) -> Layout:
 
 
 def write_request(config: Config) -> Layout:
-    """First slot; the waypoints of one or more paths follow."""
+    """Return the first slot; the waypoints of one or more paths follow."""
     return Layout((("slot", 8),))
 
 
 def read_request(config: Config) -> Layout:
-    """First slot and number of slots, 1 or more."""
+    """Return the first slot and the number of slots, 1 or more."""
     return Layout((("slot", 8), ("count", 8)))
 
 
 def generate_request(config: Config, mode: LinkMode) -> Layout:
-    """Link mode; in the modes that need it, the slots from the best path to the worst."""
+    """Return the link mode and, in all modes but POPULATION, the slots from best to worst."""
     order = () if mode is LinkMode.POPULATION else numbered("slot", config.population, 8)
     return Layout((("mode", 8), *order))
 
 
 def map_request(config: Config) -> Layout:
-    """South-western cell and size of a rectangle; its cells follow row by row from the south."""
+    """Return the south-western cell and the size of a rectangle; its cells follow by rows."""
     return Layout((("x", 16), ("y", 16), ("width", 16), ("height", 16)))
 
 
 def check_request(config: Config) -> Layout:
-    """:class:`CheckFlag`; the points follow, 2 to ``max_waypoints + 2`` of them."""
+    """Return the :class:`CheckFlag`; the points follow, 2 to ``max_waypoints + 2`` of them."""
     return Layout((("flags", 8),))
 
 
 def check_paths_request(config: Config) -> Layout:
-    """First slot, number of slots, 1 or more, :class:`CheckFlag`, and both ends of every path."""
+    """Return the slots to check, :class:`CheckFlag`, and the two ends that all paths share."""
     return Layout(
         (
             ("slot", 8),
@@ -93,12 +94,12 @@ def check_paths_request(config: Config) -> Layout:
 
 
 def results_request(config: Config) -> Layout:
-    """First path of the latest check, 0 its first, and number of paths, 1 or more."""
+    """Return the first path, 0 for the first of the latest check, and the number of paths."""
     return Layout((("path", 8), ("count", 8)))
 
 
 def info_reply(config: Config) -> Layout:
-    """Version and build first: these two never move. Then the configuration."""
+    """Return version and build, whose place never changes, the session, then the configuration."""
     return Layout(
         (
             ("version", 8),
@@ -130,7 +131,7 @@ def info_reply(config: Config) -> Layout:
 
 
 def info_values(config: Config) -> dict[str, int]:
-    """Return every field of :func:`info_reply` but the session, which the chip fills in."""
+    """Return the values of :func:`info_reply`, except for the session, which the chip fills in."""
     fields = {name for name, _ in info_reply(config).fields}
     values = {name: getattr(config, name) for name in fields if hasattr(config, name)}
     return values | {
@@ -146,7 +147,7 @@ def config_from_info(values: dict[str, int]) -> Config:
     Raises
     ------
     ValueError
-        If there is none.
+        If no configuration has these values.
     """
     names = set(values) - {"version", "build_id", "session", "rank_survivors", "checker"}
     if values["checker"] >= len(_CHECKERS):
@@ -161,9 +162,10 @@ def config_from_info(values: dict[str, int]) -> Config:
 
 
 def status_reply(config: Config) -> Layout:
-    """State, the eight latest states (4 bits each, the latest lowest), errors and last clocks.
+    """Return the state, the eight latest states, the sticky errors and the cycles of units.
 
-    ``crossover``, ``mutation`` and ``update`` are the clocks of the latest generation.
+    ``history`` holds 4 bits for each state, the latest lowest. ``crossover``, ``mutation`` and
+    ``update`` are cycles of the latest generation.
     """
     return Layout(
         (
@@ -179,24 +181,25 @@ def status_reply(config: Config) -> Layout:
 
 
 def counters_reply(config: Config) -> Layout:
-    """Every :class:`Counter`, 48 bits each.
+    """Return every :class:`Counter`, 48 bits each.
 
-    Each is whole; those that count on while the answer is made are some clocks apart. The bytes
-    sent are those before this answer.
+    Each counter is consistent in itself; counters that run while the answer is made are read some
+    cycles apart. The bytes sent do not include this answer.
     """
     return Layout(tuple((counter.value, 48) for counter in Counter))
 
 
 def survivors_reply(config: Config) -> Layout:
-    """What stands before the children in :data:`LinkMode.RANK`: the survivors' former slots."""
+    """Return the survivors' former slots, which precede the children in :data:`LinkMode.RANK`."""
     return Layout(numbered("survivor", config.survivors, 8))
 
 
 def recipe_reply(config: Config) -> Layout:
-    """What a generation did, and the CRC-32 of the new population.
+    """Return the choices of a generation, and the CRC-32 of the new population.
 
-    ``parent`` and ``survivor`` are slots before the update. Of each mutator: whether it was
-    applied, its child, and its waypoint's index; of each that makes one, the new waypoint.
+    ``parent`` and ``survivor`` are slots before the update. Each mutator has a flag that says
+    whether its mutation was applied, its child, and the index of the waypoint; a mutator that makes
+    a waypoint has the new waypoint, too. See :class:`hdl.protocol.breeding.Recipe`.
     """
     mutations: list[tuple[str, int]] = []
     for i in range(config.mutators):
@@ -217,20 +220,20 @@ def recipe_reply(config: Config) -> Layout:
 
 
 def check_reply(config: Config) -> Layout:
-    """Totals of a check: clocks of the checker, addresses given to the map, cells checked."""
+    """Return the totals of a check: cycles of the checker, reads of the map, cells checked."""
     return Layout((("cycles", 32), ("reads", 32), ("cells", 32)))
 
 
 def path_record(config: Config) -> Layout:
-    """Result of a path: whether it collides, and how many :func:`entry_record` end its result."""
+    """Return the collision flag of a path and the number of :func:`entry_record` in its result."""
     return Layout((("collision", 1), ("entries", 7)))
 
 
 def hit_record(config: Config) -> Layout:
-    """What follows :func:`path_record` if the path collides: segment and cell that hit first.
+    """Return the first colliding segment and cell, which follow :func:`path_record` of a collision.
 
-    ``x`` and ``y`` are in cells of the map that hit, the coarse one if ``coarse``; ``cells`` are
-    those checked from the path's first to this one.
+    ``x`` and ``y`` count cells of the map that the cell belongs to, the coarse map if ``coarse``.
+    ``cells`` are the cells checked, from the first cell of the path to the colliding one.
     """
     return Layout(
         (
@@ -244,7 +247,7 @@ def hit_record(config: Config) -> Layout:
 
 
 def entry_record(config: Config) -> Layout:
-    """Colliding cells of one segment: those of terrain, and blocked ones."""
+    """Return the colliding cells of one segment: those of terrain, and blocked ones."""
     return Layout(
         (
             ("segment", config.segment_bits),

@@ -1,4 +1,4 @@
-"""Paths and cells of the map as they go over the link."""
+"""Paths and cells of the map as bytes on the link."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["pack_cells", "pack_paths", "unpack_cells", "unpack_paths"]
 
 
 def pack_paths(config: Config, paths: Iterable[Sequence[int]]) -> bytes:
-    """Return ``paths`` (packed waypoints each) as they go over the link."""
+    """Return the bytes of ``paths``, each a list of packed waypoints."""
     size, last = config.waypoint_bytes, 1 << config.waypoint_bits
     parts = []
     for path in paths:
@@ -26,7 +26,7 @@ def unpack_paths(config: Config, payload: bytes) -> list[list[int]]:
     Raises
     ------
     ValueError
-        If it ends inside a waypoint or a path, or a path is shorter or longer than a chromosome.
+        If the payload ends inside a waypoint or a path, or if the length of a path is out of range.
     """
     size, bits = config.waypoint_bytes, config.waypoint_bits
     if len(payload) % size:
@@ -50,7 +50,7 @@ def unpack_paths(config: Config, payload: bytes) -> list[list[int]]:
 
 
 def pack_cells(config: Config, altitudes: Sequence[int]) -> bytes:
-    """Return ``altitudes``, ``altitude_bits`` each, as they go over the link."""
+    """Return the bytes of the cells ``altitudes``, ``altitude_bits`` each."""
     bits = config.altitude_bits
     packed = 0
     for altitude in reversed(altitudes):
@@ -59,7 +59,7 @@ def pack_cells(config: Config, altitudes: Sequence[int]) -> bytes:
 
 
 def unpack_cells(config: Config, payload: bytes) -> list[int]:
-    """Return the whole cells in ``payload``; bits after the last whole one are padding."""
+    """Return the whole cells in ``payload``; the bits after the last whole cell are padding."""
     bits = config.altitude_bits
     packed = int.from_bytes(payload, "little")
     mask = (1 << bits) - 1

@@ -1,4 +1,4 @@
-"""Where each random draw lies in the words of the random source: read by gateware and model alike.
+"""Places of the random draws in the words of the random source, for gateware and model alike.
 
 A generation takes :attr:`hdl.config.Config.draw_steps` steps of the source; each step gives one
 selection word and one mutation word. Pure Python.
@@ -16,7 +16,7 @@ __all__ = ["LANES", "SEED_BITS", "WARM_UP_STEPS", "WORD_BITS", "RandomWordLayout
 
 #: Width of a word; also the widest that Trivium's feedback taps allow in one step.
 WORD_BITS = 64
-#: Words a step: selection first, then mutation. Each comes from a generator of its own.
+#: Words per step: selection first, then mutation. Each comes from its own generator.
 LANES = 2
 #: Width of the seed.
 SEED_BITS = 64
@@ -30,15 +30,15 @@ Slice = tuple[int, int]
 class RandomWordLayout:
     """Bit slices ``(low, high)`` of the draws of one configuration.
 
-    A uniform draw below ``n`` is ``slice * n >> width``, so its probabilities differ from ``1 / n``
-    by at most ``n / 2**width`` of themselves: 24 bits for children and survivors keep every
-    ordered choice of 5 of 22 within 7e-6.
+    A uniform draw below ``n`` is ``slice * n >> width``: the relative error of each probability
+    ``1 / n`` is at most ``n / 2**width``. With 24 bits for children and survivors, every ordered
+    choice of 5 of 22 is within 7e-6.
 
     Step ``i`` of a generation carries, in the selection word, the two draws of crossover rank ``i``
     and the two of survivor ``i``; in the mutation word, the child and the waypoint of mutator
-    ``i``.
-    The steps after the last mutator carry the offsets of new waypoints, one each: those of the
-    first candidate of every patch, then of the second of every patch, and so on.
+    ``i``. Each step after the last mutator carries the offsets of one new waypoint: first those of
+    the first candidate of every patch, then those of the second candidate of every patch, and so
+    on.
     """
 
     config: Config

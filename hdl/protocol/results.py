@@ -1,4 +1,4 @@
-"""Results of the collision checker as they go over the link."""
+"""Results of the collision checker as bytes on the link."""
 
 from __future__ import annotations
 
@@ -14,23 +14,24 @@ __all__ = ["PathResult", "pack_results", "unpack_results"]
 
 @dataclass(frozen=True)
 class PathResult:
-    """What became of one path.
+    """Result of one path.
 
     Attributes
     ----------
     collision : bool
-        Whether it collides. If not, what follows is None, and empty.
+        True if the path collides; if not, all other attributes are None, but ``entries``, which is
+        empty.
     segment : int or None
-        Segment that hits first, 0 the one from the aircraft.
+        First colliding segment; 0 is the segment from the aircraft.
     cell : tuple of int, or None
-        x and y of the cell that hits first, in cells of its map.
+        x and y of the first colliding cell, in cells of its map.
     coarse : bool or None
-        Whether that cell is one of the coarse map.
+        True if that cell belongs to the coarse map.
     cells : int or None
-        Cells checked up to that one, which is counted, too.
+        Cells checked, up to and including that one.
     entries : tuple of (int, int, int)
-        Of a check that counts, for each segment with colliding cells: its number, its cells in
-        terrain, its blocked cells.
+        For each segment with colliding cells, if the check counts them: number of the segment,
+        cells in terrain, blocked cells.
     """
 
     collision: bool = False
@@ -42,7 +43,7 @@ class PathResult:
 
 
 def pack_results(config: Config, results: Iterable[PathResult]) -> bytes:
-    """Return ``results`` as they go over the link."""
+    """Return the bytes of ``results``."""
     path, hit, entry = path_record(config), hit_record(config), entry_record(config)
     parts = []
     for result in results:
@@ -67,7 +68,7 @@ def unpack_results(config: Config, payload: bytes) -> list[PathResult]:
     Raises
     ------
     ValueError
-        If it ends inside a result.
+        If the payload ends inside a result.
     """
     path, hit, entry = path_record(config), hit_record(config), entry_record(config)
     at = 0

@@ -114,7 +114,7 @@ class ChipModel:
     def _pass_time(self, counter: Counter, line_bytes: int) -> None:
         clocks = line_bytes * _LINE_BITS * self.config.clocks_per_bit
         self._counters[counter] += clocks
-        self._counters[Counter.CLOCKS] += clocks
+        self._counters[Counter.CYCLES] += clocks
 
     def _enter(self, state: ChipState) -> None:
         self._states = [state, *self._states[:7]]
@@ -236,7 +236,7 @@ class ChipModel:
         for counter, state, clocks in spent:
             self._enter(state)
             self._counters[counter] += clocks
-            self._counters[Counter.CLOCKS] += clocks
+            self._counters[Counter.CYCLES] += clocks
         longest = sum(clocks for _, _, clocks in spent)
         self._counters[Counter.LONGEST] = max(self._counters[Counter.LONGEST], longest)
         self._counters[Counter.GENERATIONS] += 1
@@ -269,7 +269,7 @@ class ChipModel:
         if not repeated:
             self._enter(ChipState.CHECK)
             spent = self.checking.counters[Counter.FEASIBILITY]
-            self._counters[Counter.CLOCKS] += spent - self._counters[Counter.FEASIBILITY]
+            self._counters[Counter.CYCLES] += spent - self._counters[Counter.FEASIBILITY]
             self._counters |= self.checking.counters
 
     def _count(self, payload: bytes, repeated: bool) -> bytes:

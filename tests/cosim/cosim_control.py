@@ -76,7 +76,7 @@ class Bench:
         assert {name: counters[name] for name in self.counters} == self.counters
         assert dut.history.value.to_unsigned() == self.history
         self.history = self.entered
-        self.counters[Counter.CLOCKS] += 1
+        self.counters[Counter.CYCLES] += 1
         for counter, count in self.late.items():
             self.counters[counter] += count
         self.late = {

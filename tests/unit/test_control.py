@@ -121,7 +121,7 @@ def test_a_generation_goes_through_all_units():
         clocks = ctx.get(dut.clocks)
         assert (clocks.crossover, clocks.mutation, clocks.update) == (17, 2, 1)
         assert unit.counters() == {
-            Counter.CLOCKS: unit.clocks,
+            Counter.CYCLES: unit.clocks,
             Counter.RECEIVE: 3 + 1,
             Counter.CROSSOVER: 17,
             Counter.MUTATION: 2,
@@ -143,7 +143,7 @@ def test_another_command_goes_past_the_generation():
         assert ctx.get(dut.history) == 0x00000_150
         assert ctx.get(dut.generation) == 0
         counters = unit.counters()
-        assert counters.pop(Counter.CLOCKS) == 7 + 1
+        assert counters.pop(Counter.CYCLES) == 7 + 1
         assert counters.pop(Counter.RECEIVE) == 2
         assert counters.pop(Counter.TRANSMIT) == 4
         assert set(counters.values()) == {0}
@@ -157,7 +157,7 @@ def test_a_check_goes_past_the_generation():
         assert ctx.get(dut.history) == 0x0000_1650
         assert ctx.get(dut.generation) == 0
         counters = unit.counters()
-        assert counters.pop(Counter.CLOCKS) == 37 + 1
+        assert counters.pop(Counter.CYCLES) == 37 + 1
         assert counters.pop(Counter.RECEIVE) == 2
         assert counters.pop(Counter.TRANSMIT) == 4
         assert set(counters.values()) == {0}
@@ -198,7 +198,7 @@ def test_counters_of_random_commands():
                 counters[Counter.LONGEST] = max(counters[Counter.LONGEST], sum(clocks[1:4]))
                 latest = ctx.get(dut.clocks)
                 assert [latest.crossover, latest.mutation, latest.update] == clocks[1:4]
-            counters[Counter.CLOCKS] = unit.clocks
+            counters[Counter.CYCLES] = unit.clocks
             assert unit.counters() == counters
             assert ctx.get(dut.generation) == generations
 

@@ -118,7 +118,7 @@ _SEGMENT = Field(
 )
 
 _COUNTERS = {
-    Counter.CLOCKS: "Cycles",
+    Counter.CYCLES: "Cycles",
     Counter.RECEIVE: "Cycles in which a frame came in or a command was parsed",
     Counter.CROSSOVER: "Cycles of crossover",
     Counter.MUTATION: "Cycles of mutation",

@@ -129,15 +129,14 @@ class FpgaGeneticPlanner:
         JobError
             If the board cannot be started, or is lost before anything was evaluated.
         """
-        # Before a simulated board is built, if its URL says enough.
-        if self._open_board is None and (known := known_config(self.board)) is not None:
-            _check(known, evaluator, options, self.on_board)
+        # If the URL says enough, refuse what is wrong before a simulated board is built.
+        known = known_config(self.board) if self._open_board is None else None
+        grid = None if known is None else _map_for(known, evaluator, options, self.on_board)
         with self._open() as chip:
             config = chip.config
-            _check(config, evaluator, options, self.on_board)
+            if grid is None or config != known:
+                grid = _map_for(config, evaluator, options, self.on_board)
             run = Run(evaluator, options, progress, stop)
-            with run.phase("map"):
-                grid = ChipMap(config, evaluator.problem)
             drawn = self._first_paths(run, grid, config)
             loop = _Loop(chip, grid, run, self.link_mode, self.on_board)
             loop.start(drawn)
@@ -160,7 +159,8 @@ class FpgaGeneticPlanner:
                 run, rng, count, config.max_waypoints, fewest=config.MIN_WAYPOINTS, lattice=grid
             )
             if found is not None:
-                return [pack_waypoints(config, grid.to_cells(path[1:-1])) for path in found]
+                with run.phase("map"):
+                    return [pack_waypoints(config, grid.to_cells(path[1:-1])) for path in found]
         with run.phase("map"):
             return draw_paths(grid, config, rng, count)
 
@@ -168,8 +168,8 @@ class FpgaGeneticPlanner:
         return (self._open_board or open_board)(self.board)
 
 
-def _check(config: Config, evaluator: Evaluator, options: Options, on_board: bool) -> None:
-    """Refuse what a chip of ``config`` cannot do."""
+def _map_for(config: Config, evaluator: Evaluator, options: Options, on_board: bool) -> ChipMap:
+    """Return the map of a chip of ``config``, or refuse what that chip cannot do."""
     if not config.genetic:
         raise InputError(
             "This board has no genetic core, it only checks paths; use another board, "
@@ -185,7 +185,7 @@ def _check(config: Config, evaluator: Evaluator, options: Options, on_board: boo
             f"The population of this board is {config.population}, not "
             f"{options.population}; leave out --population or build another board."
         )
-    ChipMap(config, evaluator.problem)
+    return ChipMap(config, evaluator.problem)
 
 
 class _Loop:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import Any
 
@@ -63,7 +64,7 @@ class ChipMap:
     def __init__(self, config: Config, problem: Problem) -> None:
         terrain = problem.terrain
         self._config = config
-        self._terrain = terrain
+        self._problem = problem
         ny, nx = terrain.elevation.shape
         size = config.map_size
         self.scale_m = (
@@ -78,7 +79,6 @@ class ChipMap:
         span_m = highest + headroom_m - self.base_m
         self.step_m = math.ceil(span_m / steps / _STEP_QUANTUM_M) * _STEP_QUANTUM_M
         self.limits = (min(nx, size) - 1, min(ny, size) - 1, steps)
-        self.heights = self._heights(problem.nofly_raster)
         for name, (_, _, z) in (("start", problem.start), ("goal", problem.goal)):
             if z > self.top_m:
                 raise InputError(
@@ -136,12 +136,14 @@ class ChipMap:
             "padding_cells": [size - 1 - self.limits[0], size - 1 - self.limits[1]],
         }
 
-    def _heights(self, nofly: NDArray[np.bool_]) -> NDArray[np.uint16]:
-        terrain, blocked = self._terrain, self._config.blocked_altitude
+    @functools.cached_property
+    def heights(self) -> NDArray[np.uint16]:
+        """Altitude steps of the cells, made when they are first needed."""
+        terrain, blocked = self._problem.terrain, self._config.blocked_altitude
         steps = np.ceil((terrain.elevation - self.base_m) / self.step_m)
         # The difference may have been rounded down to a step that lies below the ground.
         steps += self.base_m + steps * self.step_m < terrain.elevation
-        steps = np.where(np.isnan(terrain.elevation) | nofly, blocked, steps)
+        steps = np.where(np.isnan(terrain.elevation) | self._problem.nofly_raster, blocked, steps)
         ny, nx = steps.shape
         rows = _first_nodes(ny, terrain.dy_m, self.scale_m[1])
         columns = _first_nodes(nx, terrain.dx_m, self.scale_m[0])

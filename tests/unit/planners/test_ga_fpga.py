@@ -295,3 +295,18 @@ def test_what_the_url_forbids_is_refused_before_a_board_is_opened(
         FpgaGeneticPlanner(board=board).plan(
             make_evaluator(start=(500, 500, altitude), goal=(5500, 700, altitude)), options
         )
+
+
+@pytest.mark.parametrize("feasibility", ["host", "board"])
+def test_the_map_is_made_once(evaluator, monkeypatch, feasibility):
+    made = []
+
+    class RecordedMap(ChipMap):
+        def __init__(self, config, problem):
+            super().__init__(config, problem)
+            made.append(config)
+
+    monkeypatch.setattr(ga_fpga, "ChipMap", RecordedMap)
+    planner = FpgaGeneticPlanner(feasibility=feasibility)
+    assert planner.plan(evaluator, Options(generations=2, seed=1)).seconds["map"] > 0
+    assert made == [Config(clocks_per_bit=4)]

@@ -13,8 +13,8 @@ from bench.testing_trajectory import TESTING_TRAJECTORY, canyon_map
 from hdl.config import CheckerBuild, Config
 from host.device.map_frames import padded_map
 from sim.harness import VerilatedChecker
-from sim.model.checker import Point, TerrainModel, paper_clocks, segment_cells
-from sim.model.checker_cycles import batch_clocks
+from sim.model.checker import Point, TerrainModel, paper_cycles, segment_cells
+from sim.model.checker_cycles import batch_cycles
 
 
 __all__ = ["cells_per_clock", "run"]
@@ -54,7 +54,7 @@ def run(options: Options) -> Report:
             "paper",
             1,
             _PAPER_CLOCKS,
-            paper_clocks(_PAPER_CELLS, segments=3),
+            paper_cycles(_PAPER_CELLS, segments=3),
             _PAPER_CLOCKS * _PAPER_CLOCK_S * 1e6,
             _PAPER_CELLS,
             _PAPER_CELLS_PER_US * 1e6 * _PAPER_CLOCK_S,
@@ -70,7 +70,7 @@ def run(options: Options) -> Report:
         config = Config(checker=build, lanes=lanes)
         terrain = TerrainModel(config)
         terrain.write(0, 0, canyon)
-        [(predicted, _)] = batch_clocks(config, terrain, [TESTING_TRAJECTORY])
+        [(predicted, _)] = batch_cycles(config, terrain, [TESTING_TRAJECTORY])
         with VerilatedChecker(config) as checker:
             checker.write(canyon)
             if build is CheckerBuild.TWO_TIER:
@@ -115,7 +115,7 @@ def _table_2(parts: Sequence[int]) -> str:
     """The steps of the paper's Table 2, and the clocks of the two-tier build for so many."""
     first, second, third = _PAPER_SEGMENTS
     paper = [
-        paper_clocks(sum(_PAPER_SEGMENTS[:segments]), segments=segments) for segments in (1, 2, 3)
+        paper_cycles(sum(_PAPER_SEGMENTS[:segments]), segments=segments) for segments in (1, 2, 3)
     ]
     return (
         f"Table 2, clocks: 4 to capture the path, {first} for the first segment, 3 to change, "

@@ -143,7 +143,7 @@ def differing(
     said = [
         Verdict(
             collision=bool(verdict["collision"]),
-            over=not verdict["collision"],
+            clear=not verdict["collision"],
             segment=verdict["segment"],
             x=verdict["x"],
             y=verdict["y"],

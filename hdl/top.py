@@ -167,7 +167,7 @@ class Planner(wiring.Component):
         m.d.comb += [
             core.check.eq(receiving.check),
             checking.on.eq(core.check_on),
-            core.check_over.eq(checking.over),
+            core.check_over.eq(checking.done),
             checking.forget.eq(receiving.forget),
             checking.checks.eq(receiving.checks),
             checker.count.eq(checking.counting),

@@ -43,14 +43,14 @@ def random_batch(config, rng, paths, points=None):
     near = rng.integers(-2, 3, (total, 2)) + np.roll(drawn, 1, axis=0)
     drawn = np.where(rng.random((total, 1)) < 1 / 3, near.clip(0, edge - 1), drawn)
     altitudes = rng.integers(top // 4, top + 1, (total, 1))
-    starts = np.concatenate([[0], np.cumsum(lengths)])
-    return Batch(np.concatenate([drawn, altitudes], axis=1), starts)
+    bounds = np.concatenate([[0], np.cumsum(lengths)])
+    return Batch(np.concatenate([drawn, altitudes], axis=1), bounds)
 
 
 def paths_of(batch):
     """The paths of a batch as :func:`sim.model.checker.check_path` takes them."""
     points = [tuple(point) for point in batch.points.tolist()]
-    return [points[i:j] for i, j in zip(batch.starts[:-1], batch.starts[1:], strict=True)]
+    return [points[i:j] for i, j in zip(batch.bounds[:-1], batch.bounds[1:], strict=True)]
 
 
 def closed_form(config, terrain, batch):
@@ -58,10 +58,10 @@ def closed_form(config, terrain, batch):
 
     Memory goes with the number of cells.
     """
-    number = np.diff(batch.starts)
+    number = np.diff(batch.bounds)
     path = np.repeat(np.arange(len(batch)), number - 1)
     first = np.arange(len(path)) + path  # The point that each segment leaves.
-    segment = first - batch.starts[path]
+    segment = first - batch.bounds[path]
     is_coarse = (config.checker is CheckerBuild.TWO_TIER) & (segment >= config.DETAILED_SEGMENTS)
     factor = np.where(is_coarse, config.coarse_factor, 1)[:, None]
     (x0, y0), (x1, y1) = ((batch.points[at, :2] // factor).T for at in (first, first + 1))
@@ -85,7 +85,7 @@ def closed_form(config, terrain, batch):
         [np.bincount(of[hit & kind], minlength=len(n)) for kind in (~is_blocked, is_blocked)],
         axis=1,
     )
-    path_begin = begin[batch.starts[:-1] - np.arange(len(batch))]
+    path_begin = begin[batch.bounds[:-1] - np.arange(len(batch))]
     at = np.minimum.reduceat(np.where(hit, np.arange(len(hit)), len(hit)), path_begin)
     collision = at < len(hit)
     at = np.where(collision, at, 0)

@@ -34,8 +34,8 @@ def check_counters_layout(config: Config) -> data.StructLayout:
 class CheckController(wiring.Component):
     """Gives the checker its points, and keeps its results until the next check.
 
-    It is over two clocks after the last verdict and the last of its entries. Neither the link nor
-    the population slows the checker down: it is offered a point in every clock, and what it says is
+    It is over two cycles after the last verdict and the last of its entries. Neither the link nor
+    the population slows the checker down: it is offered a point in every cycle, and what it says is
     always taken.
 
     Parameters
@@ -45,7 +45,7 @@ class CheckController(wiring.Component):
 
     Members
     -------
-    on, over : In(1), Out(1)
+    on, done : In(1), Out(1)
         Hand-over with the control unit.
     checks : In(check_layout)
         What is to be checked, steady while ``on``.
@@ -78,7 +78,7 @@ class CheckController(wiring.Component):
         super().__init__(
             {
                 "on": In(1),
-                "over": Out(1),
+                "done": Out(1),
                 "checks": In(check_layout(config)),
                 "forget": In(1),
                 "points": In(stream.Signature(points)),
@@ -129,7 +129,7 @@ class CheckController(wiring.Component):
             cleared.eq(self.on & was_on),
             self.counting.eq(self.checks.counting),
             wanted.eq(Mux(self.checks.batch, self.checks.count, 1)),
-            self.over.eq(self.on & cleared & (store.paths == wanted) & store.complete & ~self.over),
+            self.done.eq(self.on & cleared & (store.paths == wanted) & store.complete & ~self.done),
         ]
         m.d.comb += [
             source.forget.eq(self.forget),

@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 from hdl.config import CheckerBuild, Config
 from hdl.feasibility.layouts import count_layout, verdict_layout
 from hdl.feasibility.parallel.walker import ParallelWalker
-from hdl.feasibility.results import Results
+from hdl.feasibility.result_collector import Results
 from hdl.feasibility.two_tier.walker import TwoTierWalker
 from hdl.layouts import cell_layout, point_layout
 
@@ -21,11 +21,11 @@ class Checker(wiring.Component):
     A segment passes as many cells as its longer side has, both ends included: of its n + 1 cells,
     the one after k is its start and k/n of the way, halves rounded up, and collides unless the
     exact altitude there is above the ground. A segment within a cell is at the lower of its ends.
-    ``config.checker`` names which map a segment is compared with and how many cells a clock can be;
+    ``config.checker`` names which map a segment is compared with and how many cells a cycle can be;
     see the walkers. A path is followed up to its first colliding cell or to its end.
 
     Paths may follow each other without a gap, and are checked without one; the verdict of one does
-    not wait for the next. The verdict is offered one clock after the walker's step that decides it.
+    not wait for the next. The verdict is offered one cycle after the walker's step that decides it.
     Latencies are told by the walkers.
 
     Parameters
@@ -47,8 +47,8 @@ class Checker(wiring.Component):
     busy : Out(1)
         A path has been taken and its verdict has not been transferred, or points of it are still to
         come, as they are where it collides early.
-    collision, over : Out(1)
-        Flags of the paper, for one path at a time. They rise in the clock in which the verdict is
+    collision, clear : Out(1)
+        Flags of the paper, for one path at a time. They rise in the cycle in which the verdict is
         offered: the one if it collides, the other if it does not; when counting, ``collision``
         rises with the first hit. Both clear with the first point of a path.
     writes : In(stream.Signature(cell_layout))
@@ -56,10 +56,10 @@ class Checker(wiring.Component):
         coarse map. Taken only while not ``busy``. Cells never written hold anything.
     lookup_valid : In(1)
     lookup_x, lookup_y : In(coordinate_bits)
-        With ``lookup_valid``, a cell: one a clock, but not while ``busy``, nor in the clock of a
+        With ``lookup_valid``, a cell: one a cycle, but not while ``busy``, nor in the cycle of a
         write or the next.
     lookup_altitude : Out(altitude_bits)
-        The ground there, ``config.lookup_latency`` clocks later.
+        The ground there, ``config.lookup_latency`` cycles later.
 
     Raises
     ------
@@ -84,7 +84,7 @@ class Checker(wiring.Component):
                 "counts": Out(stream.Signature(count_layout(config))),
                 "busy": Out(1),
                 "collision": Out(1),
-                "over": Out(1),
+                "clear": Out(1),
                 "writes": In(stream.Signature(cell_layout(config))),
                 "lookup_valid": In(1),
                 "lookup_x": In(config.coordinate_bits),
@@ -140,7 +140,7 @@ class Checker(wiring.Component):
         paths, was_first, waited_for = Signal(range(64)), Signal(), Signal()
         transferred = self.verdicts.valid & self.verdicts.ready
         m.d.sync += [
-            # A first point comes late in its clock, and is counted after it.
+            # A first point comes late in its cycle, and is counted after it.
             was_first.eq(first),
             paths.eq(paths + was_first - transferred),
             waited_for.eq(was_first | Mux(transferred, paths > 1, paths.any())),
@@ -148,11 +148,11 @@ class Checker(wiring.Component):
         m.d.comb += self.busy.eq(inside | was_first | waited_for)
 
         with m.If(first):
-            m.d.sync += [self.collision.eq(0), self.over.eq(0)]
+            m.d.sync += [self.collision.eq(0), self.clear.eq(0)]
         with m.If(results.hit):
             m.d.sync += self.collision.eq(1)
         with m.If(results.free):
-            m.d.sync += self.over.eq(1)
+            m.d.sync += self.clear.eq(1)
 
         return m
 

@@ -28,8 +28,8 @@ def place_layout(config: Config) -> data.StructLayout:
 class Feasibility(wiring.Component):
     """Checks the path in a path memory, one at a time.
 
-    The aircraft is given to the checker in the clock of ``enable``, and a point in each clock after
-    it. So the flags rise as many clocks after ``enable`` as ``verdict.cycles`` says, less one.
+    The aircraft is given to the checker in the cycle of ``enable``, and a point in each cycle after
+    it. So the flags rise as many cycles after ``enable`` as ``verdict.cycles`` says, less one.
 
     Source: *allaire two-tier*, section 3.1. Differs: the verdict besides the flags, the counts, and
     a way to write the map.
@@ -43,7 +43,7 @@ class Feasibility(wiring.Component):
     -------
     enable : In(1)
         Start a check; not looked at while ``busy``. ``aircraft``, ``goal`` and ``waypoint_count``
-        count in this clock; ``path_address`` and the first waypoint do from the clock before on.
+        count in this cycle; ``path_address`` and the first waypoint do from the cycle before on.
     aircraft, goal : In(place_layout)
     waypoint_count : In(length_bits)
         Waypoints between them, 0..max_waypoints.
@@ -52,16 +52,16 @@ class Feasibility(wiring.Component):
     read_address : Out(address_bits)
         To the path memory, of ``population * max_waypoints`` waypoints.
     waypoint : In(place_layout)
-        The waypoint at the ``read_address`` of the previous clock.
+        The waypoint at the ``read_address`` of the previous cycle.
     count : In(1)
         As of the checker.
     busy : Out(1)
-        A check is under way: from the clock after ``enable`` up to that in which a flag rises.
-    collision, over : Out(1)
-        Flags; see :class:`hdl.feasibility.checker.Checker`. They stay until the clock of the next
-        ``enable``, that clock included.
+        A check is under way: from the cycle after ``enable`` up to that in which a flag rises.
+    collision, clear : Out(1)
+        Flags; see :class:`hdl.feasibility.checker.Checker`. They stay until the cycle of the next
+        ``enable``, that cycle included.
     verdict : Out(verdict_layout)
-        From the clock on in which it is offered, until the next is.
+        From the cycle on in which it is offered, until the next is.
     counts : Out(stream.Signature(count_layout))
     writes : In(stream.Signature(cell_layout))
         As of the checker. A check that is enabled after the last cell of a rectangle waits until
@@ -85,7 +85,7 @@ class Feasibility(wiring.Component):
                 "count": In(1),
                 "busy": Out(1),
                 "collision": Out(1),
-                "over": Out(1),
+                "clear": Out(1),
                 "verdict": Out(verdict_layout(config)),
                 "counts": Out(stream.Signature(count_layout(config))),
                 "writes": In(stream.Signature(cell_layout(config))),
@@ -104,7 +104,7 @@ class Feasibility(wiring.Component):
         m.d.comb += [
             checker.count.eq(self.count),
             self.collision.eq(checker.collision & ~waiting),
-            self.over.eq(checker.over & ~waiting),
+            self.clear.eq(checker.clear & ~waiting),
         ]
 
         held = Signal(verdict_layout(self.config))

@@ -7,7 +7,7 @@ from hdl.config import Config
 
 __all__ = ["count_layout", "verdict_layout"]
 
-#: Width of a number of clocks.
+#: Width of a number of cycles.
 CYCLES_BITS = 24
 
 

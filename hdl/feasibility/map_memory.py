@@ -5,7 +5,7 @@ from amaranth.lib import wiring
 from amaranth.utils import ceil_log2
 
 from hdl.primitives.block_memory import BlockMemory, memory_members
-from hdl.primitives.multiplexer import chosen
+from hdl.primitives.multiplexer import multiplex
 
 
 __all__ = ["MapMemory"]
@@ -14,7 +14,7 @@ __all__ = ["MapMemory"]
 class MapMemory(wiring.Component):
     """Memory that is read through one or two ports, and written through the first.
 
-    Rows are read in every clock. What a port reads while a row is written is undefined, in all
+    Rows are read in every cycle. What a port reads while a row is written is undefined, in all
     rows; rows never written hold anything.
 
     On a target it is one memory of dual-port block RAMs, none of them doubled: the writer is the
@@ -29,7 +29,7 @@ class MapMemory(wiring.Component):
     width : int
         Bits of a row.
     latency : int
-        Clocks from an address to its data, 1 or 2.
+        Cycles from an address to its data, 1 or 2.
     ports : int
         Ports, 1 or 2.
     number : int or None
@@ -95,10 +95,10 @@ class MapMemory(wiring.Component):
 
         for port, (source, outs) in enumerate(zip(ports, data, strict=True)):
             block = source.address[bits:]
-            for clock in range(self.latency if blocks > 1 else 0):
-                earlier = Signal(len(block), name=f"at_{port}_{clock}", reset_less=True)
+            for cycle in range(self.latency if blocks > 1 else 0):
+                earlier = Signal(len(block), name=f"at_{port}_{cycle}", reset_less=True)
                 m.d.sync += earlier.eq(block)
                 block = earlier
-            m.d.comb += source.data.eq(chosen(block, outs))
+            m.d.comb += source.data.eq(multiplex(block, outs))
 
         return m

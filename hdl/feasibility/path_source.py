@@ -13,14 +13,14 @@ __all__ = ["PathSource"]
 
 
 class PathSource(wiring.Component):
-    """Offers the checker a point in every clock, from the first to the last of a check.
+    """Offers the checker a point in every cycle, from the first to the last of a check.
 
-    The population's read-out has a clock between two paths in which it has no waypoint, besides the
+    The population's read-out has a cycle between two paths in which it has no waypoint, besides the
     two for the goal and the next aircraft. The points therefore go through a buffer, which is let
     out when there are as many points in it as paths still to be read could fall behind.
 
-    The first point of one path is offered 4 clocks after the unit is turned on, that of a batch
-    ``13 + count * 5 / 4`` clocks at most.
+    The first point of one path is offered 4 cycles after the unit is turned on, that of a batch
+    ``13 + count * 5 / 4`` cycles at most.
 
     Without a genetic core there is no population and no batch. The buffer is one block RAM on the
     target.
@@ -89,7 +89,7 @@ class PathSource(wiring.Component):
             room.eq(~waiting[-1]),
             put.eq(write & room),
         ]
-        # Written a clock after it is counted; let out no sooner than that.
+        # Written a cycle after it is counted; let out no sooner than that.
         m.d.sync += [
             ring.write_enable.eq(put),
             ring.write_row.eq(tail),
@@ -124,7 +124,7 @@ class PathSource(wiring.Component):
                     m.next = "Off"
 
         if self.config.genetic:
-            # Each path still to come may cost a clock.
+            # Each path still to come may cost a cycle.
             flowing = Signal()
             with m.If(~self.on):
                 m.d.sync += flowing.eq(0)

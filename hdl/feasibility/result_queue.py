@@ -9,10 +9,10 @@ __all__ = ["ResultQueue"]
 
 
 class ResultQueue(wiring.Component):
-    """Lets words out in order; a word is offered in the clock after it is put in.
+    """Lets words out in order; a word is offered in the cycle after it is put in.
 
     ``valid`` and ``payload`` are registers. What is put in meets two of them and no memory: a word
-    that cannot be offered at once goes to the memory a clock later. So a long path may lead to
+    that cannot be offered at once goes to the memory a cycle later. So a long path may lead to
     ``word``, and another away from ``words``.
 
     Parameters

@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 from hdl.config import Config
 from hdl.feasibility.layouts import count_layout, verdict_layout
 from hdl.layouts import record_layout, struct
-from hdl.primitives.delay_line import delayed
+from hdl.primitives.delay_line import delay_line
 from hdl.protocol import check_reply, entry_record, hit_record, path_record
 
 
@@ -17,9 +17,9 @@ __all__ = ["ResultStore"]
 class ResultStore(wiring.Component):
     """Keeps what the checker says of the paths of a check, and serves it byte by byte.
 
-    Verdicts and counts are taken in every clock, so that the link never holds the checker up: there
+    Verdicts and counts are taken in every cycle, so that the link never holds the checker up: there
     is room for an entry of every segment of every path. Which entries are a verdict's is told by
-    their number alone, in whatever clocks the two streams come.
+    their number alone, in whatever cycles the two streams come.
 
     On the target, counts take a block RAM for each 1024 rows of 18 bits (two for 32 paths of 17
     segments), and verdicts ``checked_paths`` rows of two to four more or of distributed memory, as
@@ -32,12 +32,12 @@ class ResultStore(wiring.Component):
     Members
     -------
     clear : In(1)
-        A check begins: what is held is void, from the second clock after it on.
+        A check begins: what is held is void, from the second cycle after it on.
     verdicts : In(stream.Signature(verdict_layout))
     counts : In(stream.Signature(count_layout))
         Always ready.
     paths : Out(9)
-        Verdicts held. What else is told of one is there from the next clock on.
+        Verdicts held. What else is told of one is there from the next cycle on.
     complete : Out(1)
         Their entries have all come.
     totals : Out(struct of check_reply)
@@ -45,8 +45,8 @@ class ResultStore(wiring.Component):
     reads : In(stream.Signature({"path": 8, "count": 9}))
         Paths to serve, of those held: the first, and how many, 1 or more.
     records : Out(stream.Signature(record_layout))
-        Their results as :mod:`hdl.protocol.results` has them. The first byte is offered 3 clocks
-        after a read is taken; then a byte a clock, with 2 clocks before each entry and path.
+        Their results as :mod:`hdl.protocol.results` has them. The first byte is offered 3 cycles
+        after a read is taken; then a byte a cycle, with 2 cycles before each entry and path.
     """
 
     def __init__(self, config: Config):
@@ -107,7 +107,7 @@ class ResultStore(wiring.Component):
         with m.If(self.verdicts.valid):
             m.d.sync += [paths.eq(paths + 1), told.eq(told + verdict.entries)]
 
-        # The rest is kept a clock later, as it is wide and far from the checker.
+        # The rest is kept a cycle later, as it is wide and far from the checker.
         came, kept = Signal(), Signal.like(verdict, reset_less=True)
         kept_row = Signal(verdict_row, reset_less=True)
         kept_at = Signal(range(max(2, config.checked_paths)), reset_less=True)
@@ -134,7 +134,7 @@ class ResultStore(wiring.Component):
         return m
 
     def _keep(self, m, came, at, row, number):
-        """Keep the ``row`` that ``came``; return that of a number, a clock after it or sooner."""
+        """Keep the ``row`` that ``came``; return that of a number, a cycle after it or sooner."""
         if self.config.checked_paths == 1:
             only = Signal.like(row)
             with m.If(came):
@@ -171,7 +171,7 @@ class ResultStore(wiring.Component):
         ]
         # Rows come out of the memory long before they are wanted: there is time for registers.
         row = Signal.like(entry_read.addr, reset_less=True)
-        fetched = delayed(m, Value.cast(entry_read.data), 2, "fetched")
+        fetched = delay_line(m, Value.cast(entry_read.data), 2, "fetched")
         m.d.comb += entry_read.addr.eq(row)
 
         with m.FSM():

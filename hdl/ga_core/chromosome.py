@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 from amaranth.utils import ceil_log2
 
 from hdl.config import Config
-from hdl.primitives.multiplexer import chosen, gated
+from hdl.primitives.multiplexer import multiplex, one_hot_multiplex
 
 
 __all__ = [
@@ -159,7 +159,7 @@ class ReadIndex(wiring.Component):
                 source.patches.eq(patched),
                 source.head.eq(~tail & ~patched.any()),
                 source.tail.eq(tail & ~patched.any()),
-                source.at.eq(chosen(Cat(tail, shifted), places)),
+                source.at.eq(multiplex(Cat(tail, shifted), places)),
             ]
 
         return m
@@ -230,6 +230,8 @@ class Chromosome(wiring.Component):
         m.d.comb += self.waypoint.eq(waypoint)
         with m.If(self.advance):
             select = Cat(self.source.head, self.source.tail, self.source.patches)
-            m.d.sync += waypoint.eq(gated(select, [read["head"], read["tail"], *self.patches]))
+            m.d.sync += waypoint.eq(
+                one_hot_multiplex(select, [read["head"], read["tail"], *self.patches])
+            )
 
         return m

@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 from amaranth.utils import ceil_log2
 
 from hdl.config import Config
-from hdl.primitives.multiplexer import chosen, gated
+from hdl.primitives.multiplexer import multiplex, one_hot_multiplex
 from hdl.protocol.random_words import RandomWordLayout
 
 
@@ -111,8 +111,8 @@ class MutationPlan(wiring.Component):
             "drawn",
             running,
             number=number[: len(self.number)],
-            child=chosen(number, list(self.children)),
-            draw=chosen(number, list(self.draws)),
+            child=multiplex(number, list(self.children)),
+            draw=multiplex(number, list(self.draws)),
         )
 
         # The lengths come from afar: decoded first, then looked up.
@@ -134,8 +134,8 @@ class MutationPlan(wiring.Component):
             odd=decoded["child"][0],
             first=first,
             second=second,
-            first_length=gated(select, self.lengths),
-            second_length=gated(select, [*self.lengths[1:], self.lengths[0]]),
+            first_length=one_hot_multiplex(select, self.lengths),
+            second_length=one_hot_multiplex(select, [*self.lengths[1:], self.lengths[0]]),
         )
 
         head_length = Mux(looked_up["odd"], looked_up["second_length"], looked_up["first_length"])

@@ -21,7 +21,7 @@ from hdl.ga_core.read_pointer import ReadPointer
 from hdl.ga_core.slot_mapping import carrier_layout, carriers
 from hdl.layouts import read_layout, waypoint_layout, write_layout
 from hdl.primitives.fanout import fanout
-from hdl.primitives.multiplexer import gated
+from hdl.primitives.multiplexer import one_hot_multiplex
 
 
 __all__ = ["Population"]
@@ -155,7 +155,7 @@ class Population(wiring.Component):
         connect(m, readout.waypoints, flipped(self.read_waypoints))
         m.d.sync += [
             read_slot.eq(1 << readout.slot),
-            read_length.eq(gated(read_slot, self.lengths)),
+            read_length.eq(one_hot_multiplex(read_slot, self.lengths)),
         ]
         m.d.comb += [
             readout.allow.eq(self.allow & ~peeks),
@@ -338,8 +338,8 @@ class Population(wiring.Component):
         patches = [C(number, len(bred.patch)) for number in range(config.patches)]
         m.d.sync += hits.eq(Cat(each.applied & (each.child == child) for each in self.mutations))
         m.d.comb += [
-            bred.at.eq(gated(hits, indices)),
-            bred.patch.eq(gated(hits[: config.patches], patches)),
+            bred.at.eq(one_hot_multiplex(hits, indices)),
+            bred.patch.eq(one_hot_multiplex(hits[: config.patches], patches)),
         ]
         for kind in MutationKind:
             of_kind = Cat(hit for hit, of in zip(hits, config.mutations, strict=True) if of is kind)

@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
 from hdl.ga_core.slot_mapping import carriers
-from hdl.primitives.multiplexer import gated_tree
+from hdl.primitives.multiplexer import one_hot_multiplex_tree
 
 
 __all__ = ["ReadCrossbar"]
@@ -66,7 +66,7 @@ class ReadCrossbar(wiring.Component):
             port = Signal(len(waypoint), name=f"port_{number}", reset_less=True)
             m.d.sync += chosen.eq(select)
             # Not within a condition, which would be an input more of every table.
-            passing = gated_tree(m, chosen, self.slots, f"of_slots_{number}")
+            passing = one_hot_multiplex_tree(m, chosen, self.slots, f"of_slots_{number}")
             m.d.comb += waypoint.eq(port)
             with m.If(self.writing[number // _PORTS_OF_PART]):
                 m.d.sync += port.eq(self.written)

@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
 from hdl.layouts import ranking_layout
-from hdl.primitives.multiplexer import gated
+from hdl.primitives.multiplexer import one_hot_multiplex
 
 
 __all__ = ["SlotMapping", "carrier_layout", "carriers"]
@@ -94,7 +94,7 @@ class SlotMapping(wiring.Component):
             select.eq(1 << word.slot),
             found.slot.eq(slot),
             found.select.eq(select),
-            found.length.eq(gated(select, self.lengths)),
+            found.length.eq(one_hot_multiplex(select, self.lengths)),
             last.eq(taken & (word.rank == config.population - 1) & ~self.clear),
             final.eq(last & ~self.clear),
             self.mapped.eq(final & ~self.clear),

@@ -9,7 +9,7 @@ from hdl.ga_core.layouts import limits_layout, offset_layout
 from hdl.ga_core.mutation_plan import plan_layout
 from hdl.ga_core.read_pointer import PEEK_LATENCY
 from hdl.ga_core.waypoint_perturber import within
-from hdl.primitives.multiplexer import chosen, gated
+from hdl.primitives.multiplexer import multiplex, one_hot_multiplex
 
 
 __all__ = ["TerrainAwareSampler"]
@@ -145,7 +145,7 @@ class TerrainAwareSampler(wiring.Component):
         m.d.comb += [
             self.peeks.eq(wanted),
             self.peek.eq(wanted & (self.settled | (number != 0))),
-            self.peek_position.eq(chosen(number, [plan.position for plan in self.plans])),
+            self.peek_position.eq(multiplex(number, [plan.position for plan in self.plans])),
         ]
         with m.If(self.peek):
             m.d.sync += number.eq(number + 1)
@@ -159,7 +159,7 @@ class TerrainAwareSampler(wiring.Component):
         latency = PEEK_LATENCY
         valid = Signal(latency)
         m.d.sync += valid.eq(Mux(self.clear, 0, Cat(self.peek, valid)))
-        parent = chosen(number, [plan.parent for plan in self.plans])
+        parent = multiplex(number, [plan.parent for plan in self.plans])
         for stage in range(latency - 1):
             delayed = Signal(range(config.crossovers), name=f"parent_{stage}", reset_less=True)
             m.d.sync += delayed.eq(parent)
@@ -169,7 +169,7 @@ class TerrainAwareSampler(wiring.Component):
             select.eq(1 << parent),
             self.fetched.eq(valid[-1] & ~valid[-2] & ~self.clear),
         ]
-        return valid[-1], gated(select, self.waypoints)
+        return valid[-1], one_hot_multiplex(select, self.waypoints)
 
     def _candidates(self, m, running, base):
         """Make and look up the candidates; return what is known of the one looked up last.

@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 from hdl.config import Config
 from hdl.ga_core.layouts import limits_layout, offset_layout
 from hdl.ga_core.mutation_plan import plan_layout
-from hdl.primitives.multiplexer import chosen
+from hdl.primitives.multiplexer import multiplex
 
 
 __all__ = ["WaypointPerturber", "within"]
@@ -73,7 +73,7 @@ class WaypointPerturber(wiring.Component):
         axes = limits_layout(self.config)
         passed = Signal(axes, reset_less=True)
         with m.If(self.carrying & (self.position == self.plan.position)):
-            m.d.sync += passed.eq(chosen(self.plan.parent, self.waypoints))
+            m.d.sync += passed.eq(multiplex(self.plan.parent, self.waypoints))
 
         moved = Signal(axes)
         m.d.comb += self.moved.eq(moved)

@@ -17,11 +17,11 @@ class CommitRing(wiring.Component):
     are read in order; all others are the writer's, to be written in any order and as often as it
     likes. It must not write a row ``depth`` or more past ``fetched``.
 
-    A row is offered 2 clocks after ``committed`` has moved past it, later ones at one per clock.
+    A row is offered 2 cycles after ``committed`` has moved past it, later ones at one per cycle.
     Rows are read ahead: ``fetched`` leads the transferred words by up to two.
 
     On a target the memory is one block RAM with an output register. Its two ports never touch the
-    same row in the same clock, which is what ``no_rw_check`` tells synthesis.
+    same row in the same cycle, which is what ``no_rw_check`` tells synthesis.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class CommitRing(wiring.Component):
     write_enable : In(1)
     write_row : In(log2(depth))
     write_data : In(shape)
-        What is written, each clock in which it is enabled.
+        What is written, each cycle in which it is enabled.
     committed : In(log2(depth) + 1)
         Pointer past the last row that may be read. Only ever moves forward.
     fetched : Out(log2(depth) + 1)

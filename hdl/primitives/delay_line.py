@@ -3,18 +3,18 @@
 from amaranth import *
 
 
-__all__ = ["delayed"]
+__all__ = ["delay_line"]
 
 
-def delayed(m: Module, value: Value, clocks: int, name: str) -> Value:
-    """Return ``value`` of ``clocks`` clocks ago, through registers without reset.
+def delay_line(m: Module, value: Value, cycles: int, name: str) -> Value:
+    """Return ``value`` of ``cycles`` cycles ago, through registers without reset.
 
-    A value without bits stays what it is: Verilog has no such registers.
+    A value without bits is returned as it is: Verilog has no registers of that width.
     """
     if Shape.cast(value.shape()).width == 0:
         return value
-    for clock in range(1, clocks + 1):
-        earlier = Signal(value.shape(), name=f"{name}_{clock}", reset_less=True)
+    for cycle in range(1, cycles + 1):
+        earlier = Signal(value.shape(), name=f"{name}_{cycle}", reset_less=True)
         m.d.sync += earlier.eq(value)
         value = earlier
     return value

@@ -1,4 +1,4 @@
-"""Several registers with the same content, each for a part of the chip."""
+"""Equal registers, each for a part of the chip."""
 
 from amaranth import *
 
@@ -9,9 +9,9 @@ __all__ = ["fanout"]
 def fanout(m: Module, *values: Value, name: str, init: int = 0) -> list[Signal]:
     """Return a register of the domain ``sync`` for each of ``values``, which are all equal.
 
-    A wire across the chip takes a clock, and a register that drives a thousand others lies far from
-    most of them: a copy can lie among those that it drives. Their attribute ``keep`` is for a
-    board's synthesis: without a word from it they become one again.
+    A wire across the chip takes a cycle, and a register that drives a thousand others lies far from
+    most of them; a copy can lie among those that it drives. The attribute ``keep`` of the copies is
+    for a board's synthesis, which would merge them again.
     """
     registers = [
         Signal(len(value), name=f"{name}_{number}", init=init, attrs={"keep": 1})

@@ -11,8 +11,8 @@ __all__ = ["SkidBuffer"]
 class SkidBuffer(wiring.Component):
     """Ends a chain of ``ready`` signals: takes one word more than it can pass on, and keeps it.
 
-    An empty buffer passes words through in the same clock, and its ``ready`` is high whatever
-    comes after it; so it costs no clock, and a stream without a pause stays one.
+    An empty buffer passes words through in the same cycle, and its ``ready`` is high whatever
+    comes after it; so it costs no cycle, and a stream without a pause stays one.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ __all__ = ["StreamRegister"]
 class StreamRegister(wiring.Component):
     """Ends the way of ``valid`` and ``payload`` in registers; ``ready`` passes through.
 
-    A word is offered a clock after it was taken; a stream without a pause stays one.
+    A word is offered a cycle after it was taken; a stream without a pause stays one.
 
     Parameters
     ----------

@@ -43,14 +43,14 @@ class CheckerBatch:
         Fields of ``count_layout`` of each path.
     offered : list of int
         Clock in which each verdict was first offered; that of the first point is 1.
-    clocks : int
-        Clocks from the first point to the transfer of the last verdict.
+    cycles : int
+        Cycles from the first point to the transfer of the last verdict.
     """
 
     verdicts: list[Fields]
     entries: list[list[Fields]]
     offered: list[int]
-    clocks: int
+    cycles: int
 
 
 class VerilatedChecker:
@@ -117,7 +117,7 @@ class VerilatedChecker:
     ) -> CheckerBatch:
         """Check ``paths`` back to back, each 2 or more points ``x, y, altitude``.
 
-        With ``stall`` above 0 the answers are taken in one clock of so many only.
+        With ``stall`` above 0 the answers are taken in one cycle of so many only.
         """
         batch = [self._packed(path) for path in paths]
         words = np.concatenate(batch)
@@ -135,7 +135,7 @@ class VerilatedChecker:
         return CheckerBatch(verdicts, entries, raw[:, -1].tolist(), int(self._receive(1)[0]))
 
     def look_up(self, cells: Sequence[tuple[int, int]], latency: int) -> list[int]:
-        """Return the altitude at each of ``cells`` (x, y), read one a clock."""
+        """Return the altitude at each of ``cells`` (x, y), read one a cycle."""
         words = np.array([x | y << 32 for x, y in cells], dtype=np.uint64)
         self._send(_LOOK_UP, latency, words.size, payload=words)
         altitudes: list[int] = self._receive(len(cells)).tolist()

@@ -24,7 +24,7 @@ __all__ = [
     "Verdict",
     "check_path",
     "check_points",
-    "paper_clocks",
+    "paper_cycles",
     "segment_cells",
     "to_coarse",
     "walk",
@@ -34,9 +34,9 @@ Heights = npt.NDArray[np.uint16]
 #: x and y in cells, and the altitude in steps.
 Point = tuple[int, int, int]
 
-#: Clocks of the paper's machine (table 2): to capture a path, and between two segments.
-_CAPTURE_CLOCKS = 4
-_SWITCH_CLOCKS = 3
+#: Cycles of the paper's machine (table 2): to capture a path, and between two segments.
+_CAPTURE_CYCLES = 4
+_SWITCH_CYCLES = 3
 
 
 class TerrainModel:
@@ -110,7 +110,7 @@ class Verdict:
     Attributes
     ----------
     collision : bool
-    over : bool
+    clear : bool
         The path is free: the opposite of ``collision``, since every check ends.
     segment : int
         Segment that hits first, 0 the one that leaves the aircraft; 0 without collision.
@@ -127,7 +127,7 @@ class Verdict:
     """
 
     collision: bool
-    over: bool
+    clear: bool
     segment: int
     x: int
     y: int
@@ -239,8 +239,8 @@ def check_path(
     return Verdict(True, False, *first, cells, tuple(entries))
 
 
-def paper_clocks(cells: int, segments: int) -> int:
-    """Return the clocks of the paper's machine for a path (*allaire two-tier*, table 2).
+def paper_cycles(cells: int, segments: int) -> int:
+    """Return the cycles of the paper's machine for a path (*allaire two-tier*, table 2).
 
     Four to capture the path, one a cell, three between two segments. The three of the way back to
     idle are a row of that table, but not in its total, and not here.
@@ -252,7 +252,7 @@ def paper_clocks(cells: int, segments: int) -> int:
     segments : int
         Segments it began.
     """
-    return _CAPTURE_CLOCKS + cells + _SWITCH_CLOCKS * (segments - 1)
+    return _CAPTURE_CYCLES + cells + _SWITCH_CYCLES * (segments - 1)
 
 
 def _read_only(array: Heights) -> Heights:

@@ -1,4 +1,4 @@
-"""Clocks and reads of the collision checker, as its own counters give them."""
+"""Cycles and reads of the collision checker, as its own counters give them."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ from collections.abc import Sequence
 
 from hdl.config import CheckerBuild, Config
 from sim.model.checker import Point, TerrainModel
-from sim.model.checker_cycles_parallel import parallel_clocks
-from sim.model.checker_cycles_two_tier import two_tier_clocks
+from sim.model.checker_cycles_parallel import parallel_cycles
+from sim.model.checker_cycles_two_tier import two_tier_cycles
 
 
-__all__ = ["batch_clocks"]
+__all__ = ["batch_cycles"]
 
 
-def batch_clocks(
+def batch_cycles(
     config: Config, terrain: TerrainModel, paths: Sequence[Sequence[Point]], count: bool = False
 ) -> list[tuple[int, int]]:
     """Return ``cycles`` and ``reads`` of each path's verdict, exactly.
 
-    The paths are queued: the checker is offered a point in every clock, and its verdicts and counts
+    The paths are queued: the checker is offered a point in every cycle, and its verdicts and counts
     are taken at once. A batch of one is a path alone.
 
-    ``cycles`` begin with the clock in which the path's first point is taken or, if that is later,
-    with the clock after that in which the previous verdict was offered; they end with the clock in
+    ``cycles`` begin with the cycle in which the path's first point is taken or, if that is later,
+    with the cycle after that in which the previous verdict was offered; they end with the cycle in
     which the path's own is. ``reads`` are the addresses that the memories were given for it.
 
     Raises
@@ -30,5 +30,5 @@ def batch_clocks(
     ValueError
         As :func:`sim.model.checker.check_path` does.
     """
-    clocks = two_tier_clocks if config.checker is CheckerBuild.TWO_TIER else parallel_clocks
-    return clocks(config, terrain, paths, count)
+    cycles = two_tier_cycles if config.checker is CheckerBuild.TWO_TIER else parallel_cycles
+    return cycles(config, terrain, paths, count)

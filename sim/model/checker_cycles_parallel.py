@@ -1,4 +1,4 @@
-"""Clocks and reads of the parallel build, as its own counters give them."""
+"""Cycles and reads of the parallel build, as its own counters give them."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from sim.model.checker import Point, TerrainModel, Verdict, segment_cells
 from sim.model.checker_kernels import check_paths
 
 
-__all__ = ["parallel_clocks"]
+__all__ = ["parallel_cycles"]
 
-#: Clocks from the launch of a group of cells to its addresses at the memory, and from there to the
+#: Cycles from the launch of a group of cells to its addresses at the memory, and from there to the
 #: step that tells what became of it, beside the latency of the memory; from that to the verdict.
 _LAUNCH_TO_READ = 3
 _READ_TO_STEP = 3
 _STEP_TO_VERDICT = 1
 
 
-def parallel_clocks(
+def parallel_cycles(
     config: Config, terrain: TerrainModel, paths: Sequence[Sequence[Point]], count: bool = False
 ) -> list[tuple[int, int]]:
-    """Return what :func:`sim.model.checker_cycles.batch_clocks` does, of the parallel build."""
+    """Return what :func:`sim.model.checker_cycles.batch_cycles` does, of the parallel build."""
     verdicts = check_paths(config, terrain, paths, count)
     hits = [
         None if count else _hit(path, verdict)
@@ -65,7 +65,7 @@ class _Front:
 
     See :class:`hdl.feasibility.parallel.segment_setup.SegmentSetup`.
 
-    A segment is measured, waits, and is launched when the one before it has been: a group a clock.
+    A segment is measured, waits, and is launched when the one before it has been: a group a cycle.
     What follows the launch takes fixed times.
 
     Parameters
@@ -108,7 +108,7 @@ class _Front:
         self.decided: list[int] = []
 
     def reads(self, path: int) -> int:
-        """Return the addresses given for ``path`` up to the clock in which it is decided."""
+        """Return the addresses given for ``path`` up to the cycle in which it is decided."""
         last = self.decided[path] - _LAUNCH_TO_READ
         return sum(
             min(segment.cells, self._lanes * (last - segment.launched + 1))
@@ -127,10 +127,10 @@ class _Front:
         current: _Segment | None = None
         unwanted = -1
         left = 0
-        clock = 1
+        cycle = 1
         while points or measured or waiting:
             dropped = -1
-            if drops and drops[0][0] == clock:
+            if drops and drops[0][0] == cycle:
                 dropped = drops.popleft()[1]
             launch = waiting is not None and left == 0
             moves = waiting is None or launch
@@ -139,9 +139,9 @@ class _Front:
                 assert waiting is not None
                 current, left = waiting, waiting.groups
                 if current.path != dropped:
-                    current.launched = clock
+                    current.launched = cycle
                     if current.decides is not None:
-                        self.decided.append(clock + current.decides + self._to_step)
+                        self.decided.append(cycle + current.decides + self._to_step)
                         if self._dropped[current.path]:
                             drops.append((self.decided[-1], current.path))
             left = max(0, left - 1)
@@ -152,17 +152,17 @@ class _Front:
             if ready and points:
                 entering = points.popleft()
                 if entering is None:
-                    self.taken.append(clock)
+                    self.taken.append(cycle)
             if dropped >= 0:
                 unwanted = dropped
             waiting = _unless(measured if moves else waiting, unwanted)
             measured = _unless(entering if ready else measured, unwanted)
 
             # Where all are full, nothing happens until the present segment has been launched.
-            clock += 1
+            cycle += 1
             if left and measured and waiting:
-                pause = min(left, drops[0][0] - clock if drops else left)
-                left, clock = left - pause, clock + pause
+                pause = min(left, drops[0][0] - cycle if drops else left)
+                left, cycle = left - pause, cycle + pause
 
 
 def _unless(segment: _Segment | None, path: int) -> _Segment | None:

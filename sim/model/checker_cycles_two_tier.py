@@ -1,4 +1,4 @@
-"""Clocks and memory accesses of the two-tier build, path by path, without simulating its clocks."""
+"""Cycles and memory accesses of the two-tier build, path by path, without simulating its cycles."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import itertools
 from collections.abc import Iterable, Sequence
 
 from hdl.config import Config
-from hdl.feasibility.sizes import count_places
+from hdl.feasibility.queue_depths import count_depth
 from sim.model.checker import Point, TerrainModel, check_path, segment_cells, to_coarse
 
 
-__all__ = ["two_tier_clocks"]
+__all__ = ["two_tier_cycles"]
 
 
-def two_tier_clocks(
+def two_tier_cycles(
     config: Config, terrain: TerrainModel, paths: Iterable[Sequence[Point]], count: bool = False
 ) -> list[tuple[int, int]]:
     """Return the cycles and the reads in the verdict of every path of a queue.
@@ -21,8 +21,8 @@ def two_tier_clocks(
     The source always has the next point and verdicts are taken at once; the chip is idle before
     the first path. A queue of one path is a path by itself.
 
-    Each segment is followed through the stages of the walker, as the clocks in which it enters and
-    leaves them; what stops the walk is the clock in which a hit has come through the comparison.
+    Each segment is followed through the stages of the walker, as the cycles in which it enters and
+    leaves them; what stops the walk is the cycle in which a hit has come through the comparison.
 
     Parameters
     ----------
@@ -33,9 +33,9 @@ def two_tier_clocks(
     count : bool
         Count mode.
     """
-    answer = config.memory_latency + 3  # Clocks from a visit to its step.
-    places = count_places(config)
-    freed: list[int] = []  # From which clock on the place of each counted segment is free again.
+    answer = config.memory_latency + 3  # Cycles from a visit to its step.
+    places = count_depth(config)
+    freed: list[int] = []  # From which cycle on the place of each counted segment is free again.
     results = []
     taken = 0  # Clock in which the latest point was taken.
     measured = 0  # In which the latest segment left the first stage of the set-up,
@@ -65,7 +65,7 @@ def two_tier_clocks(
                 hit = passed + (outcome.cells - reads) + answer
             if hit is not None and ended >= hit:
                 cells -= ended - hit
-                ended = hit + 1  # Nothing is taken in the clock of the step.
+                ended = hit + 1  # Nothing is taken in the cycle of the step.
             reads += cells
             if count:
                 freed.append(ended + answer + (2 if number in counted else 1))

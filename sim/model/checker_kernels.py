@@ -35,13 +35,13 @@ class Batch:
     ----------
     points : ndarray
         ``(points, 3)`` int64: x, y, altitude step. They are taken to be on the map.
-    starts : ndarray
+    bounds : ndarray
         ``(paths + 1,)`` int64: where each path begins, and where the last one ends. Each has two
         points or more.
     """
 
     points: Integers
-    starts: Integers
+    bounds: Integers
 
     @classmethod
     def of(cls, config: Config, paths: Iterable[Sequence[Point]]) -> Batch:
@@ -56,11 +56,11 @@ class Batch:
         for path in listed:
             check_points(config, path.tolist())
         empty = np.empty((0, 3), dtype=np.int64)
-        starts = np.cumsum([0, *map(len, listed)], dtype=np.int64)
-        return cls(np.concatenate([empty, *listed]), starts)
+        bounds = np.cumsum([0, *map(len, listed)], dtype=np.int64)
+        return cls(np.concatenate([empty, *listed]), bounds)
 
     def __len__(self) -> int:
-        return len(self.starts) - 1
+        return len(self.bounds) - 1
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def check_batch(
         config.blocked_altitude,
         count,
         batch.points,
-        batch.starts,
+        batch.bounds,
         found,
         colliding,
     )
@@ -142,7 +142,7 @@ def check_paths(
         entries: tuple[tuple[int, int, int], ...] = ()
         if found.colliding is not None:
             # One segment fewer than points, in each path before this one, too.
-            rows = found.colliding[batch.starts[path] - path : batch.starts[path + 1] - path - 1]
+            rows = found.colliding[batch.bounds[path] - path : batch.bounds[path + 1] - path - 1]
             entries = tuple(
                 (segment, int(below), int(inside))
                 for segment, (below, inside) in enumerate(rows)
@@ -151,7 +151,7 @@ def check_paths(
         verdicts.append(
             Verdict(
                 collision=collision,
-                over=not collision,
+                clear=not collision,
                 segment=int(found.segment[path]),
                 x=int(found.x[path]),
                 y=int(found.y[path]),
@@ -172,15 +172,15 @@ def _check(
     blocked: int,
     count: bool,
     points: Integers,
-    starts: Integers,
+    bounds: Integers,
     found: Integers,
     colliding: Integers,
 ) -> None:
     """Fill a row of ``found`` for each path, and one of ``colliding`` for each segment."""
-    for path in range(len(starts) - 1):
-        first = starts[path]
+    for path in range(len(bounds) - 1):
+        first = bounds[path]
         verdict = found[path]
-        for at in range(first, starts[path + 1] - 1):
+        for at in range(first, bounds[path + 1] - 1):
             segment = at - first
             ground, shift = heights, 0
             if segment >= detailed_segments:

@@ -19,7 +19,7 @@ from hdl.protocol import (
     unpack_cells,
 )
 from sim.model.checker import Point, TerrainModel, Verdict
-from sim.model.checker_cycles import batch_clocks
+from sim.model.checker_cycles import batch_cycles
 from sim.model.checker_kernels import check_paths
 from sim.model.refusal import expect
 
@@ -123,7 +123,7 @@ class CheckingModel:
         counting = bool(flags & CheckFlag.COUNT)
         queue = [[self._point(word) for word in path] for path in paths]
         verdicts = check_paths(self.config, self.terrain, queue, counting)
-        clocks = batch_clocks(self.config, self.terrain, queue, counting)
+        clocks = batch_cycles(self.config, self.terrain, queue, counting)
         self._results = [_result(verdict) for verdict in verdicts]
         self._totals = {
             "cycles": sum(cycles for cycles, _ in clocks),

@@ -14,7 +14,7 @@ from host.device.checker_boards import order_board
 from host.device.checker_modes import MODES
 from host.device.map_frames import padded_map
 from sim.model.checker import TerrainModel, check_path
-from sim.model.checker_cycles import batch_clocks
+from sim.model.checker_cycles import batch_cycles
 from tests.chips import CHECKERS, board_url
 
 
@@ -150,13 +150,13 @@ def test_matches_the_model(tmp_path, capsys, mode):
         terrain = TerrainModel(config)
         terrain.write(0, 0, padded_map(heights, config))
         expected = check_path(config, terrain, path, count=True)
-        [(cycles, reads)] = batch_clocks(config, terrain, [path], count=True)
+        [(cycles, reads)] = batch_cycles(config, terrain, [path], count=True)
         printed = feasible(capsys, *options, "--board", board, "--mode", mode)
         hit = expected.collision
         counts = {segment: kinds for segment, *kinds in expected.entries}
         assert printed == {
             "collision": hit,
-            "over": expected.over,
+            "over": expected.clear,
             "segment": expected.segment if hit else None,
             "cell": [expected.x, expected.y] if hit else None,
             "map": ("coarse" if expected.coarse else "detailed") if hit else None,

@@ -11,7 +11,7 @@ from drivers import Stream
 from hdl.feasibility.layouts import count_layout, verdict_layout
 from hdl.layouts import cell_layout, point_layout
 from sim.model.checker import TerrainModel, check_path
-from sim.model.checker_cycles import batch_clocks
+from sim.model.checker_cycles import batch_cycles
 
 
 class Bench:
@@ -80,17 +80,17 @@ class Bench:
         driver = cocotb.start_soon(self.points.put(*points))
         models = [check_path(self.config, self.terrain, path, count) for path in paths]
         counting = cocotb.start_soon(self._counts(sum(len(model.entries) for model in models)))
-        clocks = []
+        costs = []
         for model in models:
             verdict = await self.verdicts.get()
             got = (bool(verdict.collision), verdict.segment, verdict.x, verdict.y, verdict.cells)
             assert got == (model.collision, model.segment, model.x, model.y, model.cells)
             assert verdict.entries == len(model.entries)
-            clocks.append((verdict.cycles, verdict.reads))
+            costs.append((verdict.cycles, verdict.reads))
         await driver
         assert await counting == [entry for model in models for entry in model.entries]
         assert not self.dut.busy.value
-        return clocks
+        return costs
 
     async def _counts(self, number):
         counts = [await self.counts.get() for _ in range(number)]
@@ -119,10 +119,10 @@ async def check_alone(dut, config):
     for number in range(200):
         path, count = bench.path(), number % 2 == 1
         bench.dut.verdicts__ready.value = 1
-        clocks = await bench.check([path], count=count)
-        assert clocks == batch_clocks(config, bench.terrain, [path], count)
+        costs = await bench.check([path], count=count)
+        assert costs == batch_cycles(config, bench.terrain, [path], count)
         hit = check_path(config, bench.terrain, path, count).collision
-        assert (bool(dut.collision.value), bool(dut.over.value)) == (hit, not hit)
+        assert (bool(dut.collision.value), bool(dut.clear.value)) == (hit, not hit)
 
 
 async def check_reset(dut, config):
@@ -132,9 +132,9 @@ async def check_reset(dut, config):
     await bench.upload()
     # A reset would leave a coarse map as far renewed as it is.
     await bench.check([bench.path()])
-    for clocks in (3, 9, 20):
+    for cycles in (3, 9, 20):
         driver = cocotb.start_soon(bench.points.put(*({"x": 31, "last": i == 7} for i in range(8))))
-        for _ in range(clocks):
+        for _ in range(cycles):
             await FallingEdge(dut.clk)
         driver.cancel()
         bench.points.idle(driven=True)

@@ -10,7 +10,7 @@ from hdl.config import CheckerBuild, Config
 from host.device.map_frames import padded_map
 from sim.harness import VerilatedChecker
 from sim.model.checker import TerrainModel, check_path
-from sim.model.checker_cycles import batch_clocks
+from sim.model.checker_cycles import batch_cycles
 from sim.model.checker_kernels import check_paths
 from tests.checking import ground, paths_of, random_batch
 
@@ -45,8 +45,8 @@ def assert_equal(chip, terrain, paths, count=False, stall=0):
         assert place == (model.segment, model.x, model.y, model.cells), path
         assert counted == model.entries, path
     if not stall:
-        clocks = [(verdict["cycles"], verdict["reads"]) for verdict in batch.verdicts]
-        assert clocks == batch_clocks(config, terrain, paths, count)
+        costs = [(verdict["cycles"], verdict["reads"]) for verdict in batch.verdicts]
+        assert costs == batch_cycles(config, terrain, paths, count)
     return batch
 
 
@@ -91,7 +91,7 @@ def check_full_size(config, paths, limit):
             batch = assert_equal(chip, terrain, drawn, count=True)
             # All of every path, back to back.
             reads = sum(verdict["reads"] for verdict in batch.verdicts)
-            assert reads >= 0.8 * config.lanes * batch.clocks
+            assert reads >= 0.8 * config.lanes * batch.cycles
             assert_equal(chip, terrain, drawn[: paths // 4], count=True, stall=50)
 
         cells = [(int(x), int(y)) for x, y in rng.integers(0, config.map_size, (500, 2))]
@@ -114,9 +114,9 @@ def test_many_paths():
 
 
 def test_trajectory_is_what_the_limits_are_of():
-    """55 and 100 cells, then at most 96: 32 clocks of 8 lanes."""
+    """55 and 100 cells, then at most 96: 32 cycles of 8 lanes."""
     terrain = TerrainModel(FULL)
     terrain.write(0, 0, padded_map(canyon_map(), FULL))
     verdict = check_path(FULL, terrain, TESTING_TRAJECTORY)
-    assert verdict.over
+    assert verdict.clear
     assert 55 + 100 < verdict.cells <= 55 + 100 + 96

@@ -18,12 +18,12 @@ from tools.formal import Proof
 #: Stands for a multiplier: what counts here is what it is given.
 MIXED = (
     "_registered(m, factor, _signed(reciprocal), shift, name)",
-    "delayed(m, factor ^ _signed(reciprocal), 1, name)",
+    "delay_line(m, factor ^ _signed(reciprocal), 1, name)",
 )
 
 
 class SetUpInOrder(Elaboratable):
-    """Proved for the first 9 clocks from reset, for 2 lanes on 8 x 8 cells of 16 altitudes.
+    """Proved for the first 9 cycles from reset, for 2 lanes on 8 x 8 cells of 16 altitudes.
 
     That is long enough for 4 segments of a group each, or a longer one and others that wait for it.
     Points come as they like, and paths have any number of them; there is room for results or none,
@@ -38,7 +38,7 @@ class SetUpInOrder(Elaboratable):
       lane's number, modulo the number of lanes.
     - With it come the products, for its minor coordinate and altitude, of its own gain, of the
       gains up to these places, and of the reciprocal of its length.
-    - A segment has one token for each group of as many cells as there are lanes, in clocks one
+    - A segment has one token for each group of as many cells as there are lanes, in cycles one
       after the other, of which the last ends the segment. There are no other tokens.
     """
 
@@ -75,15 +75,15 @@ class SetUpInOrder(Elaboratable):
 
         # The segment launched, and its groups.
         launches, left = Signal(3), Signal(config.coordinate_bits)
-        starts, here = Signal(), Signal()
+        begins, here = Signal(), Signal()
         groups = segment.length >> lane_bits
         m.d.comb += [
-            starts.eq(launched.valid & launched.starts),
-            here.eq(starts & (launches == watched)),
-            Assert(launched.valid == (starts | (left != 0))),
-            Assert(~starts | (left == 0)),
+            begins.eq(launched.valid & launched.starts_segment),
+            here.eq(begins & (launches == watched)),
+            Assert(launched.valid == (begins | (left != 0))),
+            Assert(~begins | (left == 0)),
         ]
-        with m.If(starts):
+        with m.If(begins):
             m.d.sync += [left.eq(groups), launches.eq(launches + 1)]
             m.d.comb += Assert(launched.ends_segment == (groups == 0))
         with m.Elif(left != 0):
@@ -133,7 +133,7 @@ class SetUpInOrder(Elaboratable):
                 m.d.comb += Assert(
                     lanes.step[axis] == (difference ^ reciprocal)[: len(lanes.step[axis])]
                 )
-                for place, motion in zip(segment.places, lanes.starts, strict=True):
+                for place, motion in zip(segment.places, lanes.origins, strict=True):
                     product = (place[:lane_bits] * difference) ^ reciprocal
                     total = product + (first << fraction) + bias
                     m.d.comb += Assert(motion[axis] == total[: len(motion[axis])])

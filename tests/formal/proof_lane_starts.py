@@ -17,7 +17,7 @@ class Starts(Elaboratable):
     """Proved for each segment of a map of 8 x 8 cells and 16 altitudes, with 2 lanes.
 
     It is the first one after reset; that others get the same, whatever was before, is proved in
-    ``lane_set_up``. So the proof is of the 8 clocks in which it is set up, and bounded by them.
+    ``lane_set_up``. So the proof is of the 8 cycles in which it is set up, and bounded by them.
     Start and stop are any two points; the walker is the whole one, with its reciprocals.
 
     - The segment reaches the lanes once.
@@ -27,7 +27,7 @@ class Starts(Elaboratable):
       ``ceil(k dz / n)`` from the altitude of the start; of a segment of one cell, the lower end.
     """
 
-    CLOCKS = 8
+    CYCLES = 8
 
     def __init__(self, unit):
         self.config = Config(map_size=8, coarse_factor=2, altitude_bits=4, max_waypoints=3, lanes=2)
@@ -44,12 +44,12 @@ class Starts(Elaboratable):
 
         start, stop = (any_constant(m, point_layout(config), name) for name in ("start", "stop"))
         k = any_constant(m, config.coordinate_bits, "k")
-        clock = Signal(range(self.CLOCKS + 1))
-        m.d.sync += clock.eq(clock + (clock != self.CLOCKS))
+        cycle = Signal(range(self.CYCLES + 1))
+        m.d.sync += cycle.eq(cycle + (cycle != self.CYCLES))
         m.d.comb += [
-            walker.points.valid.eq(clock < 2),
-            walker.points.p.eq(Mux(clock == 0, start.as_value(), stop.as_value())),
-            walker.points.p.last.eq(clock == 1),
+            walker.points.valid.eq(cycle < 2),
+            walker.points.p.eq(Mux(cycle == 0, start.as_value(), stop.as_value())),
+            walker.points.p.last.eq(cycle == 1),
             walker.room.eq(1),
             walker.segment_room.eq(1),
         ]
@@ -60,7 +60,7 @@ class Starts(Elaboratable):
             lane.eq(segment.major + k),
             group.eq(k >> 1),
             *(
-                total[axis].eq(Array(lanes.starts)[lane][axis] + group * lanes.step[axis])
+                total[axis].eq(Array(lanes.origins)[lane][axis] + group * lanes.step[axis])
                 for axis in ("minor", "rise")
             ),
         ]
@@ -75,9 +75,9 @@ class Starts(Elaboratable):
             ceiling.eq(start.altitude + _gain(n, rise, k, _ceiling)),
         ]
         launches = Signal(2)
-        m.d.sync += launches.eq(launches + (launched.valid & launched.starts))
-        m.d.comb += Assert((clock != self.CLOCKS) | (launches == 1))
-        with m.If(launched.valid & launched.starts):
+        m.d.sync += launches.eq(launches + (launched.valid & launched.starts_segment))
+        m.d.comb += Assert((cycle != self.CYCLES) | (launches == 1))
+        with m.If(launched.valid & launched.starts_segment):
             with m.If(k <= n):
                 m.d.comb += Assert(total.minor[precision.minor :] == minor)
                 m.d.comb += Assert(total.rise[precision.rise :] == ceiling)
@@ -121,8 +121,8 @@ def _gain(n, gain, k, definition):
 
 PROOF = Proof(
     claim=Starts,
-    depth=Starts.CLOCKS + 1,
-    reached=Starts.CLOCKS,
+    depth=Starts.CYCLES + 1,
+    reached=Starts.CYCLES,
     long=True,
     faults={
         "halves are rounded towards the start": (

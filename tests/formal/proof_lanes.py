@@ -18,10 +18,10 @@ class Together(Elaboratable):
 
     (For 2 lanes there, and for 8 on a map of 16 x 16, see ``lanes_2`` and ``lanes_8``.)
 
-    Segments between any two cells come as they like, with and without clocks between. Assumed is
+    Segments between any two cells come as they like, with and without cycles between. Assumed is
     what is proved of the set-up, see the proof ``lane_set_up``: length, start, direction, place of
     each lane's first cell, and a token for each group. Where the lanes start and how far they go in
-    a clock may be anything: that it is right is proved in ``lane_starts``.
+    a cycle may be anything: that it is right is proved in ``lane_starts``.
 
     - Cell k of the segment, any one, is visited in group k / lanes, by one lane, and never else; so
       there are as many cells as the segment has.
@@ -29,7 +29,7 @@ class Together(Elaboratable):
       numbers the whole part of where it started plus the gains of all groups before.
     - Without a group no lane has a cell.
     - Of a group, axis, direction, the major coordinate of its first cell, minor coordinates and
-      number of cells are told in the same clock.
+      number of cells are told in the same cycle.
 
     The induction is longer than any segment: what the lanes keep of one is wholly of its own start.
     """
@@ -51,7 +51,7 @@ class Together(Elaboratable):
         lane_bits = exact_log2(count)
         watched = any_constant(m, config.coordinate_bits, "watched")
         fields = (segment.steep, segment.descending, segment.length, segment.major)
-        inputs = (*fields, lanes.step, *lanes.starts)
+        inputs = (*fields, lanes.step, *lanes.origins)
         free(m, *inputs)
 
         # Segments within the map, each lane's first cell along them, and their groups.
@@ -66,27 +66,27 @@ class Together(Elaboratable):
                 for number, place in enumerate(segment.places)
             ),
             launched.valid.eq(begins | walking),
-            launched.starts.eq(begins & ~walking),
+            launched.starts_segment.eq(begins & ~walking),
             launched.ends_segment.eq(
                 Mux(walking, group == last, begins & (segment.length < count))
             ),
         ]
-        with m.If(launched.starts):
+        with m.If(launched.starts_segment):
             m.d.sync += [last.eq(segment.length >> lane_bits), group.eq(1)]
         with m.Else():
             m.d.sync += group.eq(group + 1)
         with m.If(launched.valid):
             m.d.sync += walking.eq(~launched.ends_segment)
 
-        # A clock later: the segment whose group is with the lanes, and the number of that.
+        # A cycle later: the segment whose group is with the lanes, and the number of that.
         kept = [Signal.like(Value.cast(signal)) for signal in inputs]
         visits, here = Signal(), Signal.like(group)
         m.d.sync += [visits.eq(launched.valid), here.eq(Mux(walking, group, 0))]
-        with m.If(launched.starts):
+        with m.If(launched.starts_segment):
             m.d.sync += [copy.eq(Value.cast(now)) for copy, now in zip(kept, inputs, strict=True)]
         steep, descending, length, major, *motions = kept
         step, *totals = (data.View(motion_layout(config), motion) for motion in motions)
-        with m.If(~launched.starts):
+        with m.If(~launched.starts_segment):
             m.d.sync += [
                 total[axis].eq(total[axis] + step[axis]) for total in totals for axis in fractions
             ]

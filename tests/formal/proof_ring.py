@@ -13,13 +13,13 @@ class Ring(Elaboratable):
     """Proved for all time, by induction, for a ring of 4 rows of 8 bits.
 
     Assumed of the writer: it writes no row that is committed and not yet fetched, and ``committed``
-    moves forward, in each clock by any number of rows up to those that the ring has. The reader
+    moves forward, in each cycle by any number of rows up to those that the ring has. The reader
     does what it likes.
 
     - The words transferred are the rows in order, each as it was written last before it was
       committed: none lost, none twice, none invented.
     - At most two rows are fetched and not transferred.
-    - A row is offered 2 clocks after it was committed, if the words before it are taken.
+    - A row is offered 2 cycles after it was committed, if the words before it are taken.
     """
 
     DEPTH = 4

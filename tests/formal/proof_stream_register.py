@@ -13,7 +13,7 @@ class Register(Elaboratable):
 
     - What comes out is what went in: no word of 8 bits lost, invented, altered or moved.
     - At most one word is inside, and one that is inside is offered.
-    - A word is taken in every clock in which none is inside or the one that is leaves.
+    - A word is taken in every cycle in which none is inside or the one that is leaves.
     """
 
     def __init__(self, unit):

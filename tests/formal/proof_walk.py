@@ -17,10 +17,10 @@ class Walk(Elaboratable):
     Segments between any two points come as they like, and may be taken when they like. Assumed:
     they are set up rightly, and no path is dropped.
 
-    - Cell k of the walk is cell k of the definition, one in every clock from that after the segment
+    - Cell k of the walk is cell k of the definition, one in every cycle from that after the segment
       was taken; after cell n, which is marked as the last, the walk is over: no cell is missing,
       none is visited twice.
-    - A clock later, the altitude is the exact ``(z0 n + k dz) / n``; of a segment of one cell, that
+    - A cycle later, the altitude is the exact ``(z0 n + k dz) / n``; of a segment of one cell, that
       which the set-up gave.
     """
 
@@ -120,7 +120,7 @@ class Walk(Elaboratable):
             ]
             with m.If(k == 0):
                 level = Mux(n == 0, segment.lowest(), segment.start.altitude * n)
-                m.d.comb += Assert(dut.signal("product") == level)
+                m.d.comb += Assert(dut.signal("scaled_start") == level)
             with m.Else():
                 level = segment.start.altitude * n + (k - 1) * segment.rise
                 m.d.comb += [Assert(visited), Assert(walker.level.scaled == level)]

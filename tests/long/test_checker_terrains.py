@@ -8,14 +8,14 @@ from bench.scenarios import EMBEDDED, TILES, names
 from bench.terrains import BUILDS, Ground, differing
 from hdl.config import CheckerBuild, Config
 from sim.harness import VerilatedChecker
-from sim.model.checker_cycles import batch_clocks
+from sim.model.checker_cycles import batch_cycles
 
 
 pytestmark = [pytest.mark.cosim, pytest.mark.long]
 
 PATHS = 1_000
-#: So many are compared in clocks and reads, too: their model is slow.
-CLOCKED = 200
+#: So many are compared in cycles and reads, too: their model is slow.
+WITH_CYCLES = 200
 
 
 @pytest.mark.parametrize("name", [EMBEDDED, *TILES])
@@ -39,6 +39,6 @@ def test_builds_say_what_the_model_says(name):
                 assert PATHS < hits <= 2 * PATHS
                 assert hits < 2 * PATHS or build is CheckerBuild.TWO_TIER
                 assert differing(batch, config, terrain, paths, count) == []
-                clocks = [(verdict["cycles"], verdict["reads"]) for verdict in batch.verdicts]
-                first = paths[:CLOCKED]
-                assert clocks[:CLOCKED] == batch_clocks(config, terrain, first, count)
+                costs = [(verdict["cycles"], verdict["reads"]) for verdict in batch.verdicts]
+                first = paths[:WITH_CYCLES]
+                assert costs[:WITH_CYCLES] == batch_cycles(config, terrain, first, count)

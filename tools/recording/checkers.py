@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hdl.config import Config
 from sim.harness import VerilatedChecker
 from sim.model.checker import TerrainModel
-from sim.model.checker_cycles import batch_clocks
+from sim.model.checker_cycles import batch_cycles
 from sim.model.checker_kernels import check_paths
 from tools.recording.draws import Point, below, ground, point
 
@@ -74,7 +74,7 @@ def _modelled(config: Config, paths: int, counting: bool) -> list[Any]:
     terrain.write(0, 0, _heights(config))
     queue = _paths(config, paths)
     verdicts = check_paths(config, terrain, queue, counting)
-    clocks = batch_clocks(config, terrain, queue, counting)
+    clocks = batch_cycles(config, terrain, queue, counting)
     return [
         [
             int(verdict.collision),

@@ -1,4 +1,4 @@
-"""The lanes: a group of neighbouring cells of a segment in every clock."""
+"""The lanes: a group of neighbouring cells of a segment in every cycle."""
 
 from amaranth import *
 from amaranth.lib import data, wiring
@@ -16,7 +16,7 @@ __all__ = ["Lanes", "group_layout"]
 
 
 def group_layout(config: Config) -> data.StructLayout:
-    """Return the layout of a group: the cells of one clock.
+    """Return the layout of a group: the cells of one cycle.
 
     ``steep``, ``descending`` as of its segment; ``major`` (of its first cell), ``minors`` (of all
     lanes), ``cells`` (how many it has).
@@ -33,14 +33,14 @@ def group_layout(config: Config) -> data.StructLayout:
 
 
 class Lanes(wiring.Component):
-    """Walks segments, ``lanes`` cells of one a clock.
+    """Walks segments, ``lanes`` cells of one a cycle.
 
     Lane c has the cells whose major coordinate is c mod ``lanes``. Which of its cells is in the
     first group depends on where the segment starts, so that each group but the last is full: a
-    segment of n cells takes n / ``lanes`` clocks, rounded up. Everything else is sums: all lanes
-    gain the same in a clock, see :class:`hdl.feasibility.parallel.reciprocal.Precision`.
+    segment of n cells takes n / ``lanes`` cycles, rounded up. Everything else is sums: all lanes
+    gain the same in a cycle, see :class:`hdl.feasibility.parallel.reciprocal.Precision`.
 
-    ``group`` and ``lanes`` are there in the clock after that of their token in ``launched``.
+    ``group`` and ``lanes`` are there in the cycle after that of their token in ``launched``.
 
     Source: *allaire two-tier*, section 5.3. Differs: its reference has several walkers, each with a
     part of the segment.
@@ -53,11 +53,11 @@ class Lanes(wiring.Component):
     -------
     launched : In(token_layout)
     segment : In(segment_layout)
-    starts : In(motion_layout).array(lanes)
+    origins : In(motion_layout).array(lanes)
     step : In(motion_layout)
         Of the segment that ``launched`` starts.
     token : Out(token_layout)
-        ``launched``, a clock later.
+        ``launched``, a cycle later.
     group : Out(group_layout)
     lanes : Out(lane_layout).array(lanes)
     """
@@ -68,7 +68,7 @@ class Lanes(wiring.Component):
             {
                 "launched": In(token_layout(config)),
                 "segment": In(segment_layout(config)),
-                "starts": In(motion_layout(config)).array(config.lanes),
+                "origins": In(motion_layout(config)).array(config.lanes),
                 "step": In(motion_layout(config)),
                 "token": Out(token_layout(config)),
                 "group": Out(group_layout(config)),
@@ -82,7 +82,7 @@ class Lanes(wiring.Component):
         precision = Precision.of(config)
         fractions = {"minor": precision.minor, "rise": precision.rise}
         lane_bits = exact_log2(config.lanes)
-        starts = self.launched.starts
+        begins = self.launched.starts_segment
 
         m.d.sync += token.eq(self.launched)
 
@@ -92,7 +92,7 @@ class Lanes(wiring.Component):
         steep, descending = Signal(reset_less=True), Signal(reset_less=True)
         major = Signal(config.coordinate_bits, reset_less=True)
         rest_now = segment.length[:lane_bits]
-        with m.If(starts):
+        with m.If(begins):
             m.d.sync += [
                 rest.eq(rest_now),
                 step.eq(self.step),
@@ -122,14 +122,14 @@ class Lanes(wiring.Component):
             then.eq(Mux(descending, -1, 1)),
             beyond.eq(begin + at_first),
         ]
-        # Sums first: `starts` goes to all lanes, and comes late.
+        # Sums first: `begins` goes to all lanes, and comes late.
         m.d.sync += [
-            next_row.eq(Mux(starts, beyond, next_row + then)),
-            next_beyond.eq(Mux(starts, beyond + at_first, next_beyond + then)),
+            next_row.eq(Mux(begins, beyond, next_row + then)),
+            next_beyond.eq(Mux(begins, beyond + at_first, next_beyond + then)),
         ]
 
         first = segment.major[:lane_bits]
-        for number, (lane, start) in enumerate(zip(self.lanes, self.starts, strict=True)):
+        for number, (lane, start) in enumerate(zip(self.lanes, self.origins, strict=True)):
             motion = Signal(motion_layout(config), name=f"motion_{number}", reset_less=True)
             row = Signal(lane_row_bits(config), name=f"row_{number}", reset_less=True)
             in_last = Signal(name=f"in_last_{number}", reset_less=True)
@@ -143,7 +143,7 @@ class Lanes(wiring.Component):
                     first > number if number < config.lanes - 1 else 0,
                 )
             )
-            with m.If(starts):
+            with m.If(begins):
                 m.d.sync += [
                     motion.eq(start),
                     late.eq(is_late),

@@ -77,7 +77,7 @@ class Precision:
 
 
 class Reciprocals(wiring.Component):
-    """Table of reciprocals, of which one of two is wanted; 2 clocks after their lengths are given.
+    """Table of reciprocals, of which one of two is wanted; 2 cycles after their lengths are given.
 
     It is addressed by differences as they come out of a subtraction, so that nothing more is in the
     way to its block RAMs; what it holds are the reciprocals of their absolute values.

@@ -1,4 +1,4 @@
-"""From points to segments, and from these to the groups of cells that the lanes take in a clock."""
+"""From points to segments, and from these to the groups of cells that the lanes take in a cycle."""
 
 from amaranth import *
 from amaranth.lib import data, stream, wiring
@@ -9,7 +9,7 @@ from hdl.config import Config
 from hdl.feasibility.parallel.reciprocal import Precision, Reciprocals
 from hdl.layouts import point_layout
 from hdl.primitives.fanout import fanout
-from hdl.primitives.multiplexer import chosen
+from hdl.primitives.multiplexer import multiplex
 from hdl.primitives.skid_buffer import SkidBuffer
 
 
@@ -52,13 +52,14 @@ def segment_layout(config: Config) -> data.StructLayout:
 def token_layout(config: Config) -> data.StructLayout:
     """Return the layout of what goes with a group of cells through all stages.
 
-    ``valid``; ``starts`` and ``ends_segment``, ``first`` and ``ends_path`` (it is the first or last
-    group of its segment, of its path), ``segment`` (its number), ``tag`` (of its path).
+    ``valid``; ``starts_segment`` and ``ends_segment`` (it is the first or last group of its
+    segment), ``first`` and ``ends_path`` (of its path), ``segment`` (its number), ``tag`` (of its
+    path).
     """
     return data.StructLayout(
         {
             "valid": 1,
-            "starts": 1,
+            "starts_segment": 1,
             "ends_segment": 1,
             "first": 1,
             "ends_path": 1,
@@ -73,13 +74,13 @@ class SegmentSetup(wiring.Component):
 
     A segment goes through two stages that wait for their turn: differences, their signs, and which
     axis is the major one; small multiples of the differences, and the reciprocal of the length.
-    From the second it is launched: a group of its cells a clock, then the next segment. So nothing
-    behind this unit ever waits, and as long as points come no clock is lost between segments or
-    paths. A segment whose second point is taken in some clock is launched 2 clocks later, if it is
+    From the second it is launched: a group of its cells a cycle, then the next segment. So nothing
+    behind this unit ever waits, and as long as points come no cycle is lost between segments or
+    paths. A segment whose second point is taken in some cycle is launched 2 cycles later, if it is
     its turn. A path begins with its first point, and a segment with its second: points wait for the
     places of verdict and count.
 
-    In the clock of ``drop`` all that belongs to that path is given up; its points to come are taken
+    In the cycle of ``drop`` all that belongs to that path is given up; its points to come are taken
     and forgotten.
 
     Parameters
@@ -91,14 +92,14 @@ class SegmentSetup(wiring.Component):
     points : In(stream.Signature(point_layout))
     room, segment_room : In(1)
     begins, segment_begins : Out(1)
-        See :func:`hdl.feasibility.walker_interface.walker_signature`.
+        See :func:`hdl.feasibility.walker_signature.walker_signature`.
     drop : In(1)
     drop_tag : In(TAG_BITS)
         Path to be given up.
     token : Out(token_layout)
         The group that is launched.
     segment : Out(segment_layout)
-        With ``token.starts``.
+        With ``token.starts_segment``.
     """
 
     def __init__(self, config: Config):
@@ -140,7 +141,7 @@ class SegmentSetup(wiring.Component):
         load, move_on, launch = Signal(), Signal(), Signal()
 
         # A point comes in if there is room, and waits in the buffer for its turn: each takes about
-        # half a clock.
+        # half a cycle.
         m.submodules.point_buffer = buffer = SkidBuffer(point_layout(config))
         begun, room, comes = Signal(), Signal(), Signal()
         m.d.comb += [
@@ -266,7 +267,7 @@ class SegmentSetup(wiring.Component):
                 up = [(lane - at) % config.lanes for at in range(config.lanes)]
                 down = [(at - lane) % config.lanes for at in range(config.lanes)]
                 places = [C(place, lane_bits) for place in (*up, *down)]
-                place = chosen(Cat(start, descending), places)
+                place = multiplex(Cat(start, descending), places)
                 m.d.sync += [
                     shape.places[lane].eq(place),
                     shape.across_to[lane].eq(_multiple(across, place)),
@@ -287,7 +288,7 @@ class SegmentSetup(wiring.Component):
             m.d.sync += [left.eq(groups), launched.eq(waiting)]
             m.d.comb += [
                 free_next.eq(groups == 0),
-                token.starts.eq(1),
+                token.starts_segment.eq(1),
                 token.first.eq(waiting.first),
                 token.ends_segment.eq(groups == 0),
                 token.ends_path.eq(waiting.ends_path & (groups == 0)),

@@ -1,4 +1,4 @@
-"""Where the lanes start on a segment, and how far they go in a clock."""
+"""Where the lanes start on a segment, and how far they go in a cycle."""
 
 from amaranth import *
 from amaranth.lib import data, wiring
@@ -8,7 +8,7 @@ from amaranth.utils import exact_log2
 from hdl.config import Config
 from hdl.feasibility.parallel.reciprocal import Precision
 from hdl.feasibility.parallel.segment_setup import segment_layout
-from hdl.primitives.delay_line import delayed
+from hdl.primitives.delay_line import delay_line
 from hdl.primitives.multiplier import Multiplier
 
 
@@ -36,12 +36,12 @@ def motion_layout(config: Config) -> data.StructLayout:
 
 
 class Slopes(wiring.Component):
-    """Multiplies slopes, a segment a clock.
+    """Multiplies slopes, a segment a cycle.
 
     A slope is a difference times the reciprocal of the length. The cell that a lane starts with is
     found by a product of its own, of a multiple of the difference, and so needs no sum of slopes.
-    ``starts`` and ``step`` follow 1 clock after ``segment``, and are there for one clock: products
-    of registers into registers, and then the sum of their parts in the same clock in which the
+    ``origins`` and ``step`` follow 1 cycle after ``segment``, and are there for one cycle: products
+    of registers into registers, and then the sum of their parts in the same cycle in which the
     lanes take it. On a target the registers are those of the multipliers.
 
     Parameters
@@ -51,10 +51,10 @@ class Slopes(wiring.Component):
     Members
     -------
     segment : In(segment_layout)
-    starts : Out(motion_layout).array(lanes)
+    origins : Out(motion_layout).array(lanes)
         The cell of each lane, from which lanes past the end of the segment would go on.
     step : Out(motion_layout)
-        What all lanes gain in a clock.
+        What all lanes gain in a cycle.
     """
 
     def __init__(self, config: Config):
@@ -63,7 +63,7 @@ class Slopes(wiring.Component):
         super().__init__(
             {
                 "segment": In(segment_layout(config)),
-                "starts": Out(motion_layout(config)).array(config.lanes),
+                "origins": Out(motion_layout(config)).array(config.lanes),
                 "step": Out(motion_layout(config)),
             }
         )
@@ -73,8 +73,8 @@ class Slopes(wiring.Component):
         config, precision, segment = self.config, self.precision, self.segment
         lane_bits = exact_log2(config.lanes)
 
-        minor = delayed(m, segment.minor, 1, "minor")
-        altitude = delayed(m, segment.altitude, 1, "altitude")
+        minor = delay_line(m, segment.minor, 1, "minor")
+        altitude = delay_line(m, segment.altitude, 1, "altitude")
         biases = {
             "minor": Cat(Const(precision.minor_bias, precision.minor), minor),
             "rise": Cat(Const(precision.rise_bias, precision.rise), altitude),
@@ -87,7 +87,7 @@ class Slopes(wiring.Component):
             shift = precision.reciprocal - fractions[axis]
             product = self._product(m, difference, shift - lane_bits, 0, f"{axis}_step")
             m.d.comb += self.step[axis].eq(product)
-            for lane, start in enumerate(self.starts):
+            for lane, start in enumerate(self.origins):
                 name = f"{axis}_{lane}"
                 product = self._product(m, multiples[lane], shift, biases[axis], name)
                 m.d.comb += start[axis].eq(product)
@@ -95,7 +95,7 @@ class Slopes(wiring.Component):
         return m
 
     def _product(self, m, factor, shift, bias, name):
-        """Return ``bias + floor(factor * reciprocal / 2**shift)``, a clock later."""
+        """Return ``bias + floor(factor * reciprocal / 2**shift)``, a cycle later."""
         reciprocal = self.segment.reciprocal
         if len(reciprocal) <= _PART:
             return _registered(m, factor, _signed(reciprocal), shift, name) + bias
@@ -107,10 +107,10 @@ class Slopes(wiring.Component):
 
 
 def _registered(m, first, second, shift, name):
-    """Return ``first * second >> shift``, a clock later."""
-    m.submodules[name] = product = Multiplier((len(first), len(second)), shift)
-    m.d.comb += [product.first.eq(first), product.second.eq(second)]
-    return product.product
+    """Return ``first * second >> shift``, a cycle later."""
+    m.submodules[name] = multiplier = Multiplier((len(first), len(second)), shift)
+    m.d.comb += [multiplier.first.eq(first), multiplier.second.eq(second)]
+    return multiplier.product
 
 
 def _signed(value):

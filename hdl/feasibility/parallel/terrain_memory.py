@@ -7,8 +7,8 @@ from amaranth.utils import exact_log2
 
 from hdl.config import Config
 from hdl.feasibility.map_memory import MapMemory
-from hdl.primitives.delay_line import delayed
-from hdl.primitives.multiplexer import chosen
+from hdl.primitives.delay_line import delay_line
+from hdl.primitives.multiplexer import multiplex
 
 
 __all__ = ["TerrainMemory", "lane_layout", "lane_row_bits"]
@@ -38,10 +38,10 @@ def lane_layout(config: Config) -> data.StructLayout:
 
 
 class TerrainMemory(wiring.Component):
-    """Map of which each lane tests a cell in every clock.
+    """Map of which each lane tests a cell in every cycle.
 
     Cell (x, y) lies in bank (x mod B, y mod B), with B = ``bank_edge``. Lane c has cells whose
-    coordinate along the major axis of the segment is c mod ``lanes``. So in a clock the first B
+    coordinate along the major axis of the segment is c mod ``lanes``. So in a cycle the first B
     lanes, which use the first port of the banks, all are in other columns of banks (or rows, if the
     segment is steep), and so are the other B lanes, which use the second port: none waits for
     another, and each bank port has two lanes that it can belong to.
@@ -74,13 +74,13 @@ class TerrainMemory(wiring.Component):
     write_enable : In(1)
     write_x, write_y : In(coordinate_bits)
     write_altitude : In(altitude_bits)
-        A cell to be written; it is read from the next clock on.
+        A cell to be written; it is read from the next cycle on.
     lookup_valid : In(1)
     lookup_x, lookup_y : In(coordinate_bits)
-        A cell to be looked up; not in the clock of a write.
+        A cell to be looked up; not in the cycle of a write.
     lookup_altitude : Out(altitude_bits)
-        What is there, ``config.lookup_latency`` clocks later, one small multiplexer behind
-        registers. Writes and look-ups reach the memory one clock after they are given.
+        What is there, ``config.lookup_latency`` cycles later, one small multiplexer behind
+        registers. Writes and look-ups reach the memory one cycle after they are given.
     """
 
     def __init__(self, config: Config):
@@ -111,14 +111,14 @@ class TerrainMemory(wiring.Component):
         edge, ports = config.bank_edge, config.read_ports
         bank_bits = exact_log2(edge)
         row_bits = config.coordinate_bits - bank_bits
-        answer = latency + 1  # Clocks from a cell to its ground.
+        answer = latency + 1  # Cycles from a cell to its ground.
 
         # Accesses pass one register, at the banks.
         asked_x = Mux(self.lookup_valid, self.lookup_x, self.write_x)
         asked_y = Mux(self.lookup_valid, self.lookup_y, self.write_y)
         access = Cat(asked_x[bank_bits:], asked_y[bank_bits:])
-        bank_x = delayed(m, asked_x[:bank_bits], 1, "bank_x")
-        bank_y = delayed(m, asked_y[:bank_bits], 1, "bank_y")
+        bank_x = delay_line(m, asked_x[:bank_bits], 1, "bank_x")
+        bank_y = delay_line(m, asked_y[:bank_bits], 1, "bank_y")
 
         # Rows of each lane in the bank it is in, and what it compares: in time for the last
         # register before the comparison, which is at the bank.
@@ -128,11 +128,11 @@ class TerrainMemory(wiring.Component):
             minor = lane.minor[bank_bits:]
             across.append(Cat(major, minor))
             along.append(Cat(minor, major))
-            ceilings.append(delayed(m, lane.ceiling, answer - 1, f"ceiling_{number}"))
-            valids.append(delayed(m, lane.valid, 1, f"valid_{number}"))
+            ceilings.append(delay_line(m, lane.ceiling, answer - 1, f"ceiling_{number}"))
+            valids.append(delay_line(m, lane.valid, 1, f"valid_{number}"))
         steep = [self.steep]
-        for clock in range(1, answer + 2):
-            steep.append(delayed(m, steep[-1], 1, f"steep_{clock}"))
+        for cycle in range(1, answer + 2):
+            steep.append(delay_line(m, steep[-1], 1, f"steep_{cycle}"))
 
         # Of the bank in column x and row y: data of the first port, and both ports' comparisons,
         # none of them set where no lane looks.
@@ -162,7 +162,7 @@ class TerrainMemory(wiring.Component):
                         address = Mux(self.walking, address, access)
                         ground[x][y] = member.data
                     name = f"{x}_{y}_{port}"
-                    m.d.comb += member.address.eq(delayed(m, address, 1, f"row_{name}"))
+                    m.d.comb += member.address.eq(delay_line(m, address, 1, f"row_{name}"))
 
                     # Of the two lanes that may look here, whether the one that does.
                     would = Mux(
@@ -171,8 +171,8 @@ class TerrainMemory(wiring.Component):
                         self.lanes[by_x].minor[:bank_bits] == y,
                     )
                     does = Mux(steep[1], valids[by_y], valids[by_x])
-                    looks = delayed(m, would, 1, f"would_look_{name}") & does
-                    looked = delayed(m, looks, answer - 1, f"looked_{name}")
+                    looks = delay_line(m, would, 1, f"would_look_{name}") & does
+                    looked = delay_line(m, looks, answer - 1, f"looked_{name}")
                     ceiling = Signal(config.altitude_bits, name=f"at_{name}", reset_less=True)
                     hit = Signal(name=f"hit_{name}", reset_less=True)
                     is_top = Signal(name=f"top_{name}", reset_less=True)
@@ -190,14 +190,14 @@ class TerrainMemory(wiring.Component):
                 upright = Cat(flags[x][column] for x in range(edge)).any()
                 m.d.sync += out[number].eq(Mux(steep[answer + 1], upright, level))
 
-        # The banks of a column are near each other; columns are chosen from in the next clock.
-        at_x = delayed(m, bank_x, latency + 1, "at_x")
-        at_y = delayed(m, bank_y, latency, "at_y")
+        # The banks of a column are near each other; columns are chosen from in the next cycle.
+        at_x = delay_line(m, bank_x, latency + 1, "at_x")
+        at_y = delay_line(m, bank_y, latency, "at_y")
         looked_up = []
         for x, column in enumerate(ground):
             found = Signal(config.altitude_bits, name=f"looked_up_{x}", reset_less=True)
-            m.d.sync += found.eq(chosen(at_y, column))
+            m.d.sync += found.eq(multiplex(at_y, column))
             looked_up.append(found)
-        m.d.comb += self.lookup_altitude.eq(chosen(at_x, looked_up))
+        m.d.comb += self.lookup_altitude.eq(multiplex(at_x, looked_up))
 
         return m

@@ -1,35 +1,35 @@
-"""The parallel build: every segment in the detailed map, several cells a clock."""
+"""The parallel build: every segment in the detailed map, several cells a cycle."""
 
 from amaranth import *
 from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import connect, flipped
 
 from hdl.config import Config
-from hdl.feasibility.parallel.first_hit import FirstHit
+from hdl.feasibility.parallel.hit_locator import HitLocator
 from hdl.feasibility.parallel.lanes import Lanes
 from hdl.feasibility.parallel.segment_setup import TAG_BITS, SegmentSetup, token_layout
 from hdl.feasibility.parallel.slopes import Slopes
 from hdl.feasibility.parallel.terrain_memory import TerrainMemory
-from hdl.feasibility.walker_interface import walker_signature
-from hdl.primitives.delay_line import delayed
+from hdl.feasibility.walker_signature import walker_signature
+from hdl.primitives.delay_line import delay_line
 
 
 __all__ = ["ParallelWalker"]
 
 
 class ParallelWalker(wiring.Component):
-    """Walks all segments in the detailed map, ``lanes`` cells a clock.
+    """Walks all segments in the detailed map, ``lanes`` cells a cycle.
 
-    A segment of n cells takes n / ``lanes`` clocks, rounded up, and segments and paths follow each
+    A segment of n cells takes n / ``lanes`` cycles, rounded up, and segments and paths follow each
     other without a gap as long as the next point is there and no path is dropped. A lone path of G
-    such clocks is decided ``G + memory_latency + 9`` clocks after its first point is taken, that
-    clock included, if its points come in successive clocks; its verdict is offered in the next one:
-    after ``G + 12`` clocks with a latency of 2. From a point to its segment's first group it takes
-    5 clocks: two in the set-up, two for slopes, one to the banks. From a group to its step it takes
+    such cycles is decided ``G + memory_latency + 9`` cycles after its first point is taken, that
+    cycle included, if its points come in successive cycles; its verdict is offered in the next one:
+    after ``G + 12`` cycles with a latency of 2. From a point to its segment's first group it takes
+    5 cycles: two in the set-up, two for slopes, one to the banks. From a group to its step it takes
     ``memory_latency + 3``: comparison, bank, first hit.
 
-    In the clock of ``drop`` the group of that clock is still read. The points left of that path are
-    taken, one a clock.
+    In the cycle of ``drop`` the group of that cycle is still read. The points left of that path are
+    taken, one a cycle.
 
     Source: *allaire two-tier*, section 5.3.
 
@@ -39,7 +39,7 @@ class ParallelWalker(wiring.Component):
 
     Members
     -------
-    Those of :func:`hdl.feasibility.walker_interface.walker_signature`.
+    Those of :func:`hdl.feasibility.walker_signature.walker_signature`.
     """
 
     def __init__(self, config: Config):
@@ -51,20 +51,20 @@ class ParallelWalker(wiring.Component):
         config, step = self.config, self.step
         drop_tag = Signal(TAG_BITS)
 
-        m.submodules.set_up = set_up = SegmentSetup(config)
+        m.submodules.setup = setup = SegmentSetup(config)
         m.submodules.slopes = slopes = Slopes(config)
         m.submodules.lanes = lanes = Lanes(config)
         m.submodules.terrain = terrain = TerrainMemory(config)
-        m.submodules.first_hit = first_hit = FirstHit(config)
-        connect(m, flipped(self.points), set_up.points)
+        m.submodules.hit_locator = hit_locator = HitLocator(config)
+        connect(m, flipped(self.points), setup.points)
         m.d.comb += [
-            set_up.room.eq(self.room),
-            set_up.segment_room.eq(self.segment_room),
-            set_up.drop.eq(self.drop),
-            set_up.drop_tag.eq(drop_tag),
-            self.begins.eq(set_up.begins),
-            self.segment_begins.eq(set_up.segment_begins),
-            slopes.segment.eq(set_up.segment),
+            setup.room.eq(self.room),
+            setup.segment_room.eq(self.segment_room),
+            setup.drop.eq(self.drop),
+            setup.drop_tag.eq(drop_tag),
+            self.begins.eq(setup.begins),
+            self.segment_begins.eq(setup.segment_begins),
+            slopes.segment.eq(setup.segment),
         ]
 
         # A path that is dropped before its cells are at the memory is not walked.
@@ -75,23 +75,23 @@ class ParallelWalker(wiring.Component):
             Signal(token_layout(config), name=name) for name in ("launched", "token")
         )
         m.d.sync += [
-            launched.eq(set_up.token),
+            launched.eq(setup.token),
             token.eq(lanes.token),
             token.valid.eq(unless_dropped(lanes.token)),
         ]
         m.d.comb += [
             lanes.launched.eq(launched),
             lanes.launched.valid.eq(unless_dropped(launched)),
-            lanes.segment.eq(delayed(m, set_up.segment, 1, "segment")),
+            lanes.segment.eq(delay_line(m, setup.segment, 1, "segment")),
             lanes.step.eq(slopes.step),
-            *(into.eq(start) for into, start in zip(lanes.starts, slopes.starts, strict=True)),
+            *(into.eq(start) for into, start in zip(lanes.origins, slopes.origins, strict=True)),
         ]
 
         # Writes have to go far, too.
         writing = Signal()
         m.d.sync += writing.eq(self.writes.valid)
         written = {
-            name: delayed(m, self.writes.p[name], 1, f"write_{name}")
+            name: delay_line(m, self.writes.p[name], 1, f"write_{name}")
             for name in ("x", "y", "altitude")
         }
 
@@ -108,13 +108,13 @@ class ParallelWalker(wiring.Component):
             self.lookup_altitude.eq(terrain.lookup_altitude),
         ]
 
-        # Addresses given for each path that is under way, the group of this clock included.
+        # Addresses given for each path that is under way, the group of this cycle included.
         m.submodules.reads = reads = memory.Memory(
             shape=config.path_cells_bits + 1, depth=1 << TAG_BITS, init=[]
         )
         write, read = reads.write_port(), reads.read_port(domain="comb")
         given, before = (Signal(config.path_cells_bits + 1, name=n) for n in ("given", "before"))
-        cells = delayed(m, lanes.group.cells, 1, "cells_given")
+        cells = delay_line(m, lanes.group.cells, 1, "cells_given")
         m.d.comb += [
             given.eq(Mux(token.first, 0, before) + cells),
             write.addr.eq(token.tag),
@@ -126,20 +126,20 @@ class ParallelWalker(wiring.Component):
 
         # What goes along while the memory answers.
         latency = config.memory_latency + 2
-        group = delayed(m, lanes.group, latency + 1, "group")
-        cells = delayed(m, group.cells, 1, "cells")
+        group = delay_line(m, lanes.group, latency + 1, "group")
+        cells = delay_line(m, group.cells, 1, "cells")
         stepped = token
-        for clock in range(latency + 1):
-            following = Signal.like(token, name=f"token_{clock}")
+        for cycle in range(latency + 1):
+            following = Signal.like(token, name=f"token_{cycle}")
             m.d.sync += following.eq(stepped)
             stepped = following
 
         is_reading = Signal()
         m.d.comb += [
             drop_tag.eq(stepped.tag),
-            first_hit.group.eq(group),
-            first_hit.hits.eq(terrain.hits),
-            first_hit.blocked.eq(terrain.blocked),
+            hit_locator.group.eq(group),
+            hit_locator.hits.eq(terrain.hits),
+            hit_locator.blocked.eq(terrain.blocked),
             read.addr.eq(stepped.tag),
             is_reading.eq(token.valid & (token.tag == stepped.tag)),
         ]
@@ -150,12 +150,12 @@ class ParallelWalker(wiring.Component):
             step.ends_path.eq(stepped.ends_path),
             step.segment.eq(stepped.segment),
             step.cells.eq(cells),
-            step.hit.eq(first_hit.hit),
-            step.until.eq(first_hit.until),
-            step.x.eq(first_hit.x),
-            step.y.eq(first_hit.y),
-            step.terrain.eq(first_hit.terrain),
-            step.nofly.eq(first_hit.nofly),
+            step.hit.eq(hit_locator.hit),
+            step.until.eq(hit_locator.until),
+            step.x.eq(hit_locator.x),
+            step.y.eq(hit_locator.y),
+            step.terrain.eq(hit_locator.terrain),
+            step.nofly.eq(hit_locator.nofly),
             step.reads.eq(Mux(is_reading, given, read.data)),
         ]
 

@@ -15,7 +15,7 @@ def tested_layout(config: Config) -> data.StructLayout:
     """A cell that has been compared.
 
     ``hit``: the path is not above its ground; ``blocked``: that ground may not be crossed at all.
-    ``reads``: addresses of the same path that have been given to a memory since, that of this clock
+    ``reads``: addresses of the same path that have been given to a memory since, that of this cycle
     included; ``open``: none of them is of the path's last cell, and nor is this.
     """
     return data.StructLayout(
@@ -30,10 +30,10 @@ def tested_layout(config: Config) -> data.StructLayout:
 
 
 class AltitudeCompare(wiring.Component):
-    """Tests one cell a clock, ``memory_latency + 3`` clocks after it was visited.
+    """Tests one cell a cycle, ``memory_latency + 3`` cycles after it was visited.
 
     A cell is hit when ``z0 n + k dz <= ground * n``: the ground is multiplied and the product
-    compared, a clock each, so that nothing is rounded.
+    compared, a cycle each, so that nothing is rounded.
 
     Parameters
     ----------
@@ -43,20 +43,20 @@ class AltitudeCompare(wiring.Component):
     -------
     visiting : In(1)
     visit : In(visit_layout)
-        Cell whose address the memory gets in this clock.
+        Cell whose address the memory gets in this cycle.
     level : In(level_layout)
-        Altitude of the path at the cell of the clock before.
+        Altitude of the path at the cell of the cycle before.
     ground : In(altitude_bits)
-        Altitude of the cell visited ``memory_latency + 1`` clocks ago, from a register.
+        Altitude of the cell visited ``memory_latency + 1`` cycles ago, from a register.
     drop : In(1)
-        Cells that have been visited after the tested one, that of this clock included, are void.
+        Cells that have been visited after the tested one, that of this cycle included, are void.
     valid : Out(1)
     tested : Out(tested_layout)
     """
 
     @staticmethod
     def latency_of(config: Config) -> int:
-        """Return the clocks from a visit to its test."""
+        """Return the cycles from a visit to its test."""
         return config.memory_latency + 3
 
     def __init__(self, config):
@@ -77,7 +77,7 @@ class AltitudeCompare(wiring.Component):
         m = Module()
         config = self.config
 
-        # The youngest first: the cell of this clock, then those in the pipeline.
+        # The youngest first: the cell of this cycle, then those in the pipeline.
         valids, visits = [self.visiting], [self.visit]
         for stage in range(1, self.latency_of(config) + 1):
             valid = Signal(name=f"valid_{stage}")
@@ -86,20 +86,20 @@ class AltitudeCompare(wiring.Component):
             valids.append(valid)
             visits.append(visit)
 
-        def later(value, clocks, name):
-            for clock in range(clocks):
-                register = Signal.like(value, name=f"{name}_{clock}", reset_less=True)
+        def later(value, cycles, name):
+            for cycle in range(cycles):
+                register = Signal.like(value, name=f"{name}_{cycle}", reset_less=True)
                 m.d.sync += register.eq(value)
                 value = register
             return value
 
         steps = later(self.level.steps, config.memory_latency, "steps")
         scaled = later(self.level.scaled, config.memory_latency + 1, "scaled")
-        product = Signal(self.level.scaled.shape(), reset_less=True)
+        scaled_ground = Signal(self.level.scaled.shape(), reset_less=True)
         top = later(self.ground == config.blocked_altitude, 1, "top")
         m.d.sync += [
-            product.eq(self.ground * steps),
-            self.tested.hit.eq(scaled <= product),
+            scaled_ground.eq(self.ground * steps),
+            self.tested.hit.eq(scaled <= scaled_ground),
             self.tested.blocked.eq(top),
         ]
 
@@ -111,7 +111,7 @@ class AltitudeCompare(wiring.Component):
             ended = ended | (valid & visit.ends_path)
         m.d.comb += [
             self.tested.reads.eq(sum(later_reads)),
-            # Not of this clock: a path that ends now is left with the same right.
+            # Not of this cycle: a path that ends now is left with the same right.
             self.tested.open.eq(
                 ~Cat(v & c.ends_path for v, c in zip(valids[1:], visits[1:], strict=True)).any()
             ),

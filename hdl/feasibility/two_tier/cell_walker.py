@@ -1,4 +1,4 @@
-"""Bresenham walker of the two-tier build: one cell a clock, without a divider."""
+"""Bresenham walker of the two-tier build: one cell a cycle, without a divider."""
 
 from amaranth import *
 from amaranth.lib import data, stream, wiring
@@ -50,8 +50,8 @@ class CellWalker(wiring.Component):
     ``(z0 n + k dz) / n``, its numerator summed up step by step; a segment without steps is taken
     for one of a single step, of which only the first cell is visited.
 
-    A cell is visited in the clock after its segment is taken, then one a clock; a segment is taken
-    in the last clock of the one before, so that no clock is lost.
+    A cell is visited in the cycle after its segment is taken, then one a cycle; a segment is taken
+    in the last cycle of the one before, so that no cycle is lost.
 
     Source: *allaire two-tier*, section 3.2.3. Differs: the next segment is set up during the walk.
 
@@ -71,15 +71,15 @@ class CellWalker(wiring.Component):
     segment_begins : Out(1)
         A segment is taken, not only to be dropped.
     drop : In(1)
-        Leave the path under way, from the next clock on: that whose cell was visited last, which
-        must not have been its last one. A cell may still be visited in the clock of ``drop``; it
-        counts for nothing. Later segments of that path are taken and not walked, one a clock.
+        Leave the path under way, from the next cycle on: that whose cell was visited last, which
+        must not have been its last one. A cell may still be visited in the cycle of ``drop``; it
+        counts for nothing. Later segments of that path are taken and not walked, one a cycle.
     visiting : Out(1)
-        ``visit`` is visited in this clock.
+        ``visit`` is visited in this cycle.
     visit : Out(visit_layout)
         A register.
     level : Out(level_layout)
-        Altitude at the cell that was visited in the clock before.
+        Altitude at the cell that was visited in the cycle before.
     """
 
     def __init__(self, config):
@@ -176,10 +176,10 @@ class CellWalker(wiring.Component):
             with m.If(~steep | across):
                 m.d.sync += visit.x.eq(Mux(west, visit.x - 1, visit.x + 1))
 
-        # The altitude follows a clock later, which gives the product of a new segment its clock.
+        # The altitude follows a cycle later, which gives the product of a new segment its cycle.
         steps = Signal(config.coordinate_bits)
         climb = Signal(signed(config.altitude_bits + 1))
-        product = Signal(self.level.scaled.shape())
+        scaled_start = Signal(self.level.scaled.shape())
         begins = Signal()
         with m.If(load):
             divisor = Mux(segment.steps == 0, 1, segment.steps)
@@ -187,13 +187,13 @@ class CellWalker(wiring.Component):
                 begins.eq(1),
                 steps.eq(divisor),
                 climb.eq(segment.climb),
-                product.eq(segment.altitude * divisor),
+                scaled_start.eq(segment.altitude * divisor),
             ]
         with m.Else():
             m.d.sync += begins.eq(0)
         with m.If(active):
             m.d.sync += [
-                self.level.scaled.eq(Mux(begins, product, self.level.scaled + climb)),
+                self.level.scaled.eq(Mux(begins, scaled_start, self.level.scaled + climb)),
                 self.level.steps.eq(steps),
             ]
 

@@ -15,9 +15,9 @@ class CoarseMap(wiring.Component):
     """Memory of the maxima of blocks of ``coarse_factor`` x ``coarse_factor`` cells.
 
     The cells that are written to the detailed map come by, and it keeps the blocks that they span.
-    After the last one of a rectangle it reads every cell of those blocks again, a cell a clock, and
+    After the last one of a rectangle it reads every cell of those blocks again, a cell a cycle, and
     writes their maxima: so a maximum also comes down where its cell did. That takes
-    ``coarse_factor`` squared clocks a block, and ``scan_latency + 2`` more in all: so many clocks
+    ``coarse_factor`` squared cycles a block, and ``scan_latency + 2`` more in all: so many cycles
     ``busy`` is high, from that after the last cell on.
 
     Source: *allaire two-tier*, section 3.1.1.
@@ -26,7 +26,7 @@ class CoarseMap(wiring.Component):
     ----------
     config : Config
     scan_latency : int
-        Clocks from ``scanning`` to its ``scanned``, 1 or more.
+        Cycles from ``scanning`` to its ``scanned``, 1 or more.
 
     Members
     -------
@@ -40,12 +40,12 @@ class CoarseMap(wiring.Component):
         Read cell ``scan_x``, ``scan_y`` of the detailed map.
     scan_x, scan_y : Out(coordinate_bits)
     scanned : In(altitude_bits)
-        Altitude of the cell that was asked for ``scan_latency`` clocks ago, every write that came
+        Altitude of the cell that was asked for ``scan_latency`` cycles ago, every write that came
         before ``busy`` included.
     x, y : In(coarse_bits)
         Block to be read, not while ``busy``.
     altitude : Out(altitude_bits)
-        Its maximum, ``memory_latency`` clocks later: anything until the block was scanned. See
+        Its maximum, ``memory_latency`` cycles later: anything until the block was scanned. See
         :class:`hdl.feasibility.map_memory.MapMemory`.
 
     Raises
@@ -103,7 +103,7 @@ class CoarseMap(wiring.Component):
             with m.If(fresh | (block_y > north)):
                 m.d.sync += north.eq(block_y)
 
-        # A clock for these to settle, then the cells: through a block, then to the next one.
+        # A cycle for these to settle, then the cells: through a block, then to the next one.
         starting = Signal()
         m.d.sync += starting.eq(self.written & cell.last)
         at_x, at_y = Signal(config.coarse_bits), Signal(config.coarse_bits)
@@ -141,8 +141,8 @@ class CoarseMap(wiring.Component):
             asked.y.eq(at_y),
         ]
         under_way = [starting, self.scanning]
-        for clock in range(self.scan_latency):
-            following = Signal.like(asked, name=f"asked_{clock}")
+        for cycle in range(self.scan_latency):
+            following = Signal.like(asked, name=f"asked_{cycle}")
             m.d.sync += following.eq(asked)
             asked = following
             under_way.append(asked.valid)

@@ -45,8 +45,8 @@ class TwoTierSegmentSetup(wiring.Component):
     map, all others for the coarse one: their points are brought to the blocks they lie in, their
     altitudes stay (*allaire two-tier*, section 3.2).
 
-    A pipeline of two stages that takes a point and offers a segment every clock: the segment is
-    offered 2 clocks after its second point is taken. With ``segments`` stalled, two wait here.
+    A pipeline of two stages that takes a point and offers a segment every cycle: the segment is
+    offered 2 cycles after its second point is taken. With ``segments`` stalled, two wait here.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The two-tier build: a cell a clock, near the aircraft in the detailed map, then in the coarse."""
+"""The two-tier build: a cell a cycle, near the aircraft in the detailed map, then in the coarse."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -9,7 +9,7 @@ from hdl.feasibility.two_tier.altitude_compare import AltitudeCompare
 from hdl.feasibility.two_tier.cell_walker import CellWalker
 from hdl.feasibility.two_tier.coarse_map import CoarseMap
 from hdl.feasibility.two_tier.segment_setup import TwoTierSegmentSetup
-from hdl.feasibility.walker_interface import walker_signature
+from hdl.feasibility.walker_signature import walker_signature
 
 
 __all__ = ["TwoTierWalker"]
@@ -18,14 +18,14 @@ __all__ = ["TwoTierWalker"]
 class TwoTierWalker(wiring.Component):
     """Walks the first two segments of a path in the detailed map, all others in the coarse one.
 
-    With a source that always has the next point, the first cell of a path is visited 4 clocks after
-    its first point is taken, one cell a clock after that, segments and paths following each other
-    without a gap; the step of a cell comes ``memory_latency + 3`` clocks after its visit. So a path
-    of c cells is decided ``c + memory_latency + 6`` clocks after its first point is taken, that
-    clock included, and its verdict is offered in the next one.
+    With a source that always has the next point, the first cell of a path is visited 4 cycles after
+    its first point is taken, one cell a cycle after that, segments and paths following each other
+    without a gap; the step of a cell comes ``memory_latency + 3`` cycles after its visit. So a path
+    of c cells is decided ``c + memory_latency + 6`` cycles after its first point is taken, that
+    cycle included, and its verdict is offered in the next one.
 
-    In the clock of ``drop`` one more address is given, and counted. The points left of that path
-    are taken, one a clock.
+    In the cycle of ``drop`` one more address is given, and counted. The points left of that path
+    are taken, one a cycle.
 
     Points and writes wait while the coarse map is rebuilt: see
     :class:`hdl.feasibility.two_tier.coarse_map.CoarseMap`.
@@ -39,7 +39,7 @@ class TwoTierWalker(wiring.Component):
 
     Members
     -------
-    Those of :func:`hdl.feasibility.walker_interface.walker_signature`.
+    Those of :func:`hdl.feasibility.walker_signature.walker_signature`.
     """
 
     def __init__(self, config):
@@ -97,8 +97,8 @@ class TwoTierWalker(wiring.Component):
 
         # Which map answers; to look-ups and scans, which never meet a walk, the detailed one.
         from_coarse = line.visiting & visit.coarse
-        for clock in range(config.memory_latency):
-            earlier = Signal(name=f"from_coarse_{clock}", reset_less=True)
+        for cycle in range(config.memory_latency):
+            earlier = Signal(name=f"from_coarse_{cycle}", reset_less=True)
             m.d.sync += earlier.eq(from_coarse)
             from_coarse = earlier
         ground = Signal(config.altitude_bits, reset_less=True)

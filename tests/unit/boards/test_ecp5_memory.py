@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The ECP5's memory does in every clock what the one that is simulated does, and is built in."""
+"""The ECP5's memory does in every cycle what the one that is simulated does, and is built in."""
 
 import functools
 import re
@@ -68,12 +68,12 @@ module bench;
         .a__write_data(given), .a__data(simulated_a){first_b});
     built second(.clk(clk), .rst(1'b0), .a__address(address_a), .a__write_enable(write),
         .a__write_data(given), .a__data(built_a){second_b});
-    reg [1:0] written = 3;  // In the clock of these addresses: what was read is undefined.
-    integer clock, seed = 7, differing = 0, seen = 0;
+    reg [1:0] written = 3;  // In the cycle of these addresses: what was read is undefined.
+    integer cycle, seed = 7, differing = 0, seen = 0;
     initial begin
-        for (clock = 0; clock < {rows} + 5000; clock = clock + 1) begin
-            write = clock < {rows} || $random(seed) % 8 == 0;
-            address_a = clock < {rows} ? clock : $random(seed);
+        for (cycle = 0; cycle < {rows} + 5000; cycle = cycle + 1) begin
+            write = cycle < {rows} || $random(seed) % 8 == 0;
+            address_a = cycle < {rows} ? cycle : $random(seed);
             address_b = $random(seed);
             given = $random(seed);
             #1 clk = 1;
@@ -110,7 +110,7 @@ def test_equals_the_simulated_memory(rows, width, ports, tmp_path, icarus):
 
 
 def test_registers_are_those_of_the_primitive():
-    """No flip-flop of the fabric, a primitive for each four bits, and none where one clock is."""
+    """No flip-flop of the fabric, a primitive for each four bits, and none where one cycle is."""
     text = verilog.convert(
         MapMemory(rows=4096, width=12, latency=2, ports=2), platform=ECP5, emit_src=False
     )

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The ECP5's multiplier does in every clock what the product that is simulated does."""
+"""The ECP5's multiplier does in every cycle what the product that is simulated does."""
 
 import pytest
 from amaranth.back import verilog
@@ -44,11 +44,11 @@ module bench;
     wire [{top}:0] simulated, built;
     simulated one(.clk(clk), .rst(1'b0), .first(first), .second(second), .product(simulated));
     built other(.clk(clk), .rst(1'b0), .first(first), .second(second), .product(built));
-    integer clock, seed = 7, differing = 0, seen = 0;
+    integer cycle, seed = 7, differing = 0, seen = 0;
     initial begin
-        for (clock = 0; clock < 5000; clock = clock + 1) begin
-            first = clock % 3 ? $random(seed) : clock % 2 ? 0 : {{(1 + {first}){{1'b1}}}};
-            second = clock % 5 ? $random(seed) : {{1'b1, {second}'b0}};
+        for (cycle = 0; cycle < 5000; cycle = cycle + 1) begin
+            first = cycle % 3 ? $random(seed) : cycle % 2 ? 0 : {{(1 + {first}){{1'b1}}}};
+            second = cycle % 5 ? $random(seed) : {{1'b1, {second}'b0}};
             #1 clk = 1;
             #1 clk = 0;
             #1 if (simulated !== built) differing = differing + 1;

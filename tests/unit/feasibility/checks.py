@@ -11,7 +11,7 @@ __all__ = ["Results", "feed", "look_up", "results_of", "summary", "upload"]
 
 @dataclass
 class Results:
-    """Verdicts, counts, and the clock in which each verdict was first offered; 1 is the first."""
+    """Verdicts, counts, and the cycle in which each verdict was first offered; 1 is the first."""
 
     verdicts: list = field(default_factory=list)
     counts: list = field(default_factory=list)
@@ -35,7 +35,7 @@ class Results:
         ]
 
     @property
-    def clocks(self):
+    def costs(self):
         """``cycles`` and ``reads`` of each path."""
         return [(verdict.cycles, verdict.reads) for verdict in self.verdicts]
 
@@ -73,16 +73,16 @@ async def feed(ctx, dut, path):
 
 
 async def look_up(ctx, dut, cells):
-    """Return the altitudes of ``cells``, looked up one a clock."""
+    """Return the altitudes of ``cells``, looked up one a cycle."""
     found = []
     latency = dut.config.lookup_latency
-    for clock in range(len(cells) + latency):
-        if clock >= latency:
+    for cycle in range(len(cells) + latency):
+        if cycle >= latency:
             found.append(ctx.get(dut.lookup_altitude))
-        ctx.set(dut.lookup_valid, clock < len(cells))
-        if clock < len(cells):
-            ctx.set(dut.lookup_x, cells[clock][0])
-            ctx.set(dut.lookup_y, cells[clock][1])
+        ctx.set(dut.lookup_valid, cycle < len(cells))
+        if cycle < len(cells):
+            ctx.set(dut.lookup_x, cells[cycle][0])
+            ctx.set(dut.lookup_y, cells[cycle][1])
         await ctx.tick()
     return found
 
@@ -111,16 +111,16 @@ def results_of(dut, terrain, paths, *, count=False, alone=False, pauses=(0,), co
         await collect(ctx, dut.counts, results.counts, count_pauses)
 
     async def watch(ctx):
-        clock = 0
+        cycle = 0
         begun = waiting = False
         while True:
             _, _, taken, valid, ready = await ctx.tick().sample(
                 dut.points.valid & dut.points.ready, dut.verdicts.valid, dut.verdicts.ready
             )
             begun |= bool(taken)
-            clock += begun
+            cycle += begun
             if valid and not waiting:
-                results.offered.append(clock)
+                results.offered.append(cycle)
             waiting = valid and not ready
 
     simulate(dut, bench, background=[verdicts, counts, watch])

@@ -68,7 +68,7 @@ class Bench:
             await bench(ctx)
 
         async def read_out(ctx):
-            """As the population does: a waypoint a clock, 3 clocks between paths."""
+            """As the population does: a waypoint a cycle, 3 elapsed between paths."""
             unit = self.chip.unit
             while True:
                 ctx.set(unit.reads.ready, 1)
@@ -90,7 +90,7 @@ class Bench:
         simulate(self.chip, main, background=(read_out, collect_records))
 
     async def check(self, ctx, checks, points=None):
-        """Return the totals and all results, as the host gets them, and the clocks it took."""
+        """Return the totals and all results, as the host gets them, and the elapsed it took."""
         unit = self.chip.unit
         ctx.set(unit.forget, 1)
         await ctx.tick()
@@ -106,12 +106,12 @@ class Bench:
             await put(ctx, unit.points, point, limit=1)
         ctx.set(unit.checks, checks)
         ctx.set(unit.on, 1)
-        clocks = 0
-        over = 0
-        while not over:
-            _, _, over = await ctx.tick().sample(unit.over)
-            clocks += 1
-            assert clocks < 20_000
+        elapsed = 0
+        done = 0
+        while not done:
+            _, _, done = await ctx.tick().sample(unit.done)
+            elapsed += 1
+            assert elapsed < 20_000
         ctx.set(unit.on, 0)
         await ctx.tick().repeat(3)
         totals = ctx.get(unit.totals)
@@ -122,7 +122,7 @@ class Bench:
         while not (self.records and self.records[-1].last):
             await ctx.tick()
         body = bytes(record.data for record in self.records)
-        return check_reply(self.config).pack(**named) + body, clocks
+        return check_reply(self.config).pack(**named) + body, elapsed
 
 
 @pytest.mark.parametrize("build", CONFIGS)
@@ -142,20 +142,20 @@ def test_answers_are_those_of_the_model(build, flags):
     async def compare(ctx):
         for length in (2, 7, 3, 5):
             path = random_path(config, rng, length)
-            told, clocks = await bench.check(ctx, {"batch": 0, "counting": counting}, path)
+            told, elapsed = await bench.check(ctx, {"batch": 0, "counting": counting}, path)
             expected = model.check(bytes((flags,)) + pack_paths(config, [path]), False)
             assert told == expected, (path, told.hex(), expected.hex())
         for slot, count in ((0, 8), (2, 1), (5, 3), (0, 8)):
             start, goal = random_path(config, rng, 2)
             asked = {"slot": slot, "count": count, "start": start, "goal": goal}
             checks = {"batch": 1, "counting": counting, **asked}
-            told, clocks = await bench.check(ctx, checks)
+            told, elapsed = await bench.check(ctx, checks)
             request = check_paths_request(config).pack(**asked, flags=flags)
             expected = model.check_paths(paths, request, False)
             assert told == expected, (asked, told.hex(), expected.hex())
-            # Besides the checker's own clocks, some to get ahead and to be over.
+            # Besides the checker's own cycles, some to get ahead and to be done.
             cycles = check_reply(config).unpack(told[: check_reply(config).size])["cycles"]
-            assert cycles < clocks <= cycles + 16 + count * 5 / 4
+            assert cycles < elapsed <= cycles + 16 + count * 5 / 4
         counters = ctx.get(bench.chip.unit.counters)
         assert {counter.value: counters[counter] for counter in model.counters} == model.counters
 

@@ -9,7 +9,7 @@ import pytest
 from hdl.config import CheckerBuild, Config
 from hdl.feasibility.feasibility import Feasibility
 from sim.model.checker import check_path
-from sim.model.checker_cycles import batch_clocks
+from sim.model.checker_cycles import batch_cycles
 from tests.checking import ground, paths_of, random_batch
 from tests.streams import simulate
 from tests.unit.feasibility.checks import upload
@@ -75,21 +75,21 @@ def test_equals_model(config, count):
             ctx.set(dut.goal, place((3, 2, 1)))
             ctx.set(dut.waypoint_count, 3)
             ctx.set(dut.path_address, 77)
-            assert not ctx.get(dut.collision | dut.over)
+            assert not ctx.get(dut.collision | dut.clear)
             model = check_path(config, terrain, path, count)
-            ((cycles, reads),) = batch_clocks(config, terrain, [path], count)
+            ((cycles, reads),) = batch_cycles(config, terrain, [path], count)
             if not count:
-                clocks = 1
-                while not ctx.get(dut.collision | dut.over):
+                elapsed = 1
+                while not ctx.get(dut.collision | dut.clear):
                     assert ctx.get(dut.busy)
                     await ctx.tick()
-                    clocks += 1
-                # From the clock of `enable`, number 1 of `cycles`.
-                assert waits or clocks == cycles - 1
+                    elapsed += 1
+                # From the cycle of `enable`, number 1 of `cycles`.
+                assert waits or elapsed == cycles - 1
             while ctx.get(dut.busy):
                 await ctx.tick()
-            flags.append((ctx.get(dut.collision), ctx.get(dut.over)))
-            assert flags[-1] == (model.collision, model.over)
+            flags.append((ctx.get(dut.collision), ctx.get(dut.clear)))
+            assert flags[-1] == (model.collision, model.clear)
             verdict = ctx.get(dut.verdict)
             assert (verdict.segment, verdict.x, verdict.y) == (model.segment, model.x, model.y)
             assert (verdict.cells, verdict.reads, verdict.cycles) == (model.cells, reads, cycles)

@@ -28,9 +28,9 @@ def test_reads_what_was_written(latency, ports, block_rows, monkeypatch):
             ctx.set(dut.a.write_enable, 0)
             members = [dut.a, dut.b][:ports] if ports == 2 else [dut.a]
             asked = []
-            for clock in range(40):
-                if clock >= latency:
-                    for member, row in zip(members, asked[clock - latency], strict=True):
+            for cycle in range(40):
+                if cycle >= latency:
+                    for member, row in zip(members, asked[cycle - latency], strict=True):
                         assert ctx.get(member.data) == rows[row]
                 asked.append([rng.randrange(16) for _ in members])
                 for member, row in zip(members, asked[-1], strict=True):

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The points that the checker is offered: all of them, in order, and one in every clock."""
+"""The points that the checker is offered: all of them, in order, and one in every cycle."""
 
 import random
 
@@ -54,12 +54,12 @@ def words(path):
     ]
 
 
-def offered(paths, orders, *, busy=lambda clock: False, limit=4000):
+def offered(paths, orders, *, busy=lambda cycle: False, limit=4000):
     """Load ``paths``, carry out ``orders``, and return for each what came and when.
 
     An order is a slot and a count, or the points of one path, or such points with None: they are
-    given, but not checked. Of each order come the points, the clock of each since the source was
-    turned on, and the clocks in which one was wanted after the first and none was there.
+    given, but not checked. Of each order come the points, the cycle of each since the source was
+    turned on, and the cycles in which one was wanted after the first and none was there.
     """
     chip = Chip()
     source = chip.source
@@ -88,16 +88,16 @@ def offered(paths, orders, *, busy=lambda clock: False, limit=4000):
             outcomes.append(await one(ctx, checks, ends))
 
     async def one(ctx, checks, ends):
-        points, clocks, missed = [], [], 0
+        points, cycles, missed = [], [], 0
         ctx.set(source.checks, checks)
         ctx.set(source.on, 1)
-        for clock in range(limit):
-            ready = not busy(clock)
+        for cycle in range(limit):
+            ready = not busy(cycle)
             ctx.set(source.paths.ready, ready)
             _, _, valid, point = await ctx.tick().sample(source.paths.valid, source.paths.payload)
             if valid and ready:
                 points.append((point.x, point.y, point.altitude, point.last))
-                clocks.append(clock)
+                cycles.append(cycle)
                 ends -= point.last
             missed += ready and not valid and bool(points) and ends > 0
             if ends == 0:
@@ -109,7 +109,7 @@ def offered(paths, orders, *, busy=lambda clock: False, limit=4000):
             assert not valid
         ctx.set(source.on, 0)
         await ctx.tick().repeat(3)
-        return points, clocks, missed
+        return points, cycles, missed
 
     simulate(chip, bench)
     return outcomes
@@ -131,20 +131,20 @@ def test_a_point_in_every_clock(length):
     late = random.Random(2)
     stop = set(late.sample(range(60), 20)) | set(range(70, 140))
     steady = offered(paths, [(0, 16), (3, 1), (15, 1), (4, 9)])
-    held = offered(paths, [(0, 16)], busy=lambda clock: clock in stop)
+    held = offered(paths, [(0, 16)], busy=lambda cycle: cycle in stop)
     asked = [(0, 16), (3, 1), (15, 1), (4, 9), (0, 16)]
-    for (slot, count), (points, clocks, missed) in zip(asked, steady + held, strict=True):
+    for (slot, count), (points, cycles, missed) in zip(asked, steady + held, strict=True):
         assert points == batch_of(paths[slot : slot + count])
         assert missed == 0
-        assert clocks[0] <= 13 + count * 5 / 4
+        assert cycles[0] <= 13 + count * 5 / 4
 
 
 def test_one_path():
     orders = [(path, "check") for path in paths_of(None)]
-    for (path, _), (points, clocks, missed) in zip(orders, offered([], orders), strict=True):
+    for (path, _), (points, cycles, missed) in zip(orders, offered([], orders), strict=True):
         assert points == words(path)
         assert missed == 0
-        assert clocks == list(range(4, 4 + len(path)))
+        assert cycles == list(range(4, 4 + len(path)))
 
 
 def test_points_that_are_not_checked_are_forgotten():

@@ -18,7 +18,7 @@ def run(depth, puts, readies):
 
     async def bench(ctx):
         for put, ready in zip(puts, readies, strict=True):
-            # The word of the clock before is there, if none before it waits.
+            # The word of the cycle before is there, if none before it waits.
             assert ctx.get(dut.words.valid) == bool(queue)
             if queue:
                 assert ctx.get(dut.words.payload) == queue[0]
@@ -42,11 +42,11 @@ def run(depth, puts, readies):
 @pytest.mark.parametrize("depth", [1, 2, 3, 8])
 def test_random_pauses(depth):
     rng = random.Random(depth)
-    clocks = 3000
+    cycles = 3000
     most = run(
         depth,
-        [rng.random() < 0.5 for _ in range(clocks)],
-        [rng.random() < (0.3, 0.5, 0.8)[clock * 3 // clocks] for clock in range(clocks)],
+        [rng.random() < 0.5 for _ in range(cycles)],
+        [rng.random() < (0.3, 0.5, 0.8)[cycle * 3 // cycles] for cycle in range(cycles)],
     )
     assert max(most) == depth
     assert min(most) == 0
@@ -54,7 +54,7 @@ def test_random_pauses(depth):
 
 @pytest.mark.parametrize("depth", [1, 2, 8])
 def test_full_and_empty(depth):
-    """Filled while nothing is taken, kept full at full rate, emptied; and a word a clock."""
+    """Filled while nothing is taken, kept full at full rate, emptied; and a word a cycle."""
     waiting, full, last = depth, 20, depth
     puts = [1] * (waiting + full) + [0] * (last + 2) + [1] * 20
     readies = [0] * waiting + [1] * (full + last + 2 + 20)

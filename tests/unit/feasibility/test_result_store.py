@@ -59,7 +59,7 @@ def verdict_of(result, fields):
 
 
 def served(batches, reads, *, pauses=(0,), late=False):
-    """Return the bytes of ``reads`` after each of ``batches``, and the totals and their clocks.
+    """Return the bytes of ``reads`` after each of ``batches``, and the totals and their cycles.
 
     ``late``: entries come after all verdicts, instead of each before its own.
     """
@@ -95,13 +95,13 @@ def served(batches, reads, *, pauses=(0,), late=False):
             for path, count in reads:
                 records.clear()
                 await put(ctx, store.reads, {"path": path, "count": count}, limit=1)
-                clocks = 0
+                cycles = 0
                 while not (records and records[-1].last):
                     await ctx.tick()
-                    clocks += 1
+                    cycles += 1
                 await ctx.tick()
                 assert [record.last for record in records[:-1]] == [0] * (len(records) - 1)
-                bodies.append((bytes(record.data for record in records), clocks))
+                bodies.append((bytes(record.data for record in records), cycles))
             outcomes.append((bodies, totals))
 
     async def collect_records(ctx):
@@ -141,12 +141,12 @@ def test_the_most_there_can_be():
 
 
 def test_clocks():
-    """3 clocks to the first byte, then a byte a clock, and 2 more for each path and each entry."""
+    """3 cycles to the first byte, then a byte a cycle, and 2 more for each path and each entry."""
     free = PathResult(), {"cells": 0, "reads": 0, "cycles": 0}
     entries = ((0, 1, 2), (3, 4, 5))
     hit = PathResult(True, 1, (2, 3), False, 4, entries), free[1]
     for batch in ([free], [free] * 4, [hit], [hit, free, hit]):
-        [([(body, clocks)], _)] = served([batch], [(0, len(batch))])
+        [([(body, cycles)], _)] = served([batch], [(0, len(batch))])
         entries = sum(len(result.entries) for result, _ in batch)
-        # The bench notices a clock after it came.
-        assert clocks - 1 == len(body) + 2 * (len(batch) + entries)
+        # The bench notices a cycle after it came.
+        assert cycles - 1 == len(body) + 2 * (len(batch) + entries)

@@ -14,7 +14,7 @@ from sim.model.checker import (
     Verdict,
     check_path,
     check_points,
-    paper_clocks,
+    paper_cycles,
     segment_cells,
     to_coarse,
     walk,
@@ -207,7 +207,7 @@ def test_the_third_segment_goes_to_the_coarse_map():
 def test_a_coarse_segment_in_one_block_is_there_at_its_lower_end():
     path = [(0, 0, 9), (1, 0, 9), (4, 0, 9), (7, 3, 5)]
     assert to_coarse(TWO_TIER, path[2]) == (1, 0, 9)
-    assert check_path(TWO_TIER, flat(TWO_TIER, c5_2=4), path).over
+    assert check_path(TWO_TIER, flat(TWO_TIER, c5_2=4), path).clear
     hit = check_path(TWO_TIER, flat(TWO_TIER, c5_2=5), path)
     assert hit == Verdict(True, False, 2, 1, 0, True, cells=2 + 4 + 1)
 
@@ -235,12 +235,12 @@ def test_a_chip_without_a_checker_checks_nothing():
         check_path(config, TerrainModel(config), [(0, 0, 0), (1, 1, 1)])
 
 
-# --- Clocks of the paper -------------------------------------------------------------------------
+# --- Cycles of the paper -------------------------------------------------------------------------
 
 
 def test_the_clocks_of_the_papers_tables_and_text():
-    assert paper_clocks(cells=55 + 100 + 6, segments=3) == 171
+    assert paper_cycles(cells=55 + 100 + 6, segments=3) == 171
     # Section 5.1.3: 392 cells in 14 further segments take the 3.5 us of 8 ns left of 5 us.
-    further = paper_clocks(cells=55 + 100 + 6 + 392, segments=17) - paper_clocks(161, 3)
+    further = paper_cycles(cells=55 + 100 + 6 + 392, segments=17) - paper_cycles(161, 3)
     assert further == 392 + 14 * 3
     assert further <= 3.5e-6 / 8e-9

@@ -12,12 +12,12 @@ from sim.model.checker import (
     TerrainModel,
     Verdict,
     check_path,
-    paper_clocks,
+    paper_cycles,
     segment_cells,
     to_coarse,
     walk,
 )
-from sim.model.checker_cycles import batch_clocks
+from sim.model.checker_cycles import batch_cycles
 from tests.checking import FULL
 
 
@@ -82,16 +82,16 @@ def test_its_third_segment_meets_the_mountain_in_its_sixth_coarse_cell(terrain):
 )
 def test_no_build_takes_more_clocks_than_promised(terrain, build, lanes, most):
     config = FULL.replace(checker=build, lanes=lanes)
-    [(cycles, reads)] = batch_clocks(config, terrain, [TESTING_TRAJECTORY])
+    [(cycles, reads)] = batch_cycles(config, terrain, [TESTING_TRAJECTORY])
     assert cycles <= most
     assert reads == check_path(config, terrain, TESTING_TRAJECTORY).cells
 
 
 def test_a_chip_without_a_checker_has_no_clocks(terrain):
     with pytest.raises(ValueError, match=r"^Config.checker must name a build, not 'none'$"):
-        batch_clocks(Config(checker=CheckerBuild.NONE), terrain, [TESTING_TRAJECTORY])
+        batch_cycles(Config(checker=CheckerBuild.NONE), terrain, [TESTING_TRAJECTORY])
 
 
 def test_it_takes_the_papers_clocks(terrain):
     verdict = check_path(FULL, terrain, TESTING_TRAJECTORY)
-    assert paper_clocks(verdict.cells, segments=verdict.segment + 1) == 171
+    assert paper_cycles(verdict.cells, segments=verdict.segment + 1) == 171

@@ -23,7 +23,7 @@ from hdl.protocol import (
     unpack_results,
 )
 from sim.model.checker import check_path
-from sim.model.checker_cycles import batch_clocks
+from sim.model.checker_cycles import batch_cycles
 from sim.model.chip import ChipModel
 from tests.chips import CHECKING, random_path, random_paths
 from tests.unit.model.test_chip import Session, ask
@@ -75,7 +75,7 @@ def results_of(host, paths, counting):
             if said.collision
             else PathResult()
         )
-    clocks = batch_clocks(
+    clocks = batch_cycles(
         CHECKING, host.chip.checking.terrain, [points_of(path) for path in paths], counting
     )
     totals = {

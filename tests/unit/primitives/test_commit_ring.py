@@ -35,7 +35,7 @@ def test_offers_what_was_committed_one_row_per_clock():
             await writer.write(row, 100 + row)
         await ctx.tick().repeat(5)
         assert words == []
-        writer.commit(8)  # In clock 15.
+        writer.commit(8)  # In cycle 15.
         await ctx.tick().repeat(20)
 
     simulate(dut, write, background=[watch(dut.words, words)])

@@ -4,7 +4,7 @@ import pytest
 from amaranth.hdl import Module, Signal
 from amaranth.sim import Simulator
 
-from hdl.primitives.multiplexer import chosen, gated, gated_tree
+from hdl.primitives.multiplexer import multiplex, one_hot_multiplex, one_hot_multiplex_tree
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 5, 8, 11, 32])
@@ -14,7 +14,7 @@ def test_every_index(count):
     index = Signal(6)
     out = Signal(6)
     m = Module()
-    m.d.comb += out.eq(chosen(index, items))
+    m.d.comb += out.eq(multiplex(index, items))
 
     async def testbench(ctx):
         for i in range(count):
@@ -33,7 +33,11 @@ def test_every_bit_of_a_selection(count, tree):
     select = Signal(count)
     out = Signal(6)
     m = Module()
-    m.d.comb += out.eq(gated_tree(m, select, items, "part") if tree else gated(select, items))
+    m.d.comb += out.eq(
+        one_hot_multiplex_tree(m, select, items, "part")
+        if tree
+        else one_hot_multiplex(select, items)
+    )
 
     async def testbench(ctx):
         assert ctx.get(out) == 0

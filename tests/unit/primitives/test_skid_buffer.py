@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The skid buffer: every word once and in order, no clock lost, a ready that looks at nobody."""
+"""The skid buffer: every word once and in order, no cycle lost, a ready that looks at nobody."""
 
 import pytest
 
@@ -17,11 +17,11 @@ def test_every_word_passes_once_and_in_order(drive_pauses, watch_pauses):
     passed = pass_through(SkidBuffer(8), WORDS, drive_pauses, watch_pauses)
     assert [word for _, word in passed] == WORDS
     if watch_pauses == (0,) == drive_pauses:
-        assert [clock for clock, _ in passed] == WORDS  # In the clocks in which they were offered.
+        assert [cycle for cycle, _ in passed] == WORDS  # In the cycles in which they were offered.
 
 
 def test_ready_is_a_register():
-    """It follows what it was asked for a clock later, and one word fits in."""
+    """It follows what it was asked for a cycle later, and one word fits in."""
     dut = SkidBuffer(8)
 
     async def bench(ctx):

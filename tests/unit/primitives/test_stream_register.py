@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The register of a stream: every word once and in order, a clock later, no clock lost."""
+"""The register of a stream: every word once and in order, a cycle later, no cycle lost."""
 
 import pytest
 
@@ -17,7 +17,7 @@ def test_every_word_passes_once_and_in_order(drive_pauses, watch_pauses):
     passed = pass_through(StreamRegister(8), WORDS, drive_pauses, watch_pauses)
     assert [word for _, word in passed] == WORDS
     if watch_pauses == (0,) == drive_pauses:
-        assert [clock for clock, _ in passed] == [clock + 1 for clock in WORDS]
+        assert [cycle for cycle, _ in passed] == [cycle + 1 for cycle in WORDS]
 
 
 def test_an_offer_does_not_depend_on_the_one_before_it():

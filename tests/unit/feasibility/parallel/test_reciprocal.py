@@ -91,7 +91,7 @@ def test_precision_of_the_default():
 
 
 def test_table():
-    """Two differences of either sign, 2 clocks, one of them, and what waits stays."""
+    """Two differences of either sign, 2 cycles, one of them, and what waits stays."""
     config = Config(map_size=16, coarse_factor=2)
     dut = Reciprocals(config)
     precision = Precision.of(config)

@@ -10,7 +10,7 @@ import pytest
 from hdl.config import CheckerBuild, Config
 from hdl.feasibility.checker import Checker
 from sim.model.checker import TerrainModel, check_path, segment_cells
-from sim.model.checker_cycles import batch_clocks
+from sim.model.checker_cycles import batch_cycles
 from tests.checking import ground, paths_of, random_batch
 from tests.streams import collect, simulate
 from tests.unit.feasibility.checks import feed, look_up, results_of, summary, upload
@@ -54,7 +54,7 @@ def test_queue_equals_model(lanes, latency, count):
     terrain, paths = batch(config, seed=2 * lanes, paths=20, peaks=0.04)
     results = results_of(Checker(config), terrain, paths, count=count)
     assert results.summaries == expected(config, terrain, paths, count)
-    assert results.clocks == batch_clocks(config, terrain, paths, count)
+    assert results.costs == batch_cycles(config, terrain, paths, count)
     assert {verdict.collision for verdict in results.verdicts} == {0, 1}
 
 
@@ -87,7 +87,7 @@ def test_every_segment_of_a_tiny_map(lanes):
     paths = paths[:: 5 if lanes == 2 else 7]  # All of them: tests/cosim/test_parallel_checker.py.
     results = results_of(Checker(config), terrain, paths)
     assert results.summaries == expected(config, terrain, paths)
-    assert results.clocks == batch_clocks(config, terrain, paths)
+    assert results.costs == batch_cycles(config, terrain, paths)
 
 
 @pytest.mark.parametrize("latency", [1, 2])
@@ -106,13 +106,13 @@ def test_latency_of_a_lone_path(lanes, latency):
         sum(-(-segment_cells(*ends) // lanes) for ends in itertools.pairwise(path))
         for path in paths
     ]
-    assert [cycles for cycles, _ in results.clocks] == [number + latency + 10 for number in groups]
-    for path, clocks in zip(paths, results.clocks, strict=True):
-        assert batch_clocks(config, terrain, [path]) == [clocks]
+    assert [cycles for cycles, _ in results.costs] == [number + latency + 10 for number in groups]
+    for path, cost in zip(paths, results.costs, strict=True):
+        assert batch_cycles(config, terrain, [path]) == [cost]
 
 
 def test_throughput_on_mixed_segments():
-    """From the offered clocks, not from the checker's own counters: 80 % of the lanes' rate."""
+    """From the offered cycles, not from the checker's own counters: 80 % of the lanes' rate."""
     config = SMALL.replace(lanes=2)
     rng = np.random.default_rng(6)
     terrain = flat(config)
@@ -121,8 +121,8 @@ def test_throughput_on_mixed_segments():
     assert not any(verdict.collision for verdict in results.verdicts)
     cells = sum(verdict.cells for verdict in results.verdicts)
     assert cells >= 0.8 * config.lanes * (results.offered[-1] - results.offered[0])
-    # Free paths leave no clock between them.
-    assert results.offered[-1] == sum(cycles for cycles, _ in results.clocks)
+    # Free paths leave no cycle between them.
+    assert results.offered[-1] == sum(cycles for cycles, _ in results.costs)
 
 
 @pytest.mark.parametrize(
@@ -184,9 +184,9 @@ def test_a_hit_drops_the_rest_of_its_path():
     paths = [long, [(2, 2, 30), (9, 2, 30)]]
     results = results_of(Checker(config), terrain, paths)
     assert results.summaries == expected(config, terrain, paths)
-    assert results.clocks == batch_clocks(config, terrain, paths)
-    # One group hits; in the clocks up to its step six more of the two segments are read.
-    assert results.clocks[0] == (13, 2 * (1 + 5))
+    assert results.costs == batch_cycles(config, terrain, paths)
+    # One group hits; in the cycles up to its step six more of the two segments are read.
+    assert results.costs[0] == (13, 2 * (1 + 5))
     walked = sum(-(-segment_cells(*ends) // 2) for ends in itertools.pairwise(long))
     assert results.offered[1] < 45 < walked
 
@@ -261,7 +261,7 @@ def test_writes_are_refused_while_busy(build):
 @pytest.mark.parametrize("latency", [1, 2])
 @pytest.mark.parametrize("lanes", LANES)
 def test_lookups(lanes, latency):
-    """One a clock, ``lookup_latency`` clocks each; a clock without one changes nothing."""
+    """One a cycle, ``lookup_latency`` cycles each; a cycle without one changes nothing."""
     config = TINY.replace(lanes=lanes, memory_latency=latency, map_size=max(8, lanes))
     rng = np.random.default_rng(lanes)
     heights = rng.integers(0, 16, (config.map_size, config.map_size))
@@ -291,23 +291,23 @@ def test_flags():
     async def bench(ctx):
         await upload(ctx, dut, terrain.heights)
         for path in (free, hitting, free):
-            before = (ctx.get(dut.collision), ctx.get(dut.over))
+            before = (ctx.get(dut.collision), ctx.get(dut.clear))
             (x, y, altitude), *rest = path
             point = {"x": x, "y": y, "altitude": altitude, "last": 0}
             ctx.set(dut.points.p, point)
             ctx.set(dut.points.valid, 1)
-            assert (ctx.get(dut.collision), ctx.get(dut.over)) == before
+            assert (ctx.get(dut.collision), ctx.get(dut.clear)) == before
             await ctx.tick()
             ctx.set(dut.points.valid, 0)
             assert not ctx.get(dut.collision)
-            assert not ctx.get(dut.over)
+            assert not ctx.get(dut.clear)
             await feed(ctx, dut, rest)
             while not ctx.get(dut.verdicts.valid):
                 assert not ctx.get(dut.collision)
-                assert not ctx.get(dut.over)
+                assert not ctx.get(dut.clear)
                 await ctx.tick()
             assert ctx.get(dut.collision) == (path is hitting)
-            assert ctx.get(dut.over) == (path is free)
+            assert ctx.get(dut.clear) == (path is free)
             ctx.set(dut.verdicts.ready, 1)
             await ctx.tick()
             ctx.set(dut.verdicts.ready, 0)
@@ -332,11 +332,11 @@ def test_counting_raises_the_flag_at_the_first_hit():
         while not ctx.get(dut.collision):
             await ctx.tick()
         assert not ctx.get(dut.verdicts.valid)
-        clocks = 0
+        cycles = 0
         while not ctx.get(dut.verdicts.valid):
             await ctx.tick()
-            clocks += 1
-        assert clocks == 14  # The cells after the one that hit.
+            cycles += 1
+        assert cycles == 14  # The cells after the one that hit.
         offered.append(ctx.get(dut.verdicts.p.cells))
 
     async def counts(ctx):

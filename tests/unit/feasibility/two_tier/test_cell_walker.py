@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""Set-up and walker of the two-tier build: cells, exact altitudes, and the clocks between them."""
+"""Set-up and walker of the two-tier build: cells, exact altitudes, and the cycles between them."""
 
 import itertools
 import random
@@ -19,7 +19,7 @@ from tests.streams import put, simulate
 
 
 CONFIG = Config(checker="two-tier", lanes=1, map_size=8, coarse_factor=2, altitude_bits=4)
-#: Clocks from the transfer of the second point of a path to its first cell, both included.
+#: Cycles from the transfer of the second point of a path to its first cell, both included.
 FIRST = 4
 
 
@@ -72,11 +72,11 @@ def expected(config, path):
 
 
 def visits(config, paths, pauses=(0,)):
-    """Return every (clock, visit with its altitude), and the clock of each transfer of a point."""
+    """Return every (cycle, visit with its altitude), and the cycle of each transfer of a point."""
     dut = Walk(config)
     seen, taken = [], []
     total = sum(len(expected(config, path)) for path in paths)
-    allowed = itertools.cycle(clock for pause in pauses for clock in [*[0] * pause, 1])
+    allowed = itertools.cycle(cycle for pause in pauses for cycle in [*[0] * pause, 1])
 
     async def source(ctx):
         for path in paths:
@@ -86,17 +86,17 @@ def visits(config, paths, pauses=(0,)):
 
     async def monitor(ctx):
         waiting = None
-        for clock in itertools.count():
+        for cycle in itertools.count():
             ctx.set(dut.room, next(allowed))
             _, _, visiting, visit, valid, ready = await ctx.tick().sample(
                 dut.visiting, dut.visit, dut.points.valid, dut.points.ready
             )
             if valid and ready:
-                taken.append(clock)
+                taken.append(cycle)
             if visiting:
                 level = ctx.get(dut.level)
                 waiting = [visit[field] for field, _ in visit_layout(config)]
-                seen.append((clock, (*waiting, Fraction(level.scaled, level.steps))))
+                seen.append((cycle, (*waiting, Fraction(level.scaled, level.steps))))
             if len(seen) == total:
                 return
 
@@ -139,10 +139,10 @@ def test_paths(map_size):
 
 
 def test_loses_no_clock():
-    """The first cell comes 3 clocks after the second point, then one a clock through the path."""
+    """The first cell comes 3 cycles after the second point, then one a cycle through the path."""
     rng = random.Random(3)
     for _ in range(8):
         path = random_path(rng, CONFIG, most=8)
         seen, taken = visits(CONFIG, [path])
         first = taken[1] + FIRST - 1
-        assert [clock for clock, _ in seen] == list(range(first, first + len(seen)))
+        assert [cycle for cycle, _ in seen] == list(range(first, first + len(seen)))

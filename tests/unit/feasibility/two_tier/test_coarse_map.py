@@ -18,7 +18,7 @@ CONFIG = Config(checker="two-tier", lanes=1, map_size=16, coarse_factor=4, altit
 
 
 class Bench:
-    """A coarse map beside a detailed one that answers after ``scan_latency`` clocks."""
+    """A coarse map beside a detailed one that answers after ``scan_latency`` cycles."""
 
     def __init__(self, config, scan_latency=3):
         self.config = config
@@ -34,12 +34,12 @@ class Bench:
             answers.append((x, y) if scanning else None)
             answers.popleft()
             self.scans += scanning
-            # The answer to the oldest is there in the clock that begins now.
+            # The answer to the oldest is there in the cycle that begins now.
             cell = answers[0]
             ctx.set(dut.scanned, int(self.terrain.heights[cell[::-1]]) if cell else 5)
 
     async def write(self, ctx, x, y, rows):
-        """Write a rectangle; return the clocks after its last cell in which the map is busy."""
+        """Write a rectangle; return the cycles after its last cell in which the map is busy."""
         rows = np.asarray(rows)
         self.terrain.write(x, y, rows)
         cells = list(itertools.product(range(rows.shape[0]), range(rows.shape[1])))
@@ -53,26 +53,26 @@ class Bench:
             await ctx.tick()
         # The next one would wait.
         ctx.set(self.dut.writes.p.last, 0)
-        clocks = 0
+        cycles = 0
         while ctx.get(self.dut.busy):
             assert not ctx.get(self.dut.writes.ready | self.dut.written)
-            if clocks == 3:
+            if cycles == 3:
                 ctx.set(self.dut.writes.valid, 0)
-            clocks += 1
+            cycles += 1
             await ctx.tick()
-        return clocks
+        return cycles
 
     async def check(self, ctx):
         """Compare every block, one a cycle."""
         edge = 1 << self.config.coarse_bits
         blocks = list(itertools.product(range(edge), repeat=2))
         latency = self.config.memory_latency
-        for clock in range(len(blocks) + latency):
-            if clock >= latency:
-                x, y = blocks[clock - latency]
+        for cycle in range(len(blocks) + latency):
+            if cycle >= latency:
+                x, y = blocks[cycle - latency]
                 assert ctx.get(self.dut.altitude) == self.terrain.coarse[y, x]
-            if clock < len(blocks):
-                x, y = blocks[clock]
+            if cycle < len(blocks):
+                x, y = blocks[cycle]
                 ctx.set(self.dut.x, x)
                 ctx.set(self.dut.y, y)
             await ctx.tick()

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The two-tier build in Amaranth's simulator: its two maps, its clocks, and what a hit leaves."""
+"""The two-tier build in Amaranth's simulator: its two maps, its cycles, and what a hit leaves."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ import pytest
 from hdl.config import CheckerBuild, Config
 from hdl.feasibility.checker import Checker
 from sim.model.checker import TerrainModel, check_path, segment_cells
-from sim.model.checker_cycles import batch_clocks
+from sim.model.checker_cycles import batch_cycles
 from tests.checking import ground, paths_of, random_batch
 from tests.streams import collect, put, simulate
 from tests.unit.feasibility.checks import feed, look_up, results_of, summary, upload
@@ -56,8 +56,8 @@ def test_queue_equals_model(base, latency, count):
     terrain, paths = batch(config, latency, 25)
     results = results_of(Checker(config), terrain, paths, count=count)
     assert results.summaries == expected(config, terrain, paths, count)
-    assert results.clocks == batch_clocks(config, terrain, paths, count)
-    assert results.offered[-1] == sum(cycles for cycles, _ in results.clocks)
+    assert results.costs == batch_cycles(config, terrain, paths, count)
+    assert results.offered[-1] == sum(cycles for cycles, _ in results.costs)
     assert {verdict.collision for verdict in results.verdicts} == {0, 1}
     assert {verdict.coarse for verdict in results.verdicts} == {0, 1}
 
@@ -66,14 +66,14 @@ def test_paths_alone():
     terrain, paths = batch(SMALL, 3, 25)
     results = results_of(Checker(SMALL), terrain, paths, alone=True)
     assert results.summaries == expected(SMALL, terrain, paths)
-    assert results.clocks == [batch_clocks(SMALL, terrain, [path])[0] for path in paths]
+    assert results.costs == [batch_cycles(SMALL, terrain, [path])[0] for path in paths]
 
 
 @pytest.mark.parametrize("latency", [1, 2])
 def test_testing_trajectory(latency):
     """Of 55 + 100 detailed cells, free, and then coarse ones of which the sixth collides.
 
-    The paper takes 171 clocks from ``enable`` to the flag (table 2).
+    The paper takes 171 cycles from ``enable`` to the flag (table 2).
     """
     config = LONG.replace(memory_latency=latency)
     path = [(64, 120, 800), (118, 100, 600), (19, 3, 700), (127, 3, 700)]
@@ -87,13 +87,13 @@ def test_testing_trajectory(latency):
         while not ctx.get(dut.points.ready):
             await ctx.tick()
         await feed(ctx, dut, path)
-        clocks = len(path)
+        cycles = len(path)
         while not ctx.get(dut.collision):
             await ctx.tick()
-            clocks += 1
-            assert clocks < 200
-        assert not ctx.get(dut.over)
-        rises.append(clocks + 1)
+            cycles += 1
+            assert cycles < 200
+        assert not ctx.get(dut.clear)
+        rises.append(cycles + 1)
         verdict = ctx.get(dut.verdicts.payload)
         assert ctx.get(dut.verdicts.valid)
         assert (verdict.segment, verdict.x, verdict.y, verdict.coarse) == (2, 6, 0, 1)
@@ -148,12 +148,12 @@ def test_waits_while_the_coarse_map_is_rebuilt():
         while not ctx.get(dut.writes.ready):
             await ctx.tick()
         await upload(ctx, dut, [[5]], 3, 3)
-        clocks = 0
+        cycles = 0
         while not ctx.get(dut.writes.ready):
             assert not ctx.get(dut.points.ready)
-            clocks += 1
+            cycles += 1
             await ctx.tick()
-        waited["cell"] = clocks
+        waited["cell"] = cycles
         assert ctx.get(dut.points.ready)
 
     simulate(dut, bench)
@@ -161,7 +161,7 @@ def test_waits_while_the_coarse_map_is_rebuilt():
 
 
 def test_looks_up():
-    """A cell a clock, after ``lookup_latency``; a coarse cell visited before changes nothing."""
+    """A cell a cycle, after ``lookup_latency``; a coarse cell visited before changes nothing."""
     terrain, paths = batch(TINY, 5, 10)
     dut = Checker(TINY)
     cells = [(x, y) for y in range(8) for x in range(8)]

@@ -11,7 +11,7 @@ __all__ = ["step_layout", "walker_signature"]
 
 
 def step_layout(config: Config) -> data.StructLayout:
-    """Return the layout of the progress of one clock, all 0 but for ``valid`` where that is 0.
+    """Return the layout of the progress of one cycle, all 0 but for ``valid`` where that is 0.
 
     ``valid``
         There is a step; the other fields count only then.
@@ -65,22 +65,22 @@ def walker_signature(config: Config) -> wiring.Signature:
         There is a place for the verdict of one more path, and for the count of one more segment.
     begins, segment_begins : Out(1)
         That place is taken; only while there is one. Once for each path and segment, no later than
-        in the clock before its first step. All segments of a path that is not dropped begin.
+        in the cycle before its first step. All segments of a path that is not dropped begin.
     step : Out(step_layout)
         Progress. There is no back-pressure.
     drop : In(1)
-        In the clock of a step: the rest of its path is not wanted. Steps of it may still come; they
-        are not looked at. An address given for it in this clock counts among ``reads``; from the
-        next clock on there is none.
+        In the cycle of a step: the rest of its path is not wanted. Steps of it may still come; they
+        are not looked at. An address given for it in this cycle counts among ``reads``; from the
+        next cycle on there is none.
     writes : In(stream.Signature(cell_layout))
         Cells of the map, see :class:`hdl.feasibility.checker.Checker`. They come only while no path
         is under way.
     lookup_valid : In(1)
     lookup_x, lookup_y : In(coordinate_bits)
         With ``lookup_valid``, cell to be looked up: while no path is under way, and nothing
-        is written or was in the clock before.
+        is written or was in the cycle before.
     lookup_altitude : Out(altitude_bits)
-        Its altitude, ``config.lookup_latency`` clocks later.
+        Its altitude, ``config.lookup_latency`` cycles later.
     """
     return wiring.Signature(
         {

@@ -10,11 +10,11 @@ from hdl.feasibility.parallel.lanes import group_layout
 from hdl.feasibility.parallel.terrain_memory import lane_row_bits
 
 
-__all__ = ["FirstHit"]
+__all__ = ["HitLocator"]
 
 
-class FirstHit(wiring.Component):
-    """Finds the first colliding cell of a group, and counts them all; one clock later.
+class HitLocator(wiring.Component):
+    """Finds the first colliding cell of a group, and counts them all; one cycle later.
 
     Along a segment the lanes follow each other from that of the group's first cell on, around to
     the one before it, or the other way if it descends.
@@ -32,7 +32,7 @@ class FirstHit(wiring.Component):
     until : Out(range(lanes + 1))
     x, y : Out(coordinate_bits)
     terrain, nofly : Out(range(lanes + 1))
-        See :func:`hdl.feasibility.walker_interface.step_layout`.
+        See :func:`hdl.feasibility.walker_signature.step_layout`.
     """
 
     def __init__(self, config: Config):

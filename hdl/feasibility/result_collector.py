@@ -6,9 +6,9 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 
 from hdl.config import Config
 from hdl.feasibility.layouts import CYCLES_BITS, count_layout, verdict_layout
+from hdl.feasibility.queue_depths import count_depth
 from hdl.feasibility.result_queue import ResultQueue
-from hdl.feasibility.sizes import count_places
-from hdl.feasibility.walker_interface import step_layout
+from hdl.feasibility.walker_signature import step_layout
 
 
 __all__ = ["Results"]
@@ -23,15 +23,15 @@ class Results(wiring.Component):
     """Sums up the steps of each path, and queues what comes of them.
 
     A path is decided by its first step that hits or, when counting, by its last step. Its verdict
-    is offered in the next clock, if all before it have been transferred. When it is offered, all
+    is offered in the next cycle, if all before it have been transferred. When it is offered, all
     its counts have been offered or are next in their queue. A place in either queue is kept before
     the path or segment begins, so that steps need not wait. Without a genetic core, paths come
     alone, there is one place for a verdict and one for a count, and ``counts`` must always be
     ready.
 
-    ``cycles`` of a verdict are clocks from that in which the first point of the path is taken to
+    ``cycles`` of a verdict are cycles from that in which the first point of the path is taken to
     that in which its verdict is offered if nothing before it waits to be transferred; but not
-    before the clock after that of the previous path. So they sum up to all clocks with a path.
+    before the cycle after that of the previous path. So they sum up to all cycles with a path.
 
     Parameters
     ----------
@@ -47,10 +47,10 @@ class Results(wiring.Component):
     room, segment_room : Out(1)
     step : In(step_layout)
     drop : Out(1)
-        See :func:`hdl.feasibility.walker_interface.walker_signature`. ``drop`` follows ``step``
-        within the clock.
+        See :func:`hdl.feasibility.walker_signature.walker_signature`. ``drop`` follows ``step``
+        within the cycle.
     hit, free : Out(1)
-        The first hit of a path, and the end of a path that is free: in the clock of the step.
+        The first hit of a path, and the end of a path that is free: in the cycle of the step.
     verdicts : Out(stream.Signature(verdict_layout))
     counts : Out(stream.Signature(count_layout))
     """
@@ -89,7 +89,7 @@ class Results(wiring.Component):
         with m.If(live):
             m.d.sync += decided.eq(decides)
 
-        # The first hit, from the clock after it on: needed where the path is walked to its end.
+        # The first hit, from the cycle after it on: needed where the path is walked to its end.
         found = Signal(
             data.StructLayout(
                 {
@@ -129,9 +129,9 @@ class Results(wiring.Component):
                 found.cells.eq(cells),
             ]
 
-        # Clocks since the previous verdict was offered or, if that is later, since the first point
-        # was taken. A step decides one clock before its verdict is offered. What happens is counted
-        # a clock later: the signals that tell of it come late in their own.
+        # Cycles since the previous verdict was offered or, if that is later, since the first point
+        # was taken. A step decides one cycle before its verdict is offered. What happens is counted
+        # a cycle later: the signals that tell of it come late in their own.
         cycles, cycles_before = Signal(CYCLES_BITS), Signal(CYCLES_BITS, init=2)
         was_taken, was_decided, counts = Signal(), Signal(), Signal()
         undecided = Signal(range(64))
@@ -180,7 +180,7 @@ class Results(wiring.Component):
         fresh, collided = Signal(init=1), Signal()
         collides = Signal()
         terrain, nofly = (Signal(config.segment_cells_bits, name=n) for n in ("terrain", "nofly"))
-        depth = count_places(config) if config.genetic else 1
+        depth = count_depth(config) if config.genetic else 1
         entry = Signal(self.counts.payload.shape())
         m.d.comb += [
             entry.segment.eq(step.segment),
@@ -216,9 +216,9 @@ class Results(wiring.Component):
 
 
 def _promised(m, name, depth, used, *freed):
-    """Keep ``depth`` places, of which one may be used and some freed in a clock.
+    """Keep ``depth`` places, of which one may be used and some freed in a cycle.
 
-    Return whether there are any in the next clock. These flags come late in their clock: places are
+    Return whether there are any in the next cycle. These flags come late in their cycle: places are
     counted after it.
     """
     places = Signal(range(depth + 1), init=depth, name=name)

@@ -8,7 +8,7 @@ import pytest
 from hdl.config import Config
 from sim.harness import VerilatedChecker
 from sim.model.checker import TerrainModel, check_path
-from sim.model.checker_cycles import batch_clocks
+from sim.model.checker_cycles import batch_cycles
 from tests.checking import TINY, ground, paths_of, random_batch
 from tests.unit.feasibility.checks import summary
 
@@ -17,7 +17,7 @@ pytestmark = pytest.mark.cosim
 
 
 def check(checker, terrain, paths, *, count=False, stall=0):
-    """Compare a queue with the model, clocks and reads included; return the verdicts."""
+    """Compare a queue with the model, cycles and reads included; return the verdicts."""
     config = checker.config
     batch = checker.check(paths, count=count, stall=stall)
     found = []
@@ -28,8 +28,8 @@ def check(checker, terrain, paths, *, count=False, stall=0):
         found.append((bool(verdict["collision"]), segment, x, y, bool(coarse), cells, entries))
     assert found == [summary(check_path(config, terrain, path, count)) for path in paths]
     if not stall:
-        clocks = [(verdict["cycles"], verdict["reads"]) for verdict in batch.verdicts]
-        assert clocks == batch_clocks(config, terrain, paths, count)
+        costs = [(verdict["cycles"], verdict["reads"]) for verdict in batch.verdicts]
+        assert costs == batch_cycles(config, terrain, paths, count)
     return batch.verdicts
 
 

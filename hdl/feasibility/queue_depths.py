@@ -1,0 +1,19 @@
+"""Depths of the checker's queues, which its software model needs, too. Pure Python."""
+
+from __future__ import annotations
+
+from hdl.config import Config
+
+
+__all__ = ["count_depth"]
+
+_FEWEST_COUNTS = 16
+
+
+def count_depth(config: Config) -> int:
+    """Return how many counts of segments can wait, those of segments in flight included.
+
+    A power of two. There is room for one of each segment of a path, and for as many as segments of
+    one cell each can be in flight in a walker.
+    """
+    return max(_FEWEST_COUNTS, 1 << (config.max_segments - 1).bit_length())

@@ -102,7 +102,7 @@ class _Case:
 
 @dataclass(frozen=True)
 class _Outcome:
-    """What a run of it left.
+    """The result of a run.
 
     Parameters
     ----------

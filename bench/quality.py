@@ -1,4 +1,4 @@
-"""How good the paths are: every planner over every scenario, from both starts, many seeds."""
+"""Quality of the paths: every planner over every scenario, from both starts, many seeds."""
 
 from __future__ import annotations
 

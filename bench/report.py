@@ -16,7 +16,7 @@ __all__ = ["Options", "Report"]
 
 @dataclass(frozen=True)
 class Options:
-    """What the command line says.
+    """Options of the command line.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How long a run of the flower pollination algorithm takes: figures 9 and 10 of *roberge*."""
+"""Run time of the flower pollination algorithm: figures 9 and 10 of *roberge*."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ _MOST_SEEDS = 5
 
 @dataclass(frozen=True)
 class _Outcome:
-    """What one run came to.
+    """The result of one run.
 
     ``early`` is the fitness after the seconds that ``fpa-2opt`` takes, ``late`` that of a run of as
     many evaluations as it judges candidates, in full or not.

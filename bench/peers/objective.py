@@ -1,4 +1,4 @@
-"""What peers minimize: our evaluation as a function of a vector."""
+"""The objective of the peers: the evaluation as a function of a vector."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ _CLEARANCE_M = 5.0
 def _is_free(
     floor: NDArray[np.float64], dx: float, dy: float, x: float, y: float, z: float
 ) -> bool:
-    """Whether a point of the map is above its nearest node's ``floor``."""
+    """Return whether a point of the map is above its nearest node's ``floor``."""
     rows, columns = floor.shape
     row, column = min(int(y / dy + 0.5), rows - 1), min(int(x / dx + 0.5), columns - 1)
     return bool(z >= floor[row, column])

@@ -1,4 +1,4 @@
-"""The AUV problem of *cheng* as its planners see it."""
+"""The AUV problem of *cheng* as a field of its planners."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Base:
     high = np.full(2, HALF_SIDE)
 
     def is_free(self, points: Floats) -> NDArray[np.bool_]:
-        """Which of ``points``, (n, 2), are in the square: (n,)."""
+        """Return which ``points``, (n, 2), are in the square: (n,) bool."""
         inside: NDArray[np.bool_] = np.all((points >= self.low) & (points <= self.high), axis=1)
         return inside
 
@@ -131,7 +131,7 @@ class AuvField:
         return [segments_of(route)]
 
     def cost(self, route: Route) -> float:
-        """What a route costs by the reading."""
+        """Return the cost of a route by the reading."""
         terms = route.segments.terms
         return float(delta(terms).sum() if self.reading == "sum" else delta(route_terms(terms)))
 

@@ -1,4 +1,4 @@
-"""What the segments of a path are worth to an AUV, compiled: *cheng*, section II.C.
+"""Terms of the segments of an AUV's path, compiled: *cheng*, section II.C.
 
 All in one file, because the cache on disk notices a change in the file of the outermost function
 only.
@@ -22,7 +22,7 @@ Seabed = tuple[int, float, float, float, float, float, float]
 
 
 def seabed(landscape: int) -> Seabed:
-    """What the kernels read of a landscape."""
+    """Return the constants of a landscape, as the kernels take them."""
     return (landscape, scale(landscape), *LANDSCAPES[landscape])
 
 
@@ -44,7 +44,7 @@ def height(bed: Seabed, x: float, y: float) -> float:
 def least_angle(control: Floats, count: int) -> float:
     """Least interior angle at a middle point of ``control[:count]``, radians; pi is straight on.
 
-    A repeated point makes no angle that could be sailed, and counts as 0.
+    A repeated point has no angle and counts as 0.
     """
     least = math.pi
     for i in range(1, count - 1):

@@ -87,14 +87,14 @@ def terms(field: AuvField, route: Route, samples: int | None = None) -> dict[str
 
 
 def history(field: AuvField, routes: Sequence[Route]) -> list[list[float]]:
-    """Generation, from 1 on, and the values of :func:`terms` of what was kept."""
+    """Return for each generation, from 1, its number and the terms of its route."""
     return [
         [generation, *terms(field, route).values()] for generation, route in enumerate(routes, 1)
     ]
 
 
 def describe(field: AuvField, routes: Sequence[Route]) -> dict[str, Any]:
-    """What a summary says of a run that kept ``routes``, one of each generation; at least one.
+    """Return the summary of a run whose generations kept ``routes``, at least one.
 
     ``minimum_turn_deg`` is the least angle inside a segment, as v2 has it;
     ``minimum_turn_at_crossover_deg`` also counts the angles at crossover points. ``cost`` is that

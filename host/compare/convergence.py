@@ -1,4 +1,4 @@
-"""How the best F of many runs rose: what the bands of the picture are made of."""
+"""Convergence of many runs: the bands of best F over generations or evaluations."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 Run = Mapping[str, Any]
 
 _POINTS = 400
-# Generations are alike where they take as many evaluations, but for as much of them.
+# Generations are alike where their numbers of evaluations differ by no more than this share.
 _ALIKE = 0.01
 
 
@@ -37,7 +37,7 @@ class Band:
 def work_of(run: Run) -> Floats:
     """Evaluations up to each entry of the history of ``run``, (n,), 1 or more.
 
-    Spread evenly over the history where the planner did not say.
+    Spread evenly over the history where the planner did not count them.
     """
     spent = run["history_evaluations"]
     if len(spent) != len(run["history"]):
@@ -47,22 +47,22 @@ def work_of(run: Run) -> Floats:
 
 
 def same_generations(runs: Sequence[Run]) -> bool:
-    """Whether a generation of one of ``runs`` takes as many evaluations as one of any other."""
+    """Return whether a generation takes as many evaluations in all ``runs``."""
     each = [np.ptp(work_of(run)) / run["generations"] for run in runs if run["generations"]]
     return len(each) == len(runs) and min(each) >= (1 - _ALIKE) * max(each)
 
 
 def band(runs: Sequence[Run], *, by_generation: bool, logarithmic: bool) -> Band:
-    """The band of one or more runs with a history.
+    """Return the band of one or more runs with a history.
 
     Parameters
     ----------
     runs : sequence
         As :func:`host.report.summary.describe_run` gives them.
     by_generation : bool
-        Whether over generations, else over evaluations.
+        Over generations, else over evaluations.
     logarithmic : bool
-        Whether the points are to be evenly spaced on a logarithmic axis.
+        Space the points evenly on a logarithmic axis.
     """
     curves = []
     for run in runs:

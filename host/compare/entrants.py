@@ -1,4 +1,4 @@
-"""Who takes part in a comparison: planners, each with its options."""
+"""Entrants of a comparison: planners, each with its options."""
 
 from __future__ import annotations
 
@@ -29,24 +29,24 @@ SEARCH: Mapping[str, tuple[str, Callable[[str], Any]]] = {
     "population": ("population", int),
 }
 _KINDS: Mapping[object, str] = {int: "a whole number", float: "a number"}
-# Values are URLs, too, with colons of their own, but no name and equals sign after one.
+# A value may be a URL, whose colons are followed by no name with an equals sign.
 _NEXT_OPTION = re.compile(r":(?=[A-Za-z][\w-]*=)")
 
 
 @dataclass(frozen=True)
 class Entrant:
-    """A planner with all its options but the seed.
+    """A planner with all its options except the seed.
 
     Parameters
     ----------
     label : str
-        How the user named it, and what reports call it.
+        Its name, as the user gave it and reports show it.
     planner : str
         Its name in the registry.
     own : mapping
         The planner's own options that are not left at their defaults.
     options : Options
-        What every planner is told; the seed means nothing.
+        Options of every planner; the seed is ignored.
     """
 
     label: str
@@ -60,12 +60,12 @@ class Entrant:
         Raises
         ------
         InputError
-            If it refuses its options.
+            If it rejects its options.
         """
         return make(self.planner, **self.own)
 
     def describe(self) -> dict[str, Any]:
-        """The planner and its options, the seed apart, as plain JSON values."""
+        """Return the planner and its options without the seed, as plain JSON values."""
         options = dataclasses.asdict(self.options)
         del options["seed"]
         table = {"planner": self.planner, "options": {**options, **self.own}}
@@ -74,7 +74,7 @@ class Entrant:
 
     @property
     def has_hardware(self) -> bool:
-        """Whether it needs a board that serves one run at a time."""
+        """True if it needs a board that serves one run at a time."""
         board = self.own.get("board")
         return board is not None and known_config(board) is None
 

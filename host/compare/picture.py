@@ -127,7 +127,7 @@ def _fitness(planner: Mapping[str, Any]) -> Floats:
 
 
 def _mostly_feasible(planners: Sequence[Mapping[str, Any]]) -> bool:
-    """Whether of every planner more than half of the runs end above 1."""
+    """Return whether more than half of the runs of every planner end above 1."""
     return all(np.median(values) > 1 for values in map(_fitness, planners) if len(values))
 
 

@@ -15,7 +15,7 @@ from host.report.summary import describe_run, version
 
 __all__ = ["Outcome", "Task", "execute"]
 
-# Entrants that have run in this process: what they need is compiled and loaded.
+# Entrants that have run in this process: their code is compiled and loaded.
 _warm: set[str] = set()
 
 
@@ -30,7 +30,7 @@ class Task:
     seed : int
         Of the run.
     pathgene : str
-        The version that is to do it: another would mix two programs in one table.
+        Version that must do the run: two versions in one table would not be comparable.
     """
 
     entrant: Entrant
@@ -40,18 +40,18 @@ class Task:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a task.
+    """The outcome of a task.
 
     Parameters
     ----------
     task : Task
-        Which.
+        The task.
     record : dict or None
         :func:`host.report.summary.describe_run` of the run; None if it failed.
     failure : str or None
         Why it failed, in a sentence.
     bad_input : bool
-        Whether the options or the problem are to blame.
+        The options or the problem are the cause.
     """
 
     task: Task
@@ -61,10 +61,10 @@ class Outcome:
 
 
 def execute(evaluator: Evaluator, task: Task) -> Outcome:
-    """Do a run; what goes wrong in it is told in the outcome, so that it costs no other run.
+    """Do a run; return an error as its outcome, so that the other runs continue.
 
-    The first run of an entrant in a process is preceded by one of a single generation, which is
-    not timed: the seconds of no run contain the compilation and loading of its program.
+    An untimed run of one generation precedes the first run of an entrant in a process, so that no
+    recorded seconds contain compilation or loading.
     """
     entrant = task.entrant
     try:

@@ -1,4 +1,4 @@
-"""What runs over many seeds say of a planner, and of the difference between two."""
+"""Statistics of runs over many seeds: of one planner, and of the difference between two."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a path is worth: one definition for every planner, the reports and the tests.
+"""The evaluation of paths: one definition for every planner, the reports and the tests.
 
 :class:`Evaluator` is the interface. :mod:`~host.evaluation.reference` is the definition in plain
 Python; :mod:`~host.evaluation.kernels` with :mod:`~host.evaluation.pieces` is the same, compiled,

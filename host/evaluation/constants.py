@@ -1,4 +1,4 @@
-"""What the compiled kernels of the evaluation take: constants of a problem and types of arrays."""
+"""Arguments of the compiled kernels: constants of a problem and types of arrays."""
 
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 __all__ = ["COORDINATE_LIMIT_M", "VOID_HEIGHT_M", "Constants", "Flags", "Floats", "Point"]
 
-# The height of a void: above every path, and finite, so that it times a weight of 0 is 0.
+# Height of a void: above every path, and finite, so that its product with a weight of 0 is 0.
 VOID_HEIGHT_M = 1e300
 # Beyond this a coordinate is no place on a map: it keeps the number of samples finite.
 COORDINATE_LIMIT_M = 1e7
@@ -20,11 +20,11 @@ Point = tuple[float, float, float]
 
 
 class Constants(NamedTuple):
-    """What stays the same from path to path. Metres, newtons, seconds, radians.
+    """Constants of a problem, the same for all its paths. Metres, newtons, seconds, radians.
 
     ``rows`` and ``columns`` are the shape of the rasters; ``sampled``, ``zones``, ``bilinear`` and
     ``isa`` are 0 or 1; ``burn_per_m`` is sfc / eta, 1/m; ``utopia_area_m2`` is
-    a_utopia * l_utopia. Where ``sampled`` is 0 no part is looked at: d_ut and d_nf are 0.
+    a_utopia * l_utopia. Where ``sampled`` is 0 nothing is sampled: d_ut and d_nf are 0.
     """
 
     dx_m: float

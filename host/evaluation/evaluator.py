@@ -1,4 +1,4 @@
-"""What a path is worth: one object that planners, reports and the command line ask."""
+"""The evaluator of paths, shared by planners, reports and the command line."""
 
 from __future__ import annotations
 

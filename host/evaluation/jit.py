@@ -1,4 +1,4 @@
-"""How the kernels are compiled for the CPU."""
+"""Compilation of the kernels for the CPU, and its cache on disk."""
 
 import hashlib
 import inspect

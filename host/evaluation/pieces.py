@@ -154,7 +154,7 @@ def lay_turn(path: Floats, n: int, i: int, c: Constants, turns: Floats) -> None:
 
 @inlined
 def is_impossible(turns: Floats, i: int) -> bool:
-    """Whether the arc at point ``i`` does not fit beside those of its neighbours."""
+    """Return whether the arc at point ``i`` does not fit beside those of its neighbours."""
     here = turns[i, _TANGENT]
     return here > 0.0 and not (
         turns[i - 1, _TANGENT] + here <= turns[i - 1, _RUN]
@@ -337,7 +337,7 @@ def piece_part(
     part: int,
     parts: int,
 ) -> tuple[int, int]:
-    """Whether one of the equal parts of a piece is under the terrain and in a no-fly zone."""
+    """Sample one of the equal parts of a piece; see :func:`host.evaluation.sampling.sample`."""
     a = (pieces[row, _X], pieces[row, _Y], pieces[row, _Z])
     if pieces[row, _ANGLE] > 0.0:
         return arc_part(

@@ -1,4 +1,4 @@
-"""What a path is worth, in plain Python: slow, readable, and what the kernels must equal.
+"""The evaluation of a path in plain Python: slow, readable, and the model of the kernels.
 
 Source: Roberge and Tarbouchi, sections 3.1 and 3.2, equations (1) to (3).
 """
@@ -45,7 +45,7 @@ class Terms:
 
 @dataclass(frozen=True)
 class Utopia:
-    """What costs are relative to: mean altitude, length and fuel of the line from start to goal."""
+    """Mean altitude, length and fuel of the line from start to goal: costs are relative to them."""
 
     altitude_m: float
     length_m: float
@@ -113,7 +113,7 @@ def evaluate(
 
 
 def too_steep(piece: Piece, aircraft: Aircraft) -> bool:
-    """Whether a piece climbs or descends more steeply than the aircraft can."""
+    """Return whether a piece climbs or descends more steeply than the aircraft can."""
     slope = math.atan2(piece.rise_m, piece.run_m)
     return (
         slope > math.radians(aircraft.max_climb_deg) + SLOPE_TOLERANCE_RAD

@@ -27,7 +27,7 @@ _C2, _C4, _C6, _C8, _C10, _C12, _C14, _C16 = (
 
 @compiled
 def inside_map(x: float, y: float, c: Constants) -> bool:
-    """Whether a point lies in the rectangle of the nodes, its edge included."""
+    """Return whether a point lies in the rectangle of the nodes, its edge included."""
     on_x: bool = (x >= 0.0) & (x <= (c.columns - 1) * c.dx_m)
     on_y: bool = (y >= 0.0) & (y <= (c.rows - 1) * c.dy_m)
     return on_x & on_y
@@ -42,10 +42,10 @@ def sample(
     y: float,
     z: float,
 ) -> tuple[int, int]:
-    """Whether a point is under the terrain, and in a no-fly zone, as two integers 0 or 1.
+    """Return two integers 0 or 1: the point is under the terrain; the point is in a no-fly zone.
 
-    Takes any point: outside the map it is under the terrain, and over the nearest node of the edge
-    as far as no-fly zones go.
+    A point outside the map is under the terrain; for no-fly zones, the nearest node of the edge
+    stands in for it.
     """
     node = quick_node(
         c,

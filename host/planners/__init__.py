@@ -15,28 +15,28 @@ if TYPE_CHECKING:
 
 __all__ = ["DEFAULT", "ENGINES", "OPTIONS", "PLANNERS", "Entry", "Option", "make"]
 
-#: What ``pathgene plan`` uses when no planner is named.
+#: The planner of ``pathgene plan`` where none is named.
 DEFAULT = "ga-fpga"
 
 
 @dataclass(frozen=True)
 class Entry:
-    """What the registry knows of a planner.
+    """A planner in the registry.
 
     Parameters
     ----------
     description : str
         One line for users.
     paper : str
-        Where it is from.
+        Its source.
     generations : int
-        How many it runs unless told otherwise.
+        Generations that it runs by default.
     options : tuple of str
-        Which of :data:`OPTIONS` it has, as keywords of ``constructor``.
+        Names in :data:`OPTIONS` that are keywords of ``constructor``.
     constructor : callable
         Returns the planner; loads its module.
     engines : tuple of str
-        What it can run on, the default first.
+        Engines that it can run on, the default first.
     """
 
     description: str
@@ -149,7 +149,7 @@ PLANNERS: Mapping[str, Entry] = {
 
 
 def make(name: str, **options: Any) -> Planner:
-    """Return the planner ``name`` with ``options`` of its own.
+    """Return the planner ``name`` with its own ``options``.
 
     Raises
     ------

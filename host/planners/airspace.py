@@ -1,4 +1,4 @@
-"""Where a planner may put waypoints, in metres."""
+"""The airspace: the free volume in which a planner may put waypoints, in metres."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from host.problem.problem import Problem
 
 __all__ = ["HEADROOM_M", "Airspace"]
 
-#: Highest waypoints over the highest ground.
+#: Height of the box over the highest ground, metres.
 HEADROOM_M = 100.0
 
 
 class Airspace:
-    """The box over the map, without ground, voids and no-fly zones.
+    """The box over the map, less the ground, voids and no-fly zones.
 
     It reaches from the lowest ground to :data:`HEADROOM_M` over the highest, or to the start or the
     goal where that is higher.
@@ -31,12 +31,12 @@ class Airspace:
     low, high : ndarray
         Corners of the box, (3,) float64 metres.
     floor : ndarray
-        Height to stay above at each node, of the terrain's shape, infinite where nothing may fly.
+        Lowest free altitude at each node, of the terrain's shape; infinite over voids and zones.
 
     Raises
     ------
     InputError
-        If nothing of the map is free.
+        If no cell of the map is free.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -47,8 +47,7 @@ class Airspace:
         self._free = np.flatnonzero(np.isfinite(self.floor))
         if not len(self._free):
             raise InputError(
-                "Nothing of the map is free to fly over; lessen the no-fly zones or "
-                "fill the voids with --fill-voids."
+                "No flyable cell: reduce the no-fly zones or fill the voids with --fill-voids."
             )
         rows, columns = elevation.shape
         top = max(float(np.nanmax(elevation)) + HEADROOM_M, self.start[2], self.goal[2])
@@ -60,7 +59,7 @@ class Airspace:
         )
 
     def is_free(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Which of ``points``, (n, 3) float64 metres, are in the box and over free ground: (n,)."""
+        """Return which ``points``, (n, 3) float64 metres, are in the box and free: (n,) bool."""
         inside = ((points >= self.low) & (points <= self.high)).all(axis=1)
         floor = self.floor[self.terrain.nearest_nodes(points[:, 0], points[:, 1])]
         free: NDArray[np.bool_] = inside & (points[:, 2] >= floor)

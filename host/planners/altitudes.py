@@ -117,7 +117,7 @@ def _profiles(
     pieces: Sequence[Straight | Arc],
     finest_m: float,
 ) -> Iterator[tuple[Floats, Floats]]:
-    """Where along each piece, as shares of it, an altitude linear in these must clear what ground.
+    """Yield for each piece where, in shares of its length, and what ground its altitude must clear.
 
     Straight pieces are cut where the nearest node changes, arcs in parts of at most ``finest_m``.
     """

@@ -1,4 +1,4 @@
-"""What all planners share: options, stop criteria, the record of a run and the final choice."""
+"""The common part of all planners: options, stop criteria, record of a run, final choice."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ __all__ = ["Options", "Planner", "Progress", "Result", "Run", "Stop", "choose"]
 
 Path = NDArray[np.float64]
 
-# Candidates kept for the final choice: when the best of them graze the ground between the samples,
-# hundreds of near twins do.
+# Candidates kept for the final choice: where the best path grazes the ground between samples, so
+# do hundreds that nearly equal it.
 _ARCHIVE_SIZE = 4096
 _CHOICE_BATCH = 64
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What every planner is told.
+    """Options of every planner.
 
     Parameters
     ----------
     generations : int
         Most generations, 1 or more.
     time_limit_s : float, optional
-        Most seconds of planning, above 0; the generation under way is finished.
+        Most seconds of planning, above 0; the current generation is finished.
     target_fitness : float, optional
-        Fitness that is good enough.
+        Fitness at which the search ends.
     population : int, optional
         Paths in the population; the planner's own number by default.
     seed : int
-        0..2**64 - 1. All that is random follows from it.
+        0..2**64 - 1. All random draws follow from it.
 
     Raises
     ------
@@ -86,7 +86,7 @@ class Stop:
     Attributes
     ----------
     heeded : bool
-        Whether the planner has ended its search, and is about to return what it found.
+        True once the planner has ended its search, and is about to return the best path.
     """
 
     def __init__(self, cancelled: Callable[[], bool] | None = None) -> None:
@@ -96,7 +96,7 @@ class Stop:
 
     @property
     def requested(self) -> bool:
-        """Whether the end has been requested; it stays so."""
+        """True once the end has been requested."""
         if not self._requested and self._cancelled is not None:
             self._requested = bool(self._cancelled())
         return self._requested
@@ -112,7 +112,7 @@ Progress = Callable[[int, float, float], object]
 
 @dataclass(frozen=True)
 class Result:
-    """What a planner found and what it took.
+    """The result of a planner, and its record.
 
     Parameters
     ----------
@@ -121,24 +121,24 @@ class Result:
     evaluation : Evaluation
         All its terms.
     history : list of [int, float, float]
-        Generation, best fitness so far, mean fitness of the population; from generation 0.
+        Generation, best fitness so far, mean fitness of the population; starts at generation 0.
     generations, evaluations : int
         How many were run.
     stopped_by : str
         ``generations``, ``time-limit``, ``target-fitness``, ``interrupt`` or ``failure``.
     failure : str or None
-        The sentence to show when the run could not go on.
+        The reason why the run could not continue, in a sentence.
     seconds : dict of str to float
         Wall time by phase; ``total`` is all of it.
     hardware : dict or None
-        What the chip counted; see the planner.
+        Counters of the chip; see the planner.
     archive : list of (float, ndarray)
         Fitness and path of the best distinct candidates, best first.
     history_evaluations : list of int
         Evaluations up to each entry of ``history``.
     cut_short : int
-        Candidates besides ``evaluations`` that were given up half evaluated, because they could not
-        be better than what they were to replace.
+        Candidates, besides ``evaluations``, that were given up before the end of their evaluation:
+        they could not be better than the paths they were to replace.
     """
 
     path: Path
@@ -156,7 +156,7 @@ class Result:
 
     @property
     def interrupted(self) -> bool:
-        """Whether the user ended the run."""
+        """True if the user ended the run."""
         return self.stopped_by == "interrupt"
 
 
@@ -188,7 +188,7 @@ class Run:
     Parameters
     ----------
     evaluator : Evaluator
-        The worth of paths.
+        Evaluates paths.
     options : Options
         Stop criteria.
     progress : callable, optional
@@ -233,8 +233,8 @@ class Run:
     ) -> NDArray[np.float64]:
         """Evaluate ``paths``, (n, 3) float64 metres each, ends included, and keep the best.
 
-        With ``counted_m``, (m,) metres, d_ut + d_nf are these, and nothing is kept: what was
-        counted elsewhere is no candidate before it is evaluated in full.
+        With ``counted_m``, (m,) metres, d_ut + d_nf are these, and no path is kept: a path whose
+        distances were counted elsewhere is no candidate before its full evaluation.
 
         Returns
         -------
@@ -258,7 +258,7 @@ class Run:
     def keep(self, paths: Iterable[Path], fitness: NDArray[np.float64]) -> None:
         """Keep the best of ``paths``, (n, 3) metres each, whose ``fitness`` (m,) is known.
 
-        A path that is kept must not change any more.
+        The caller must not change a path afterwards.
         """
         for value, path in zip(fitness.tolist(), paths, strict=True):
             if value > self._best or (value > 1 and value > self._worst_kept):
@@ -266,7 +266,7 @@ class Run:
 
     def _keep(self, value: float, path: Path) -> None:
         if value > self._best:
-            if self._best <= 1:  # What was kept is worse, and cannot be feasible.
+            if self._best <= 1:  # The kept paths are worse and cannot be feasible.
                 self._archive.clear()
             self._best = value
         self._archive[path.tobytes()] = value, path
@@ -276,18 +276,18 @@ class Run:
             self._worst_kept = best[-1][1][0]
 
     def record(self, generation: int, fitness: NDArray[np.float64]) -> None:
-        """Note the fitness of the whole population (m,) after ``generation``, and what it took."""
+        """Record the fitness of the whole population (m,) after ``generation``."""
         self.note(generation, float(fitness.mean()))
 
     def note(self, generation: int, mean: float) -> None:
-        """As :meth:`record`, by the mean fitness of the population."""
+        """Record a generation by the mean fitness of its population."""
         self.history.append([generation, self._best, mean])
         self.history_evaluations.append(self.evaluations)
         if self.progress is not None:
             self.progress(generation, self._best, mean)
 
     def stopped_by(self) -> str | None:
-        """The first stop criterion met, or None to go on."""
+        """Return the first stop criterion met, or None to continue."""
         options = self.options
         if self.stop is not None and self.stop.requested:
             return "interrupt"
@@ -304,9 +304,9 @@ class Run:
 
     @contextlib.contextmanager
     def search(self) -> Iterator[None]:
-        """Run the block, all generations; an interrupt after a requested stop ends no more than it.
+        """Run the generations in the block; after a requested stop, an interrupt ends no more.
 
-        Without a generation 0 there is nothing to return, and the interrupt goes on.
+        Without a generation 0 there is no result, and the interrupt is raised again.
         """
         try:
             yield
@@ -318,7 +318,7 @@ class Run:
                 self.stop.heeded = True
 
     def result(self) -> Result:
-        """Choose the path to report and return it with the record."""
+        """Choose the path to report; return it with the record."""
         reason = self.stopped_by() or "generations"
         archive = sorted(self._archive.values(), key=lambda kept: -kept[0])
         with self.phase("choice"):
@@ -344,14 +344,14 @@ def choose(
     evaluator: Evaluator,
     archive: Sequence[tuple[float, Path]],
 ) -> tuple[Path, Evaluation]:
-    """Return the best candidate that is feasible by the strict rule, else simply the best.
+    """Return the best candidate that is feasible by the strict rule, else the best.
 
     Strict means a penalty of 0 also when sampled 8 times finer.
 
     Parameters
     ----------
     evaluator : Evaluator
-        The worth of paths.
+        Evaluates paths.
     archive : sequence of (float, ndarray)
         Fitness and path of the candidates, best first; at least one.
     """

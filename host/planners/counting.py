@@ -22,28 +22,28 @@ __all__ = ["CAUSES", "BoardCollisionCounter", "refutation"]
 
 Path = NDArray[np.float64]
 
-#: Why the full evaluation may not confirm what the counts call feasible.
+#: Reasons why the full evaluation rejects a path that the counts call feasible.
 CAUSES = ("turn_arcs", "between_cells", "between_samples")
 
-# Turning radius that leaves a path what it is before smoothing, metres.
+# Turn radius in metres at which smoothing leaves a path unchanged.
 _NO_RADIUS_M = 1e-6
 
 
 class BoardCollisionCounter:
-    """The collision checker of a chip as a part of the fitness.
+    """Collision checker of a chip as a part of the fitness.
 
     The chip counts the colliding cells of every segment of the straight path; d_ut + d_nf of the
     penalty is their number times the segment's horizontal metres per cell (*allaire two-tier*,
-    section 3.2, in count mode). Arcs, climb and cost stay the host's. As the smoothed track is not
-    the straight path, and a line passes more cells than the checker reads, a path is no champion
-    before the host has evaluated it in full: see :meth:`settle`.
+    section 3.2, in count mode). The host computes arcs, climb and cost. The smoothed track
+    differs from the straight path, and a line passes more cells than the checker reads, so a path
+    becomes the best only after the host has evaluated it in full: see :meth:`settle`.
 
     Parameters
     ----------
     chip : Chip
-        With a collision checker; its map is written here.
+        Has a collision checker; its map is written here.
     grid : ChipMap
-        The terrain on it.
+        The terrain on the chip's map.
     run : Run
         Evaluates and keeps the record.
     """
@@ -59,7 +59,7 @@ class BoardCollisionCounter:
             chip.update_map(grid.heights)
 
     def fitness(self, paths: Sequence[Path], slot: int) -> NDArray[np.float64]:
-        """Fitness of the paths in consecutive slots of the chip, with the chip's counts.
+        """Return the fitness of paths in consecutive slots of the chip, with the chip's counts.
 
         Parameters
         ----------
@@ -91,14 +91,14 @@ class BoardCollisionCounter:
         settled: NDArray[np.bool_],
         path_at: Callable[[int], Path],
     ) -> None:
-        """Evaluate in full the best of a population until the best is one that has been.
+        """Evaluate the best of a population in full, until the best one has been.
 
         Parameters
         ----------
         fitness : (m,) float64
             Changed in place.
         settled : (m,) bool
-            Which have been evaluated in full; changed in place.
+            True for those evaluated in full; changed in place.
         path_at : callable
             Returns the path in a slot, (n, 3) float64 metres, ends included.
         """
@@ -113,12 +113,12 @@ class BoardCollisionCounter:
                 self._refuted[cause] += 1
 
     def report(self) -> dict[str, Any]:
-        """What was counted, what that saved, and what the full evaluation did not confirm.
+        """Return the block ``feasibility`` of a summary: counts, samples saved, refuted paths.
 
-        ``host_samples_saved`` are points of the straight paths at ``ds`` that the host did not look
-        up, those of the paths evaluated in full included. Of the paths that the counts called
-        feasible and the host then evaluated, ``refuted_by`` gives how many it called infeasible,
-        and why: see :func:`refutation`.
+        ``host_samples_saved`` is the number of points of the straight paths at ``ds`` that the host
+        did not look up, including those of paths evaluated in full. ``refuted_by`` counts, by
+        reason, the paths that the counts called feasible and the full evaluation did not: see
+        :func:`refutation`.
         """
         return {
             "counted_on_board": self._counted,
@@ -132,7 +132,7 @@ class BoardCollisionCounter:
         config = self._chip.config
         ends = path[segment : segment + 2]
         cells = self._grid.to_cells(ends)[:, :2]
-        # The paper's build counts the cells of its coarse map there.
+        # The two-tier build counts cells of its coarse map in these segments.
         if config.checker is CheckerBuild.TWO_TIER and segment >= config.DETAILED_SEGMENTS:
             cells //= config.coarse_factor
         across = int(np.abs(cells[1] - cells[0]).max()) + 1
@@ -144,11 +144,11 @@ class BoardCollisionCounter:
 
 
 def refutation(evaluator: Evaluator, path: Path) -> str | None:
-    """Why a path that the counts call feasible is not; None if it is.
+    """Return the reason why a path that the counts call feasible is not; None if it is.
 
-    ``between_cells`` where the straight path itself collides, ``turn_arcs`` where only the smoothed
-    track does, both at ``ds``; ``between_samples`` where that is clear at ``ds`` and not at
-    ``ds / 8``, as the strict rule of a report asks.
+    ``between_cells``: the straight path collides at ``ds``; ``turn_arcs``: only the smoothed track
+    does; ``between_samples``: the smoothed track is clear at ``ds`` and collides at ``ds / 8``,
+    which the strict rule of a report checks.
 
     Parameters
     ----------

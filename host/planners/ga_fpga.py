@@ -144,7 +144,7 @@ class FpgaGeneticPlanner:
                 with run.search():
                     loop.breed()
                     run.hardware = loop.hardware()
-                    run.seconds["board"] = loop.units_clocks() / config.clock_hz
+                    run.seconds["board"] = loop.units_cycles() / config.clock_hz
             except JobError as error:
                 # What was found before the board was lost is worth a report.
                 run.failure = str(error)
@@ -276,11 +276,11 @@ class _Loop:
         return [np.concatenate((self._start, inner, self._goal)) for inner in points]
 
     def counted(self, name: str) -> int:
-        """What the chip's counter ``name`` went up by; 0 for a unit the chip does not have."""
+        """Return the increase of the chip's counter ``name``; 0 for a unit the chip lacks."""
         return self._after.get(name, 0) - self._before.get(name, 0)
 
-    def units_clocks(self) -> int:
-        """Clocks in which the chip's units bred."""
+    def units_cycles(self) -> int:
+        """Return the cycles in which the chip's units bred."""
         return sum(map(self.counted, ("crossover", "mutation", "update")))
 
     def hardware(self) -> dict[str, Any]:
@@ -336,8 +336,7 @@ def draw_paths(
     rows, columns = np.nonzero(grid.heights < top)
     if not len(rows):
         raise InputError(
-            "Nothing of the map is free to fly over; lessen the no-fly zones or fill "
-            "the voids with --fill-voids."
+            "No flyable cell: reduce the no-fly zones or fill the voids with --fill-voids."
         )
     count = paths * config.MIN_WAYPOINTS
     at = rng.integers(len(rows), size=count)

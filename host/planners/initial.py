@@ -37,7 +37,7 @@ _LEAST_NUDGE, _TWO_RATE = 1e-4, 0.4
 
 
 def check_init(init: str) -> bool:
-    """Whether ``init`` asks for a grid search before the first population.
+    """Return whether ``init`` asks for a grid search before the first population.
 
     Raises
     ------

@@ -9,7 +9,7 @@ from typing import Any
 
 __all__ = ["ENGINES", "OPTIONS", "Option"]
 
-#: Of the planners that have a choice, the default first.
+#: Engines of the planners that have a choice, the default first.
 ENGINES = ("cores", "sequential", "gpu")
 
 
@@ -20,11 +20,11 @@ class Option:
     Parameters
     ----------
     meaning : str
-        What it says, and its default, for users.
+        Its meaning and default, for users.
     type : callable
-        Turns its text into its value.
+        Converts its text to its value.
     metavar : str, optional
-        What stands for the value in the help.
+        Placeholder of the value in the help.
     choices : tuple of str
         All its values, if they are few.
     """

@@ -238,13 +238,13 @@ class ConventionalRoutePlanner:
 
 
 class _Problem:
-    """What both searches are given for a run, and the run."""
+    """A run, and the field, draws and first routes that both searches take."""
 
     def __init__(self, run: Run, reading: str, from_astar: bool) -> None:
         self._run = run
         self.field = TerrainField(run, reading=reading)
         self.rng = np.random.default_rng(run.options.seed)
-        #: The best route of a grid search, if one is asked for and there is a way.
+        #: The best route of a grid search, if one is requested and finds a way.
         self.given: list[Route] = []
         if from_astar:
             found = astar_paths(run, self.rng, 1, MOST_POINTS - 2)

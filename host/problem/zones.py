@@ -64,7 +64,7 @@ class Zone(ABC):
 
     @abstractmethod
     def covers(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Which nodes of the grid of columns ``x`` (nx,) and rows ``y`` (ny,) are in: (ny, nx)."""
+        """Return the nodes inside, (ny, nx) bool, of a grid of columns ``x`` and rows ``y``."""
 
     @abstractmethod
     def to_dict(self) -> dict[str, Any]:
@@ -99,7 +99,7 @@ class Circle(Zone):
             )
 
     def covers(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Which nodes of the grid of columns ``x`` (nx,) and rows ``y`` (ny,) are in: (ny, nx)."""
+        """Return the nodes inside, (ny, nx) bool, of a grid of columns ``x`` and rows ``y``."""
         inside: NDArray[np.bool_] = (
             np.hypot(x[None, :] - self.x_m, y[:, None] - self.y_m) <= self.radius_m
         )
@@ -138,7 +138,7 @@ class Polygon(Zone):
         object.__setattr__(self, "holes", tuple(_ring(hole) for hole in self.holes))
 
     def covers(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Which nodes of the grid of columns ``x`` (nx,) and rows ``y`` (ny,) are in: (ny, nx)."""
+        """Return the nodes inside, (ny, nx) bool, of a grid of columns ``x`` and rows ``y``."""
         inside = np.zeros((len(y), len(x)), dtype=bool)
         for ring in (self.ring, *self.holes):
             inside ^= _inside(ring, x, y)
@@ -155,7 +155,7 @@ class Polygon(Zone):
 
 
 def raster(zones: Iterable[Zone], terrain: Terrain) -> NDArray[np.bool_]:
-    """Which nodes of ``terrain`` lie in a zone, (ny, nx) bool, row 0 the southernmost."""
+    """Return the nodes of ``terrain`` in a zone, (ny, nx) bool, row 0 the southernmost."""
     rows, columns = terrain.elevation.shape
     x: NDArray[np.float64] = np.arange(columns, dtype=np.float64) * terrain.dx_m
     y: NDArray[np.float64] = np.arange(rows, dtype=np.float64) * terrain.dy_m

@@ -1,1 +1,1 @@
-"""What a run leaves behind: the summary, the evaluated grid, the path as GeoJSON and a picture."""
+"""Files of a run: the summary, the evaluated grid, the path as GeoJSON and a picture."""

@@ -1,4 +1,4 @@
-"""What all graphs have in common."""
+"""The common style of all graphs."""
 
 from matplotlib.axes import Axes
 

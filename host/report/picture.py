@@ -147,7 +147,7 @@ def _layout(aspect: float) -> tuple[Figure, list[Axes]]:
 
 
 def _trouble(evaluator: Evaluator, samples: Samples) -> NDArray[np.bool_]:
-    """Which samples are under the ground, over a void or in a no-fly zone."""
+    """Return which samples are under the ground, over a void or in a no-fly zone."""
     problem = evaluator.problem
     zone = problem.nofly_raster[problem.terrain.nearest_nodes(samples.x, samples.y)]
     trouble: NDArray[np.bool_] = np.isnan(samples.ground) | (samples.clearance < 0) | zone

@@ -13,7 +13,7 @@ from host.planners.base import Result
 
 __all__ = ["describe_problem", "describe_run", "finite", "summarise", "terms", "version"]
 
-#: Phases that every summary has, spent or not.
+#: Phases that every summary has, if only with 0 seconds.
 _PHASES = ("total", "evaluation", "sort", "link", "board")
 
 
@@ -26,7 +26,7 @@ def version() -> str:
 
 
 def finite(value: Any) -> Any:
-    """Return ``value`` with every number that JSON does not know, in lists and tables too, None."""
+    """Return ``value`` with None for every number that JSON lacks, in lists and tables too."""
     if isinstance(value, float) and not math.isfinite(value):
         return None
     if isinstance(value, Mapping):
@@ -42,14 +42,14 @@ def terms(evaluation: Evaluation) -> dict[str, Any]:
 
 
 def describe_problem(evaluator: Evaluator, source: Mapping[str, Any]) -> dict[str, Any]:
-    """What was flown over, with what, around what.
+    """Return the terrain, aircraft, zones, wind and sampling step of a problem.
 
     Parameters
     ----------
     evaluator : Evaluator
-        Knows the problem and the sampling step.
+        Holds the problem and the sampling step.
     source : mapping
-        How the terrain was loaded; joins what the terrain says of itself.
+        Origin of the terrain, added to its description.
     """
     problem = evaluator.problem
     return {
@@ -62,7 +62,7 @@ def describe_problem(evaluator: Evaluator, source: Mapping[str, Any]) -> dict[st
 
 
 def describe_run(result: Result) -> dict[str, Any]:
-    """What a planner found and what it took; every number is finite."""
+    """Return the result and the record of a planner; every number is finite."""
     described = {
         **result.evaluation.to_dict(),
         "waypoints": result.path.tolist(),
@@ -94,17 +94,17 @@ def summarise(
     Parameters
     ----------
     evaluator : Evaluator
-        Knows the problem.
+        Holds the problem.
     result : Result
-        What the planner returned.
+        Result of the planner.
     planner : str
         Its name.
     board : str or None
-        URL of the board, if there was one.
+        URL of the board, if the planner used one.
     seed : int
         Seed of the run.
     source : mapping
-        How the terrain was loaded.
+        Origin of the terrain.
     """
     return {
         "pathgene": version(),

@@ -1,4 +1,4 @@
-"""What threads share without a lock, for kernels that hold none: counters and a meeting point."""
+"""Atomic counters and ways to wait, for threads of kernels that hold no lock."""
 
 from typing import Any
 
@@ -12,9 +12,9 @@ __all__ = ["fetch_add", "read", "sleep", "yield_core"]
 
 @intrinsic
 def fetch_add(_context: Any, _counter: Any, _amount: Any) -> Any:
-    """Add ``amount`` to the first of ``counter``, (n,) int64, at once; return what it was before.
+    """Add ``amount`` to the first of ``counter``, (n,) int64, atomically; return its value before.
 
-    For kernels on the CPU only. What a thread wrote before, others see once they see the sum.
+    For kernels on the CPU only. A thread that sees the sum sees all that was written before it.
     """
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -26,7 +26,7 @@ def fetch_add(_context: Any, _counter: Any, _amount: Any) -> Any:
 
 @intrinsic
 def read(_context: Any, _counter: Any) -> Any:
-    """Return the first of ``counter``, (n,) int64, as another thread may just have left it."""
+    """Return the first of ``counter``, (n,) int64, as other threads have left it."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         counter = context.make_array(signature.args[0])(context, builder, arguments[0])
@@ -37,13 +37,13 @@ def read(_context: Any, _counter: Any) -> Any:
 
 @intrinsic
 def yield_core(_context: Any) -> Any:
-    """Let another thread have the core, if one waits for it: POSIX ``sched_yield``."""
+    """Yield the core to a waiting thread: POSIX ``sched_yield``."""
     return types.int32(), _call("sched_yield")
 
 
 @intrinsic
 def sleep(_context: Any, _microseconds: Any) -> Any:
-    """Let the core go for so many microseconds, 0 to 999,999: POSIX ``usleep``."""
+    """Sleep for a number of microseconds, 0 to 999,999: POSIX ``usleep``."""
     return types.int32(types.uint32), _call("usleep", ir.IntType(32))
 
 

@@ -58,7 +58,7 @@ _BEST_FITNESS, _MEAN_FITNESS = 0, 1
 
 
 def is_available() -> bool:
-    """Whether there is a GPU, and what it takes to use it."""
+    """Return whether there is a GPU with a driver that works."""
     return bool(cuda.is_available())
 
 

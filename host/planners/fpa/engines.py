@@ -1,4 +1,4 @@
-"""Where the iterations of the flower pollination algorithm run: one core, or all of them."""
+"""Engines of the flower pollination algorithm: its iterations on one core or on all of them."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ Paths = NDArray[np.float64]
 
 # Solutions a thread takes at a time: few enough that no thread waits long for another's 2-opt.
 _CHUNK = 4
-# Seconds between two looks at whether to stop.
+# Seconds between two checks of whether to stop.
 _LOOK_S = 0.05
 
 
 class Leader(NamedTuple):
     """The state after one iteration.
 
-    ``path`` is the best solution, (n, 3) in metres, ``fitness`` its worth, and ``mean`` that of
-    all. ``evaluated`` candidates were evaluated to the end so far, and ``cut_short`` given up
-    before; at the end of the call where an engine does not count each iteration.
+    ``path`` is the best solution, (n, 3) in metres, ``fitness`` its fitness, and ``mean`` the mean
+    fitness. ``evaluated`` candidates were evaluated to the end so far, and ``cut_short`` given up
+    before the end; an engine may give the counts at the end of the call.
     """
 
     path: Paths
@@ -42,12 +42,12 @@ class Leader(NamedTuple):
 
 
 def never() -> bool:
-    """Nothing stops an engine."""
+    """Return False: nothing stops the engine."""
     return False
 
 
 class Engine(Protocol):
-    """Runs iterations over a population that it keeps."""
+    """Runs iterations over a population of its own."""
 
     def advance(
         self,
@@ -55,32 +55,32 @@ class Engine(Protocol):
         count: int,
         should_stop: Callable[[], bool] = never,
     ) -> Sequence[Leader]:
-        """Run iterations ``first``, from 1, to ``first + count - 1``; return what each left.
+        """Run iterations ``first``, from 1, to ``first + count - 1``; return the result of each.
 
-        Fewer if ``should_stop``, which is asked now and then where an engine can be stopped; it is
-        then good for :meth:`population` and :meth:`close` alone.
+        Fewer once ``should_stop``, which is called now and then, returns True; after that, only
+        :meth:`population` and :meth:`close` may be called.
         """
 
     def population(self) -> tuple[Paths, NDArray[np.float64]]:
         """All paths (m, n, 3) in metres and their fitness (m,), after the last iteration."""
 
     def close(self) -> None:
-        """Let go of threads and memory."""
+        """Release threads and memory."""
 
 
 class CpuEngine:
     """One or several threads of the processor; the result is the same for any number of them.
 
-    In an iteration each thread takes a few solutions at a time until none is left. Who is done
-    early lets others have the core until the next. The threads are not the caller's, which waits
-    for them and can stop them, within a solution's 2-opt or so.
+    In an iteration each thread takes a few solutions at a time until none is left. A thread that
+    is done early frees its core until the next iteration. The caller
+    waits for the threads and can stop them, within about a solution's 2-opt.
 
     Parameters
     ----------
     evaluator : Evaluator
-        The worth of paths.
+        Evaluates paths.
     parameters : Pollination
-        Of the steps.
+        Parameters of the steps.
     two_opt_every : int
         Iterations from one 2-opt to the next; 0 for none.
     box : (2, 3) float64, metres
@@ -136,7 +136,7 @@ class CpuEngine:
             for share in shares:
                 share.result()
         except BaseException:
-            # Nobody waits for a thread that will not come.
+            # No thread waits for one that will not arrive.
             self._shared.ended[0] = 1
             raise
         done = int(self._shared.meetings[0]) - before

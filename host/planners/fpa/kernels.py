@@ -42,22 +42,22 @@ __all__ = [
 # Counters of different threads are as far apart as lines of a cache, in words.
 LINE = 16
 
-# What is told of an iteration, besides the path of the best.
+# Fields of the record of an iteration; the path of the best is recorded beside them.
 BEST_FITNESS, MEAN_FITNESS, EVALUATED_SO_FAR, CUT_SHORT_SO_FAR = range(4)
 HISTORY_FIELDS = 4
 
-# Looks of a thread at a meeting point before it yields its core between two, some microseconds;
-# and before it sleeps, some hundred.
-_LOOKS, _YIELDS = 500, 700
+# Polls of a meeting point before a thread yields its core between two polls (some microseconds),
+# and before it sleeps (some hundred).
+_POLLS, _YIELDS = 500, 700
 _SLEEP_US = np.uint32(50)
 
 
 class Shared(NamedTuple):
-    """What the threads of a run share to meet after each iteration; arrays of one line of a cache.
+    """State that the threads of a run share, to meet after each iteration.
 
-    ``cursor`` is the next solution that no thread has taken, ``arrived`` the threads that wait for
-    the others, ``meetings`` how often they have met: the iterations that are complete. ``best`` is
-    the best solution, g*. Where ``ended`` is 1, all leave as soon as they can.
+    Each field is an array of one cache line. ``cursor`` is the next solution that no thread has
+    taken, ``arrived`` the number of threads that wait for the others, ``meetings`` the number of
+    complete iterations, ``best`` the best solution, g*. Once ``ended`` is 1, all threads leave.
     """
 
     cursor: Counts
@@ -68,7 +68,7 @@ class Shared(NamedTuple):
 
 
 def shared_state(best: int) -> Shared:
-    """What threads share before the first iteration."""
+    """Return the shared state before the first iteration."""
     shared = Shared(*np.zeros((5, LINE), dtype=np.int64))
     shared.best[0] = best
     return shared
@@ -95,14 +95,14 @@ def improve_share(
     pieces: Floats,
     counts: Counts,
 ) -> None:
-    """Take solutions through one iteration until none is left; several threads may do so at once.
+    """Take solutions through one iteration until none is left; several threads may run it at once.
 
     Parameters
     ----------
     p, iteration, box
         As for :func:`move`.
     two_opt : bool
-        Whether the 2-opt operator follows.
+        The 2-opt operator follows.
     shared : Shared
         The same for all threads. Each takes ``chunk`` solutions at a time, so that those whose
         2-opt ends early take more.
@@ -157,7 +157,7 @@ def note_iteration(
     history: Floats,
     leader: Floats,
 ) -> None:
-    """Find g* and write what is told of an iteration; by one thread, in the same order always."""
+    """Find g* and write the record of an iteration; for one thread, in a fixed order."""
     best = 0
     total = 0.0
     for i in range(fitness.shape[0]):
@@ -199,10 +199,10 @@ def pollinate_share(
     history: Floats,
     leaders: Floats,
 ) -> None:
-    """One thread's share of some iterations; each of them ends when all threads are there.
+    """Run one thread's share of some iterations; an iteration ends when all threads have arrived.
 
-    The last to arrive looks for g*. Who waits looks for some microseconds, then yields its core
-    between two looks, then sleeps: it is never in the way for long on a machine that is busy.
+    The last thread to arrive finds g*. A waiting thread polls for some microseconds, then yields
+    its core between polls, then sleeps, so that it holds no core for long on a busy machine.
 
     Parameters
     ----------
@@ -215,7 +215,7 @@ def pollinate_share(
     counts : (threads, 16) int64
         See :func:`improve_share`; ``thread`` is this one's row.
     history, leaders : (iterations, HISTORY_FIELDS), (iterations, n, 3) float64
-        What is told of each iteration; the path of its best.
+        The record of each iteration; the path of its best.
 
     The others are those of :func:`improve_share`.
     """
@@ -254,12 +254,12 @@ def pollinate_share(
             shared.arrived[0] = 0
             fetch_add(shared.meetings, 1)
             continue
-        looks = 0
+        polls = 0
         while read(shared.meetings) == meeting:
             if read(shared.ended):
                 return
-            looks += 1
-            if looks > _YIELDS:
+            polls += 1
+            if polls > _YIELDS:
                 sleep(_SLEEP_US)
-            elif looks > _LOOKS:
+            elif polls > _POLLS:
                 yield_core()

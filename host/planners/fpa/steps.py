@@ -108,7 +108,7 @@ def choose_step(
     solution: int,
     count: int,
 ) -> tuple[bool, int, int, float]:
-    """Whether a solution's step is global, and for a local one its two partners and epsilon."""
+    """Choose a solution's kind of step (True: global), and a local step's partners and epsilon."""
     w = words(p.seed, iteration, solution, _KIND)
     one = int(np.int64(w[2] * np.uint64(count) >> np.uint64(32)))
     other = int(np.int64(w[3] * np.uint64(count - 1) >> np.uint64(32)))
@@ -130,13 +130,13 @@ def move(
     best: int,
     box: Floats,
 ) -> float:
-    """One coordinate of a solution's candidate, clipped to the airspace.
+    """Return one coordinate of a solution's candidate, clipped to the airspace.
 
     Parameters
     ----------
     p : Pollination
     iteration, solution : int
-        Which step of whom.
+        Numbers of the step and its solution.
     coordinate : int
         From 0, three to a free waypoint: row ``1 + coordinate // 3`` of the path.
     step : tuple
@@ -162,5 +162,5 @@ def move(
 
 @inlined
 def to_beat(p: Pollination, fitness: float) -> float:
-    """What a candidate is measured against until it is given up; nothing is below 0."""
+    """Return the fitness that a candidate must exceed not to be given up; 0 lets all pass."""
     return fitness if p.give_up else 0.0

@@ -24,19 +24,19 @@ __all__ = [
 
 Counts = NDArray[np.int64]
 
-# Counters: candidates evaluated to the end, and those given up once they could not be better.
+# Counters: candidates evaluated to the end, and candidates given up before.
 EVALUATED, CUT_SHORT = 0, 1
 
 
 @inlined
 def is_two_opt(iteration: int, every: int) -> bool:
-    """Whether the 2-opt operator follows an iteration; ``every`` is 0 for never."""
+    """Return whether the 2-opt operator follows an iteration; ``every`` is 0 for never."""
     return every > 0 and iteration % every == 0
 
 
 @inlined
 def reversed_row(row: int, first: int, last: int) -> int:
-    """Where row ``row`` comes from when rows ``first`` to ``last`` are flown backwards."""
+    """Return the row that moves to ``row`` when rows ``first`` to ``last`` are reversed."""
     return first + last - row if first <= row <= last else row
 
 

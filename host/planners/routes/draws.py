@@ -1,4 +1,4 @@
-"""How crossover points and control points are drawn: anywhere, as in *cheng*, or near the best."""
+"""Draws of crossover points and control points: anywhere, as in *cheng*, or near the best."""
 
 from __future__ import annotations
 
@@ -36,18 +36,18 @@ _CURVE_SAMPLES = 101
 
 
 class Space(Protocol):
-    """Where points may be."""
+    """The space of the points."""
 
     @property
     def low(self) -> Floats:
-        """Corner of the box around it, (d,)."""
+        """The lowest corner of its box, (d,)."""
 
     @property
     def high(self) -> Floats:
-        """The opposite corner, (d,)."""
+        """The highest corner of its box, (d,)."""
 
     def is_free(self, points: Floats) -> NDArray[np.bool_]:
-        """Which of ``points``, (n, d), a path may have: (n,)."""
+        """Return which ``points``, (n, d), are free: (n,) bool."""
 
     def draw(self, rng: np.random.Generator, count: int) -> Floats:
         """Draw ``count`` free points anywhere, (count, d)."""
@@ -67,14 +67,14 @@ class Draws:
     Parameters
     ----------
     space : Space
-        Where points may be.
+        The space of the points.
     kind : str
         ``near`` or ``uniform``.
 
     Attributes
     ----------
     near : bool
-        Whether they are near.
+        True for ``near``.
 
     Raises
     ------

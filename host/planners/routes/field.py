@@ -67,7 +67,7 @@ class Segments:
 
     @staticmethod
     def joined(one: Segments, other: Segments) -> Segments:
-        """The segments of ``one``, then those of ``other``."""
+        """Return the segments of ``one``, then those of ``other``."""
         return Segments(
             np.concatenate((one.control, other.control)),
             np.concatenate((one.counts, other.counts)),
@@ -75,7 +75,7 @@ class Segments:
         )
 
     def take(self, which: Sequence[int] | Ints) -> Segments:
-        """The segments at some indices."""
+        """Return the segments at some indices."""
         rows = np.asarray(which, dtype=np.int64)
         return Segments(self.control[rows], self.counts[rows], self.terms[rows])
 
@@ -101,8 +101,8 @@ class Graph:
     """Every segment of a generation: the fitness matrix of section IV as a list.
 
     Start and goal are the points 0 and 1. No segment leads to the start, leaves the goal or has no
-    displacement. Where a segment was kept, others connect the same points: whoever chooses a route
-    takes the fitter.
+    displacement. A kept segment has rivals between the same points; a choice of a route takes
+    the fitter one.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ class Graph:
     segments: Segments
 
     def extended(self, tails: Ints, heads: Ints, segments: Segments) -> Graph:
-        """The same graph with further segments."""
+        """Return the graph with further segments."""
         return Graph(
             self.points,
             np.concatenate((self.tails, tails)),
@@ -129,7 +129,7 @@ class Graph:
         )
 
     def route(self, edges: Sequence[int] | Ints) -> Route:
-        """The route along some segments, the first of which leaves the start."""
+        """Return the route along some segments, the first of which leaves the start."""
         order = np.asarray(edges, dtype=np.int64)
         at = np.concatenate(([START], self.heads[order]))
         return Route(self.points[at], self.segments.take(order))
@@ -143,16 +143,16 @@ class Field(Protocol):
         """Start and goal, (2, d) float64."""
 
     def measure(self, control: Floats, counts: Ints) -> Floats:
-        """The terms of segments, (m, t), of their control points (m, 10, d) and numbers (m,)."""
+        """Return the terms of segments, (m, t), by control points (m, 10, d) and counts (m,)."""
 
     def costs(self, terms: Floats) -> Floats:
-        """What segments of these terms, (m, t), cost by themselves: (m,), smaller is better."""
+        """Return the costs of single segments with these terms, (m, t): (m,), smaller is better."""
 
     def best_routes(self, graph: Graph) -> list[Ints]:
-        """The deterministic crossover: the segments of the best route, or of a few candidates."""
+        """Return the segments of the best route, or of a few candidates (crossover)."""
 
     def worth(self, routes: Sequence[Route]) -> Floats:
-        """Fitness of whole routes, (m,) float64 above 0, larger is better."""
+        """Return the fitness of whole routes, (m,) float64 above 0, larger is better."""
 
 
 def check_reading(reading: str) -> None:

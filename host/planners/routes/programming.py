@@ -239,9 +239,9 @@ def dominated(
     rate: float,
     stage: int,
 ) -> bool:
-    """Whether a label of the list from ``newest`` on is as good in all terms as a new one.
+    """Return whether a label of the list from ``newest`` on is at least as good in all terms.
 
-    Labels from ``stage`` on are of the new one's own stage, and no longer count if it is as good.
+    Labels from ``stage`` on belong to the new label's stage; those that it dominates are removed.
     """
     other = newest
     while other >= 0:

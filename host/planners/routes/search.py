@@ -49,14 +49,14 @@ _FEWEST_CHROMOSOMES, _MOST_CHROMOSOMES = 2, 10_000
 
 @dataclass(frozen=True)
 class Generation:
-    """What a generation left.
+    """The result of a generation.
 
     Parameters
     ----------
     best : Route
         The survivor.
     fitness : ndarray
-        Of all whole routes that were compared, (m,) float64.
+        Fitness of all whole routes that were compared, (m,) float64.
     """
 
     best: Route
@@ -95,12 +95,12 @@ class _Survivor:
 
     @property
     def places(self) -> Ints:
-        """Where the points of the route are among those of the next graph, in its order."""
+        """Indices of the route's points in the next graph, in the order of the route."""
         assert self.route is not None
         return np.array([START, *range(GOAL + 1, GOAL + len(self.route.points) - 1), GOAL])
 
     def next_graph(self) -> Graph:
-        """Add crossover points and connect any two; of the survivor, old and new segments."""
+        """Add crossover points and connect any two points; the survivor keeps its segments, too."""
         added = self.draws.points(self.rng, self._added, self.route)
         own = added[:0] if self.route is None else self.route.points[1:-1]
         points = np.concatenate((self.field.ends, own, added))

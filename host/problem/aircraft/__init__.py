@@ -20,7 +20,7 @@ _OPTIONAL = ("fuel_weight_N", "lift_coefficient_max", "engine_power_W", "max_spe
 
 @dataclass(frozen=True, kw_only=True)
 class Aircraft:
-    """What the evaluation, and a reader of a report, needs to know of an aircraft.
+    """An aircraft: the parameters that the evaluation and the reports use.
 
     Parameters
     ----------

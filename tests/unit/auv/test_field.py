@@ -1,4 +1,4 @@
-"""What segments and routes are worth, against SciPy's splines and plain NumPy."""
+"""Terms of segments and routes, against SciPy's splines and plain NumPy."""
 
 import math
 

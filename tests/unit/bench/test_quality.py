@@ -1,4 +1,4 @@
-"""What the benchmark of quality compares, and its statistics."""
+"""The entrants of the benchmark of quality, and its statistics."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What the bands are made of."""
+"""The bands of convergence."""
 
 import numpy as np
 import pytest

@@ -16,7 +16,7 @@ def tasks_of(entrants, seeds):
 
 
 def found(outcomes):
-    """What does not depend on where it was run."""
+    """Return the parts of an outcome that do not depend on the process."""
     outcomes = list(outcomes)
     assert not [outcome.failure for outcome in outcomes if outcome.failure]
     return {

@@ -1,4 +1,4 @@
-"""What is kept of compiled kernels, and when it is out of date."""
+"""The cache of compiled kernels, and when it is out of date."""
 
 import importlib.util
 import sys

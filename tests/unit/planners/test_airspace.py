@@ -1,4 +1,4 @@
-"""Where waypoints may be."""
+"""The airspace."""
 
 from types import SimpleNamespace
 
@@ -83,5 +83,8 @@ def test_refuses_a_map_without_free_ground(make_evaluator):
         goal=problem.goal,
         nofly_raster=np.ones((41, 61), dtype=bool),
     )
-    with pytest.raises(InputError, match=r"^Nothing of the map is free to fly over; lessen the "):
+    with pytest.raises(
+        InputError,
+        match=r"^No flyable cell: reduce the no-fly zones or fill the voids with --fill-voids\.$",
+    ):
         Airspace(everywhere)

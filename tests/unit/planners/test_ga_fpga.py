@@ -153,7 +153,10 @@ def test_refuses_a_map_without_a_free_cell(make_evaluator):
     evaluator = make_evaluator(zones=())
     grid = ChipMap(Config(), evaluator.problem)
     grid.heights[:] = Config().blocked_altitude
-    with pytest.raises(InputError, match=r"^Nothing of the map is free to fly over; lessen the "):
+    with pytest.raises(
+        InputError,
+        match=r"^No flyable cell: reduce the no-fly zones or fill the voids with --fill-voids\.$",
+    ):
         draw_paths(grid, Config(), np.random.default_rng(0), 32)
 
 

@@ -159,7 +159,7 @@ def test_planners_start_there(evaluator, name):
 
 @pytest.mark.parametrize(("waypoints", "most"), [(None, 16), (6, 6), (20, 20)])
 def test_waypoints_of_a_fixed_number(evaluator, waypoints, most):
-    """What was found may have less, and is flown as it was found."""
+    """A path found may have fewer waypoints, and is flown as found."""
     planner = FlowerPollinationPlanner(init="astar", waypoints=waypoints)
     result = planner.plan(evaluator, Options(generations=2, population=24))
     lengths = {len(path) - 2 for _, path in result.archive}

@@ -1,4 +1,4 @@
-"""How points and segments are drawn."""
+"""Draws of points and segments."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Verilog of every top and unit: the text that simulations, boards and synthesis all use.
+"""Export of Verilog: the text that simulations, boards and synthesis all use.
 
 ``python -m hdl.verilog FOLDER`` writes those of :data:`SHIPPED`.
 """
@@ -92,7 +92,7 @@ def write_shipped(folder: Path, config: Config) -> list[Path]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write what the command line says; returns the exit status."""
+    """Write the folder that the command line names; return the exit status."""
     parser = argparse.ArgumentParser(prog="python -m hdl.verilog", description=__doc__)
     parser.add_argument("folder", metavar="FOLDER", type=Path, help="is made if it is missing")
     folder = parser.parse_args(arguments).folder

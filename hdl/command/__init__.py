@@ -1,1 +1,1 @@
-"""What the receiving unit does with the payload of each command, one unit per kind."""
+"""Command units: receiver, decoder, a parser for each kind of payload, and transmitter."""

@@ -1,4 +1,4 @@
-"""Takes the cells of a MAP."""
+"""Parser of the cells of a MAP."""
 
 from math import gcd
 
@@ -18,12 +18,13 @@ __all__ = ["CellParser"]
 class CellParser(wiring.Component):
     """Writes the cells of a rectangle, row by row from its south-western cell.
 
-    ``gcd(8, altitude_bits)`` bits are taken a clock, and a clock more for each cell: 4 clocks for a
-    cell of 12 bits, 15 times what the shortest divisor brings over the line. It is over when the
-    checker takes writes again after the last cell: from then on the map is as the command says.
+    The parser takes ``gcd(8, altitude_bits)`` bits in a cycle, and one more cycle for each cell: 4
+    cycles for a cell of 12 bits, 15 times as fast as the line with its shortest divisor. It is done
+    when the checker accepts writes again after the last cell: from then on the map is as the
+    command says.
 
-    A cell is held back until the next one is there, so that the checker is told of the last cell of
-    a request that is too short, too, which is then refused; as is one that is too long.
+    A cell is held until the next cell is complete, so that the last cell is marked even in a
+    request that is too short. A request that is too short or too long is refused.
 
     Parameters
     ----------
@@ -36,8 +37,8 @@ class CellParser(wiring.Component):
     rectangle : In(struct of map_request)
         South-western cell and size; it lies on the map.
     writes : Out(stream of x, y, altitude, last)
-        Cells for the checker; registers. Not ready after a ``last`` one until it has been worked
-        in.
+        Cells for the checker; registers. After the ``last`` cell, not ready until the checker has
+        applied the rectangle.
     """
 
     def __init__(self, config: Config):
@@ -57,13 +58,13 @@ class CellParser(wiring.Component):
         config = self.config
         step = gcd(8, config.altitude_bits)
 
-        # A byte, and a cell that is filled from it.
+        # A byte, and the cell that it fills.
         byte = Signal(8)
-        left = Signal(range(8 // step + 1))  # Steps of the byte.
+        left = Signal(range(8 // step + 1))  # Steps left in the byte.
         cell = Signal(config.altitude_bits)
         steps = config.altitude_bits // step
         missing = Signal(range(steps + 1), init=steps)
-        # Where the next cell goes: from the rectangle's first one, and what is left.
+        # Place of the next cell in the rectangle.
         column = Signal(config.coordinate_bits)
         row = Signal(config.coordinate_bits)
         complete = Signal()  # The last cell of the rectangle is held.
@@ -77,10 +78,10 @@ class CellParser(wiring.Component):
         full = Signal()
         move = Signal()
         exhausted = Signal()
-        due = Signal()  # The cell may go with the next clock.
+        due = Signal()  # The cell may go in the next cycle.
         leaves = Signal()
         load = Signal()
-        offered = Signal()  # Or passed over, when repeated.
+        offered = Signal()  # Or discarded, when repeated.
         settling = Signal()
         m.d.comb += [
             last_column.eq(self.rectangle.width - 1),
@@ -144,7 +145,7 @@ class CellParser(wiring.Component):
                 settling.eq(0),
             ]
 
-        # A byte of which nothing went into the rectangle is one too many.
+        # A byte is surplus if none of its bits went into the rectangle.
         surplus = ~self.ended | (left == 8 // step)
         m.d.comb += [
             self.done.eq(self.on & settling & (self.repeated | self.writes.ready)),

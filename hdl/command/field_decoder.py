@@ -1,4 +1,4 @@
-"""What the fixed fields of a request say, and whether they are right."""
+"""Decoder of the fixed fields of a request, which also checks their values."""
 
 from amaranth import *
 from amaranth.lib import data, wiring
@@ -25,12 +25,12 @@ from hdl.protocol import (
 
 __all__ = ["FieldDecoder", "payload_commands", "request_fields"]
 
-#: Commands of which more follows; all others end with their fixed fields.
+#: Commands with a payload after the fixed fields; all others end with their fixed fields.
 FOLLOWED = (Command.WRITE, Command.GENERATE, Command.MAP, Command.CHECK)
 
 
 def request_fields(config: Config) -> dict[Command, Layout]:
-    """Return the fields at the start of every request that has a number, by its command."""
+    """Return the fixed fields of every numbered request of the chip, by its command."""
     fields = {
         Command.STATUS: Layout(()),
         Command.COUNTERS: Layout(()),
@@ -40,7 +40,7 @@ def request_fields(config: Config) -> dict[Command, Layout]:
         fields |= {
             Command.START: start_request(config),
             Command.WRITE: write_request(config),
-            # Of a GENERATE, what it has in all modes.
+            # The fields that a GENERATE has in all modes.
             Command.GENERATE: Layout((("mode", 8),)),
             Command.READ: read_request(config),
         }
@@ -61,9 +61,10 @@ def payload_commands(config: Config) -> list[Command]:
 
 
 class FieldDecoder(wiring.Component):
-    """Reads the fixed fields of a request.
+    """Decodes and checks the fixed fields of a request.
 
-    ``status`` follows its inputs two clocks later, ``checks`` one, all else at once.
+    ``status`` follows its inputs 2 cycles later, ``checks`` 1 cycle later; all other outputs are
+    combinational.
 
     Parameters
     ----------
@@ -76,24 +77,24 @@ class FieldDecoder(wiring.Component):
     byte, take : In(8), In(1)
         A byte of its fields, taken in the cycles in which ``take`` is high.
     ended : In(1)
-        Nothing follows.
+        The last byte of the request has been taken.
     checked : In(9)
-        Paths of the latest check, whose results can be asked for.
+        Paths of the latest check, whose results may be requested.
     status : Out(8)
-        :class:`hdl.protocol.Status`: OK, or what is wrong with the fields.
+        :class:`hdl.protocol.Status`: OK, or the error of the fields.
     kind, slot, count : Out
-        How to answer, if nothing is wrong with the rest: see
+        Answer to the request if its payload is right: see
         :data:`hdl.command.layouts.answer_layout`.
     start : Out(start_layout)
         Fields of a START.
     write_slot : Out(8)
         Slot of a WRITE.
     identity : Out(1)
-        A GENERATE brings no order of the slots.
+        A GENERATE carries no order of the slots.
     rectangle : Out(struct of map_request)
         Fields of a MAP.
     checks : Out(check_layout)
-        What a CHECK or CHECK_PATHS asks for. Of these, what no command asks for is 0.
+        Check that a CHECK or CHECK_PATHS asks for. Outputs that no command of the chip sets are 0.
     """
 
     def __init__(self, config: Config):
@@ -165,7 +166,7 @@ class FieldDecoder(wiring.Component):
             Command.CHECK_PATHS: self._judge_check_paths,
             Command.RESULTS: self._judge_results,
         }
-        # First what each command makes of the fields, then what the one at hand does.
+        # Every command judges the fields; the code chooses the verdict in the next cycle.
         wrong = {command: Signal(name=f"{command.name.lower()}_wrong") for command in judges}
         followed = Signal()
         m.d.sync += [self.status.eq(Status.OK), followed.eq(0)]
@@ -189,7 +190,7 @@ class FieldDecoder(wiring.Component):
         start = 8 * (self.size - layout.size)
         return data.View(struct(layout), self._packed[start : start + layout.bits])
 
-    # Each sets how to answer, and returns whether a value is out of its range.
+    # Each method sets the answer and returns a condition: a value is out of its range.
 
     def _judge_status(self, m):
         m.d.comb += self.kind.eq(AnswerKind.STATUS)

@@ -1,4 +1,4 @@
-"""What goes in and out of the units that take commands and give answers."""
+"""Layouts and members that the command units share."""
 
 from amaranth.lib import data, enum, stream
 from amaranth.lib.wiring import In, Out
@@ -11,7 +11,7 @@ __all__ = [
     "request_layout",
 ]
 
-#: One byte of a request's or an answer's body.
+#: One byte of the body of a request or an answer.
 request_layout = data.StructLayout({"data": 8, "last": 1, "plain": 1})
 
 
@@ -31,13 +31,13 @@ class AnswerKind(enum.Enum, shape=4):
     RECIPE = 7
     #: Totals of the latest check.
     TOTALS = 8
-    #: The same, then the results of all its paths.
+    #: The totals, then the results of all its paths.
     CHECKED = 9
     #: Results of ``count`` of its paths from ``slot``.
     RESULTS = 10
 
 
-#: What the transmitting unit needs to know to answer.
+#: Answer that the transmitter is to send.
 answer_layout = data.StructLayout(
     {
         "kind": AnswerKind,
@@ -52,20 +52,20 @@ answer_layout = data.StructLayout(
 
 
 def payload_members() -> dict:
-    """Members of every unit that takes what follows the fixed fields of a request.
+    """Return the members that every parser of a payload has.
 
     on : In(1)
-        Its command is being taken, and the fixed fields are steady. While it is low, the unit is
-        as after reset.
+        The command of the parser is being taken, and the fixed fields are steady. While ``on`` is
+        low, the parser is in its reset state.
     repeated : In(1)
-        The command has been executed already: nothing may change. Steady while ``on``.
+        The command has been executed before: nothing may change. Steady while ``on``.
     bytes : In(stream.Signature(8))
-        The rest of the payload.
+        Payload after the fixed fields.
     ended : In(1)
-        The last byte of the request has been taken; high from the first clock if nothing follows.
+        The last byte of the request has been taken; high from the first cycle if there is no
+        payload.
     done : Out(1)
-        The unit has settled what it makes of the request. If bytes are left, ``status`` is an
-        error.
+        The parser has judged the request. If bytes are left, ``status`` is an error.
     status : Out(8)
         :class:`hdl.protocol.Status` of the request; valid with ``done``.
     """

@@ -1,4 +1,4 @@
-"""Takes the paths of a WRITE."""
+"""Parser of the paths of a WRITE."""
 
 from amaranth import *
 from amaranth.lib import stream, wiring
@@ -17,8 +17,8 @@ __all__ = ["PathParser"]
 class PathParser(wiring.Component):
     """Writes paths into consecutive slots.
 
-    It is over in the clock after the last waypoint was written. Paths of a wrong length, or past
-    the last slot, are refused; waypoints before what is wrong have been written by then.
+    The parser is done in the cycle after the last waypoint is written. Paths of a wrong length, or
+    past the last slot, are refused; the waypoints before the error have been written by then.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class PathParser(wiring.Component):
     on, repeated, bytes, ended, done, status
         See :func:`hdl.command.layouts.payload_members`.
     slot : In(8)
-        The first slot; steady from the clock before ``on``.
+        The first slot; steady from the cycle before ``on``.
     writes : Out(stream of slot, index, waypoint, last)
         Waypoints for the present population; ``valid`` is a register.
     """
@@ -53,7 +53,7 @@ class PathParser(wiring.Component):
         word = words.words
         connect(m, flipped(self.bytes), words.bytes)
 
-        # No reset: `on` is low then.
+        # No reset is needed: `on` is low after a reset, and clears them.
         slot = Signal(9, reset_less=True)  # Of this path.
         index = Signal(range(config.max_waypoints + 1), reset_less=True)
         any_word = Signal(reset_less=True)

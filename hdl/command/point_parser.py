@@ -1,4 +1,4 @@
-"""Takes the points of a CHECK."""
+"""Parser of the points of a CHECK."""
 
 from amaranth import *
 from amaranth.lib import stream, wiring
@@ -15,10 +15,10 @@ __all__ = ["PointParser"]
 
 
 class PointParser(wiring.Component):
-    """Hands on the points of one path, of which there are 2 to ``max_waypoints + 2``.
+    """Passes on the points of one path, 2 to ``max_waypoints + 2`` of them.
 
-    It is over in the clock after the last point was taken. Any other number of points is refused;
-    those before what is wrong have been handed on by then.
+    The parser is done in the cycle after the last point is accepted. Any other number of points is
+    refused; the points before the error have been passed on by then.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class PointParser(wiring.Component):
     on, repeated, bytes, ended, done, status
         See :func:`hdl.command.layouts.payload_members`.
     points : Out(stream of x, y, altitude, last)
-        At most as many as a path may have, and none after a ``last`` one; ``valid`` is a register.
+        At most as many as a path may have, and none after the ``last``; ``valid`` is a register.
     """
 
     def __init__(self, config: Config):

@@ -1,4 +1,4 @@
-"""Takes the order of the slots of a GENERATE."""
+"""Parser of the order of the slots of a GENERATE."""
 
 from amaranth import *
 from amaranth.lib import stream, wiring
@@ -14,9 +14,9 @@ __all__ = ["RankingParser"]
 
 
 class RankingParser(wiring.Component):
-    """Hands the order of the slots to the core, and waits until it has been worked in.
+    """Passes the order of the slots to the core, and waits until the core has applied it.
 
-    A byte is taken every second clock, as long as the core takes ranks. An order that is no
+    The parser takes a byte every second cycle while the core accepts ranks. An order that is not a
     permutation of the slots is refused.
 
     Parameters
@@ -28,11 +28,11 @@ class RankingParser(wiring.Component):
     on, repeated, bytes, ended, done, status
         See :func:`hdl.command.layouts.payload_members`.
     identity : In(1)
-        Nothing follows: the slots are in order already.
+        There is no payload: the slots are in order already.
     ranking : Out(stream of rank, slot)
         The slots from the best path to the worst; registers.
     ranked : In(1)
-        The core has worked the ranking in.
+        The core has applied the ranking.
     """
 
     def __init__(self, config: Config):
@@ -57,7 +57,7 @@ class RankingParser(wiring.Component):
         seen = Signal(config.population)
         too_high = Signal()
         bad_value = Signal()
-        fresh = Signal()  # A slot has come, and has not been looked at.
+        fresh = Signal()  # A slot has come and is not checked yet.
         complete = Signal()
         idle = Signal()
         take = Signal()

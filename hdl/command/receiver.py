@@ -1,4 +1,4 @@
-"""Receiving unit: takes one request and hands it to the core or to the checker."""
+"""Command receiver: takes one request at a time and feeds the core or the checker."""
 
 from amaranth import *
 from amaranth.lib import stream, wiring
@@ -45,19 +45,20 @@ class _Request:
 
 
 class CommandReceiver(wiring.Component):
-    """Takes requests apart, by the rules of :mod:`hdl.protocol`.
+    """Takes requests and judges them by the rules of :mod:`hdl.protocol`.
 
-    Turned on with a request waiting, it takes one byte a clock, but for what the units of
-    :mod:`hdl.command` say of ranks, waypoints and cells. It is over at most 6 clocks after the
-    last byte; with a GENERATE or a MAP, when the core or the checker is ready for what follows.
-    Whatever the request holds, all of it is taken and the unit ends. ``valid`` of every stream
-    out of here is a register.
+    The receiver reads the header, compares it with the open session and the expected sequence
+    number, collects the fixed fields, has them decoded, and hands the payload to the parser of the
+    command. It is turned on while a request is pending and takes one byte per cycle; the parsers
+    say where ranks, waypoints and cells take more. It is done at most 6 cycles after the last byte;
+    after a GENERATE or a MAP, when the core or the checker is ready again. Whatever the request
+    holds, the receiver takes all of it and is done. ``valid`` of every output stream is a register.
 
-    A refused WRITE may have changed the slots it names, whose lengths stay within the limits, and a
-    MAP of a wrong length cells of its rectangle.
+    A refused WRITE may have changed the slots it names, whose lengths stay within the limits; a
+    refused MAP of a wrong length may have changed cells of its rectangle.
 
     Source: *allaire-2008*, section 4.3. Differs: the sequence numbers, and the order of the slots
-    in place of the population itself.
+    instead of the population itself.
 
     Parameters
     ----------
@@ -66,13 +67,13 @@ class CommandReceiver(wiring.Component):
     Members
     -------
     on, done : In(1), Out(1)
-        Hand-over with the control unit. ``done`` lasts while it waits to be turned off.
+        Handshake with the control unit. ``done`` stays high until the receiver is turned off.
     pending : Out(1)
-        A request waits.
+        A request is waiting.
     requests : In(stream of request_layout)
         Bodies of undamaged frames, without CRC.
     answer : Out(answer_layout)
-        How to answer; steady from ``done`` to the next ``on``.
+        Answer to the request; steady from ``done`` to the next ``on``.
     session : Out(8)
         The open session.
     line_errors : In(4)
@@ -83,30 +84,30 @@ class CommandReceiver(wiring.Component):
     Only where ``config`` has a genetic core:
 
     generate : Out(1)
-        With ``done``: a generation is to run before the answer.
+        Valid with ``done``: a generation is to run before the answer.
     start_requests : Out(stream of seed, x, y, altitude, avoid_ground)
         Seed of the random source, limits of new waypoints.
     writes : Out(stream of slot, index, waypoint, last)
-        Waypoints for the present population.
+        Waypoints for the current population.
     ranking : Out(stream of rank, slot)
         The slots from the best path to the worst.
     ranked : In(1)
-        The core has worked the ranking in.
+        The core has applied the ranking.
 
     Only where ``config`` has a checker:
 
     cells : Out(stream of x, y, altitude, last)
         Cells of the map; see :class:`hdl.command.cell_parser.CellParser`.
     forget : Out(1)
-        A check has come in: points handed on before and not checked are void.
+        A check has come in: points passed on before and not yet checked are to be discarded.
     points : Out(stream of x, y, altitude, last)
-        Those of one path.
+        Points of one path.
     check : Out(1)
-        With ``done``: ``checks`` is to be done before the answer.
+        Valid with ``done``: ``checks`` is to be executed before the answer.
     checks : Out(check_layout)
         Steady from ``done`` to the next ``on``.
     checked : In(9)
-        Paths of the latest check, whose results can be asked for.
+        Paths of the latest check, whose results may be requested.
     """
 
     def __init__(self, config: Config):

@@ -1,4 +1,4 @@
-"""Header and fields of the answers, a word at a time."""
+"""Header and fields of the answers as a sequence of words."""
 
 from functools import reduce
 from operator import or_
@@ -12,40 +12,40 @@ from hdl.command.layouts import AnswerKind
 
 __all__ = ["WORD_BYTES", "ReplyWords"]
 
-#: Bytes of a word: a counter, so that none is ever sent half old, half new.
+#: Bytes of a word: the width of a counter, so that every counter is read in one cycle.
 WORD_BYTES = 6
-#: Words that are put together in the first step.
+#: Words that the first stage combines.
 _GROUP = 8
 
 
 class ReplyWords(wiring.Component):
-    """Gives the words of an answer one after the other.
+    """Presents the words of an answer one after the other.
 
-    The words are many and come from all over the chip. Which of them it is therefore walks along a
-    register of one bit a word, and they are put together in two steps with a register after each.
+    The words are many, and their sources are spread over the chip. A shift register with one bit
+    per word therefore chooses the word, and two registered stages combine the candidates.
 
     Parameters
     ----------
     header : Value
         First word of every answer.
     replies : dict of tuple of AnswerKind to Value
-        Fields of all kinds of answers that have any. Both are whole bytes.
+        Fields of the answers, by kind. Header and fields are whole bytes.
 
     Members
     -------
     kind : In(AnswerKind)
-        Steady from 2 clocks before ``word`` is used.
+        Steady from 2 cycles before ``word`` is used.
     begin : In(1)
         Go to the header.
     next : In(1)
-        Go to the next word. There is ``begin`` before any, after a reset, too.
+        Go to the next word. ``begin`` comes before the first ``next``, after a reset, too.
     word : Out(48)
-        Its bytes, the first lowest, then zeros. It is there 3 clocks after ``begin`` or ``next``,
-        and follows what it is made of 2 clocks later.
+        Bytes of the word, the first lowest, then zeros. The word is valid 3 cycles after ``begin``
+        or ``next``, and follows its sources 2 cycles later.
     size : Out(3)
-        Bytes of it, there as soon as the word; so is
+        Bytes of the word, valid with it.
     final : Out(1)
-        It is the last of its kind.
+        The word is the last of its kind of answer; valid with it.
     """
 
     def __init__(self, header: Value, replies: dict[tuple[AnswerKind, ...], Value]):
@@ -74,7 +74,7 @@ class ReplyWords(wiring.Component):
         m = Module()
 
         chosen = Signal(len(self._words), init=1, reset_less=True)
-        bare = Signal()  # The header is all.
+        bare = Signal()  # The answer is a header only.
         with m.If(self.begin):
             m.d.sync += chosen.eq(1)
         with m.Elif(self.next):

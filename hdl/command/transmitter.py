@@ -1,4 +1,4 @@
-"""Transmitting unit: sends one answer."""
+"""Reply transmitter: sends one answer at a time."""
 
 from amaranth import *
 from amaranth.lib import data, enum, stream, wiring
@@ -26,7 +26,7 @@ __all__ = ["ReplyTransmitter"]
 
 
 class _After(enum.Enum, shape=3):
-    """What follows the bytes at hand."""
+    """Next part of the answer, after the bytes in the register."""
 
     NOTHING = 0
     FIELDS = 1
@@ -36,17 +36,17 @@ class _After(enum.Enum, shape=3):
 
 
 class ReplyTransmitter(wiring.Component):
-    """Sends the answer that the receiving unit has settled, as a body without CRC.
+    """Sends the answer that the command receiver has chosen, as a body without CRC.
 
-    The first byte is offered 3 clocks after the unit is turned on, then a byte a clock while
-    ``replies`` is ready, with a clock before each six bytes of fields and before each waypoint.
-    Registers on the chip are read as their turn comes, six bytes in one clock, so that a counter
-    that counts on is whole. That of the bytes sent is copied when the unit is turned on: it does
-    not count the answer that it is in. Paths follow as the core reads them out, results of a check
-    as they are served. A recipe waits for the CRC of the population, a clock per waypoint and a few
-    more.
+    The first byte is offered 3 cycles after the transmitter is turned on, then one byte per cycle
+    while ``replies`` is ready, with one more cycle before every six bytes of fields and before each
+    waypoint. Registers of the chip are read when their turn comes, six bytes in one cycle, so that
+    a running counter is consistent. The counter of bytes sent is copied when the transmitter is
+    turned on: it does not include the present answer. Paths follow as the core reads them, results
+    of a check as the result store serves them. A recipe waits for the CRC of the population, one
+    cycle per waypoint and a few more.
 
-    Source: *allaire-2008*, section 4.7. Differs: only what the host asked for is sent.
+    Source: *allaire-2008*, section 4.7. Differs: only what the host requested is sent.
 
     Parameters
     ----------
@@ -55,9 +55,9 @@ class ReplyTransmitter(wiring.Component):
     Members
     -------
     on, done : In(1), Out(1)
-        Hand-over with the control unit.
+        Handshake with the control unit.
     answer : In(answer_layout)
-        What to answer.
+        Answer to send.
     session : In(8)
         The open session, for ``INFO``.
     status, counters : In
@@ -68,11 +68,11 @@ class ReplyTransmitter(wiring.Component):
     Only where ``config`` has a genetic core:
 
     recipe, survivors : In
-        Further registers, laid out as in the replies; ``recipe`` is without its checksum.
+        Further registers, laid out as in the replies; ``recipe`` lacks its checksum.
     reads : Out(stream of slot, count)
-        Slots to read out.
+        Slots to read.
     waypoints : In(stream of waypoint, last, final)
-        Their waypoints. ``last`` ends a path, ``final`` the last path.
+        Waypoints of these slots. ``last`` ends a path, ``final`` the last path.
 
     Only where ``config`` has a checker:
 
@@ -133,13 +133,13 @@ class ReplyTransmitter(wiring.Component):
             self._replies(self._counters(m), checksum),
         )
 
-        # The bytes that go out, and what comes after them.
+        # The bytes that go out, and the part of the answer after them.
         word = Signal(8 * WORD_BYTES, reset_less=True)
         left = Signal(range(WORD_BYTES + 1))
         after = Signal(_After)
         m.d.comb += [fields.kind.eq(answer.kind), self.replies.p.plain.eq(answer.plain)]
 
-        # Steady from the clock after `on`.
+        # Steady from the cycle after `on`.
         after_fields = Signal(_After)
         m.d.sync += after_fields.eq(_After.NOTHING)
         with m.Switch(answer.kind):
@@ -168,7 +168,7 @@ class ReplyTransmitter(wiring.Component):
             with m.State("Choose"):
                 m.next = "Fields"
 
-            # What is sent before takes longer than the next word.
+            # The next word is ready before the bytes of this one are sent.
             with m.State("Fields"):
                 m.d.comb += fields.next.eq(1)
                 m.d.sync += [
@@ -206,7 +206,7 @@ class ReplyTransmitter(wiring.Component):
                 self._serve_results(m)
 
             with m.State("Done"):
-                # So that the next header is there even if it is soon asked for.
+                # The next header is ready even if the next answer comes soon.
                 m.d.comb += [self.done.eq(1), fields.begin.eq(1)]
                 with m.If(~self.on):
                     m.next = "Off"
@@ -214,7 +214,7 @@ class ReplyTransmitter(wiring.Component):
         return m
 
     def _counters(self, m):
-        """Return the counters as they go out."""
+        """Return the counters in the order of the reply."""
         was_on = Signal()
         bytes_sent = Signal.like(self.counters.bytes_sent, reset_less=True)
         m.d.sync += was_on.eq(self.on)
@@ -252,10 +252,10 @@ class ReplyTransmitter(wiring.Component):
         }
 
     def _read_out(self, m, checksum, word, left, after):
-        """Add the states in which waypoints come, for the checksum or to be sent."""
+        """Add the states in which waypoints are read, for the checksum or to be sent."""
         config, answer, waypoint = self.config, self.answer, self.waypoints.p
         m.submodules.checksum = unit = CRC32_ISO_HDLC(data_width=8 * config.waypoint_bytes).create()
-        summing = Signal()  # The waypoints read out are for the checksum,
+        summing = Signal()  # The waypoints read are for the checksum,
         summed = Signal()  # and one of them is in the word.
         m.d.comb += [
             unit.start.eq(~summing),

@@ -1,4 +1,4 @@
-"""Puts waypoints together from the bytes of the link."""
+"""Assembler of waypoints from the bytes of the link."""
 
 from amaranth import *
 from amaranth.lib import data, stream, wiring
@@ -9,10 +9,10 @@ __all__ = ["WaypointAssembler"]
 
 
 class WaypointAssembler(wiring.Component):
-    """Bytes in, waypoints out: a byte a clock, and two clocks for each waypoint.
+    """Assembles waypoints from bytes: one cycle per byte, and two more for each waypoint.
 
-    In the first of them the user says whether the waypoint is wrong, in the second it is offered,
-    so that the way of ``valid`` begins at a register.
+    In the first of these two cycles the user says whether the waypoint is wrong, in the second one
+    the waypoint is offered, so that ``valid`` is a register.
 
     Parameters
     ----------
@@ -22,23 +22,23 @@ class WaypointAssembler(wiring.Component):
     Members
     -------
     on : In(1)
-        While low, the unit is as after reset.
+        While low, the unit is in its reset state.
     bytes : In(stream.Signature(8))
         Whole bytes of each waypoint, lowest first; ``last`` is the bit above its ``waypoint_bits``.
     partial : Out(1)
-        Bytes of a waypoint have come, but not all of them.
+        Some bytes of a waypoint have come, but not all.
     busy : Out(1)
-        A waypoint is complete, and has not gone.
+        A waypoint is complete and has not been passed on.
     judge : Out(1)
-        For one clock, the first of ``busy``: ``wrong`` is looked at.
+        High for one cycle, the first of ``busy``: ``wrong`` is sampled.
     wrong : In(1)
-        The waypoint goes at once, without being offered.
+        The waypoint is discarded.
     repeated : In(1)
         No waypoint is offered. Steady while ``on``.
     words : Out(stream of waypoint, last)
         The payload is steady while ``busy``.
     passes : Out(1)
-        A waypoint that is not wrong goes, offered or not.
+        A waypoint that is not wrong leaves, whether it was offered or ``repeated``.
     """
 
     def __init__(self, waypoint_bits: int):

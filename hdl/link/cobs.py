@@ -15,10 +15,10 @@ _FULL = 0xFF
 
 
 class CobsDecoder(wiring.Component):
-    """Decodes frames, one byte per clock.
+    """Decodes frames, one byte per cycle.
 
-    What an encoded byte means is decoded 1 clock later. Frames without a byte are passed over.
-    Every sequence of bytes is decoded; the first delimiter ends whatever it was.
+    An encoded byte is decoded 1 cycle later. Empty frames are skipped. Every sequence of bytes can
+    be decoded; the first delimiter ends any frame.
 
     Source: S. Cheshire and M. Baker, "Consistent Overhead Byte Stuffing", IEEE/ACM Transactions on
     Networking 7(2), 1999, section II.
@@ -28,9 +28,9 @@ class CobsDecoder(wiring.Component):
     encoded : In(stream.Signature(8))
         Bytes off the line, delimiters included. Always ready.
     decoded : Out(stream.Signature({"data": 8, "delimiter": 1, "broken": 1}, always_ready=True))
-        Decoded bytes; after those of each frame, a transfer with ``delimiter`` and no data, in
-        which ``broken`` tells that a zero stood inside a block. At least 2 clocks pass between
-        that and the first byte of the next frame.
+        Decoded bytes; after the bytes of each frame, a transfer with ``delimiter`` and no data, in
+        which ``broken`` marks a zero inside a block. At least 2 cycles pass between this transfer
+        and the first byte of the next frame.
     inside : Out(1)
         A frame has begun and not ended.
     """
@@ -86,18 +86,18 @@ class CobsDecoder(wiring.Component):
 class CobsEncoder(wiring.Component):
     """Encodes frames of any length, each followed by a delimiter.
 
-    A block can be sent when its length is known, that is when it is complete; a buffer of two
-    whole blocks lets one be filled while the other is sent. The code is the shortest: no empty
-    block follows a full one that ends its frame.
+    The code of a block is its length, so a block can be sent only when it is complete. The buffer
+    holds two whole blocks: one is filled while the other is sent. The encoding is the shortest one:
+    no empty block follows a full block that ends its frame.
 
-    A byte is accepted every clock, but for 1 clock after each block of 254 bytes without a zero and
-    2 clocks after each frame, as long as the buffer has room. The first byte of a frame of one
-    block is offered 4 clocks after its last byte is accepted.
+    A byte is accepted every cycle while the buffer has room, except for 1 cycle after each block of
+    254 bytes without a zero and 2 cycles after each frame. The first byte of a frame of one block
+    is offered 4 cycles after its last byte is accepted.
 
     Members
     -------
     frames : In(stream.Signature({"data": 8, "last": 1}))
-        Bytes of frames, at least one each; ``last`` marks the last of a frame.
+        Bytes of frames, at least one for each; ``last`` marks the last byte of a frame.
     encoded : Out(stream.Signature(8))
         Encoded bytes and delimiters.
     """
@@ -119,12 +119,12 @@ class CobsEncoder(wiring.Component):
 
         m.submodules.ring = ring = CommitRing(8, self.DEPTH)
 
-        # The block at hand: its code goes to `start`, its next byte to `tail`; all before `start`
-        # may be sent.
+        # The block being filled: its code goes to `start`, its next byte to `tail`. All rows before
+        # `start` may be sent.
         start = Signal.like(ring.committed)
         tail = Signal.like(ring.committed, init=1)
         code = Signal(8, init=1)
-        ended = Signal()  # No byte of the frame is to come.
+        ended = Signal()  # All bytes of the frame have come.
         used = Signal.like(ring.committed)
         room = Signal(init=1)
 
@@ -136,7 +136,7 @@ class CobsEncoder(wiring.Component):
             ring.words.ready.eq(self.encoded.ready),
         ]
 
-        # A clock old, and so a few rows short: `tail` may have moved on since.
+        # One cycle old, hence the margin of a few rows: `tail` may have moved on since.
         m.d.sync += room.eq(~used[-1] & ~used[2:-1].all())
 
         def close_block():
@@ -180,7 +180,7 @@ class CobsEncoder(wiring.Component):
                         m.next = "Delimit"
             with m.State("Delimit"):
                 with m.If(room):
-                    # The row of the code becomes the delimiter.
+                    # The delimiter takes the row of the code.
                     m.d.comb += [
                         ring.write_enable.eq(1),
                         ring.write_row.eq(start),

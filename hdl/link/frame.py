@@ -15,36 +15,36 @@ from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, frame_crc
 __all__ = ["FrameReceiver", "FrameTransmitter"]
 
 
-# What the version does to a CRC.
+# XORed with every CRC but those of plain frames.
 _VERSION_MASK = frame_crc(b"", plain=False) ^ frame_crc(b"", plain=True)
 
 
 def _residue(*, plain):
-    # CRC of any body together with the CRC that follows it: by linearity, that of the empty body.
+    # The CRC over a body and its own CRC is the same for every body, so also for the empty one.
     return zlib.crc32(frame_crc(b"", plain=plain).to_bytes(CRC_BYTES, "little"))
 
 
 class FrameReceiver(wiring.Component):
-    """Takes frames off the line; passes on the bodies of those that are whole.
+    """Takes frames off the line and passes on the bodies of the undamaged ones.
 
-    A body is kept in a ring buffer and can be read only after its CRC has been found right, so
-    that what the user gets are whole, checked bodies and nothing else. Of every other frame nothing
-    is left but a pulse, by the first of these rules that it breaks:
+    A body is kept in a ring buffer and can be read only after its CRC has been found right, so the
+    user gets whole, checked bodies and nothing else. Every other frame is discarded with a pulse,
+    chosen by the first of these rules that the frame breaks:
 
     1. ``malformed``: no zero inside a COBS block; body and CRC of 7 bytes or more;
     2. ``crc_error``: the CRC of the protocol's version, or the plain one;
-    3. ``overrun``: room in the buffer. A body takes a row more than it has bytes, so that bodies
-       with their CRCs, ``receive_buffer`` bytes together, always fit.
+    3. ``overrun``: room in the buffer. A body takes one row more than it has bytes, so bodies that
+       have ``receive_buffer`` bytes together with their CRCs always fit.
 
-    Nothing between two delimiters is no frame and no error. Every sequence of bytes leads back to
-    where, after one delimiter, a good frame is received.
+    An empty frame is ignored and is not an error. After any sequence of bytes and one delimiter,
+    the next good frame is received.
 
-    A byte is taken in every clock. The first byte of a body is offered 6 clocks after the delimiter
-    that ends its frame, if no other body is waiting; the others at one per clock.
+    A byte is taken in every cycle. The first byte of a body is offered 6 cycles after the delimiter
+    that ends its frame, if no other body is waiting; the others follow at one per cycle.
 
-    The buffer is one block RAM on the target (2048 rows of 9 bits are one DP16KD of an ECP5); the
-    rest is about 150 flip-flops, half of them the CRC and the bytes held back because they may be
-    the CRC.
+    The buffer is one block RAM on the target (2048 rows of 9 bits are one DP16KD of an ECP5). The
+    rest is about 150 flip-flops, half of them for the CRC and for the bytes that are held because
+    they may be the CRC.
 
     Parameters
     ----------
@@ -56,10 +56,10 @@ class FrameReceiver(wiring.Component):
     bytes : In(stream.Signature(8))
         Bytes off the line. Always ready.
     requests : Out(stream.Signature({"data": 8, "last": 1, "plain": 1}))
-        Bodies, without CRC; ``last`` marks the last byte of each, ``plain`` every byte of plain
-        ones.
+        Bodies, without CRC; ``last`` marks the last byte of each, ``plain`` every byte of a body
+        from a plain frame.
     malformed, crc_error, overrun : Out(1)
-        High for one clock, 2 clocks after the delimiter of a frame that was dropped.
+        High for one cycle, 2 cycles after the delimiter of a discarded frame.
     line_busy : Out(1)
         A frame has begun and not ended: bytes have come since the last delimiter.
     """
@@ -81,7 +81,7 @@ class FrameReceiver(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        # A row is a byte of a body; before each body there is one that says whether it is plain.
+        # A row holds a byte of a body; one row before each body says whether the body is plain.
         row_layout = data.StructLayout({"data": 8, "last": 1})
         m.submodules.decoder = decoder = CobsDecoder()
         m.submodules.crc = crc = CRC32_ISO_HDLC().create()
@@ -100,8 +100,8 @@ class FrameReceiver(wiring.Component):
             crc.start.eq(ends),
         ]
 
-        # The newest bytes, which may be the CRC, and the one before them, which may be the last of
-        # the body: what it is, is known when the next byte or the delimiter comes.
+        # The four newest bytes may be the CRC, and the byte before them the last of the body: this
+        # is known when the next byte or the delimiter comes.
         held = Signal(data.ArrayLayout(8, CRC_BYTES + 1))
         count = Signal(range(BODY_HEADER_BYTES + CRC_BYTES + 1))  # Stops at the shortest frame.
         with m.If(arrives):
@@ -114,7 +114,7 @@ class FrameReceiver(wiring.Component):
         tail = Signal.like(ring.committed, init=1)  # Row for the next byte of the body.
         committed = Signal.like(ring.committed)
         used = Signal.like(ring.committed)
-        dropped = Signal()  # A byte of the body found no room.
+        dropped = Signal()  # There was no room for a byte of the body.
         room = Signal()
         kept = Signal()
         m.d.comb += [
@@ -157,7 +157,7 @@ class FrameReceiver(wiring.Component):
                 committed.eq(tail),
                 tail.eq(tail + 1),
             ]
-        # While `commit` is high, no byte of the next frame is here yet.
+        # While `commit` is high, no byte of the next frame has arrived yet.
         m.d.comb += [
             ring.write_enable.eq((kept & room) | commit),
             ring.write_row.eq(Mux(commit, committed, tail)),
@@ -185,19 +185,20 @@ class FrameReceiver(wiring.Component):
 
 
 class FrameTransmitter(wiring.Component):
-    """Puts bodies on the line as frames: CRC, COBS, delimiter.
+    """Sends bodies as frames: adds the CRC, COBS and the delimiter.
 
-    A byte of a body is accepted every clock, but for 1 clock after each block of 254 bytes without
-    a zero and 6 clocks after each body, as long as the encoder has room. A frame whose COBS code is
-    one block is offered from 8 clocks after the last byte of its body was accepted, a longer one
-    block by block, without a pause as long as bodies come faster than ``bytes`` are taken.
+    A byte of a body is accepted every cycle while the encoder has room, except for 1 cycle after
+    each block of 254 bytes without a zero and 6 cycles after each body. A frame that is one COBS
+    block is offered from 8 cycles after the last byte of its body is accepted; a longer frame is
+    offered block by block, without a pause while bodies come faster than ``bytes`` are taken.
 
-    Takes one block RAM of an ECP5 for the blocks and about 120 flip-flops.
+    On an ECP5 the transmitter takes one block RAM for the blocks and about 120 flip-flops.
 
     Members
     -------
     replies : In(stream.Signature({"data": 8, "last": 1, "plain": 1}))
-        Bodies, of one byte or more; ``last`` marks the last byte of each. ``plain`` counts there.
+        Bodies of one byte or more; ``last`` marks the last byte of each, where ``plain`` is
+        sampled.
     bytes : Out(stream.Signature(8))
         Bytes for the line.
     """
@@ -219,10 +220,10 @@ class FrameTransmitter(wiring.Component):
 
         wiring.connect(m, encoder.encoded, wiring.flipped(self.bytes))
 
-        left = Signal(range(CRC_BYTES + 1))  # Bytes of the CRC to send; 0 while in a body.
+        left = Signal(range(CRC_BYTES + 1))  # Bytes of the CRC to send; 0 within a body.
         plain = Signal()
         mask = Signal(8 * CRC_BYTES)
-        rest = Signal(8 * CRC_BYTES)  # Those after the first, the next one lowest.
+        rest = Signal(8 * CRC_BYTES)  # Bytes of the CRC after the first, the next one lowest.
         now = Signal(8 * CRC_BYTES)
         m.d.comb += mask.eq(Mux(plain, 0, _VERSION_MASK))
 

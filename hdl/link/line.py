@@ -1,4 +1,4 @@
-"""The chip's end of the line: UART, frames, and the counts of bytes."""
+"""The chip's end of the line: UART, frames and byte counters."""
 
 from amaranth import *
 from amaranth.lib import stream, wiring
@@ -34,12 +34,12 @@ class Line(wiring.Component):
     errors : Out(4)
         Pulses, in the order of :class:`hdl.protocol.StickyError`: FRAMING, OVERRUN, CRC, MALFORMED.
     busy : Out(1)
-        A frame is coming in.
+        A frame has begun and not ended.
     sending : Out(1)
-        A byte is going out, or waits to.
+        A byte is being sent or is waiting.
     bytes_received, bytes_sent : Out(48)
-        Bytes on the line since reset, everything included; a byte counts when its stop bit is
-        received, or its start bit is about to be sent.
+        All bytes on the line since reset. A byte counts when its stop bit is received or its start
+        bit is about to be sent.
     """
 
     def __init__(self, config: Config):
@@ -73,8 +73,8 @@ class Line(wiring.Component):
         m.submodules.frame_receiver = frame_receiver = self._frame_receiver
         m.submodules.frame_transmitter = frame_transmitter = self._frame_transmitter
 
-        # Large machines take the requests and make the replies: neither their `valid` nor their
-        # `ready` shall be the begin of a long way through here, or its end.
+        # Large units take the requests and make the replies: registers on both sides keep their
+        # `valid` and `ready` off long combinational paths through the line.
         reply_layout = frame_transmitter.replies_layout
         m.submodules.request_buffer = request_buffer = SkidBuffer(frame_receiver.requests_layout)
         m.submodules.request_register = request_register = StreamRegister(request_buffer.shape)

@@ -23,19 +23,19 @@ def _checked_divisor(clocks_per_bit):
 class UartReceiver(wiring.Component):
     """Receives bytes from an asynchronous 8N1 line.
 
-    The line passes a synchronizer and a median filter over three clocks, so that a spike of one
-    clock is never seen. Each bit is sampled in its middle, counted from the edge of the start bit;
-    a start bit that is over by its middle was noise. The search for the next start bit begins in
-    the middle of the stop bit, so that bytes may follow each other without a pause.
+    The line passes a synchronizer and a median filter over three cycles, which removes spikes of
+    one cycle. Each bit is sampled in its middle, counted from the edge of the start bit; a start
+    bit that has ended by its middle was noise. The search for the next start bit begins in the
+    middle of the stop bit, so bytes may follow each other without a pause.
 
-    A stop bit that is low drops the byte, and the line must become high before another start bit
-    counts: a break, however long, is one error.
+    If the stop bit is low, the byte is discarded, and the line must become high before another
+    start bit counts: a break of any length is one error.
 
-    The sampling point is at most 1 clock off. Sampling of the stop bit, the ninth and a half, thus
-    bears a difference of the two clocks of 2 % for every divisor, and of nearly 5 % for large ones.
+    The sampling point is at most 1 cycle off. The stop bit is sampled 9.5 bits after the edge, so
+    the two clocks may differ by 2 % with every divisor, and by nearly 5 % with large ones.
 
-    A byte is offered ``9 * clocks_per_bit + (clocks_per_bit - 1) // 2 + 4`` clocks after the first
-    clock in which ``rx`` is low.
+    A byte is offered ``9 * clocks_per_bit + (clocks_per_bit - 1) // 2 + 4`` cycles after the first
+    cycle in which ``rx`` is low.
 
     Parameters
     ----------
@@ -47,10 +47,10 @@ class UartReceiver(wiring.Component):
     rx : In(1)
         The line; asynchronous, high when idle.
     bytes : Out(stream.Signature(8))
-        Received bytes. The line does not wait: a byte that has not been taken when the next is
-        complete, at least ``9 * clocks_per_bit`` clocks later, is replaced by it.
+        Received bytes. The line does not wait: a byte that has not been taken is replaced when the
+        next byte is complete, at least ``9 * clocks_per_bit`` cycles later.
     framing_error : Out(1)
-        High for one clock when a stop bit was low.
+        High for one cycle when a stop bit was low.
 
     Raises
     ------
@@ -74,7 +74,7 @@ class UartReceiver(wiring.Component):
         line = Signal(init=1)
         past = Signal(2, init=0b11)
         level = Signal()
-        # Bits left to sample, the one at hand included; 0 between bytes.
+        # Bits left to sample, the present one included; 0 between bytes.
         left = Signal(range(_FRAME_BITS + 1))
         wait = Signal(range(self.clocks_per_bit))
         shift = Signal(8)
@@ -125,9 +125,9 @@ class UartReceiver(wiring.Component):
 class UartTransmitter(wiring.Component):
     """Sends bytes over an asynchronous 8N1 line.
 
-    The start bit begins 1 clock after a byte is accepted. A byte occupies the line for exactly
-    ``10 * clocks_per_bit`` clocks and the next is accepted in the last of them, so that a stream
-    that is always valid leaves no idle clock on the line.
+    The start bit begins 1 cycle after a byte is accepted. A byte occupies the line for exactly
+    ``10 * clocks_per_bit`` cycles and the next byte is accepted in the last of them, so a stream
+    that is always valid leaves no idle cycle on the line.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ class Uart(wiring.Component):
     received : Out(stream.Signature(8))
         ``bytes`` of the receiver.
     framing_error : Out(1)
-        That of the receiver.
+        ``framing_error`` of the receiver.
     sent : In(stream.Signature(8))
         ``bytes`` of the transmitter.
     """

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from host.errors import PathgeneError
-from sim.simulators import run_tool, verilator_command
+from sim.verilator import run_verilator
 
 
 __all__ = ["WAIVERS", "lint"]
@@ -27,9 +27,8 @@ def lint(path: Path) -> None:
     JobError
         If there is a warning that is not waived; all of them are a note of the exception.
     """
-    run_tool(
+    run_verilator(
         [
-            verilator_command(),
             "--lint-only",
             "-Wall",
             "--top-module",

@@ -25,7 +25,8 @@ from xml.etree import ElementTree
 from host.errors import InputError, PathgeneError
 from sim.board.programs import Simulator
 from sim.cache import BuildCache, build_root
-from sim.simulators import build_icarus, build_verilator
+from sim.icarus import build_icarus
+from sim.verilator import build_verilator
 
 
 if TYPE_CHECKING:

@@ -8,12 +8,9 @@ from typing import Literal
 
 from host.errors import InputError
 from sim.cache import BuildCache, build_root
-from sim.simulators import (
-    build_icarus,
-    build_icarus_module,
-    build_verilator,
-    compile_object,
-)
+from sim.compiler import compile_object
+from sim.icarus import build_icarus, build_icarus_module
+from sim.verilator import build_verilator
 
 
 __all__ = ["Program", "Simulator", "build_program", "verilate"]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from host.errors import JobError
 from sim.cache import BuildCache, build_root
 from sim.exported import exported_verilog
-from sim.simulators import build_verilator
+from sim.verilator import build_verilator
 
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from hdl.protocol.codec import encode_frame
 from sim.cache import BuildCache, build_root
 from sim.exported import cached_verilog
 from sim.model.frames import FrameReceiverModel
-from sim.simulators import build_verilator
+from sim.verilator import build_verilator
 from tests.faults import ByteFaults
 
 

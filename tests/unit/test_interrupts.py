@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from host import interrupts
-from sim.simulators import run_tool
+from sim.compiler import run_tool
 
 
 NUMBERS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT]

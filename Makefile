@@ -58,6 +58,7 @@ help:
 	@echo "make sim        cocotb benches on Icarus and Verilator (SIM= BENCH= WAVES=1)"
 	@echo "make formal     prove claims about the gateware with Yosys and Z3 (PROOF=)"
 	@echo "make bench      measure every speed claim (BENCH=; of fpga and quality, rows named like ONLY=)"
+	@echo "make docs       the documentation as a site, in build/docs/ (open index.html)"
 	@echo "make lint       ruff (rules and format), mypy, the rules of imports, Verilator's lint of the"
 	@echo "                generated Verilog"
 	@echo "make clean      remove everything generated but .venv/"
@@ -110,6 +111,11 @@ formal: setup
 .PHONY: bench
 bench: setup $(if $(filter fpga,$(BENCH)),setup-synth)
 	@$(IN_ROOT) "$(BIN)/python" -m bench $(if $(BENCH),"$(BENCH)") $(if $(ONLY),--only "$(ONLY)")
+
+.PHONY: docs
+docs: setup
+	@$(IN_ROOT) "$(BIN)/python" -m sphinx -W --keep-going -q -b html docs build/docs
+	@echo "$(ROOT)/build/docs/index.html"
 
 .PHONY: lint
 lint: setup verilog

@@ -15,7 +15,12 @@ from pathlib import Path
 __all__ = ["SetupError", "set_up"]
 
 # What pip adds to the project for each level.
-EXTRAS = {"plan": "", "test": "[test]", "synth": "[test,synth]", "long": "[test,synth]"}
+EXTRAS = {
+    "plan": "",
+    "test": "[docs,test]",
+    "synth": "[docs,test,synth]",
+    "long": "[docs,test,synth]",
+}
 
 
 class SetupError(Exception):

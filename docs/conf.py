@@ -1,0 +1,25 @@
+"""Configuration of the documentation's site: ``make docs`` builds it, without a network."""
+
+from importlib import metadata
+
+
+project = "pathgene"
+author = "The pathgene authors"
+release = metadata.version("pathgene")
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+
+myst_heading_anchors = 3
+
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"
+autodoc_class_signature = "mixed"
+python_maximum_signature_line_length = 88
+
+html_theme = "furo"
+html_title = "pathgene"
+html_show_copyright = False
+html_copy_source = False
+html_show_sourcelink = False

@@ -191,7 +191,7 @@ def test_what_no_test_sees_is_compared_by_its_circuit(project, tmp_path, new, ve
     )
     old = alteration_to(project, "((a) + (2))")
     alteration = dataclasses.replace(old, new=new)
-    result = Workshop(project, tmp_path / "shop", depth="near").judge(alteration)
+    result = Workshop(project, tmp_path / "shop", depth="units").judge(alteration)
     assert result.verdict == verdict
 
 

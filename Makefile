@@ -52,7 +52,8 @@ help:
 	@echo "                (TERRAIN= START= GOAL= NOFLY_CIRCLES= BOARD= SEED= OUT=)"
 	@echo "make setup      install all that the other targets need, once"
 	@echo "make test       all tests (WORKERS= PYTEST_ARGS=)"
-	@echo "make test-long  the same with the long random and soak runs: hours"
+	@echo "make test-ci    the tests that make test leaves out: other sizes, lint, smoke tests of benches"
+	@echo "make test-long  both with the long random and soak runs: hours"
 	@echo "make verilog    synthesizable Verilog of every top, in build/verilog/"
 	@echo "make bitstream  place and route for a real board, with open tools (BOARD=ulx3s-85f)"
 	@echo "make sim        cocotb benches on Icarus and Verilator (SIM= BENCH= WAVES=1)"
@@ -80,13 +81,18 @@ plan: setup-plan
 setup-long:
 	$(call SET_UP,long)
 
-.PHONY: test test-long
+PYTEST = "$(BIN)/python" -m pytest -n $(WORKERS) --dist worksteal
+
+.PHONY: test test-ci test-long
 test: setup
-	@$(IN_ROOT) "$(BIN)/python" -m pytest -n $(WORKERS) --dist worksteal $(PYTEST_ARGS)
+	@$(IN_ROOT) status=0; $(PYTEST) $(PYTEST_ARGS) || status=$$?; \
+		echo "make test: $$SECONDS s" >&2; exit $$status
+
+test-ci: setup
+	@$(IN_ROOT) $(PYTEST) -m "ci and not long" $(PYTEST_ARGS)
 
 test-long: setup-long
-	@$(IN_ROOT) "$(BIN)/python" -m pytest -n $(WORKERS) --dist worksteal -m "long or not long" \
-		$(PYTEST_ARGS)
+	@$(IN_ROOT) $(PYTEST) -m "long or not long" $(PYTEST_ARGS)
 
 .PHONY: verilog
 verilog: setup-plan

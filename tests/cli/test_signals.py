@@ -13,7 +13,11 @@ from .conftest import ENDS, ROOT
 
 
 FILES = ["path.geojson", "path.png", "summary.json", "terrain.npz"]
-OTHERS = [signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT]
+OTHERS = [
+    signal.SIGTERM,
+    pytest.param(signal.SIGHUP, marks=pytest.mark.ci),
+    pytest.param(signal.SIGQUIT, marks=pytest.mark.ci),
+]
 MANY = "10000000"
 
 
@@ -88,6 +92,7 @@ def test_more_signals_while_it_writes_lose_nothing(hills, tmp_path):
     assert json.loads((tmp_path / "summary.json").read_text())["interrupted"]
 
 
+@pytest.mark.ci
 def test_a_plan_under_nohup_outlives_its_terminal(hills, tmp_path):
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # What is started inherits that.
     try:
@@ -103,6 +108,7 @@ def test_a_plan_under_nohup_outlives_its_terminal(hills, tmp_path):
     assert process.returncode == 128 + signal.SIGTERM
 
 
+@pytest.mark.ci
 def test_auv_is_written_as_after_ctrl_c(tmp_path):
     with started("auv", "--generations", MANY, "--out", tmp_path, "--json") as process:
         assert process.stderr.readline().startswith("generation 1/")

@@ -13,7 +13,11 @@ from .conftest import ENDS, ROOT
 
 
 FILES = ["path.geojson", "path.png", "summary.json", "terrain.npz"]
-SILENT = ("2>&-", "2>full", "2>broken")
+SILENT = (
+    pytest.param("2>&-", marks=pytest.mark.ci),
+    pytest.param("2>full", marks=pytest.mark.ci),
+    "2>broken",
+)
 REASONS = {">&-": "Bad file descriptor", ">full": "No space left on device"}
 
 
@@ -85,7 +89,7 @@ def test_a_plan_needs_no_progress(redirected, hills, tmp_path, redirection):
     assert names(tmp_path) == FILES
 
 
-@pytest.mark.parametrize("redirection", [">&-", ">full"])
+@pytest.mark.parametrize("redirection", [pytest.param(">&-", marks=pytest.mark.ci), ">full"])
 def test_a_plan_without_standard_output_is_written(redirected, hills, tmp_path, redirection):
     done = redirected(redirection, *plan(hills, tmp_path))
     assert done.returncode == 1
@@ -96,7 +100,14 @@ def test_a_plan_without_standard_output_is_written(redirected, hills, tmp_path, 
     assert names(tmp_path) == FILES
 
 
-@pytest.mark.parametrize("redirection", [">broken 2>&1", ">full 2>&1", ">&- 2>&-"])
+@pytest.mark.parametrize(
+    "redirection",
+    [
+        pytest.param(">broken 2>&1", marks=pytest.mark.ci),
+        pytest.param(">full 2>&1", marks=pytest.mark.ci),
+        ">&- 2>&-",
+    ],
+)
 def test_a_plan_without_any_stream_is_written(redirected, hills, tmp_path, redirection):
     done = redirected(redirection, *plan(hills, tmp_path))
     assert (done.returncode, done.stdout, done.stderr) == (1, "", "")
@@ -129,13 +140,21 @@ def test_a_comparison_needs_no_progress(redirected, hills, tmp_path, redirection
     assert (tmp_path / "runs.jsonl").read_bytes().count(b"\n") == 2
 
 
+@pytest.mark.ci
 def test_auv_needs_no_progress(redirected, tmp_path):
     done = redirected("2>broken", "auv", "--generations", 3, "--out", tmp_path, "--json")
     assert (done.returncode, done.stderr) == (0, "")
     assert json.loads(done.stdout) == json.loads((tmp_path / "auv.json").read_text())
 
 
-@pytest.mark.parametrize("command", [("planners", "--json"), ("planners",), ("--help",)])
+@pytest.mark.parametrize(
+    "command",
+    [
+        pytest.param(("planners", "--json"), marks=pytest.mark.ci),
+        ("planners",),
+        pytest.param(("--help",), marks=pytest.mark.ci),
+    ],
+)
 @pytest.mark.parametrize("redirection", [">&-", ">full"])
 def test_lost_output_is_a_sentence(redirected, redirection, command):
     done = redirected(redirection, *command)

@@ -139,6 +139,7 @@ def test_plans_with_its_counts_as_the_model_does(config):
     assert board.hardware["cycles"]["feasibility"] == model.hardware["cycles"]["feasibility"] > 0
 
 
+@pytest.mark.ci
 def test_icarus_agrees(pair, icarus):
     chips = pair(CHECKERS["parallel"], sim="icarus")
     chips.start()

@@ -11,7 +11,7 @@ from hdl.config import CheckerBuild, Config
 from sim.harness import VerilatedChecker
 
 
-pytestmark = pytest.mark.cosim
+pytestmark = [pytest.mark.cosim, pytest.mark.ci]
 
 #: As in test_parallel_checker.py, so that it is built once.
 FULL = Config(checker=CheckerBuild.PARALLEL)

@@ -63,7 +63,6 @@ def test_every_top(name):
     assert str(ROOT) not in text
     assert "(* src" not in text
     assert "`include" not in text
-    assert not text.isspace()
 
 
 def ports(name):
@@ -124,7 +123,7 @@ def test_yosys_reads_it(tmp_path, monkeypatch, capfd, config):
 @pytest.mark.cosim
 @pytest.mark.parametrize(
     "config",
-    [SMALL, CHECKING.replace(genetic=False), Config()],
+    [SMALL, CHECKING.replace(genetic=False), pytest.param(Config(), marks=pytest.mark.ci)],
     ids=["small", "check-only", "default"],
 )
 def test_lint_is_clean(tmp_path, config):

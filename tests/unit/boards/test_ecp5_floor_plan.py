@@ -15,7 +15,13 @@ def test_sites_are_different():
     assert len(sites) == len(set(sites)) == 199
 
 
-@pytest.mark.parametrize("name", ["ulx3s-85f", pytest.param("ecpix5-85f", marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param("ulx3s-85f", marks=pytest.mark.ci),
+        pytest.param("ecpix5-85f", marks=pytest.mark.long),
+    ],
+)
 def test_commands_follow_synthesis(tmp_path, name):
     """Each checks first that there is such a cell; the exported Verilog has them all."""
     board = find_board(name)

@@ -43,6 +43,7 @@ def has_gpu():
     return cuda.is_available()
 
 
+@pytest.mark.ci  # Numba's simulator takes its time.
 # With these seeds a solution gets better by 2-opt, by a step, and by 2-opt again.
 @pytest.mark.parametrize(("waypoints", "threads", "seed"), [(4, 5, 18), (2, 32, 59)])
 def test_simulated_gpu_equals_the_cpu(make_evaluator, tmp_path, waypoints, threads, seed):

@@ -1,0 +1,49 @@
+"""The script of the continuous integration: its last line, and its status."""
+
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+
+
+ROOT = Path(__file__).resolve().parents[3]
+
+GREEN = "===== 12 passed, 3 skipped, 1 xfailed in 61.20s (0:01:01) =====", 0
+RED = "===== 2 failed, 7 passed, 1 error in 3.10s =====", 2
+EMPTY = "===== no tests ran in 0.05s =====", 2
+BROKEN = "make: *** No rule to make target 'test'.", 2
+SILENT = "", 0
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "last", "status"),
+    [
+        (GREEN, GREEN, "24 passed, 0 failed", 0),
+        (RED, GREEN, "19 passed, 3 failed", 2),
+        (GREEN, RED, "19 passed, 3 failed", 2),
+        (GREEN, EMPTY, "12 passed, 1 failed", 2),
+        (BROKEN, GREEN, "12 passed, 1 failed", 2),
+        (SILENT, GREEN, "12 passed, 1 failed", 1),
+    ],
+)
+def test_last_line_and_status(tmp_path, first, second, last, status):
+    """The `make` that the script finds prints a line for each target, which its results follow."""
+    for (line, code), target in ((first, "test"), (second, "test-ci")):
+        (tmp_path / target).write_text(f"{line}\n")
+        (tmp_path / f"{target}.status").write_text(str(code))
+    make = tmp_path / "make"
+    make.write_text(
+        '#!/bin/bash\nfolder="$(dirname "$0")"\ntarget="${@: -1}"\n'
+        'cat "$folder/$target"\nexit "$(cat "$folder/$target.status")"\n'
+    )
+    make.chmod(0o755)
+    done = subprocess.run(
+        [ROOT / ".ci" / "run"],
+        env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"},
+        stdout=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
+    assert done.stdout.splitlines()[-1] == last
+    assert done.returncode == status

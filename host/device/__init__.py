@@ -1,1 +1,1 @@
-"""Everything that talks to a board: link, chip, board URLs, and the copy of the chip's map."""
+"""Boards: URLs, the link, the chip's commands, and the copy of the chip's map."""

@@ -1,4 +1,4 @@
-"""One chip, whatever is behind the link: the commands of :mod:`hdl.protocol` as methods."""
+"""A chip behind a link: the commands of :mod:`hdl.protocol` as methods."""
 
 from __future__ import annotations
 
@@ -13,14 +13,11 @@ from numpy.typing import NDArray
 
 from hdl.config import CheckerBuild, Config
 from hdl.protocol import (
-    VERSION,
     Command,
     Layout,
     LinkMode,
-    config_from_info,
     counters_reply,
     generate_request,
-    info_reply,
     pack_paths,
     read_request,
     recipe_reply,
@@ -31,6 +28,7 @@ from hdl.protocol import (
     write_request,
 )
 from hdl.protocol.breeding import Recipe, breed, keep
+from host.device.identity import built_config, request_info
 from host.device.link import Link
 from host.device.map_copy import MapCopy
 from host.device.path_checks import CheckReport, check_points, check_slots
@@ -39,20 +37,21 @@ from host.errors import InputError
 
 __all__ = ["Chip", "Step", "pack_waypoints", "unpack_waypoints"]
 
-#: Bytes of waypoints in one frame of a transfer: short enough to survive a bad line.
+#: Maximum bytes of waypoints in one frame of a transfer: a short frame survives a bad line.
 _TRANSFER_BYTES = 128
 
 
 @dataclass(frozen=True)
 class Step:
-    """What one generation made.
+    """Result of one generation.
 
     Attributes
     ----------
     paths : list of list of int
         Packed waypoints of every slot: elites, survivors, children.
     origin : tuple of int, or None
-        Former slots of the elites and survivors. None in population mode, which does not tell.
+        Former slots of the elites and survivors. None in population mode, which does not report
+        them.
     """
 
     paths: list[list[int]]
@@ -60,7 +59,7 @@ class Step:
 
 
 def pack_waypoints(config: Config, cells: NDArray[np.integer]) -> list[int]:
-    """Pack ``cells``, (n, 3) integers x, y, altitude step, as the chip holds them."""
+    """Pack ``cells``, (n, 3) integers x, y, altitude step, in the chip's format."""
     bits = config.coordinate_bits
     columns = np.asarray(cells, dtype=np.int64).T
     packed: list[int] = (columns[0] | columns[1] << bits | columns[2] << 2 * bits).tolist()
@@ -88,26 +87,26 @@ class Chip:
     Attributes
     ----------
     config : Config
-        What the chip was built from, as it says itself.
+        Configuration that the chip was built from, as the chip reports it.
     info : dict
-        All of its answer to ``INFO``.
+        Fields of the chip's reply to ``INFO``.
 
     Raises
     ------
     LinkTimeoutError
         If nothing answers.
     InputError
-        If what answers is of another protocol version or build.
+        If the board is of another protocol version, or of a build that this release does not know.
     """
 
     def __init__(self, link: Link, *, verify_every: int = 256) -> None:
         self.link = link
         self._verify_every = verify_every
-        # The host's copy of the population. None: unknown, as before the first load.
+        # The host's copy of the population; None while the population is unknown.
         self._paths: list[list[int]] | None = None
         self._steps = 0
-        self.info = self._ask_info()
-        self.config = self._checked_config()
+        self.info = request_info(link)
+        self.config = built_config(self.info)
         self._map = MapCopy(self.config, link)
         link.open(self.info["session"], credit=self.config.receive_buffer)
 
@@ -124,14 +123,15 @@ class Chip:
 
     @property
     def paths(self) -> list[list[int]]:
-        """Packed waypoints of every slot: the host's copy, read from the chip if there is none.
+        """Packed waypoints of every slot.
 
-        There is none before the first :meth:`load` of all slots, and after a call that failed.
+        This is the host's copy. Before the first :meth:`load` of all slots, and after a call that
+        failed, there is no copy and the chip is read.
         """
         return [list(path) for path in self._known()]
 
     def close(self) -> None:
-        """Close the link, and the simulated board behind it if there is one."""
+        """Close the link, and end a simulated board behind it."""
         self.link.close()
 
     def _known(self) -> list[list[int]]:
@@ -139,38 +139,11 @@ class Chip:
             self._paths = self.read(0, self.config.population)
         return self._paths
 
-    def _ask_info(self) -> dict[str, int]:
-        reply = self.link.info()
-        layout = info_reply(Config())
-        # Version and build stand at the front of every version's reply.
-        version = reply[0] if reply else 0
-        if version != VERSION:
-            raise InputError(
-                f"The board speaks protocol version {version}, this host version {VERSION}: "
-                "load a bitstream of this release, or use the release the board was built with."
-            )
-        return layout.unpack(reply)
-
-    def _checked_config(self) -> Config:
-        try:
-            config = config_from_info(self.info)
-        except ValueError as error:
-            raise InputError(
-                f"The board is of no build that this release knows ({error}): load a bitstream of "
-                "this release."
-            ) from None
-        if config.build_id != self.info["build_id"]:
-            raise InputError(
-                f"The board was built as {self.info['build_id']:08x}, but what it says of itself "
-                f"makes {config.build_id:08x} here: load a bitstream of this release."
-            )
-        return config
-
     def _ask(self, command: Command, layout: Layout) -> dict[str, int]:
         return layout.unpack(self.link.request(command))
 
     def start(self, seed: int, limits: tuple[int, int, int], *, avoid_ground: bool = False) -> None:
-        """Seed the random source and begin at generation 0.
+        """Seed the random source and start at generation 0.
 
         Parameters
         ----------
@@ -179,8 +152,8 @@ class Chip:
         limits : tuple of int
             Highest x and y cell and altitude step of a new waypoint.
         avoid_ground : bool
-            Whether the chip draws a new waypoint again that lies in the ground of its map, and
-            leaves it out after as many draws as it was built for.
+            Whether the chip redraws a new waypoint that lies below the ground of its map. After
+            the number of draws that it was built for, it leaves the mutation out.
 
         Raises
         ------
@@ -209,7 +182,7 @@ class Chip:
             part += packed
         if part:
             requests.append((Command.WRITE, write_request(config).pack(slot=at) + part))
-        # Nobody knows what a transfer that fails has written.
+        # After a transfer that fails, the contents of the slots are unknown.
         before, self._paths = self._paths, None
         self.link.transfer(requests)
         loaded = [list(path) for path in paths]
@@ -236,7 +209,7 @@ class Chip:
         *,
         progress: Callable[[int, int], object] | None = None,
     ) -> None:
-        """Write a rectangle of the chip's map; :meth:`update_map` resumes one that failed.
+        """Write a rectangle of the chip's map; :meth:`update_map` resumes a failed upload.
 
         Parameters
         ----------
@@ -246,7 +219,7 @@ class Chip:
         x, y : int
             Cell of ``heights[0, 0]``.
         progress : callable, optional
-            Called now and then with the cells written so far and all cells.
+            Called repeatedly with the number of cells written and the number of all cells.
 
         Raises
         ------
@@ -266,10 +239,10 @@ class Chip:
     ) -> None:
         """Make ``heights`` the chip's map, sending only the rectangle that holds every change.
 
-        What is compared with is what this object has written: nothing goes over the line if that is
-        ``heights``, and all of it does the first time. After an upload that failed, what the chip
-        had not acknowledged does, in a new session if the failure has ended the other: so an upload
-        is resumed.
+        The changes are those since the cells that this object has written: the first call sends
+        the whole map, and a call with the same map sends nothing. After a failed upload, the call
+        sends the cells that the chip has not acknowledged, in a new session if the failure ended
+        the session: it resumes the upload.
 
         Parameters
         ----------
@@ -283,7 +256,7 @@ class Chip:
         InputError
             If the chip has no map.
         LinkError
-            If there is still no answer, or the board was reset meanwhile.
+            If the board still does not answer, or was reset in the meantime.
         ValueError
             If ``heights`` is no whole map.
         """
@@ -319,14 +292,14 @@ class Chip:
         count: int | None = None,
         counting: bool = False,
     ) -> CheckReport:
-        """Check paths that are on the chip against its map, without sending them.
+        """Check paths in the chip's slots against its map, without sending them.
 
         Parameters
         ----------
         start, goal : int
-            Where each path begins and ends, as packed waypoints.
+            Start and goal of each path, as packed waypoints.
         slot, count : int
-            First slot and number of slots, by default all from the first on.
+            First slot and number of slots; by default all slots from ``slot`` on.
         counting : bool
             As for :meth:`check_path`.
 
@@ -358,7 +331,7 @@ class Chip:
             )
 
     def counters(self) -> dict[str, int]:
-        """Return every :class:`hdl.protocol.Counter` by name: clocks and bytes since reset."""
+        """Return every :class:`hdl.protocol.Counter` by name: cycles and bytes since reset."""
         return self._ask(Command.COUNTERS, counters_reply(self.config))
 
     def status(self) -> dict[str, int]:
@@ -377,7 +350,7 @@ class Chip:
         order : sequence of int
             The slots from the best path to the worst.
         mode : LinkMode
-            What goes over the link; the new population is the same in all three.
+            Data that goes over the link. The new population is the same in all three modes.
 
         Raises
         ------
@@ -397,7 +370,7 @@ class Chip:
             request = generate_request(config, mode).pack(mode=mode, **named)
 
         before, self._paths = self._known(), None
-        # A long answer may never survive a bad line; a recipe does, and tells as much.
+        # A long reply may never survive a bad line. The short recipe does, and says as much.
         recipe_only = bytes((LinkMode.RECIPE,)) + bytes(order)
         reply = self.link.request(Command.GENERATE, request, shorter=recipe_only)
         self._steps += 1
@@ -414,7 +387,7 @@ class Chip:
         return Step(self.paths, origin)
 
     def _rebuild(self, paths: list[list[int]], order: Sequence[int], reply: bytes) -> Step:
-        """Repeat on ``paths``, the population before it, the generation whose recipe is given."""
+        """Repeat on the host, on the population before it, the generation of a recipe."""
         recipe, checksum = Recipe.unpack(self.config, reply)
         self._paths = breed(self.config, paths, order, recipe)
         rebuilt_wrong = zlib.crc32(pack_paths(self.config, self._paths)) != checksum

@@ -1,4 +1,4 @@
-"""Commands and answers of :mod:`hdl.protocol` over a line that may lose or damage anything."""
+"""Commands and answers of :mod:`hdl.protocol` over a line that may lose or damage bytes."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from host.errors import JobError
 
 __all__ = ["Link", "LinkError", "LinkTimeoutError", "RefusedError", "Traffic"]
 
-#: Most commands without an answer: the chip tells the latest 127 from new ones.
+#: Maximum commands in flight. The chip can tell the latest 127 commands from new ones.
 _WINDOW = 64
-#: Tries of a request before its shorter form is used.
-_TRIES_BEFORE_SHORTER = 4
-#: A try ends after this many timeouts even if bytes keep coming.
-_LONGEST_TRY_TIMEOUTS = 8
-#: Ends what the chip's receiver may have been left in.
+#: Attempts of a request before its shorter form is used.
+_ATTEMPTS_BEFORE_SHORTER = 4
+#: An attempt ends after this many timeouts even if bytes keep arriving.
+_MAXIMUM_TIMEOUTS = 8
+#: Ends a frame of which the chip's receiver may have only the beginning.
 _FLUSH = bytes([DELIMITER])
 
 
@@ -31,7 +31,7 @@ class LinkError(JobError):
 
 
 class LinkTimeoutError(LinkError):
-    """No answer, however often the command was sent."""
+    """The board did not answer in any attempt."""
 
 
 class RefusedError(LinkError):
@@ -59,18 +59,18 @@ def _name(codes: type[IntEnum], code: int) -> str:
 
 @dataclass
 class Traffic:
-    """What has passed over a link since it was made.
+    """Traffic of a link since it was made.
 
     Attributes
     ----------
     bytes_to_board, bytes_from_board : int
-        Bytes, delimiters and whatever was damaged included.
+        Bytes, delimiters and damaged bytes included.
     frames_to_board, frames_from_board : int
-        Frames sent, repeated ones included, and good frames received.
+        Frames sent, repeated frames included, and good frames received.
     frames_damaged : int
-        Received frames that were dropped.
+        Damaged frames received and discarded.
     frames_repeated : int
-        Frames sent once more because an answer was missing.
+        Frames repeated because their answer was missing.
     waiting_s : float
         Seconds spent waiting for bytes from the board.
     """
@@ -85,33 +85,34 @@ class Traffic:
 
 
 class Link:
-    """A host's end of the line.
+    """The host's end of the line.
 
-    Every command is executed exactly once and in order, and every call ends, whatever happens on
-    the line: a wait ends with a good frame, after ``timeout_s`` of silence, or after 8 times that
-    if bytes keep coming; then what has no answer is sent again; and after ``attempts`` waits in a
-    row that brought nothing new, :class:`LinkTimeoutError` is raised. The time in which the port
-    takes what is written is no part of a wait.
+    The chip executes every command exactly once and in order, and every call ends, whatever
+    happens on the line. A wait ends with a good frame, after ``timeout_s`` of silence, or after 8
+    times that if bytes keep arriving. The link then repeats the commands that have no answer. After
+    ``attempts`` consecutive waits without progress it raises :class:`LinkTimeoutError`. The time
+    that the port needs to accept written bytes does not count.
 
-    A session ends with any error but the refusal of a :meth:`request`, and with an interrupt:
-    whether the last command was executed is then unknown. :meth:`reopen` begins the next session.
+    An interrupt ends the session, and so does every error except the refusal of a :meth:`request`:
+    it is then unknown whether the chip executed the last command. :meth:`reopen` starts the next
+    session.
 
     Parameters
     ----------
     transport : Transport
         An open port, closed with the link. Its ``timeout`` is set here.
     timeout_s : float
-        Seconds of silence after which a frame is taken for lost: longer than the board's longest
-        computation, plus the time that what the port buffers takes on the line.
+        Seconds of silence after which a frame counts as lost. It must exceed the board's longest
+        computation plus the time on the line of the bytes that the port buffers.
     attempts : int
-        Waits without any progress before the board is given up.
+        Consecutive waits without progress before the link gives the board up.
     clock : Callable[[], float]
-        Seconds, from any origin; what the waits are measured with.
+        Clock that measures the waits: seconds, from any origin.
 
     Attributes
     ----------
     traffic : Traffic
-        What has passed so far.
+        Traffic so far.
     session : int or None
         The open session.
 
@@ -152,9 +153,9 @@ class Link:
         self._transport.close()
 
     def info(self) -> bytes:
-        """Return what the chip says of itself: :func:`hdl.protocol.info_reply`, packed.
+        """Return the packed :func:`hdl.protocol.info_reply` of the chip.
 
-        Needs no session, and leaves an open one as it is.
+        This needs no session and does not change an open one.
 
         Raises
         ------
@@ -176,7 +177,7 @@ class Link:
         previous : int
             The chip's latest session, from :meth:`info`.
         credit : int
-            Bytes of bodies with CRCs that the chip can hold: its ``receive_buffer``.
+            Bytes of bodies and CRCs that the chip can buffer: its ``receive_buffer``.
 
         Raises
         ------
@@ -208,7 +209,7 @@ class Link:
         self.open(self._latest_session, credit=self._credit)
 
     def request(self, command: int, payload: bytes = b"", *, shorter: bytes | None = None) -> bytes:
-        """Give one command and return the payload of its answer.
+        """Send one command and return the payload of its answer.
 
         Parameters
         ----------
@@ -217,27 +218,27 @@ class Link:
         payload : bytes
             Its payload, at most the chip's receive buffer less 7 bytes.
         shorter : bytes, optional
-            Another payload of the same command that the chip answers in fewer bytes; used after 4
-            tries, for an answer so long that a bad line never lets it through. The chip executes
-            the command once, whichever of the two reaches it first, and answers the latest. The
-            caller tells the two answers apart, best by their length.
+            Another payload of the same command, which the chip answers in fewer bytes. The link
+            sends it after 4 attempts, because a bad line may never transfer a long answer. The chip
+            executes the command once, whichever payload arrives first, and answers the latest.
+            The caller distinguishes the two answers, best by their length.
 
         Raises
         ------
         RefusedError
-            If the chip does not execute it. The session stays open, unless ``shorter`` was sent.
+            If the chip refuses the command. The session stays open if there is no ``shorter``.
         LinkTimeoutError
-            If there is no answer; then nobody knows whether the command was executed.
+            If there is no answer; it is then unknown whether the chip executed the command.
         """
         payloads = (payload,) if shorter is None else (payload, shorter)
         return self._deliver([Request(command, payloads)])[0]
 
     def transfer(self, commands: Sequence[tuple[int, bytes]]) -> list[bytes]:
-        """Give many commands without waiting for each answer; return their answers' payloads.
+        """Send many commands without waiting for each answer; return the answers' payloads.
 
-        An answer confirms all commands before its own, so the answer of one that was executed can
-        be lost for good. Such a command is given again as a new one: these commands must be of
-        those that may be repeated and reordered, as ``WRITE`` to different slots and ``READ`` may.
+        An answer confirms all earlier commands, so the answer of an executed command can be lost
+        for good. The link then sends that command again as a new one. Therefore it must be safe to
+        repeat and reorder the commands, as it is for ``READ`` and for ``WRITE`` to different slots.
 
         Parameters
         ----------
@@ -247,7 +248,7 @@ class Link:
         Raises
         ------
         RefusedError
-            If the chip does not execute one; those after it have not been executed either.
+            If the chip refuses a command; it has not executed the commands after it either.
         LinkTimeoutError
             If there is no answer.
         """
@@ -259,7 +260,7 @@ class Link:
             if self.session is not None and len(payload) > room:
                 raise ValueError(f"Payload must have at most {room} bytes, not {len(payload)}")
         missing = list(requests)
-        while missing:  # The last of them always gets its answer.
+        while missing:  # The last command always gets its answer.
             if self.session is None:
                 raise LinkError("No session with the board is open; open the board again.")
             session, self.session = self.session, None
@@ -275,7 +276,7 @@ class Link:
         return [request.answer or b"" for request in requests]
 
     def _exchange(self, session: int, requests: Sequence[Request]) -> None:
-        """Give ``requests`` until the last has its answer: go-back-N within the credit."""
+        """Send ``requests`` until the last has its answer: go-back-N within the credit."""
         window = Window(self._next)
         silences = 0
         deadline = self._deadline()
@@ -301,28 +302,28 @@ class Link:
     def _fill(
         self, session: int, requests: Sequence[Request], window: Window, silences: int
     ) -> None:
-        """Send what the window and the chip's buffer have room for."""
+        """Send as many requests as the window and the chip's buffer have room for."""
         while window.cursor < min(len(requests), window.confirmed + _WINDOW):
             index = window.cursor
             request = requests[index]
-            form = min(silences // _TRIES_BEFORE_SHORTER, len(request.payloads) - 1)
+            form = min(silences // _ATTEMPTS_BEFORE_SHORTER, len(request.payloads) - 1)
             sequence = (window.first + index) % 256
             body = bytes((session, sequence, request.code)) + request.payloads[form]
             size = len(body) + CRC_BYTES
-            if window.flying and window.flying_bytes + size > self._credit:
+            if window.in_flight and window.bytes_in_flight + size > self._credit:
                 break
             self._send(body, repeated=index < window.sent, flush=window.flush)
             window.note_sent(size)
 
     def _ask(self, header: bytes, command: Command, *, plain: bool) -> bytes:
-        """Send a command that stands outside the order; return its answer from the status on."""
+        """Send a command that has no place in the order; return its answer from the status on."""
         question = header + bytes([command])
         for attempt in range(self.attempts):
             self._send(question, repeated=attempt > 0, flush=True, plain=plain)
             deadline = self._deadline()
             while frames := self._receive(deadline):
                 for body, is_plain in frames:
-                    # No chip answers so: the question itself is what a line echoes.
+                    # A frame equal to the question is an echo of the line.
                     if body != question and is_plain == plain and body[: len(header)] == header:
                         return body[len(header) :]
         raise self._timeout(command)
@@ -338,7 +339,7 @@ class Link:
             raise _lost(error) from None
 
     def _receive(self, deadline: float) -> list[Frame]:
-        """Return good frames as soon as there are any; none after silence or at the deadline."""
+        """Return good frames as soon as any arrive; none after silence or at the deadline."""
         while (before := self._clock()) < deadline:
             try:
                 data = self._transport.read(self._transport.in_waiting or 1)
@@ -364,7 +365,7 @@ class Link:
         return frames
 
     def _deadline(self) -> float:
-        return self._clock() + _LONGEST_TRY_TIMEOUTS * self.timeout_s
+        return self._clock() + _MAXIMUM_TIMEOUTS * self.timeout_s
 
     def _timeout(self, command: int) -> LinkTimeoutError:
         return LinkTimeoutError(
@@ -374,7 +375,7 @@ class Link:
 
 
 def _take(requests: Sequence[Request], window: Window, body: bytes) -> None:
-    """Take one answer of the session into account; late ones change nothing."""
+    """Record one answer of the session; late answers change nothing."""
     sequence, status = body[1:BODY_HEADER_BYTES]
     if status == Status.NO_SESSION:
         raise _taken()
@@ -389,7 +390,7 @@ def _take(requests: Sequence[Request], window: Window, body: bytes) -> None:
             requests[index].answer = body[BODY_HEADER_BYTES:]
         window.confirm(index)
     elif status == Status.DUPLICATE:
-        # Of all but the latest: that one would have been answered again.
+        # The chip has executed it earlier. It answers only the latest command again.
         if index < window.sent - 1:
             window.confirm(index)
     elif index >= window.confirmed:

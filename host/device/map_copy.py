@@ -1,4 +1,4 @@
-"""The host's copy of a chip's map, and the upload that makes the two the same."""
+"""The host's copy of a chip's map, and the upload that brings the chip in line with it."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from host.device.map_frames import map_frames
 
 __all__ = ["MapCopy"]
 
-#: Height of a cell of which nobody knows what the chip holds.
+#: Height of a cell whose value on the chip is unknown.
 _UNKNOWN = -1
 #: Frames of the map between two reports of progress.
 _FRAMES_PER_REPORT = 64
 
 
 class MapCopy:
-    """What the chip has acknowledged of its map, and nothing else.
+    """The cells of a chip's map that the chip has acknowledged.
 
     Parameters
     ----------
     config : Config
         The chip's.
     link : Link
-        To it.
+        Link to the chip.
     """
 
     def __init__(self, config: Config, link: Link) -> None:
@@ -44,13 +44,13 @@ class MapCopy:
         *,
         progress: Callable[[int, int], object] | None = None,
     ) -> None:
-        """Write a rectangle; as :meth:`host.device.chip.Chip.upload_map`."""
+        """Write a rectangle: see :meth:`host.device.chip.Chip.upload_map`."""
         heights = np.asarray(heights)
         frames = list(map_frames(self._config, heights, x, y))
         rows, columns = heights.shape
         written = self._heights.copy()
         written[y : y + rows, x : x + columns] = heights
-        # Nobody knows what a transfer that fails has written, but for what was acknowledged.
+        # A transfer that fails leaves all cells unknown that the chip has not acknowledged.
         self._heights[y : y + rows, x : x + columns] = _UNKNOWN
         done = 0
         for first in range(0, len(frames), _FRAMES_PER_REPORT):
@@ -68,7 +68,7 @@ class MapCopy:
         *,
         progress: Callable[[int, int], object] | None = None,
     ) -> None:
-        """Write the rectangle that holds every change: :meth:`host.device.chip.Chip.update_map`."""
+        """Write the rectangle with all changes: see :meth:`host.device.chip.Chip.update_map`."""
         heights = np.asarray(heights)
         if heights.shape != self._heights.shape:
             raise ValueError(

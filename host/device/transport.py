@@ -1,4 +1,4 @@
-"""What the link needs of a port: a part of :class:`serial.Serial`."""
+"""The port that a link needs: a subset of :class:`serial.Serial`."""
 
 from __future__ import annotations
 
@@ -9,15 +9,14 @@ __all__ = ["Transport"]
 
 
 class Transport(Protocol):
-    """A port of bytes, as pyserial has them.
+    """A port of bytes with pyserial's interface: a real port, a simulated board or a model.
 
-    Real ports, simulated boards and models alike; errors are :class:`OSError`, which pyserial's are
-    too, or :class:`host.errors.JobError`.
+    Its methods raise :class:`OSError`, as pyserial's do, or :class:`host.errors.JobError`.
 
     Attributes
     ----------
     timeout : float or None
-        Longest wait of a :meth:`read`, seconds.
+        Longest wait of :meth:`read`, seconds.
     """
 
     timeout: float | None
@@ -36,5 +35,5 @@ class Transport(Protocol):
         ...
 
     def close(self) -> None:
-        """Hang up."""
+        """Close the connection."""
         ...

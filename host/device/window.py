@@ -1,4 +1,4 @@
-"""Bookkeeping of commands that have no answer yet: go-back-N within a credit of bytes."""
+"""Commands in flight: go-back-N within a credit of bytes."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ __all__ = ["Request", "Window"]
 
 @dataclass
 class Request:
-    """One command on its way.
+    """One command and its answer.
 
     Attributes
     ----------
     code : int
         Code of the command.
     payloads : tuple of bytes
-        Its payload, and others that may take its place, in the order they are tried.
+        Payload of the command, and alternatives in the order in which they are tried.
     answer : bytes or None
-        Payload of its answer, once there is one.
+        Payload of the answer; None before it arrives.
     """
 
     code: int
@@ -30,23 +30,23 @@ class Request:
 
 @dataclass
 class Window:
-    """Progress of a sequence of commands, which are named by their index in it.
+    """Progress of a sequence of commands; a command is named by its index in the sequence.
 
     Attributes
     ----------
     first : int
         Sequence number of the first command.
     confirmed : int
-        Commands that the chip has executed for certain.
+        Number of commands that the chip has certainly executed.
     cursor : int
-        The next to be sent.
+        Index of the next command to send.
     sent : int
-        Commands that have been sent at least once.
+        Number of commands that have been sent at least once.
     flush : bool
-        Whether the next frame needs a delimiter before it: one may have been lost.
-    flying : deque of (int, int)
-        Index and size of every frame, repeated ones too, that may still be in the chip's buffer.
-        The size counts against the credit: body and CRC, bytes.
+        Whether the next frame needs a delimiter before it, because one may have been lost.
+    in_flight : deque of (int, int)
+        Index and size of every frame that may still be in the chip's buffer, repeated frames
+        included. The size, body and CRC in bytes, counts against the credit.
     """
 
     first: int
@@ -54,21 +54,21 @@ class Window:
     cursor: int = 0
     sent: int = 0
     flush: bool = False
-    flying: deque[tuple[int, int]] = field(default_factory=deque)
+    in_flight: deque[tuple[int, int]] = field(default_factory=deque)
 
     def index(self, sequence: int) -> int:
-        """Return the index, next to ``confirmed``, of a sequence number."""
+        """Return the index nearest to ``confirmed`` that has this sequence number."""
         ahead = (sequence - self.first - self.confirmed + 128) % 256 - 128
         return self.confirmed + ahead
 
     @property
-    def flying_bytes(self) -> int:
-        """Bytes in the chip's buffer, at most."""
-        return sum(size for _, size in self.flying)
+    def bytes_in_flight(self) -> int:
+        """Maximum bytes in the chip's buffer."""
+        return sum(size for _, size in self.in_flight)
 
     def note_sent(self, size: int) -> None:
         """Note that the command at the cursor has been sent."""
-        self.flying.append((self.cursor, size))
+        self.in_flight.append((self.cursor, size))
         self.cursor += 1
         self.sent = max(self.sent, self.cursor)
         self.flush = False
@@ -77,23 +77,23 @@ class Window:
         """Note that the chip has executed the command with this index."""
         self.confirmed = max(self.confirmed, index + 1)
         self.cursor = max(self.cursor, self.confirmed)
-        if any(flying == index for flying, _ in self.flying):
-            while self.flying.popleft()[0] != index:
+        if any(sent == index for sent, _ in self.in_flight):
+            while self.in_flight.popleft()[0] != index:
                 pass
 
     def go_back(self, index: int) -> None:
-        """Note that the chip waits for this index and dropped a later one."""
+        """Note that the chip expects this index and has dropped a later one."""
         self.confirmed = max(self.confirmed, index)
-        # The answer is to the oldest frame that is not the expected one, or to a later one.
-        if any(flying != index for flying, _ in self.flying):
-            while self.flying.popleft()[0] == index:
+        # The chip answered the oldest frame that is not the expected one, or a later frame.
+        if any(sent != index for sent, _ in self.in_flight):
+            while self.in_flight.popleft()[0] == index:
                 pass
-        if all(flying != index for flying, _ in self.flying):
+        if all(sent != index for sent, _ in self.in_flight):
             self._resend()
 
     def start_again(self) -> None:
-        """Note that nothing sent so far will be answered."""
-        self.flying.clear()
+        """Note that no frame sent so far will be answered."""
+        self.in_flight.clear()
         self._resend()
 
     def _resend(self) -> None:

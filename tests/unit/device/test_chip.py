@@ -290,7 +290,7 @@ def test_another_build_is_refused(port, field):
     built = SMALL.build_id ^ 8 if field == "build_id" else SMALL.build_id
     made = SMALL if field == "build_id" else SMALL.replace(**{field: getattr(SMALL, field) ^ 8})
     sentence = (
-        f"The board was built as {built:08x}, but what it says of itself makes "
+        f"The board was built as {built:08x}, but the sizes that it reports make "
         f"{made.build_id:08x} here: load a bitstream of this release."
     )
     with pytest.raises(InputError, match=f"^{re.escape(sentence)}$"):

@@ -1,0 +1,135 @@
+"""Block diagrams as graphs in the language DOT: of the chip, its genetic core, and the host."""
+
+from __future__ import annotations
+
+import html
+import importlib
+import textwrap
+from collections.abc import Iterable, Mapping
+
+import grimp
+
+from hdl.top import Planner
+from tools.diagrams.units import Unit, units_of
+from tools.protocol_page.frames import SMALL
+
+
+__all__ = ["GRAPHS", "chip", "graphs"]
+
+_HEAD = """digraph {
+  graph [rankdir=%s, fontname="Helvetica", nodesep=0.45, ranksep=0.6, pad=0.4, bgcolor="white"]
+  node [shape=box, style="rounded,filled", fillcolor="%s", fontname="Helvetica", fontsize=12,
+    margin="0.25,0.1"]
+  edge [fontname="Helvetica", fontsize=9, color="#406080", fontcolor="#203040", arrowsize=0.7]
+"""
+_BLUE, _GREY = "#e8f0fa", "#f4f4f4"
+#: Names of files in docs/pictures.
+GRAPHS = ("chip", "core", "host")
+#: Packages that the host's picture shows, besides the folders of host.
+_NEIGHBOURS = ("hdl.config", "hdl.protocol", "hdl.verilog", "pathgene", "sim.board", "sim.model")
+
+
+def graphs() -> dict[str, str]:
+    """Return each graph by its name."""
+    top = chip()
+    return {
+        "chip": _units_graph(top, "the line"),
+        "core": _units_graph(top.find("Core"), "the rest of the chip"),
+        "host": _host_graph(),
+    }
+
+
+def chip() -> Unit:
+    """Return the units of the small chip of the protocol's page, which are those of any chip."""
+    return units_of(Planner(SMALL))
+
+
+def _units_graph(whole: Unit, outside: str) -> str:
+    lines = [_HEAD % ("TB", _BLUE)]
+    units = dict(whole.units)
+    feeds = whole.connections()
+    # A unit through which one stream passes belongs to the wire.
+    for name, unit in whole.units.items():
+        if unit.kind == "SkidBuffer":
+            feeds = _joined(feeds, name)
+            del units[name]
+    for name, unit in units.items():
+        lines.append(f"  {name} [label=<{_label(name, unit)}>]")
+    lines.append(f'  outside [label="{outside}", shape=plaintext, style="", fontsize=11]')
+    control = {name for name, unit in units.items() if unit.kind == "Control"}
+    for (source, target), outputs in sorted(feeds.items()):
+        steering = {source, target} & control
+        style = ', style=dashed, color="#909090", fontcolor="#707070"' if steering else ""
+        names = {whole.name: "outside"}
+        ends = f"{names.get(source, source)} -> {names.get(target, target)}"
+        lines.append(f'  {ends} [label="{_wrapped(sorted(outputs))}"{style}]')
+    return "\n".join([*lines, "}", ""])
+
+
+def _joined(
+    feeds: Mapping[tuple[str, str], list[str]], buffer: str
+) -> dict[tuple[str, str], list[str]]:
+    """Return ``feeds`` without ``buffer``: what goes in comes out under the same name."""
+    sources = [(source, names) for (source, target), names in feeds.items() if target == buffer]
+    targets = [target for source, target in feeds if source == buffer]
+    kept = {pair: list(names) for pair, names in feeds.items() if buffer not in pair}
+    for source, names in sources:
+        for target in targets:
+            kept.setdefault((source, target), []).extend(names)
+    return kept
+
+
+def _label(name: str, unit: Unit) -> str:
+    inner = list(dict.fromkeys(one.kind for one in unit.units.values()))
+    inner = [kind for kind in inner if kind not in ("SkidBuffer", "StreamRegister", "Memory")]
+    lines = [f"<b>{unit.kind}</b>", f'<font point-size="9">{unit.file}</font>']
+    if inner:
+        folded = textwrap.wrap(", ".join(inner), 38)
+        lines += [f'<font point-size="8" color="#506070">{line}</font>' for line in folded]
+    return "<br/>".join(lines)
+
+
+def _wrapped(names: Iterable[str]) -> str:
+    return "\\n".join(textwrap.wrap(", ".join(names), 22))
+
+
+def _host_graph() -> str:
+    graph = grimp.build_graph("host", "hdl", "sim", "pathgene")
+    folders = sorted(graph.find_children("host") - {"host.__main__"})
+    boxes = {box: {box, *graph.find_descendants(box)} for box in (*folders, *_NEIGHBOURS)}
+    boxes = {box: modules for box, modules in boxes.items() if modules & graph.modules}
+    owner = {module: box for box, modules in boxes.items() for module in modules}
+    uses: dict[str, set[str]] = {box: set() for box in boxes}
+    for module, box in owner.items():
+        for imported in graph.find_modules_directly_imported_by(module):
+            if owner.get(imported, box) != box:
+                uses[box].add(owner[imported])
+    lines = [_HEAD % ("TB", _BLUE)]
+    for box in boxes:
+        fill = "" if box.startswith("host") else f', fillcolor="{_GREY}"'
+        lines.append(f'  "{box}" [label=<{_described(box)}>{fill}]')
+    for box, used in sorted(uses.items()):
+        # What a neighbour between uses, too, is left out: the arrows through it say so.
+        lines += [f'  "{box}" -> "{other}"' for other in sorted(used - _beyond(uses, used))]
+    return "\n".join([*lines, "}", ""])
+
+
+def _described(module: str) -> str:
+    """Return a module's name over the first sentence of its docstring."""
+    said = (importlib.import_module(module).__doc__ or "").split("\n\n")[0].replace("`", "")
+    sentence = " ".join(said.split()).partition(". ")[0].rstrip(".")
+    folded = [html.escape(line) for line in textwrap.wrap(sentence, 34)]
+    small = "<br/>".join(f'<font point-size="9">{line}</font>' for line in folded)
+    return f"<b>{module}</b><br/>{small}"
+
+
+def _beyond(uses: Mapping[str, set[str]], boxes: Iterable[str]) -> set[str]:
+    """Return all that ``boxes`` use, directly or not."""
+    found: set[str] = set()
+    open_ends = list(boxes)
+    while open_ends:
+        for other in uses[open_ends.pop()]:
+            if other not in found:
+                found.add(other)
+                open_ends.append(other)
+    return found

@@ -1,0 +1,68 @@
+"""The pictures that this package makes, and whether they are up to date."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+from tools.diagrams.blocks import chip, graphs
+from tools.diagrams.scenes import scenes
+
+
+__all__ = ["PICTURES", "drawn", "is_drawn", "mark_of", "waveforms"]
+
+PICTURES = Path(__file__).resolve().parents[2] / "docs" / "pictures"
+
+
+def drawn() -> dict[Path, str]:
+    """Return every picture as SVG; needs the program of the package `graphviz-pure`."""
+    pictures = {_path(name): _laid_out(graph) for name, graph in graphs().items()}
+    return pictures | waveforms()
+
+
+def waveforms() -> dict[Path, str]:
+    """Return the waveforms, which takes a simulation of some seconds."""
+    return {_path(name): svg for name, svg in scenes(chip()).items()}
+
+
+def is_drawn(name: str, graph: str) -> bool:
+    """Return whether the committed block diagram was made from this graph."""
+    return mark_of(graph) in _path(name).read_text()
+
+
+def mark_of(graph: str) -> str:
+    """Return the comment in a picture that names the boxes and arrows that it was made from.
+
+    Descriptions in small print do not count.
+    """
+    graph = re.sub(r"<font.*?</font>|<br/>", "", graph)
+    return f"<!-- graph {hashlib.sha256(graph.encode()).hexdigest()[:16]} -->"
+
+
+def _path(name: str) -> Path:
+    return PICTURES / f"{name}.svg"
+
+
+def _laid_out(graph: str) -> str:
+    program = Path(sys.executable).with_name("graphviz-pure")
+    done = subprocess.run(
+        [program, "-Tsvg"], input=graph, capture_output=True, text=True, check=True
+    )
+    svg = done.stdout[done.stdout.index("<svg") :].rstrip()
+    svg = re.sub(r'<g id="node\d+".*?</g>', _centred, svg, flags=re.DOTALL)
+    return f"{svg}\n{mark_of(graph)}\n"
+
+
+def _centred(node: re.Match[str]) -> str:
+    """Return a box whose texts stay in its middle, whatever the viewer's font."""
+    outline = re.search(r' d="([^"]*)"', node[0])
+    if outline is None:
+        return node[0]
+    across = [float(x) for x in re.findall(r"(-?[\d.]+),", outline[1])]
+    middle = (min(across) + max(across)) / 2
+    return re.sub(
+        r'text-anchor="start" x="[^"]*"', f'text-anchor="middle" x="{middle:.2f}"', node[0]
+    )

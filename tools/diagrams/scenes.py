@@ -1,0 +1,304 @@
+"""Waveforms of the small chip: a framed command, a generation, and a check."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from amaranth.hdl import Value
+from amaranth.lib import data
+from amaranth.sim import Simulator
+
+from hdl.protocol import (
+    ChipState,
+    Command,
+    LinkMode,
+    check_request,
+    generate_request,
+    map_request,
+    pack_cells,
+    pack_paths,
+    start_request,
+    write_request,
+)
+from hdl.protocol.codec import encode_frame
+from tools.diagrams.units import Unit
+from tools.diagrams.waves import Trace, draw, hexadecimal, integer, text_of
+from tools.protocol_page.frames import SMALL
+
+
+__all__ = ["SCENES", "scenes"]
+
+#: Names of files in docs/pictures.
+SCENES = ("command", "command_inside", "generation", "check")
+#: A command that takes more cycles than this hangs.
+_LIMIT = 20_000
+
+
+class Recording:
+    """A chip at its pins, every cycle of which is recorded.
+
+    Parameters
+    ----------
+    top : Unit
+        The elaborated chip.
+    rows : dict of str to Value
+        Signals to record, by label.
+    """
+
+    def __init__(self, top: Unit, rows: dict[str, Any]) -> None:
+        self.values: dict[str, list[int]] = {label: [] for label in rows}
+        #: First and last cycle of each frame's command.
+        self.spans: list[tuple[int, int]] = []
+        self._top, self._rows = top, rows
+        self._sending = top.find("Line").component.sending
+
+    def run(self, frames: Sequence[tuple[bytes, bool]]) -> None:
+        """Send frames, each after the reply to the one before; record those that are so marked."""
+        simulator = Simulator(self._top.fragment)
+
+        async def bench(ctx: Any) -> None:
+            ctx.set(self._top.component.rx, 1)
+            await self._cycles(ctx, 12, recorded=False)
+            for frame, recorded in frames:
+                await self._exchange(ctx, frame, recorded)
+
+        simulator.add_testbench(bench)
+        simulator.run()
+
+    async def _exchange(self, ctx: Any, frame: bytes, recorded: bool) -> None:
+        first = self._count
+        for byte in frame:
+            for bit in _bits(byte):
+                ctx.set(self._top.component.rx, bit)
+                await self._cycles(ctx, SMALL.clocks_per_bit, recorded=recorded)
+        replied = False
+        for _ in range(_LIMIT):
+            await self._cycles(ctx, 1, recorded=recorded)
+            replied |= ctx.get(self._sending)
+            if replied and not ctx.get(self._sending):
+                break
+        else:
+            raise TimeoutError(f"Command not done in {_LIMIT} cycles")
+        await self._cycles(ctx, 16, recorded=recorded)
+        if recorded:
+            self.spans.append((first, self._count - 1))
+
+    @property
+    def _count(self) -> int:
+        return len(next(iter(self.values.values())))
+
+    async def _cycles(self, ctx: Any, count: int, *, recorded: bool) -> None:
+        clock = self._top.component.clk
+        for _ in range(count):
+            if recorded:
+                for label, signal in self._rows.items():
+                    self.values[label].append(int(ctx.get(signal)))
+            ctx.set(clock, 1)
+            await ctx.delay(5e-9)
+            ctx.set(clock, 0)
+            await ctx.delay(5e-9)
+
+    def bytes_of(self, label: str) -> Trace:
+        """Return a row of the bytes on a line of the UART, start bit to stop bit each."""
+        line = self.values[label]
+        width = SMALL.clocks_per_bit
+        trace = Trace(f"bytes of {label}", hexadecimal, [0] * len(line), [0] * len(line))
+        cycle = 0
+        while cycle + 10 * width <= len(line):
+            if line[cycle]:
+                cycle += 1
+                continue
+            bits = [line[cycle + width * bit + width // 2] for bit in range(1, 9)]
+            span = slice(cycle, cycle + 10 * width)
+            trace.values[span] = [sum(bit << i for i, bit in enumerate(bits))] * (10 * width)
+            # The last cycle parts equal bytes.
+            trace.valid[span] = [1] * (10 * width - 1) + [0]
+            cycle += 10 * width
+        return trace
+
+    def trace(self, label: str, show: Any = None, valid: str | None = None) -> Trace:
+        """Return a row of a picture."""
+        chosen = self.values[valid] if valid else []
+        return Trace(label, show, self.values[label], chosen)
+
+    def around(self, label: str, after: int, before: int, after_it: int) -> tuple[int, int]:
+        """Return the cycles around those in which a row is high, from cycle ``after`` on."""
+        high = [cycle for cycle, value in enumerate(self.values[label]) if value]
+        run = [cycle for cycle in high if cycle >= after]
+        last = run[0]
+        while last + 1 in run:
+            last += 1
+        return run[0] - before, last + after_it
+
+
+def scenes(top: Unit) -> dict[str, str]:
+    """Return the SVG of each waveform by its name."""
+    recording = Recording(top, _rows(top))
+    recording.run(_frames())
+    return {
+        "command": _command(recording),
+        "command_inside": _command_inside(recording),
+        "generation": _generation(recording),
+        "check": _check(recording),
+    }
+
+
+def _rows(top: Unit) -> dict[str, Any]:
+    line, control = top.find("Line").component, top.find("Control").component
+    population, core = top.find("Population").component, top.find("Core").component
+    checker = top.find("Checker").component
+    walker = top.find("ParallelWalker").component
+    receiver = top.find("CommandReceiver").component
+    waypoint = data.View(_waypoint(), population.waypoints[0])
+    state = Value.cast(control.state)
+    running = (ChipState.CROSSOVER, ChipState.MUTATE, ChipState.UPDATE)
+    return {
+        "rx": line.rx,
+        "requests.valid": line.requests.valid,
+        "requests.data": line.requests.p.data,
+        "receiver.on": receiver.on,
+        "state": state,
+        "replies.valid": line.replies.valid,
+        "replies.data": line.replies.p.data,
+        "tx": line.tx,
+        "generating": sum((state == value for value in running), start=state == 255),
+        "carrying": population.carrying,
+        "position": population.position,
+        "waypoints[0].x": waypoint.x,
+        "waypoints[0].y": waypoint.y,
+        "lookup_valid": core.lookup_valid,
+        "lookup_x": core.lookup_x,
+        "lookup_y": core.lookup_y,
+        "lookup_altitude": core.lookup_altitude,
+        "update": population.update,
+        "checking": state == ChipState.CHECK,
+        "points.valid": checker.points.valid,
+        "points.ready": checker.points.ready,
+        "points.x": checker.points.p.x,
+        "points.y": checker.points.p.y,
+        "points.altitude": checker.points.p.altitude,
+        "step.valid": walker.step.valid,
+        "step.segment": walker.step.segment,
+        "step.cells": walker.step.cells,
+        "step.hit": walker.step.hit,
+        "verdicts.valid": checker.verdicts.valid,
+        "verdicts.collision": checker.verdicts.p.collision,
+        "verdicts.x": checker.verdicts.p.x,
+        "verdicts.y": checker.verdicts.p.y,
+    }
+
+
+def _waypoint() -> data.StructLayout:
+    return data.StructLayout(
+        {
+            "x": SMALL.coordinate_bits,
+            "y": SMALL.coordinate_bits,
+            "altitude": SMALL.altitude_bits,
+        }
+    )
+
+
+def _frames() -> list[tuple[bytes, bool]]:
+    """Return every frame, and whether its command is recorded."""
+    bits, edge = SMALL.coordinate_bits, SMALL.map_size - 1
+    paths = [
+        [
+            (2 + slot + step) % 16 | (3 * slot + 2 * step) % 16 << bits | 9 << 2 * bits
+            for step in range(2 + slot % 4)
+        ]
+        for slot in range(SMALL.population)
+    ]
+    # A ridge from south to north with a gap, whose floor is too high at one cell.
+    ridge = map_request(SMALL).pack(x=8, y=0, width=1, height=16)
+    ground = [14, 14, 14, 3, 3, 11, 3, 3, 3, 14, 14, 14, 14, 14, 14, 14]
+    order = {f"slot_{slot}": slot for slot in range(SMALL.population)}
+    points = [x | y << bits | 9 << 2 * bits for x, y in ((2, 2), (7, 5), (10, 6), (13, 12))]
+    start = start_request(SMALL).pack(seed=3, x=edge, y=edge, altitude=13, avoid_ground=1)
+    rank = generate_request(SMALL, LinkMode.RANK).pack(mode=LinkMode.RANK, **order)
+    check = check_request(SMALL).pack(flags=0) + pack_paths(SMALL, [points])
+    commands = [
+        (Command.START, start, False),
+        (Command.MAP, ridge + pack_cells(SMALL, ground), False),
+        (Command.WRITE, write_request(SMALL).pack(slot=0) + pack_paths(SMALL, paths), False),
+        (Command.GENERATE, rank, True),
+        (Command.CHECK, check, True),
+    ]
+    frames = [(encode_frame(bytes((1, 255, Command.OPEN))), True)]
+    for sequence, (command, payload, recorded) in enumerate(commands):
+        frames.append((encode_frame(bytes((1, sequence, command)) + payload), recorded))
+    return frames
+
+
+def _bits(byte: int) -> tuple[int, ...]:
+    """Return the bits of a byte on the line: start, eight of data, stop."""
+    return (0, *(byte >> bit & 1 for bit in range(8)), 1)
+
+
+def _command(recording: Recording) -> str:
+    first, last = recording.spans[0]
+    traces = [
+        recording.trace("rx"),
+        recording.bytes_of("rx"),
+        recording.trace("state", text_of(ChipState)),
+        recording.trace("tx"),
+        recording.bytes_of("tx"),
+    ]
+    title = "OPEN of session 1 and its reply at the pins"
+    return draw(title, traces, first, last, step=1000 / (last - first))
+
+
+def _command_inside(recording: Recording) -> str:
+    first, last = recording.around("requests.valid", recording.spans[0][0], 6, 16)
+    traces = [
+        recording.trace("rx"),
+        recording.trace("requests.valid"),
+        recording.trace("requests.data", hexadecimal, "requests.valid"),
+        recording.trace("state", text_of(ChipState)),
+        recording.trace("receiver.on"),
+        recording.trace("replies.valid"),
+        recording.trace("replies.data", hexadecimal, "replies.valid"),
+        recording.trace("tx"),
+    ]
+    title = "The same inside the chip, after the last bit of the request"
+    return draw(title, traces, first, last, step=1000 / (last - first))
+
+
+def _generation(recording: Recording) -> str:
+    first, last = recording.around("generating", recording.spans[1][0], 4, 6)
+    traces = [
+        recording.trace("state", text_of(ChipState)),
+        recording.trace("carrying"),
+        recording.trace("position", integer, "carrying"),
+        recording.trace("waypoints[0].x", integer, "carrying"),
+        recording.trace("waypoints[0].y", integer, "carrying"),
+        recording.trace("lookup_valid"),
+        recording.trace("lookup_x", integer, "lookup_valid"),
+        recording.trace("lookup_y", integer, "lookup_valid"),
+        recording.trace("lookup_altitude", integer),
+        recording.trace("update"),
+    ]
+    title = "One generation with a map: crossover, new waypoints against the ground, update"
+    return draw(title, traces, first, last, step=1000 / (last - first))
+
+
+def _check(recording: Recording) -> str:
+    first, last = recording.around("checking", recording.spans[2][0], 4, 6)
+    traces = [
+        recording.trace("state", text_of(ChipState)),
+        recording.trace("points.valid"),
+        recording.trace("points.ready"),
+        recording.trace("points.x", integer, "points.valid"),
+        recording.trace("points.y", integer, "points.valid"),
+        recording.trace("points.altitude", integer, "points.valid"),
+        recording.trace("step.valid"),
+        recording.trace("step.segment", integer, "step.valid"),
+        recording.trace("step.cells", integer, "step.valid"),
+        recording.trace("step.hit"),
+        recording.trace("verdicts.valid"),
+        recording.trace("verdicts.collision"),
+        recording.trace("verdicts.x", integer, "verdicts.valid"),
+        recording.trace("verdicts.y", integer, "verdicts.valid"),
+    ]
+    title = "One CHECK: four points in, cells step by step, a hit in the second segment"
+    return draw(title, traces, first, last, step=1000 / (last - first))

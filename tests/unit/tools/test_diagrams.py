@@ -19,6 +19,7 @@ def test_block_diagrams():
     assert stale == []
 
 
+@pytest.mark.ci
 def test_waveforms():
     """`python -m tools.diagrams` draws them anew."""
     stale = [path.name for path, svg in waveforms().items() if path.read_text() != svg]

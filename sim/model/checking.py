@@ -1,4 +1,4 @@
-"""The collision checker as the commands of the link see it."""
+"""Model of the commands of the collision checker."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class CheckingModel:
     Parameters
     ----------
     config : Config
-        Has a checker.
+        Must have a checker.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class CheckingModel:
     def write(self, payload: bytes, repeated: bool) -> bytes:
         """Execute a MAP.
 
-        One of a wrong length is refused, but writes the cells that it has for its rectangle.
+        A MAP of a wrong length is refused, but the cells that it has for its rectangle are written.
         """
         layout = map_request(self.config)
         expect(len(payload) >= layout.size, Status.BAD_LENGTH)
@@ -123,11 +123,11 @@ class CheckingModel:
         counting = bool(flags & CheckFlag.COUNT)
         queue = [[self._point(word) for word in path] for path in paths]
         verdicts = check_paths(self.config, self.terrain, queue, counting)
-        clocks = batch_cycles(self.config, self.terrain, queue, counting)
+        spent = batch_cycles(self.config, self.terrain, queue, counting)
         self._results = [_result(verdict) for verdict in verdicts]
         self._totals = {
-            "cycles": sum(cycles for cycles, _ in clocks),
-            "reads": sum(reads for _, reads in clocks),
+            "cycles": sum(cycles for cycles, _ in spent),
+            "reads": sum(reads for _, reads in spent),
             "cells": sum(verdict.cells for verdict in verdicts),
         }
         self.counters[Counter.FEASIBILITY] += self._totals["cycles"]

@@ -1,4 +1,4 @@
-"""The whole chip behind its UART, byte for byte: the board of the URL ``model:``."""
+"""Model of the whole chip behind its UART, byte for byte: the board of the URL ``model:``."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ _LINE_BITS = 10
 class ChipModel:
     """Answers requests as the chip does.
 
-    The clocks of core and checker are the chip's to the clock. The clocks of receiving and
-    transmitting are those of the bytes on the line; the chip adds a few per command.
+    The cycles of core and checker are exactly those of the chip. The cycles of receiver and
+    transmitter are those of the bytes on the line; the chip takes a few more for each command.
 
     Parameters
     ----------
@@ -57,10 +57,10 @@ class ChipModel:
     Attributes
     ----------
     core : Core
-        Population and random source; tests compare it with the gateware's. No command reaches it
-        where the chip has none.
+        Population and random source, which tests compare with the gateware. On a chip without a
+        genetic core, no command reaches it.
     checking : CheckingModel or None
-        The checker, of a chip that has one.
+        The checker, if the chip has one.
     """
 
     def __init__(self, config: Config) -> None:
@@ -96,7 +96,7 @@ class ChipModel:
             self._commands[Command.CHECK_PATHS] = self._check_paths
 
     def feed(self, data: bytes) -> bytes:
-        """Receive ``data`` from the line and return what the chip sends in answer."""
+        """Receive ``data`` from the line and return the answers of the chip."""
         self._counters[Counter.BYTES_RECEIVED] += len(data)
         self._pass_time(Counter.RECEIVE, len(data))
         answers = bytearray()
@@ -112,9 +112,9 @@ class ChipModel:
         return bytes(answers)
 
     def _pass_time(self, counter: Counter, line_bytes: int) -> None:
-        clocks = line_bytes * _LINE_BITS * self.config.clocks_per_bit
-        self._counters[counter] += clocks
-        self._counters[Counter.CYCLES] += clocks
+        cycles = line_bytes * _LINE_BITS * self.config.clocks_per_bit
+        self._counters[counter] += cycles
+        self._counters[Counter.CYCLES] += cycles
 
     def _enter(self, state: ChipState) -> None:
         self._states = [state, *self._states[:7]]
@@ -233,11 +233,11 @@ class ChipModel:
             (Counter.MUTATION, ChipState.MUTATE, latest.mutation_clocks),
             (Counter.UPDATE, ChipState.UPDATE, latest.update_clocks),
         )
-        for counter, state, clocks in spent:
+        for counter, state, cycles in spent:
             self._enter(state)
-            self._counters[counter] += clocks
-            self._counters[Counter.CYCLES] += clocks
-        longest = sum(clocks for _, _, clocks in spent)
+            self._counters[counter] += cycles
+            self._counters[Counter.CYCLES] += cycles
+        longest = sum(cycles for _, _, cycles in spent)
         self._counters[Counter.LONGEST] = max(self._counters[Counter.LONGEST], longest)
         self._counters[Counter.GENERATIONS] += 1
         self._counters[Counter.REFUSED_MUTATIONS] += latest.refused
@@ -287,7 +287,7 @@ class ChipModel:
 def _checking(config: Config) -> CheckingModel | None:
     if config.checker is CheckerBuild.NONE:
         return None
-    # Compiles its kernels: chips without a checker do not wait for that.
+    # This import compiles kernels: a chip without a checker does not wait for them.
     from sim.model.checking import CheckingModel
 
     return CheckingModel(config)

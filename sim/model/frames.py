@@ -1,7 +1,7 @@
-"""Frame receiver and transmitter of the chip, as functions of bytes.
+"""Model of the frame receiver and transmitter of the chip, as functions of bytes.
 
-The standard for :mod:`hdl.link.frame`: for any bytes the same bodies and the same errors, as long
-as the chip takes bodies out of its buffer as fast as they come.
+:mod:`hdl.link.frame` is tested against this model: for any bytes it yields the same bodies and the
+same errors, as long as the chip takes bodies out of its buffer as fast as they come.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ class FrameReceiverModel:
     Attributes
     ----------
     errors : StickyError
-        Every kind of error since the start, or since the caller cleared it.
+        Every kind of error since the start, or since the caller cleared them.
     verdicts : list of StickyError
-        The errors one by one, in the order of the frames that were dropped.
+        The errors one by one, in the order of the discarded frames.
     """
 
     def __init__(self, config: Config) -> None:
@@ -38,16 +38,16 @@ class FrameReceiverModel:
 
     @property
     def line_busy(self) -> bool:
-        """Whether a frame has begun and not ended."""
+        """True if a frame has begun and not ended."""
         return self._splitter.inside
 
     @property
     def longest_body(self) -> int:
-        """Bytes of the longest body that the buffer holds: one row is taken by its header."""
+        """Bytes of the longest body that the buffer holds: one row is needed for its header."""
         return self.config.receive_buffer - 1
 
     def feed(self, data: bytes) -> list[Frame]:
-        """Take bytes off the line and return the frames they complete: body, and whether plain."""
+        """Take bytes off the line and return the frames that they complete."""
         frames = []
         for encoded in self._splitter.feed(data):
             try:

@@ -1,4 +1,4 @@
-"""A serial port with the software model at its other end."""
+"""Serial port with the software model at its other end."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ __all__ = ["ModelPort"]
 class ModelPort:
     """The methods of :class:`serial.Serial` that a link uses, over a :class:`ChipModel`.
 
-    The model answers while it is written to, so a read never waits: what is not there yet will not
-    come by itself.
+    The model answers during a write, so a read never waits: bytes that are not there yet come only
+    after another write.
 
     Parameters
     ----------
@@ -30,18 +30,18 @@ class ModelPort:
         return len(self._received)
 
     def read(self, size: int = 1) -> bytes:
-        """Return at most ``size`` bytes of what the chip has sent."""
+        """Return at most ``size`` of the bytes that the chip has sent."""
         part = bytes(self._received[:size])
         del self._received[:size]
         return part
 
     def write(self, data: bytes | bytearray | memoryview) -> int:
-        """Give ``data`` to the chip and return its length."""
+        """Pass ``data`` to the chip and return its length."""
         self._received += self.chip.feed(bytes(data))
         return len(data)
 
     def flush(self) -> None:
-        """Do nothing: what was written has arrived."""
+        """Do nothing: all written bytes have arrived."""
 
     def close(self) -> None:
-        """Do nothing: a model needs no end."""
+        """Do nothing: a model holds no resources."""

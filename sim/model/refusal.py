@@ -1,4 +1,4 @@
-"""How the commands of the model say no."""
+"""Refusal of commands in the model."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ __all__ = ["RefusedError", "expect"]
 
 
 class RefusedError(Exception):
-    """The command is answered with this status and changes nothing else."""
+    """A refused command: it is answered with ``status`` and changes nothing else."""
 
     def __init__(self, status: Status) -> None:
         self.status = status

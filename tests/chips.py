@@ -11,14 +11,14 @@ from hdl.protocol import Counter, LinkMode
 __all__ = [
     "CHECKERS",
     "CHECKING",
-    "LINE_CLOCKS",
+    "LINE_CYCLES",
     "SMALL",
     "TINY",
     "Pair",
     "board_url",
     "random_path",
     "random_paths",
-    "without_line_clocks",
+    "without_line_cycles",
 ]
 
 #: A chip that both simulators build and run in seconds: odd sizes, and a receive buffer that is
@@ -63,8 +63,8 @@ TINY = Config(
     checker=CheckerBuild.NONE,
 )
 
-#: Counters in which the model leaves out the few clocks that the chip takes per command.
-LINE_CLOCKS = (Counter.CYCLES, Counter.RECEIVE, Counter.TRANSMIT)
+#: Counters in which the model leaves out the few cycles that the chip takes per command.
+LINE_CYCLES = (Counter.CYCLES, Counter.RECEIVE, Counter.TRANSMIT)
 
 
 def board_url(scheme, config, **options):
@@ -88,9 +88,9 @@ def random_paths(config, rng, length=None):
     return [random_path(config, rng, length) for _ in range(config.population)]
 
 
-def without_line_clocks(counters):
+def without_line_cycles(counters):
     """Return what board and model must agree on of :meth:`host.device.chip.Chip.counters`."""
-    return {name: count for name, count in counters.items() if name not in LINE_CLOCKS}
+    return {name: count for name, count in counters.items() if name not in LINE_CYCLES}
 
 
 class Pair:
@@ -140,5 +140,5 @@ class Pair:
         assert self.board.read(0, count) == self.model.read(0, count) == self.paths
         assert self.board.status() == self.model.status()
         counters = self.board.counters()
-        assert without_line_clocks(counters) == without_line_clocks(self.model.counters())
+        assert without_line_cycles(counters) == without_line_cycles(self.model.counters())
         return counters

@@ -31,7 +31,7 @@ from hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
 from host.device.map_frames import map_frames
 from sim.model.chip import ChipModel
 from sim.model.frames import FrameReceiverModel
-from tests.chips import LINE_CLOCKS, random_path
+from tests.chips import LINE_CYCLES, random_path
 from tests.faults import ByteFaults
 
 
@@ -138,7 +138,7 @@ class Fuzz:
         for body, plain in _bodies(answers):
             header, reply = body[:BODY_HEADER_BYTES], body[BODY_HEADER_BYTES:]
             if len(reply) == layout.size:
-                reply = layout.pack(**layout.unpack(reply) | dict.fromkeys(LINE_CLOCKS, 0))
+                reply = layout.pack(**layout.unpack(reply) | dict.fromkeys(LINE_CYCLES, 0))
             told += encode_frame(header + reply, plain=plain)
         return told
 

@@ -8,7 +8,7 @@ __all__ = ["hand_over"]
 
 
 def hand_over(unit, payloads, fields=None, *, repeated=False, collectors=(), limit=20_000):
-    """Return status and clocks of each of ``payloads``, one after the other.
+    """Return status and cycles of each of ``payloads``, one after the other.
 
     Clocks are from the first in which the unit is on to that in which it is over. ``fields`` are
     inputs to be set before. Every byte is offered as soon as it may be.
@@ -29,7 +29,7 @@ def hand_over(unit, payloads, fields=None, *, repeated=False, collectors=(), lim
     async def one(ctx, payload):
         at = 0
         ctx.set(unit.on, 1)
-        for clock in range(limit):
+        for cycle in range(limit):
             ctx.set(unit.ended, at == len(payload))
             ctx.set(unit.bytes.valid, at < len(payload))
             ctx.set(unit.bytes.payload, payload[at] if at < len(payload) else 0x5A)
@@ -39,7 +39,7 @@ def hand_over(unit, payloads, fields=None, *, repeated=False, collectors=(), lim
             if done:
                 status = Status(status)
                 assert status is not Status.OK or at == len(payload)
-                return status, clock + 1
+                return status, cycle + 1
             at += taken
         raise TimeoutError(f"Not done in {limit} clocks")
 

@@ -1,4 +1,4 @@
-"""The exported frame receiver against the model: a byte in every clock, and at a line's pace."""
+"""The exported frame receiver against the model: a byte in every cycle, and at a line's pace."""
 
 import random
 
@@ -38,8 +38,8 @@ class Bench:
             port.value = 0
         Clock(dut.clk, 10, unit="ns").start()
 
-    async def clock(self, value=None):
-        """Pass one clock, with a byte for the receiver or without."""
+    async def cycle(self, value=None):
+        """Pass one cycle, with a byte for the receiver or without."""
         dut = self.dut
         dut.bytes__valid.value = value is not None
         dut.bytes__payload.value = value or 0
@@ -64,17 +64,17 @@ class Bench:
             self._body.clear()
 
     async def feed(self, data, gap):
-        """Send bytes with ``gap`` clocks between two."""
+        """Send bytes with ``gap`` cycles between two."""
         for value in data:
-            await self.clock(value)
+            await self.cycle(value)
             for _ in range(gap):
-                await self.clock()
+                await self.cycle()
 
     async def settle(self):
         """Wait until all bodies are out: longer than the receiver needs to offer one."""
         self._idle = 0
         while self._idle < 16:
-            await self.clock()
+            await self.cycle()
 
 
 @cocotb.test()

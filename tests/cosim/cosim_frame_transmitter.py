@@ -29,8 +29,8 @@ class Bench:
             port.value = 0
         Clock(dut.clk, 10, unit="ns").start()
 
-    async def clock(self, word=None):
-        """Pass one clock, with a word of a reply or without; return whether it was taken."""
+    async def cycle(self, word=None):
+        """Pass one cycle, with a word of a reply or without; return whether it was taken."""
         dut = self.dut
         dut.replies__valid.value = word is not None
         if word is not None:
@@ -47,7 +47,7 @@ class Bench:
         return taken
 
     async def until(self, condition, limit=20_000):
-        """Call ``condition`` once a clock until it holds."""
+        """Call ``condition`` once a cycle until it holds."""
         for _ in range(limit):
             if await condition():
                 return
@@ -70,12 +70,12 @@ async def bodies_of_all_lengths(dut, pauses, source_pauses):
         expected += encode_frame(body, plain=plain)
         for at, value in enumerate(body):
             for _ in range(next(between)):
-                await bench.clock()
+                await bench.cycle()
             word = {"data": value, "last": at == length - 1, "plain": plain}
-            await bench.until(partial(bench.clock, word))
+            await bench.until(partial(bench.cycle, word))
 
     async def all_sent():
-        await bench.clock()
+        await bench.cycle()
         return len(bench.sent) >= len(expected)
 
     await bench.until(all_sent)

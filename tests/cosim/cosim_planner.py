@@ -23,7 +23,7 @@ from host.device.chip import Chip
 from host.device.link import Link, LinkError
 from sim.model.chip import ChipModel
 from sim.model.port import ModelPort
-from tests.chips import CHECKING, Pair, random_path, without_line_clocks
+from tests.chips import CHECKING, Pair, random_path, without_line_cycles
 
 
 TOP = "planner"
@@ -52,7 +52,7 @@ class Pins:
         self.closed = False
         #: Applied to each write: what the line makes of it.
         self.fault = bytes
-        #: Clocks after the next write at which the chip is reset for one clock.
+        #: Cycles after the next write at which the chip is reset for one cycle.
         self.reset_after = None
         self._dut = dut
         self._received = bytearray()
@@ -80,11 +80,11 @@ class Pins:
     def close(self):
         self.closed = True
 
-    async def _reset(self, clocks=3, after=0):
+    async def _reset(self, cycles=3, after=0):
         if after:
             await Timer(after * CLOCK_NS, "ns")
         self._dut.rst.value = 1
-        await Timer(clocks * CLOCK_NS, "ns")
+        await Timer(cycles * CLOCK_NS, "ns")
         self._dut.rst.value = 0
         await Timer(CLOCK_NS, "ns")
 
@@ -124,7 +124,7 @@ class Pins:
                 self._dut.rx.value = level
                 await Timer(BIT_NS * len(list(run)), "ns")
         if self.reset_after is not None:
-            cocotb.start_soon(self._reset(clocks=1, after=self.reset_after))
+            cocotb.start_soon(self._reset(cycles=1, after=self.reset_after))
             self.reset_after = None
         self._now_ns = get_sim_time("ns")
         return len(data)
@@ -270,8 +270,8 @@ def reset_in_an_answer(pins, chips):
 
 
 @with_host
-def reset_of_a_clock(pins, chips):
-    """In the middle of whatever a chip does, a reset of one clock leaves it as a new one.
+def reset_of_one_cycle(pins, chips):
+    """In the middle of any command, a reset of one cycle leaves the chip as after power-up.
 
     But for its memories, which are written anew.
     """
@@ -289,12 +289,12 @@ def reset_of_a_clock(pins, chips):
             lambda board: board.upload_map(heights),
         ]
     # The generation or the check begins soon after the command; an answer is long.
-    most_clocks = (3, 30, 150, 600)
+    most_cycles = (3, 30, 150, 600)
     if "Icarus" in cocotb.SIM_NAME:
-        whole, most_clocks = whole[:1], (30,)
+        whole, most_cycles = whole[:1], (30,)
     lost = 0
     for command in whole:
-        for after in [rng.randrange(most) for most in most_clocks]:
+        for after in [rng.randrange(most) for most in most_cycles]:
             pins.reset_after = after
             try:
                 command(chips.board)
@@ -316,9 +316,9 @@ def reset_of_a_clock(pins, chips):
             assert paths[0] == paths[1] == chips.paths
             counted = []
             for chip in (chips.board, chips.model):
-                counters = without_line_clocks(chip.counters())
+                counters = without_line_cycles(chip.counters())
                 # The host may have asked twice.
                 counted.append({k: v for k, v in counters.items() if not k.startswith("bytes")})
             assert counted[0] == counted[1]
             assert counted[0]["generations"] == 1
-    assert lost >= len(whole) * len(most_clocks) / 2
+    assert lost >= len(whole) * len(most_cycles) / 2

@@ -204,7 +204,7 @@ async def every_kind_after_every_other(dut, stalled):
 
 @cocotb.test()
 async def first_byte_and_rate(dut):
-    """The first byte 3 clocks after the unit is turned on, a clock before each six of fields."""
+    """The first byte 3 cycles after the unit is turned on, a cycle before each six of fields."""
     bench = Bench(dut, stalled=False)
     await bench.reset()
     dut.answer.value = packed(answer_layout, {"kind": AnswerKind.COUNTERS, "session": 1})

@@ -14,7 +14,7 @@ from host.problem import aircraft
 from host.problem.problem import Problem
 from host.terrain import Terrain
 from sim.board.scheme import start_simulated
-from tests.chips import CHECKERS, board_url, random_path, without_line_clocks
+from tests.chips import CHECKERS, board_url, random_path, without_line_cycles
 from tests.fuzz import Fuzz
 
 
@@ -112,7 +112,7 @@ def test_a_chip_that_only_checks(pair, checker):
             chip.link.request(Command.START, bytes(15))
     assert chips.board.status() == chips.model.status()
     counters, expected = chips.board.counters(), chips.model.counters()
-    assert without_line_clocks(counters) == without_line_clocks(expected)
+    assert without_line_cycles(counters) == without_line_cycles(expected)
     assert counters["paths"] == 20
 
 

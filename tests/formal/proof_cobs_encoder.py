@@ -22,7 +22,7 @@ class Encoder(Elaboratable):
     - The bytes that are sent are these, in order: none is lost, sent twice or invented. Watched is
       any place, and what the definition puts there.
     - Nothing is sent of a block that is not complete.
-    - With room in the buffer, it is ready again after two clocks or earlier. Without room, that is
+    - With room in the buffer, it is ready again after two cycles or earlier. Without room, that is
       with five free rows or fewer, it has bytes of complete blocks to send: if these are taken, the
       wait ends.
     """
@@ -106,7 +106,7 @@ class Encoder(Elaboratable):
             Assert(state <= 2),
             Assert(complete < used),
             Assert(used <= depth),
-            # The room is that of a clock ago, in which a row came or went.
+            # The room is that of a cycle ago, in which a row came or went.
             Assert(Mux(room, used <= depth - 4, used >= depth - 5)),
             Assert(code <= full),
             Assert((tail - start)[: len(tail)] == code),

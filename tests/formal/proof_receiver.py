@@ -1,6 +1,7 @@
 """The frame receiver passes on the bodies of good frames, whole and in order, and nothing else."""
 
 import zlib
+from types import SimpleNamespace
 
 from amaranth import *
 from amaranth.hdl import Assert, Cover
@@ -28,7 +29,7 @@ def residue(*, plain):
 class Receiver(Elaboratable):
     """Proved for all time, by induction, for a buffer of 8 rows.
 
-    Nothing but the widths of its pointers depends on the depth. Any bytes come, in any clocks; the
+    Nothing but the widths of its pointers depends on the depth. Any bytes come, in any cycles; the
     user takes bytes when it likes; the CRC unit may compute anything. What the bytes of a frame are
     is proved of the COBS decoder, which is the real one here, as is the ring.
 
@@ -39,11 +40,11 @@ class Receiver(Elaboratable):
       but the last four, the last of these marked. None is lost, there twice or invented, and of
       other frames there is none. Watched is any row, and what belongs there.
     - Each other frame brings one pulse: ``malformed``, else ``crc_error``, else ``overrun``, 2
-      clocks after its delimiter. There is no other pulse.
+      cycles after its delimiter. There is no other pulse.
     - ``overrun`` comes only if the bytes of bodies, one more for each, would not fit in the buffer.
-    - Rows of the ring are passed on as bytes of bodies, in the clock in which they are there, with
+    - Rows of the ring are passed on as bytes of bodies, in the cycle in which they are there, with
       ``plain`` as the row before them says; that row is not.
-    - A clock after the end of any frame, or garbage, all is ready for the next: no byte is held,
+    - A cycle after the end of any frame, or garbage, all is ready for the next: no byte is held,
       none counted, and none stored that is not of a body passed on.
     """
 
@@ -131,34 +132,15 @@ class Receiver(Elaboratable):
             m.d.sync += due.eq(condition)
             m.d.comb += Assert(pulse == due)
 
-        # The rows as they are read, and what is passed on of them.
-        words, requests = ring.words, receiver.requests
-        transfer, body, is_plain = Signal(), Signal(), Signal()
-        m.d.comb += [
-            transfer.eq(words.valid & words.ready),
-            Assert(words.ready == (requests.ready | ~body)),
-            Assert(requests.valid == (words.valid & body)),
-        ]
-        m.d.sync += taken.eq(taken + transfer)
-        with m.If(transfer):
-            m.d.sync += body.eq(~body | ~words.p.last)
-        with m.If(transfer & ~body):
-            m.d.sync += is_plain.eq(words.p.data[0])
-        with m.If(requests.valid):
-            m.d.comb += [
-                Assert(requests.p.data == words.p.data),
-                Assert(requests.p.last == words.p.last),
-                Assert(requests.p.plain == is_plain),
-            ]
-        with m.If(words.valid):
-            m.d.comb += Assert(taken != base)
-            with m.If(taken == watched):
-                m.d.comb += Assert(words.payload.as_value() == expected)
+        row = SimpleNamespace(
+            watched=watched, stored=stored, expected=expected, byte=byte, place=place, at=at,
+            base=base, size=size, unread=unread, n=n, lost=lost, accepted=accepted, taken=taken,
+        )  # fmt: skip
+        self._check_requests(m, dut, ring, row)
 
         # Between frames nothing is left of any.
         count, tail, commit = (dut.signal(name) for name in ("count", "tail", "commit"))
-        dropped, held = dut.signal("dropped"), Value.cast(dut.signal("held"))
-        behind, ended = Signal(pointer), Signal()
+        dropped, behind, ended = dut.signal("dropped"), Signal(pointer), Signal()
         m.d.sync += ended.eq(ends)
         m.d.comb += [
             behind.eq(tail - base),
@@ -195,34 +177,75 @@ class Receiver(Elaboratable):
         with m.Else():
             m.d.comb += [Assert(behind == n - CRC_BYTES), Assert(unread + behind <= rows)]
 
-        # ... of the row watched, from when its byte comes, ...
-        with m.If(at < unread):
-            m.d.comb += Assert(stored == expected)
-        with m.If(accepted):
-            with m.If(watched == base):
-                m.d.comb += Assert(dut.signal("is_plain") == expected)
-            with m.Elif(place < size - 1):
-                m.d.comb += Assert(stored == expected)
-        with m.Elif(~lost & (place < n)):
-            age = (n - 1 - place)[:3]
-            with m.If(place + CRC_BYTES + 1 < n):
-                m.d.comb += Assert(stored == byte)
-            with m.Else():
-                m.d.comb += Assert(held.word_select(age, 8) == byte)
+        # ... of the watched row and of the ring.
+        self._know_row(m, dut, row)
+        self._know_ring(m, reading, ring, row)
+        self._cover(m, accepts)
+        return m
 
-        # ... and of rows on their way through the ring.
-        loaded = reading.signal("loaded")
-        ahead = Signal(pointer)
+    def _check_requests(self, m, dut, ring, row):
+        """Follow the rows as they are read, and check the bytes that are passed on."""
+        words, requests = ring.words, self.dut.requests
+        transfer, body, is_plain = Signal(), Signal(), Signal()
         m.d.comb += [
-            ahead.eq(ring.fetched - taken),
-            Assert(ahead == loaded + words.valid),
+            transfer.eq(words.valid & words.ready),
+            Assert(words.ready == (requests.ready | ~body)),
+            Assert(requests.valid == (words.valid & body)),
+        ]
+        m.d.sync += row.taken.eq(row.taken + transfer)
+        with m.If(transfer):
+            m.d.sync += body.eq(~body | ~words.p.last)
+        with m.If(transfer & ~body):
+            m.d.sync += is_plain.eq(words.p.data[0])
+        with m.If(requests.valid):
+            m.d.comb += [
+                Assert(requests.p.data == words.p.data),
+                Assert(requests.p.last == words.p.last),
+                Assert(requests.p.plain == is_plain),
+            ]
+        with m.If(words.valid):
+            m.d.comb += Assert(row.taken != row.base)
+            with m.If(row.taken == row.watched):
+                m.d.comb += Assert(words.payload.as_value() == row.expected)
+        m.d.comb += [
             Assert(dut.signal("opened") == body),
             Assert(~body | (requests.p.plain == is_plain)),
         ]
-        with m.If(loaded & (Value.cast(taken + words.valid)[: len(taken)] == watched)):
-            data = Value.cast(reading.submodules.rows.read_ports[0].data)
-            m.d.comb += Assert(data == expected)
 
+    def _know_row(self, m, dut, row):
+        """Assert what induction has to know of the watched row, from when its byte comes."""
+        held = Value.cast(dut.signal("held"))
+        with m.If(row.at < row.unread):
+            m.d.comb += Assert(row.stored == row.expected)
+        with m.If(row.accepted):
+            with m.If(row.watched == row.base):
+                m.d.comb += Assert(dut.signal("is_plain") == row.expected)
+            with m.Elif(row.place < row.size - 1):
+                m.d.comb += Assert(row.stored == row.expected)
+        with m.Elif(~row.lost & (row.place < row.n)):
+            age = (row.n - 1 - row.place)[:3]
+            with m.If(row.place + CRC_BYTES + 1 < row.n):
+                m.d.comb += Assert(row.stored == row.byte)
+            with m.Else():
+                m.d.comb += Assert(held.word_select(age, 8) == row.byte)
+
+    def _know_ring(self, m, reading, ring, row):
+        """Assert what induction has to know of rows on their way through the ring."""
+        loaded = reading.signal("loaded")
+        ahead = Signal.like(ring.fetched)
+        m.d.comb += [
+            ahead.eq(ring.fetched - row.taken),
+            Assert(ahead == loaded + ring.words.valid),
+        ]
+        with m.If(
+            loaded & (Value.cast(row.taken + ring.words.valid)[: len(row.taken)] == row.watched)
+        ):
+            data = Value.cast(reading.submodules.rows.read_ports[0].data)
+            m.d.comb += Assert(data == row.expected)
+
+    def _cover(self, m, accepts):
+        receiver = self.dut
+        requests = receiver.requests
         bodies = Signal(2)
         m.d.sync += bodies.eq(bodies + accepts)
         m.d.comb += [
@@ -231,7 +254,6 @@ class Receiver(Elaboratable):
             Cover(receiver.crc_error),
             Cover(receiver.overrun),
         ]
-        return m
 
 
 PROOF = Proof(

@@ -28,7 +28,7 @@ class Transmitter(Elaboratable):
     Bodies are of any length and come as they like; the COBS encoder takes bytes when it likes, and
     the CRC unit may compute anything.
 
-    - The encoder gets the bytes of a body in the clocks in which they are taken, and right after
+    - The encoder gets the bytes of a body in the cycles in which they are taken, and right after
       them four bytes: the CRC of that body, lowest byte first, as its version has it. The fourth is
       marked as the last of the frame. No byte is lost, and none is invented.
     - The CRC unit gets just the bytes of the body, and starts anew before the next one.

@@ -51,7 +51,6 @@ PENDING_ELABORATE = {
     "hdl/feasibility/parallel/segment_setup.py",
     "hdl/ga_core/core.py",
     "hdl/ga_core/population.py",
-    "tests/formal/proof_receiver.py",
 }
 PENDING_NAMES = {
     "bench/terrains.py",

@@ -78,7 +78,7 @@ class Chip:
         self.cells, self.points = [], []
         self.checks = []
         self.forgotten = 0
-        self.clocks = 0  # Most of them from a last byte to the end.
+        self.cycles = 0  # Most of them from a last byte to the end.
         self.outcomes = []
 
     def run(self, bodies, line_errors=()):
@@ -133,12 +133,12 @@ class Chip:
         for at, byte in enumerate(body):
             last = at == len(body) - 1
             await put(ctx, unit.requests, {"data": byte, "last": last, "plain": plain}, limit=100)
-        clocks = 0
+        cycles = 0
         while not ctx.get(unit.done):
             await ctx.tick()
-            clocks += 1
-            assert clocks < 100
-        self.clocks = max(self.clocks, clocks + 1)
+            cycles += 1
+            assert cycles < 100
+        self.cycles = max(self.cycles, cycles + 1)
         generates = ctx.get(unit.generate) if self.has_core else 0
         if self.has_checker:
             checks = ctx.get(unit.checks)

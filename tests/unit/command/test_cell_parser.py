@@ -60,17 +60,17 @@ def test_whole_rectangles(bits, rectangle, pauses):
     assert cells == expected(altitudes[0], x, y, width) + expected(altitudes[1], x, y, width)
 
 
-@pytest.mark.parametrize(("bits", "clocks_per_cell"), [(4, 2), (8, 2), (12, 4), (16, 3)])
-def test_clocks_per_cell(bits, clocks_per_cell):
+@pytest.mark.parametrize(("bits", "cycles_per_cell"), [(4, 2), (8, 2), (12, 4), (16, 3)])
+def test_cycles_per_cell(bits, cycles_per_cell):
     """Two sizes, so that only what a cell costs is left."""
-    clocks = []
+    cycles = []
     for height in (2, 6):
         altitudes = range(8 * height)
         payload = pack_cells(config_of(bits), [value % 16 for value in altitudes])
         [(status, spent)], _ = written(bits, [payload], 0, 0, 8, height)
         assert status is OK
-        clocks.append(spent)
-    assert clocks[1] - clocks[0] == clocks_per_cell * 8 * 4
+        cycles.append(spent)
+    assert cycles[1] - cycles[0] == cycles_per_cell * 8 * 4
 
 
 @PAUSES
@@ -111,7 +111,7 @@ def test_repeated_writes_nothing():
 def test_it_waits_for_the_map():
     """After the last cell, the checker takes no more until it has worked the rectangle in."""
     unit = CellParser(config_of(8))
-    busy_clocks = 57
+    busy_cycles = 57
     done_at = []
 
     async def checker(ctx):
@@ -120,7 +120,7 @@ def test_it_waits_for_the_map():
             _, _, last = await ctx.tick().sample(unit.writes.valid & unit.writes.p.last)
             if last:
                 ctx.set(unit.writes.ready, 0)
-                for _ in range(busy_clocks):
+                for _ in range(busy_cycles):
                     _, _, done = await ctx.tick().sample(unit.done)
                     done_at.append(done)
                 ctx.set(unit.writes.ready, 1)
@@ -129,6 +129,6 @@ def test_it_waits_for_the_map():
         unit, [bytes(6)], {"rectangle": {"width": 3, "height": 2}}, collectors=(checker,)
     )
     assert outcomes[0][0] is OK
-    assert done_at == [0] * busy_clocks
-    # A byte, a cell each: the first takes 2 clocks, the last is held for one.
-    assert outcomes[0][1] == 2 * 6 + busy_clocks + 4
+    assert done_at == [0] * busy_cycles
+    # A byte, a cell each: the first takes 2 cycles, the last is held for one.
+    assert outcomes[0][1] == 2 * 6 + busy_cycles + 4

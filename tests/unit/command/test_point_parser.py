@@ -46,8 +46,8 @@ def test_every_length(pauses):
     assert points == [point for path in paths for point in points_of(path)]
 
 
-def test_clocks():
-    """4 bytes and two clocks for each point, and one more to be over."""
+def test_cycles():
+    """4 bytes and two cycles for each point, and one more until it is done."""
     outcomes, _ = taken([pack_paths(CONFIG, [path_of(6)])])
     assert outcomes == [(Status.OK, 6 * 6 + 1)]
 

@@ -76,7 +76,7 @@ def test_every_command(pauses):
     assert (chip.session, chip.errors) == (1, StickyError(0))
 
 
-def test_clocks():
+def test_cycles():
     """At most 6 from the last byte on, whether refused or executed."""
     chip = Chip(config=CHECKING)
     chip.run(
@@ -91,7 +91,7 @@ def test_clocks():
             (Command.GENERATE, generate(LinkMode.RANK, ORDER[:-1])),
         )
     )
-    assert chip.clocks == 6
+    assert chip.cycles == 6
 
 
 @pytest.mark.parametrize(("code", "payload", "status"), refusals(CONFIG, ORDER))

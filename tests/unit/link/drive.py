@@ -9,7 +9,7 @@ __all__ = ["drive", "pass_through", "watch"]
 
 
 async def drive(ctx, stream, words, pauses=(0,), limit=100_000):
-    """Offer ``words`` one by one, after as many idle clocks as the next of ``pauses`` says."""
+    """Offer ``words`` one by one, after as many idle cycles as the next of ``pauses`` says."""
     for word, pause in zip(words, itertools.cycle(pauses), strict=False):
         if pause:
             await ctx.tick().repeat(pause)
@@ -28,31 +28,31 @@ def watch(stream, words, pauses=(0,)):
     """Return a background process that takes every word into the list ``words``.
 
     It checks that an offer stays until it is taken. The word is appended with the number of the
-    clock that took it.
+    cycle that took it.
     """
 
     async def process(ctx):
         pause = itertools.cycle(pauses)
         left = next(pause)
         offered = None
-        clock = 0
+        cycle = 0
         while True:
             ctx.set(stream.ready, left == 0)
             *_, valid, word = await ctx.tick().sample(stream.valid, stream.payload)
             assert offered is None or (valid and word == offered), "an offer was taken back"
             offered = word if valid and left else None
             if valid and left == 0:
-                words.append((clock, word))
+                words.append((cycle, word))
                 left = next(pause)
             elif left:
                 left -= 1
-            clock += 1
+            cycle += 1
 
     return process
 
 
 def pass_through(dut, words, drive_pauses, watch_pauses):
-    """Send ``words`` through a register of a stream; return each with the clock that took it."""
+    """Send ``words`` through a register of a stream; return each with the cycle that took it."""
     passed = []
 
     async def feed(ctx):

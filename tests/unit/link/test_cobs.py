@@ -78,7 +78,7 @@ def test_passes_over_empty_frames():
 
 
 def encode(frames, pauses=(0,), source_pauses=(0,)):
-    """Encoded bytes of ``frames`` and the clocks in which they were taken."""
+    """Encoded bytes of ``frames`` and the cycles in which they were taken."""
     dut = CobsEncoder()
     taken = []
 
@@ -97,7 +97,7 @@ def encode(frames, pauses=(0,), source_pauses=(0,)):
         await ctx.tick().repeat(10)
 
     simulate(dut, send, background=[watch(dut.encoded, taken, pauses)])
-    return bytes(value for _, value in taken), [clock for clock, _ in taken]
+    return bytes(value for _, value in taken), [cycle for cycle, _ in taken]
 
 
 @pytest.mark.parametrize(
@@ -122,13 +122,13 @@ def test_encodes_random_frames_behind_a_full_buffer():
 
 
 def test_leaves_no_pause_inside_a_frame():
-    # The fastest line, 4 clocks per bit, takes a byte every 40 clocks; 8 leave less time to fill.
-    _, clocks = encode([bytes(1 + i % 255 for i in range(520))], pauses=(7,))
-    assert {after - before for before, after in itertools.pairwise(clocks)} == {8}
+    # The fastest line, 4 cycles per bit, takes a byte every 40 cycles; 8 leave less time to fill.
+    _, cycles = encode([bytes(1 + i % 255 for i in range(520))], pauses=(7,))
+    assert {after - before for before, after in itertools.pairwise(cycles)} == {8}
 
 
 def test_latency_of_a_short_frame():
-    # Bytes are accepted in clocks 0, 1 and 2; the code is offered 4 clocks after the last.
-    _, clocks = encode([b"\1\2\3"])
-    assert clocks[0] == 2 + 4
-    assert clocks == list(range(6, 11))
+    # Bytes are accepted in cycles 0, 1 and 2; the code is offered 4 cycles after the last.
+    _, cycles = encode([b"\1\2\3"])
+    assert cycles[0] == 2 + 4
+    assert cycles == list(range(6, 11))

@@ -30,14 +30,14 @@ def pattern(length, seed):
 
 
 class Receiver:
-    """A receiver with all it passes on: frames, errors in order, and clocks of both."""
+    """A receiver with all it passes on: frames, errors in order, and cycles of both."""
 
     def __init__(self, config=CONFIG, pauses=(0,)):
         self.dut = FrameReceiver(config.receive_buffer)
         self.pauses = pauses
         self.words = []
         self.errors = []
-        self.clock = 0
+        self.cycle = 0
 
     def run(self, *scenario):
         simulate(
@@ -51,11 +51,11 @@ class Receiver:
         signals = [getattr(self.dut, name) for name in ERRORS]
         async for *_, malformed, crc_error, overrun in ctx.tick().sample(*signals):
             raised = zip(ERRORS.values(), (malformed, crc_error, overrun), strict=True)
-            self.errors += [(self.clock, error) for error, high in raised if high]
-            self.clock += 1
+            self.errors += [(self.cycle, error) for error, high in raised if high]
+            self.cycle += 1
 
     async def feed(self, ctx, data):
-        """Send a byte per clock; the receiver is always ready."""
+        """Send a byte per cycle; the receiver is always ready."""
         ctx.set(self.dut.bytes.valid, 1)
         for value in data:
             assert ctx.get(self.dut.bytes.ready)
@@ -234,7 +234,7 @@ def test_latency():
     frame = encode_frame(b"\1\2\3\4")
     receiver = receive(frame + b"\7\0")
     delimiter = len(frame) - 1
-    assert [clock for clock, _ in receiver.words] == [delimiter + 6 + i for i in range(4)]
+    assert [cycle for cycle, _ in receiver.words] == [delimiter + 6 + i for i in range(4)]
     assert receiver.errors == [(delimiter + 2 + 2, StickyError.MALFORMED)]
 
 
@@ -271,7 +271,7 @@ def transmit(bodies, pauses=(0,), source_pauses=(0,)):
             await ctx.tick().repeat(20 + max(pauses))
 
     simulate(dut, send, background=[watch(dut.bytes, taken, pauses)])
-    return bytes(value for _, value in taken), [clock for clock, _ in taken]
+    return bytes(value for _, value in taken), [cycle for cycle, _ in taken]
 
 
 def frames_of(bodies):
@@ -301,13 +301,13 @@ def test_transmits_what_the_receiver_takes():
 
 
 def test_transmitter_latency():
-    # The body is accepted in clocks 0 to 2.
-    _, clocks = transmit([(b"\1\2\3", False)])
-    assert clocks == list(range(2 + 8, 2 + 8 + 9))
+    # The body is accepted in cycles 0 to 2.
+    _, cycles = transmit([(b"\1\2\3", False)])
+    assert cycles == list(range(2 + 8, 2 + 8 + 9))
 
 
 def test_transmitter_leaves_no_pause_between_frames():
-    # 8 clocks a byte: a fifth of the time that the fastest line gives.
+    # 8 cycles a byte: a fifth of the time that the fastest line gives.
     bodies = [(pattern(length, 5), False) for length in (260, 20, 20)]
-    _, clocks = transmit(bodies, pauses=(7,))
-    assert {after - before for before, after in itertools.pairwise(clocks)} == {8}
+    _, cycles = transmit(bodies, pauses=(7,))
+    assert {after - before for before, after in itertools.pairwise(cycles)} == {8}

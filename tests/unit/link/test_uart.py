@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""UART against a line with clocks of its own."""
+"""UART against a line with its own clock."""
 
 import itertools
 import math
@@ -16,32 +16,32 @@ BYTES = [0x00, 0xFF, 0x55, 0xAA, 0x01, 0x80, 0xFE, 0x7F, 0x0F, 0xC3]
 
 
 def levels(values, clocks_per_bit, phase=0.0):
-    """Levels of the line at each clock edge; bits may last a fraction of a clock, or begin late."""
+    """Levels of the line at each clock edge; bits may last a fraction of a cycle, or begin late."""
     bits = [bit for value in values for bit in (0, *((value >> i) & 1 for i in range(8)), 1)]
     edges = range(math.ceil(len(bits) * clocks_per_bit + phase))
     return [bits[max(-1, math.floor((edge - phase) / clocks_per_bit))] for edge in edges]
 
 
 def receive(clocks_per_bit, line):
-    """Bytes with the clocks in which they are offered, and clocks of framing errors."""
+    """Bytes with the cycles in which they are offered, and cycles of framing errors."""
     dut = UartReceiver(clocks_per_bit)
     received, errors = [], []
 
     async def send(ctx):
-        for level, clocks in itertools.groupby([*line, *[1] * (2 * clocks_per_bit + 8)]):
+        for level, cycles in itertools.groupby([*line, *[1] * (2 * clocks_per_bit + 8)]):
             ctx.set(dut.rx, level)
-            await ctx.tick().repeat(len(list(clocks)))
+            await ctx.tick().repeat(len(list(cycles)))
 
     async def collect(ctx):
         ctx.set(dut.bytes.ready, 1)
-        clock = 0
+        cycle = 0
         signals = (dut.bytes.valid, dut.bytes.payload, dut.framing_error)
         async for *_, valid, value, error in ctx.tick().sample(*signals):
             if valid:
-                received.append((clock, value))
+                received.append((cycle, value))
             if error:
-                errors.append(clock)
-            clock += 1
+                errors.append(cycle)
+            cycle += 1
 
     simulate(dut, send, background=[collect])
     return received, errors
@@ -95,7 +95,7 @@ def test_keeps_a_byte_until_the_next_is_complete():
 @pytest.mark.parametrize("clocks_per_bit", [6, 16])
 def test_ignores_spikes_of_one_clock(clocks_per_bit):
     line = levels(BYTES, clocks_per_bit)
-    # Every bit has its spike, in each of its clocks in turn but those at its edges.
+    # Every bit has its spike, in each of its cycles in turn but those at its edges.
     for bit in range(len(line) // clocks_per_bit):
         line[bit * clocks_per_bit + 2 + bit % (clocks_per_bit - 4)] ^= 1
     received, errors = receive(clocks_per_bit, [1, 1, 0, 1, 1, 1, *line])
@@ -145,7 +145,7 @@ def test_transmits_without_an_idle_clock(clocks_per_bit):
             line.append(level)
 
     simulate(dut, send, background=[sample])
-    # The first byte is accepted in clock 0, and its start bit begins 1 clock later.
+    # The first byte is accepted in cycle 0, and its start bit begins 1 cycle later.
     assert line == [1] + levels(BYTES, clocks_per_bit) + [1] * 5
 
 

@@ -75,12 +75,12 @@ def results_of(host, paths, counting):
             if said.collision
             else PathResult()
         )
-    clocks = batch_cycles(
+    spent = batch_cycles(
         CHECKING, host.chip.checking.terrain, [points_of(path) for path in paths], counting
     )
     totals = {
-        "cycles": sum(cycles for cycles, _ in clocks),
-        "reads": sum(reads for _, reads in clocks),
+        "cycles": sum(cycles for cycles, _ in spent),
+        "reads": sum(reads for _, reads in spent),
         "cells": cells,
     }
     return results, totals

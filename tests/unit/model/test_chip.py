@@ -190,7 +190,7 @@ def test_generations_are_those_of_the_core(host):
     assert unpack_paths(SMALL, host(Command.READ, slots)) == core.paths[2:7]
 
 
-def test_status_tells_the_states_and_the_latest_clocks(host):
+def test_status_tells_the_states_and_the_latest_cycles(host):
     host(Command.WRITE, b"\0" + pack_paths(SMALL, [[1] * 5] * 8))
     host(Command.GENERATE, bytes((LinkMode.RANK, *ORDER)))
     told = status_reply(SMALL).unpack(host(Command.STATUS))

@@ -1,4 +1,4 @@
-"""The lowest altitudes of waypoints whose places are given: a linear program."""
+"""The lowest altitudes of waypoints at given places: a linear program."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ __all__ = ["lowest_altitudes"]
 
 Floats = NDArray[np.float64]
 
-# Over the ground, so that rounding puts no sample under it, metres.
+# Clearance over the ground in metres, so that rounding puts no sample under it.
 _CLEARANCE_M = 1e-3
-# Under the limits of slopes, as a tangent: more than the solver's tolerance.
+# Margin to the limits of slope, as a tangent: more than the solver's tolerance.
 _SLOPE_MARGIN = 1e-6
-# Price of a slope over the limits, in metres of altitude all along the path.
+# Price of excess slope, in metres of altitude along the whole path.
 _TOO_STEEP = 1e6
-# Arcs shorter than this are hardly steeper than the segments they join.
+# Shorter arcs are hardly steeper than the segments that they join.
 _SHORT_ARC_M = 1e-3
 
 
@@ -41,33 +41,34 @@ def lowest_altitudes(
     base_m: float = 0.0,
     step_m: float = 0.0,
 ) -> Floats | None:
-    """Give waypoints the altitudes that cost least.
+    """Return a path whose waypoints have the altitudes of least cost.
 
     For given places the smoothed path is fixed as seen from above, and the altitude anywhere on it
     is linear in those of the waypoints. So are the cost of altitude, each limit of climb and
-    descent, on arcs too, and "above the ground"; fuel is convex, since a glide steeper than level
-    thrust saves no more. If the limits cannot be kept, they are exceeded by the least slope.
+    descent (on arcs, too) and the clearance over the ground. Fuel is convex, because a glide that
+    needs no thrust burns nothing, however steep. If the limits of slope cannot be kept, they are
+    exceeded as little as possible.
 
     Parameters
     ----------
     problem : Problem
         Terrain, ends and aircraft.
     prices : Prices
-        Of altitude and climb.
+        Prices of altitude and climb.
     places : (n, 2) float64, metres
         Waypoints, start and goal included.
     base_m, step_m : float
-        With a step, altitudes between are ``base_m`` and whole steps, rounded up, and keep all
-        limits nevertheless.
+        With a step, the altitudes of waypoints are ``base_m`` plus whole steps, rounded up; they
+        keep all limits.
 
     Returns
     -------
     ndarray or None
         The path, (n, 3) float64 metres; None if an arc does not fit between its neighbours, or
-        the path goes straight up.
+        a piece of the path is vertical.
     """
     count = len(places)
-    # Numbers of waypoints for altitudes: pieces come back knowing what they lie between.
+    # The altitudes are the numbers of the waypoints, so each piece tells which it lies between.
     smoothed = smooth(
         np.column_stack((places, np.arange(count, dtype=np.float64))),
         problem.aircraft.turn_radius_m,
@@ -105,7 +106,7 @@ def lowest_altitudes(
 
 
 def _between(at: float, count: int) -> Floats:
-    """Weights of the altitudes of all waypoints at the place ``at``, in numbers of waypoints."""
+    """Return the weights of all waypoints' altitudes at ``at``, in numbers of waypoints."""
     before = min(int(at), count - 2)
     weights = np.zeros(count)
     weights[before : before + 2] = before + 1 - at, at - before
@@ -133,11 +134,11 @@ def _profiles(
             for piece, at in zip(pieces, cuts, strict=True)
         ]
     )
-    # Voids have no height to clear: whoever evaluates the path finds them.
+    # Voids have no height to clear; the evaluation of the path finds them.
     grounds = np.nan_to_num(terrain.ground(*middles.T), nan=terrain.lowest)
     ends = np.cumsum([len(at) - 1 for at in cuts])
     for piece, at, part in zip(pieces, cuts, np.split(grounds, ends[:-1]), strict=True):
-        # The nearest node of a part of an arc may change on its way: to that of the next.
+        # Within a part of an arc, the nearest node may change to that of the next part.
         ground = part if isinstance(piece, Straight) else maximum_filter1d(part, 3)
         at, ground = np.repeat(at, 2)[1:-1], np.repeat(ground, 2)
         outer = _upper_hull(at, ground)
@@ -145,7 +146,7 @@ def _profiles(
 
 
 def _borders(terrain: Terrain, piece: Straight) -> Floats:
-    """Shares of a straight piece at which the nearest node changes, with 0 and 1."""
+    """Return the shares of a straight piece at which the nearest node changes, with 0 and 1."""
     shares = [np.array([0.0, 1.0])]
     x, y, _ = piece.start
     for at, way, side in (
@@ -160,16 +161,16 @@ def _borders(terrain: Terrain, piece: Straight) -> Floats:
 
 
 def _upper_hull(at: Floats, ground: Floats) -> NDArray[np.int64]:
-    """Indices of the points that a line must clear in order to clear all."""
+    """Return the indices of the points that a line must clear to clear all points."""
     outer = np.empty(len(at), dtype=np.int64)
     return outer[: _hull_size(at, ground, outer)]
 
 
 @compiled
 def _hull_size(at: Floats, ground: Floats, outer: NDArray[np.int64]) -> int:
-    """Write the indices to ``outer``, and return how many they are: Andrew's chain.
+    """Write the indices to ``outer`` and return their number: Andrew's chain.
 
-    Compiled, because thousands of short profiles are looked at, and Qhull takes longer to start.
+    Compiled, because there are thousands of short profiles, and Qhull takes longer to start.
     """
     size = 0
     for point in range(len(at)):
@@ -194,7 +195,7 @@ def _solved(
     runs: Floats,
     step_m: float,
 ) -> Floats | None:
-    """Solve for the altitudes of all waypoints, what each segment climbs, and the steepness.
+    """Solve for the altitudes of all waypoints, the climb of each segment, and the excess slope.
 
     Parameters
     ----------
@@ -203,7 +204,7 @@ def _solved(
     level : (n,) float64
         Weights of the integral of altitude over length, metres.
     rises, runs : (p, n) and (p,) float64
-        Weights of what is risen on a run, and its length in metres: the segments, then arcs.
+        Weights of the rise on a run, and the length of the run in metres: segments, then arcs.
     """
     aircraft, count = problem.aircraft, len(level)
     segments, slopes = count - 1, len(rises)
@@ -211,7 +212,7 @@ def _solved(
         math.tan(math.radians(limit)) - _SLOPE_MARGIN
         for limit in (aircraft.max_climb_deg, aircraft.max_descent_deg)
     )
-    # What rounding up may add to a rise, and take from it.
+    # Rounding up may add this to a rise, and take this from it.
     more = step_m * np.maximum(rises[:, 1:-1], 0).sum(axis=1)
     less = step_m * np.maximum(-rises[:, 1:-1], 0).sum(axis=1)
     excess = np.column_stack((np.zeros((slopes, segments)), -runs))
@@ -231,7 +232,7 @@ def _solved(
     bounds[[0, count - 1]] = [[problem.start[2]] * 2, [problem.goal[2]] * 2]
     bounds[count:-1, 0] = -prices.glide * runs[:segments]
     bounds[-1, 0] = 0.0
-    # In metres of altitude over the whole way.
+    # In metres of altitude over the whole path.
     way_m = runs[:segments].sum()
     work = np.full(segments, prices.work / prices.area / way_m)
     costs = np.concatenate((level / way_m, work, [_TOO_STEEP]))

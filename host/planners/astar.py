@@ -1,4 +1,4 @@
-"""Grid search, then few waypoints, then the lowest altitudes: what any reader would try first."""
+"""Grid search, then few waypoints, then the lowest altitudes: the obvious method to beat."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ Path = NDArray[np.float64]
 
 # Steepness of the surface of each search, in climb limits; the ground is infinitely steep.
 _STEEPNESS = (2.5, 1.5, 1.0, math.inf)
-# Way round voids and zones, in turning radii; the second if the first leads to nothing feasible.
+# Margin around voids and zones, in turn radii; the second if the first gives no feasible path.
 _MARGINS = (0.0, 0.5)
-#: Searches there can be.
+#: Most searches of a run.
 MOST_SEARCHES = len(_MARGINS) * len(_STEEPNESS)
-# Turns that are tried with each route, as shares of the most waypoints.
+# Numbers of turns tried with each route, as shares of the most waypoints.
 _SHARES = (1.0, 0.75, 0.5, 0.25, 0.125)
 _MOST_WAYPOINTS = 100
 #: Most waypoints of a path by default.
@@ -37,18 +37,18 @@ DEFAULT_MAX_WAYPOINTS = 16
 class AstarPlanner:
     """Grid search in 2.5 dimensions. Nothing is random: all seeds give the same path.
 
-    Each search is a generation: a surface that slopes by at most so much is laid over a coarse
-    grid of the ground, the cheapest route at its altitudes is found and reduced to a few turns,
-    waypoints are added on the straight pieces, and all get the lowest altitudes that ground and
-    climb limits allow. Of all searches and all
-    numbers of turns the best path is returned.
+    Each search is a generation. It lays a surface of limited slope over a coarse grid of the
+    ground, finds the cheapest route at the altitudes of the surface, reduces the route to a few
+    turns, adds waypoints on the straight pieces, and gives all waypoints the lowest altitudes that
+    ground and climb limits allow. The result is the best path of all searches and all numbers of
+    turns.
 
-    A gently sloping surface knows that the aircraft has to climb before a pass, but not that a
-    valley between steep walls can be flown through; the ground itself knows the opposite. So four
-    are tried, and four more that keep away from voids and zones if none led to a feasible path.
+    A gently sloping surface accounts for the climb before a pass, but closes a valley between
+    steep walls; the ground itself does the opposite. Therefore four surfaces are tried, and four
+    more with a margin around voids and zones if none of them gives a feasible path.
 
-    The route is Dijkstra's, as cheap as that of A*: SciPy's search of the whole grid takes less
-    time than the building of the graph, so that a heuristic would save nothing.
+    The route is Dijkstra's, as cheap as that of A*. SciPy searches the whole grid in less time
+    than the graph takes to build, so a heuristic would save nothing.
 
     Parameters
     ----------
@@ -78,12 +78,12 @@ class AstarPlanner:
     ) -> Result:
         """Search; see :class:`host.planners.base.Planner`.
 
-        Generation 0 is the straight line, each other one a search; there are at most 8.
+        Generation 0 is the straight line; each later one is a search, 8 at most.
 
         Raises
         ------
         InputError
-            If a population is asked for.
+            If a population is given.
         """
         if options.population is not None:
             raise InputError("The planner astar has no population; leave out --population.")
@@ -104,22 +104,22 @@ def searches(
     most: int,
     lattice: ChipMap | None = None,
 ) -> Iterator[list[tuple[float, Path]]]:
-    """Search with one surface after the other.
+    """Search with one surface after another.
 
     Parameters
     ----------
     run : Run
-        Evaluates the paths; its evaluator has the problem.
+        Evaluates the paths; its evaluator holds the problem.
     most : int
         Most waypoints between start and goal.
     lattice : ChipMap, optional
-        On whose cells and altitude steps waypoints must lie.
+        Map on whose cells and altitude steps waypoints must lie.
 
     Yields
     ------
     list of (float, ndarray)
         Fitness and path, (n, 3) float64 metres with both ends, for several numbers of turns.
-        A search that finds no way yields nothing.
+        A search that finds no route yields nothing.
     """
     problem, best = run.evaluator.problem, 0.0
     for margin in _MARGINS:
@@ -137,7 +137,7 @@ def searches(
 
 
 def _paths(grid: SearchGrid, steepness: float, most: int, lattice: ChipMap | None) -> list[Path]:
-    """Paths of several numbers of turns along one route; none if there is no way."""
+    """Return paths of several numbers of turns along one route; none if there is no route."""
     problem = grid.problem
     surface = grid.surface(steepness * math.tan(math.radians(problem.aircraft.max_climb_deg)))
     route = grid.route(surface)
@@ -150,7 +150,7 @@ def _paths(grid: SearchGrid, steepness: float, most: int, lattice: ChipMap | Non
     for line in (lines[count] for count in _counts(most)):
         if line is None:
             continue
-        # More waypoints on the same track allow lower altitudes, but on a lattice they may turn.
+        # More waypoints on a track allow lower altitudes; on a lattice they may add turns.
         places = lengthened(points[line], most, problem.aircraft.turn_radius_m)
         if lattice is not None:
             places[1:-1] = on_corners(places[1:-1], lattice.scale_m[:2])
@@ -163,5 +163,5 @@ def _paths(grid: SearchGrid, steepness: float, most: int, lattice: ChipMap | Non
 
 
 def _counts(most: int) -> list[int]:
-    """Numbers of turns to try, from the fewest on."""
+    """Return the numbers of turns to try, in rising order."""
     return sorted({max(1, round(share * most)) for share in _SHARES})

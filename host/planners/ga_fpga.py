@@ -29,7 +29,7 @@ __all__ = ["FpgaGeneticPlanner", "draw_paths", "ranking"]
 
 Path = NDArray[np.float64]
 
-# All first draws are evaluated at once: this many fill some hundred megabytes.
+# All first draws are evaluated at once: this number fills some hundred megabytes.
 _MOST_DRAWS = 1000
 
 # Counters of the chip under the names of a summary.
@@ -46,9 +46,9 @@ _CYCLES = {
 class FpgaGeneticPlanner:
     """Genetic algorithm whose population lives on a chip.
 
-    The host draws the first population, then again and again evaluates what is new, sorts, sends
-    the order and takes the new population, as section 4.2 says. All that is random about breeding
-    is drawn on the chip from the seed, so that every board gives the same result.
+    The host draws the first population. In each generation it evaluates the new paths, sorts,
+    sends the ranking and receives the new population (section 4.2). The chip draws all random
+    numbers of breeding from the seed, so every board gives the same result.
 
     Source: *allaire-2008*, section 4. Settled here where it is silent: the two waypoints of a first
     path are drawn uniformly over the cells that are free, at altitudes uniform between the ground
@@ -60,20 +60,21 @@ class FpgaGeneticPlanner:
     board : str
         URL of the board; see :func:`host.device.boards.open_board`.
     link_mode : str
-        ``rank``, ``population`` or ``recipe``: what goes over the link. The result is the same.
+        ``rank``, ``population`` or ``recipe``: the data sent over the link. The result is the same.
     initial_draws : int
-        Paths drawn and evaluated for each of the first population, 1 to 1000; the paper's is 1.
+        Paths drawn and evaluated for each path of the first population, 1 to 1000; the paper's is
+        1.
     feasibility : str
         ``host``: the host samples d_ut and d_nf along the smoothed path. ``board``: the chip's
         collision checker counts them along the straight path (see
-        :class:`host.planners.counting.BoardCollisionCounter`), and its mutations refuse points in
+        :class:`host.planners.counting.BoardCollisionCounter`), and its mutations reject points in
         the ground.
     init : str
-        ``random``, or ``astar``: the paths drawn are of :func:`host.planners.initial.astar_paths`,
-        on the cells and altitude steps of the chip.
+        ``random``, or ``astar``: the paths come from :func:`host.planners.initial.astar_paths`, on
+        the cells and altitude steps of the chip.
     open_board : callable, optional
         Returns a context manager of the :class:`~host.device.chip.Chip` at a URL, which each run
-        leaves at its end; one that keeps the chip open lets the next run find its map there.
+        leaves at its end; if it keeps the chip open, the next run finds its map there.
 
     Raises
     ------
@@ -117,9 +118,9 @@ class FpgaGeneticPlanner:
     ) -> Result:
         """Search; see :class:`host.planners.base.Planner`.
 
-        ``hardware`` of the result has what the chip counted during the run, the map from metres to
-        its cells, and the bytes of both directions. ``seconds`` has ``link``, the waiting for the
-        board, and ``board``, the time of its units by its own clock.
+        ``hardware`` of the result has the chip's counters of the run, the map from metres to its
+        cells, and the bytes of both directions. ``seconds`` has ``link``, the time spent waiting
+        for the board, and ``board``, the time of its units by its own clock.
 
         Raises
         ------
@@ -146,12 +147,12 @@ class FpgaGeneticPlanner:
                     run.hardware = loop.hardware()
                     run.seconds["board"] = loop.units_cycles() / config.clock_hz
             except JobError as error:
-                # What was found before the board was lost is worth a report.
+                # The best path from before the loss of the board is reported.
                 run.failure = str(error)
             return run.result()
 
     def _first_paths(self, run: Run, grid: ChipMap, config: Config) -> list[list[int]]:
-        """Packed paths, of which the best are to be the first population."""
+        """Return packed paths; the best of them become the first population."""
         rng = np.random.default_rng(run.options.seed)
         count = self.initial_draws * config.population
         if self.from_astar:
@@ -241,7 +242,7 @@ class _Loop:
                 order = ranking(self._fitness)
             with run.phase("link"):
                 step = self._chip.step(order, self._mode)
-            # Elites and survivors keep their fitness where the chip tells which they are.
+            # Elites and survivors keep their fitness if the chip names them.
             kept = [] if step.origin is None else list(step.origin)
             fresh = self._evaluated(step.paths[len(kept) :], slot=len(kept))
             self._fitness = np.concatenate((self._fitness[kept], fresh))
@@ -252,7 +253,7 @@ class _Loop:
             self._after = self._chip.counters()
 
     def _record(self, generation: int, packed: Sequence[Sequence[int]]) -> None:
-        """Note a generation, whose paths lie ``packed`` in the chip's slots."""
+        """Record a generation, whose paths lie ``packed`` in the chip's slots."""
         if self._counts is not None:
             self._counts.settle(
                 self._fitness, self._settled, lambda slot: self._metres([packed[slot]])[0]
@@ -260,7 +261,7 @@ class _Loop:
         self._run.record(generation, self._fitness)
 
     def _evaluated(self, packed: Sequence[Sequence[int]], slot: int = 0) -> NDArray[np.float64]:
-        """Fitness of paths; with counts, of those in the chip's slots from ``slot`` on."""
+        """Return the fitness of paths; with counts, those in the chip's slots from ``slot``."""
         with self._run.phase("evaluation"):
             paths = self._metres(packed)
         if self._counts is None:
@@ -268,7 +269,7 @@ class _Loop:
         return self._counts.fitness(paths, slot)
 
     def _metres(self, packed: Sequence[Sequence[int]]) -> list[Path]:
-        """Paths in metres, start and goal included."""
+        """Return paths in metres, start and goal included."""
         config, grid = self._chip.config, self._grid
         lengths = [len(path) for path in packed]
         cells = unpack_waypoints(config, [waypoint for path in packed for waypoint in path])
@@ -284,7 +285,7 @@ class _Loop:
         return sum(map(self.counted, ("crossover", "mutation", "update")))
 
     def hardware(self) -> dict[str, Any]:
-        """The block ``hardware`` of a summary."""
+        """Return the block ``hardware`` of a summary."""
         chip, before = self._chip, self._traffic_before
         traffic = chip.link.traffic
         hardware = {
@@ -314,8 +315,8 @@ class _Loop:
 
 
 def ranking(fitness: NDArray[np.float64]) -> list[int]:
-    """QuickSort: slots from the best ``fitness`` (m,) to the worst; of equals, the lower first."""
-    # No two keys are equal, so that every machine sorts them alike.
+    """Return the slots from the best ``fitness`` (m,) to the worst; of equals, the lower first."""
+    # No two keys are equal, so every machine sorts them alike.
     keys = np.empty(len(fitness), dtype=[("worth", np.float64), ("slot", np.int64)])
     keys["worth"], keys["slot"] = -fitness, np.arange(len(fitness))
     order: list[int] = np.argsort(keys, kind="quicksort", order=("worth", "slot")).tolist()

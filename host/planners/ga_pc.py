@@ -25,13 +25,13 @@ POPULATION = 32
 
 _CROSSOVER_SHARE = 0.70  # Of the population, replaced by children (section 3.3).
 _ELITE_SHARE = 0.05  # Of the population, kept for being best (section 3.5).
-_MUTATION_RATE = 0.05  # Chance of a child to be mutated, in one of five ways (3.4).
-_BOX_SHARE = 0.15  # Edge of the mutation box by the edge of the map (3.4.1).
+_MUTATION_RATE = 0.05  # Probability that a child is mutated, in one of five ways (3.4).
+_BOX_SHARE = 0.15  # Edge of the mutation box over the edge of the map (3.4.1).
 _SHARP_TURN_RAD = math.radians(45)
-# Beyond these a generation takes minutes, and soon all memory.
+# Above these limits a generation takes minutes, and soon all memory.
 _LARGEST_POPULATION = 100_000
 _MOST_WAYPOINTS = 1000
-_REFITS = 2  # Of a generation that began with astar.
+_REFITS = 2  # In a generation, with astar.
 _DRAWS = 8  # Bound on draws of a waypoint that is not in the ground.
 
 
@@ -41,17 +41,17 @@ class PcGeneticPlanner:
     Each generation: 70 % of the population is replaced by children of parents drawn in proportion
     to their fitness, cut at their middles; each child is mutated with a chance of 5 %, in one of
     five ways drawn uniformly (perturb, insert, delete, smooth-turn, swap); the best 5 % survive,
-    and a roulette without replacement fills up from the others.
+    and a roulette without replacement chooses the rest from the others.
 
     Added, by default where the first population is not random: some children of a generation, the
-    refits, are the best path with a waypoint or two moved a little and all altitudes as low as
+    refits, are the best path with one or two waypoints moved a little and all altitudes as low as
     ground and climb limits allow (:meth:`host.planners.initial.Variation.nudged`). The paper's
-    mutations move a waypoint far and keep its altitude: a path that is good already, and so close
-    over the ground, is hardly ever bettered by them.
+    mutations move a waypoint far and keep its altitude; they rarely improve a good path, which
+    flies close to the ground.
 
     Source: *allaire-2008*, section 3. Settled here where it is silent: the mutation box has edges
     of 15 % of the map's; a new waypoint in the ground, in a no-fly zone or over a void is redrawn 7
-    times, then the mutation is left out; a turn is sharp above 45 degrees; children to mutate are
+    times, then the mutation is skipped; a turn is sharp above 45 degrees; children to mutate are
     drawn uniformly. The swap is one of the five of section 3.4 here, although section 3.4.5 keeps
     it for missions of several objectives.
 
@@ -60,7 +60,7 @@ class PcGeneticPlanner:
     max_waypoints : int
         Most transitional waypoints of a path, 3 to 1000.
     mutation_rate : float
-        Chance of a child to be mutated, 0 to 1.
+        Probability that a child is mutated, 0 to 1.
     init : str
         ``random``, or ``astar``: the first population is of
         :func:`host.planners.initial.astar_paths`.
@@ -109,7 +109,7 @@ class PcGeneticPlanner:
         ------
         InputError
             If the population is not from 8 to 100,000, a generation has less children than refits,
-            or nothing of the map is free to fly over.
+            or the map has no flyable cell.
         """
         count = POPULATION if options.population is None else options.population
         if not 8 <= count <= _LARGEST_POPULATION:
@@ -180,7 +180,7 @@ class PcGeneticPlanner:
         return children
 
     def _mutated(self, path: Path, space: Airspace, rng: np.random.Generator) -> Path:
-        """Return ``path`` mutated in one of five ways, or as it is where a limit forbids that."""
+        """Return ``path`` mutated in one of five ways, or unchanged where a limit forbids it."""
         kind = rng.choice(("perturb", "insert", "delete", "smooth-turn", "swap"))
         at = int(rng.integers(len(path)))
         full = len(path) >= self.max_waypoints
@@ -206,7 +206,7 @@ class PcGeneticPlanner:
 
 
 def _pairs(population: int) -> int:
-    """Pairs of children in a generation."""
+    """Return the pairs of children in a generation."""
     return max(1, round(_CROSSOVER_SHARE * population / 2))
 
 
@@ -227,7 +227,7 @@ def _kept(
     count: int,
     rng: np.random.Generator,
 ) -> NDArray[np.intp]:
-    """Indices of ``count`` survivors: the best, then a roulette without replacement."""
+    """Return the indices of ``count`` survivors: the best, then a roulette without replacement."""
     order = np.argsort(-fitness, kind="stable")
     elites = min(count, max(1, round(_ELITE_SHARE * len(fitness))))
     kept, left = list(order[:elites]), list(order[elites:])
@@ -261,16 +261,16 @@ def crossover(
 def smooth_turn(path: Path, space: Airspace) -> Path:
     """Soften the sharpest turn of ``path`` if it is sharp (section 3.4.4).
 
-    A waypoint is added half a leg past the corner, on the heading that halves the turn: both turns
-    left are less than the one there was. ``path`` comes back unchanged when no turn exceeds 45
-    degrees, or when the new waypoint would not be free.
+    A waypoint is added half a leg past the corner, on the heading that halves the turn, so both
+    remaining turns are smaller. ``path`` is returned unchanged if no turn exceeds 45 degrees, or if
+    the new waypoint would not be free.
 
     Parameters
     ----------
     path : ndarray
         Transitional waypoints, (n, 3) float64 metres.
     space : Airspace
-        Where waypoints may be, with start and goal.
+        The airspace, with start and goal.
     """
     points = np.concatenate(([space.start], path, [space.goal]))
     legs = np.diff(points[:, :2], axis=0)

@@ -1,6 +1,6 @@
-"""Cheapest routes over a coarse grid of the terrain: where a path should go, seen from above.
+"""Cheapest routes over a coarse grid of the terrain, as seen from above.
 
-A route costs what :mod:`host.evaluation` would charge for flying it at the altitude of a surface
+The cost of a route is that of :mod:`host.evaluation` for flying it at the altitude of a surface
 over the ground: half for altitude times length, half for fuel, each relative to the straight line.
 """
 
@@ -24,17 +24,17 @@ __all__ = ["Prices", "SearchGrid"]
 
 Floats = NDArray[np.float64]
 
-# Nodes on the longer side of the search grid: more find hardly better routes, but take longer.
+# Nodes on the longer side of the search grid: more nodes hardly improve routes, but take longer.
 _MOST_NODES = 200
 # Steps to 16 neighbours: with 8, a route on level ground is up to 8 % longer than the line.
 _QUARTER = ((1, 0), (1, 1), (2, 1), (1, 2))
 _STEPS = tuple(step for x, y in _QUARTER for step in ((x, y), (-y, x), (-x, -y), (y, -x)))
-# Dijkstra's rule needs steps that cost something.
+# Least cost of a step: Dijkstra's algorithm needs positive costs.
 _LEAST_COST = 1e-12
 
 
 class Prices:
-    """The cost of equation (2) as prices of what a path does.
+    """The cost of equation (2) as prices of altitude, climb and glide.
 
     Parameters
     ----------
@@ -44,11 +44,11 @@ class Prices:
     Attributes
     ----------
     area : float
-        Of a metre of altitude over a metre of length.
+        Price of a metre of altitude over a metre of length.
     work : float
-        Of a metre of climb, or of what takes as much thrust.
+        Price of a metre of climb, or of as much thrust.
     glide : float
-        Slope, as a tangent, of level thrust: going down as steeply takes none.
+        Thrust of level flight as the tangent of a slope: a descent as steep takes no thrust.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -68,24 +68,24 @@ class Prices:
 
 
 class SearchGrid:
-    """The terrain drawn together to at most 200 x 200 nodes, each as high as the highest it covers.
+    """The terrain reduced to at most 200 x 200 nodes, each as high as the highest it covers.
 
-    Voids and no-fly zones are left out, and ground that the aircraft cannot get over between here
-    and the start or the goal, even straight on.
+    Blocked are voids, no-fly zones, and ground that the aircraft cannot climb over on a straight
+    line from the start or to the goal.
 
     Parameters
     ----------
     problem : Problem
         Terrain, ends, aircraft, zones and wind.
     margin_m : float
-        Distance that routes keep from what is left out, so that turns may cut their corners.
+        Distance of routes from blocked nodes, so that turns may cut corners.
 
     Attributes
     ----------
     ground : (rows, columns) float64, metres
         Highest ground of each node.
     blocked : (rows, columns) bool
-        Nodes left out.
+        Nodes that routes avoid.
     """
 
     def __init__(self, problem: Problem, margin_m: float = 0.0) -> None:
@@ -98,7 +98,7 @@ class SearchGrid:
         self.ground = self._pooled(np.where(void, np.nanmin(terrain.elevation), terrain.elevation))
         self.shape = self.ground.shape
         rows, columns = np.indices(self.shape)
-        # A node of the terrain, so that no line between nodes runs along the border of cells.
+        # A node of the grid is one of the terrain: no line between nodes follows a border of cells.
         middle = self._every // 2
         x = np.minimum(columns * self._every + middle, terrain.shape[1] - 1) * terrain.dx_m
         y = np.minimum(rows * self._every + middle, terrain.shape[0] - 1) * terrain.dy_m
@@ -110,7 +110,7 @@ class SearchGrid:
         )
         (x0, y0, z0), (x1, y1, z1) = problem.start, problem.goal
         away_0, away_1 = np.hypot(x - x0, y - y0), np.hypot(x - x1, y - y1)
-        # The ground of a node may lie this far from where it is taken to be.
+        # The highest ground of a node may lie this far from the node.
         reach = math.hypot(self.dx_m, self.dy_m)
         out = self._pooled(void | problem.nofly_raster)
         out |= self.ground > z0 + climb * (away_0 + reach)
@@ -123,19 +123,20 @@ class SearchGrid:
             away = ndimage.distance_transform_edt(~out, sampling=(self.dy_m, self.dx_m))
             self._shunned = away <= margin_m
             self._shunned.flat[[self._start, self._goal]] = False
-        # As low as the aircraft can be, coming from the start and going to the goal.
+        # The lowest altitude on a climb from the start and a descent to the goal.
         self._lowest = np.maximum(z0 - descent * away_0, z1 - climb * away_1)
         self._link()
 
     def surface(self, steepness: float) -> Floats:
-        """Altitudes over the ground, (rows, columns) metres, whose slopes are at most a tangent.
+        """Return the lowest surface over the ground of limited slope, (rows, columns) metres.
 
-        The lowest such surface: each node is at least as high as any other less ``steepness`` times
-        the way between. Infinite: the ground. Never lower than start and goal let it be.
+        Each node is at least as high as any other less ``steepness`` times the distance between
+        them; with an infinite ``steepness`` the surface is the ground. It is never lower than the
+        climb from the start and the descent to the goal allow.
         """
         surface = self.ground
         if math.isfinite(steepness):
-            # From one more node, whose way to each other is how far that lies below the top.
+            # One more node, whose distance to each other one is that node's depth below the top.
             top = surface.max()
             costs = np.concatenate((steepness * self._length, (top - surface).ravel()))
             below = dijkstra(self._graph(costs), indices=len(self._x))[:-1]
@@ -144,12 +145,12 @@ class SearchGrid:
         return lowest
 
     def route(self, surface: Floats) -> Floats | None:
-        """The cheapest way from start to goal at the altitudes of ``surface``.
+        """Return the cheapest route from start to goal at the altitudes of ``surface``.
 
         Returns
         -------
         ndarray or None
-            Points x, y from start to goal, (n, 2) float64 metres; None if there is no way.
+            Points x, y from start to goal, (n, 2) float64 metres; None if there is no route.
         """
         altitude = surface.ravel()
         tail, head = altitude[self._tail], altitude[self._head]
@@ -173,12 +174,12 @@ class SearchGrid:
         return np.concatenate((ends[:1], points[1:-1], ends[1:]))
 
     def price_per_m(self, surface: Floats) -> Floats:
-        """Cost of a metre of level flight on ``surface``; infinite where nothing may fly."""
+        """Return the cost of a metre of level flight on ``surface``; infinite at blocked nodes."""
         level = self.prices.area * surface + self.prices.work * self.prices.glide
         return np.where(self.blocked, math.inf, level)
 
     def nodes(self, x: Floats, y: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Row and column of the nodes that cover points on the map, metres."""
+        """Return row and column of the nodes that cover points on the map, metres."""
         row, column = self.problem.terrain.nearest_nodes(x, y)
         return row // self._every, column // self._every
 
@@ -187,7 +188,7 @@ class SearchGrid:
         return int(row[0] * self.shape[1] + column[0])
 
     def _pooled(self, raster: NDArray[Any]) -> NDArray[Any]:
-        """The highest of every block of a raster of the terrain."""
+        """Return the highest value of every block of a raster of the terrain."""
         rows, columns = (np.arange(0, nodes, self._every) for nodes in raster.shape)
         return np.maximum.reduceat(np.maximum.reduceat(raster, rows, axis=0), columns, axis=1)
 
@@ -211,13 +212,13 @@ class SearchGrid:
         step = np.broadcast_to(np.arange(len(_STEPS)), inside.shape)[inside]
         runs = np.hypot(across * self.dx_m, up * self.dy_m)
         self._length, self._air = runs[step], self._air_runs(runs)[step]
-        # The last node is not of the grid: see surface().
+        # The last node is the additional one of surface().
         self._heads = np.concatenate((self._head, node))
         first = np.concatenate(([0], np.cumsum(inside.sum(axis=1))))
         self._firsts = np.append(first, first[-1] + count).astype(np.int32)
 
     def _air_runs(self, runs: Floats) -> Floats:
-        """Distance through the air of each of the steps; infinite where the wind forbids it."""
+        """Return the distance through the air of each step; infinite where the wind forbids it."""
         problem = self.problem
         air = []
         for run, (across, up) in zip(runs.tolist(), _STEPS, strict=True):
@@ -229,6 +230,6 @@ class SearchGrid:
         return np.array(air)
 
     def _graph(self, costs: Floats) -> csr_array:
-        """The grid and one node more, with the costs of all steps."""
+        """Return the graph of the grid and one more node, with the costs of all steps."""
         count = len(self._x) + 1
         return csr_array((costs, self._heads, self._firsts), shape=(count, count))

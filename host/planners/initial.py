@@ -1,4 +1,4 @@
-"""First populations that start from the paths of a grid search."""
+"""First populations made of the paths of a grid search."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ __all__ = ["Variation", "astar_paths", "check_init", "on_lattice"]
 
 Path = NDArray[np.float64]
 
-# Of the paths asked for, the share that is random, and the greatest that is as found.
+# Shares of a first population: random paths, and at most, paths as found.
 _RANDOM_SHARE, _FOUND_SHARE = 1 / 8, 1 / 4
-# Copies that get altitudes of their own: some hundredths of a second for each.
+# Copies with optimized altitudes, which take some hundredths of a second each.
 _MOST_FITTED = 48
 # Least and greatest size of a variation, as shares of the way from start to goal.
 _LEAST_MOVE, _GREATEST_MOVE = 1e-3, 3e-2
@@ -58,34 +58,34 @@ def astar_paths(
     fewest: int = 1,
     lattice: ChipMap | None = None,
 ) -> list[Path] | None:
-    """Paths for a first population, by the grid search of ``astar``.
+    """Return paths for a first population, from the grid search of ``astar``.
 
-    First come the best paths it found, then copies of these, the better the more: one waypoint,
-    some or all are moved by little to much, and some copies have one waypoint more or less. The
-    first 48 copies get the lowest altitudes for their places, so that most of them are feasible;
-    the others are copies of the first ones, moved up or down, too. An eighth is random. Waypoints
-    lie in the airspace.
+    The best paths found come first, then varied copies, more of the better paths: one waypoint,
+    some or all are moved by little or much, and some copies have one waypoint more or less. The
+    first 48 copies get the lowest altitudes for their places, so most of them are feasible; the
+    others are copies of the paths before them, and are also moved up or down. An eighth of the
+    population is random. Waypoints lie in the airspace.
 
     Parameters
     ----------
     run : Run
-        Evaluates what the search finds, so that it takes part in the final choice; its evaluator
-        has the problem.
+        Evaluates the paths found, which take part in the final choice; its evaluator holds the
+        problem.
     rng : numpy.random.Generator
-        Of the copies and the random paths.
+        Draws the copies and the random paths.
     count : int
-        How many.
+        Number of paths.
     most, fewest : int
-        Waypoints between start and goal; the same for a fixed number. A path that was found with
-        fewer is given more without changing it.
+        Waypoints between start and goal; equal for a fixed number. A path found with fewer gets
+        more on its track.
     lattice : ChipMap, optional
-        On whose cells and altitude steps waypoints must lie.
+        Map on whose cells and altitude steps waypoints must lie.
 
     Returns
     -------
     list of ndarray or None
         ``count`` paths, (n, 3) float64 metres with both ends; None, with a warning, if there is no
-        way through the grid.
+        route through the grid.
     """
     ranked = sorted(
         (pair for paths in searches(run, most, lattice) for pair in paths),
@@ -119,7 +119,7 @@ class Variation:
     problem : Problem
         Airspace, ground and aircraft.
     rng, most, fewest, lattice
-        As of :func:`astar_paths`.
+        As for :func:`astar_paths`.
     """
 
     def __init__(
@@ -138,12 +138,12 @@ class Variation:
         self._problem, self._prices = problem, Prices(problem)
 
     def random(self) -> Path:
-        """A path of as few waypoints as may be, two if one would do."""
+        """Return a random path of the fewest waypoints, at least two where that is allowed."""
         count = max(self._fewest, min(2, self._most))
         return self.placed(self._space.draw(self._rng, count))
 
     def copy(self, paths: Sequence[Path]) -> Path:
-        """A copy of one of ``paths``: of the first in half of all cases, and so on."""
+        """Return a copy of one of ``paths``: the first with probability 1/2, and so on."""
         rng = self._rng
         inner, _ = self._resized(paths[min(int(rng.geometric(0.5)), len(paths)) - 1])
         moved = rng.random(len(inner)) < rng.choice((0.0, 0.5, 1.0))
@@ -155,9 +155,9 @@ class Variation:
         return self.placed(inner + move * moved[:, None])
 
     def nudged(self, path: Path) -> Path:
-        """``path`` with a waypoint or two neighbours moved a little, and the lowest altitudes.
+        """Return ``path`` with one or two waypoints moved a little, and the lowest altitudes.
 
-        Sometimes there is a waypoint less, or the one that is moved is new.
+        Sometimes a waypoint is removed, or the moved waypoint is new.
         """
         rng = self._rng
         inner, new = self._resized(path)
@@ -169,7 +169,7 @@ class Variation:
         return self.fitted(self.placed(inner))
 
     def _resized(self, path: Path) -> tuple[Path, int | None]:
-        """Copy the inner waypoints of ``path``: sometimes one less, or one more, and which."""
+        """Copy the inner waypoints of ``path``, sometimes one less or more; return which."""
         rng, inner = self._rng, path[1:-1].copy()
         change = rng.random()
         if change < _CHANGE_RATE and len(inner) > self._fewest:
@@ -186,7 +186,7 @@ class Variation:
         return size
 
     def fitted(self, path: Path) -> Path:
-        """``path`` with the lowest altitudes; as it is if its turns do not fit."""
+        """Return ``path`` with the lowest altitudes, or unchanged if its turns do not fit."""
         steps = (
             {}
             if self._lattice is None
@@ -196,7 +196,7 @@ class Variation:
         return path if fitted is None else self.placed(fitted[1:-1])
 
     def placed(self, inner: Path) -> Path:
-        """``inner``, (n, 3) metres, in the airspace and on the lattice, between start and goal."""
+        """Return ``inner``, (n, 3) metres, moved to the airspace and lattice, with both ends."""
         inner = np.clip(inner, self._space.low, self._space.high)
         if self._lattice is not None:
             inner = on_lattice(inner, self._lattice)
@@ -204,7 +204,7 @@ class Variation:
 
 
 def on_lattice(points: Path, lattice: ChipMap) -> Path:
-    """The nearest of the lattice's points to ``points``, (n, 3) metres, but none below them.
+    """Return the lattice points nearest to ``points``, (n, 3) metres, none below them.
 
     Points above or beside the map go to its border.
     """

@@ -15,7 +15,7 @@ ENGINES = ("cores", "sequential", "gpu")
 
 @dataclass(frozen=True, kw_only=True)
 class Option:
-    """An option that some planners have, and others not.
+    """An option that only some planners have.
 
     Parameters
     ----------
@@ -43,23 +43,23 @@ OPTIONS: Mapping[str, Option] = {
         metavar="URL",
     ),
     "link_mode": Option(
-        meaning="what goes over the link each generation (default rank)",
+        meaning="data sent over the link in each generation (default rank)",
         choices=("rank", "population", "recipe"),
     ),
     "feasibility": Option(
-        meaning="who counts the distance under the terrain during the search; the report is "
+        meaning="side that counts the distance under the terrain during the search; the report is "
         "always the host's (default host)",
         choices=("host", "board"),
     ),
     "initial_draws": Option(
-        meaning="paths drawn for each of the first population, of which the best go on (default "
+        meaning="paths drawn for each path of the first population, which keeps the best (default "
         "4; the paper's is 1)",
         type=int,
         metavar="N",
     ),
     "engine": Option(
-        meaning="where it runs: all cores, one, or an NVIDIA GPU; the result is the same but for "
-        "rounding on the GPU (default cores)",
+        meaning="all cores, one core, or an NVIDIA GPU; results differ only by rounding on the GPU "
+        "(default cores)",
         choices=ENGINES,
     ),
     "waypoints": Option(
@@ -78,24 +78,24 @@ OPTIONS: Mapping[str, Option] = {
         metavar="N",
     ),
     "init": Option(
-        meaning="what the first population is: random, or astar: what the planner astar finds, "
-        "and varied copies of it (default random)",
+        meaning="first population: random, or astar: the paths that the planner astar finds, and "
+        "varied copies of them (default random)",
         choices=("random", "astar"),
     ),
     "refits": Option(
-        meaning="children of a generation that are the best path with a waypoint or two moved and "
-        "the lowest altitudes (default 2 with --init astar, else 0)",
+        meaning="children of a generation that are the best path with one or two waypoints moved "
+        "and the lowest altitudes (default 2 with --init astar, else 0)",
         type=int,
         metavar="N",
     ),
     "reading": Option(
-        meaning="what the crossover takes for the cost of a route: that of the whole, or the sum "
-        "of its segments' (default route)",
+        meaning="cost of a route in the crossover: that of the whole route, or the sum of its "
+        "segments' costs (default route)",
         choices=("route", "sum"),
     ),
     "draws": Option(
-        meaning="where crossover points and segments are drawn: near the best route, or, as in "
-        "the paper, anywhere (default near)",
+        meaning="draw crossover points and segments near the best route or, as in the paper, "
+        "anywhere (default near)",
         choices=("near", "uniform"),
     ),
     "added_points": Option(

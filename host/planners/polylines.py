@@ -1,4 +1,4 @@
-"""From a route of many points to a path of few waypoints, as seen from above."""
+"""Reduction of a route of many points to a path of few waypoints, as seen from above."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ __all__ = ["lengthened", "on_corners", "polylines", "thinned"]
 
 Floats = NDArray[np.float64]
 
-# Of a route, that may become waypoints: every pair is looked at.
+# Most points of a route that may become waypoints: every pair is evaluated.
 _MOST_POINTS = 100
 
 
 def thinned(route: Floats, corner_m: tuple[float, float] | None = None) -> Floats:
-    """At most 100 points of ``route``, (n, 2) float64 metres, evenly drawn, both ends included.
+    """Return at most 100 evenly spaced points of ``route``, (n, 2) float64 metres, with both ends.
 
-    With ``corner_m`` those between go to the nearest multiples of it, and none comes twice.
+    With ``corner_m``, inner points move to its nearest multiples, and duplicates are removed.
     """
     every = math.ceil(len(route) / _MOST_POINTS)
     between = route[every:-1:every]
@@ -36,7 +36,7 @@ def thinned(route: Floats, corner_m: tuple[float, float] | None = None) -> Float
 
 
 def on_corners(places: Floats, corner_m: tuple[float, float]) -> Floats:
-    """The nearest multiples of ``corner_m`` to ``places``, (n, 2) float64 metres."""
+    """Return the multiples of ``corner_m`` nearest to ``places``, (n, 2) float64 metres."""
     nearest: Floats = np.floor(places / corner_m + 0.5) * corner_m
     return nearest
 
@@ -47,16 +47,16 @@ def polylines(
     surface: Floats,
     most: int,
 ) -> list[NDArray[np.intp] | None]:
-    """For 0 to ``most`` waypoints the cheapest of all polylines through ``points``.
+    """Return the cheapest polyline through ``points`` for each number of waypoints, 0 to ``most``.
 
-    A shortest path through the graph of all chords, by its number of chords: level flight on
-    ``surface`` is what a chord costs. Chords are long enough for two turns of a right angle, those
-    from the start and to the goal for one.
+    Each is a shortest path through the graph of all chords by its number of chords. The cost of a
+    chord is that of level flight on ``surface``. Chords are long enough for two turns of a right
+    angle; those from the start and to the goal, for one.
 
     Parameters
     ----------
     points : (n, 2) float64, metres
-        Of a route, start and goal included.
+        Points of a route, start and goal included.
     grid : SearchGrid
     surface : (rows, columns) float64, metres
     most : int
@@ -79,10 +79,10 @@ def polylines(
 
 
 def lengthened(path: Floats, fewest: int, radius_m: float) -> Floats:
-    """Give a path at least ``fewest`` waypoints between its ends, and leave its track.
+    """Return a path with at least ``fewest`` waypoints between its ends, on the same track.
 
-    Each new one lies in the middle of the longest straight piece of the smoothed path, where it
-    turns nothing and is in no turn's way; there is none if all of the path turns.
+    Each new waypoint lies in the middle of the longest straight piece of the smoothed path, where
+    it neither turns the path nor interferes with a turn; a path without straight pieces gets none.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def lengthened(path: Floats, fewest: int, radius_m: float) -> Floats:
         Places or points, start and goal included.
     fewest : int
     radius_m : float
-        Turning radius.
+        Turn radius.
     """
     for _ in range(fewest - (len(path) - 2)):
         numbers = np.arange(len(path), dtype=np.float64)
@@ -99,7 +99,7 @@ def lengthened(path: Floats, fewest: int, radius_m: float) -> Floats:
         if not straights:
             break
         longest = max(straights, key=lambda piece: piece.run_m)
-        # The altitudes are the numbers of waypoints, so the middle says where it is.
+        # The altitudes are the numbers of waypoints, so that of the middle is its place.
         middle = longest.start[2] + longest.rise_m / 2
         before = min(int(middle), len(path) - 2)
         share = middle - before
@@ -109,7 +109,7 @@ def lengthened(path: Floats, fewest: int, radius_m: float) -> Floats:
 
 
 def _walk(before: list[NDArray[np.intp]], best: Floats) -> NDArray[np.intp] | None:
-    """The polyline that reaches the goal at cost ``best[-1]``, from its end to its start."""
+    """Return the polyline that reaches the goal at cost ``best[-1]``, from its end to its start."""
     if not math.isfinite(best[-1]):
         return None
     nodes = [len(best) - 1]
@@ -119,11 +119,11 @@ def _walk(before: list[NDArray[np.intp]], best: Floats) -> NDArray[np.intp] | No
 
 
 def _chord_costs(points: Floats, grid: SearchGrid, surface: Floats) -> Floats:
-    """Cost of flying straight from each point to each later one: (n, n), infinite for none."""
+    """Return the cost of a straight flight from each point to each later one: (n, n)."""
     count = len(points)
     one, other = np.triu_indices(count, 1)
     run = np.hypot(*(points[other] - points[one]).T)
-    # An even number, so that no sample of a step of the route falls on the corner of four nodes.
+    # An even number, so that no sample of a route's step lies on the corner of four nodes.
     parts = 2 * np.maximum(np.ceil(run / min(grid.dx_m, grid.dy_m)), 1).astype(np.int64)
     first = np.concatenate(([0], np.cumsum(parts)[:-1]))
     chord = np.repeat(np.arange(len(run)), parts)

@@ -40,30 +40,30 @@ __all__ = ["WAYPOINTS", "ConventionalRoutePlanner", "DeterministicRoutePlanner",
 #: Waypoints of a segment: the last one is the crossover point at its end.
 WAYPOINTS = 8
 
-# Routes that the estimate calls best and that are evaluated in full (reading ``route``).
+# Routes that are best by the estimate and are evaluated in full (reading ``route``).
 _CANDIDATES = 16
-# A metre of penalty weighs more than any cost: a path that can be flown has none.
+# Cost of a metre of penalty: more than any cost, because a feasible path has no penalty.
 _PENALTY_WEIGHT_PER_M = 1e6
 
 
 class TerrainField:
     """A planning problem as crossover points and segments between them.
 
-    A route becomes a path of 8 waypoints for each segment, at equal arc length, and is worth that
-    path's fitness F. F is no sum, so the deterministic crossover goes by an estimate that is one:
-    each segment is evaluated as a path of its own, and penalties and costs, equations (1) and (2),
-    add up to those of the route. What that leaves out are the turn arcs at crossover points and the
-    fuel that makes the aircraft lighter later on, and the share of impossible arcs is each
-    segment's own. Less penalty is better, and of equal penalties less cost.
+    A route becomes a path of 8 waypoints for each segment, at equal arc length; the fitness of the
+    route is F of that path. F is no sum, so the deterministic crossover uses an estimate that is
+    one: each segment is evaluated as a separate path, and the penalties and costs of the segments,
+    equations (1) and (2), add up to those of the route. The estimate omits the turn arcs at
+    crossover points and the loss of weight by burned fuel, and counts the share of impossible arcs
+    by segment. Less penalty is better; of equal penalties, less cost.
 
-    So the estimate is near, but no bound. Reading ``sum`` takes the best route by it; ``route``
-    evaluates the 16 best in full, arcs at crossover points included, and takes the best by F. A
-    route is kept until another has a better F, whatever the reading.
+    The estimate is close, but no bound. Reading ``sum`` takes the best route by the estimate;
+    ``route`` evaluates the 16 best in full, arcs at crossover points included, and takes the best
+    by F. With either reading, a route is kept until another one has a better F.
 
     Parameters
     ----------
     run : Run
-        Evaluates and keeps the record; a segment counts as an evaluation, too.
+        Evaluates and keeps the record; a segment counts as an evaluation.
     reading : str
         ``route`` or ``sum``.
 
@@ -81,7 +81,7 @@ class TerrainField:
         self._candidates = _CANDIDATES if reading == "route" else 1
 
     def measure(self, control: Floats, counts: Ints) -> Floats:
-        """Penalty in metres and cost of segments, (m, 2)."""
+        """Return penalty in metres and cost of segments, (m, 2)."""
         run = self._run
         with run.phase("segments"):
             paths = equal_steps(control, counts, WAYPOINTS)
@@ -91,13 +91,13 @@ class TerrainField:
         return np.stack((penalty, cost), axis=1)
 
     def costs(self, terms: Floats) -> Floats:
-        """Penalty before cost, as one number of each segment, (m,)."""
+        """Return penalty before cost as one number for each segment, (m,)."""
         penalty, cost = terms.T
         costs: Floats = _PENALTY_WEIGHT_PER_M * penalty + cost
         return costs
 
     def best_routes(self, graph: Graph) -> list[Ints]:
-        """The routes that the estimate calls best."""
+        """Return the best routes by the estimate."""
         with self._run.phase("crossover"):
             routes, costs = best_by_sum(
                 graph.tails,
@@ -109,11 +109,11 @@ class TerrainField:
             return [segments_of(route) for route in routes[np.isfinite(costs)]]
 
     def worth(self, routes: Sequence[Route]) -> Floats:
-        """Fitness F of routes, (m,)."""
+        """Return the fitness F of routes, (m,)."""
         return self._run.fitness([self.path(route) for route in routes])
 
     def route(self, path: Floats) -> Route:
-        """A route along ``path``, (n, 3) metres with 2 to 10 points: its segments are straight."""
+        """Return a route of straight segments along ``path``, (n, 3) metres with 2 to 10 points."""
         count = FEWEST_CONTROL_POINTS
         part = np.arange(count)[:, None] / (count - 1)
         control = np.zeros((len(path) - 1, MOST_CONTROL_POINTS, 3))
@@ -123,7 +123,7 @@ class TerrainField:
         return Route(path, Segments(control, counts, self.measure(control, counts)))
 
     def path(self, route: Route) -> Floats:
-        """The waypoints of a route, (8 k + 1, 3) float64 metres, start and goal included."""
+        """Return the waypoints of a route, (8 k + 1, 3) float64 metres, start and goal included."""
         segments = route.segments
         steps = equal_steps(segments.control, segments.counts, WAYPOINTS)
         return np.concatenate((route.points[:1], steps[:, 1:].reshape(-1, 3)))
@@ -132,7 +132,7 @@ class TerrainField:
 class DeterministicRoutePlanner:
     """``ga-dp``: the :class:`~host.planners.routes.search.DeterministicSearch` on terrain.
 
-    Source: *cheng*, section IV; on terrain a route is worth what :class:`TerrainField` says.
+    Source: *cheng*, section IV; on terrain, :class:`TerrainField` gives the fitness of a route.
     Generation 0 is the paper's first.
 
     Parameters
@@ -171,7 +171,7 @@ class DeterministicRoutePlanner:
         Raises
         ------
         InputError
-            If a population is asked for, an option is out of range, or nothing of the map is free.
+            If a population is given, an option is out of range, or the map has no flyable cell.
         """
         if options.population is not None:
             raise InputError("ga-dp has no population; leave out --population.")
@@ -190,7 +190,7 @@ class DeterministicRoutePlanner:
 class ConventionalRoutePlanner:
     """``ga-auv``: the :class:`~host.planners.routes.search.ConventionalSearch` on terrain.
 
-    Source: *cheng*, section V; on terrain a route is worth what :class:`TerrainField` says.
+    Source: *cheng*, section V; on terrain, :class:`TerrainField` gives the fitness of a route.
     Generation 0 is the paper's first.
 
     Parameters
@@ -221,7 +221,7 @@ class ConventionalRoutePlanner:
         Raises
         ------
         InputError
-            If the population or an option is out of range, or nothing of the map is free.
+            If the population or an option is out of range, or the map has no flyable cell.
         """
         count = CHROMOSOMES if options.population is None else options.population
         problem = _Problem(Run(evaluator, options, progress, stop), READINGS[0], self.from_astar)

@@ -1,16 +1,16 @@
 """The flower pollination algorithm on a GPU: the iterations of :mod:`host.planners.fpa.kernels`.
 
-One thread block has one solution. Its threads share the waypoints, the pieces between them and the
-samples of these; a launch is one iteration, 2-opt included, and the block that ends last finds g*.
-Launches follow each other in the stream, so that the host only comes for the history.
+A thread block has one solution. Its threads share the waypoints, the pieces between them and their
+samples. A launch is one iteration, 2-opt included; the block that ends last finds g*. Launches
+follow each other in the stream, and the host only fetches the history.
 
-Rounding differs from a CPU's: the compiler contracts products and sums, the sine is another, and a
-thread computes the place of its sample alone, where a CPU goes from one to the next. A fitness
-agrees to about 1e-9, but for samples on the border between two cells; a decision between two that
-are nearer may not.
+Rounding differs from a CPU's: the compiler contracts products and sums, the sine differs, and a
+thread computes the place of its sample directly, where a CPU steps from one to the next. A fitness
+agrees to about 1e-9, except for samples on the border between two cells; a decision between two
+closer values may differ.
 
 Source: Roberge and Tarbouchi, section 4. They launch one child kernel for each path that 2-opt
-tries; here the block that runs the operator evaluates them itself.
+tries; here the block that runs the operator evaluates these paths.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
     state : (2,) int64
         Blocks that are done, 0 between launches, and g*, which it changes.
     slot : int
-        Where the iteration's results go:
+        Row of the iteration's results in:
     history, leaders : (k, 2), (k, n, 3) float64
         Best and mean fitness; path of the best.
     """
@@ -95,7 +95,7 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
         hits: Any,
         verdict: Any,
     ) -> Any:
-        """As ``fitness_above``, by all threads of a block; all get the same answer."""
+        """Compute ``fitness_above`` with all threads of a block; all get the same result."""
         thread = cuda.threadIdx.x
         for i in range(thread, points, threads):
             lay_turn(path, points, i, c, turns)
@@ -123,7 +123,7 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
         cuda.syncthreads()
         if not verdict[_VALUE] > incumbent:
             return verdict[_VALUE], False
-        # Thread t takes samples t, t + threads and so on of all pieces, one behind another.
+        # Thread t takes samples t, t + threads and so on of all pieces in a row.
         mine = thread
         before = 0
         row = 0
@@ -156,7 +156,7 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
 
     @cuda.jit(device=True)
     def find_best(fitness: Any, most: Any, where: Any, sums: Any) -> None:
-        """Leave best fitness, its first place and the sum of all in the first of three arrays."""
+        """Reduce three arrays to the best fitness, its first place and the sum, in their row 0."""
         thread = cuda.threadIdx.x
         best, place, total = -1.0, 0, 0.0
         for i in range(thread, fitness.shape[0], threads):
@@ -262,7 +262,7 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
         if thread == 0:
             new_fitness[i] = fitness
             settled[i] = is_settled
-        # What a block wrote is there for all before it says that it is done.
+        # The writes of a block are visible to all before the block counts as done.
         cuda.threadfence()
         cuda.syncthreads()
         if thread == 0:
@@ -271,7 +271,7 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
         cuda.syncthreads()
         if verdict[_IS_LAST] == 0.0:
             return
-        # No block has read from the new population before, so that no cache has an old one.
+        # No block has read the new population before, so no cache holds an old one.
         cuda.threadfence()
         find_best(new_fitness, most, where, sums)
         for d in range(thread, numbers, threads):
@@ -298,9 +298,9 @@ class GpuEngine:
     evaluator, parameters, two_opt_every, box, paths, fitness
         As for :class:`host.planners.fpa.engines.CpuEngine`.
     stride : int
-        Iterations between two visits of the host.
+        Iterations between two transfers to the host.
     threads : int
-        Of a block.
+        Threads of a block.
 
     """
 
@@ -339,7 +339,7 @@ class GpuEngine:
     ) -> Sequence[Leader]:
         """See :class:`host.planners.fpa.engines.Engine`; ``count`` is at most the stride.
 
-        What was launched runs to its end, whatever ``should_stop`` says.
+        Launched iterations run to their end, whatever ``should_stop`` returns.
         """
         for slot in range(count):
             iteration = first + slot

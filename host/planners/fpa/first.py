@@ -1,4 +1,4 @@
-"""The first population of a planner whose paths all have as many waypoints."""
+"""The first population of a planner whose paths have a fixed number of waypoints."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ def first_population(
 
     The first are those of ``given``, in its order; the others have waypoints that
     :meth:`~host.planners.airspace.Airspace.draw` draws. All get the same n - 2 waypoints: the
-    greater of ``waypoints`` and the most of a given path. A given path with less gets more without
-    a change of its course.
+    greater of ``waypoints`` and the most of a given path. A given path with fewer gets more on its
+    track.
 
     Parameters
     ----------
     space : Airspace
-        Where waypoints may be, with start and goal.
+        The airspace, with start and goal.
     rng : Generator
         Draws them.
     count, waypoints : int

@@ -1,7 +1,7 @@
-"""Random numbers as a function of their number: the generator Philox4x32-10.
+"""Counter-based random numbers: the generator Philox4x32-10.
 
-Nothing is carried from draw to draw, so that a draw does not depend on which thread makes it, on
-how many there are, or on what was drawn before. Plain integers, compiled for CPU and CUDA alike.
+The generator has no state, so a draw does not depend on its thread, on the number of threads, or on
+other draws. Plain integers, compiled for CPU and CUDA alike.
 
 Source: Salmon, Moraes, Dror and Shaw 2011, "Parallel random numbers: as easy as 1, 2, 3".
 """
@@ -20,7 +20,7 @@ _MULTIPLIERS = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
 _KEY_STEPS = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
 _WORD = np.uint64(0xFFFFFFFF)
 _HALF = np.uint64(32)
-# A uniform number has 52 bits, so that its half step is exact, too.
+# A uniform number has 52 bits, so its half step is exact, too.
 _DROPPED = np.uint64(12)
 _STEP = 2.0**-52
 
@@ -34,7 +34,7 @@ def philox(
     k0: np.uint64,
     k1: np.uint64,
 ) -> Words:
-    """Four random words of 32 bits for a counter of four and a key of two; all as uint64."""
+    """Return four random words of 32 bits for a counter of four and a key of two; all uint64."""
     for _ in range(_ROUNDS):
         low = _MULTIPLIERS[0] * c0
         high = _MULTIPLIERS[1] * c2
@@ -51,7 +51,7 @@ def philox(
 
 @inlined
 def words(seed: np.uint64, iteration: int, solution: int, number: int) -> Words:
-    """The words of draw ``number`` for a solution in an iteration; each 0..2**32 - 1.
+    """Return the words of draw ``number`` for a solution in an iteration; each 0..2**32 - 1.
 
     ``number`` and ``solution`` are below 2**32, ``iteration`` and ``seed`` below 2**64.
     """
@@ -68,6 +68,6 @@ def words(seed: np.uint64, iteration: int, solution: int, number: int) -> Words:
 
 @inlined
 def uniform(high: np.uint64, low: np.uint64) -> float:
-    """Two words as a number between 0 and 1, both ends excluded."""
+    """Return two words as a number between 0 and 1, both ends excluded."""
     bits = ((np.uint64(high) << _HALF) | np.uint64(low)) >> _DROPPED
     return (np.float64(bits) + 0.5) * _STEP

@@ -35,31 +35,30 @@ _SWITCH = 0.5  # Probability of a global step (table 3).
 _FIRST_EPSILON, _LAST_EPSILON = 0.25, 0.02
 _FEWEST, _MOST = 4, 100_000  # Solutions.
 _MOST_WAYPOINTS = 100
-# Iterations between two looks at the whole population, for paths to choose from at the end.
+# Iterations between two readings of the whole population, for the final choice.
 _LOOK_EVERY = 20
 
 
 class FlowerPollinationPlanner:
     """Flower pollination: each solution steps relative to the best or to two others.
 
-    In an iteration each solution makes a candidate, either by a Levy flight relative to the best
-    (equation 4) or by a share of the difference of two others (equation 5), which replaces it if it
-    is better. Every so many iterations the 2-opt operator reverses parts of all solutions as long
-    as that makes them better.
+    In an iteration each solution has a candidate, made by a Levy flight relative to the best
+    (equation 4) or by a share of the difference of two others (equation 5). A better candidate
+    replaces the solution. At regular intervals the 2-opt operator reverses parts of all solutions
+    as long as that improves them.
 
-    Source: *roberge*, sections 3.3 and 3.4, table 3; what it leaves open is settled in
-    :mod:`host.planners.fpa.steps`. The first waypoints are drawn uniformly over free ground and
-    the height above it; candidates are clipped to the box of
-    :class:`~host.planners.airspace.Airspace`. The 2-opt operator follows iterations 20, 40 and so
-    on.
+    Source: *roberge*, sections 3.3 and 3.4, table 3; :mod:`host.planners.fpa.steps` settles what
+    the paper leaves open. The first waypoints are drawn uniformly over free ground and the height
+    above it; candidates are clipped to the box of :class:`~host.planners.airspace.Airspace`. The
+    2-opt operator follows iterations 20, 40 and so on.
 
     Parameters
     ----------
     two_opt_every : int
         Iterations from one 2-opt to the next, 1 or more; 0 for the algorithm without it.
     waypoints : int, optional
-        Free waypoints of a path, 1 to 100; by default 6, or 16 where the first population is of
-        the grid search, which its best paths need; 6 again if that finds no way.
+        Free waypoints of a path, 1 to 100; by default 6, or 16 with ``astar``, whose best paths
+        need them; 6 if the grid search finds no route.
     engine : str
         ``cores``, all threads of the evaluator; ``sequential``, one; or ``gpu``. The first two give
         the same result to the last bit, the third rounds differently.
@@ -67,7 +66,7 @@ class FlowerPollinationPlanner:
         ``random``, or ``astar``: the first population is of
         :func:`host.planners.initial.astar_paths`.
     give_up : bool
-        Give up a candidate once it cannot be better; the paths found are the same without.
+        Give up a candidate once it cannot be better; the paths found do not depend on this.
 
     Raises
     ------
@@ -111,15 +110,15 @@ class FlowerPollinationPlanner:
     ) -> Result:
         """Search; see :class:`host.planners.base.Planner`.
 
-        Candidates that are given up because they cannot replace their solution are counted apart
-        from evaluations. A time limit or an interrupt ends a search within the iteration, of which
-        nothing is kept; on the GPU, after 20 iterations at most.
+        Candidates that are given up because they cannot replace their solution are not counted as
+        evaluations. A time limit or an interrupt ends the search within an iteration, which is
+        discarded; on the GPU, after 20 iterations at most.
 
         Raises
         ------
         InputError
-            If the population is not from 4 to 100,000, nothing of the map is free to fly over, or
-            there is no GPU for the engine ``gpu``.
+            If the population is not from 4 to 100,000, the map has no flyable cell, or there is no
+            GPU for the engine ``gpu``.
         """
         count = POPULATION if options.population is None else options.population
         if not _FEWEST <= count <= _MOST:
@@ -158,10 +157,10 @@ class FlowerPollinationPlanner:
 
 
 def _pollinate(run: Run, engine: Engine) -> None:
-    """Let the engine run until a stop criterion is met, and take down what it finds."""
+    """Run the engine until a stop criterion is met; record its results."""
     before = run.evaluations
     iteration = 0
-    # A fitness to stop at is looked at after each iteration; time and interrupts stop an engine.
+    # A target fitness is checked after each iteration; time and interrupts stop the engine.
     at_once = _LOOK_EVERY if run.options.target_fitness is None else 1
     while run.stopped_by() is None:
         count = min(at_once, run.options.generations - iteration)
@@ -177,7 +176,7 @@ def _pollinate(run: Run, engine: Engine) -> None:
 
 
 def _engine_maker(name: str, threads: int) -> Callable[..., Engine]:
-    """Return the constructor of an engine, all but what it is to work on.
+    """Return the constructor of an engine.
 
     Raises
     ------

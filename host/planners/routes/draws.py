@@ -24,14 +24,14 @@ __all__ = ["KINDS", "Draws", "Space"]
 #: ``uniform`` is the paper's.
 KINDS = ("near", "uniform")
 
-# Powers of ten between which the spread of a near draw is, uniform in the exponent: of control
-# points as a share of the distance that they bridge, of the others as a share of the space.
+# Range of the spread of a near draw as powers of ten, uniform in the exponent: for control points
+# a share of the length of their segment, for the others a share of the space.
 _OFF_LINE = -2.0, -0.3
 _OFF_ROUTE = -2.5, -0.5
 _OFF_KEPT = -3.0, -0.5
-_NEAR_SHARE = 0.75  # Of new crossover points; the others are drawn anywhere.
-_ONE_POINT_SHARE = 0.5  # Of variants, that have one control point moved rather than all.
-_COUNT_SHARE = 0.1  # Of variants, that first have a control point more or less.
+_NEAR_SHARE = 0.75  # Share of new crossover points; the others are drawn anywhere.
+_ONE_POINT_SHARE = 0.5  # Share of variants with one control point moved, rather than all.
+_COUNT_SHARE = 0.1  # Share of variants with a control point more or less.
 _CURVE_SAMPLES = 101
 
 
@@ -57,12 +57,11 @@ class Draws:
     """Draws the points that a generation adds.
 
     ``uniform``, as in the paper: crossover points and control points lie anywhere in the space.
-    Nearly all such segments wander about, and the search never catches up with a direct optimiser.
+    Nearly all such segments wander, and the search never matches a direct optimizer.
 
     ``near``: the control points of a segment lie around the straight line between its ends, three
-    in four new crossover points around the route that was kept, and segments that were kept have
-    variants. Every spread is drawn anew, small ones as often as large ones, so that it need not
-    shrink on a schedule.
+    in four new crossover points lie around the kept route, and kept segments have variants. Every
+    spread is a new draw, small ones as often as large ones, so no schedule has to reduce it.
 
     Parameters
     ----------
@@ -90,7 +89,7 @@ class Draws:
         self.near = kind == "near"
 
     def points(self, rng: np.random.Generator, count: int, kept: Route | None) -> Floats:
-        """Draw crossover points, (count, d); the first ones where nothing was ``kept`` yet."""
+        """Draw crossover points, (count, d); ``kept`` is None in the first generation."""
         points = self._space.draw(rng, count)
         if kept is None or not self.near:
             return points
@@ -115,8 +114,8 @@ class Draws:
         Returns
         -------
         tuple
-            Control points, (m, 10, d) float64 with zeros beyond the last of a segment, and how many
-            each has, (m,) int64, uniform from 4 to 10.
+            Control points, (m, 10, d) float64 with zeros beyond the last of a segment, and the
+            number of each segment's, (m,) int64, uniform from 4 to 10.
         """
         m, dimensions = tails.shape
         counts = rng.integers(FEWEST_CONTROL_POINTS, MOST_CONTROL_POINTS, size=(m,), endpoint=True)
@@ -141,7 +140,7 @@ class Draws:
     def variants(self, rng: np.random.Generator, segments: Segments) -> tuple[Floats, Ints]:
         """Draw a variant of each of some segments, with the same ends.
 
-        One or all inner control points are moved, and sometimes there is one more or less before.
+        Sometimes an inner control point is first added or removed; then one or all are moved.
         Control points and their numbers are returned as by :meth:`segments`.
         """
         m = len(segments)
@@ -165,7 +164,7 @@ def _resized(
     control: Floats,
     counts: Ints,
 ) -> tuple[Floats, Ints]:
-    """Give some segments an inner control point more, half way between two, or one less."""
+    """Add an inner control point halfway between two, or remove one, in some segments."""
     place = np.arange(MOST_CONTROL_POINTS)
     change = rng.choice((-1, 1), size=len(counts)) * (rng.random(len(counts)) < _COUNT_SHARE)
     resized = np.clip(counts + change, FEWEST_CONTROL_POINTS, MOST_CONTROL_POINTS)

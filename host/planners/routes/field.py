@@ -1,7 +1,7 @@
-"""Crossover points, the segments between them and the routes they make: *cheng*, section IV.
+"""Crossover points, segments between them, and routes of segments: *cheng*, section IV.
 
-The planners of that paper know no more of a problem than a :class:`Field` tells: where points may
-be, how segments are drawn, and what segments and routes are worth.
+A :class:`Field` is all that the planners of that paper know of a problem: the terms of segments and
+the fitness of routes.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ __all__ = [
     "check_reading",
 ]
 
-#: Crossover points of a path at most, start and goal included (table II).
+#: Most crossover points of a path, start and goal included (table II).
 MOST_POINTS = 10
 #: Control points of a segment, its ends included (table II, read so).
 FEWEST_CONTROL_POINTS, MOST_CONTROL_POINTS = 4, 10
-#: Where start and goal are among the points of a graph.
+#: Numbers of start and goal among the points of a graph.
 START, GOAL = 0, 1
-#: What the deterministic crossover takes for the cost of a route: that of the whole, or the sum of
-#: its segments' as equation (8) has it. A field says what that means to it.
+#: Cost of a route in the deterministic crossover: that of the whole route, or the sum of those of
+#: its segments, as in equation (8). The field defines both.
 READINGS = ("route", "sum")
 
 Floats = NDArray[np.float64]
@@ -55,7 +55,7 @@ class Segments:
     counts : ndarray
         Control points of each, (m,) int64.
     terms : ndarray
-        What each is worth, (m, t) float64, smaller is better; the field knows what they mean.
+        Terms of each, (m, t) float64, smaller is better; the field defines them.
     """
 
     control: Floats
@@ -136,7 +136,7 @@ class Graph:
 
 
 class Field(Protocol):
-    """A problem as the planners of section IV see it."""
+    """A problem of the planners of section IV."""
 
     @property
     def ends(self) -> Floats:

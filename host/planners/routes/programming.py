@@ -1,13 +1,13 @@
 """The deterministic crossover operator: forward dynamic programming by stages, compiled.
 
-Source: *cheng*, section IV with equations (7) to (9). Stage i holds what is known of the best ways
-from the start to every point over i segments; a route that has reached the goal waits there, so
-that routes may be short. The stages are those of :data:`host.planners.routes.field.MOST_POINTS`.
+Source: *cheng*, section IV with equations (7) to (9). Stage i holds the best ways from the start
+to every point over i segments; a route that has reached the goal waits there, so routes may be
+short. The stages are those of :data:`host.planners.routes.field.MOST_POINTS`.
 
-No point is passed twice, although labels do not have to remember where they were to ensure that:
-terms are not negative, so that a route without its loop has fewer segments and is no worse, and
-of equal routes the one of fewer segments is taken. In the list of the best few routes, where that
-does not help, points already passed are left out one by one.
+No route passes a point twice, although labels do not record their points: terms are not negative,
+so a route without its loop has fewer segments and is no worse, and of equal routes the one with
+fewer segments is taken. In the list of the best few routes, which this does not cover, points
+already passed are excluded one by one.
 """
 
 import numpy as np
@@ -27,7 +27,7 @@ _ROUNDING = 1e-12
 
 
 def segments_of(route: Ints) -> Ints:
-    """The segments of a route as the functions below return it, (stages,)."""
+    """Return the segments of a route, (stages,), as the functions below give it."""
     return route[route >= 0]
 
 
@@ -39,20 +39,20 @@ def best_by_sum(
     points: int,
     keep: int,
 ) -> tuple[Ints, Floats]:
-    """The best few routes where the cost of a route is the sum of its segments': equation (8).
+    """Return the best few routes where a route costs the sum of its segments: equation (8).
 
-    Exact for the best one. A further one may be missed: each label list keeps ``keep`` ways.
+    Exact for the best route. Another one may be missed: each label list keeps ``keep`` ways.
 
     Parameters
     ----------
     tails, heads : (m,) int64
         Points that each segment leaves and reaches; none leads to the start or leaves the goal.
     costs : (m,) float64
-        Cost of each, 0 or more; infinite for what is no segment.
+        Cost of each, 0 or more; infinite where there is no segment.
     points : int
         Number of points, 2 to 62.
     keep : int
-        Routes wanted, 1 or more.
+        Number of routes, 1 or more.
 
     Returns
     -------
@@ -113,9 +113,9 @@ def best_by_sum(
 
 @allocating
 def least_to_go(tails: Ints, heads: Ints, terms: Floats, points: int) -> Floats:
-    """Bounds on what is left from each point to the goal: least length, turning and elevation.
+    """Return lower bounds of length, turning and elevation from each point to the goal.
 
-    (points, 3) float64, each the least of its own over all ways, whatever their other terms.
+    (points, 3) float64; each is the least over all ways, whatever their other terms.
     """
     bounds = np.full((points, 3), np.inf)
     bounds[GOAL] = 0.0
@@ -138,13 +138,13 @@ def best_by_whole(
     weights: Floats,
     points: int,
 ) -> tuple[Ints, float]:
-    """The best route where the cost is that of the whole route.
+    """Return the best route where the cost is that of the whole route.
 
     The first term of a route is the sum of its segments', the second and third are the greatest
-    among them, and its cost is their weighted mean. So a way to a point is worth keeping while no
-    other to that point, over no more segments, is as good in all three: whatever follows, the
-    other's route is no worse. A loop is never worth keeping, by the same rule. What cannot beat the
-    best route known, by a bound on what is left, goes as well. Exact.
+    among them, and its cost is their weighted mean. A way to a point is kept unless another way to
+    the point, over no more segments, is at least as good in all three terms: with any continuation,
+    the route of the other way is no worse. By the same rule no loop is kept. A way is also
+    discarded if a bound shows that it cannot beat the best known route. Exact.
 
     Parameters
     ----------

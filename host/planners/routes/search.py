@@ -41,7 +41,7 @@ CHROMOSOMES = 20
 
 _MOST_ADDED = 50  # Labels of the deterministic crossover have a bit for each point.
 _MUTATION_RATE = 0.20
-_VARIANTS = 64  # Of the segments of the kept route.
+_VARIANTS = 64  # Variants of the segments of the kept route.
 _STRANDS = 24
 _VARIANTS_OF_A_STRAND = 16
 _FEWEST_CHROMOSOMES, _MOST_CHROMOSOMES = 2, 10_000
@@ -136,16 +136,16 @@ class DeterministicSearch:
     """The proposed planner: dynamic programming over all segments in place of a random crossover.
 
     Each generation, crossover points are added to those that were kept, any two are connected by a
-    new segment, and the deterministic crossover makes the best route of new and kept segments. That
-    route's points and segments are kept, the others discarded.
+    new segment, and the deterministic crossover finds the best route of new and kept segments. The
+    points and segments of that route are kept, the others discarded.
 
     Source: *cheng*, section IV. Settled here where it is silent: a kept segment and the new one
     between the same points are both offered to the dynamic programming, which takes the fitter;
     where the fitness is that of the whole route, a segment that is fitter alone may be worse in it.
 
-    Added, where draws are near: 64 variants of the kept segments compete with them; and as start
-    and goal are kept always, so are 24 segments that lead from one to the other, the strands. Each
-    strand has 16 variants in a generation, and the fittest takes its place if it is fitter.
+    Added, where draws are near: 64 variants of the kept segments compete with them; and 24 segments
+    from start to goal, the strands, are always kept. A strand has 16 variants in a generation; the
+    fittest replaces the strand if it is fitter.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ class DeterministicSearch:
     draws : Draws
         Draws points and segments.
     rng : Generator
-        All that is random.
+        Draws all random numbers.
     added : int
         Crossover points added per generation, 1 to 50.
     given : sequence of Route
@@ -240,8 +240,8 @@ class ConventionalSearch:
     chromosome has 0 to 8 crossover points between start and goal, uniform, in random order; the
     survivor is one of the next chromosomes; the common point is drawn among those where both
     children pass no point twice and keep the limit, and without one the parents are copied; parents
-    and children compete for survival. Where children alone survive, the best is lost again and
-    again, and nothing is learned in 100 generations.
+    and children compete for survival. If only children survived, the best would be lost again
+    and again, without progress in 100 generations.
 
     Parameters
     ----------
@@ -250,7 +250,7 @@ class ConventionalSearch:
     draws : Draws
         Draws points and segments.
     rng : Generator
-        All that is random.
+        Draws all random numbers.
     added : int
         Crossover points added per generation, 1 to 50.
     chromosomes : int
@@ -295,7 +295,7 @@ class ConventionalSearch:
         return Generation(survivor.route, np.concatenate((fitness, of_children)))
 
     def _population(self, graph: Graph, kept: Route | None) -> list[_Chromosome]:
-        """The survivor, and random concatenations of points and segments."""
+        """Return the survivor and random concatenations of points and segments."""
         rng = self._survivor.rng
         total = len(graph.points)
         new = len(graph.tails) - (0 if kept is None else len(kept.segments))
@@ -322,7 +322,7 @@ class ConventionalSearch:
         parents: list[_Chromosome],
         fitness: NDArray[np.float64],
     ) -> tuple[Graph, list[_Chromosome]]:
-        """Breed; the graph returned has the segments of the mutations as well."""
+        """Breed; return the graph with the segments of the mutations."""
         rng = self._survivor.rng
         drawn = roulette(fitness, 2 * (len(parents) // 2), rng)
         children: list[_Chromosome] = []
@@ -348,8 +348,8 @@ def cross(
 ) -> tuple[_Chromosome, _Chromosome]:
     """Exchange the tails of two chromosomes past a common crossover point drawn at random.
 
-    Only points count at which neither child would pass a point twice or have more than 10; where
-    there is none the parents are returned.
+    At the point, neither child may pass a point twice or exceed 10 points; if there is no such
+    point, the parents are returned.
     """
     pairs = []
     for point in one.points[1:-1]:

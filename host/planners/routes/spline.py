@@ -19,7 +19,7 @@ Counts = NDArray[np.int64]
 #: Order of the splines: one more than their degree.
 ORDER = 4
 
-# Chords by which the length of a curve is measured, for each of its steps.
+# Chords that measure the length of a curve, for each of its steps.
 _CHORDS = 8
 
 
@@ -27,7 +27,7 @@ _CHORDS = 8
 def point_at(control: Floats, count: int, t: float, work: Floats, point: Floats) -> None:
     """Write the point at ``t``, 0..1, of the curve over ``control[:count]`` to ``point``, (d,).
 
-    ``work`` is (ORDER, d), for what is between.
+    ``work``, (ORDER, d), is scratch.
     """
     degree = min(ORDER, count) - 1
     spans = count - degree
@@ -50,7 +50,7 @@ def point_at(control: Floats, count: int, t: float, work: Floats, point: Floats)
 
 @allocating
 def sample(control: Floats, counts: Counts, samples: int) -> Floats:
-    """Points of curves at equal steps of the parameter, both ends included.
+    """Return points of curves at equal steps of the parameter, both ends included.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def sample(control: Floats, counts: Counts, samples: int) -> Floats:
 
 @allocating
 def equal_steps(control: Floats, counts: Counts, steps: int) -> Floats:
-    """Points of curves at equal steps of arc length, both ends included: (m, steps + 1, d) float64.
+    """Return points at equal steps of arc length, both ends included: (m, steps + 1, d) float64.
 
     Lengths are those of ``8 steps`` chords, between whose ends the parameter is linear in length;
     the points lie on the curve. The other parameters are those of :func:`sample`.

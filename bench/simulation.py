@@ -26,9 +26,9 @@ def run(options: Options) -> Report:
         notes=["Rank mode over the whole link, paths of 2 to 7 waypoints."],
     )
     with start_simulated("sim:") as board, Chip(Link(board.open(), timeout_s=20)) as chip:
-        before = board.clocks()
+        before = board.cycles()
         seconds = _run(chip)
-        report.rows.append(("sim:", (board.clocks() - before) / seconds, _GENERATIONS / seconds))
+        report.rows.append(("sim:", (board.cycles() - before) / seconds, _GENERATIONS / seconds))
     with open_board("model:") as chip:
         report.rows.append(("model:", "-", _GENERATIONS / _run(chip)))
     return report

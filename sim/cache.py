@@ -1,4 +1,4 @@
-"""A cache of what takes long to build, safe for several processes at once."""
+"""A cache of build results that several processes can use at the same time."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _LOG = logging.getLogger(__name__)
 
 
 def build_root() -> Path:
-    """Return where generated files belong.
+    """Return the directory of generated files.
 
-    ``build/`` beside the sources in a checkout; ``pathgene`` in the user's cache directory
-    (``XDG_CACHE_HOME``) where the package was installed without one.
+    In a checkout this is ``build/`` beside the sources. Otherwise it is ``pathgene`` in the user's
+    cache directory (``XDG_CACHE_HOME``).
     """
     checkout = Path(__file__).resolve().parents[1]
     if (checkout / "pyproject.toml").is_file():
@@ -32,7 +32,7 @@ def build_root() -> Path:
 
 
 def digest(parts: Iterable[str | bytes]) -> str:
-    """Return 20 hexadecimal digits that depend on every part and on where one part ends."""
+    """Return 20 hexadecimal digits that depend on every part and on the bounds of the parts."""
     state = hashlib.sha256()
     for part in parts:
         data = part.encode() if isinstance(part, str) else part
@@ -42,30 +42,30 @@ def digest(parts: Iterable[str | bytes]) -> str:
 
 
 class BuildCache:
-    """Directories named by a key that says all their contents depend on.
+    """Directories named by a key, a digest of everything that their contents depend on.
 
     Parameters
     ----------
     root : Path
-        Where the directories lie; made when first needed.
+        Parent of the directories, made when first needed.
     """
 
     def __init__(self, root: Path) -> None:
         self.root = root
 
     def get(self, key: str, build: Callable[[Path], None]) -> Path:
-        """Return the directory of ``key``, after calling ``build`` if there is none yet.
+        """Return the directory of ``key``, after calling ``build`` if it does not exist yet.
 
-        ``build`` fills an empty directory that takes its final name only when it returns: a build
-        that fails or is killed leaves nothing that is found later. Of several processes that want
-        one key, one builds and the others wait.
+        ``build`` fills an empty directory, which gets its final name only when ``build`` returns:
+        later calls never find the result of a build that failed or was killed. If several processes
+        need the same key, one builds and the others wait.
 
         Parameters
         ----------
         key : str
             Name of the directory: letters, digits, ``-`` and ``_``.
         build : Callable[[Path], None]
-            Receives the directory to fill.
+            Fills the directory that it is called with.
         """
         if not key.replace("-", "").replace("_", "").isalnum():
             raise ValueError(f"Key must be letters, digits, '-' and '_', not {key!r}")
@@ -86,7 +86,7 @@ class BuildCache:
 
     @contextlib.contextmanager
     def _locked(self, key: str) -> Iterator[None]:
-        # The lock goes with its holder, however that ends; the empty file stays.
+        # The lock ends with its holder; the empty file stays.
         with (self.root / f"{key}.lock").open("w") as file:
             fcntl.flock(file, fcntl.LOCK_EX)
             yield

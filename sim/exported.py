@@ -1,4 +1,4 @@
-"""Verilog of the chip's tops, exported once per state of the gateware."""
+"""Verilog of the chip's tops, exported once per version of the gateware."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ __all__ = ["cached_verilog", "exported_verilog"]
 
 
 def exported_verilog(top: str, config: Config, *, build_dir: Path | None = None) -> str:
-    """Return ``hdl.verilog.export(top, config)``, from the cache where nothing has changed.
+    """Return ``hdl.verilog.export(top, config)``, from the cache if nothing has changed.
 
-    What counts as a change is any byte of the package ``hdl``, the configuration, and the versions
-    of Amaranth and its Yosys. Amaranth is imported only if there is something to export.
+    The result depends on every byte of the package ``hdl``, on the configuration, and on the
+    versions of Amaranth and its Yosys. Amaranth is imported only for a new export.
 
     Parameters
     ----------
     top : str
         A name in ``hdl.verilog.TOPS``.
     config : Config
-        Sizes of the chip.
+        Configuration of the chip.
     build_dir : Path, optional
-        Where exports are kept; default ``sim/`` in :func:`sim.cache.build_root`.
+        Keeps the exports; default ``sim/`` in :func:`sim.cache.build_root`.
     """
 
     def export() -> str:
@@ -42,14 +42,14 @@ def exported_verilog(top: str, config: Config, *, build_dir: Path | None = None)
 
 
 def cached_verilog(export: Callable[[], str], *key: str, build_dir: Path | None = None) -> str:
-    """Return what ``export`` returned for this ``key`` and this gateware.
+    """Return the result of ``export`` for this ``key`` and this gateware.
 
     Parameters
     ----------
     export : Callable[[], str]
-        Makes the text; called only if it is not known.
+        Makes the text; called only if the cache does not have it.
     key : str
-        All that the text depends on besides the gateware and its tools.
+        Dependencies of the text besides the gateware and its tools.
     build_dir : Path, optional
         As in :func:`exported_verilog`.
     """

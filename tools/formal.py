@@ -1,21 +1,21 @@
 """Proves claims about the gateware, with Yosys and the solver Z3.
 
-A claim is an Amaranth design around the units that it is about, with ``Assume``, ``Assert`` and
-``Cover`` in it. Each is in a file ``proof_NAME.py`` of ``tests/formal`` with a module-level
-``PROOF``, and is checked in four ways:
+A claim is an Amaranth design around the units under test, with ``Assume``, ``Assert`` and
+``Cover``. Each claim has a file ``proof_NAME.py`` in ``tests/formal`` with a module-level ``PROOF``
+and is checked in four ways:
 
 ``holds``
-    from reset, no assertion fails in the first ``depth`` clocks, whatever the inputs;
+    From reset, no assertion fails in the first ``depth`` cycles, for any inputs.
 ``induction``
-    ``induction`` clocks in a row without a failure, from any state whatever, are followed by one
-    more: together with ``holds`` that is a proof for all time;
+    From any state, ``induction`` consecutive cycles without a failure are followed by another
+    one. Together with ``holds`` this proves the claim for all time.
 ``reached``
-    every ``Cover`` is reached: the assumptions leave something to be proved;
+    Every ``Cover`` is reached, so the assumptions do not exclude everything.
 each fault
-    with one line of a unit altered, an assertion fails: it is this line that the proof is about.
+    With one line of a unit altered, an assertion fails, so the proof depends on this line.
 
-``python -m tools.formal --proof ring`` checks one of them. What the solver finds against a claim is
-left as a waveform.
+``python -m tools.formal --proof ring`` checks one claim. A counterexample of the solver is kept as
+a waveform.
 """
 
 from __future__ import annotations
@@ -43,13 +43,13 @@ __all__ = ["PROOFS", "Proof", "ProofError", "altered", "check", "load", "proofs"
 
 _ROOT = Path(__file__).resolve().parents[1]
 
-#: Where the project's proofs lie.
+#: Folder of the project's proofs.
 PROOFS = _ROOT / "tests" / "formal"
 
-#: What stands in the source of a unit, once, and what to put in its place.
+#: Text that occurs once in the source of a unit, and its replacement.
 Change = tuple[str, str]
 
-# Assertions become formulas over the registers; a clock is a step of them.
+# Assertions become formulas over the registers; one step of the formulas is one cycle.
 _SCRIPT = (
     "read_rtlil {name}.il; prep -flatten -top top; memory_nordff; async2sync; chformal -lower; "
     "opt_clean -purge; dffunmap; write_smt2 -wires {name}.smt2"
@@ -57,28 +57,29 @@ _SCRIPT = (
 
 
 class ProofError(AssertionError):
-    """A claim does not hold, or holds of a faulty unit, too; the message says which."""
+    """A claim that does not hold, or that also holds for a faulty unit; the message says which."""
 
 
 @dataclass(frozen=True)
 class Proof:
-    """A claim and how far it is to be proved.
+    """A claim and the extent of its proof.
 
     Parameters
     ----------
     claim : Callable
-        Returns the design. It is called with a function ``unit(component, *changes)`` and takes the
-        units it is about from there: ``component`` with these changes and those of the fault.
+        Returns the design. Its argument is a function ``unit(component, *changes)``, which returns
+        ``component`` with these changes and those of the fault; the design takes the units under
+        test from this function.
     depth : int
-        Clocks after reset in which it is checked; with an induction no fewer than that needs.
+        Cycles after reset in which the claim is checked, at least the length of the induction.
     faults : Mapping
-        By its name, the component and the changes to it that break the claim; one or more.
+        One or more faults by name: the component, and the changes to it that break the claim.
     reached : int, optional
-        Clocks within which every ``Cover`` is reached and every fault shows; default ``depth``.
+        Cycles within which every ``Cover`` is reached and every fault shows; default ``depth``.
     induction : int, optional
-        Length of the induction; without it the proof is of the first ``depth`` clocks only.
+        Length of the induction. Without an induction the proof covers the first ``depth`` cycles.
     long : bool or tuple of str
-        It takes more than a few seconds, or these of its ``checks`` do.
+        Whether the checks take more than a few seconds, or the names of those that do.
     """
 
     claim: Callable[[Callable[..., Any]], Any]
@@ -91,26 +92,26 @@ class Proof:
 
     def __post_init__(self) -> None:
         if not self.faults:
-            raise ValueError("A proof without a fault may be of nothing")
+            raise ValueError("A proof must have at least one fault")
         if self.induction is not None and self.induction > self.depth:
-            raise ValueError("Depth must be no less than the length of the induction")
+            raise ValueError("Depth must be at least the length of the induction")
         induction = ("induction",) if self.induction is not None else ()
         object.__setattr__(self, "checks", ("holds", *induction, "reached", *self.faults))
         if not isinstance(self.long, bool) and not set(self.long) <= set(self.checks):
-            raise ValueError("Only its own checks can be long")
+            raise ValueError("Long checks must be checks of the proof")
 
     def is_long(self, what: str) -> bool:
-        """Return whether this one of its checks takes more than a few seconds."""
+        """Return True if this check takes more than a few seconds."""
         return self.long if isinstance(self.long, bool) else what in self.long
 
 
 def altered(component: Any, *changes: Change) -> Any:
-    """Return the class of a component made from its source with changes; the rest is as it was.
+    """Return the class of a component, made from its source with changes.
 
     Raises
     ------
     ValueError
-        If what is to be changed does not stand in the source exactly once.
+        If the text to replace does not occur exactly once in the source.
     """
     if not changes:
         return component
@@ -120,7 +121,7 @@ def altered(component: Any, *changes: Change) -> Any:
     for old, new in changes:
         if source.count(old) != 1:
             raise ValueError(
-                f"{old!r} stands {source.count(old)} times in {module.__name__}, not 1"
+                f"{old!r} must occur once in {module.__name__}, not {source.count(old)} times"
             )
         source = source.replace(old, new)
     copy = types.ModuleType(module.__name__)
@@ -148,20 +149,20 @@ def check(name: str, proof: Proof, what: str, *, timeout_s: float = 3600.0) -> f
     Parameters
     ----------
     name : str
-        Of the proof: names its waveform, ``build/formal/NAME.WHAT.vcd``.
+        Name of the proof and of its waveform, ``build/formal/NAME.WHAT.vcd``.
     proof : Proof
         The claim.
     what : str
-        One of its ``checks``.
+        One of the proof's ``checks``.
     timeout_s : float
         Longest time for the solver, seconds.
 
     Raises
     ------
     ProofError
-        If it fails.
+        If the check fails.
     JobError
-        If a tool is missing, refuses the design or does not end in time.
+        If a tool is missing, refuses the design or exceeds the time.
     """
     start = time.monotonic()
     component, *changes = proof.faults.get(what, (None,))
@@ -189,7 +190,7 @@ def check(name: str, proof: Proof, what: str, *, timeout_s: float = 3600.0) -> f
     if not passed and "Status: FAILED" not in done.replace("failed", "FAILED"):
         raise JobError(f"Proof {name}, {what}: the solver gave no answer.\n{done}")
     if what in proof.faults:
-        # Not by assumptions that contradict each other.
+        # A fault must fail by an assertion, not by contradictory assumptions.
         if passed or "Assert failed" not in done:
             raise ProofError(f"Proof {name}: the fault {what!r} is not noticed.\n{done}")
     elif not passed:
@@ -198,11 +199,11 @@ def check(name: str, proof: Proof, what: str, *, timeout_s: float = 3600.0) -> f
 
 
 def _rtlil(claim: Any) -> str:
-    """Return the text of a design whose registers start as after reset, and have no other."""
+    """Return the text of a design whose registers start in their reset state, without a reset."""
     from amaranth.back import rtlil
     from amaranth.hdl import ClockDomain, Module
 
-    # The clock has to be a port: without one it would stand still, and prove anything.
+    # The clock must be a port. A clock without one stands still, and then every claim holds.
     clock = ClockDomain("sync", reset_less=True)
     top = Module()
     top.domains += clock
@@ -214,7 +215,7 @@ def _rtlil(claim: Any) -> str:
 def _tool(
     command: list[str], folder: str, timeout_s: float, statuses: tuple[int, ...] = (0,)
 ) -> str:
-    """Run a tool of this environment; return what it printed."""
+    """Run a tool of this environment; return its output."""
     tools = Path(sys.executable).parent
     path = os.pathsep.join([str(tools), os.environ.get("PATH", os.defpath)])
     try:
@@ -234,7 +235,7 @@ def _tool(
     except subprocess.TimeoutExpired as error:
         raise JobError(f"{command[0]} did not end within {timeout_s:.0f} s.") from error
     finally:
-        # The solver is a process of its own, and would go on.
+        # The solver is a separate process and would keep running.
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
             process.wait()

@@ -1,7 +1,7 @@
 """Verilator's lint of generated Verilog: ``python -m tools.lint FILE.v ...``.
 
-The top of each file is the module of its name. What is waived, and why, is in
-``tools/amaranth.vlt``.
+The top of each file is the module with the file's name. ``tools/amaranth.vlt`` lists the waived
+warnings with their reasons.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ WAIVERS = Path(__file__).parent / "amaranth.vlt"
 
 
 def lint(path: Path) -> None:
-    """Check one file with all of Verilator's warnings.
+    """Check one file with all warnings of Verilator.
 
     Raises
     ------
     JobError
-        If there is a warning that is not waived; all of them are a note of the exception.
+        If there is a warning that is not waived; the warnings are a note of the exception.
     """
     run_verilator(
         [
@@ -45,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Check the files named on the command line; returns the exit status."""
     paths = [Path(name) for name in (sys.argv[1:] if arguments is None else arguments)]
     if not paths:
-        print("error: Name the Verilog files to check.", file=sys.stderr)
+        print("error: No Verilog file is given; name the files to check.", file=sys.stderr)
         return 2
     status = 0
     for path in paths:

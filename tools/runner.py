@@ -1,8 +1,8 @@
-"""Runs cocotb benches on exported Verilog, under Icarus and under Verilator.
+"""Runs cocotb benches on exported Verilog, with Icarus and with Verilator.
 
 A bench is a file ``cosim_NAME.py`` with cocotb tests and a module-level ``TOP``, the name of a top
-in ``hdl.verilog.TOPS``; its Verilog module has the same name. ``CONFIG``, the configuration to
-export it with, is optional and defaults to ``Config()``.
+in ``hdl.verilog.TOPS`` and of its Verilog module. An optional ``CONFIG`` is the configuration of
+the export and defaults to ``Config()``.
 
 ``python -m tools.runner --sim icarus --bench crossover --waves`` runs one of ``tests/cosim``.
 """
@@ -36,10 +36,10 @@ __all__ = ["BENCHES", "SIMULATORS", "CosimError", "CosimResult", "benches", "run
 
 SIMULATORS: tuple[Simulator, ...] = ("icarus", "verilator")
 
-#: Where the project's own benches lie.
+#: Folder of the project's benches.
 BENCHES = Path(__file__).resolve().parents[1] / "tests" / "cosim"
 
-# A module beside the design, so that one compiled design serves with and without a waveform.
+# A module beside the design: the same compiled design runs with and without a waveform.
 _ICARUS_WAVES = """
 module waves;
     reg [8 * 4096 - 1:0] path;
@@ -62,13 +62,13 @@ class CosimResult:
     Parameters
     ----------
     tests : int
-        Tests run, skipped ones not counted; 1 or more.
+        Number of tests that ran, skipped tests excluded; 1 or more.
     log : Path
-        What the simulator printed.
+        Output of the simulator.
     waves : Path or None
         Waveform, FST from Icarus and VCD from Verilator.
     seconds : float
-        Time of the simulation, builds not counted.
+        Time of the simulation, builds excluded.
     """
 
     tests: int
@@ -93,15 +93,15 @@ def run(
 ) -> CosimResult:
     """Simulate a design with the cocotb tests of one file, and check their results.
 
-    The design is built once per simulator and text. Runs may go on at the same time in several
-    processes; those with the same ``label`` overwrite each other's log.
+    The design is built once per simulator and text. Several processes can run benches at the same
+    time; runs with the same ``label`` overwrite each other's log.
 
     Parameters
     ----------
     sim : {"icarus", "verilator"}
         Simulator.
     verilog : str or Path
-        The design as one self-contained text, or a file of it.
+        Self-contained text of the design, or a file of it.
     top : str
         Module to simulate: the bench's ``dut``.
     bench : Path
@@ -109,22 +109,22 @@ def run(
     env : Mapping[str, str], optional
         Further environment variables of the bench.
     label : str, optional
-        Name of the log and the waveform; default the name of the file and of the simulator.
+        Name of the log and the waveform; default the names of the file and of the simulator.
     waves : bool
         Whether to record a waveform of everything.
     seed : int
-        Of ``random`` in the bench.
+        Seed of ``random`` in the bench.
     test_filter : str, optional
-        Regular expression of the tests to run; default all.
+        Regular expression that selects tests; default all.
     timeout_s : float
         Longest time of the simulation, seconds.
     build_dir : Path, optional
-        Where builds and logs are kept; default :func:`sim.cache.build_root`.
+        Keeps builds and logs; default :func:`sim.cache.build_root`.
 
     Raises
     ------
     CosimError
-        If a test failed, none ran, or the simulator ended early or not in time.
+        If a test failed, no test ran, or the simulator ended early or exceeded its time.
     JobError
         If a tool is missing or refuses the design.
     """
@@ -175,9 +175,7 @@ def run(
 def run_bench(
     sim: Simulator, bench: Path, *, waves: bool = False, build_dir: Path | None = None
 ) -> CosimResult:
-    """Run one bench on the top that it names.
-
-    Parameters and errors as in :func:`run`; besides
+    """Run one bench on the top that it names; parameters and errors as in :func:`run`.
 
     Raises
     ------
@@ -257,11 +255,11 @@ def _build(builds: BuildCache, sim: Simulator, text: str, top: str, *, waves: bo
         text,
         top,
         main=config.share_dir / "lib" / "verilator" / "verilator.cpp",
-        # The ports visible and writable: several times slower, and what a bench needs.
+        # A bench needs visible and writable ports, which make the simulation several times slower.
         verilate_args=["--vpi", "--timescale", "1ns/1ps"],
         public=True,
         link_args=[f"-Wl,-rpath,{libraries}", f"-L{libraries}", "-lcocotbvpi_verilator"],
-        optimize="-O0",  # The VPI is the bottleneck, and the compiler takes a quarter of the time.
+        optimize="-O0",  # The VPI is the bottleneck; this quarters the time of the compiler.
         trace=waves,
     )
 
@@ -277,7 +275,7 @@ def _command(sim: Simulator, program: Path, waves: Path | None) -> list[str]:
 
 
 def _environment(sim: Simulator, top: str, bench: Path) -> dict[str, str]:
-    """Return the variables by which cocotb in the simulator finds Python and the tests."""
+    """Return the environment in which cocotb finds Python and the tests."""
     import find_libpython
     from cocotb_tools import config
 
@@ -301,7 +299,7 @@ def _environment(sim: Simulator, top: str, bench: Path) -> dict[str, str]:
 
 
 def _check(results: Path, label: str, log: Path, status: int) -> int:
-    """Return the number of tests that passed, or raise for those that did not."""
+    """Return the number of tests that passed, or raise an error for those that failed."""
     if not results.is_file():
         raise CosimError(
             f"{label}: the simulator ended with status {status} before its results; log {log}"

@@ -39,18 +39,18 @@ def open_simulated(
     keep: bool = False,
     build_dir: Path | None = None,
 ) -> SimulatedBoard:
-    """Build what a ``sim:`` URL names, if need be, and start it.
+    """Start the board of a ``sim:`` URL, after building it if necessary.
 
     Parameters
     ----------
     url : str
         See :func:`parse_board_url`.
     verilog : Callable[[int], str]
-        Given the clocks per bit of the UART, returns the chip's Verilog.
+        Returns the chip's Verilog for a UART divisor.
     top : str
         Module of the chip, with the ports ``clk``, ``rst``, ``rx`` and ``tx``.
     clocks_per_bit : int
-        UART divisor unless the URL has another; few clocks make a fast simulation.
+        UART divisor if the URL has none; a small divisor makes a fast simulation.
     listen, pty, keep
         As in :class:`SimulatedBoard`.
     build_dir : Path, optional

@@ -21,25 +21,24 @@ __all__ = ["SocketPort"]
 class SocketPort:
     """The methods of :class:`serial.Serial` that a link uses, over TCP.
 
-    pyserial's own ``socket://`` knows only whether a byte is waiting, not how many, and reads and
-    writes with two system calls per call; everything else is alike, and a simulated board serves
-    either.
+    It differs from pyserial's ``socket://`` in two ways: it knows the number of waiting bytes, and
+    it reads and writes with one system call. A simulated board serves both.
 
     Parameters
     ----------
     address : tuple[str, int]
         Host and port.
     timeout : float or None
-        Longest wait of a :meth:`read`, seconds; None waits for ever, 0 not at all.
+        Longest wait of :meth:`read`, seconds; None waits without limit, 0 does not wait.
     explain : Callable[[], str], optional
-        Asked when the other end is gone; returns the sentence of the error.
+        Called when the other end is gone; returns the sentence of the error.
     on_close : Callable[[], object], optional
         Called after the connection is closed.
 
     Raises
     ------
     JobError
-        From any method: if nobody answers at ``address``, or the other end is gone.
+        From any method, if there is no connection to ``address`` or the other end is gone.
     """
 
     def __init__(
@@ -69,7 +68,7 @@ class SocketPort:
 
     @property
     def is_open(self) -> bool:
-        """Whether :meth:`close` has not been called yet."""
+        """True until :meth:`close` is called."""
         return self._socket.fileno() >= 0
 
     @property
@@ -122,22 +121,22 @@ class SocketPort:
         return total
 
     def flush(self) -> None:
-        """Do nothing: what was written is on its way."""
+        """Do nothing: :meth:`write` sends at once."""
 
     def reset_input_buffer(self) -> None:
-        """Throw away what is waiting to be read."""
+        """Discard the bytes that wait to be read."""
         while waiting := self.in_waiting:
             self._socket.recv(waiting)
 
     def reset_output_buffer(self) -> None:
-        """Do nothing: nothing is held back here."""
+        """Do nothing: :meth:`write` keeps no bytes back."""
 
     def fileno(self) -> int:
         """Return the descriptor, for :func:`select.select`."""
         return self._socket.fileno()
 
     def close(self) -> None:
-        """Hang up. A second call does nothing."""
+        """Close the connection. A second call does nothing."""
         self._socket.close()
         if self._on_close is not None:
             self._on_close()

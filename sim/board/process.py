@@ -1,4 +1,4 @@
-"""The simulated board as a process that lives no longer than whoever started it."""
+"""The simulated board as a process, which ends with the process that started it."""
 
 from __future__ import annotations
 
@@ -24,27 +24,28 @@ __all__ = ["SimulatedBoard"]
 class SimulatedBoard:
     """A running simulator, reached over TCP or a pseudo terminal.
 
-    It ends at :meth:`close`, at the end of the ``with`` block, when the object is collected, at
-    interpreter exit, and when this process dies of whatever cause: the simulator watches its parent
-    and its standard input. Ctrl-C does not reach it, so that the host can still talk to the board
-    while it finishes.
+    The simulator ends at :meth:`close`, at the end of the ``with`` block, when the object is
+    collected, at interpreter exit, and whenever this process ends: it watches its parent and its
+    standard input. Ctrl-C does not reach the simulator, so that the host can still talk to the
+    board while the host finishes.
 
     Parameters
     ----------
     program : Program
-        What to run.
+        Program to run.
     listen : str
-        ``HOST:PORT`` to serve; port 0 takes a free one.
+        ``HOST:PORT`` to listen at; port 0 takes a free port.
     pty : bool
         Serve a pseudo terminal instead of TCP.
     keep : bool
-        Whether to wait for another client when one leaves; else the simulator ends with its client.
+        Whether to wait for another client when one leaves; otherwise the simulator ends with its
+        client.
     idle_clocks : int, optional
-        Clocks simulated at full speed after the last activity; default 2**20.
+        Cycles simulated at full speed after the last activity; default 2**20.
     trace : Path, optional
         VCD file to write.
     timeout_s : float
-        Longest wait for the simulator to start, or to answer when asked for its clocks, seconds.
+        Longest wait for the simulator to start, or to report its cycles, seconds.
 
     Raises
     ------
@@ -87,12 +88,12 @@ class SimulatedBoard:
         self._pending = b""
         kind, _, where = self._answer("port ", "pty ").partition(" ")
         host = listen.rpartition(":")[0] or "127.0.0.1"
-        #: Where the board is reached: ``socket://HOST:PORT``, or the path of a terminal.
+        #: Address of the board: ``socket://HOST:PORT``, or the path of a terminal.
         self.url = where if kind == "pty" else f"socket://{host}:{where}"
         self._address = None if kind == "pty" else (host, int(where))
 
     def open(self, *, timeout: float | None = 1.0, ends_board: bool = False) -> SocketPort:
-        """Connect to the board as its one client.
+        """Connect to the board as its only client.
 
         Parameters
         ----------
@@ -121,13 +122,13 @@ class SimulatedBoard:
         """Process id of the simulator."""
         return self._process.pid
 
-    def clocks(self) -> int:
-        """Return the clocks simulated so far.
+    def cycles(self) -> int:
+        """Return the number of cycles simulated so far.
 
         Raises
         ------
         JobError
-            If the simulator has ended, or does not answer within ``timeout_s``: it hangs.
+            If the simulator has ended, or does not answer within ``timeout_s``.
         """
         self.check()
         with contextlib.suppress(BrokenPipeError):
@@ -136,28 +137,28 @@ class SimulatedBoard:
         return int(self._answer("clocks ").split()[1])
 
     def check(self) -> None:
-        """Raise the error that says how the simulator ended, if it has.
+        """Raise an error with the reason if the simulator has ended.
 
         Raises
         ------
         JobError
-            If it is not running.
+            If the simulator is not running.
         """
         if self._process.poll() is not None:
             raise JobError(self._explain())
 
     def wait(self, timeout_s: float | None = None) -> int | None:
-        """Wait until the simulator ends by itself.
+        """Wait for the end of the simulator.
 
         Parameters
         ----------
         timeout_s : float, optional
-            Longest wait, seconds; None waits for ever.
+            Longest wait, seconds; None waits without limit.
 
         Returns
         -------
         int or None
-            Its exit status, negative for a signal; None if it still runs.
+            Exit status, negative for a signal; None if the simulator still runs.
         """
         try:
             return self._process.wait(timeout_s)
@@ -165,12 +166,12 @@ class SimulatedBoard:
             return None
 
     def log(self) -> str:
-        """Return what the simulator has written to standard error: line errors, a summary."""
-        # pread: the simulator's own writes go on at the position this file shares with it.
+        """Return the simulator's standard error: line errors and a summary."""
+        # pread leaves the position alone that the file shares with the simulator's writes.
         return os.pread(self._log, os.fstat(self._log).st_size, 0).decode(errors="replace")
 
     def close(self) -> None:
-        """End the simulator and wait until it is gone. A second call does nothing."""
+        """End the simulator and wait for its end. A second call does nothing."""
         self._finalizer()
 
     def __enter__(self) -> Self:
@@ -227,10 +228,10 @@ def _describe(status: int) -> str:
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
-    """End a simulator and everything it started: politely, then by force."""
+    """End a simulator and the processes that it started: with SIGTERM, then with SIGKILL."""
     if process.poll() is None:
         process.terminate()
-        process.send_signal(signal.SIGCONT)  # One that is stopped would not hear of it.
+        process.send_signal(signal.SIGCONT)  # A stopped process handles no signal.
         try:
             process.wait(2.0)
         except subprocess.TimeoutExpired:

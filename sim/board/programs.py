@@ -27,13 +27,13 @@ class Program:
     Parameters
     ----------
     simulator : {"verilator", "icarus"}
-        What it was built with.
+        Simulator that the program was built with.
     path : Path
         The program (Verilator) or the compiled design (Icarus).
     clocks_per_bit : int
-        UART divisor of the chip in it, clocks.
+        UART divisor of the chip, cycles.
     traced : bool
-        Whether it can write a waveform.
+        Whether the program can write a waveform.
     module : Path, optional
         The bridge as an Icarus module.
     """
@@ -53,7 +53,7 @@ class Program:
         idle_clocks: int | None = None,
         trace: Path | None = None,
     ) -> list[str]:
-        """Return the command line that starts it; ``bridge.hpp`` says what the options mean.
+        """Return the command line that starts the program; ``bridge.hpp`` explains its options.
 
         Raises
         ------
@@ -70,7 +70,7 @@ class Program:
             waves = [] if trace is None else ["--trace", str(trace)]
             return [str(self.path), *options, *waves]
         waves = [] if trace is None else [f"+trace={trace}"]
-        # -n: a simulation that stops ends, where it would else ask the terminal.
+        # -n ends a simulation that stops, which otherwise would wait for the terminal.
         assert self.module is not None
         start = ["vvp", "-n", "-M", str(self.module.parent), "-m", self.module.stem]
         return [*start, str(self.path), *options, *waves]
@@ -84,20 +84,21 @@ def verilate(
     trace: bool = False,
     build_dir: Path | None = None,
 ) -> Program:
-    """Build the simulated board with Verilator, or find it built already.
+    """Return the simulated board, built with Verilator if necessary.
 
     Parameters
     ----------
     verilog : str
-        The chip as one self-contained text.
+        Self-contained text of the chip.
     top : str
-        Its module, with the ports ``clk``, ``rst`` (active high, synchronous), ``rx`` and ``tx``.
+        Module of the chip, with the ports ``clk``, ``rst`` (active high, synchronous), ``rx`` and
+        ``tx``.
     clocks_per_bit : int
-        Its UART divisor, clocks, 2 or more.
+        UART divisor of the chip, cycles, 2 or more.
     trace : bool
-        Whether it shall be able to write a VCD file; then it is slower, even if it writes none.
+        Whether the program can write a VCD file. Such a program is slower, even if it writes none.
     build_dir : Path, optional
-        Where builds are kept; default ``sim/`` in :func:`sim.cache.build_root`.
+        Keeps the builds; default ``sim/`` in :func:`sim.cache.build_root`.
 
     Raises
     ------
@@ -127,8 +128,8 @@ def build_program(
 ) -> Program:
     """Build the simulated board with either simulator; parameters as in :func:`verilate`.
 
-    With Icarus, which interprets, a chip runs a thousand times slower: a second opinion on short
-    runs, from a simulator that knows undefined values.
+    Icarus interprets the Verilog and runs a chip a thousand times slower. It models undefined
+    values, and so gives a second opinion on short runs.
     """
     if simulator == "verilator":
         return verilate(verilog, top, clocks_per_bit, trace=trace, build_dir=build_dir)

@@ -16,16 +16,16 @@ __all__ = ["BoardOptions", "parse_board_url"]
 
 @dataclass(frozen=True)
 class BoardOptions:
-    """What a URL says about the simulated board.
+    """Options of the simulated board in a URL.
 
     Parameters
     ----------
     sim : {"verilator", "icarus"}
         Simulator.
     clocks_per_bit : int, optional
-        UART divisor of the chip to build, clocks, 4..65535; None leaves it to the caller.
+        UART divisor of the chip to build, cycles, 4..65535; None leaves it to the caller.
     idle_clocks : int, optional
-        Clocks at full speed after the last activity, 0 or more; None: the simulator's default.
+        Cycles at full speed after the last activity, 0 or more; None: the simulator's default.
     trace : Path, optional
         VCD file to write.
     """
@@ -42,7 +42,7 @@ def parse_board_url(url: str) -> BoardOptions:
     Raises
     ------
     InputError
-        If the URL has another form, an option is unknown, given twice, or has a wrong value.
+        If the URL has another form, or an option is unknown, given twice or has a wrong value.
     """
     scheme, colon, rest = url.partition(":")
     path, _, query = rest.partition("?")

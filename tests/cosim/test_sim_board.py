@@ -69,16 +69,16 @@ def test_echo(simulator, clocks_per_bit):
 
 
 def test_line_runs_at_full_rate(echo):
-    # Back to back, a byte takes 10 bits, and its echo comes a byte and a few clocks later.
+    # Back to back, a byte takes 10 bits, and its echo comes a byte and a few cycles later.
     with SimulatedBoard(echo, idle_clocks=0) as board, board.open(timeout=30) as port:
-        start = board.clocks()
+        start = board.cycles()
         port.write(bytes(1000))
         port.read(1000)
         port.close()
         assert board.wait(10) == 0
         used = int(board.log().split()[1]) - start
     frames = 1000 * 10 * CLOCKS_PER_BIT
-    # The bridge looks up every 64 clocks, creeps before the first byte, and ends between two looks.
+    # The bridge looks up every 64 cycles, creeps before the first byte, and ends between two looks.
     assert frames <= used <= frames + 64 * 100
 
 
@@ -90,7 +90,7 @@ def test_real_divisor():
         board.open(timeout=30) as port,
     ):
         assert exchange(port, b"\x00\xff\x55\xaa\x01") == b"\x00\xff\x55\xaa\x01"
-        assert board.clocks() >= 5 * 10 * 868
+        assert board.cycles() >= 5 * 10 * 868
 
 
 def test_pyserial_reaches_it(echo):
@@ -131,12 +131,12 @@ def test_ends_with_its_client(echo):
 
 def test_keeps_its_state_for_the_next_client(echo):
     with SimulatedBoard(echo, keep=True) as board:
-        clocks = 0
+        cycles = 0
         for text in (b"first", b"second"):
             with board.open(timeout=10) as port:
                 assert exchange(port, text) == text
-                assert board.clocks() > clocks
-                clocks = board.clocks()
+                assert board.cycles() > cycles
+                cycles = board.cycles()
         assert board.wait(0.2) is None
 
 
@@ -148,11 +148,11 @@ def processor_seconds(pid):
 def test_idle_board_creeps(echo):
     with SimulatedBoard(echo, idle_clocks=10_000) as board, board.open(timeout=10) as port:
         exchange(port, b"x")
-        time.sleep(0.1)  # 10,000 clocks take a few milliseconds.
-        used, clocks = processor_seconds(board.pid), board.clocks()
+        time.sleep(0.1)  # 10,000 cycles take a few milliseconds.
+        used, cycles = processor_seconds(board.pid), board.cycles()
         time.sleep(0.5)
         assert processor_seconds(board.pid) - used <= 0.1
-        assert 64 <= board.clocks() - clocks <= 64 * 100
+        assert 64 <= board.cycles() - cycles <= 64 * 100
         start = time.monotonic()
         assert exchange(port, b"y") == b"y"  # And wakes at once.
         assert time.monotonic() - start < 0.5
@@ -165,7 +165,7 @@ def test_killed_simulator(echo):
         with pytest.raises(JobError, match=sentence):
             port.read()
         with pytest.raises(JobError, match=sentence):
-            board.clocks()
+            board.cycles()
         with pytest.raises(JobError, match=sentence):
             board.open()
 
@@ -177,7 +177,7 @@ def test_hanging_simulator_is_ended(echo):
         with pytest.raises(
             JobError, match=r"^The simulated board did not answer for 0\.2 s and was ended\.$"
         ):
-            board.clocks()
+            board.cycles()
         assert gone(board.pid)
 
 

@@ -120,6 +120,7 @@ bench: setup $(if $(filter fpga,$(BENCH)),setup-synth)
 
 .PHONY: docs
 docs: setup
+	@$(IN_ROOT) "$(BIN)/python" -m tools.protocol_page
 	@$(IN_ROOT) "$(BIN)/python" -m sphinx -W --keep-going -q -b html docs build/docs
 	@echo "$(ROOT)/build/docs/index.html"
 

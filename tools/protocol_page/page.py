@@ -144,7 +144,8 @@ def _layout_table(name: str) -> str:
         offset, title = str(first // unit), f"`{field}`"
         if len(found) > 1:
             step = (found[1][0] - first) // unit
-            offset += f" + {step}·i"
+            stride = "i" if step == 1 else f"{step}·i"
+            offset = f"{offset} + {stride}" if first else stride
             title = f"`{field}_i`, i = 0 … {len(found) - 1}"
         size = f"{width} (`{text.width}`)" if text.width else str(width)
         rows.append((offset, size, title, text.values, text.meaning))

@@ -227,7 +227,7 @@ MESSAGES: Mapping[str, tuple[Callable[[Config], Layout], Mapping[str, Field]]] =
             "child": Field("0 … children − 1", "Child of the mutator", "child_bits"),
             "index": Field("0 … max_waypoints − 1", "Waypoint of that child", "index_bits"),
             "waypoint": Field("a waypoint", "New waypoint, without its last bit", "waypoint_bits"),
-            "checksum": Field("CRC-32", "Of the new population as READ of all slots replies"),
+            "checksum": Field("CRC-32", "Of the new population as READ of all slots returns it"),
         },
     ),
     "counters_reply": (

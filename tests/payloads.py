@@ -1,4 +1,4 @@
-"""Hands a payload to a unit of hdl.command as the receiving unit does."""
+"""Driver of a payload parser of ``hdl.command``, as the command receiver drives it."""
 
 from hdl.protocol import Status
 from tests.streams import simulate
@@ -10,8 +10,8 @@ __all__ = ["hand_over"]
 def hand_over(unit, payloads, fields=None, *, repeated=False, collectors=(), limit=20_000):
     """Return status and cycles of each of ``payloads``, one after the other.
 
-    Clocks are from the first in which the unit is on to that in which it is over. ``fields`` are
-    inputs to be set before. Every byte is offered as soon as it may be.
+    Cycles count from the first in which the parser is on to the one in which it is done. ``fields``
+    are inputs to set before. Every byte is offered as early as possible.
     """
     outcomes = []
 
@@ -21,7 +21,7 @@ def hand_over(unit, payloads, fields=None, *, repeated=False, collectors=(), lim
         ctx.set(unit.repeated, repeated)
         for payload in payloads:
             outcomes.append(await one(ctx, payload))
-            # As after reset: nothing of the last one is left.
+            # While it is off, the parser returns to its reset state.
             ctx.set(unit.on, 0)
             await ctx.tick().repeat(2)
             assert not ctx.get(unit.done)
@@ -41,7 +41,7 @@ def hand_over(unit, payloads, fields=None, *, repeated=False, collectors=(), lim
                 assert status is not Status.OK or at == len(payload)
                 return status, cycle + 1
             at += taken
-        raise TimeoutError(f"Not done in {limit} clocks")
+        raise TimeoutError(f"Not done in {limit} cycles")
 
     simulate(unit, bench, background=collectors)
     return outcomes

@@ -1,4 +1,4 @@
-"""The exported frame receiver against the model: a byte in every cycle, and at a line's pace."""
+"""The exported frame receiver against the model, at a byte per cycle and at a line's pace."""
 
 import random
 
@@ -80,7 +80,7 @@ class Bench:
 @cocotb.test()
 @cocotb.parametrize((("gap", "longest_pause"), [(0, 0), (3, 2)]))
 async def frames_and_garbage(dut, gap, longest_pause):
-    """The same bodies and verdicts as the model's, whatever comes."""
+    """Bodies and verdicts are those of the model, whatever bytes come."""
     rng = random.Random(5)
     pauses = random.Random(6)
     bench = Bench(dut, iter(lambda: pauses.randrange(longest_pause + 1), None))

@@ -47,7 +47,7 @@ class Bench:
         return taken
 
     async def until(self, condition, limit=20_000):
-        """Call ``condition`` once a cycle until it holds."""
+        """Call ``condition`` once per cycle until it holds."""
         for _ in range(limit):
             if await condition():
                 return

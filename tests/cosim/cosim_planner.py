@@ -50,7 +50,7 @@ class Pins:
     def __init__(self, dut):
         self.timeout = None
         self.closed = False
-        #: Applied to each write: what the line makes of it.
+        #: Function that the line applies to each write.
         self.fault = bytes
         #: Cycles after the next write at which the chip is reset for one cycle.
         self.reset_after = None
@@ -89,7 +89,7 @@ class Pins:
         await Timer(CLOCK_NS, "ns")
 
     async def _collect(self):
-        """Take bytes off ``tx``: the only code that runs while the chip works by itself."""
+        """Take bytes off ``tx``: the only code that runs while the chip is working."""
         tx = self._dut.tx
         while True:
             if tx.value:
@@ -161,7 +161,7 @@ def with_host(test):
 def every_command(pins, chips):
     """The host's commands in all link modes; populations, status and counters."""
     assert chips.board.info == chips.model.info
-    # The memories keep what they hold over a reset; here they have been written never.
+    # The memories keep their contents over a reset; here they have never been written.
     assert chips.board.read(0, CONFIG.population) == [[0, 0]] * CONFIG.population
     assert chips.model.read(0, CONFIG.population) == [[0, 0]] * CONFIG.population
     chips.start()
@@ -205,7 +205,7 @@ def map_and_checks(pins, chips):
 
 @with_host
 def damaged_frames(pins, chips):
-    """Frames lost, damaged and doubled on their way: each command is executed once."""
+    """Frames are lost, damaged and doubled on the line: each command is executed once."""
     rng = random.Random(7)
     chips.start()
     traffic = chips.board.link.traffic
@@ -233,7 +233,7 @@ def damaged_frames(pins, chips):
 
 @with_host
 def garbage_and_break(pins, chips):
-    """Whatever comes, the chip answers afterwards, and tells what it has seen."""
+    """After any bytes the chip answers, and reports the errors that it has seen."""
     rng = random.Random(8)
     chips.start()
     pins.write(b"\7" * 5 + b"\0")
@@ -254,7 +254,7 @@ def garbage_and_break(pins, chips):
 
 @with_host
 def reset_in_an_answer(pins, chips):
-    """After a reset the chip is told from the one before, and works anew."""
+    """A reset of the chip is noticed, and the chip works again."""
     link = chips.board.link
     pins.write(encode_frame(bytes((0, 0, Command.INFO)), plain=True))
     pins.timeout = TIMEOUT_S

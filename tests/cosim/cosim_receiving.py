@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The exported receiving unit against the model: every kind of request, whole or broken."""
+"""The exported command receiver against the model: every kind of request, whole or broken."""
 
 import random
 
@@ -45,7 +45,7 @@ GENERATE_KINDS = {
 
 
 class Bench:
-    """Hands bodies to the unit as the control unit does."""
+    """Driver of the receiver, as the control unit drives it."""
 
     def __init__(self, dut, *, stalled):
         self.dut = dut
@@ -77,7 +77,7 @@ class Bench:
         self.dut.rst.value = 0
 
     async def hand_over(self, body, plain):
-        """Return the answer to a body, whether a generation is to run, and what is to check."""
+        """Return the answer to a body, whether a generation is to run, and the check to do."""
         dut = self.dut
         for taken in self.collected.values():
             taken.clear()
@@ -99,7 +99,7 @@ class Bench:
 
 
 def expected_kind(body, plain, answer):
-    """Return what the unit must ask the transmitting unit for, given the model's answer."""
+    """Return the answer that the transmitter must be asked for, given the model's answer."""
     if not answer:
         return AnswerKind.SILENCE
     if plain:
@@ -117,7 +117,7 @@ def expected_kind(body, plain, answer):
 @cocotb.test()
 @cocotb.parametrize(stalled=[False, True])
 async def random_requests(dut, stalled):
-    """The same statuses, orders to the core and sticky errors as the model's."""
+    """Statuses, orders to the core and sticky errors are those of the model."""
     bench = Bench(dut, stalled=stalled)
     await bench.reset()
     fuzz = Fuzz(CONFIG, seed=4 + stalled)
@@ -184,7 +184,7 @@ async def random_requests(dut, stalled):
 
 
 def check_orders(collected, body, answer, generates):
-    """A START orders once what it says, a generation its ranking, and a refusal neither."""
+    """A START is ordered once, a generation passes its ranking on, and a refusal does neither."""
     accepted = answer[2:3] == bytes((Status.OK,))
     requests = [
         (each.seed, each.x, each.y, each.altitude, each.avoid_ground)
@@ -202,7 +202,7 @@ def check_orders(collected, body, answer, generates):
 
 
 def check_checks(checks, points, body, paths):
-    """A check is of the points, or the slots, and counts as the request says."""
+    """A check has the points or slots and the counting of the request."""
     assert checks.batch == (body[2] == Command.CHECK_PATHS)
     if checks.batch:
         asked = check_paths_request(CONFIG).unpack(body[3:])
@@ -233,7 +233,7 @@ def written(writes, paths):
 
 @cocotb.test()
 async def line_errors_stick(dut):
-    """Each of the line's errors stays until it is cleared, a refusal besides them."""
+    """Every error of the line stays until it is cleared, and so does a refusal."""
     bench = Bench(dut, stalled=False)
     await bench.reset()
     for number, error in enumerate(list(StickyError)[:4]):

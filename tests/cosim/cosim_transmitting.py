@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The exported transmitting unit: bodies of every kind, at the widths of the real chip."""
+"""The exported reply transmitter: bodies of every kind, at the widths of the real chip."""
 
 import itertools
 import random
@@ -42,7 +42,7 @@ def packed(layout, values):
 
 
 class Bench:
-    """Gives the unit random registers and paths, and says what must be sent of them."""
+    """Bench that sets random registers and paths, and predicts the answers."""
 
     def __init__(self, dut, *, stalled):
         self.dut = dut
@@ -72,7 +72,7 @@ class Bench:
         cocotb.start_soon(self._serve_results())
 
     def draw(self):
-        """Set all registers to something else."""
+        """Set all registers to other values."""
         dut, rng = self.dut, self.rng
 
         def fields(layout):
@@ -147,9 +147,9 @@ class Bench:
         return b"", []
 
     async def check(self, kind, slot=0, count=0):
-        """Let the unit send one answer, and compare it."""
+        """Have the transmitter send one answer, and compare it."""
         dut, rng = self.dut, self.rng
-        if kind is AnswerKind.RESULTS:  # Asked for only where there are any.
+        if kind is AnswerKind.RESULTS:  # Requested only where there are results.
             if not self.results:
                 return
             slot = rng.randrange(len(self.results))
@@ -204,7 +204,7 @@ async def every_kind_after_every_other(dut, stalled):
 
 @cocotb.test()
 async def first_byte_and_rate(dut):
-    """The first byte 3 cycles after the unit is turned on, a cycle before each six of fields."""
+    """The first byte comes 3 cycles after ``on``; every six bytes of fields take one more."""
     bench = Bench(dut, stalled=False)
     await bench.reset()
     dut.answer.value = packed(answer_layout, {"kind": AnswerKind.COUNTERS, "session": 1})

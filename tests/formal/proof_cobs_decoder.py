@@ -11,16 +11,16 @@ from tools.formal import Proof
 class Decoder(Elaboratable):
     """Proved for all time, by induction; any bytes come, in any cycles.
 
-    The definition goes by places in a frame: place 0 has a code, and a code c in place p says that
-    the next code is in place p + c, or the delimiter. What is between is data. A code stands for a
-    zero, but for the first one of its frame and for that after a full block, of code 255.
+    The definition counts places in a frame: place 0 holds a code, and a code c in place p says that
+    the next code, or the delimiter, is in place p + c. The places between are data. A code stands
+    for a zero, except for the first code of a frame and the code after a full block (code 255).
 
     - Each place is decoded in the cycle after it came, to at most one transfer: data to itself, a
       code to the zero that it stands for, a delimiter to the end of its frame, ``broken`` just when
       it is in a place that is not a code's. There is no other transfer: no byte is lost, and none
       is invented.
     - A delimiter right after a delimiter is decoded to nothing.
-    - After a delimiter all is as after reset: what came before it, garbage or not, counts no more.
+    - A delimiter restores the state after reset, whatever came before it.
     - In the cycle after the end of a frame there is no transfer.
 
     So that faults of full blocks show within a few cycles, it is proved for a code whose full block

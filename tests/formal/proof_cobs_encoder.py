@@ -11,13 +11,13 @@ from tools.formal import Proof
 class Encoder(Elaboratable):
     """Proved for all time, by induction, for a full block of 4 and a buffer of 16 bytes.
 
-    (For the real sizes, see the proof ``cobs_encoder_full``.) Frames are of any length and any
-    bytes, and come and are taken as they like.
+    (For the real sizes, see the proof ``cobs_encoder_full``.) Frames have any length and any bytes;
+    they come and are taken in any cycles.
 
-    The definition goes by places in what is sent. A frame starts with the place of a code, and each
-    of its bytes takes the next place: itself if it is not zero, else a code. After a full block
-    comes a code, too, if the frame goes on, and after the last byte the delimiter. A code is the
-    number of places from it to the next code or the delimiter: what the decoder inverts.
+    The definition counts places in the encoded frame. A frame starts with the place of a code, and
+    each of its bytes takes the next place: itself if it is not zero, else a code. A code also
+    follows a full block if the frame goes on; the delimiter follows the last byte. A code is the
+    number of places from it to the next code or the delimiter.
 
     - The bytes that are sent are these, in order: none is lost, sent twice or invented. Watched is
       any place, and what the definition puts there.

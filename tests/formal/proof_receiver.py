@@ -22,30 +22,30 @@ SHORTEST = BODY_HEADER_BYTES + CRC_BYTES
 
 
 def residue(*, plain):
-    """Return what the CRC unit has after a body and its right CRC."""
+    """Return the state of the CRC unit after a body and its right CRC."""
     return zlib.crc32(frame_crc(b"", plain=plain).to_bytes(CRC_BYTES, "little"))
 
 
 class Receiver(Elaboratable):
     """Proved for all time, by induction, for a buffer of 8 rows.
 
-    Nothing but the widths of its pointers depends on the depth. Any bytes come, in any cycles; the
-    user takes bytes when it likes; the CRC unit may compute anything. What the bytes of a frame are
-    is proved of the COBS decoder, which is the real one here, as is the ring.
+    Only the widths of the pointers depend on the depth. Any bytes come in any cycles; the user
+    takes bytes in any cycles; the CRC unit may compute anything. COBS decoder and ring are the real
+    ones; the decoding itself is proved of the decoder.
 
-    - The CRC unit gets just the bytes of the frame, and starts anew with each: whether a frame is
-      right is decided by its own bytes alone.
-    - What goes into the ring are, for each frame that is not broken, of 7 bytes or more, right and
-      with room for its body, in this order: a row that says whether it is plain, and all its bytes
-      but the last four, the last of these marked. None is lost, there twice or invented, and of
-      other frames there is none. Watched is any row, and what belongs there.
-    - Each other frame brings one pulse: ``malformed``, else ``crc_error``, else ``overrun``, 2
+    - The CRC unit gets exactly the bytes of the frame, and starts anew with each frame: a frame is
+      judged by its own bytes alone.
+    - A frame is stored if it is not broken, has 7 bytes or more, a right CRC and room for its body.
+      The ring then gets, in this order, a row that says whether the frame is plain, and all bytes
+      of the frame but the last four, the last of them marked. No row is lost, doubled or invented,
+      and other frames store none. The proof watches an arbitrary row and its contents.
+    - Each other frame causes one pulse: ``malformed``, else ``crc_error``, else ``overrun``, 2
       cycles after its delimiter. There is no other pulse.
-    - ``overrun`` comes only if the bytes of bodies, one more for each, would not fit in the buffer.
-    - Rows of the ring are passed on as bytes of bodies, in the cycle in which they are there, with
-      ``plain`` as the row before them says; that row is not.
-    - A cycle after the end of any frame, or garbage, all is ready for the next: no byte is held,
-      none counted, and none stored that is not of a body passed on.
+    - ``overrun`` comes only if the bodies, with one more byte for each, do not fit in the buffer.
+    - Rows of the ring are passed on as bytes of bodies in the cycle in which they are read, with
+      ``plain`` from the row before the body, which is not passed on.
+    - One cycle after the end of any frame, the receiver is ready for the next one: it holds and
+      counts no byte, and stores none but those of accepted bodies.
     """
 
     ROWS = 8
@@ -64,7 +64,7 @@ class Receiver(Elaboratable):
         stored = reading.memory(m, "rows", watched[:-1])
         free(m, receiver.bytes.valid, receiver.bytes.payload, receiver.requests.ready)
 
-        # The frame as it is decoded: its bytes, counted as far as any fit.
+        # The decoded frame: its bytes, counted up to more than fit.
         arrives, ends = Signal(), Signal()
         n, lost = Signal(range(rows + 9)), Signal()
         m.d.comb += [
@@ -103,7 +103,7 @@ class Receiver(Elaboratable):
         with m.If(ends):
             m.d.sync += [n.eq(0), lost.eq(0)]
 
-        # What becomes of it.
+        # The verdict on the frame.
         whole, plain, right, accepts = (
             Signal(name=name) for name in ("whole", "plain", "right", "accepts")
         )
@@ -138,7 +138,7 @@ class Receiver(Elaboratable):
         )  # fmt: skip
         self._check_requests(m, dut, ring, row)
 
-        # Between frames nothing is left of any.
+        # Between frames no state of any frame is left.
         count, tail, commit = (dut.signal(name) for name in ("count", "tail", "commit"))
         dropped, behind, ended = dut.signal("dropped"), Signal(pointer), Signal()
         m.d.sync += ended.eq(ends)

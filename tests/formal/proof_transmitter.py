@@ -25,7 +25,7 @@ FREE = (
 class Transmitter(Elaboratable):
     """Proved for all time, by induction.
 
-    Bodies are of any length and come as they like; the COBS encoder takes bytes when it likes, and
+    Bodies have any length and come in any cycles; the COBS encoder takes bytes in any cycles, and
     the CRC unit may compute anything.
 
     - The encoder gets the bytes of a body in the cycles in which they are taken, and right after

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The receiving unit as the control unit drives it, for the tests of its commands."""
+"""Bench of the command receiver, which drives it as the control unit does."""
 
 from hdl.command.receiver import CommandReceiver
 from hdl.config import CheckerBuild
@@ -67,7 +67,7 @@ def check_paths(slot, count, flags, start=0x123, goal=0xABC):
 
 
 class Chip:
-    """Drives a receiving unit as the control unit does, one body after the other."""
+    """Drives a command receiver as the control unit does, one body after the other."""
 
     def __init__(self, pauses=(0,), config=CONFIG):
         self.unit = CommandReceiver(config)
@@ -78,7 +78,7 @@ class Chip:
         self.cells, self.points = [], []
         self.checks = []
         self.forgotten = 0
-        self.cycles = 0  # Most of them from a last byte to the end.
+        self.cycles = 0  # Most cycles from a last byte to done.
         self.outcomes = []
 
     def run(self, bodies, line_errors=()):
@@ -162,7 +162,7 @@ class Chip:
 
 
 def after_open(*commands):
-    """Bodies that open session 1, then ``(code, payload)`` numbered from 0."""
+    """Return bodies that open session 1, then ``(code, payload)`` numbered from 0."""
     bodies = [(bytes((1, 9, Command.OPEN)), 0)]
     for sequence, (code, payload) in enumerate(commands):
         bodies.append((bytes((1, sequence, code)) + payload, 0))

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The cells of a MAP: where they go, and what becomes of a wrong length."""
+"""Parser of the cells of a MAP: places of the cells, and payloads of a wrong length."""
 
 import random
 
@@ -62,7 +62,7 @@ def test_whole_rectangles(bits, rectangle, pauses):
 
 @pytest.mark.parametrize(("bits", "cycles_per_cell"), [(4, 2), (8, 2), (12, 4), (16, 3)])
 def test_cycles_per_cell(bits, cycles_per_cell):
-    """Two sizes, so that only what a cell costs is left."""
+    """The difference of two sizes leaves the cycles of a cell."""
     cycles = []
     for height in (2, 6):
         altitudes = range(8 * height)
@@ -109,7 +109,7 @@ def test_repeated_writes_nothing():
 
 
 def test_it_waits_for_the_map():
-    """After the last cell, the checker takes no more until it has worked the rectangle in."""
+    """After the last cell, the checker accepts no cell until it has applied the rectangle."""
     unit = CellParser(config_of(8))
     busy_cycles = 57
     done_at = []
@@ -130,5 +130,5 @@ def test_it_waits_for_the_map():
     )
     assert outcomes[0][0] is OK
     assert done_at == [0] * busy_cycles
-    # A byte, a cell each: the first takes 2 cycles, the last is held for one.
+    # A cell is a byte here: each takes 2 cycles, and the last is held for one.
     assert outcomes[0][1] == 2 * 6 + busy_cycles + 4

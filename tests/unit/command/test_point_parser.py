@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The points of a CHECK: how many there may be."""
+"""Parser of the points of a CHECK: the allowed numbers of points."""
 
 import random
 
@@ -67,7 +67,7 @@ def test_cycles():
     ],
 )
 def test_refused(payload, status):
-    """What is handed on of it is never more than a path, and a right one is taken after it."""
+    """A wrong payload yields never more points than a path; a right one is taken after it."""
     good = pack_paths(CONFIG, [path_of(4, seed=5)])
     outcomes, points = taken([payload, good])
     assert [outcome for outcome, _ in outcomes] == [status, Status.OK]

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The receiving unit: what it makes of every command, whole or broken."""
+"""Command receiver: every command, whole or broken."""
 
 import pytest
 
@@ -77,7 +77,7 @@ def test_every_command(pauses):
 
 
 def test_cycles():
-    """At most 6 from the last byte on, whether refused or executed."""
+    """A request is refused or executed at most 6 cycles after its last byte."""
     chip = Chip(config=CHECKING)
     chip.run(
         after_open(
@@ -96,7 +96,7 @@ def test_cycles():
 
 @pytest.mark.parametrize(("code", "payload", "status"), refusals(CONFIG, ORDER))
 def test_refused(code, payload, status):
-    """A refusal is told, remembered, and uses up no sequence number."""
+    """A refusal is answered and remembered, and uses no sequence number."""
     chip = Chip()
     bodies = after_open((code, payload))
     bodies.append((bytes((1, 0, Command.STATUS)), 0))
@@ -112,16 +112,16 @@ def test_order_of_commands():
     bodies = [
         (b"\5\0" + status, 0),  # No such session.
         (b"\0\0" + status, 0),  # Session 0 is open after reset.
-        (bytes((2, 0, Command.OPEN)), 0),  # Not the next.
+        (bytes((2, 0, Command.OPEN)), 0),  # Not the next session.
         (bytes((1, 0, Command.OPEN)), 0),
-        (b"\0\1" + status, 0),  # The session before.
+        (b"\0\1" + status, 0),  # The previous session.
         (b"\1\0" + status, 0),
-        (b"\1\0" + status, 0),  # Asked again.
+        (b"\1\0" + status, 0),  # Repeated.
         (b"\1\1" + status, 0),
         (bytes((1, 0, Command.OPEN)), 0),  # Open already.
-        (b"\1\0" + status, 0),  # Two back.
-        (b"\1\3" + status, 0),  # One too far.
-        (b"\1\x82" + status, 0),  # As far ahead as can be told from behind.
+        (b"\1\0" + status, 0),  # Two numbers back.
+        (b"\1\3" + status, 0),  # One number too far.
+        (b"\1\x82" + status, 0),  # The farthest number that counts as ahead.
         (b"\1\x83" + status, 0),
         (b"\1\2" + status, 0),
     ]
@@ -150,7 +150,7 @@ def test_repeated_commands_change_nothing():
         (bytes((1, 1, Command.WRITE)) + b"\0" + pack_paths(CONFIG, [[1, 2]]), 0),
         (bytes((1, 2, Command.GENERATE)) + generate(LinkMode.RANK, ORDER), 0),
     ]
-    # The answer may be asked for in another mode.
+    # A repeated command may ask for another link mode.
     shorter = (bytes((1, 2, Command.GENERATE)) + generate(LinkMode.RECIPE, ORDER), 0)
     whole = (bytes((1, 2, Command.GENERATE)) + generate(LinkMode.POPULATION, []), 0)
     bodies = [(bytes((1, 0, Command.OPEN)), 0)]

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The receiving unit: the commands of the collision checker, whole or broken."""
+"""Command receiver: the commands of the collision checker, whole or broken."""
 
 import pytest
 
@@ -74,7 +74,7 @@ def test_repeated_checks_change_nothing():
         )
     ):
         bodies += [(bytes((1, sequence, command)) + payload, 0)] * 2
-    # The answer may be asked for in short.
+    # A repeated command may ask for the brief answer.
     bodies.append((bytes((1, 2, Command.CHECK_PATHS)) + check_paths(0, 8, CheckFlag.BRIEF), 0))
     outcomes = chip.run(bodies)
     assert {status for status, *_ in outcomes} == {Status.OK}

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The transmitting unit: the body of every answer, byte by byte."""
+"""Reply transmitter: the body of every answer, byte by byte."""
 
 import random
 import zlib
@@ -35,7 +35,7 @@ def random_fields(layout, rng):
 
 
 def answers(kind, *, slot=0, count=0, plain=0, pauses=(0,), seed=1, times=1):
-    """Return the bodies sent for ``kind``, the registers behind them, and what was read out."""
+    """Return the bodies sent for ``kind``, the registers behind them, and the paths read."""
     rng = random.Random(seed)
     unit = ReplyTransmitter(CONFIG)
     paths = [
@@ -169,7 +169,7 @@ def test_configuration_is_checked():
 
 
 def checked_answers(kind, *, checked, slot=0, count=0, pauses=(0,)):
-    """Return two bodies sent for ``kind``, the totals, and what was asked of the results."""
+    """Return two bodies sent for ``kind``, the totals, and the requests for results."""
     rng = random.Random(3)
     unit = ReplyTransmitter(CONFIG.replace(checker=CheckerBuild.PARALLEL))
     totals = random_fields(check_reply(CONFIG), rng)
@@ -190,7 +190,7 @@ def checked_answers(kind, *, checked, slot=0, count=0, pauses=(0,)):
             replies.clear()
 
     async def serve(ctx):
-        """Each result is its number and a byte more."""
+        """Serve results of two bytes: the number of the path and 0xEE."""
         while True:
             ctx.set(unit.result_reads.ready, 1)
             _, _, valid, read = await ctx.tick().sample(
@@ -223,7 +223,7 @@ def test_checked_paths(checked, pauses):
 
 
 def test_totals_alone():
-    """When they are asked for, and when nothing has been checked."""
+    """Totals come alone if requested, and if no path has been checked."""
     body, totals, reads = checked_answers(AnswerKind.TOTALS, checked=8)
     assert (body, reads) == (HEADER + totals, [])
     body, totals, reads = checked_answers(AnswerKind.CHECKED, checked=0)

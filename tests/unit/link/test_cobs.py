@@ -26,7 +26,7 @@ LONG = [
 
 
 def decode(frames):
-    """What the gateware makes of ``frames`` (without delimiters): bytes, or None where broken."""
+    """Return what the gateware decodes from ``frames``: bytes, or None for a broken frame."""
     dut = CobsDecoder()
     decoded = []
 
@@ -78,7 +78,7 @@ def test_passes_over_empty_frames():
 
 
 def encode(frames, pauses=(0,), source_pauses=(0,)):
-    """Encoded bytes of ``frames`` and the cycles in which they were taken."""
+    """Return the encoded bytes of ``frames`` and the cycles in which they were taken."""
     dut = CobsEncoder()
     taken = []
 

@@ -24,13 +24,13 @@ ERRORS = {
 
 
 def pattern(length, seed):
-    """Bytes with runs without a zero that are often longer than a block."""
+    """Return bytes with runs without a zero that are often longer than a block."""
     rng = random.Random(seed)
     return bytes(0 if rng.random() < 0.003 else rng.randrange(1, 256) for _ in range(length))
 
 
 class Receiver:
-    """A receiver with all it passes on: frames, errors in order, and cycles of both."""
+    """Bench of a receiver: records its frames and errors in order, with their cycles."""
 
     def __init__(self, config=CONFIG, pauses=(0,)):
         self.dut = FrameReceiver(config.receive_buffer)
@@ -64,7 +64,7 @@ class Receiver:
         ctx.set(self.dut.bytes.valid, 0)
 
     async def drain(self, ctx):
-        """Wait until nothing has come out for a while."""
+        """Wait until no word has come out for a while."""
         seen = None
         while seen != len(self.words):
             seen = len(self.words)
@@ -194,7 +194,7 @@ def test_survives_random_bytes():
 
 @pytest.mark.parametrize("size", [3, 60, 252])
 def test_bodies_with_crcs_up_to_the_buffer_always_fit(size):
-    # Wherever the pointers stand: three rounds, each filling the buffer before anything is read.
+    # With pointers in any place: three rounds, each of which fills the buffer before any read.
     receiver = Receiver()
     count = CONFIG.receive_buffer // (size + 4)
     rounds = [
@@ -225,7 +225,7 @@ def test_an_overrun_loses_only_what_does_not_fit():
         await receiver.drain(ctx)
 
     receiver.run(scenario)
-    # 4 bodies take 244 rows, and two rows more have been read ahead; the fifth finds no room.
+    # 4 bodies take 244 rows and two more rows are read ahead; the fifth finds no room.
     assert receiver.frames == [(body, False) for body in [*bodies[:4], b"after"]]
     assert [error for _, error in receiver.errors] == [StickyError.OVERRUN] * 2
 
@@ -254,7 +254,7 @@ def test_line_is_busy_inside_a_frame():
 
 
 def transmit(bodies, pauses=(0,), source_pauses=(0,)):
-    """Bytes of the frames of ``bodies``, pairs with plainness, and when they were taken."""
+    """Return the bytes of the frames of ``bodies`` and the cycles in which they were taken."""
     dut = FrameTransmitter()
     taken = []
 
@@ -307,7 +307,7 @@ def test_transmitter_latency():
 
 
 def test_transmitter_leaves_no_pause_between_frames():
-    # 8 cycles a byte: a fifth of the time that the fastest line gives.
+    # 8 cycles per byte: a fifth of the time on the fastest line.
     bodies = [(pattern(length, 5), False) for length in (260, 20, 20)]
     _, cycles = transmit(bodies, pauses=(7,))
     assert {after - before for before, after in itertools.pairwise(cycles)} == {8}

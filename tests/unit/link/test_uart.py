@@ -16,14 +16,14 @@ BYTES = [0x00, 0xFF, 0x55, 0xAA, 0x01, 0x80, 0xFE, 0x7F, 0x0F, 0xC3]
 
 
 def levels(values, clocks_per_bit, phase=0.0):
-    """Levels of the line at each clock edge; bits may last a fraction of a cycle, or begin late."""
+    """Return the line at each clock edge; bits may last a fraction of a cycle, or begin late."""
     bits = [bit for value in values for bit in (0, *((value >> i) & 1 for i in range(8)), 1)]
     edges = range(math.ceil(len(bits) * clocks_per_bit + phase))
     return [bits[max(-1, math.floor((edge - phase) / clocks_per_bit))] for edge in edges]
 
 
 def receive(clocks_per_bit, line):
-    """Bytes with the cycles in which they are offered, and cycles of framing errors."""
+    """Return bytes with the cycles in which they are offered, and cycles of framing errors."""
     dut = UartReceiver(clocks_per_bit)
     received, errors = [], []
 
@@ -95,7 +95,7 @@ def test_keeps_a_byte_until_the_next_is_complete():
 @pytest.mark.parametrize("clocks_per_bit", [6, 16])
 def test_ignores_spikes_of_one_clock(clocks_per_bit):
     line = levels(BYTES, clocks_per_bit)
-    # Every bit has its spike, in each of its cycles in turn but those at its edges.
+    # Every bit has a spike, in each of its cycles in turn except those at its edges.
     for bit in range(len(line) // clocks_per_bit):
         line[bit * clocks_per_bit + 2 + bit % (clocks_per_bit - 4)] ^= 1
     received, errors = receive(clocks_per_bit, [1, 1, 0, 1, 1, 1, *line])
@@ -123,7 +123,7 @@ def test_a_long_break_is_one_error():
 
 
 def test_finds_the_bytes_again_after_any_start():
-    # The receiver sees the line from the middle of a byte on; after one idle byte it is right.
+    # The receiver starts in the middle of a byte; after one idle byte it is in step.
     line = levels([0x00, 0x5A, 0xFF], 8)
     for skipped in range(0, 80, 5):
         received, _ = receive(8, line[skipped:] + [1] * 80 + levels(BYTES, 8))

@@ -1,4 +1,4 @@
-"""The commands of the checker in the model of the chip."""
+"""Commands of the checker in the model of the chip."""
 
 import random
 
@@ -65,7 +65,7 @@ def points_of(path):
 
 
 def results_of(host, paths, counting):
-    """What the definition of the checker says of ``paths``, and the sums."""
+    """Return the results of ``paths`` by the definition of the checker, and the totals."""
     results, cells = [], 0
     for path in paths:
         said = check_path(CHECKING, host.chip.checking.terrain, points_of(path), counting)
@@ -150,7 +150,7 @@ def test_repeated_commands_change_nothing(host):
     first = host(Command.CHECK, check(CheckFlag.COUNT, [0x400, 0x4FF]))
     assert again(Command.CHECK, check(CheckFlag.COUNT, [0x300, 0x311])) == b"\0" + first
     host(Command.STATUS)
-    # Of another command, a check that is answered again tells of the latest check.
+    # A repeated check with another command code answers with the results of the latest check.
     assert again(Command.CHECK, check(CheckFlag.COUNT, [0x300, 0x311])) == b"\0" + first
     counters = counters_reply(CHECKING).unpack(host(Command.COUNTERS))
     assert counters[Counter.PATHS] == 2

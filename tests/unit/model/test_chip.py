@@ -1,4 +1,4 @@
-"""The model of the whole chip: the rules of the order, and what it makes of anything else."""
+"""Model of the whole chip: rules of the order of commands, and requests that break them."""
 
 import random
 
@@ -52,7 +52,7 @@ def ask(chip, body, *, plain=False):
 
 
 class Session:
-    """A host that numbers its commands and wants them executed."""
+    """A host that numbers its commands and expects each to be executed."""
 
     def __init__(self, config=SMALL):
         self.chip = ChipModel(config)
@@ -85,7 +85,7 @@ def test_information_comes_plain_and_without_a_session():
 
 @pytest.mark.parametrize(("code", "payload", "status"), refusals(SMALL, ORDER))
 def test_refused(host, code, payload, status):
-    """A refusal is told, remembered, uses up no sequence number, and changes nothing."""
+    """A refusal is answered and remembered, uses no sequence number, and changes nothing."""
     host(Command.WRITE, b"\0" + pack_paths(SMALL, random_paths(SMALL, random.Random(1))))
     before = [list(path) for path in host.chip.core.paths]
     answer = ask(host.chip, bytes((1, host.sequence, code)) + payload)
@@ -103,16 +103,16 @@ def test_order_of_commands():
     script = [
         ((5, 0, status), (5, 0, Status.NO_SESSION)),  # No such session.
         ((0, 0, status), (0, 0, Status.OK)),  # Session 0 is open after reset.
-        ((2, 0, Command.OPEN), (2, 0, Status.NO_SESSION)),  # Not the next.
+        ((2, 0, Command.OPEN), (2, 0, Status.NO_SESSION)),  # Not the next session.
         ((1, 0, Command.OPEN), (1, 0, Status.OK)),
-        ((0, 1, status), (0, 1, Status.NO_SESSION)),  # The session before.
+        ((0, 1, status), (0, 1, Status.NO_SESSION)),  # The previous session.
         ((1, 0, status), (1, 0, Status.OK)),
-        ((1, 0, status), (1, 0, Status.OK)),  # Asked again.
+        ((1, 0, status), (1, 0, Status.OK)),  # Repeated.
         ((1, 1, status), (1, 1, Status.OK)),
         ((1, 0, Command.OPEN), (1, 0, Status.OK)),  # Open already.
-        ((1, 0, status), (1, 0, Status.DUPLICATE)),  # Two back.
-        ((1, 3, status), (1, 2, Status.OUT_OF_ORDER)),  # One too far.
-        ((1, 0x82, status), (1, 2, Status.OUT_OF_ORDER)),  # Can just be told from behind.
+        ((1, 0, status), (1, 0, Status.DUPLICATE)),  # Two numbers back.
+        ((1, 3, status), (1, 2, Status.OUT_OF_ORDER)),  # One number too far.
+        ((1, 0x82, status), (1, 2, Status.OUT_OF_ORDER)),  # The farthest number ahead.
         ((1, 0x83, status), (1, 0x83, Status.DUPLICATE)),
         ((1, 2, status), (1, 2, Status.OK)),
     ]
@@ -146,7 +146,7 @@ def test_repeated_commands_change_nothing(host):
 
     rank = host(Command.GENERATE, bytes((LinkMode.RANK, *ORDER)))
     assert again(Command.GENERATE, bytes((LinkMode.RANK, *ORDER))) == rank
-    # The answer may be asked for in another mode.
+    # A repeated command may ask for another link mode.
     recipe = again(Command.GENERATE, bytes((LinkMode.RECIPE, *ORDER)))
     values = recipe_reply(SMALL).unpack(recipe)
     assert values["checksum"] == chip.core.checksum()
@@ -211,7 +211,7 @@ def test_counters(host):
     assert before["longest"] == 9
     assert before["refused_mutations"] == 1  # No path of 5 can grow.
     after = counters_reply(SMALL).unpack(host(Command.COUNTERS))
-    # COBS adds 2 bytes to 3 of header, and 4 of CRC.
+    # COBS adds 2 bytes to the 3 of the header and the 4 of the CRC.
     assert after["bytes_received"] - before["bytes_received"] == 9
     assert after["bytes_sent"] - before["bytes_sent"] == 9 + counters_reply(SMALL).size
     assert after["receive"] - before["receive"] == 9 * 10 * SMALL.clocks_per_bit

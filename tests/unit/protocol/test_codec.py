@@ -18,7 +18,7 @@ BODIES = st.binary(min_size=3, max_size=600)
 
 
 def test_a_plain_frame_by_hand():
-    # 0xCBF43926 is the check value that goes with the definition of this CRC.
+    # 0xCBF43926 is the check value in the definition of this CRC.
     frame = encode_frame(b"123456789", plain=True)
     assert frame == bytes([14]) + b"123456789" + bytes([0x26, 0x39, 0xF4, 0xCB, 0])
 
@@ -101,8 +101,8 @@ def test_two_million_random_bytes_leave_the_model_answering():
     start = time.perf_counter()
     for _ in range(20):
         model.feed(rng.randbytes(100_000))
-    # Of the 7,800 frames in it, none has a right CRC but by a chance of 1 in 500,000.
+    # With a chance of 1 in 500,000, one of the 7,800 frames has a right CRC.
     assert len(model.verdicts) > 7000
     assert model.feed(b"\0" + encode_frame(b"\1\2\3")) == [(b"\1\2\3", False)]
-    # A minute for the 20 MB of the long run, with room to spare.
+    # At this rate, the 20 MB of the long run take less than a minute.
     assert time.perf_counter() - start < 6

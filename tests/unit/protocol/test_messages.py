@@ -1,4 +1,4 @@
-"""The message definition: layouts, paths on the link, the configuration in INFO."""
+"""Definition of the messages: layouts, paths on the link, the configuration in INFO."""
 
 import random
 import zlib
@@ -105,7 +105,7 @@ def test_version_and_build_never_move():
 
 
 def test_recipe_is_short():
-    # At most 15 % of what population mode sends even for paths of two waypoints.
+    # At most 15 % of the bytes of population mode, even for paths of two waypoints.
     order = protocol.generate_request(CONFIG, LinkMode.RECIPE).size
     assert protocol.recipe_reply(CONFIG).size + order <= 0.15 * 2 * 32 * 2 * 4
 

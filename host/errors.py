@@ -1,4 +1,4 @@
-"""Errors the command line turns into one sentence and an exit status."""
+"""Errors that the command line reports as one sentence and an exit status."""
 
 __all__ = ["InputError", "JobError", "PathgeneError"]
 
@@ -10,12 +10,12 @@ class PathgeneError(Exception):
 
 
 class InputError(PathgeneError):
-    """Bad input or usage: the sentence says what is wrong and how to mend it. Exit status 2."""
+    """Bad input or usage; the sentence names the error and a remedy. Exit status 2."""
 
     exit_status = 2
 
 
 class JobError(PathgeneError):
-    """The job itself failed: no feasible path, board lost. Exit status 1."""
+    """A job that failed: no feasible path, or a lost board. Exit status 1."""
 
     exit_status = 1

@@ -1,4 +1,4 @@
-"""Ctrl-C, and the other signals that ask a process to end: they all do the same."""
+"""Signals that request the end of a process: Ctrl-C and others, all with the same effect."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from types import FrameType
 
 __all__ = ["caught", "held", "instead", "status"]
 
-#: The signals that ask a process to end.
+#: Signals that request the end of a process.
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
-# Signals that new processes never see. SIGTERM is not among them: a pool ends its processes by it.
+# Signals that child processes do not receive. A pool ends its processes with SIGTERM.
 _KEPT_FROM_CHILDREN = frozenset(SIGNALS) - {signal.SIGTERM}
-# One request may come twice: `timeout` signals its command, then the group of its command.
+# One request can arrive twice: `timeout` signals its command, then the group of its command.
 _REPEAT_S = 0.1
 
 
 class _Received:
-    """The signals since the process began to catch them."""
+    """The signals since the process started to catch them."""
 
     first: int | None = None
     last_s = -1.0
@@ -31,14 +31,14 @@ class _Received:
 def status(default: int = 128 + signal.SIGINT) -> int:
     """Return the exit status of an interrupted command: 128 + the number of the first signal.
 
-    ``default`` is the status where there was no signal.
+    ``default`` is the status without a signal.
     """
     return default if _Received.first is None else 128 + _Received.first
 
 
 @contextlib.contextmanager
 def caught() -> Iterator[None]:
-    """Raise :class:`KeyboardInterrupt` in the block at each signal that was not ignored before."""
+    """Raise :class:`KeyboardInterrupt` in the block at each signal that was not ignored."""
     if not _in_main_thread():
         yield
         return
@@ -51,7 +51,7 @@ def caught() -> Iterator[None]:
 
 @contextlib.contextmanager
 def instead(action: Callable[[], None]) -> Iterator[None]:
-    """Call ``action`` at each signal in the block, instead of what is usual."""
+    """Call ``action`` at each signal in the block instead of the usual handler."""
 
     def handle(number: int, _frame: FrameType | None) -> None:
         if _accepted(number):
@@ -63,7 +63,7 @@ def instead(action: Callable[[], None]) -> Iterator[None]:
 
 @contextlib.contextmanager
 def held() -> Iterator[None]:
-    """Delay signals until the block has ended; processes started in it never see Ctrl-C."""
+    """Delay signals until the end of the block; processes started in it never receive Ctrl-C."""
     if not _in_main_thread():
         yield  # Signals interrupt the main thread alone.
         return
@@ -71,7 +71,7 @@ def held() -> Iterator[None]:
     handlers = {number: signal.getsignal(number) for number in _caught_signals()}
     try:
         with _handled(list(handlers), lambda *call: calls.append(call)):
-            # Processes inherit the mask; another thread may still take the signal for this one.
+            # Child processes inherit the mask. Another thread can still take the signal.
             mask = signal.pthread_sigmask(signal.SIG_BLOCK, _KEPT_FROM_CHILDREN)
             try:
                 yield
@@ -89,7 +89,7 @@ def _in_main_thread() -> bool:
 
 
 def _caught_signals() -> list[signal.Signals]:
-    """Signals that Python handles: neither ignored nor left to the system."""
+    """Return the signals that Python handles: neither ignored nor left to the system."""
     return [number for number in SIGNALS if callable(signal.getsignal(number))]
 
 

@@ -1,4 +1,4 @@
-"""How far a run is, on standard error: a bar on a terminal, a line now and then in a log."""
+"""Progress of a run on standard error: a bar on a terminal, occasional lines in a log."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ _LOG_PERIOD_S = 5.0
 
 
 class Bar:
-    """Shows how much of something is done, and a text.
+    """A progress bar with a text.
 
     Parameters
     ----------
     stream : TextIO
-        A terminal, where one line is drawn again and again, or anything else, which gets whole
+        A terminal, which shows one line that is redrawn, or any other stream, which gets whole
         lines: the first, one every 5 seconds, and the last.
     total : int
-        How much makes the bar full, 1 or more.
+        Amount that fills the bar, 1 or more.
     clock : callable
         Returns seconds.
     """
@@ -43,7 +43,7 @@ class Bar:
         self._open_line = False
 
     def show(self, done: int, text: str) -> None:
-        """Show ``text`` beside the bar, unless the last was shown a moment ago."""
+        """Show ``text`` beside the bar, or hold it back shortly after the previous one."""
         now = self._clock()
         period = _BAR_PERIOD_S if self._terminal else _LOG_PERIOD_S
         if self._terminal:
@@ -56,7 +56,7 @@ class Bar:
         self._shown_s = now
 
     def close(self) -> None:
-        """Show the last text if it was held back, and end the line."""
+        """Show the last text if it is held back, and end the line."""
         if self._pending is not None:
             self._write(self._pending)
         if self._open_line:
@@ -75,7 +75,7 @@ class Bar:
 
 
 class Progress(Bar):
-    """Shows generations as they pass: of ``generations``, 1 or more; else as :class:`Bar`."""
+    """A :class:`Bar` over a number of ``generations``, 1 or more."""
 
     def __init__(
         self,
@@ -87,7 +87,7 @@ class Progress(Bar):
         self._generations = generations
 
     def update(self, generation: int, best: float, mean: float) -> None:
-        """Show a finished generation, unless the last was shown a moment ago."""
+        """Show a finished generation, or hold it back shortly after the previous one."""
         self.show(
             generation,
             f"generation {generation}/{self._generations}  best {best:.4f}  mean {mean:.4f}",

@@ -1,4 +1,4 @@
-"""The command line: what users type becomes calls, and errors become one sentence each."""
+"""The command line: runs the command that the arguments name; an error is one sentence."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ _NUMBER = re.compile(r"-[.\d]|-inf|-nan", re.IGNORECASE)
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status.
 
-    0 is done, 1 failed, 2 bad input, and 128 + its number a signal that asked for an early end:
-    130 after Ctrl-C.
+    The status is 0 after success, 1 after a failure, 2 after bad input, and 128 + the number of the
+    signal after a signal that requested an early end: 130 after Ctrl-C.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def _parsed(arguments: list[str]) -> argparse.Namespace:
     try:
         return build_parser().parse_args(_join_numbers(arguments))
     except SystemExit:
-        sys.stdout.flush()  # After --help and --version, which are printed by then.
+        sys.stdout.flush()  # --help and --version end so, after they have printed.
         raise
 
 
@@ -97,7 +97,7 @@ def _complain(sentence: str, debug: bool) -> None:
 
 
 def _join_numbers(arguments: list[str]) -> list[str]:
-    """Write ``--wind -3,2`` as ``--wind=-3,2``, which argparse does not take for an option."""
+    """Write ``--wind -3,2`` as ``--wind=-3,2``: argparse takes ``-3,2`` for an option."""
     joined: list[str] = []
     for argument in arguments:
         if joined and _NUMBER.match(argument) and re.fullmatch(r"--[a-z-]+", joined[-1]):

@@ -83,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
     else:
         _print(summary, written)
     if interrupted:
-        note("Interrupted; what was best so far is written.")
+        note("Interrupted; the best path so far is written.")
         return interrupts.status()
     return 0
 

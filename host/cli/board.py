@@ -15,7 +15,7 @@ __all__ = ["info", "serve"]
 
 
 def info(args: argparse.Namespace) -> int:
-    """Print what is at the other end of a link."""
+    """Describe the board at the other end of a link."""
     with open_board(args.board) as chip:
         report = {
             "board": args.board,
@@ -38,7 +38,7 @@ def info(args: argparse.Namespace) -> int:
 
 
 def serve(args: argparse.Namespace) -> int:
-    """Serve a simulated board until Ctrl-C or until it ends."""
+    """Serve a simulated board until Ctrl-C or the end of its simulator."""
     if not args.pty:
         _check_address(args.listen)
     scheme = board_scheme(args.board)
@@ -54,12 +54,12 @@ def serve(args: argparse.Namespace) -> int:
             return 0
         raise JobError(
             f"The simulated board ended by itself with status {status}: "
-            f"{board.log().strip() or 'it said nothing'}."
+            f"{board.log().strip() or 'it printed nothing'}."
         )
 
 
 def _check_address(text: str) -> None:
-    """Refuse an address at which nothing can listen now, before a simulator is built."""
+    """Refuse an address at which nothing can listen, before a simulator is built."""
     host, _, port = text.rpartition(":")
     if not (host and port.isascii() and port.isdigit() and int(port) <= 65535):
         raise InputError(f"The address to listen at must be HOST:PORT, not {text!r}.")

@@ -25,7 +25,7 @@ from host.terrain import Terrain
 
 __all__ = ["run"]
 
-# Ends given twice, here and in the file, may differ by the rounding of a file.
+# Start and goal from options may differ from those in the file by the rounding of the file.
 _SAME_END_M = 0.01
 
 
@@ -59,19 +59,19 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _summary(file: Path) -> dict[str, Any] | None:
-    """The content of ``file`` if it is a summary."""
+    """Return the content of ``file`` if it is a summary."""
     if file.suffix.lower() == ".csv":
         return None
     try:
         document = json.loads(file.read_text("utf-8"))
     except (OSError, ValueError, RecursionError):
-        return None  # Whoever reads the path will say what is wrong.
+        return None  # The reader of the path reports the error.
     is_summary = isinstance(document, dict) and "waypoints" in document
     return document if is_summary else None
 
 
 def _take_options(args: argparse.Namespace, summary: dict[str, Any], file: Path) -> None:
-    """Fill in what was not given from the summary; the grid beside it comes before its source."""
+    """Take missing options from the summary; prefer the grid beside it to its source."""
     try:
         source = summary["terrain"]
         grid = file.with_name("terrain.npz")
@@ -116,7 +116,7 @@ def _zones(
     summary: dict[str, Any] | None,
     terrain: Terrain,
 ) -> tuple[Zone, ...]:
-    """Zones given here; without any, those of the summary."""
+    """Return the zones from the options, or without any, the zones of the summary."""
     given = load_zones(args, terrain)
     if given or summary is None:
         return given
@@ -127,7 +127,7 @@ def _zones(
 
 
 def _check_ends(args: argparse.Namespace, problem: Problem) -> None:
-    """Refuse a start or goal that is not the path's own."""
+    """Refuse a start or goal that differs from the path's end."""
     for name in ("start", "goal"):
         given = end_point(args, name, problem.terrain)
         if given is None:

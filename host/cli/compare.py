@@ -33,7 +33,7 @@ from host.report.files import prepare_directory
 
 __all__ = ["run"]
 
-# Below this a p-value says no more than that it is small.
+# A p-value below this is printed as a bound.
 _SMALLEST_P = 1e-99
 
 
@@ -70,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
             done = sum(len(part.records) for part in fields)
             note(
                 f"Interrupted; {done} of {len(fields) * len(seeds)} runs are kept in "
-                f"{store.path}, the same command goes on."
+                f"{store.path}; repeat the command to continue."
             )
             return interrupts.status()
     return _status(fields, seeds)
@@ -97,7 +97,7 @@ def _seeds(args: argparse.Namespace, entrants: Sequence[Entrant]) -> range:
 
 
 def _jobs(args: argparse.Namespace, entrants: Sequence[Entrant]) -> int:
-    """How many runs at a time: one per core, but a board on a line serves one."""
+    """Return the number of simultaneous runs: one per core, but one in all for hardware."""
     if args.jobs is not None and args.jobs < 1:
         raise InputError(f"The number of jobs must be 1 or more, not {args.jobs}.")
     on_boards = [entrant.label for entrant in entrants if entrant.has_hardware]
@@ -114,7 +114,7 @@ def _jobs(args: argparse.Namespace, entrants: Sequence[Entrant]) -> int:
 
 
 def _status(fields: Sequence[Field], seeds: Sequence[int]) -> int:
-    """Tell what failed, each reason once, and return the exit status."""
+    """Report each reason of a failure once; return the exit status."""
     failures = [outcome for part in fields for outcome in part.failures.values()]
     reasons = Counter((outcome.task.entrant.label, outcome.failure) for outcome in failures)
     for (label, reason), count in reasons.items():
@@ -182,8 +182,8 @@ def _explanation(report: dict[str, Any]) -> str:
     lines = [
         "F of all runs, infeasible ones included; feasible by the strict rule; seconds and "
         "evaluations are means.",
-        f"Seeds {first} to {last} for every planner. A seed means other numbers to another "
-        "planner: runs are not paired.",
+        f"Seeds {first} to {last} for every planner. Planners draw different numbers from the "
+        "same seed: runs are not paired.",
     ]
     if report["pairs"]:
         lines.append(

@@ -1,4 +1,4 @@
-"""The end of a search at the user's request."""
+"""Early end of a search by a signal."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _GRACE_S = 1.0
 
 @contextlib.contextmanager
 def ending(stop: Stop) -> Iterator[None]:
-    """Let the first signal of the block request ``stop``, and end a search that does not heed it.
+    """Let the first signal in the block request ``stop``; end a search that does not heed it.
 
-    A second signal does not wait for that. Once the stop is heeded there are results to write, and
-    signals are too late.
+    A second signal ends the search at once. After the search has heeded the stop, its results are
+    written, and further signals have no effect.
     """
 
     def request() -> None:

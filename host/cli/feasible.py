@@ -25,9 +25,9 @@ __all__ = ["run"]
 
 
 def run(args: argparse.Namespace) -> int:
-    """Check a path on a board and print its verdict: a collision is a result, no failure."""
+    """Check a path on a board and print its verdict. A collision is a result, not a failure."""
     url, config = order_board(args.board, args.mode)
-    # Before a board is built for it, which may take a minute.
+    # Read the files first: building a board may take a minute.
     files = _read(args, config) if config is not None else None
     with open_board(url) as chip:
         require_checker(chip.config, args.mode, args.board)
@@ -49,7 +49,7 @@ def _read(args: argparse.Namespace, config: Config) -> tuple[NDArray[np.uint16],
 
 
 def _shown_on(stream: TextIO) -> Callable[[int, int], None] | None:
-    """Show how far the upload is, where somebody watches: it takes a minute on a slow line."""
+    """Return a display of the upload's progress if ``stream`` is a terminal."""
     if not stream.isatty():
         return None
 
@@ -76,7 +76,7 @@ def _report(checked: CheckReport) -> dict[str, Any]:
 
 
 def _colliding(checked: CheckReport, segments: int) -> list[list[int]]:
-    """Colliding cells of terrain and blocked ones, of every segment."""
+    """Return the colliding cells of each segment, terrain and no-fly separately."""
     counts = [[0, 0] for _ in range(segments)]
     for segment, terrain, nofly in checked.verdicts[0].entries:
         counts[segment] = [terrain, nofly]

@@ -1,4 +1,4 @@
-"""Options that some planners have, and others not."""
+"""The options that only some planners have."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ __all__ = ["own_options"]
 
 
 def own_options(args: argparse.Namespace, *planners: str) -> dict[str, Any]:
-    """Those that were given and that one of ``planners`` has; says so if none has it."""
+    """Return the given options that one of ``planners`` has; note those that none has."""
     given = {name: getattr(args, name) for name in OPTIONS if getattr(args, name) is not None}
-    # Of a planner that there is not, whoever makes it will speak.
+    # Making the planner reports an unknown name.
     known = {
         name
         for planner in planners

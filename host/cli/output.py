@@ -1,4 +1,4 @@
-"""What commands print."""
+"""Output of the commands: JSON, pairs, tables and notes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["note", "print_json", "print_pairs", "print_table", "term_pairs"]
 
 
 def print_json(value: Any) -> None:
-    """Print ``value`` as JSON on standard output; numbers in it must be finite."""
+    """Print ``value`` as JSON on standard output; its numbers must be finite."""
     print(json.dumps(value, indent=2, allow_nan=False), flush=True)
 
 
@@ -33,19 +33,19 @@ def print_table(rows: Sequence[Sequence[str]]) -> None:
 
 
 def note(text: str) -> None:
-    """Tell the user something on standard error."""
+    """Print a note on standard error."""
     print(f"pathgene: {text}", file=sys.stderr, flush=True)
 
 
 def term_pairs(summary: dict[str, Any]) -> list[tuple[str, str]]:
-    """The terms of a path as names and texts with units."""
+    """Return the terms of a path as names and texts with units."""
     clearance = summary["minimum_clearance_m"]
     return [
         (
             "feasible",
             "yes"
             if summary["feasible"]
-            else "no, only between the samples not"
+            else "no, infeasible only between samples"
             if summary["feasible_at_ds"]
             else "no",
         ),

@@ -54,15 +54,15 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _status(result: Result) -> int:
-    """Exit status; raises the sentence of a job that failed, now that its files are written."""
+    """Return the exit status; raise the error of a failed job, whose files are written."""
     if result.interrupted:
-        note("Interrupted; what was best so far is written.")
+        note("Interrupted; the best path so far is written.")
         return interrupts.status()
     if result.failure is not None:
-        raise JobError(f"{result.failure.rstrip('.')}; what was best until then is written.")
+        raise JobError(f"{result.failure.rstrip('.')}; the best path until then is written.")
     if not result.evaluation.feasible:
         raise JobError(
-            "No feasible path was found, the best one is written; try more "
+            "No feasible path was found, the best path is written; try more "
             "--generations, another --seed, or move start and goal."
         )
     return 0

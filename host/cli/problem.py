@@ -1,4 +1,4 @@
-"""From options to a problem."""
+"""The problem that the options describe."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ __all__ = [
 
 
 def load_terrain(args: argparse.Namespace) -> Terrain:
-    """Load the terrain that ``--terrain``, ``--fill-voids`` and ``--cell`` name."""
+    """Load the terrain of ``--terrain``, ``--fill-voids`` and ``--cell``."""
     return load(args.terrain, cell=args.cell, fill_voids=args.fill_voids)
 
 
 def source_of(args: argparse.Namespace) -> dict[str, Any]:
-    """How the terrain was loaded, as a summary says it."""
+    """Return the origin of the terrain, as a summary states it."""
     path = Path(args.terrain)
     return {
         "source": str(path.resolve()) if path.exists() else args.terrain,
@@ -40,7 +40,7 @@ def source_of(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def load_zones(args: argparse.Namespace, terrain: Terrain) -> tuple[Zone, ...]:
-    """No-fly zones of ``--nofly`` and ``--nofly-circle``."""
+    """Return the no-fly zones of ``--nofly`` and ``--nofly-circle``."""
     files = [zone for file in args.nofly for zone in read_geojson(file, terrain)]
     return (*files, *(Circle(*circle) for circle in args.nofly_circle))
 
@@ -50,7 +50,7 @@ def end_point(
     name: str,
     terrain: Terrain,
 ) -> tuple[float, float, float] | None:
-    """Start or goal in local metres; the third number is as it was given."""
+    """Return start or goal in local metres, with the third number as given."""
     local: tuple[float, float, float] | None = getattr(args, name)
     if local is not None:
         return local
@@ -83,7 +83,7 @@ def make_problem(args: argparse.Namespace) -> Problem:
         args.ds,
         agl=args.agl,
     )
-    # Refuses ends that give costs nothing to be relative to, before any work.
+    # Refuses a start and goal without a finite reference cost, before any work.
     utopia(problem.start, problem.goal, problem.aircraft, problem.wind)
     return problem
 

@@ -1,4 +1,4 @@
-"""Standard output and error that may be closed, full, or read by nobody any more."""
+"""Standard output and standard error that may be closed, full, or without a reader."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ __all__ = ["OutputError", "guarded"]
 
 
 class OutputError(PathgeneError):
-    """Standard output cannot be written to; the message is empty where its reader has left."""
+    """Standard output that cannot be written; the message is empty if its reader has left."""
 
 
 class _Guarded:
-    """A stream that is given up, and its file descriptor discarded, at its first error.
+    """A stream that discards all output after its first error.
 
     Parameters
     ----------
     stream : TextIO
-        What to write to; all but writing is left to it.
+        The stream; it handles everything but writing.
     tell : callable
-        Is told of that error.
+        Called with the first error.
     """
 
     def __init__(self, stream: TextIO, tell: Callable[[OSError], None]) -> None:
@@ -38,7 +38,7 @@ class _Guarded:
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
-        """Write ``text``, or discard it if the stream is given up."""
+        """Write ``text``, or discard it after an error."""
         if not self._lost:
             try:
                 self._stream.write(text)
@@ -47,7 +47,7 @@ class _Guarded:
         return len(text)
 
     def flush(self) -> None:
-        """Pass on what is buffered."""
+        """Flush the stream."""
         if not self._lost:
             try:
                 self._stream.flush()
@@ -56,7 +56,7 @@ class _Guarded:
 
     def _give_up(self, error: OSError) -> None:
         self._lost = True
-        # What is still buffered must not fail again at exit.
+        # The rest of the buffer must not fail again at exit.
         with contextlib.suppress(OSError):
             null = os.open(os.devnull, os.O_WRONLY)
             try:
@@ -68,12 +68,12 @@ class _Guarded:
 
 @contextlib.contextmanager
 def guarded() -> Iterator[None]:
-    """Let no error of standard error end the block, and one of standard output say what it is.
+    """Ignore errors of standard error in the block; report the first of standard output.
 
     Raises
     ------
     OutputError
-        From ``write`` and ``flush`` of standard output, the first time that one fails.
+        From the first ``write`` or ``flush`` of standard output that fails.
     """
     _occupy_descriptors()
     before = sys.stdout, sys.stderr
@@ -91,9 +91,9 @@ def guarded() -> Iterator[None]:
 
 
 def _occupy_descriptors() -> None:
-    """Open the standard streams that are closed, so that no other file gets their numbers.
+    """Open closed standard streams, so that no other file gets their numbers.
 
-    Standard output stays one that nothing can be written to.
+    A closed standard output is opened for reading only, so that writing to it still fails.
     """
     for number, flags in enumerate((os.O_RDONLY, os.O_RDONLY, os.O_WRONLY)):
         try:

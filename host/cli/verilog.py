@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _value(text: str) -> int | str:
-    """A number where it is one; the configuration judges the rest."""
+    """Convert an integer; the configuration checks other texts."""
     try:
         return int(text, 0)
     except ValueError:

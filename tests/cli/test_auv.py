@@ -116,7 +116,7 @@ def test_interrupt_writes_the_best_so_far(tmp_path):
         process.send_signal(signal.SIGINT)
         output, error = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert error.splitlines()[-1] == "pathgene: Interrupted; what was best so far is written."
+    assert error.splitlines()[-1] == "pathgene: Interrupted; the best path so far is written."
     assert json.loads(output) == json.loads((tmp_path / "auv.json").read_text())
     assert json.loads(output)["interrupted"]
 

@@ -158,7 +158,8 @@ def test_interrupted_and_resumed(hills, tmp_path, capsys):
     done = before.count(b"\n")
     assert 1 <= done < 6
     assert error.splitlines()[-1] == (
-        f"pathgene: Interrupted; {done} of 6 runs are kept in {file}, the same command goes on."
+        f"pathgene: Interrupted; {done} of 6 runs are kept in {file}; repeat the command "
+        "to continue."
     )
     assert "Traceback" not in error
 

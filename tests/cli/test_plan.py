@@ -139,7 +139,7 @@ def test_no_feasible_path_is_status_1_with_files(hills, tmp_path, capsys):
         == 1
     )
     assert capsys.readouterr().err.splitlines()[-1] == (
-        "pathgene: No feasible path was found, the best one is written; try more --generations, "
+        "pathgene: No feasible path was found, the best path is written; try more --generations, "
         "another --seed, or move start and goal."
     )
     assert sorted(entry.name for entry in tmp_path.iterdir()) == FILES
@@ -195,7 +195,7 @@ def test_interrupt_writes_the_best_so_far(hills, tmp_path, planner):
         process.send_signal(signal.SIGINT)
         output, error = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert error.splitlines()[-1] == "pathgene: Interrupted; what was best so far is written."
+    assert error.splitlines()[-1] == "pathgene: Interrupted; the best path so far is written."
     summary = json.loads(output)
     assert summary == summary_in(tmp_path)
     assert (summary["interrupted"], summary["stopped_by"]) == (True, "interrupt")

@@ -148,7 +148,7 @@ def test_grid_search_without_a_way_is_status_1_with_files(hills, tmp_path, capsy
     assert (
         capsys.readouterr()
         .err.splitlines()[-1]
-        .startswith("pathgene: No feasible path was found, the best one is written; ")
+        .startswith("pathgene: No feasible path was found, the best path is written; ")
     )
     assert sorted(entry.name for entry in tmp_path.iterdir()) == FILES
     assert len(summary_in(tmp_path)["waypoints"]) == 2

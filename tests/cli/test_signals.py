@@ -68,7 +68,7 @@ def test_a_plan_is_written_as_after_ctrl_c(hills, tmp_path, number):
         os.killpg(process.pid, number)
         output, error = process.communicate(timeout=60)
     assert process.returncode == 128 + number
-    assert error.splitlines()[-1] == "pathgene: Interrupted; what was best so far is written."
+    assert error.splitlines()[-1] == "pathgene: Interrupted; the best path so far is written."
     summary = json.loads(output)
     assert (summary["interrupted"], summary["stopped_by"]) == (True, "interrupt")
     assert sorted(entry.name for entry in tmp_path.iterdir()) == FILES
@@ -115,7 +115,7 @@ def test_auv_is_written_as_after_ctrl_c(tmp_path):
         process.send_signal(signal.SIGTERM)
         output, error = process.communicate(timeout=60)
     assert process.returncode == 128 + signal.SIGTERM
-    assert error.splitlines()[-1] == "pathgene: Interrupted; what was best so far is written."
+    assert error.splitlines()[-1] == "pathgene: Interrupted; the best path so far is written."
     assert json.loads(output) == json.loads((tmp_path / "auv.json").read_text())
     assert json.loads(output)["interrupted"]
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["auv.json", "auv.png"]
@@ -152,7 +152,8 @@ def test_a_comparison_keeps_its_runs_and_ends_its_processes(hills, tmp_path, num
     assert output == ""
     done = file.read_bytes().count(b"\n")
     assert error.splitlines()[-1] == (
-        f"pathgene: Interrupted; {done} of 40 runs are kept in {file}, the same command goes on."
+        f"pathgene: Interrupted; {done} of 40 runs are kept in {file}; repeat the command "
+        "to continue."
     )
     assert "Traceback" not in error
     assert is_gone(process.pid)

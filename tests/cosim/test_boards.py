@@ -173,7 +173,7 @@ def test_ctrl_c_does_not_wait_for_a_stopped_board(tmp_path):
         # A second for the board, and the picture's time; the board alone would take 15 s.
         assert time.monotonic() - begun < 8
     assert process.returncode == 130
-    assert error.splitlines()[-1] == "pathgene: Interrupted; what was best so far is written."
+    assert error.splitlines()[-1] == "pathgene: Interrupted; the best path so far is written."
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert (summary["stopped_by"], summary["hardware"]) == ("interrupt", None)
     assert summary["seconds"]["link"] > 1

@@ -10,6 +10,7 @@ from hdl.protocol import Counter, LinkMode
 
 __all__ = [
     "CHECKERS",
+    "CHECKER_BENCH",
     "CHECKING",
     "LINE_CYCLES",
     "SMALL",
@@ -45,6 +46,13 @@ CHECKING = SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1)
 CHECKERS = {
     "two-tier": CHECKING,
     "parallel": SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4),
+}
+
+#: Chips for the bench of the checker alone: a larger map, longer paths.
+_LARGER = Config(max_waypoints=6, map_size=64, coarse_factor=4, altitude_bits=6, lanes=4)
+CHECKER_BENCH = {
+    "two-tier": _LARGER.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
+    "parallel": _LARGER.replace(checker=CheckerBuild.PARALLEL),
 }
 
 #: The smallest core: one mutator of each kind, no map.

@@ -7,6 +7,9 @@ from bench.allaire import PHASES
 from bench.report import Options
 
 
+pytestmark = pytest.mark.ci  # A smoke test of a benchmark.
+
+
 GENERATIONS = 4
 
 

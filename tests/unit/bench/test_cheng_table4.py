@@ -6,6 +6,9 @@ from bench.cheng_table4 import contradictions, optimise, run
 from bench.report import Options
 
 
+pytestmark = pytest.mark.ci  # A smoke test of a benchmark.
+
+
 def test_where_the_paper_contradicts_itself():
     said = contradictions()
     ours, theirs = said[0], said[3]

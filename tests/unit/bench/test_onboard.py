@@ -1,9 +1,14 @@
 """The benchmark of collisions counted on the board, made small."""
 
+import pytest
+
 from bench import onboard
 from bench.report import Options
 from host.evaluation import Evaluator
 from host.planners.counting import CAUSES
+
+
+pytestmark = pytest.mark.ci  # A smoke test of a benchmark.
 
 
 def test_every_path_that_is_counted_feasible_is_judged(monkeypatch):

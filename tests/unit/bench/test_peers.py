@@ -13,6 +13,9 @@ from bench.scenarios import problem_at_one_cell
 from host.evaluation import Evaluator
 
 
+pytestmark = pytest.mark.ci  # A smoke test of a benchmark.
+
+
 @pytest.fixture(scope="module")
 def evaluator():
     return Evaluator(problem_at_one_cell("canyon"), threads=1)

@@ -41,6 +41,7 @@ def test_gains_are_paired_by_seed():
     assert _row(outcomes, fitness)[5] == "-"
 
 
+@pytest.mark.ci  # Plans twice.
 def test_a_run_of_a_variant():
     astar = next(variant for variant in VARIANTS if variant.planner == "astar")
     _compile([astar])

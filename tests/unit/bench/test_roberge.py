@@ -8,6 +8,9 @@ from bench import roberge_speed, roberge_table4
 from bench.report import Options
 
 
+pytestmark = pytest.mark.ci  # A smoke test of a benchmark.
+
+
 @pytest.mark.long
 def test_speed_has_every_engine_and_what_the_machine_gives():
     report = roberge_speed.run(Options(), iterations=4, population=8, solutions=(8, 16))

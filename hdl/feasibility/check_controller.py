@@ -1,4 +1,4 @@
-"""Checking unit: has the collision checker do what the host asks for."""
+"""Control of the collision checker: runs the checks that the host asks for."""
 
 from amaranth import *
 from amaranth.lib import data, stream, wiring
@@ -25,7 +25,7 @@ __all__ = ["CheckController", "check_counters_layout"]
 
 
 def check_counters_layout(config: Config) -> data.StructLayout:
-    """Return the layout of the counters of what was checked."""
+    """Return the layout of the counters of checks."""
     widths = dict(counters_reply(config).fields)
     counted = (Counter.FEASIBILITY, Counter.CELLS, Counter.READS, Counter.PATHS)
     return data.StructLayout({counter.value: widths[counter] for counter in counted})
@@ -34,8 +34,8 @@ def check_counters_layout(config: Config) -> data.StructLayout:
 class CheckController(wiring.Component):
     """Gives the checker its points, and keeps its results until the next check.
 
-    It is over two cycles after the last verdict and the last of its entries. Neither the link nor
-    the population slows the checker down: it is offered a point in every cycle, and what it says is
+    It is done two cycles after the last verdict and the last of its entries. Neither the link nor
+    the population slows the checker down: it is offered a point in every cycle, and its results are
     always taken.
 
     Parameters
@@ -48,13 +48,13 @@ class CheckController(wiring.Component):
     on, done : In(1), Out(1)
         Hand-over with the control unit.
     checks : In(check_layout)
-        What is to be checked, steady while ``on``.
+        Check to run, steady while ``on``.
     forget, points
         Of one path; see :class:`hdl.feasibility.path_source.PathSource`.
     reads : Out(stream), waypoints : In(stream)
         To and from the population, if there is one; see there, too.
     counting : Out(1)
-        The colliding cells are to be counted; steady while the checker is busy.
+        Count the colliding cells; steady while the checker is busy.
     paths : Out(stream.Signature(point_layout))
         To the checker.
     verdicts : In(stream.Signature(verdict_layout))
@@ -106,7 +106,7 @@ class CheckController(wiring.Component):
             m.submodules.read = read = StreamRegister(self.waypoints.payload.shape())
             connect(m, flipped(self.waypoints), read.words)
             connect(m, read.passed, source.waypoints)
-            # On a large chip, the checker's `ready` comes late and from afar.
+            # On a large chip, the checker's `ready` arrives late; a skid buffer breaks the path.
             m.submodules.skid = skid = SkidBuffer(source.paths.payload.shape())
             m.submodules.register = register = StreamRegister(skid.shape)
             connect(m, source.paths, skid.words)
@@ -120,10 +120,10 @@ class CheckController(wiring.Component):
         connect(m, store.records, flipped(self.records))
 
         was_on = Signal()
-        cleared = Signal()  # What the store has is of this check.
+        cleared = Signal()  # The store holds results of this check only.
         wanted = Signal(9, reset_less=True)
-        # There is time for a register until the first point: so the checker does not wait for the
-        # order to be decoded.
+        # There is time for a register until the first point, so that the checker does not wait for
+        # the command to be decoded.
         m.d.sync += [
             was_on.eq(self.on),
             cleared.eq(self.on & was_on),
@@ -140,7 +140,7 @@ class CheckController(wiring.Component):
             self.totals.eq(store.totals),
         ]
 
-        # Sums are wide: all of a verdict comes out of registers of their own.
+        # Sums are wide: they add registers, not the checker's outputs.
         came = Signal()
         counters, verdict = self.counters, Signal.like(self.verdicts.p, reset_less=True)
         m.d.sync += [

@@ -18,15 +18,15 @@ __all__ = ["Checker"]
 class Checker(wiring.Component):
     """Compares the segments of paths with the map (*allaire two-tier*, section 3).
 
-    A segment passes as many cells as its longer side has, both ends included: of its n + 1 cells,
-    the one after k is its start and k/n of the way, halves rounded up, and collides unless the
-    exact altitude there is above the ground. A segment within a cell is at the lower of its ends.
-    ``config.checker`` names which map a segment is compared with and how many cells a cycle can be;
-    see the walkers. A path is followed up to its first colliding cell or to its end.
+    A segment has as many cells as its longer side, both ends included. Cell k of n + 1 lies k/n of
+    the way from the start, halves rounded up, and collides unless the exact altitude there is above
+    the ground. A segment within one cell is at the lower of its ends. ``config.checker`` selects
+    the map that a segment is compared with and the cells compared each cycle; see the walkers. A
+    path is followed to its first colliding cell or to its end.
 
-    Paths may follow each other without a gap, and are checked without one; the verdict of one does
-    not wait for the next. The verdict is offered one cycle after the walker's step that decides it.
-    Latencies are told by the walkers.
+    Paths may follow each other without a gap and are checked without one; the verdict on one does
+    not wait for the next. The verdict is offered one cycle after the walker's step that decides the
+    path. The walkers state their latencies.
 
     Parameters
     ----------
@@ -36,28 +36,30 @@ class Checker(wiring.Component):
     Members
     -------
     count : In(1)
-        Also count colliding cells: paths are then walked to their end. Steady while ``busy``.
+        Count colliding cells, too: paths are walked to their end. Steady while ``busy``.
     points : In(stream.Signature(point_layout))
         A path is its 2..max_waypoints + 2 points from the aircraft to the goal; ``last`` marks it.
     verdicts : Out(stream.Signature(verdict_layout))
-        One a path, in order. If it is not taken, checks go on for some paths, and none is lost.
+        One for each path, in order. While it is not taken, checks go on for some paths, and none is
+        lost.
     counts : Out(stream.Signature(count_layout))
-        When counting, for each segment with colliding cells: as many as the verdict of the path
-        says, the first of those not yet transferred offered no later than that.
+        When counting, one for each segment with colliding cells, as many as the path's verdict
+        announces. The first that is not yet transferred is offered no later than the verdict.
     busy : Out(1)
         A path has been taken and its verdict has not been transferred, or points of it are still to
-        come, as they are where it collides early.
+        come, as after an early collision.
     collision, clear : Out(1)
-        Flags of the paper, for one path at a time. They rise in the cycle in which the verdict is
-        offered: the one if it collides, the other if it does not; when counting, ``collision``
-        rises with the first hit. Both clear with the first point of a path.
+        Flags of the paper, for one path at a time. One of them rises in the cycle in which the
+        verdict is offered: ``collision`` if the path collides, else ``clear``, which the paper
+        calls "over". When counting, ``collision`` rises with the first hit. Both fall with the
+        first point of a path.
     writes : In(stream.Signature(cell_layout))
         Cells of the map; ``last`` ends a rectangle, after which the two-tier build updates its
         coarse map. Taken only while not ``busy``. Cells never written hold anything.
     lookup_valid : In(1)
     lookup_x, lookup_y : In(coordinate_bits)
-        With ``lookup_valid``, a cell: one a cycle, but not while ``busy``, nor in the cycle of a
-        write or the next.
+        With ``lookup_valid``, a cell: one each cycle, but not while ``busy``, nor in the cycle of a
+        write or the next one.
     lookup_altitude : Out(altitude_bits)
         The ground there, ``config.lookup_latency`` cycles later.
 
@@ -102,7 +104,7 @@ class Checker(wiring.Component):
         connect(m, results.verdicts, flipped(self.verdicts))
         connect(m, results.counts, flipped(self.counts))
 
-        # The point after the last one is the first of a path.
+        # The point after a path's last one is the first of the next path.
         inside, remains = Signal(), Signal()
         taken, first = Signal(), Signal()
         m.d.comb += [
@@ -128,19 +130,18 @@ class Checker(wiring.Component):
             results.step.eq(walker.step),
         ]
 
-        # A walker's own reasons to wait are in its `ready`.
+        # The walker's `ready` covers its own reasons to wait.
         m.d.comb += [
             walker.writes.p.eq(self.writes.p),
             walker.writes.valid.eq(self.writes.valid & ~self.busy),
             self.writes.ready.eq(walker.writes.ready & ~self.busy),
         ]
 
-        # Those taken at once are at most those with a place for their verdict, and those between
-        # the points and there.
+        # Paths in flight: those with a place for their verdict, and those on the way there.
         paths, was_first, waited_for = Signal(range(64)), Signal(), Signal()
         transferred = self.verdicts.valid & self.verdicts.ready
         m.d.sync += [
-            # A first point comes late in its cycle, and is counted after it.
+            # A first point comes late in its cycle, and is counted in the next one.
             was_first.eq(first),
             paths.eq(paths + was_first - transferred),
             waited_for.eq(was_first | Mux(transferred, paths > 1, paths.any())),

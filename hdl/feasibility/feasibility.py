@@ -1,4 +1,4 @@
-"""Path feasibility check with the interface of *allaire two-tier*."""
+"""Feasibility check of a path in memory, with the interface of *allaire two-tier*."""
 
 from amaranth import *
 from amaranth.lib import data, stream, wiring
@@ -28,8 +28,8 @@ def place_layout(config: Config) -> data.StructLayout:
 class Feasibility(wiring.Component):
     """Checks the path in a path memory, one at a time.
 
-    The aircraft is given to the checker in the cycle of ``enable``, and a point in each cycle after
-    it. So the flags rise as many cycles after ``enable`` as ``verdict.cycles`` says, less one.
+    The checker gets the aircraft in the cycle of ``enable`` and a point in each cycle after it. The
+    flags therefore rise ``verdict.cycles - 1`` cycles after ``enable``.
 
     Source: *allaire two-tier*, section 3.1. Differs: the verdict besides the flags, the counts, and
     a way to write the map.
@@ -42,8 +42,8 @@ class Feasibility(wiring.Component):
     Members
     -------
     enable : In(1)
-        Start a check; not looked at while ``busy``. ``aircraft``, ``goal`` and ``waypoint_count``
-        count in this cycle; ``path_address`` and the first waypoint do from the cycle before on.
+        Start a check; ignored while ``busy``. ``aircraft``, ``goal`` and ``waypoint_count`` are
+        valid in this cycle, ``path_address`` and the first waypoint from the cycle before on.
     aircraft, goal : In(place_layout)
     waypoint_count : In(length_bits)
         Waypoints between them, 0..max_waypoints.
@@ -54,18 +54,17 @@ class Feasibility(wiring.Component):
     waypoint : In(place_layout)
         The waypoint at the ``read_address`` of the previous cycle.
     count : In(1)
-        As of the checker.
+        See :class:`hdl.feasibility.checker.Checker`.
     busy : Out(1)
-        A check is under way: from the cycle after ``enable`` up to that in which a flag rises.
+        A check is in progress: from the cycle after ``enable`` to the one in which a flag rises.
     collision, clear : Out(1)
-        Flags; see :class:`hdl.feasibility.checker.Checker`. They stay until the cycle of the next
-        ``enable``, that cycle included.
+        Flags; see there. They stay until the cycle of the next ``enable``, that cycle included.
     verdict : Out(verdict_layout)
-        From the cycle on in which it is offered, until the next is.
+        From the cycle in which it is offered until the next one is.
     counts : Out(stream.Signature(count_layout))
     writes : In(stream.Signature(cell_layout))
-        As of the checker. A check that is enabled after the last cell of a rectangle waits until
-        the coarse map is up to date.
+        See there. A check that is enabled after the last cell of a rectangle waits until the coarse
+        map is up to date.
     """
 
     def __init__(self, config: Config):
@@ -99,7 +98,7 @@ class Feasibility(wiring.Component):
 
         connect(m, checker.counts, flipped(self.counts))
         connect(m, flipped(self.writes), checker.writes)
-        # The checker clears its flags with the first point, for which it may let us wait.
+        # The checker's flags fall with the first point, which may have to wait.
         waiting = Signal()
         m.d.comb += [
             checker.count.eq(self.count),
@@ -114,7 +113,7 @@ class Feasibility(wiring.Component):
         ]
         m.d.sync += held.eq(self.verdict)
 
-        # The waypoint after `ahead` is at the memory's output, and stays there by its address.
+        # The waypoint after `ahead` is at the memory's output, where its address holds it.
         point = Signal(place)
         start, finish, ahead = Signal(place), Signal(place), Signal(place)
         fetched = Signal(self.address_bits)
@@ -165,7 +164,7 @@ class Feasibility(wiring.Component):
                     with m.If(~left.any()):
                         m.next = "Checking"
 
-            # A path that collides early is decided before all of its points are taken.
+            # An early collision decides a path before all of its points are taken.
             with m.State("Checking"):
                 with m.If(~checker.busy | checker.verdicts.valid):
                     m.next = "Idle"

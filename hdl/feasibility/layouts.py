@@ -1,4 +1,4 @@
-"""Payloads of the streams of the collision checker."""
+"""Layouts of the collision checker's results."""
 
 from amaranth.lib import data
 
@@ -7,17 +7,18 @@ from hdl.config import Config
 
 __all__ = ["count_layout", "verdict_layout"]
 
-#: Width of a number of cycles.
+#: Width of a count of cycles.
 CYCLES_BITS = 24
 
 
 def verdict_layout(config: Config) -> data.StructLayout:
-    """What became of one path.
+    """Return the layout of the verdict on one path.
 
-    ``collision`` (else the path is free), ``segment``, ``x``, ``y`` (cell that hit first, in the
-    cells of its map), ``coarse`` (it is one of the coarse map); these four are 0 without collision.
-    ``cells`` from the path's first to the colliding one, ``reads`` that the memory was given,
-    ``cycles``, and the number of ``entries`` in the stream of counts (:func:`count_layout`).
+    ``collision`` (else the path is clear); ``segment``, ``x``, ``y`` of the first colliding cell,
+    in cells of its map, and ``coarse`` if that is the coarse map: these four are 0 without a
+    collision. ``cells`` from the path's first to the colliding one; ``reads``, addresses given to
+    the memory; ``cycles``; and the number of ``entries`` in the stream of counts
+    (:func:`count_layout`).
     """
     return data.StructLayout(
         {
@@ -35,7 +36,7 @@ def verdict_layout(config: Config) -> data.StructLayout:
 
 
 def count_layout(config: Config) -> data.StructLayout:
-    """Colliding cells of one segment that has any: those of terrain, and blocked ones."""
+    """Return the layout of one segment's colliding cells: those of terrain, and blocked ones."""
     return data.StructLayout(
         {
             "segment": config.segment_bits,

@@ -1,4 +1,4 @@
-"""One memory of altitudes, for a map or for a part of one."""
+"""Memory of altitudes, for a map or a part of one."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -14,13 +14,12 @@ __all__ = ["MapMemory"]
 class MapMemory(wiring.Component):
     """Memory that is read through one or two ports, and written through the first.
 
-    Rows are read in every cycle. What a port reads while a row is written is undefined, in all
-    rows; rows never written hold anything.
+    Rows are read in every cycle. Data read while a row is written are undefined, in all rows; rows
+    never written hold anything.
 
-    On a target it is one memory of dual-port block RAMs, none of them doubled: the writer is the
-    same port as the first reader. With a latency of 2 the data come out of registers straight
-    behind the block RAMs of up to 16384 rows; where there are more rows, a multiplexer of these
-    registers is all that follows.
+    On a target it is one memory of dual-port block RAMs, none of them doubled: the writer shares a
+    port with the first reader. With a latency of 2, registers directly follow the block RAMs of up
+    to 16384 rows each; memories of more rows add only a multiplexer of these registers.
 
     Parameters
     ----------
@@ -33,7 +32,8 @@ class MapMemory(wiring.Component):
     ports : int
         Ports, 1 or 2.
     number : int or None
-        Which of the banks of a map it is: tells where on the device it lies.
+        Number of the bank in its map, from which a family's cells may choose its place on the
+        device.
 
     Members
     -------
@@ -46,7 +46,7 @@ class MapMemory(wiring.Component):
         If a parameter is out of its range.
     """
 
-    #: Rows of the deepest block RAM (ECP5: 16384 of one bit).
+    #: Rows of the deepest block RAM: 16384 of one bit.
     BLOCK_ROWS = 1 << 14
 
     def __init__(self, *, rows, width, latency, ports, number=None):

@@ -1,4 +1,4 @@
-"""Points for the collision checker: of one path, or of paths out of the population."""
+"""Source of points for the collision checker: one path, or paths of the population."""
 
 from amaranth import *
 from amaranth.lib import stream, wiring
@@ -15,9 +15,9 @@ __all__ = ["PathSource"]
 class PathSource(wiring.Component):
     """Offers the checker a point in every cycle, from the first to the last of a check.
 
-    The population's read-out has a cycle between two paths in which it has no waypoint, besides the
-    two for the goal and the next aircraft. The points therefore go through a buffer, which is let
-    out when there are as many points in it as paths still to be read could fall behind.
+    Between two paths, the population's reader pauses for a cycle, besides the two for the goal and
+    the next aircraft. The points therefore go through a buffer, which is released when it holds as
+    many points as the paths still to be read can fall behind.
 
     The first point of one path is offered 4 cycles after the unit is turned on, that of a batch
     ``13 + count * 5 / 4`` cycles at most.
@@ -32,15 +32,15 @@ class PathSource(wiring.Component):
     Members
     -------
     forget : In(1)
-        Points given and not checked are void. Not while ``on``.
+        Discard points that were given and not checked. Not while ``on``.
     points : In(stream.Signature(point_layout))
-        Those of one path. There is room for a path after ``forget``; not taken while ``on``.
+        Points of one path. There is room for a path after ``forget``; not taken while ``on``.
     on : In(1)
-        A check runs, until the checker has all its points.
+        A check is in progress, until the checker has all its points.
     checks : In(check_layout)
-        What is to be checked, steady while ``on``. Of one path, its points have been given.
+        Check to run, steady while ``on``. The points of a single path have been given before.
     reads : Out(stream.Signature(read_layout))
-        Slots to be read out of the population, if there is one.
+        Slots of the population to be read, if there is one.
     waypoints : In(stream.Signature(waypoint_layout))
         Their waypoints.
     paths : Out(stream.Signature(point_layout))
@@ -50,7 +50,7 @@ class PathSource(wiring.Component):
     def __init__(self, config: Config):
         self.config = config
         self.point_layout = point_layout(config)
-        # Room for one path, and for the backlog of a batch with some more to keep ahead.
+        # Room for one path, and for twice the backlog of a batch.
         rows = max(2 * config.checked_paths, config.max_waypoints + 2)
         self.depth = 1 << (rows - 1).bit_length()
         population = {
@@ -89,7 +89,7 @@ class PathSource(wiring.Component):
             room.eq(~waiting[-1]),
             put.eq(write & room),
         ]
-        # Written a cycle after it is counted; let out no sooner than that.
+        # A point is written a cycle after it is counted, and released no sooner.
         m.d.sync += [
             ring.write_enable.eq(put),
             ring.write_row.eq(tail),
@@ -124,7 +124,7 @@ class PathSource(wiring.Component):
                     m.next = "Off"
 
         if self.config.genetic:
-            # Each path still to come may cost a cycle.
+            # Each path still to come may take an extra cycle.
             flowing = Signal()
             with m.If(~self.on):
                 m.d.sync += flowing.eq(0)
@@ -136,7 +136,7 @@ class PathSource(wiring.Component):
         return m
 
     def _read_out(self, m, point, write, room, put):
-        """Add the states in which paths come out of the population."""
+        """Add the states that read paths of the population."""
         checks = self.checks
         final = Signal()
         m.d.comb += [

@@ -13,25 +13,25 @@ from hdl.feasibility.walker_signature import step_layout
 
 __all__ = ["Results"]
 
-#: Verdicts that can wait to be transferred, those of paths in flight included: as many as paths of
-#: a segment and a cell each can be in flight in a walker, so that they follow each other at full
-#: rate.
+#: Verdicts that can wait, those of paths in flight included: as many as paths of one cell can be in
+#: flight in a walker, so that such paths follow each other at full rate.
 _VERDICT_PLACES = 8
 
 
 class Results(wiring.Component):
-    """Sums up the steps of each path, and queues what comes of them.
+    """Sums up the steps of each path, and queues verdicts and counts.
 
     A path is decided by its first step that hits or, when counting, by its last step. Its verdict
     is offered in the next cycle, if all before it have been transferred. When it is offered, all
-    its counts have been offered or are next in their queue. A place in either queue is kept before
-    the path or segment begins, so that steps need not wait. Without a genetic core, paths come
-    alone, there is one place for a verdict and one for a count, and ``counts`` must always be
+    its counts have been offered or are next in their queue. A place in either queue is reserved
+    before the path or segment begins, so that steps need not wait. Without a genetic core, paths
+    come alone, there is one place for a verdict and one for a count, and ``counts`` must always be
     ready.
 
-    ``cycles`` of a verdict are cycles from that in which the first point of the path is taken to
-    that in which its verdict is offered if nothing before it waits to be transferred; but not
-    before the cycle after that of the previous path. So they sum up to all cycles with a path.
+    ``cycles`` of a verdict begin with the one in which the path's first point is taken or, if that
+    is later, with the one after the previous path's last. They end with the one in which the
+    verdict is offered if no earlier one waits. The sum over all verdicts is therefore the number of
+    cycles with a path in flight.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class Results(wiring.Component):
     Members
     -------
     count : In(1)
-        As of the walker.
+        Count colliding cells.
     taken : In(1)
         The first point of a path is taken.
     begins, segment_begins : In(1)
@@ -50,7 +50,7 @@ class Results(wiring.Component):
         See :func:`hdl.feasibility.walker_signature.walker_signature`. ``drop`` follows ``step``
         within the cycle.
     hit, free : Out(1)
-        The first hit of a path, and the end of a path that is free: in the cycle of the step.
+        First hit of a path, and end of a path without one: in the cycle of the step.
     verdicts : Out(stream.Signature(verdict_layout))
     counts : Out(stream.Signature(count_layout))
     """
@@ -81,7 +81,7 @@ class Results(wiring.Component):
         m = Module()
         config, step = self.config, self.step
 
-        # Of a path that has been decided, steps may still come.
+        # Steps of a path may still come after it has been decided.
         decided = Signal(init=1)
         live = Signal()
         decides = Signal()
@@ -89,7 +89,7 @@ class Results(wiring.Component):
         with m.If(live):
             m.d.sync += decided.eq(decides)
 
-        # The first hit, from the cycle after it on: needed where the path is walked to its end.
+        # The first hit, for paths that are walked to their end.
         found = Signal(
             data.StructLayout(
                 {
@@ -106,12 +106,12 @@ class Results(wiring.Component):
         m.d.comb += [
             earlier.eq(has_hit & ~step.first),
             self.hit.eq(live & step.hit & ~earlier),
-            # Unless counting, no hit was earlier where the path has not been decided.
+            # Unless counting, an undecided path has no earlier hit.
             self.drop.eq(live & step.hit & ~self.count),
             decides.eq(live & (step.ends_path | (step.hit & ~self.count))),
             self.free.eq(decides & ~step.hit & ~earlier),
             cells.eq(
-                # Of no matter where a hit was earlier.
+                # Not used after an earlier hit.
                 Mux(step.first, 0, passed) + Mux(step.hit, step.until, step.cells)
             ),
         ]
@@ -130,8 +130,8 @@ class Results(wiring.Component):
             ]
 
         # Cycles since the previous verdict was offered or, if that is later, since the first point
-        # was taken. A step decides one cycle before its verdict is offered. What happens is counted
-        # a cycle later: the signals that tell of it come late in their own.
+        # was taken. A step decides one cycle before its verdict is offered. Events are counted a
+        # cycle later: their signals come late in their cycle.
         cycles, cycles_before = Signal(CYCLES_BITS), Signal(CYCLES_BITS, init=2)
         was_taken, was_decided, counts = Signal(), Signal(), Signal()
         undecided = Signal(range(64))
@@ -205,7 +205,7 @@ class Results(wiring.Component):
         m.d.sync += self.room.eq(_promised(m, "places", verdict_depth, self.begins, freed))
 
         if config.genetic:
-            # Each segment that begins may come to a count.
+            # Each segment that begins may need a count.
             freed = self.counts.valid & self.counts.ready
             unused = live & self.count & step.ends_segment & ~entered
             used = self.segment_begins & self.count
@@ -218,8 +218,8 @@ class Results(wiring.Component):
 def _promised(m, name, depth, used, *freed):
     """Keep ``depth`` places, of which one may be used and some freed in a cycle.
 
-    Return whether there are any in the next cycle. These flags come late in their cycle: places are
-    counted after it.
+    Return a flag: a place is left in the next cycle. ``used`` and ``freed`` come late in their
+    cycle, so that places are counted in the next one.
     """
     places = Signal(range(depth + 1), init=depth, name=name)
     was_used = Signal(name=f"{name}_used")

@@ -1,4 +1,4 @@
-"""Queue of results, which are offered out of registers."""
+"""Queue of results, with registers at its output."""
 
 from amaranth import *
 from amaranth.lib import memory, stream, wiring
@@ -9,18 +9,18 @@ __all__ = ["ResultQueue"]
 
 
 class ResultQueue(wiring.Component):
-    """Lets words out in order; a word is offered in the cycle after it is put in.
+    """First-in, first-out queue; a word is offered in the cycle after it is put in.
 
-    ``valid`` and ``payload`` are registers. What is put in meets two of them and no memory: a word
-    that cannot be offered at once goes to the memory a cycle later. So a long path may lead to
-    ``word``, and another away from ``words``.
+    ``valid`` and ``payload`` are registers. An incoming word goes to two registers and no memory: a
+    word that cannot be offered at once enters the memory a cycle later. Timing therefore allows a
+    long path to ``word``, and another from ``words``.
 
     Parameters
     ----------
     shape : ShapeLike
         Shape of a word.
     depth : int
-        Words that there is room for, 1 or more. Putting one more in loses it.
+        Words that fit, 1 or more. A further word is lost.
 
     Members
     -------
@@ -47,7 +47,7 @@ class ResultQueue(wiring.Component):
                 m.d.sync += [words.valid.eq(self.put), payload.eq(self.word)]
             return m
 
-        # In the order of age: at the output, in the memory, in a register on the way to it.
+        # From the oldest: at the output, in the memory, in a register on the way to the memory.
         m.submodules.rows = rows = memory.Memory(shape=self.shape, depth=self.depth, init=[])
         write, read = rows.write_port(), rows.read_port(domain="comb")
         late, kept = Signal(self.shape, reset_less=True), Signal()

@@ -1,4 +1,4 @@
-"""Results of the latest check, for the host to read."""
+"""Store of the latest check's results, for the host to read."""
 
 from amaranth import *
 from amaranth.lib import data, memory, stream, wiring
@@ -15,15 +15,15 @@ __all__ = ["ResultStore"]
 
 
 class ResultStore(wiring.Component):
-    """Keeps what the checker says of the paths of a check, and serves it byte by byte.
+    """Keeps the checker's verdicts and counts of a check, and serves them byte by byte.
 
     Verdicts and counts are taken in every cycle, so that the link never holds the checker up: there
-    is room for an entry of every segment of every path. Which entries are a verdict's is told by
-    their number alone, in whatever cycles the two streams come.
+    is room for an entry of every segment of every path. The number of entries in each verdict
+    assigns them to paths, whatever the cycles in which the two streams come.
 
-    On the target, counts take a block RAM for each 1024 rows of 18 bits (two for 32 paths of 17
-    segments), and verdicts ``checked_paths`` rows of two to four more or of distributed memory, as
-    synthesis likes it.
+    On a target, counts take a block RAM for each 1024 rows of 18 bits (two for 32 paths of 17
+    segments). Verdicts take ``checked_paths`` rows of two to four more block RAMs, or of
+    distributed memory, as synthesis decides.
 
     Parameters
     ----------
@@ -32,21 +32,21 @@ class ResultStore(wiring.Component):
     Members
     -------
     clear : In(1)
-        A check begins: what is held is void, from the second cycle after it on.
+        A check begins: discard what is held, from the second cycle on.
     verdicts : In(stream.Signature(verdict_layout))
     counts : In(stream.Signature(count_layout))
         Always ready.
     paths : Out(9)
-        Verdicts held. What else is told of one is there from the next cycle on.
+        Verdicts held; the other outputs include one from the next cycle on.
     complete : Out(1)
-        Their entries have all come.
+        All their entries have come.
     totals : Out(struct of check_reply)
         Sums over the verdicts held.
     reads : In(stream.Signature({"path": 8, "count": 9}))
-        Paths to serve, of those held: the first, and how many, 1 or more.
+        Paths to serve, of those held: the first, and their number, 1 or more.
     records : Out(stream.Signature(record_layout))
-        Their results as :mod:`hdl.protocol.results` has them. The first byte is offered 3 cycles
-        after a read is taken; then a byte a cycle, with 2 cycles before each entry and path.
+        Their results in the format of :mod:`hdl.protocol.results`. The first byte is offered 3
+        cycles after a read is taken; then a byte a cycle, with 2 cycles before each entry and path.
     """
 
     def __init__(self, config: Config):
@@ -81,7 +81,7 @@ class ResultStore(wiring.Component):
             shape=struct(entry_record(config)), depth=rows, init=[]
         )
 
-        # Entries that have come, and those that the verdicts have told of.
+        # Entries that have come, and those that the verdicts have announced.
         come = Signal(range(rows + 1), reset_less=True)
         told = Signal(range(rows + 1), reset_less=True)
         paths = Signal.like(self.paths, reset_less=True)
@@ -107,7 +107,7 @@ class ResultStore(wiring.Component):
         with m.If(self.verdicts.valid):
             m.d.sync += [paths.eq(paths + 1), told.eq(told + verdict.entries)]
 
-        # The rest is kept a cycle later, as it is wide and far from the checker.
+        # The rest is kept a cycle later: it is wide, and far from the checker.
         came, kept = Signal(), Signal.like(verdict, reset_less=True)
         kept_row = Signal(verdict_row, reset_less=True)
         kept_at = Signal(range(max(2, config.checked_paths)), reset_less=True)
@@ -123,7 +123,7 @@ class ResultStore(wiring.Component):
             ]
         with m.If(self.counts.valid):
             m.d.sync += come.eq(come + 1)
-        # After a reset, too: with that added, what clears them would come too late.
+        # After a reset, too: a reset of these registers would make `cleared` too slow.
         with m.If(cleared):
             m.d.sync += [paths.eq(0), totals.eq(0), come.eq(0), told.eq(0)]
 
@@ -134,7 +134,7 @@ class ResultStore(wiring.Component):
         return m
 
     def _keep(self, m, came, at, row, number):
-        """Keep the ``row`` that ``came``; return that of a number, a cycle after it or sooner."""
+        """Keep the ``row`` that ``came``; return the row ``number``, a cycle later at most."""
         if self.config.checked_paths == 1:
             only = Signal.like(row)
             with m.If(came):
@@ -154,7 +154,7 @@ class ResultStore(wiring.Component):
         return read.data
 
     def _serve(self, m, number, result, entry_read):
-        """Send the results asked for."""
+        """Serve the requested results."""
         config = self.config
         path, hit, entry = path_record(config), hit_record(config), entry_record(config)
 
@@ -169,7 +169,7 @@ class ResultStore(wiring.Component):
             ends.eq((left == 1) & (entries == 0)),
             self.records.p.last.eq(ends & (paths == 1)),
         ]
-        # Rows come out of the memory long before they are wanted: there is time for registers.
+        # Rows come out of the memory long before they are needed: there is time for registers.
         row = Signal.like(entry_read.addr, reset_less=True)
         fetched = delay_line(m, Value.cast(entry_read.data), 2, "fetched")
         m.d.comb += entry_read.addr.eq(row)

@@ -1,4 +1,4 @@
-"""What the checker needs of a walker: the part that differs between its builds."""
+"""Interface of a walker, the part of the checker that differs between its builds."""
 
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
@@ -11,26 +11,26 @@ __all__ = ["step_layout", "walker_signature"]
 
 
 def step_layout(config: Config) -> data.StructLayout:
-    """Return the layout of the progress of one cycle, all 0 but for ``valid`` where that is 0.
+    """Return the layout of a step, which is the progress of one cycle.
 
     ``valid``
-        There is a step; the other fields count only then.
+        There is a step; the other fields are valid only then.
     ``first``, ``ends_segment``, ``ends_path``
         It is the first of its path, the last of its segment, the last of its path. The last of a
-        path ends a segment as well.
+        path also ends a segment.
     ``segment``
         Number of the segment in its path.
     ``cells``
-        Cells of the path that it passes, 0..map_size.
+        Cells of the path in this step, 0..map_size.
     ``hit``, ``until``
-        One of these cells collides; number of them up to the first that does, which is included.
+        One of these cells collides; number of cells up to and including the first that does.
     ``x``, ``y``, ``coarse``
-        That first one, in the cells of its map, and whether this is the coarse map.
+        That first cell, in the cells of its map, and whether that is the coarse map.
     ``terrain``, ``nofly``
-        Number of its cells that collide with terrain, and with what is blocked.
+        Number of cells that collide with terrain, and with blocked ground.
     ``reads``
-        Addresses that the memories are given for this path, should this be its last step or bring
-        its ``drop``.
+        Addresses given to the memories for this path, if this is its last step or the cycle of its
+        ``drop``.
     """
     return data.StructLayout(
         {
@@ -53,32 +53,32 @@ def step_layout(config: Config) -> data.StructLayout:
 
 
 def walker_signature(config: Config) -> wiring.Signature:
-    """Return the signature of a walker: it turns paths into reads of its map, and these into steps.
+    """Return the signature of a walker: it turns paths into reads of its map, and reads into steps.
 
     Members
     -------
     count : In(1)
-        The whole path is to be walked, whatever it hits. Steady while a path is under way.
+        Walk each path to its end, whatever it hits. Steady while a path is in flight.
     points : In(stream.Signature(point_layout))
         The points of the paths, one path after the other.
     room, segment_room : In(1)
         There is a place for the verdict of one more path, and for the count of one more segment.
     begins, segment_begins : Out(1)
         That place is taken; only while there is one. Once for each path and segment, no later than
-        in the cycle before its first step. All segments of a path that is not dropped begin.
+        the cycle before its first step. All segments of a path that is not dropped begin.
     step : Out(step_layout)
         Progress. There is no back-pressure.
     drop : In(1)
-        In the cycle of a step: the rest of its path is not wanted. Steps of it may still come; they
-        are not looked at. An address given for it in this cycle counts among ``reads``; from the
-        next cycle on there is none.
+        In the cycle of a step: discard the rest of its path. Steps of it may still come, and are
+        ignored. An address given for it in this cycle counts among ``reads``; from the next cycle
+        on there is none.
     writes : In(stream.Signature(cell_layout))
         Cells of the map, see :class:`hdl.feasibility.checker.Checker`. They come only while no path
-        is under way.
+        is in flight.
     lookup_valid : In(1)
     lookup_x, lookup_y : In(coordinate_bits)
-        With ``lookup_valid``, cell to be looked up: while no path is under way, and nothing
-        is written or was in the cycle before.
+        With ``lookup_valid``, cell to be looked up: while no path is in flight, and nothing is
+        written or was in the cycle before.
     lookup_altitude : Out(altitude_bits)
         Its altitude, ``config.lookup_latency`` cycles later.
     """

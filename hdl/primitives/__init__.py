@@ -1,1 +1,1 @@
-"""Small building blocks of gateware that know nothing of paths, maps or commands."""
+"""Small building blocks of gateware, independent of paths, maps and commands."""

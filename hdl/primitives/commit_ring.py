@@ -1,4 +1,4 @@
-"""Ring buffer whose writer decides, after the fact, what has been written."""
+"""Ring buffer whose writer commits rows after writing them."""
 
 from amaranth import *
 from amaranth.lib import memory, stream, wiring
@@ -10,14 +10,14 @@ __all__ = ["CommitRing"]
 
 
 class CommitRing(wiring.Component):
-    """One block RAM between a writer that may change its mind and a stream.
+    """One block RAM between a writer that may discard rows and a stream.
 
     Row pointers count modulo ``2 * depth``, so that full and empty differ; a row number is a
     pointer without its highest bit. The rows from ``fetched`` up to, not including, ``committed``
-    are read in order; all others are the writer's, to be written in any order and as often as it
-    likes. It must not write a row ``depth`` or more past ``fetched``.
+    are read in order; all others are the writer's, to be written in any order and any number of
+    times. It must not write a row ``depth`` or more past ``fetched``.
 
-    A row is offered 2 cycles after ``committed`` has moved past it, later ones at one per cycle.
+    A row is offered 2 cycles after ``committed`` has moved past it, then one per cycle.
     Rows are read ahead: ``fetched`` leads the transferred words by up to two.
 
     On a target the memory is one block RAM with an output register. Its two ports never touch the
@@ -35,9 +35,9 @@ class CommitRing(wiring.Component):
     write_enable : In(1)
     write_row : In(log2(depth))
     write_data : In(shape)
-        What is written, each cycle in which it is enabled.
+        Row written in each cycle in which writing is enabled.
     committed : In(log2(depth) + 1)
-        Pointer past the last row that may be read. Only ever moves forward.
+        Pointer past the last row that may be read; it only moves forward.
     fetched : Out(log2(depth) + 1)
         Pointer to the next row to be read.
     words : Out(stream.Signature(shape))

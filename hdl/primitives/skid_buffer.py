@@ -1,4 +1,4 @@
-"""A stream whose ``ready`` comes from a register."""
+"""Stream buffer whose ``ready`` comes from a register."""
 
 from amaranth import *
 from amaranth.lib import stream, wiring
@@ -9,10 +9,10 @@ __all__ = ["SkidBuffer"]
 
 
 class SkidBuffer(wiring.Component):
-    """Ends a chain of ``ready`` signals: takes one word more than it can pass on, and keeps it.
+    """Breaks a chain of ``ready`` signals: takes one word that it cannot pass on, and keeps it.
 
-    An empty buffer passes words through in the same cycle, and its ``ready`` is high whatever
-    comes after it; so it costs no cycle, and a stream without a pause stays one.
+    An empty buffer passes words through in the same cycle, with ``ready`` high whatever follows; it
+    costs no cycle, and a stream without a pause stays one.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A stream whose words come from a register."""
+"""Stream buffer whose words come from a register."""
 
 from amaranth import *
 from amaranth.lib import stream, wiring
@@ -9,9 +9,9 @@ __all__ = ["StreamRegister"]
 
 
 class StreamRegister(wiring.Component):
-    """Ends the way of ``valid`` and ``payload`` in registers; ``ready`` passes through.
+    """Puts registers in the path of ``valid`` and ``payload``; ``ready`` passes through.
 
-    A word is offered a cycle after it was taken; a stream without a pause stays one.
+    A word is offered a cycle after it is taken; a stream without a pause stays one.
 
     Parameters
     ----------

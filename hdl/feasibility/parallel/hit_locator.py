@@ -1,11 +1,10 @@
-"""Which of the cells of a group collides first."""
+"""First colliding cell of a group."""
 
 from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from hdl.config import Config
 from hdl.feasibility.parallel.lanes import group_layout
 from hdl.feasibility.parallel.terrain_memory import lane_row_bits
 
@@ -14,14 +13,16 @@ __all__ = ["HitLocator"]
 
 
 class HitLocator(wiring.Component):
-    """Finds the first colliding cell of a group, and counts them all; one cycle later.
+    """Finds the first colliding cell of a group, and counts all that collide; one cycle later.
 
-    Along a segment the lanes follow each other from that of the group's first cell on, around to
-    the one before it, or the other way if it descends.
+    Along a segment the lanes follow each other from that of the group's first cell on, wrapping
+    around to the one before it, or in the opposite order if the segment descends.
 
     Parameters
     ----------
-    config : Config
+    lanes : int
+        A power of two.
+    coordinate_bits : int
 
     Members
     -------
@@ -35,29 +36,30 @@ class HitLocator(wiring.Component):
         See :func:`hdl.feasibility.walker_signature.step_layout`.
     """
 
-    def __init__(self, config: Config):
-        self.config = config
+    def __init__(self, lanes: int, coordinate_bits: int):
+        self.lanes = lanes
+        self.coordinate_bits = coordinate_bits
         super().__init__(
             {
-                "group": In(group_layout(config)),
-                "hits": In(config.lanes),
-                "blocked": In(config.lanes),
+                "group": In(group_layout(lanes, coordinate_bits)),
+                "hits": In(lanes),
+                "blocked": In(lanes),
                 "hit": Out(1),
-                "until": Out(range(config.lanes + 1)),
-                "x": Out(config.coordinate_bits),
-                "y": Out(config.coordinate_bits),
-                "terrain": Out(range(config.lanes + 1)),
-                "nofly": Out(range(config.lanes + 1)),
+                "until": Out(range(lanes + 1)),
+                "x": Out(coordinate_bits),
+                "y": Out(coordinate_bits),
+                "terrain": Out(range(lanes + 1)),
+                "nofly": Out(range(lanes + 1)),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
-        config, group = self.config, self.group
-        lanes, lane_bits = config.lanes, exact_log2(config.lanes)
+        group, lanes = self.group, self.lanes
+        lane_bits = exact_log2(lanes)
 
-        # Mirrored if it descends, lane numbers rise along the segment, but for those that have
-        # gone around and are the later ones.
+        # Mirrored if the segment descends, lane numbers rise along it, except those that have
+        # wrapped around: these come later.
         start = group.major[:lane_bits]
         mirrored, late = Signal(lanes), Signal(lanes)
         m.d.comb += mirrored.eq(Mux(group.descending, self.hits[::-1], self.hits))
@@ -78,8 +80,8 @@ class HitLocator(wiring.Component):
             chosen.eq(Mux(gone, _lowest(mirrored & late), _lowest(early))),
         ]
 
-        # All lanes have gone around into the same row.
-        row = Signal(lane_row_bits(config), reset_less=True)
+        # All lanes that have wrapped around are in the same row.
+        row = Signal(lane_row_bits(lanes, self.coordinate_bits), reset_less=True)
         here = group.major[lane_bits:]
         first = Signal(lanes, reset_less=True)
         places = [Signal.like(self.until, name=f"place_{n}", reset_less=True) for n in range(lanes)]
@@ -97,7 +99,7 @@ class HitLocator(wiring.Component):
             ),
         ]
 
-        major, minor = (Signal(config.coordinate_bits, name=n) for n in ("major", "minor"))
+        major, minor = (Signal(self.coordinate_bits, name=n) for n in ("major", "minor"))
         m.d.comb += [
             self.until.eq(_selected(first, places)),
             minor.eq(_selected(first, now.minors)),

@@ -1,4 +1,4 @@
-"""The lanes: a group of neighbouring cells of a segment in every cycle."""
+"""Lanes, which walk a group of neighbouring cells of a segment each cycle."""
 
 from amaranth import *
 from amaranth.lib import data, wiring
@@ -15,7 +15,7 @@ from hdl.feasibility.parallel.terrain_memory import lane_layout, lane_row_bits
 __all__ = ["Lanes", "group_layout"]
 
 
-def group_layout(config: Config) -> data.StructLayout:
+def group_layout(lanes: int, coordinate_bits: int) -> data.StructLayout:
     """Return the layout of a group: the cells of one cycle.
 
     ``steep``, ``descending`` as of its segment; ``major`` (of its first cell), ``minors`` (of all
@@ -25,22 +25,22 @@ def group_layout(config: Config) -> data.StructLayout:
         {
             "steep": 1,
             "descending": 1,
-            "major": config.coordinate_bits,
-            "minors": data.ArrayLayout(config.coordinate_bits, config.lanes),
-            "cells": range(config.lanes + 1),
+            "major": coordinate_bits,
+            "minors": data.ArrayLayout(coordinate_bits, lanes),
+            "cells": range(lanes + 1),
         }
     )
 
 
 class Lanes(wiring.Component):
-    """Walks segments, ``lanes`` cells of one a cycle.
+    """Walks segments, ``lanes`` cells of one each cycle.
 
-    Lane c has the cells whose major coordinate is c mod ``lanes``. Which of its cells is in the
-    first group depends on where the segment starts, so that each group but the last is full: a
-    segment of n cells takes n / ``lanes`` cycles, rounded up. Everything else is sums: all lanes
-    gain the same in a cycle, see :class:`hdl.feasibility.parallel.reciprocal.Precision`.
+    Lane c has the cells whose major coordinate is c mod ``lanes``. Its cell in the first group
+    depends on the start of the segment, so that each group but the last is full: a segment of n
+    cells takes n / ``lanes`` cycles, rounded up. The rest is sums: all lanes gain the same in a
+    cycle, see :class:`hdl.feasibility.parallel.reciprocal.Precision`.
 
-    ``group`` and ``lanes`` are there in the cycle after that of their token in ``launched``.
+    ``group`` and ``lanes`` follow their token in ``launched`` by a cycle.
 
     Source: *allaire two-tier*, section 5.3. Differs: its reference has several walkers, each with a
     part of the segment.
@@ -55,7 +55,7 @@ class Lanes(wiring.Component):
     segment : In(segment_layout)
     origins : In(motion_layout).array(lanes)
     step : In(motion_layout)
-        Of the segment that ``launched`` starts.
+        First cells and gain of the segment that ``launched`` starts.
     token : Out(token_layout)
         ``launched``, a cycle later.
     group : Out(group_layout)
@@ -71,7 +71,7 @@ class Lanes(wiring.Component):
                 "origins": In(motion_layout(config)).array(config.lanes),
                 "step": In(motion_layout(config)),
                 "token": Out(token_layout(config)),
-                "group": Out(group_layout(config)),
+                "group": Out(group_layout(config.lanes, config.coordinate_bits)),
                 "lanes": Out(lane_layout(config)).array(config.lanes),
             }
         )
@@ -82,11 +82,12 @@ class Lanes(wiring.Component):
         precision = Precision.of(config)
         fractions = {"minor": precision.minor, "rise": precision.rise}
         lane_bits = exact_log2(config.lanes)
+        row_bits = lane_row_bits(config.lanes, config.coordinate_bits)
         begins = self.launched.starts_segment
 
         m.d.sync += token.eq(self.launched)
 
-        # Of the last group only the lanes up to the end of the segment have a cell.
+        # In the last group, only the lanes up to the end of the segment have a cell.
         rest = Signal(max(1, lane_bits), reset_less=True)
         step = Signal(motion_layout(config), reset_less=True)
         steep, descending = Signal(reset_less=True), Signal(reset_less=True)
@@ -109,12 +110,12 @@ class Lanes(wiring.Component):
             self.group.cells.eq(Mux(token.ends_segment, rest + 1, config.lanes)),
         ]
 
-        # A group lies in two rows: that of its first cell, and beyond it. Both of the next one.
+        # A group lies in two rows: that of its first cell, and the one beyond. Both of the next
+        # group.
         begin = segment.major[lane_bits:]
-        beyond = Signal(lane_row_bits(config))
+        beyond = Signal(row_bits)
         next_row, next_beyond = (
-            Signal(lane_row_bits(config), name=name, reset_less=True)
-            for name in ("next_row", "next_beyond")
+            Signal(row_bits, name=name, reset_less=True) for name in ("next_row", "next_beyond")
         )
         at_first, then = Signal(signed(2)), Signal(signed(2))
         m.d.comb += [
@@ -122,7 +123,7 @@ class Lanes(wiring.Component):
             then.eq(Mux(descending, -1, 1)),
             beyond.eq(begin + at_first),
         ]
-        # Sums first: `begins` goes to all lanes, and comes late.
+        # Sums first: `begins` drives all lanes, and comes late.
         m.d.sync += [
             next_row.eq(Mux(begins, beyond, next_row + then)),
             next_beyond.eq(Mux(begins, beyond + at_first, next_beyond + then)),
@@ -131,7 +132,7 @@ class Lanes(wiring.Component):
         first = segment.major[:lane_bits]
         for number, (lane, start) in enumerate(zip(self.lanes, self.origins, strict=True)):
             motion = Signal(motion_layout(config), name=f"motion_{number}", reset_less=True)
-            row = Signal(lane_row_bits(config), name=f"row_{number}", reset_less=True)
+            row = Signal(row_bits, name=f"row_{number}", reset_less=True)
             in_last = Signal(name=f"in_last_{number}", reset_less=True)
             late = Signal(name=f"late_{number}", reset_less=True)
             is_late = Signal(name=f"is_late_{number}")

@@ -1,4 +1,4 @@
-"""Slopes without a divider: reciprocals of lengths, and the bits that they need."""
+"""Reciprocals of lengths, for slopes without a divider, and the precision that they need."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ __all__ = ["Precision", "Reciprocals"]
 
 @dataclass(frozen=True)
 class Precision:
-    """Fractions of the numbers from which cells are found, and why they suffice.
+    """Fraction bits of slopes and positions, with the proof that they suffice.
 
     Let b be the bits of a coordinate, a those of an altitude, and the map have L cells or more for
     L lanes. A segment of length n < 2^b has cells k = 0..n. With k = j + L g, j < L, cell k takes
@@ -38,8 +38,8 @@ class Precision:
     E - e. With E = e = 2^-(b+2) and T = 2^-(b+1) that is below 0 and above -2^-b > -1/n. So
     F = a + 2b + 2, and u = L 2^-(2b+1).
 
-    A map smaller than 2L counts as one for half as many lanes as it has cells along an edge. All is
-    tested for every n, d and k of maps of up to 512 cells, and 12 bits of altitude.
+    A map smaller than 2L counts as one for half as many lanes as it has cells along an edge. Tests
+    cover every n, d and k of maps of up to 512 cells, with 12 bits of altitude.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Precision:
     minor, rise : int
         Fraction bits of the minor coordinate and of the altitude: -log2(u).
     minor_bias, rise_bias : int
-        What is added to them at the start, in units u: 1/2 + e, and 1 - e.
+        Added to them at the start, in units u: 1/2 + e, and 1 - e.
     """
 
     reciprocal: int
@@ -77,16 +77,18 @@ class Precision:
 
 
 class Reciprocals(wiring.Component):
-    """Table of reciprocals, of which one of two is wanted; 2 cycles after their lengths are given.
+    """Table of reciprocals: one of two lengths, 2 cycles after they are given.
 
-    It is addressed by differences as they come out of a subtraction, so that nothing more is in the
-    way to its block RAMs; what it holds are the reciprocals of their absolute values.
+    The addresses are signed differences, straight from a subtraction, so that no other logic
+    delays them; the rows hold the reciprocals of their absolute values.
 
     On a target it is one memory of dual-port block RAMs.
 
     Parameters
     ----------
-    config : Config
+    coordinate_bits : int
+        Width of a coordinate: lengths are below two to its power.
+    precision : Precision
 
     Members
     -------
@@ -94,19 +96,19 @@ class Reciprocals(wiring.Component):
     load : In(1)
         Take ``differences``.
     second : In(1)
-        With ``move``: of those taken last the second is wanted, not the first.
+        With ``move``: select the second of the latest differences, not the first.
     move : In(1)
-        Have ``reciprocal`` of that one.
+        Put the reciprocal of the selected one in ``reciprocal``.
     reciprocal : Out(Precision.reciprocal)
         In units of 2^-``Precision.reciprocal``.
     """
 
-    def __init__(self, config: Config):
-        self.config = config
-        self.precision = Precision.of(config)
+    def __init__(self, coordinate_bits: int, precision: Precision):
+        self.coordinate_bits = coordinate_bits
+        self.precision = precision
         super().__init__(
             {
-                "differences": In(signed(config.coordinate_bits + 1)).array(2),
+                "differences": In(signed(coordinate_bits + 1)).array(2),
                 "load": In(1),
                 "second": In(1),
                 "move": In(1),
@@ -117,7 +119,7 @@ class Reciprocals(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        edge = self.config.map_size
+        edge = 1 << self.coordinate_bits
         lengths = [*range(edge), *range(edge, 0, -1)]  # Rows from `edge` on: of -edge and above.
         m.submodules.table = table = memory.Memory(
             shape=self.precision.reciprocal,

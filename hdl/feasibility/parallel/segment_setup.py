@@ -1,4 +1,6 @@
-"""From points to segments, and from these to the groups of cells that the lanes take in a cycle."""
+"""From points to segments, and from segments to the groups of cells that lanes take each cycle."""
+
+from typing import NamedTuple
 
 from amaranth import *
 from amaranth.lib import data, stream, wiring
@@ -15,8 +17,7 @@ from hdl.primitives.skid_buffer import SkidBuffer
 
 __all__ = ["TAG_BITS", "SegmentSetup", "segment_layout", "token_layout"]
 
-#: Width of the number by which paths under way are told apart: there are no more of them than
-#: places for their verdicts.
+#: Width of the number that tells paths in flight apart: as many as places for verdicts.
 TAG_BITS = 4
 
 
@@ -70,18 +71,17 @@ def token_layout(config: Config) -> data.StructLayout:
 
 
 class SegmentSetup(wiring.Component):
-    """Makes segments of points, and has the lanes walk them one right after the other.
+    """Makes segments of points, and launches them one right after the other.
 
-    A segment goes through two stages that wait for their turn: differences, their signs, and which
-    axis is the major one; small multiples of the differences, and the reciprocal of the length.
-    From the second it is launched: a group of its cells a cycle, then the next segment. So nothing
-    behind this unit ever waits, and as long as points come no cycle is lost between segments or
-    paths. A segment whose second point is taken in some cycle is launched 2 cycles later, if it is
-    its turn. A path begins with its first point, and a segment with its second: points wait for the
-    places of verdict and count.
+    A segment waits for its turn in two stages: differences, their signs, and the major axis; then
+    small multiples of the differences, and the reciprocal of the length. From the second it is
+    launched: a group of its cells a cycle, then the next segment. Nothing behind this unit waits,
+    and as long as points come no cycle is lost between segments or paths. A segment is launched 2
+    cycles after its second point is taken, or later if it is not yet its turn. A path begins with
+    its first point, and a segment with its second: points wait for the places of verdict and count.
 
-    In the cycle of ``drop`` all that belongs to that path is given up; its points to come are taken
-    and forgotten.
+    In the cycle of ``drop`` all of that path is discarded; its points to come are taken and
+    discarded.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ class SegmentSetup(wiring.Component):
         See :func:`hdl.feasibility.walker_signature.walker_signature`.
     drop : In(1)
     drop_tag : In(TAG_BITS)
-        Path to be given up.
+        Path to be discarded.
     token : Out(token_layout)
         The group that is launched.
     segment : Out(segment_layout)
@@ -104,6 +104,9 @@ class SegmentSetup(wiring.Component):
 
     def __init__(self, config: Config):
         self.config = config
+        self.identity_layout = data.StructLayout(
+            {"tag": TAG_BITS, "first": 1, "ends_path": 1, "segment": config.segment_bits}
+        )
         super().__init__(
             {
                 "points": In(stream.Signature(point_layout(config))),
@@ -120,29 +123,53 @@ class SegmentSetup(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        config, segment, token = self.config, self.segment, self.token
-        xy, z = config.coordinate_bits, config.altitude_bits
-        lane_bits = exact_log2(config.lanes)
 
-        identity = data.StructLayout(
-            {
-                "tag": TAG_BITS,
-                "first": 1,
-                "ends_path": 1,
-                "segment": config.segment_bits,
-            }
-        )
         # Whether the stages hold a segment, and whether the last group of one has been launched.
-        # Registers of its own tell the first stage, for which the others would be late.
+        # The first stage has registers of its own to tell, as the others would come too late.
         measured_next, waiting_next, free_next = Signal(), Signal(), Signal()
         has_measured, measured_full = fanout(m, *[measured_next] * 2, name="measured")
         has_waiting, waiting_full = fanout(m, *[waiting_next] * 2, name="waiting")
         free, freed = fanout(m, *[free_next] * 2, name="free", init=1)
         load, move_on, launch = Signal(), Signal(), Signal()
+        measured = Signal(self.identity_layout, reset_less=True)
+        waiting = Signal(self.identity_layout, reset_less=True)
+        m.submodules.reciprocals = reciprocals = Reciprocals(
+            self.config.coordinate_bits, Precision.of(self.config)
+        )
+        m.d.comb += [
+            load.eq(~measured_full | ~waiting_full | freed),
+            move_on.eq(~has_waiting | launch),
+            launch.eq(has_waiting & free),
+            reciprocals.load.eq(load),
+            reciprocals.move.eq(move_on),
+            waiting_next.eq(
+                Mux(
+                    move_on,
+                    has_measured & ~self._is_dropped(measured),
+                    has_waiting & ~self._is_dropped(waiting),
+                )
+            ),
+        ]
 
+        enters, path = self._take_points(m, load)
+        m.d.comb += measured_next.eq(Mux(load, enters, has_measured & ~self._is_dropped(measured)))
+        sides = self._measure(m, load, path, measured, reciprocals)
+        shape = self._shape(m, move_on, sides)
+        with m.If(move_on):
+            m.d.sync += waiting.eq(measured)
+        m.d.comb += [
+            self.segment.reciprocal.eq(reciprocals.reciprocal),
+            *(self.segment[name].eq(shape[name]) for name, _ in shape.shape()),
+        ]
+        self._launch(m, launch, free, free_next, waiting, shape)
+
+        return m
+
+    def _take_points(self, m, load):
+        """Take points; return whether they complete a segment, and the path that they are of."""
         # A point comes in if there is room, and waits in the buffer for its turn: each takes about
         # half a cycle.
-        m.submodules.point_buffer = buffer = SkidBuffer(point_layout(config))
+        m.submodules.point_buffer = buffer = SkidBuffer(point_layout(self.config))
         begun, room, comes = Signal(), Signal(), Signal()
         m.d.comb += [
             room.eq(Mux(begun, self.segment_room, self.room)),
@@ -156,13 +183,12 @@ class SegmentSetup(wiring.Component):
         with m.If(comes):
             m.d.sync += begun.eq(~self.points.p.last)
 
-        # The path whose points are coming.
-        point, before = buffer.passed.p, Signal(point_layout(config), reset_less=True)
+        point = buffer.passed.p
+        before = Signal(point_layout(self.config), reset_less=True)
         inside, unwanted = Signal(), Signal()
-        tag, number = Signal(TAG_BITS), Signal(config.segment_bits)
+        tag, number = Signal(TAG_BITS), Signal(self.config.segment_bits)
         dropped, taken = Signal(), Signal()
         m.d.comb += [
-            load.eq(~measured_full | ~waiting_full | freed),
             buffer.passed.ready.eq(load),
             taken.eq(buffer.passed.valid & load),
             dropped.eq(unwanted | (inside & self.drop & (self.drop_tag == tag))),
@@ -174,11 +200,17 @@ class SegmentSetup(wiring.Component):
                 m.d.sync += number.eq(number + 1)
             with m.Else():
                 m.d.sync += [number.eq(0), tag.eq(tag + 1)]
+        return taken & inside & ~dropped, _Path(taken, before, point, tag, number)
 
-        # First stage. An axis is longer than the other if sum and difference of the two gains have
-        # the same sign; if they are equally long, either may be the major one: same cells.
-        measured = Signal(identity, reset_less=True)
-        ends = Signal(data.ArrayLayout(point_layout(config), 2), reset_less=True)
+    def _measure(self, m, load, path, measured, reciprocals):
+        """Add the first stage; return what it holds of a segment besides its identity.
+
+        An axis is longer than the other if sum and difference of the two gains have the same sign;
+        if they are equally long, either may be the major one: the cells are the same.
+        """
+        xy, z = self.config.coordinate_bits, self.config.altitude_bits
+        point, before = path.point, path.before
+        ends = Signal(data.ArrayLayout(point_layout(self.config), 2), reset_less=True)
         gains = [Signal(signed(xy + 1), name=f"gain_{n}", reset_less=True) for n in "xy"]
         sides = [Signal(xy, name=f"side_{n}", reset_less=True) for n in "xy"]
         rise = Signal(signed(z + 1), reset_less=True)
@@ -186,29 +218,23 @@ class SegmentSetup(wiring.Component):
         sums, sums_before = [point.y + point.x, point.y - point.x], []
         for name, value in zip(("sum", "difference"), sums, strict=True):
             sums_before.append(Signal(value.shape(), name=f"{name}_before", reset_less=True))
-            with m.If(taken):
+            with m.If(path.taken):
                 m.d.sync += sums_before[-1].eq(value)
-        m.submodules.reciprocals = reciprocals = Reciprocals(config)
         differences = reciprocals.differences
         m.d.comb += [
-            reciprocals.load.eq(load),
-            reciprocals.move.eq(move_on),
             reciprocals.second.eq(steep),
             *(
                 difference.eq(point[axis] - before[axis])
                 for axis, difference in zip("xy", differences, strict=True)
             ),
         ]
-        m.d.comb += measured_next.eq(
-            Mux(load, taken & inside & ~dropped, has_measured & ~self._is_dropped(measured))
-        )
         with m.If(load):
             turns = [(now - before)[-1] for now, before in zip(sums, sums_before, strict=True)]
             m.d.sync += [
-                measured.tag.eq(tag),
-                measured.first.eq(number == 0),
+                measured.tag.eq(path.tag),
+                measured.first.eq(path.number == 0),
                 measured.ends_path.eq(point.last),
-                measured.segment.eq(number),
+                measured.segment.eq(path.number),
                 ends[0].eq(before),
                 ends[1].eq(point),
                 rise.eq(point.altitude - before.altitude),
@@ -219,32 +245,27 @@ class SegmentSetup(wiring.Component):
                     gain.eq(difference),
                     side.eq(Mux(difference < 0, before[axis] - point[axis], difference)),
                 ]
+        return _Sides(ends, gains, sides, rise, steep)
 
-        # Second stage.
-        waiting = Signal(identity, reset_less=True)
-        across, descending, start = Signal(signed(xy + 1)), Signal(), Signal(lane_bits)
+    def _shape(self, m, move_on, measured):
+        """Add the second stage; return what it holds of a segment besides its identity."""
+        config, (ends, gains, sides, rise, steep) = self.config, measured
+        lane_bits = exact_log2(config.lanes)
+        across, descending = Signal(signed(config.coordinate_bits + 1)), Signal()
+        start = Signal(lane_bits)
         shape = Signal(
             data.StructLayout(
-                {name: field.shape for name, field in segment.shape() if name != "reciprocal"}
+                {name: field.shape for name, field in self.segment.shape() if name != "reciprocal"}
             ),
             reset_less=True,
         )
         m.d.comb += [
-            move_on.eq(~has_waiting | launch),
-            waiting_next.eq(
-                Mux(
-                    move_on,
-                    has_measured & ~self._is_dropped(measured),
-                    has_waiting & ~self._is_dropped(waiting),
-                )
-            ),
             across.eq(Mux(steep, gains[0], gains[1])),
             descending.eq(Mux(steep, gains[1], gains[0]) < 0),
             start.eq(Mux(steep, ends[0].y, ends[0].x)),
         ]
         with m.If(move_on):
             m.d.sync += [
-                waiting.eq(measured),
                 shape.steep.eq(steep),
                 shape.descending.eq(descending),
                 shape.length.eq(Mux(steep, sides[1], sides[0])),
@@ -262,8 +283,8 @@ class SegmentSetup(wiring.Component):
                 ),
             ]
             for lane in range(config.lanes):
-                # A table, as adders would take longer: how far the lane's first cell is from the
-                # start, upwards and downwards.
+                # A table of the distances from the start to the lane's first cell, upwards and
+                # downwards: adders would take longer.
                 up = [(lane - at) % config.lanes for at in range(config.lanes)]
                 down = [(at - lane) % config.lanes for at in range(config.lanes)]
                 places = [C(place, lane_bits) for place in (*up, *down)]
@@ -273,17 +294,15 @@ class SegmentSetup(wiring.Component):
                     shape.across_to[lane].eq(_multiple(across, place)),
                     shape.rise_to[lane].eq(_multiple(rise, place)),
                 ]
+        return shape
 
-        # Groups left of the segment that was launched last.
-        left = Signal(xy)
-        launched = Signal(identity, reset_less=True)
+    def _launch(self, m, launch, free, free_next, waiting, shape):
+        """Launch the groups of the segment that is ``waiting``, a group a cycle."""
+        token = self.token
+        left = Signal(self.config.coordinate_bits)  # Groups of the segment launched last.
+        launched = Signal(self.identity_layout, reset_less=True)
         dropping = Signal()
-        m.d.comb += [
-            launch.eq(has_waiting & free),
-            segment.reciprocal.eq(reciprocals.reciprocal),
-            *(segment[name].eq(shape[name]) for name, _ in shape.shape()),
-        ]
-        groups = shape.length >> lane_bits
+        groups = shape.length >> exact_log2(self.config.lanes)
         with m.If(launch):
             m.d.sync += [left.eq(groups), launched.eq(waiting)]
             m.d.comb += [
@@ -312,10 +331,28 @@ class SegmentSetup(wiring.Component):
             m.d.sync += left.eq(0)
             m.d.comb += free_next.eq(1)
 
-        return m
-
     def _is_dropped(self, identity):
         return self.drop & (identity.tag == self.drop_tag)
+
+
+class _Path(NamedTuple):
+    """The path whose points are coming: the latest ones, and the segment that they end."""
+
+    taken: Value
+    before: Value
+    point: Value
+    tag: Value
+    number: Value
+
+
+class _Sides(NamedTuple):
+    """A measured segment: its ends, and the differences between them."""
+
+    ends: Value
+    gains: list[Value]
+    sides: list[Value]
+    rise: Value
+    steep: Value
 
 
 def _multiple(value, factor):

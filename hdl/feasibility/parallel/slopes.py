@@ -1,4 +1,4 @@
-"""Where the lanes start on a segment, and how far they go in a cycle."""
+"""First cells of the lanes on a segment, and their gain in a cycle."""
 
 from amaranth import *
 from amaranth.lib import data, wiring
@@ -14,7 +14,7 @@ from hdl.primitives.multiplier import Multiplier
 
 __all__ = ["Slopes", "motion_layout"]
 
-# Bits of a reciprocal that one multiplier takes, beside its sign: 18 x 18 bits signed on a target.
+# Bits of a reciprocal that one multiplier takes, besides its sign: 18 x 18 bits signed on a target.
 _PART = 17
 
 
@@ -36,13 +36,12 @@ def motion_layout(config: Config) -> data.StructLayout:
 
 
 class Slopes(wiring.Component):
-    """Multiplies slopes, a segment a cycle.
+    """Multiplies differences by the reciprocal of the length, a segment a cycle.
 
-    A slope is a difference times the reciprocal of the length. The cell that a lane starts with is
-    found by a product of its own, of a multiple of the difference, and so needs no sum of slopes.
-    ``origins`` and ``step`` follow 1 cycle after ``segment``, and are there for one cycle: products
-    of registers into registers, and then the sum of their parts in the same cycle in which the
-    lanes take it. On a target the registers are those of the multipliers.
+    A lane's first cell comes from a product of its own, of a multiple of the difference, and so
+    needs no sum of slopes. ``origins`` and ``step`` follow ``segment`` by 1 cycle, for one cycle:
+    products of registers go to registers, and the sums of their parts to the lanes in the same
+    cycle. On a target the registers are those of the multipliers.
 
     Parameters
     ----------
@@ -52,9 +51,9 @@ class Slopes(wiring.Component):
     -------
     segment : In(segment_layout)
     origins : Out(motion_layout).array(lanes)
-        The cell of each lane, from which lanes past the end of the segment would go on.
+        First cell of each lane, even if it lies past the end of the segment.
     step : Out(motion_layout)
-        What all lanes gain in a cycle.
+        Gain of every lane in a cycle.
     """
 
     def __init__(self, config: Config):

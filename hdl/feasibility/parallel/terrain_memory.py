@@ -1,4 +1,4 @@
-"""The detailed map in banks, and what compares it with the cells of the lanes."""
+"""The detailed map in banks, with comparators for the cells of the lanes."""
 
 from amaranth import *
 from amaranth.lib import data, wiring
@@ -14,23 +14,22 @@ from hdl.primitives.multiplexer import multiplex
 __all__ = ["TerrainMemory", "lane_layout", "lane_row_bits"]
 
 
-def lane_row_bits(config: Config) -> int:
-    """Width of a major coordinate divided by the number of lanes; 1 if that is always 0."""
-    return max(1, config.coordinate_bits - exact_log2(config.lanes))
+def lane_row_bits(lanes: int, coordinate_bits: int) -> int:
+    """Return the width of a major coordinate divided by ``lanes``; 1 if that is always 0."""
+    return max(1, coordinate_bits - exact_log2(lanes))
 
 
 def lane_layout(config: Config) -> data.StructLayout:
     """Return the layout of the cell of one lane.
 
-    ``valid`` (there is one), ``row`` (its major coordinate divided by the number of lanes, of which
-    the remainder is the number of the lane), ``minor`` (its other coordinate), and ``ceiling``, the
-    highest altitude of the ground there under a path that passes: collides if the ground is at
-    ``ceiling`` or above.
+    ``valid`` (there is one), ``row`` (its major coordinate divided by the number of lanes; the
+    remainder is the number of the lane), ``minor`` (its other coordinate), and ``ceiling``: the
+    cell collides if the ground is at this altitude or above.
     """
     return data.StructLayout(
         {
             "valid": 1,
-            "row": lane_row_bits(config),
+            "row": lane_row_bits(config.lanes, config.coordinate_bits),
             "minor": config.coordinate_bits,
             "ceiling": config.altitude_bits,
         }
@@ -38,17 +37,17 @@ def lane_layout(config: Config) -> data.StructLayout:
 
 
 class TerrainMemory(wiring.Component):
-    """Map of which each lane tests a cell in every cycle.
+    """Map in which each lane tests a cell every cycle.
 
     Cell (x, y) lies in bank (x mod B, y mod B), with B = ``bank_edge``. Lane c has cells whose
-    coordinate along the major axis of the segment is c mod ``lanes``. So in a cycle the first B
-    lanes, which use the first port of the banks, all are in other columns of banks (or rows, if the
-    segment is steep), and so are the other B lanes, which use the second port: none waits for
-    another, and each bank port has two lanes that it can belong to.
+    coordinate along the major axis of the segment is c mod ``lanes``. In a cycle, the first B lanes
+    use the first port of the banks, each in a column of banks of its own (or row, if the segment is
+    steep), and the other B lanes use the second port in the same way. No lane waits for another,
+    and each bank port serves one of two lanes.
 
-    What comes from a bank is compared there with the altitude of the lane that looks there, if any
-    does. The latency from a cell to ``hits`` is ``memory_latency + 3``: bank, address, compare, and
-    gather each lane's banks.
+    A bank compares its data with the altitude of the lane that looks there, if any does. The
+    latency from a cell to ``hits`` is ``memory_latency + 3``: bank, address, comparison, and
+    gathering of each lane's banks.
 
     The banks are spread over the device; the block RAMs of one lie side by side where the cells of
     the platform have places for them (:class:`hdl.primitives.block_memory.BlockMemory`). Each bank
@@ -66,7 +65,7 @@ class TerrainMemory(wiring.Component):
         The major axis is y, else x.
     lanes : In(lane_layout).array(lanes)
     walking : In(1)
-        The lanes have cells: accesses below do not reach the memory.
+        The lanes have cells: writes and look-ups do not reach the memory.
     hits : Out(lanes)
         Lanes whose cell collides.
     blocked : Out(lanes)
@@ -74,12 +73,12 @@ class TerrainMemory(wiring.Component):
     write_enable : In(1)
     write_x, write_y : In(coordinate_bits)
     write_altitude : In(altitude_bits)
-        A cell to be written; it is read from the next cycle on.
+        Cell to be written; reads see it from the next cycle on.
     lookup_valid : In(1)
     lookup_x, lookup_y : In(coordinate_bits)
-        A cell to be looked up; not in the cycle of a write.
+        Cell to be looked up; not in the cycle of a write.
     lookup_altitude : Out(altitude_bits)
-        What is there, ``config.lookup_latency`` cycles later, one small multiplexer behind
+        Its altitude, ``config.lookup_latency`` cycles later, one small multiplexer behind
         registers. Writes and look-ups reach the memory one cycle after they are given.
     """
 
@@ -113,15 +112,15 @@ class TerrainMemory(wiring.Component):
         row_bits = config.coordinate_bits - bank_bits
         answer = latency + 1  # Cycles from a cell to its ground.
 
-        # Accesses pass one register, at the banks.
+        # Writes and look-ups pass one register, at the banks.
         asked_x = Mux(self.lookup_valid, self.lookup_x, self.write_x)
         asked_y = Mux(self.lookup_valid, self.lookup_y, self.write_y)
         access = Cat(asked_x[bank_bits:], asked_y[bank_bits:])
         bank_x = delay_line(m, asked_x[:bank_bits], 1, "bank_x")
         bank_y = delay_line(m, asked_y[:bank_bits], 1, "bank_y")
 
-        # Rows of each lane in the bank it is in, and what it compares: in time for the last
-        # register before the comparison, which is at the bank.
+        # Each lane's row in its bank, and its side of the comparison: in time for the last register
+        # before the comparison, which is at the bank.
         across, along, ceilings, valids = [], [], [], []
         for number, lane in enumerate(self.lanes):
             major = Cat(Const(number, exact_log2(config.lanes)), lane.row)[bank_bits:][:row_bits]
@@ -134,8 +133,8 @@ class TerrainMemory(wiring.Component):
         for cycle in range(1, answer + 2):
             steep.append(delay_line(m, steep[-1], 1, f"steep_{cycle}"))
 
-        # Of the bank in column x and row y: data of the first port, and both ports' comparisons,
-        # none of them set where no lane looks.
+        # Of the bank in column x and row y: data of the first port, and the comparisons of both
+        # ports, which are 0 where no lane looks.
         ground = [[None] * edge for _ in range(edge)]
         hits, tops = ([[[None] * edge for _ in range(edge)] for _ in range(ports)] for _ in "ht")
         for x in range(edge):
@@ -164,7 +163,7 @@ class TerrainMemory(wiring.Component):
                     name = f"{x}_{y}_{port}"
                     m.d.comb += member.address.eq(delay_line(m, address, 1, f"row_{name}"))
 
-                    # Of the two lanes that may look here, whether the one that does.
+                    # Whether the one of two lanes that may look here does.
                     would = Mux(
                         self.steep,
                         self.lanes[by_y].minor[:bank_bits] == x,
@@ -190,7 +189,7 @@ class TerrainMemory(wiring.Component):
                 upright = Cat(flags[x][column] for x in range(edge)).any()
                 m.d.sync += out[number].eq(Mux(steep[answer + 1], upright, level))
 
-        # The banks of a column are near each other; columns are chosen from in the next cycle.
+        # The banks of a column are near each other; the column is selected in the next cycle.
         at_x = delay_line(m, bank_x, latency + 1, "at_x")
         at_y = delay_line(m, bank_y, latency, "at_y")
         looked_up = []

@@ -1,4 +1,4 @@
-"""The parallel build: every segment in the detailed map, several cells a cycle."""
+"""Walker of the parallel build: every segment in the detailed map, several cells a cycle."""
 
 from amaranth import *
 from amaranth.lib import memory, wiring
@@ -20,16 +20,16 @@ __all__ = ["ParallelWalker"]
 class ParallelWalker(wiring.Component):
     """Walks all segments in the detailed map, ``lanes`` cells a cycle.
 
-    A segment of n cells takes n / ``lanes`` cycles, rounded up, and segments and paths follow each
+    A segment of n cells takes n / ``lanes`` cycles, rounded up. Segments and paths follow each
     other without a gap as long as the next point is there and no path is dropped. A lone path of G
-    such cycles is decided ``G + memory_latency + 9`` cycles after its first point is taken, that
-    cycle included, if its points come in successive cycles; its verdict is offered in the next one:
-    after ``G + 12`` cycles with a latency of 2. From a point to its segment's first group it takes
-    5 cycles: two in the set-up, two for slopes, one to the banks. From a group to its step it takes
+    such cycles, its points in successive cycles, is decided ``G + memory_latency + 9`` cycles after
+    its first point is taken, that cycle included. Its verdict is offered in the next one: after
+    ``G + 12`` cycles with a latency of 2. A segment's first group follows its second point by 5
+    cycles: two of set-up, two for slopes, one to the banks. A group's step follows it by
     ``memory_latency + 3``: comparison, bank, first hit.
 
-    In the cycle of ``drop`` the group of that cycle is still read. The points left of that path are
-    taken, one a cycle.
+    In the cycle of ``drop``, its group is still read. The points left of the path are taken, one a
+    cycle.
 
     Source: *allaire two-tier*, section 5.3.
 
@@ -55,7 +55,7 @@ class ParallelWalker(wiring.Component):
         m.submodules.slopes = slopes = Slopes(config)
         m.submodules.lanes = lanes = Lanes(config)
         m.submodules.terrain = terrain = TerrainMemory(config)
-        m.submodules.hit_locator = hit_locator = HitLocator(config)
+        m.submodules.hit_locator = hit_locator = HitLocator(config.lanes, config.coordinate_bits)
         connect(m, flipped(self.points), setup.points)
         m.d.comb += [
             setup.room.eq(self.room),
@@ -67,7 +67,7 @@ class ParallelWalker(wiring.Component):
             slopes.segment.eq(setup.segment),
         ]
 
-        # A path that is dropped before its cells are at the memory is not walked.
+        # Cells of a dropped path do not reach the memory.
         def unless_dropped(token):
             return token.valid & ~(self.drop & (token.tag == drop_tag))
 
@@ -87,7 +87,7 @@ class ParallelWalker(wiring.Component):
             *(into.eq(start) for into, start in zip(lanes.origins, slopes.origins, strict=True)),
         ]
 
-        # Writes have to go far, too.
+        # Writes cross the chip, too.
         writing = Signal()
         m.d.sync += writing.eq(self.writes.valid)
         written = {
@@ -108,7 +108,7 @@ class ParallelWalker(wiring.Component):
             self.lookup_altitude.eq(terrain.lookup_altitude),
         ]
 
-        # Addresses given for each path that is under way, the group of this cycle included.
+        # Addresses given for each path in flight, the group of this cycle included.
         m.submodules.reads = reads = memory.Memory(
             shape=config.path_cells_bits + 1, depth=1 << TAG_BITS, init=[]
         )
@@ -124,7 +124,7 @@ class ParallelWalker(wiring.Component):
         with m.If(token.valid):
             m.d.sync += before.eq(given)
 
-        # What goes along while the memory answers.
+        # Group and token wait for the memory's answer.
         latency = config.memory_latency + 2
         group = delay_line(m, lanes.group, latency + 1, "group")
         cells = delay_line(m, group.cells, 1, "cells")

@@ -1,4 +1,4 @@
-"""Compares the exact altitude of a path with the ground, and knows what follows a cell."""
+"""Comparison of a path's exact altitude with the ground, cell by cell."""
 
 from amaranth import *
 from amaranth.lib import data, wiring
@@ -12,11 +12,11 @@ __all__ = ["AltitudeCompare", "tested_layout"]
 
 
 def tested_layout(config: Config) -> data.StructLayout:
-    """A cell that has been compared.
+    """Return the layout of a cell that has been compared.
 
-    ``hit``: the path is not above its ground; ``blocked``: that ground may not be crossed at all.
-    ``reads``: addresses of the same path that have been given to a memory since, that of this cycle
-    included; ``open``: none of them is of the path's last cell, and nor is this.
+    ``hit``: the path is not above its ground. ``blocked``: no path may cross that ground.
+    ``reads``: addresses of the same path given to a memory since, that of this cycle included.
+    ``open``: neither this nor any of those is the path's last cell.
     """
     return data.StructLayout(
         {
@@ -32,8 +32,8 @@ def tested_layout(config: Config) -> data.StructLayout:
 class AltitudeCompare(wiring.Component):
     """Tests one cell a cycle, ``memory_latency + 3`` cycles after it was visited.
 
-    A cell is hit when ``z0 n + k dz <= ground * n``: the ground is multiplied and the product
-    compared, a cycle each, so that nothing is rounded.
+    A cell is hit when ``z0 n + k dz <= ground * n``: multiplication and comparison take a cycle
+    each, and nothing is rounded.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class AltitudeCompare(wiring.Component):
     ground : In(altitude_bits)
         Altitude of the cell visited ``memory_latency + 1`` cycles ago, from a register.
     drop : In(1)
-        Cells that have been visited after the tested one, that of this cycle included, are void.
+        Discard cells visited after the tested one, that of this cycle included.
     valid : Out(1)
     tested : Out(tested_layout)
     """
@@ -111,7 +111,7 @@ class AltitudeCompare(wiring.Component):
             ended = ended | (valid & visit.ends_path)
         m.d.comb += [
             self.tested.reads.eq(sum(later_reads)),
-            # Not of this cycle: a path that ends now is left with the same right.
+            # The cell of this cycle does not count: if its path ends now, a drop is still right.
             self.tested.open.eq(
                 ~Cat(v & c.ends_path for v, c in zip(valids[1:], visits[1:], strict=True)).any()
             ),

@@ -12,10 +12,10 @@ __all__ = ["CellWalker", "level_layout", "visit_layout"]
 
 
 def visit_layout(config: Config) -> data.StructLayout:
-    """One cell that a path visits, in cells of its map, and the place of the cell in the path.
+    """Return the layout of one visited cell, in cells of its map, and its place in the path.
 
-    ``coarse``: its map is the coarse one. ``segment`` that visits it; ``first``: it is the first
-    cell of its path; ``ends_segment`` and ``ends_path``: it is the last one of these.
+    ``coarse``: its map is the coarse one. ``segment``: number of its segment. ``first``: it is the
+    first cell of its path; ``ends_segment`` and ``ends_path``: it is the last one of these.
     """
     return data.StructLayout(
         {
@@ -31,7 +31,7 @@ def visit_layout(config: Config) -> data.StructLayout:
 
 
 def level_layout(config: Config) -> data.StructLayout:
-    """Altitude of a path at a cell as the exact quotient ``scaled / steps``, ``steps`` not 0."""
+    """Return the layout of an altitude: the exact quotient ``scaled / steps``, ``steps`` not 0."""
     return data.StructLayout(
         {
             "scaled": config.altitude_bits + config.coordinate_bits,
@@ -43,15 +43,15 @@ def level_layout(config: Config) -> data.StructLayout:
 class CellWalker(wiring.Component):
     """Visits every cell of segments, both ends included, in walking order.
 
-    Cell k of a segment of n steps is ``x0 + floor((2 k dx + n) / (2 n))``, y likewise: along the
-    longer side one cell a step; along the other an error, kept between -2 n and -1, grows by twice
-    the shorter side and steps when it gets to 0. Halves are rounded up, not away from the start:
-    towards lower coordinates the error begins one lower. The altitude is the exact
-    ``(z0 n + k dz) / n``, its numerator summed up step by step; a segment without steps is taken
-    for one of a single step, of which only the first cell is visited.
+    Cell k of a segment of n steps is ``x0 + floor((2 k dx + n) / (2 n))``, y likewise. Each step
+    moves one cell along the longer side. Along the other, an error between -2 n and -1 grows by
+    twice the shorter side, and moves one cell when it reaches 0. Halves are rounded up, not away
+    from the start: towards lower coordinates the error begins one lower. The altitude is the exact
+    ``(z0 n + k dz) / n``, its numerator summed up step by step; a segment without steps counts as
+    one of a single step, of which only the first cell is visited.
 
-    A cell is visited in the cycle after its segment is taken, then one a cycle; a segment is taken
-    in the last cycle of the one before, so that no cycle is lost.
+    The first cell is visited in the cycle after its segment is taken, then one a cycle. The next
+    segment is taken in the last of these cycles, so that none is lost.
 
     Source: *allaire two-tier*, section 3.2.3. Differs: the next segment is set up during the walk.
 
@@ -69,11 +69,11 @@ class CellWalker(wiring.Component):
     begins : Out(1)
         The first segment of a path is taken.
     segment_begins : Out(1)
-        A segment is taken, not only to be dropped.
+        A segment is taken to be walked.
     drop : In(1)
-        Leave the path under way, from the next cycle on: that whose cell was visited last, which
-        must not have been its last one. A cell may still be visited in the cycle of ``drop``; it
-        counts for nothing. Later segments of that path are taken and not walked, one a cycle.
+        Leave the present path from the next cycle on: that of the latest visited cell, which must
+        not have been its last one. A cell may still be visited in the cycle of ``drop``; it is
+        void. Later segments of the path are taken and not walked, one a cycle.
     visiting : Out(1)
         ``visit`` is visited in this cycle.
     visit : Out(visit_layout)
@@ -105,7 +105,7 @@ class CellWalker(wiring.Component):
         segment = self.segments.p
         active = Signal()
         dropping = Signal()
-        # Of the segment under way.
+        # The present segment.
         last = Signal()
         west = Signal()
         south = Signal()
@@ -176,7 +176,7 @@ class CellWalker(wiring.Component):
             with m.If(~steep | across):
                 m.d.sync += visit.x.eq(Mux(west, visit.x - 1, visit.x + 1))
 
-        # The altitude follows a cycle later, which gives the product of a new segment its cycle.
+        # The altitude follows a cycle later, so that the product of a new segment has a cycle.
         steps = Signal(config.coordinate_bits)
         climb = Signal(signed(config.altitude_bits + 1))
         scaled_start = Signal(self.level.scaled.shape())

@@ -1,4 +1,4 @@
-"""The coarse map: highest cell of every block of the detailed map, kept up to date."""
+"""Coarse map: the highest cell of every block of the detailed map, kept up to date."""
 
 from amaranth import *
 from amaranth.lib import data, stream, wiring
@@ -14,11 +14,11 @@ __all__ = ["CoarseMap"]
 class CoarseMap(wiring.Component):
     """Memory of the maxima of blocks of ``coarse_factor`` x ``coarse_factor`` cells.
 
-    The cells that are written to the detailed map come by, and it keeps the blocks that they span.
-    After the last one of a rectangle it reads every cell of those blocks again, a cell a cycle, and
-    writes their maxima: so a maximum also comes down where its cell did. That takes
-    ``coarse_factor`` squared cycles a block, and ``scan_latency + 2`` more in all: so many cycles
-    ``busy`` is high, from that after the last cell on.
+    Cells written to the detailed map pass through this unit, which records the blocks that they
+    span. After the last cell of a rectangle it reads every cell of those blocks again, one a cycle,
+    and writes their maxima, so that a maximum falls with its cell. ``busy`` is high for
+    ``coarse_factor`` squared cycles a block and ``scan_latency + 2`` more in all, from the cycle
+    after the last cell on.
 
     Source: *allaire two-tier*, section 3.1.1.
 
@@ -33,19 +33,19 @@ class CoarseMap(wiring.Component):
     writes : In(stream.Signature(cell_layout))
         Cells of the detailed map; ``last`` ends a rectangle. Taken while not ``busy``.
     written : Out(1)
-        The cell that is offered is taken: it is to be written to the detailed map.
+        The offered cell is taken: write it to the detailed map.
     busy : Out(1)
         Blocks are being read.
     scanning : Out(1)
         Read cell ``scan_x``, ``scan_y`` of the detailed map.
     scan_x, scan_y : Out(coordinate_bits)
     scanned : In(altitude_bits)
-        Altitude of the cell that was asked for ``scan_latency`` cycles ago, every write that came
-        before ``busy`` included.
+        Altitude of the cell requested ``scan_latency`` cycles ago, with every write before ``busy``
+        applied.
     x, y : In(coarse_bits)
         Block to be read, not while ``busy``.
     altitude : Out(altitude_bits)
-        Its maximum, ``memory_latency`` cycles later: anything until the block was scanned. See
+        Its maximum, ``memory_latency`` cycles later; undefined until the block was scanned. See
         :class:`hdl.feasibility.map_memory.MapMemory`.
 
     Raises
@@ -103,7 +103,7 @@ class CoarseMap(wiring.Component):
             with m.If(fresh | (block_y > north)):
                 m.d.sync += north.eq(block_y)
 
-        # A cycle for these to settle, then the cells: through a block, then to the next one.
+        # One cycle to settle, then all cells of a block, and those of the next one.
         starting = Signal()
         m.d.sync += starting.eq(self.written & cell.last)
         at_x, at_y = Signal(config.coarse_bits), Signal(config.coarse_bits)
@@ -130,7 +130,7 @@ class CoarseMap(wiring.Component):
                     with m.If(at_y == north):
                         m.d.sync += self.scanning.eq(0)
 
-        # What comes back, with the block it belongs to.
+        # Answers, with their blocks.
         block = {"x": config.coarse_bits, "y": config.coarse_bits}
         asked = Signal(data.StructLayout({"valid": 1, "first": 1, "last": 1, **block}))
         m.d.comb += [

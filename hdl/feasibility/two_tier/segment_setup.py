@@ -1,4 +1,4 @@
-"""Turns the points of paths into segments that the sequential walker can start at once."""
+"""Set-up of segments for the walker of the two-tier build."""
 
 from amaranth import *
 from amaranth.lib import data, stream, wiring
@@ -12,13 +12,12 @@ __all__ = ["TwoTierSegmentSetup", "segment_layout"]
 
 
 def segment_layout(config: Config) -> data.StructLayout:
-    """One segment to be walked.
+    """Return the layout of one segment to be walked.
 
-    ``x``, ``y`` of its first cell, in cells of the map it is for; ``west`` and ``south``: x, y do
-    not grow; ``steep``: y is the longer side. ``steps`` of the longer side and ``minor`` of the
-    other. ``altitude`` of the first cell, ``climb`` to the last one; of a segment without steps
-    the lower end. ``coarse``: it is for the coarse map. ``number`` within its path, ``last``: it
-    ends there.
+    ``x``, ``y`` of its first cell, in cells of its map; ``west`` and ``south``: x, y do not grow;
+    ``steep``: y is the longer side. ``steps`` of the longer side and ``minor`` of the other.
+    ``altitude`` of the first cell (without steps, of the lower end) and ``climb`` to the last one.
+    ``coarse``: its map is the coarse one. ``number`` within its path; ``last``: the path ends here.
     """
     return data.StructLayout(
         {
@@ -39,13 +38,13 @@ def segment_layout(config: Config) -> data.StructLayout:
 
 
 class TwoTierSegmentSetup(wiring.Component):
-    """Makes segments of points: differences, sides in order of length, the map to be used.
+    """Makes segments of points: differences, sides in order of length, and the map.
 
     The first :attr:`hdl.config.Config.DETAILED_SEGMENTS` segments of a path are for the detailed
-    map, all others for the coarse one: their points are brought to the blocks they lie in, their
-    altitudes stay (*allaire two-tier*, section 3.2).
+    map, all others for the coarse one: their points become the blocks that they lie in, with their
+    own altitudes (*allaire two-tier*, section 3.2).
 
-    A pipeline of two stages that takes a point and offers a segment every cycle: the segment is
+    A pipeline of two stages, which takes a point and offers a segment every cycle: the segment is
     offered 2 cycles after its second point is taken. With ``segments`` stalled, two wait here.
 
     Parameters

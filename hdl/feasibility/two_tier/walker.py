@@ -1,4 +1,4 @@
-"""The two-tier build: a cell a cycle, near the aircraft in the detailed map, then in the coarse."""
+"""Walker of the two-tier build: a cell a cycle, in the detailed map, then in the coarse one."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -19,13 +19,13 @@ class TwoTierWalker(wiring.Component):
     """Walks the first two segments of a path in the detailed map, all others in the coarse one.
 
     With a source that always has the next point, the first cell of a path is visited 4 cycles after
-    its first point is taken, one cell a cycle after that, segments and paths following each other
-    without a gap; the step of a cell comes ``memory_latency + 3`` cycles after its visit. So a path
-    of c cells is decided ``c + memory_latency + 6`` cycles after its first point is taken, that
-    cycle included, and its verdict is offered in the next one.
+    its first point is taken, and then one cell each cycle; segments and paths follow each other
+    without a gap. The step of a cell follows its visit by ``memory_latency + 3`` cycles. A path of
+    c cells is therefore decided ``c + memory_latency + 6`` cycles after its first point is taken,
+    that cycle included, and its verdict is offered in the next one.
 
-    In the cycle of ``drop`` one more address is given, and counted. The points left of that path
-    are taken, one a cycle.
+    In the cycle of ``drop`` one more address is given, and counted. The points left of the path are
+    taken, one a cycle.
 
     Points and writes wait while the coarse map is rebuilt: see
     :class:`hdl.feasibility.two_tier.coarse_map.CoarseMap`.
@@ -77,7 +77,7 @@ class TwoTierWalker(wiring.Component):
             compare.level.eq(line.level),
         ]
 
-        # All other accesses pass one register, so that the walk has the shortest way to the memory.
+        # All other accesses pass a register, so that the walk has the shortest path to the memory.
         write = self.writes.p
         connect(m, flipped(self.writes), coarse.writes)
         address = Signal(2 * config.coordinate_bits, reset_less=True)
@@ -95,7 +95,7 @@ class TwoTierWalker(wiring.Component):
             coarse.y.eq(visit.y),
         ]
 
-        # Which map answers; to look-ups and scans, which never meet a walk, the detailed one.
+        # The map that answers: for look-ups and scans, which never meet a walk, the detailed one.
         from_coarse = line.visiting & visit.coarse
         for cycle in range(config.memory_latency):
             earlier = Signal(name=f"from_coarse_{cycle}", reset_less=True)

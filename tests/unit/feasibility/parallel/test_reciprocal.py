@@ -93,7 +93,7 @@ def test_precision_of_the_default():
 def test_table():
     """Two differences of either sign, 2 cycles, one of them, and what waits stays."""
     config = Config(map_size=16, coarse_factor=2)
-    dut = Reciprocals(config)
+    dut = Reciprocals(config.coordinate_bits, Precision.of(config))
     precision = Precision.of(config)
 
     async def bench(ctx):

@@ -38,11 +38,14 @@ def suites(root: Path, file: str) -> list[list[str]]:
         for path in sorted((unit / name).rglob("test_*.py"))
     ]
     single = sorted(unit.glob("test_*.py"))
-    nearest = [path for path in (mirrored,) if path.is_file()]
+    # Every message of the protocol as bytes, in the documentation.
+    frames = unit / "tools" / "test_protocol_page.py"
+    nearest = [mirrored, *([frames] if package == "protocol" else [])]
     nearest += [path for path in (*every, *single) if _imports(path, module)]
     inside = sorted((unit / relative.parent).glob("test_*.py")) if package else []
     inside += [path for path in every if package and (unit / package) in path.parents]
     rest = [
+        frames,
         *(unit / f"test_{name}.py" for name in ("config", "control", "verilog")),
         *every,
         *sorted((unit / "model").glob("test_*.py")),

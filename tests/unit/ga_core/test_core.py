@@ -57,6 +57,7 @@ def test_matches_model(name):
     simulate(config, bench)
 
 
+@pytest.mark.ci  # The simulated board of ``tests/cosim/test_boards.py`` has it compiled.
 def test_population_of_the_paper():
     async def bench(ctx, dut):
         rng = random.Random(1)

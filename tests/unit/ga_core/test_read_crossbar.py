@@ -5,12 +5,12 @@ import random
 
 import pytest
 
-from hdl.config import Config
 from hdl.ga_core.read_crossbar import ReadCrossbar
+from tests.chips import TINY
 from tests.streams import simulate
 
 
-CONFIG = Config(map_size=16, coarse_factor=4, altitude_bits=5, max_waypoints=4)
+CONFIG = TINY.replace(altitude_bits=5)
 
 
 async def pass_new(ctx, dut, rng):

@@ -52,6 +52,16 @@ def test_layout_refuses_size():
 
 
 @pytest.mark.parametrize("config", CONFIGS)
+def test_the_head_of_info_never_moves(config):
+    """A host of any version reads the version; the session follows the build."""
+    expected = (("version", 8), ("build_id", 32), ("session", 8))
+    assert protocol.info_reply(config).fields[:3] == expected
+    assert protocol.info_reply(config).size == sum(
+        bits // 8 for _, bits in protocol.info_reply(config).fields
+    )
+
+
+@pytest.mark.parametrize("config", CONFIGS)
 def test_every_layout_returns_what_it_packed(config):
     rng = random.Random(1)
     layouts = [

@@ -25,7 +25,8 @@ TINY = Config(
     lanes=2,
 )
 SMALL = TINY.replace(map_size=16, altitude_bits=6)
-LANES = (1, 2, 4, 8, 16)
+#: Many lanes take long here; the bench ``test_parallel_checker.py`` runs the chip's 8 compiled.
+LANES = (1, 2, 4, *(pytest.param(lanes, marks=pytest.mark.ci) for lanes in (8, 16)))
 
 
 def batch(config, seed, paths, peaks=0.02):
@@ -58,7 +59,7 @@ def test_queue_equals_model(lanes, latency, count):
     assert {verdict.collision for verdict in results.verdicts} == {0, 1}
 
 
-@pytest.mark.parametrize(("lanes", "bits"), [(8, 16), (16, 14)])
+@pytest.mark.parametrize(("lanes", "bits"), [(8, 16), pytest.param(16, 14, marks=pytest.mark.ci)])
 def test_widest_altitudes(lanes, bits):
     """Products that no multiplier of 18 bits makes."""
     config = SMALL.replace(lanes=lanes, altitude_bits=bits)

@@ -18,10 +18,10 @@ from host.errors import PathgeneError
 
 #: Every benchmark and what it measures.
 NAMES = {
-    "generation": "clocks of a generation beside the paper's, bytes of the three link modes",
-    "feasibility": "clocks of the collision checker's builds beside the paper's",
-    "terrains": "the builds of the checker over seven terrains: clocks, and answers that differ",
-    "simulation": "clocks per second of the simulated board",
+    "generation": "cycles of a generation beside the paper's, bytes of the three link modes",
+    "feasibility": "cycles of the collision checker's builds beside the paper's",
+    "terrains": "the builds of the checker over seven terrains: cycles, and answers that differ",
+    "simulation": "cycles per second of the simulated board",
     "model": "generations per second of the software model",
     "evaluation": "evaluations per second of one core",
     "quality": "every planner over nine terrains, from both starts, many seeds",
@@ -31,7 +31,7 @@ NAMES = {
     "roberge-table4": "fpa with and without 2-opt on four maps, 50 trials, beside the paper's",
     "roberge-speed": "seconds of fpa-2opt by threads, solutions and engine, beside the paper's",
     "peers": "optimizers and planners of other projects, beside fpa-2opt",
-    "fpga": "area and routed clock on real devices; hours, so only when named",
+    "fpga": "area and routed clock on real devices; hours, so only if named",
 }
 
 

@@ -19,7 +19,7 @@ class Phase:
     Parameters
     ----------
     key : str
-        Name of its time in a result of ``ga-pc``, and of its clocks in one of ``ga-fpga``.
+        Name of its time in a result of ``ga-pc``, and of its cycles in one of ``ga-fpga``.
     pc_s, fpga_s : float
         What the paper measured.
     """
@@ -29,8 +29,8 @@ class Phase:
     fpga_s: float
 
     @property
-    def clocks(self) -> float:
-        """Clocks of a generation on the paper's FPGA."""
+    def cycles(self) -> float:
+        """Cycles of a generation on the paper's FPGA."""
         return self.fpga_s * CLOCK_HZ / GENERATIONS
 
 

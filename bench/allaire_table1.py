@@ -31,7 +31,7 @@ def run(options: BenchOptions, *, generations: int = GENERATIONS, board: str = "
             "paper: FPGA, microseconds",
             "paper: times faster",
             "ga-pc, ms",
-            "ga-fpga, clocks",
+            "ga-fpga, cycles",
             "ga-fpga, microseconds",
             "times faster",
         ),
@@ -45,8 +45,8 @@ def run(options: BenchOptions, *, generations: int = GENERATIONS, board: str = "
     [clock_hz] = {_hardware(result)["clock_hz"] for result in chip}
     for name, phase in PHASES.items():
         pc_s = mean(result.seconds[phase.key] for result in pc)
-        clocks = mean(_hardware(result)["cycles"][phase.key] for result in chip)
-        chip_s = clocks / clock_hz
+        cycles = mean(_hardware(result)["cycles"][phase.key] for result in chip)
+        chip_s = cycles / clock_hz
         report.rows.append(
             (
                 name,
@@ -54,7 +54,7 @@ def run(options: BenchOptions, *, generations: int = GENERATIONS, board: str = "
                 1e6 * phase.fpga_s,
                 phase.pc_s / phase.fpga_s,
                 1e3 * pc_s,
-                clocks,
+                cycles,
                 1e6 * chip_s,
                 pc_s / chip_s,
             )

@@ -1,4 +1,4 @@
-"""Clocks of the collision checker's builds, beside the paper's, by the simulated gateware."""
+"""Cycles of the collision checker's builds, beside the paper's, by the simulated gateware."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from sim.model.checker_cycles import batch_cycles
 
 __all__ = ["cells_per_clock", "run"]
 
-#: Every build, with its cells a clock.
+#: Every build, with its cells a cycle.
 _BUILDS = (
     (CheckerBuild.TWO_TIER, 1),
     *((CheckerBuild.PARALLEL, lanes) for lanes in (1, 2, 4, 8, 16)),
 )
-# Table 2 and section 5.1.3 of allaire two-tier, in clocks of 8 ns.
+# Table 2 and section 5.1.3 of allaire two-tier, in cycles of 8 ns.
 _PAPER_CLOCKS, _PAPER_CLOCK_S, _PAPER_CELLS_PER_US = 171, 8e-9, 100.0
 _PAPER_SEGMENTS = 55, 100, 6
 _PAPER_CELLS = sum(_PAPER_SEGMENTS)
@@ -41,12 +41,12 @@ def run(options: Options) -> Report:
         (
             "build",
             "lanes",
-            "testing trajectory, clocks",
+            "testing trajectory, cycles",
             "predicted",
             "microseconds",
             "reads",
-            "cells per clock, open ground",
-            "clocks per path, canyon",
+            "cells per cycle, open ground",
+            "cycles per path, canyon",
         ),
     )
     report.rows.append(
@@ -74,7 +74,7 @@ def run(options: Options) -> Report:
         with VerilatedChecker(config) as checker:
             checker.write(canyon)
             if build is CheckerBuild.TWO_TIER:
-                report.notes.append(_table_2([_clocks(checker, number) for number in (1, 2, 3)]))
+                report.notes.append(_table_2([_cycles(checker, number) for number in (1, 2, 3)]))
             trajectory = checker.check([TESTING_TRAJECTORY]).verdicts[0]
             over_canyon = checker.check(flights).verdicts
             sustained = _over_level_ground(checker, mixed)
@@ -95,7 +95,7 @@ def run(options: Options) -> Report:
     report.notes += [
         f"Testing trajectory: segments of {', '.join(map(str, cells_of))} cells. The two-tier "
         "build stops at the sixth coarse cell of the third, as the paper's does; the parallel "
-        "build finds it free. Predicted is what the software models of the clocks say; "
+        "build finds it free. Predicted is what the software models of the cycles give; "
         "microseconds are those of 125 MHz for the paper and of 100 MHz for the rest.",
         f"Open ground: a queue of {_PATHS} paths of 1 to 17 segments, each of 1 to 101 cells, "
         "all free.",
@@ -105,20 +105,20 @@ def run(options: Options) -> Report:
     return report
 
 
-def _clocks(checker: VerilatedChecker, segments: int) -> int:
-    """Clocks of the first segments of the testing trajectory alone."""
-    clocks: int = checker.check([TESTING_TRAJECTORY[: segments + 1]]).verdicts[0]["cycles"]
-    return clocks
+def _cycles(checker: VerilatedChecker, segments: int) -> int:
+    """Cycles of the first segments of the testing trajectory alone."""
+    cycles: int = checker.check([TESTING_TRAJECTORY[: segments + 1]]).verdicts[0]["cycles"]
+    return cycles
 
 
 def _table_2(parts: Sequence[int]) -> str:
-    """The steps of the paper's Table 2, and the clocks of the two-tier build for so many."""
+    """The steps of the paper's Table 2, and the cycles of the two-tier build for so many."""
     first, second, third = _PAPER_SEGMENTS
     paper = [
         paper_cycles(sum(_PAPER_SEGMENTS[:segments]), segments=segments) for segments in (1, 2, 3)
     ]
     return (
-        f"Table 2, clocks: 4 to capture the path, {first} for the first segment, 3 to change, "
+        f"Table 2, cycles: 4 to capture the path, {first} for the first segment, 3 to change, "
         f"{second} for the second, 3 to change, {third} for the third: {_listed(paper)} after each "
         f"segment. The two-tier build: {_listed(parts)}."
     )

@@ -1,4 +1,4 @@
-"""Clocks of a generation by the chip's own counters, and bytes of the three link modes."""
+"""Cycles of a generation by the chip's own counters, and bytes of the three link modes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _COUNTERS = {
     "mutation": "mutation",
     "population_update": "update",
 }
-# The map's size changes no clock of a generation, but the time to upload it.
+# The map's size changes no cycle of a generation, only the time to upload it.
 _SMALL_MAP = "sim:?map_size=64"
 _NO_MAP = "sim:?checker=none"
 _PLAN_GENERATIONS = 300
@@ -36,7 +36,7 @@ def run(options: Options) -> Report:
     Also with a map of random altitudes to be avoided, whose ground holds every other new waypoint.
     """
     report = Report(
-        f"A generation on the simulated board, mean of {GENERATIONS}, clocks",
+        f"A generation on the simulated board, mean of {GENERATIONS}, cycles",
         (
             "unit",
             "paths of 16",
@@ -54,8 +54,8 @@ def run(options: Options) -> Report:
     ]
     measured.append(_measure((2, 7), LinkMode.RANK, board=_NO_MAP)[0])
     for unit, phase in PHASES.items():
-        clocks = (means[_COUNTERS[phase.key]] for means in measured)
-        report.rows.append((unit, *clocks, phase.clocks))
+        cycles = (means[_COUNTERS[phase.key]] for means in measured)
+        report.rows.append((unit, *cycles, phase.cycles))
     total = [sum(row[i] for row in report.rows) for i in range(1, len(report.columns))]
     report.rows.append(("together", *total))
     report.rows.append(("longest generation", *(means["longest"] for means in measured), "-"))

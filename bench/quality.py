@@ -121,7 +121,7 @@ def _plan(name: str, variant: Variant, seed: int) -> Outcome:
     planner = make(variant.planner, **variant.options)
     generations = PLANNERS[variant.planner].generations
     evaluator = Evaluator(problem(name), threads=1)
-    # Of the processor and not of the clock: what else the machine does adds little to it.
+    # Processor time, not wall time: other load of the machine adds little to it.
     start = time.process_time()
     result = planner.plan(evaluator, Options(seed=seed, generations=generations))
     seconds = time.process_time() - start

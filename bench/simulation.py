@@ -1,4 +1,4 @@
-"""Clocks per second of the simulated board, the whole chip at work."""
+"""Cycles per second of the simulated board, the whole chip at work."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def run(options: Options) -> Report:
     """Run generations on the simulated board and on the model."""
     report = Report(
         "Simulated board",
-        ("board", "clocks per second", "generations per second"),
+        ("board", "cycles per second", "generations per second"),
         notes=["Rank mode over the whole link, paths of 2 to 7 waypoints."],
     )
     with start_simulated("sim:") as board, Chip(Link(board.open(), timeout_s=20)) as chip:

@@ -34,7 +34,7 @@ from sim.model.checker_kernels import check_paths
 
 __all__ = ["BUILDS", "Ground", "differing", "run"]
 
-#: Every build, with its cells a clock.
+#: Every build, with its cells a cycle.
 BUILDS = (
     (CheckerBuild.TWO_TIER, 1),
     (CheckerBuild.PARALLEL, 8),
@@ -53,7 +53,7 @@ class _Outcome:
     """One build's answers to all paths of one kind over one terrain, in one mode."""
 
     collisions: int
-    clocks: int
+    cycles: int
     mismatches: int
 
 
@@ -164,7 +164,7 @@ def differing(
 def run(options: BenchOptions) -> Report:
     """Check 10,000 random and 10,000 evolved paths over every terrain that is there."""
     report = Report(
-        f"Collision checker over real terrain: mean clocks per path, {_PATHS:,} paths a row",
+        f"Collision checker over real terrain: mean cycles per path, {_PATHS:,} paths a row",
         (
             "terrain",
             "paths",
@@ -225,7 +225,7 @@ def _check(name: str, kind: str) -> tuple[_Outcomes, int]:
                 batch = checker.check(paths, count=count)
                 outcomes[number, mode] = _Outcome(
                     collisions=sum(verdict["collision"] for verdict in batch.verdicts),
-                    clocks=sum(verdict["cycles"] for verdict in batch.verdicts),
+                    cycles=sum(verdict["cycles"] for verdict in batch.verdicts),
                     mismatches=len(differing(batch, config, terrain, paths, count)),
                 )
     return outcomes, used
@@ -243,6 +243,6 @@ def _row(name: str, kind: str, mode: str, every: Sequence[_Outcomes]) -> tuple[o
         mode,
         f"{detailed:.2%}",
         f"{tiered:.2%}",
-        *(mean(outcome.clocks for outcome in outcomes) / _PATHS for outcomes in of_build),
+        *(mean(outcome.cycles for outcome in outcomes) / _PATHS for outcomes in of_build),
         sum(outcome.mismatches for outcomes in of_build for outcome in outcomes),
     )

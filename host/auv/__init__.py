@@ -1,7 +1,7 @@
 """The problem of *cheng*: an autonomous underwater vehicle over one of two seabed landscapes.
 
-:func:`host.auv.plan.evolve` runs a planner on it, :class:`host.auv.field.AuvField` says what its
-paths are worth. Light to import, as the command line does.
+:func:`host.auv.plan.evolve` runs a planner on it; :class:`host.auv.field.AuvField` defines the
+fitness of its paths. Light to import, for the command line.
 """
 
 __all__ = ["PLANNERS"]

@@ -64,13 +64,13 @@ class AuvField:
     landscape : int
         1 or 2.
     reading : str
-        What a route costs. ``route``: delta of the whole route, whose v1 is the sum of its
-        segments', v2 and v3 the greatest of them; the dynamic programming keeps every way that no
-        other beats in all three. ``sum``: the sum of the segments' deltas, equation (8) as printed.
+        Cost of a route. ``route``: delta of the whole route, whose v1 is the sum of its segments',
+        v2 and v3 the greatest of them; the dynamic programming keeps every way that no other beats
+        in all three. ``sum``: the sum of the segments' deltas, equation (8) as printed.
     samples : int
         Points of a segment at which the seabed is read, 2 to 100,001.
     in_space : bool
-        Whether v1 is the length over the seabed rather than the horizontal one.
+        v1 is the length over the seabed rather than the horizontal length.
 
     Attributes
     ----------
@@ -106,9 +106,9 @@ class AuvField:
         self._seabed = seabed(landscape)
 
     def measure(self, control: Floats, counts: Counts, samples: int | None = None) -> Floats:
-        """v1, v2 and v3 of segments, (m, 3), as :class:`host.planners.routes.field.Field` says.
+        """Return v1, v2 and v3 of segments, (m, 3).
 
-        With ``samples`` at so many points rather than those of the search.
+        ``samples`` replaces the number of points of the search.
         """
         if samples is None:
             samples = self.samples
@@ -118,11 +118,11 @@ class AuvField:
         return terms
 
     def costs(self, terms: Floats) -> Floats:
-        """Delta of each segment, (m,)."""
+        """Return delta of each segment, (m,)."""
         return delta(terms)
 
     def best_routes(self, graph: Graph) -> list[Counts]:
-        """The deterministic crossover: the segments of the route that costs least."""
+        """Return the segments of the route of least cost: the deterministic crossover."""
         points, terms = len(graph.points), graph.segments.terms
         if self.reading == "sum":
             routes, _ = best_by_sum(graph.tails, graph.heads, delta(terms), points, 1)
@@ -136,11 +136,11 @@ class AuvField:
         return float(delta(terms).sum() if self.reading == "sum" else delta(route_terms(terms)))
 
     def worth(self, routes: Sequence[Route]) -> Floats:
-        """Fitness of routes, (m,): the inverse of what they cost."""
+        """Return the fitness of routes, (m,): the inverse of their cost."""
         return np.array([1 / self.cost(route) for route in routes])
 
     def whole_terms(self, route: Route, samples: int | None = None) -> Floats:
-        """v1, v2 and v3 of a whole route, (3,), with ``samples`` as for :meth:`measure`."""
+        """Return v1, v2 and v3 of a whole route, (3,), with ``samples`` as for :meth:`measure`."""
         segments = route.segments
         return route_terms(
             segments.terms
@@ -150,21 +150,21 @@ class AuvField:
 
 
 def delta(terms: Floats) -> Floats:
-    """Equation (3): the cost of v1, v2 and v3, (..., 3)."""
+    """Return equation (3): the cost of v1, v2 and v3, (..., 3)."""
     weights = np.array(WEIGHTS)
     mean: Floats = terms @ weights / weights.sum()
     return mean
 
 
 def route_terms(terms: Floats) -> Floats:
-    """v1, v2 and v3 of a route, (3,), of its segments', (k, 3): length adds, the worst counts."""
+    """Return v1, v2 and v3 of a route, (3,): the sum of v1 and the greatest v2 and v3."""
     return np.array((terms[:, 0].sum(), terms[:, 1].max(), terms[:, 2].max()))
 
 
 def whole_angle(route: Route) -> float:
-    """Least angle of the control polygon, radians, those at crossover points included.
+    """Return the least angle of the control polygon, radians, crossover points included.
 
-    By its definition v2 leaves these out: a segment's angles are those inside it.
+    By its definition v2 leaves out the angles at crossover points.
     """
     polygon = control_polygon(route)
     angle: float = least_angle(polygon, len(polygon))
@@ -172,7 +172,7 @@ def whole_angle(route: Route) -> float:
 
 
 def control_polygon(route: Route) -> Floats:
-    """The control points of a route in a row, crossover points once, (n, 2)."""
+    """Return the control points of a route in a row, crossover points once, (n, 2)."""
     segments = route.segments
     inner = (
         control[1:count] for control, count in zip(segments.control, segments.counts, strict=True)

@@ -75,9 +75,9 @@ def measure(
     points : (m, s, 2) float64
         Points of each along its curve.
     bed : tuple
-        Of :func:`seabed`.
+        Result of :func:`seabed`.
     in_space : bool
-        Whether the length is that over the seabed rather than the horizontal one.
+        Measure the length over the seabed rather than the horizontal length.
 
     Returns
     -------

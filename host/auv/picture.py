@@ -32,11 +32,11 @@ def write(field: AuvField, route: Route, summary: dict[str, Any], file: Path) ->
     field : AuvField
         The problem.
     route : Route
-        What is drawn.
+        The route.
     summary : dict
-        What :func:`host.auv.plan.describe` says of the run, with ``planner`` and ``seed``.
+        Result of :func:`host.auv.plan.describe`, with ``planner`` and ``seed``.
     file : Path
-        Where it goes.
+        File to write.
     """
     figure = Figure(figsize=(12.8, 6.9), facecolor="white")
     FigureCanvasAgg(figure)
@@ -115,7 +115,7 @@ def _draw_map(axes: Axes, field: AuvField, route: Route) -> None:
 
 
 def _draw_seabed(axes: Axes, field: AuvField, route: Route) -> None:
-    """Height along the path, and where the search has sampled it."""
+    """Draw the height along the path and the samples of the search."""
     control, counts = route.segments.control, route.segments.counts
     along = np.linspace(0, 1, REPORT_SAMPLES)
     begin = 0.0

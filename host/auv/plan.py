@@ -1,4 +1,4 @@
-"""Runs the planners of *cheng* on the AUV problem, and says what they found."""
+"""Runs of the planners of *cheng* on the AUV problem, and their summaries."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def evolve(
     added : int
         Crossover points added per generation.
     seed : int
-        0..2**64 - 1. All that is random follows from it.
+        0..2**64 - 1. All random draws follow from it.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def evolve(
 
 
 def terms(field: AuvField, route: Route, samples: int | None = None) -> dict[str, float]:
-    """Delta of a whole route and what it is made of, with ``samples`` a segment if given."""
+    """Return delta of a whole route and its terms, with ``samples`` per segment if given."""
     whole = field.whole_terms(route, samples)
     length, turning, rate = whole.tolist()
     return {

@@ -22,10 +22,10 @@ from host.problem.problem import Problem
 __all__ = ["on_cluster"]
 
 _CONNECT_TIMEOUT_S = 10
-# How long a lost worker of our own cluster may take to start again before its place is given up;
-# Dask's 15 seconds are too few for a busy machine, and without workers nothing would ever end.
+# Longest restart of a lost worker of the local cluster before its place is given up. Dask's 15
+# seconds are too few for a busy machine, and without workers no run would ever end.
 _PATIENCE = "1 hour"
-# The longest wait for workers to end by themselves, after the last run and after Ctrl-C.
+# Longest wait for the workers to end, after the last run and after Ctrl-C.
 _CLOSE_TIMEOUT_S, _INTERRUPT_TIMEOUT_S = 10.0, 1.0
 
 
@@ -35,22 +35,22 @@ def on_cluster(
     address: str,
     jobs: int,
 ) -> Generator[Outcome]:
-    """Do ``tasks`` on a Dask cluster and yield their outcomes as they come.
+    """Do ``tasks`` on a Dask cluster; yield their outcomes as they come.
 
-    The workers need this version of pathgene, but none of this machine's files: the problem goes to
-    them by value. What a lost worker was doing is done again by another; a run that was under way
-    on four lost workers in a row counts as failed.
+    The workers need this version of pathgene, but no files of this machine: the problem is sent by
+    value. Another worker repeats the run of a lost one; a run that loses four workers in a row
+    counts as failed.
 
     Parameters
     ----------
     problem : Problem
-        What to fly over.
+        The problem of all runs.
     tasks : sequence of Task
         The runs.
     address : str
-        Of the scheduler, ``tcp://HOST:PORT``; :data:`LOCAL` starts a cluster for these runs.
+        Address of the scheduler, ``tcp://HOST:PORT``; :data:`LOCAL` starts a local cluster.
     jobs : int
-        Workers of a cluster of our own.
+        Workers of the local cluster.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def on_cluster(
             address = stack.enter_context(_local_cluster(distributed, jobs))
         client = stack.enter_context(_client(distributed, address))
         stack.enter_context(client.as_current())
-        # A task, not scattered data: the scheduler can have it made again when its worker is lost.
+        # A task, not scattered data: the scheduler can repeat it when its worker is lost.
         data = client.submit(pickle.loads, pickle.dumps(problem), key=f"problem-{uuid.uuid4()}")
         futures = {
             client.submit(
@@ -92,7 +92,7 @@ def _distributed() -> Any:
             "A Dask cluster needs the package distributed; install "
             "pathgene[cluster], or leave --scheduler out."
         ) from None
-    # It tells of every connection; what matters of its troubles becomes a sentence of ours.
+    # It logs every connection; the errors that matter become messages of the comparison.
     for name in list(logging.root.manager.loggerDict):
         if name.partition(".")[0] == "distributed":
             logging.getLogger(name).setLevel(logging.CRITICAL)
@@ -101,8 +101,8 @@ def _distributed() -> Any:
 
 @contextlib.contextmanager
 def _local_cluster(distributed: Any, jobs: int) -> Iterator[str]:
-    """A cluster of processes on this machine; its address."""
-    with interrupts.held():  # What starts the workers inherits that: they never see Ctrl-C.
+    """Start a cluster of processes on this machine; yield its address."""
+    with interrupts.held():  # The workers inherit this and never see Ctrl-C.
         cluster = distributed.LocalCluster(
             n_workers=0,
             threads_per_worker=1,
@@ -118,7 +118,7 @@ def _local_cluster(distributed: Any, jobs: int) -> Iterator[str]:
         wait_s = _INTERRUPT_TIMEOUT_S
         raise
     finally:
-        cluster.shutdown_on_close = False  # Not once more at the end of the interpreter.
+        cluster.shutdown_on_close = False  # No second time at the end of the interpreter.
         with contextlib.suppress(TimeoutError):
             cluster.close(timeout=wait_s)
 
@@ -134,11 +134,13 @@ def _client(distributed: Any, address: str) -> Any:
 
 
 def _outcome(client: Any, future: Any, task: Task, address: str) -> Outcome:
-    """The outcome of a future that has ended, also where the cluster could not do its task."""
+    """Return the outcome of a future that has ended, even if the cluster could not do its task."""
     if future.status == "finished":
         outcome: Outcome = future.result()
         return outcome
     if client.status != "running" or future.status == "cancelled":
-        raise JobError(f"The Dask scheduler at {address!r} is lost; the same command goes on.")
+        raise JobError(
+            f"The Dask scheduler at {address!r} is lost; repeat the command to continue."
+        )
     error = future.exception()
     return Outcome(task, failure=f"The cluster could not do it, {type(error).__name__}: {error}")

@@ -1,4 +1,4 @@
-"""Digests that tell the runs of one problem and one planner from all others."""
+"""Digests that identify the runs of one problem and one planner."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def digest_of(value: Any, data: bytes = b"") -> str:
 
 
 def problem_digest(problem: Problem) -> str:
-    """Digest of all that the worth of a path depends on: not of what the terrain is called."""
+    """Return a digest of all inputs of the evaluation; the name of the terrain is none."""
     terrain = problem.terrain
     described = {
         "shape": terrain.shape,

@@ -28,7 +28,11 @@ Floats = NDArray[np.float64]
 # Inches: width of the figure, of the boxes and of the counts beside them, and the margins.
 _WIDTH, _BOXES, _COUNTS, _GAP = 13.2, 4.1, 0.9, 0.8
 _LEFT, _RIGHT, _TOP, _BOTTOM = 0.35, 0.35, 1.3, 1.0
-_LINE, _CHARACTER, _KEY = 0.17, 0.083, 0.6  # Of a label, and of the sample of its line.
+_LINE, _CHARACTER, _KEY = (
+    0.17,
+    0.083,
+    0.6,
+)  # Inches of a label's line and character, and of its key.
 _SMALLEST_ROW, _SMALLEST_PLOT = 0.55, 3.4
 _LABEL_CHARACTERS = 26
 # Planners whose evaluations differ by more are shown over a logarithmic axis.
@@ -64,7 +68,7 @@ def draw(report: Mapping[str, Any]) -> Figure:
 
 
 def _wrapped(label: str) -> str:
-    """A label in lines that are not too long, broken before its options where that is enough."""
+    """Break a label into lines, before its options where that suffices."""
     name, *options = split_label(label)
     parts = [name, *(f":{option}" for option in options)]
     lines = [""]
@@ -77,7 +81,7 @@ def _wrapped(label: str) -> str:
 
 
 def _layout(labels: Sequence[str]) -> tuple[Figure, Axes, Axes]:
-    """The figure and the axes of the boxes and of the convergence; sizes in inches."""
+    """Return the figure and the axes of the boxes and of the convergence."""
     lines = [line for label in labels for line in label.split("\n")]
     row = max(_SMALLEST_ROW, _LINE * (max(label.count("\n") for label in labels) + 2))
     plot = max(_SMALLEST_PLOT, row * len(labels))
@@ -138,8 +142,8 @@ def _draw_boxes(
 ) -> None:
     """Draw a box plot for each planner, the first at the top, its runs, and how many are feasible.
 
-    Where most runs are feasible, the others are not drawn but counted: they are so far below that
-    there would be no room for differences.
+    Where most runs are feasible, the infeasible ones are counted, not drawn: they lie so far below
+    that no difference would be visible.
     """
     every = np.concatenate([_fitness(planner) for planner in planners])
     shown = every[every > 1] if _mostly_feasible(planners) else every
@@ -149,7 +153,7 @@ def _draw_boxes(
     axes.axvline(1, color=TEXT, linewidth=1, linestyle=(0, (4, 3)), zorder=2)
 
     beside = axes.get_yaxis_transform()
-    scatter = np.random.default_rng(0)  # Of the dots, so that equal runs are told apart.
+    scatter = np.random.default_rng(0)  # Spreads the dots of equal runs.
     key_from = -_KEY / _BOXES
     for at, planner in enumerate(planners):
         style, values = _style(at), _fitness(planner)
@@ -217,10 +221,10 @@ def _draw_boxes(
 
 
 def _draw_convergence(axes: Axes, planners: Sequence[Mapping[str, Any]]) -> None:
-    """Draw the band of each planner, over what its generations have in common with the others'.
+    """Draw the band of each planner over generations or evaluations.
 
-    That is their number where all take as many evaluations, else the evaluations; logarithmic
-    where some planners take many times as many as others.
+    Over generations where all planners take as many evaluations for one, else over evaluations; the
+    axis is logarithmic where some planners take many times as many as others.
     """
     histories = [[run for run in planner["runs"] if run["history"]] for planner in planners]
     runs = [run for some in histories for run in some]
@@ -256,7 +260,7 @@ def _draw_convergence(axes: Axes, planners: Sequence[Mapping[str, Any]]) -> None
         start = min(start, float(shape.low.min()))
         top, last = max(top, float(shape.high.max())), max(last, float(shape.x[-1]))
     axes.axhline(1, color=TEXT, linewidth=1, linestyle=(0, (4, 3)), zorder=2)
-    # Most runs feasible: what comes before is so far below that it would take all the room.
+    # With most runs feasible, the infeasible phase lies far below and is cut off.
     bottom = max(1.0, start) if top > 1 and _mostly_feasible(planners) else 0.0
     axes.set_ylim(bottom - 0.06 * (top - bottom), top + 0.08 * (top - bottom))
     if bottom <= 1:

@@ -22,18 +22,18 @@ from host.problem.problem import Problem
 
 __all__ = ["ending_children", "in_processes"]
 
-# How often all processes are started again after one of them has died.
+# Starts of all processes, counting those after one of them has died.
 _POOLS = 3
 
 _evaluator: Evaluator
 
 
 def in_processes(problem: Problem, tasks: Sequence[Task], jobs: int) -> Generator[Outcome]:
-    """Do ``tasks`` ``jobs`` at a time and yield their outcomes as they come.
+    """Do ``tasks``, ``jobs`` at a time; yield their outcomes as they come.
 
-    Each evaluates with its share of the cores. One at a time is done in this process. When a
-    process dies, what was not finished is begun again in new ones. When the generator is closed,
-    all end at once.
+    Each run evaluates with its share of the cores. A single job runs in this process. When a
+    process dies, unfinished runs start again in new processes. Closing the generator ends all
+    processes at once.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def in_processes(problem: Problem, tasks: Sequence[Task], jobs: int) -> Generato
             contextlib.suppress(BrokenProcessPool),
             _pool(problem, min(jobs, len(left)), threads) as pool,
         ):
-            with interrupts.held():  # A process inherits that, and never sees Ctrl-C.
+            with interrupts.held():  # A process inherits this and never sees Ctrl-C.
                 futures = {pool.submit(_work, task): number for number, task in left.items()}
             for future in as_completed(futures):
                 outcome = future.result()
@@ -61,13 +61,13 @@ def in_processes(problem: Problem, tasks: Sequence[Task], jobs: int) -> Generato
             return
     raise JobError(
         f"A process that ran planners died, {_POOLS} times; memory may be short, try "
-        "fewer --jobs. The same command goes on."
+        "fewer --jobs. Repeat the command to continue."
     )
 
 
 @contextlib.contextmanager
 def _pool(problem: Problem, jobs: int, threads: int) -> Iterator[ProcessPoolExecutor]:
-    """Processes that know the problem; killed when the block is left by an exception."""
+    """Start processes that hold the problem; kill them if an exception leaves the block."""
     # Spawned: a fork would copy the locks of threads that it does not copy.
     with interrupts.held():  # The tracker of its semaphores never sees Ctrl-C either.
         pool = ProcessPoolExecutor(
@@ -98,7 +98,9 @@ def _begin(problem: Problem, threads: int) -> None:
     """Prepare a new process."""
     global _evaluator
     logging.basicConfig(format="pathgene: %(message)s")
-    logging.getLogger("sim").setLevel(logging.INFO)  # Says that a simulated board is built.
+    logging.getLogger("sim").setLevel(
+        logging.INFO
+    )  # Reports that a simulated board is being built.
     threading.Thread(target=_end_with_parent, daemon=True).start()
     _evaluator = Evaluator(problem, threads=threads)
 

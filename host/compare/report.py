@@ -25,7 +25,7 @@ class Field:
     Parameters
     ----------
     entrant : Entrant
-        Who.
+        The entrant.
     records : dict of int to dict
         Finished runs by seed.
     failures : dict of int to Outcome
@@ -52,13 +52,13 @@ def document(
     Parameters
     ----------
     problem : Problem
-        What was flown over.
+        The problem of all runs.
     source : mapping
-        How the terrain was loaded.
+        Origin of the terrain.
     fields : sequence of Field
         All entrants, in the user's order.
     seeds : sequence of int
-        Of the runs of each.
+        Seeds of the runs of each entrant.
     """
     report = {
         "pathgene": version(),
@@ -79,7 +79,7 @@ def document(
 
 def _planner(part: Field) -> dict[str, Any]:
     records = [part.records[seed] for seed in sorted(part.records)]
-    # Said once, above the runs.
+    # Stated once, above the runs.
     common = {"problem", "key", "pathgene", "planner", "options"}
     return {
         "label": part.entrant.label,

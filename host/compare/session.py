@@ -1,4 +1,4 @@
-"""A comparison: takes the runs that are there, has the others done, and keeps them."""
+"""A comparison: loads the stored runs, executes the missing ones and stores them."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from host.progress import Bar
 
 __all__ = ["Execute", "RunProgress", "complete", "kept"]
 
-#: Does tasks, and yields their outcomes as they come; ends them all when it is closed.
+#: Executes tasks and yields their outcomes as they come; ends them all when closed.
 Execute = Callable[[Sequence[Task]], Generator[Outcome]]
 
 
 class RunProgress:
-    """Shows runs as they end: how many, the best so far, how long the others will take.
+    """Shows the progress of runs: number done, best so far, time left.
 
     Parameters
     ----------
     stream : TextIO
         As for :class:`host.progress.Bar`.
     total, kept : int
-        All runs, and those that need not be done.
+        Number of all runs, and of those already stored.
     clock : callable
         Returns seconds.
     """
@@ -81,7 +81,7 @@ def _duration(seconds: float) -> str:
 
 
 def kept(store: RunStore, entrants: Sequence[Entrant], seeds: Sequence[int]) -> list[Field]:
-    """Return the runs of each entrant that ``store`` has."""
+    """Return the stored runs of each entrant."""
     fields = []
     for entrant in entrants:
         records = {seed: store.get(entrant, seed) for seed in seeds}
@@ -98,10 +98,10 @@ def complete(
     execute: Execute,
     stream: TextIO,
 ) -> None:
-    """Have the runs that ``fields`` lacks done; add each to ``store`` and to its field at once.
+    """Execute the runs that ``fields`` lacks; add each to ``store`` and to its field at once.
 
-    The planners take turns, so that they are compared on as many seeds whenever it ends. Where an
-    exception ends it, everything under way is ended, too.
+    The planners take turns, so at any end they have been run on the same seeds. An exception ends
+    all current runs.
 
     Raises
     ------
@@ -124,6 +124,6 @@ def complete(
             if outcome.record is None:
                 part.failures[seed] = outcome
             else:
-                with interrupts.held():  # What is on the disk is counted, too.
+                with interrupts.held():  # A stored run is counted, too.
                     part.records[seed] = store.add(entrant, seed, outcome.record)
             progress.update(outcome)

@@ -19,13 +19,13 @@ _ROUNDING = 1e-12
 
 
 def describe(records: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Statistics of the runs of one planner; None where there are too few.
+    """Return statistics of the runs of one planner; None where there are too few runs.
 
     Parameters
     ----------
     records : sequence of dict
         Runs as :func:`host.report.summary.describe_run` gives them. F of every run counts, feasible
-        or not; feasible is what is so by the strict rule.
+        or not; feasible means by the strict rule.
 
     Returns
     -------
@@ -65,7 +65,7 @@ def _spread(values: Sequence[float], best: Any) -> dict[str, Any]:
 
 
 def compare_two(one: Sequence[float], other: Sequence[float]) -> dict[str, Any]:
-    """Two-sided tests of whether two samples of F, of independent runs, differ.
+    """Return two-sided tests of the difference between two samples of F of independent runs.
 
     Welch's t-test compares means without assuming equal variances; the Mann-Whitney U test compares
     ranks, with its correction for ties.
@@ -75,8 +75,8 @@ def compare_two(one: Sequence[float], other: Sequence[float]) -> dict[str, Any]:
     dict
         ``mean_difference``, of the first less the second; ``welch`` and ``mann_whitney`` with
         ``statistic`` and ``p``, both None where the test does not apply, and ``note``, which then
-        says why; ``superiority``, the chance that a run of the first is better than one of the
-        second, where a tie counts half (Vargha and Delaney's A).
+        gives the reason; ``superiority``, the probability that a run of the first is better than
+        one of the second, where a tie counts half (Vargha and Delaney's A).
     """
     a, b = np.asarray(one, dtype=np.float64), np.asarray(other, dtype=np.float64)
     if not (len(a) and len(b)):
@@ -97,7 +97,7 @@ def _welch(a: Floats, b: Floats) -> dict[str, Any]:
         refusal = "no spread in either"
     if refusal is not None:
         return _untested(refusal)
-    # By the moments: from the samples it warns of one that has no spread, which is no trouble here.
+    # From the moments: given the samples, SciPy warns of one without spread, which is fine here.
     moments = (
         moment for values in (a, b) for moment in (values.mean(), values.std(ddof=1), len(values))
     )
@@ -112,7 +112,7 @@ def _mann_whitney(a: Floats, b: Floats) -> dict[str, Any]:
 
 
 def _refusal(a: Floats, b: Floats) -> str | None:
-    """Why no test applies to the samples."""
+    """Return the reason why no test applies to the samples."""
     if min(len(a), len(b)) < 2:
         return "fewer than two runs"
     if _is_constant(np.concatenate((a, b))):

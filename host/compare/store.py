@@ -1,4 +1,4 @@
-"""The runs of a comparison on disk: each is kept as soon as it has ended."""
+"""The runs of a comparison on disk; each is stored as soon as it ends."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ Record = dict[str, Any]
 
 
 class RunStore:
-    """One JSON object a line in ``runs.jsonl``, appended, never rewritten.
+    """A file ``runs.jsonl`` with one JSON object per line, only ever appended to.
 
-    Runs of other planners and options lie side by side, told apart by their key; those of another
-    problem are refused. A line that a crash has cut off is passed over. One process at a time may
-    have it open.
+    Runs of different planners and options share the file and differ by their key; runs of another
+    problem are refused. A line cut off by a crash is skipped. One process at a time may open the
+    file.
 
     Parameters
     ----------
     directory : Path
-        Where the file is, or will be; exists.
+        An existing folder for the file.
     problem : str
-        What :func:`host.compare.digest.problem_digest` says of the problem.
+        Result of :func:`host.compare.digest.problem_digest`.
 
     Raises
     ------
@@ -74,16 +74,16 @@ class RunStore:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        # Every run has been flushed, and an error of that told.
+        # Every run has been flushed, with its errors reported.
         with contextlib.suppress(OSError):
             self._file.close()
 
     def get(self, entrant: Entrant, seed: int) -> Record | None:
-        """The run of ``entrant`` with ``seed``, if there is one."""
+        """Return the run of ``entrant`` with ``seed``, if there is one."""
         return self._records.get((entrant.key, seed))
 
     def add(self, entrant: Entrant, seed: int, record: Record) -> Record:
-        """Keep a run, and return it as :meth:`get` will: it is on the disk then.
+        """Store a run on disk; return it as :meth:`get` will.
 
         Raises
         ------
@@ -105,7 +105,7 @@ class RunStore:
         except OSError as error:
             raise InputError(
                 f"Cannot write to {str(self.path)!r} ({error.strerror or error}); "
-                "mend that and give the same command again."
+                "correct that and give the same command again."
             ) from None
         self._records[entrant.key, seed] = line
         return line
@@ -132,4 +132,4 @@ class RunStore:
                     )
                 self._records[record["key"], record["seed"]] = record
         if not line.endswith(b"\n"):
-            self._file.write(b"\n")  # What follows the torn line is whole again.
+            self._file.write(b"\n")  # Ends the torn line.

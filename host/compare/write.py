@@ -20,7 +20,7 @@ def write_report(
 ) -> list[Path]:
     """Write ``compare.json`` and ``compare.png``, and return the files written.
 
-    An error in the picture is only a warning: it must not cost the numbers.
+    An error in the picture is only a warning: the numbers are kept.
 
     Raises
     ------

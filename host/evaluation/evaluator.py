@@ -21,11 +21,11 @@ from host.problem.problem import Problem
 
 __all__ = ["FINE", "Evaluation", "Evaluator"]
 
-# A path is reported feasible only when it is so at this many times finer samples.
+# A path is reported feasible only if it is feasible at samples this many times finer.
 FINE = 8
-# Ends this near are the same: coordinates may have been through a text file.
+# Ends this close are equal: coordinates may have passed through a text file.
 _SAME_POINT_M = 1e-6
-# Below this many paths a second thread costs more than it saves.
+# Fewest paths for a thread: below, a second thread costs more than it saves.
 _PATHS_PER_THREAD = 16
 
 
@@ -46,7 +46,7 @@ class Evaluation:
     cost : float
         Equation (2).
     length_m, mean_altitude_m, fuel_N : float
-        Of the smoothed path. The altitude is the exact mean by length.
+        Values of the smoothed path. The altitude is the exact mean by length.
     distance_under_terrain_m, distance_in_nofly_m, distance_too_steep_m : float
         The terms of the penalty at ``ds``.
     impossible_arcs : int
@@ -55,7 +55,7 @@ class Evaluation:
         The part of ``distance_under_terrain_m`` over voids.
     minimum_clearance_m : float
         Least height over the terrain among the samples of the smoothed path at ``ds / 8``, its
-        start and its goal; voids, whose height nobody knows, aside.
+        start and its goal; voids are left out.
     penalty_fine : float
         Equation (1) at ``ds / 8``, metres.
     """
@@ -84,7 +84,7 @@ class Evaluation:
 class Evaluator:
     """Evaluates paths of one problem, one at a time or as a population.
 
-    Every path is evaluated in full at every call: nothing is remembered, nothing is cut short.
+    Every call evaluates every path in full; there is no cache.
     Results do not depend on the number of threads.
 
     Parameters
@@ -133,7 +133,7 @@ class Evaluator:
         elevation = problem.terrain.elevation
         self._ground = np.where(np.isnan(elevation), VOID_HEIGHT_M, elevation).ravel()
         self._zoned = np.where(problem.nofly_raster.ravel(), np.nan, self._ground)
-        # Numba, which compiles them, is loaded with the first evaluator, not with this module.
+        # Numba, which compiles the kernels, is loaded with the first evaluator.
         from host.evaluation import kernels
 
         self._kernels = kernels
@@ -147,12 +147,12 @@ class Evaluator:
         return self._ground, self._zoned, self._constants
 
     def evaluate(self, path: NDArray[np.float64]) -> Evaluation:
-        """Every term of one path, (n, 3) float64 metres, n >= 2, start and goal included.
+        """Return every term of one path, (n, 3) float64 metres, n >= 2, start and goal included.
 
         Raises
         ------
         InputError
-            If a coordinate is not a number, or no place on any map.
+            If a coordinate is not finite, or beyond 10,000 km.
         ValueError
             If the path has the wrong shape or other ends than the problem.
         """
@@ -208,17 +208,17 @@ class Evaluator:
         paths: NDArray[np.float64],
         lengths: NDArray[np.integer[Any]],
     ) -> NDArray[np.float64]:
-        """Fitness of a population, (m,) float64, every value inside (0, 2).
+        """Return the fitness of a population, (m,) float64, every value inside (0, 2).
 
         Parameters
         ----------
         paths : (m, max_n, 3) float64, metres
-            Start and goal included; rows from ``lengths[i]`` on are not read. The ends are taken
-            as they are.
+            Start and goal included; rows from ``lengths[i]`` on are not read. The ends are not
+            checked.
         lengths : (m,) integers
             Points of each path, 2 to max_n.
 
-        A path with a coordinate that is not a number, or no place on any map, gets the least value.
+        A path with a coordinate that is not finite, or beyond 10,000 km, gets the least value.
 
         Raises
         ------
@@ -234,7 +234,7 @@ class Evaluator:
         lengths: NDArray[np.integer[Any]],
         counted_m: NDArray[np.float64],
     ) -> NDArray[np.float64]:
-        """As :meth:`fitness`, with d_ut + d_nf counted elsewhere instead of sampled here.
+        """Return fitness as :meth:`fitness` does, with d_ut + d_nf given instead of sampled.
 
         Parameters
         ----------
@@ -254,7 +254,7 @@ class Evaluator:
         *,
         fine: bool = False,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Penalty and cost of a population, as for :meth:`fitness`; infinite for what is no path.
+        """Return penalty and cost of a population as for :meth:`fitness`; infinite for bad paths.
 
         With ``fine`` the samples are at ``ds / 8``, as for a reported feasibility.
         """
@@ -262,7 +262,7 @@ class Evaluator:
         return penalty, cost
 
     def track(self, path: NDArray[np.float64]) -> SmoothedTrack:
-        """The smoothed path over the terrain.
+        """Return the smoothed path over the terrain.
 
         Raises
         ------
@@ -278,7 +278,7 @@ class Evaluator:
         if path.ndim != 2 or path.shape[1] != 3 or len(path) < 2:
             raise ValueError(f"Path must have shape (n, 3) with n >= 2, not {path.shape!r}")
         if not np.isfinite(path).all():
-            raise InputError("The path has a coordinate that is not a number; mend its file.")
+            raise InputError("The path has a coordinate that is not a number; correct its file.")
         if np.abs(path).max() > COORDINATE_LIMIT_M:
             raise InputError(
                 "The path has a coordinate beyond 10,000 km, which is on no map; give "
@@ -299,7 +299,7 @@ class Evaluator:
         constants: Constants,
         counted_m: NDArray[np.float64] | None = None,
     ) -> NDArray[np.float64]:
-        """Penalty, cost and fitness as the rows of a (3, m) array."""
+        """Return penalty, cost and fitness as the rows of a (3, m) array."""
         paths = np.ascontiguousarray(paths, dtype=np.float64)
         points = np.ascontiguousarray(lengths, dtype=np.int64)
         if paths.ndim != 3 or paths.shape[2] != 3:
@@ -347,7 +347,7 @@ class Evaluator:
 
 
 def _constants(problem: Problem, ds_m: float, bilinear: bool, isa: bool) -> Constants:
-    """Gather what the kernels read of a problem."""
+    """Return the constants of a problem for the kernels."""
     terrain, aircraft = problem.terrain, problem.aircraft
     rows, columns = terrain.elevation.shape
     best = utopia(problem.start, problem.goal, aircraft, problem.wind, isa=isa)

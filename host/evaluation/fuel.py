@@ -17,9 +17,9 @@ SEA_LEVEL_DENSITY_KG_M3 = 1.225
 
 
 def air_density(altitude_m: float) -> float:
-    """Density of the International Standard Atmosphere, kg/m^3, up to 20 km; geopotential metres.
+    """Return the density of the International Standard Atmosphere, kg/m^3, up to 20 km.
 
-    Troposphere below 11 km, isothermal above.
+    Altitudes are geopotential. Troposphere below 11 km, isothermal above.
     """
     lapse_k_m, exponent, tropopause_m = 0.0065, 4.255876, 11_000.0
     density = SEA_LEVEL_DENSITY_KG_M3 * math.pow(
@@ -38,7 +38,7 @@ def fuel_burned(
     air_distance_m: float,
     density_kg_m3: float = SEA_LEVEL_DENSITY_KG_M3,
 ) -> float:
-    """Newtons of fuel burned on one piece of constant slope.
+    """Return the fuel in newtons burned on one piece of constant slope.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def fuel_burned(
     density_kg_m3 : float
         Air density.
 
-    A glide that needs no thrust at the start of the piece burns nothing on it.
+    A glide that needs no thrust at the start of the piece burns no fuel on it.
     """
     length = math.hypot(run_m, rise_m)
     cos, sin = run_m / length, rise_m / length
@@ -88,7 +88,7 @@ def air_distance(
     wind: tuple[float, float],
     airspeed_m_s: float,
 ) -> float | None:
-    """Distance flown through the air along a piece, or None where the wind makes it impossible.
+    """Return the distance flown through the air on a piece; None if the wind makes it impossible.
 
     Parameters
     ----------
@@ -96,9 +96,9 @@ def air_distance(
         Length of the piece in three dimensions, and its horizontal length.
     directions : iterable of (float, float, float)
         Horizontal unit directions flown, x and y, and the metres of each. A vertical piece has
-        none: no airspeed is left to hold against the wind, so it is impossible.
+        none: it is impossible in wind, because no airspeed is left to hold against the wind.
     wind : (float, float)
-        Metres per second, x and y. Without wind the answer is ``length_m``, to the last bit.
+        Metres per second, x and y. Without wind the result is exactly ``length_m``.
     airspeed_m_s : float
         The aircraft's speed through the air.
     """

@@ -1,4 +1,4 @@
-"""Smoothing: a path of waypoints becomes an exact list of straight and arc pieces.
+"""Smoothing of a path of waypoints to an exact list of straight and arc pieces.
 
 Plain Python, written from the definition; :mod:`host.evaluation.kernels` does the same in compiled
 code. Source: Roberge and Tarbouchi, section 3.1 (after Labonte); the pair rule that decides which
@@ -35,8 +35,8 @@ class Straight:
     run_m : float
         Horizontal length.
     rise_m : float
-        Altitude gained, negative when descending. Heading, run and rise are the segment's own: on
-        the sliver that two arcs may leave of it, the end points differ by rounding alone.
+        Altitude gained, negative when descending. Heading, run and rise are those of the
+        segment: on the sliver that two arcs may leave, the end points differ only by rounding.
     """
 
     start: tuple[float, float, float]
@@ -51,13 +51,13 @@ class Straight:
         return math.hypot(self.run_m, self.rise_m)
 
     def points(self, fractions: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Points at ``fractions`` (k,) of the length, 0 to 1, as (k, 3) float64 metres."""
+        """Return the points at ``fractions`` (k,) of the length, 0 to 1: (k, 3) float64 metres."""
         start, stop = np.array(self.start), np.array(self.stop)
         points: NDArray[np.float64] = start + (stop - start) * fractions[:, None]
         return points
 
     def directions(self) -> Iterator[tuple[float, float, float]]:
-        """Horizontal unit directions flown, as x, y and the run in metres; none if vertical."""
+        """Yield the horizontal unit direction x, y and the run in metres; nothing if vertical."""
         if self.run_m > 0:
             yield *self.heading, self.run_m
 
@@ -99,7 +99,7 @@ class Arc:
         return math.hypot(self.run_m, self.rise_m)
 
     def points(self, fractions: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Points at ``fractions`` (k,) of the length, 0 to 1, as (k, 3) float64 metres."""
+        """Return the points at ``fractions`` (k,) of the length, 0 to 1: (k, 3) float64 metres."""
         x, y, z = self.start
         east, north = self.heading
         side = math.copysign(1.0, self.turn_rad)
@@ -116,7 +116,7 @@ class Arc:
         )
 
     def directions(self) -> Iterator[tuple[float, float, float]]:
-        """Mid directions of eight equal parts, as x, y and the run of the part in metres."""
+        """Yield the mid directions x, y of eight equal parts and the run of a part in metres."""
         east, north = self.heading
         for part in range(self.PARTS_IN_WIND):
             angle = self.turn_rad * (part + 0.5) / self.PARTS_IN_WIND
@@ -130,9 +130,9 @@ Piece = Straight | Arc
 
 @dataclass(frozen=True)
 class Smoothed:
-    """A smoothed path: ``pieces`` in flying order, arcs attempted and arcs that do not fit.
+    """A smoothed path: ``pieces`` in flying order, number of arcs, number that do not fit.
 
-    A piece of length 0 is left out. ``arcs`` is the number of interior waypoints.
+    Pieces of length 0 are left out. ``arcs`` is the number of interior waypoints.
     """
 
     pieces: tuple[Piece, ...]
@@ -143,7 +143,7 @@ class Smoothed:
 def smooth(path: NDArray[np.float64], radius_m: float) -> Smoothed:
     """Round the corners of ``path``, (n, 3) float64 metres as x, y, z with n >= 2.
 
-    A waypoint whose turn is below 1e-12 rad is taken as straight on: it is never impossible.
+    A waypoint whose turn is below 1e-12 rad has no arc: it is never impossible.
     A waypoint at either end of a segment without horizontal length, and one where the path
     reverses, needs an infinite tangent, so it and its neighbours with a turn keep their corners.
     """
@@ -196,7 +196,7 @@ def _turn(
     run_after: float,
     radius_m: float,
 ) -> tuple[float, float]:
-    """Signed turn angle and tangent length of a waypoint between two segments."""
+    """Return the signed turn angle and tangent length of a waypoint between two segments."""
     if run_before == 0 or run_after == 0:
         return 0.0, math.inf
     cross = before[0] * after[1] - before[1] * after[0]
@@ -216,7 +216,7 @@ def _shortened(
     cut_start: float,
     cut_stop: float,
 ) -> Straight:
-    """The segment from ``start`` to ``stop`` less a horizontal length at each end."""
+    """Return the segment from ``start`` to ``stop`` less a horizontal length at each end."""
     rise = stop[2] - start[2]
     if run == 0:
         return Straight(start, stop, (0.0, 0.0), 0.0, rise)

@@ -1,7 +1,7 @@
 """The fitness of paths, compiled: the definition as small scalar functions.
 
-As those of :mod:`host.evaluation.pieces`, which lay and measure what is summed here, the functions
-serve a CPU core and a CUDA thread alike.
+The functions sum what those of :mod:`host.evaluation.pieces` measure. Like them, they serve a CPU
+core and a CUDA thread alike.
 
 Source: Roberge and Tarbouchi, sections 3.1 and 3.2, equations (1) to (3).
 """
@@ -57,7 +57,7 @@ def path_terms(
     turns: Floats,
     pieces: Floats,
 ) -> tuple[float, float, float, float, float, float, int]:
-    """Every term of one path.
+    """Return every term of one path.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def path_terms(
     ground : (rows * columns,) float64, metres
         Flat raster, ``VOID_HEIGHT_M`` for a void.
     zoned : (rows * columns,) float64, metres
-        The same, but NaN in no-fly zones; so that one load says both, as a rule.
+        The same with NaN in no-fly zones, so that one load usually answers both questions.
     c : Constants
     turns, pieces : (max_n, TURN_FIELDS), (2 * max_n, PIECE_FIELDS) float64
         Scratch: the turn at each point; the straight part of each segment and the arc at its end.
@@ -112,7 +112,7 @@ def cost_of(c: Constants, area: float, fuel: float) -> float:
 
 @inlined
 def fitness_of(penalty: float, cost: float) -> float:
-    """Equation (3), kept finite and inside (0, 2); what is no number is the worst."""
+    """Return equation (3), kept finite and inside (0, 2); NaN gives the least value."""
     if not penalty >= 0.0 or math.isnan(cost):
         return WORST_FITNESS
     if penalty > 0.0:
@@ -133,9 +133,9 @@ def penalty_cost(
     turns: Floats,
     pieces: Floats,
 ) -> tuple[float, float]:
-    """Penalty, equation (1), and cost, equation (2); infinite for what is no path.
+    """Return penalty, equation (1), and cost, equation (2); both infinite for a bad path.
 
-    ``counted_m`` is added to d_ut + d_nf: what was counted elsewhere where nothing is sampled here.
+    ``counted_m`` is added to d_ut + d_nf: the distance counted elsewhere, if nothing is sampled.
     """
     for i in range(n):
         for axis in range(3):
@@ -151,7 +151,7 @@ def penalty_cost(
 
 @inlined
 def corners_m(turns: Floats, n: int, length: float) -> float:
-    """The last term of equation (1): the share of impossible arcs, times the length."""
+    """Return the last term of equation (1): the share of impossible arcs, times the length."""
     return count_impossible(turns, n) / (n - 2) * length if n > 2 else 0.0
 
 
@@ -166,22 +166,23 @@ def fitness_above(
     turns: Floats,
     pieces: Floats,
 ) -> tuple[float, bool]:
-    """Fitness of a candidate that is of use only if it is better than ``incumbent``.
+    """Return the fitness of a candidate if it exceeds ``incumbent``, else a bound.
 
-    Stops as soon as it cannot be. Returns the fitness and True, or something that is at least the
-    fitness and at most ``incumbent``, and False: ``value > incumbent`` is true for the same
-    candidates as without the stops, and the value is then that of the full evaluation, bit by bit.
+    The evaluation stops as soon as the fitness cannot exceed ``incumbent``. The result is the
+    fitness and True, or a value from the fitness to ``incumbent`` and False: ``value > incumbent``
+    holds for the same candidates as without the stops, and then the value is that of the full
+    evaluation, bit by bit.
 
     Why: the penalty is a sum of terms of 0 or more, added in a fixed order. Rounding to nearest is
     monotone, so the same sum over a part of the terms, with 0 for the others, is never above it.
     Equation (3), as computed by :func:`fitness_of`, never rises with the penalty: each operation in
     its branches is monotone, its values for P > 0 are at most 1 and those for P = 0 at least 1, and
-    with P > 0 the cost says nothing, but for one that is no number, which gives the least value of
-    all. Hence the fitness at the part of the penalty known so far is an upper bound. A candidate
-    that passes every stop has had all its terms summed in the order of :func:`penalty_cost`.
+    with P > 0 it does not depend on the cost, except that a NaN gives the least value. Hence the
+    fitness at the part of the penalty known so far is an upper bound. A candidate that passes every
+    stop has had all its terms summed in the order of :func:`penalty_cost`.
 
     Arguments are those of :func:`path_terms`; every coordinate must be within the limits there or
-    no number at all.
+    NaN.
     """
     rows = 2 * n - 3  # No arc at the goal.
     for i in range(n):
@@ -220,7 +221,7 @@ def fitness_above(
 
 
 def scratch(points: int) -> tuple[Floats, Floats]:
-    """The arrays ``turns`` and ``pieces`` of :func:`path_terms` for paths of that many points."""
+    """Return the arrays ``turns`` and ``pieces`` of :func:`path_terms` for paths of ``points``."""
     return np.empty((points, TURN_FIELDS)), np.empty((2 * points, PIECE_FIELDS))
 
 

@@ -1,12 +1,12 @@
 """Turns and pieces of a path, compiled: their geometry, slopes, fuel and samples.
 
 The functions take numbers, tuples, plain arrays and one
-:class:`~host.evaluation.constants.Constants`, allocate nothing and know no Python object, so the
+:class:`~host.evaluation.constants.Constants`, allocate nothing and use no Python object, so the
 same source serves a CPU core and a CUDA thread. The arithmetic of points follows
-:mod:`host.evaluation.geometry` but for roots and tangents, which here are the quick ones: both see
-the same samples but for rounding. First the turns at the waypoints, then the pieces between them,
-then what each piece costs, then the samples of :mod:`host.evaluation.sampling`: each step is a loop
-over independent rows, so that the threads of a GPU share it.
+:mod:`host.evaluation.geometry`, with faster forms of roots and tangents: both see the same samples
+up to rounding. The order is: turns at the waypoints, pieces between them, cost of each piece,
+samples of :mod:`host.evaluation.sampling`. Each step is a loop over independent rows, which the
+threads of a GPU can share.
 
 Source: Roberge and Tarbouchi, sections 3.1 and 3.2.
 """
@@ -40,7 +40,7 @@ __all__ = [
 _COLLINEAR_RAD = 1e-12
 _SLOPE_TOLERANCE_RAD = 1e-9
 _ARC_PARTS_IN_WIND = 8
-# Below it what the series leaves out is less than 1e-16. Most pieces are: 1 km has less than 1e-8.
+# Below it the series is exact to 1e-16. Most pieces lie below: 1 km has less than 1e-8.
 _SMALL_SQUARE = 1e-5
 
 # Fields of a turn and of a piece: the heading's unit vector is (UX, UY), AIR the distance through
@@ -62,7 +62,7 @@ def turn(
     run_b: float,
     radius_m: float,
 ) -> tuple[float, float, float]:
-    """Unsigned turn angle, side (1 left, -1 right) and tangent length of a waypoint.
+    """Return the unsigned turn angle, side (1 left, -1 right) and tangent length of a waypoint.
 
     The tangent is infinite at a reversal and beside a segment without horizontal length.
     """
@@ -75,7 +75,7 @@ def turn(
     side = 1.0 if cross >= 0.0 else -1.0
     if cross == 0.0:
         return math.pi, side, math.inf
-    # The tangent of half the angle, by whichever of its two forms loses nothing.
+    # The tangent of half the angle, by that of its two forms which loses no digits.
     lengths = run_a * run_b
     half = abs(cross) / (lengths + dot) if dot > 0.0 else (lengths - dot) / abs(cross)
     return angle, side, radius_m * half
@@ -83,7 +83,7 @@ def turn(
 
 @inlined
 def air_density(altitude_m: float) -> float:
-    """Density of the International Standard Atmosphere, kg/m^3."""
+    """Return the density of the International Standard Atmosphere, kg/m^3."""
     density = 1.225 * math.pow(1.0 - 0.0065 * min(altitude_m, 11000.0) / 288.15, 4.255876)
     if altitude_m > 11000.0:
         density *= math.exp(-(altitude_m - 11000.0) / 6341.62)
@@ -92,7 +92,7 @@ def air_density(altitude_m: float) -> float:
 
 @inlined
 def air_time(c: Constants, horizontal_m_s: float, ux: float, uy: float, run: float) -> float:
-    """Seconds to fly ``run`` metres over the ground towards (ux, uy); negative if impossible."""
+    """Return the seconds to fly ``run`` metres over the ground along (ux, uy); -1 if impossible."""
     cross = c.wind_x_m_s * uy - c.wind_y_m_s * ux
     square = horizontal_m_s * horizontal_m_s - cross * cross
     if not square > 0.0:
@@ -113,7 +113,7 @@ def air_distance(
     side: float,
     angle: float,
 ) -> float:
-    """Distance through the air along a piece of turn ``angle``, 0 if straight; negative if none."""
+    """Return the air distance of a piece of turn ``angle``, 0 if straight, or a negative number."""
     if c.wind_x_m_s == 0.0 and c.wind_y_m_s == 0.0:
         return length
     if run == 0.0:
@@ -164,7 +164,7 @@ def is_impossible(turns: Floats, i: int) -> bool:
 
 @inlined
 def count_impossible(turns: Floats, n: int) -> int:
-    """Arcs that do not fit."""
+    """Return the number of arcs that do not fit."""
     impossible = 0
     for i in range(1, n - 1):
         impossible += 1 if is_impossible(turns, i) else 0
@@ -232,7 +232,7 @@ def lay_segment(path: Floats, i: int, c: Constants, turns: Floats, pieces: Float
 
 @inlined
 def judge_slope(c: Constants, pieces: Floats, row: int) -> None:
-    """Write the air distance of a piece, and its length where that cannot be flown, else 0."""
+    """Write the air distance of a piece, and its length if it is too steep, else 0."""
     run, rise, length = pieces[row, _RUN], pieces[row, _RISE], pieces[row, LENGTH]
     steep = 0.0
     if length > 0.0:
@@ -245,7 +245,7 @@ def judge_slope(c: Constants, pieces: Floats, row: int) -> None:
             pieces[row, _SIDE],
             pieces[row, _ANGLE],
         )
-        # An angle is below its tangent, so that gentle slopes, as most are, need no arc tangent.
+        # An angle is below its tangent, so gentle slopes, the usual case, need no arc tangent.
         if not -c.max_descent_rad * run <= rise <= c.max_climb_rad * run or distance < 0.0:
             slope = math.atan2(rise, run)
             if (
@@ -260,7 +260,7 @@ def judge_slope(c: Constants, pieces: Floats, row: int) -> None:
 
 @inlined
 def prepare_burn(c: Constants, pieces: Floats, row: int) -> None:
-    """Write what :func:`burn` needs of a piece besides the weight."""
+    """Write the constants of a piece for :func:`burn`."""
     length = pieces[row, LENGTH]
     if length > 0.0:
         cos = pieces[row, _RUN] / length
@@ -287,7 +287,7 @@ def prepare_burn(c: Constants, pieces: Floats, row: int) -> None:
 
 @inlined
 def burn(pieces: Floats, row: int, weight: float) -> float:
-    """Fuel of one piece in newtons: the closed solution of the Riccati equation."""
+    """Return the fuel of one piece in newtons: the closed solution of the Riccati equation."""
     a, b = pieces[row, _THRUST_A], pieces[row, _THRUST_B]
     thrust = a * (weight * weight) + b * weight + pieces[row, _THRUST_E]
     if thrust <= 0.0:
@@ -299,7 +299,7 @@ def burn(pieces: Floats, row: int, weight: float) -> float:
 
 @inlined
 def total_of(pieces: Floats, rows: int, field: int) -> float:
-    """Sum of one field over the pieces, in flying order."""
+    """Return the sum of one field over the pieces, in flying order."""
     total = 0.0
     for row in range(rows):
         total += pieces[row, field]
@@ -308,7 +308,7 @@ def total_of(pieces: Floats, rows: int, field: int) -> float:
 
 @inlined
 def area_and_fuel(c: Constants, pieces: Floats, rows: int) -> tuple[float, float]:
-    """Integral of the altitude by length (m^2) and fuel (N); each piece is flown lighter."""
+    """Return the integral of altitude by length (m^2) and the fuel (N), the weight carried on."""
     area = 0.0
     fuel = 0.0
     for row in range(rows):
@@ -321,7 +321,7 @@ def area_and_fuel(c: Constants, pieces: Floats, rows: int) -> tuple[float, float
 
 @inlined
 def parts_of(c: Constants, pieces: Floats, row: int) -> int:
-    """Equal parts that a piece is cut into; 0 where there is none."""
+    """Return the number of equal parts of a piece; 0 where there is no piece."""
     length = pieces[row, LENGTH]
     # CUDA's ceil is no integer.
     return int(np.int64(math.ceil(length / c.ds_m))) if length > 0.0 else 0
@@ -365,7 +365,7 @@ def collided_m(
     pieces: Floats,
     row: int,
 ) -> tuple[float, float]:
-    """Metres of a piece under the terrain and in a no-fly zone."""
+    """Return the metres of a piece under the terrain and in a no-fly zone."""
     parts = parts_of(c, pieces, row)
     if parts == 0:
         return 0.0, 0.0

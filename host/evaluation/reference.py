@@ -60,7 +60,7 @@ def evaluate(
     bilinear: bool = False,
     isa: bool = False,
 ) -> Terms:
-    """Evaluate ``path``, (n, 3) float64 metres with start and goal, as the definition says."""
+    """Evaluate ``path``, (n, 3) float64 metres with start and goal, by the definition."""
     aircraft = problem.aircraft
     ds_m = problem.ds_m if ds_m is None else ds_m
     smoothed = smooth(path, aircraft.turn_radius_m)
@@ -129,13 +129,13 @@ def utopia(
     *,
     isa: bool = False,
 ) -> Utopia:
-    """Altitude, length and fuel of the straight line from ``start`` to ``goal``.
+    """Return altitude, length and fuel of the straight line from ``start`` to ``goal``.
 
     Raises
     ------
     InputError
-        If its mean altitude or its fuel is not positive, or the wind does not let it be flown:
-        there is nothing to compare a cost with.
+        If its mean altitude or its fuel is not positive, or the wind makes it impossible: costs are
+        relative to these values.
     """
     (line,) = smooth(np.array([start, goal], dtype=np.float64), aircraft.turn_radius_m).pieces
     altitude = _mean_altitude(line)
@@ -148,7 +148,7 @@ def utopia(
     if _air_distance(line, aircraft, wind) is None:
         raise InputError(
             "The straight line from start to goal cannot be flown in this wind, and "
-            "costs are relative to it; lessen the wind or move start or goal."
+            "costs are relative to it; reduce the wind or move start or goal."
         )
     fuel = _fuel((line,), aircraft, wind, isa)
     if not fuel > 0:
@@ -178,7 +178,7 @@ def _fuel(
     wind: tuple[float, float],
     isa: bool,
 ) -> float:
-    """Fuel of all pieces, the weight carried on; one that the wind forbids counts without wind."""
+    """Return the fuel of all pieces; the wind is left out of a piece that it makes impossible."""
     burned = 0.0
     for piece in pieces:
         distance = _air_distance(piece, aircraft, wind)

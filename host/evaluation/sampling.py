@@ -64,7 +64,7 @@ def sample(
 
 @compiled
 def bilinear_ground(ground: Floats, c: Constants, x: float, y: float) -> float:
-    """Height between the four nodes around a point inside the map; a void weighing in is high."""
+    """Return the height between the four nodes around a point on the map; voids are high."""
     column = min(np.int32(x / c.dx_m), np.int32(c.columns - 2))
     row = min(np.int32(y / c.dy_m), np.int32(c.rows - 2))
     east = x / c.dx_m - column
@@ -79,18 +79,18 @@ def bilinear_ground(ground: Floats, c: Constants, x: float, y: float) -> float:
 
 @inlined
 def quick_node(c: Constants, column: float, row: float) -> np.uint64:
-    """The node nearest to a point inside the map, whose place in nodes is half a node less."""
+    """Return the node nearest to a point on the map, given its place in nodes plus 1/2."""
     # Unsigned: no test for Python's negative indices.
     return np.uint64(np.int32(row) * np.int32(c.columns) + np.int32(column))
 
 
 @compiled
 def straight_hits(ground: Floats, c: Constants, a: Point, b: Point, parts: int) -> tuple[int, int]:
-    """Parts of a straight piece below ``ground``, and where that is NaN; both ends inside the map.
+    """Count the parts of a straight piece below ``ground``, and at NaN; both ends are on the map.
 
-    By nearest nodes. One part is a dozen arithmetic operations, one load, no division and no
-    branch: the loop vectorises. Ends are divided into nodes once, by true divisions: a path along
-    the border between two cells then falls as the definition says, all of it.
+    By nearest nodes. One part takes a dozen arithmetic operations, one load, no division and no
+    branch, so the loop vectorizes. The ends are converted to nodes once, by true divisions, so a
+    path along the border between two cells falls on the side that the definition gives.
     """
     column, row, z = a[0] / c.dx_m + 0.5, a[1] / c.dy_m + 0.5, a[2]
     # Nodes and metres from one part to the next.
@@ -170,24 +170,24 @@ def count_straight(
     b: Point,
     parts: int,
 ) -> tuple[int, int]:
-    """Parts of a straight piece under the terrain and in a no-fly zone."""
-    # The quick loops count in 32 bits and do not look whether they are on the map.
+    """Count the parts of a straight piece under the terrain and in a no-fly zone."""
+    # The quick loops count in 32 bits and do not check that samples are on the map.
     if parts > _QUICK_PARTS or not (inside_map(a[0], a[1], c) and inside_map(b[0], b[1], c)):
         return straight_general(ground, zoned, c, a, b, parts)
     if c.bilinear:
         zone = straight_hits(zoned, c, a, b, parts)[1] if c.zones else 0
         return straight_under_bilinear(ground, c, a, b, parts), zone
     under, zone = straight_hits(zoned, c, a, b, parts)
-    # In a zone the height is not known, and few pieces touch one.
+    # The height in a zone is not in this raster, but few pieces touch a zone.
     return straight_hits(ground, c, a, b, parts)[0] if zone else under, zone
 
 
 @inlined
 def half_turn(half: float) -> tuple[float, float]:
-    """Sine and cosine of an angle from 0 to pi / 2, to about 2e-16.
+    """Return sine and cosine of an angle from 0 to pi / 2, to about 2e-16.
 
-    Taylor's series about pi / 4. They are of arithmetic alone, so that a loop over the parts of an
-    arc vectorises, and that it sees the same samples on every machine.
+    Taylor's series about pi / 4. They use arithmetic only, so a loop over the parts of an arc
+    vectorizes and sees the same samples on every machine.
     """
     g = half - _QUARTER
     q = g * g
@@ -211,7 +211,7 @@ def arc_point(
     rise: float,
     t: float,
 ) -> Point:
-    """Point at the fraction ``t`` of an arc; the other arguments are those of :func:`arc_part`."""
+    """Return the point at the fraction ``t`` of an arc; see :func:`arc_part` for the arguments."""
     sin, cos = half_turn(0.5 * (angle * t))
     ahead = c.turn_radius_m * (2.0 * sin * cos)
     aside = side * c.turn_radius_m * (2.0 * sin * sin)
@@ -313,7 +313,7 @@ def count_arc(
     rise: float,
     parts: int,
 ) -> tuple[int, int]:
-    """Parts of an arc under the terrain and in a no-fly zone; arguments of :func:`arc_part`."""
+    """Count the parts of an arc under the terrain and in a no-fly zone; see :func:`arc_part`."""
     # No point of it is farther from its entry.
     reach = c.turn_radius_m * min(angle, 2.0)
     if (

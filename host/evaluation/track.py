@@ -46,11 +46,11 @@ class SmoothedTrack:
     Parameters
     ----------
     pieces : tuple of Straight or Arc
-        In flying order; at least one.
+        Pieces in flying order; at least one.
     terrain : Terrain
         The ground below.
     bilinear : bool
-        Whether the ground is read between nodes rather than at the nearest one.
+        Read the ground between nodes rather than at the nearest one.
     """
 
     pieces: tuple[Piece, ...]
@@ -63,7 +63,7 @@ class SmoothedTrack:
         return sum(piece.length_m for piece in self.pieces)
 
     def sample(self, step_m: float) -> Samples:
-        """Points at most ``step_m`` apart, ends of pieces included.
+        """Return points at most ``step_m`` apart, ends of pieces included.
 
         Raises
         ------
@@ -83,7 +83,7 @@ class SmoothedTrack:
         return self._samples(np.concatenate(along), np.concatenate(points))
 
     def midpoints(self, ds_m: float) -> tuple[Samples, NDArray[np.float64]]:
-        """The samples of d_ut and d_nf: mid-points of ``ceil(length / ds_m)`` parts of each piece.
+        """Return the samples of d_ut and d_nf: mid-points of equal parts of each piece.
 
         Returns
         -------
@@ -117,9 +117,9 @@ def ground_below(
     *,
     bilinear: bool = False,
 ) -> NDArray[np.float64]:
-    """Height of the ground below points (k,), metres; NaN over a void.
+    """Return the height of the ground below points (k,), metres; NaN over a void.
 
-    With ``bilinear``, a void is wherever one of the four nodes that weigh in is a void.
+    With ``bilinear``, it is NaN where one of the four nodes with a weight is a void.
     """
     if not bilinear:
         ground: NDArray[np.float64] = terrain.elevation[terrain.nearest_nodes(x, y)]

@@ -1,4 +1,4 @@
-"""Planning problems: start, goal, aircraft, zones, and the map that the chip gets of them."""
+"""Planning problems: start, goal, aircraft, zones, and their map on the chip."""
 
 from host.problem.aircraft import Aircraft
 from host.problem.chip_map import ChipMap

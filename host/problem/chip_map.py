@@ -18,7 +18,7 @@ __all__ = ["ChipMap"]
 
 #: Altitude steps are multiples of this, so that every one decodes exactly: metres.
 _STEP_QUANTUM_M = 1 / 64
-#: Significant bits of the scale of an axis drawn together; leaves 13 for exact multiples of it.
+#: Significant bits of the scale of a compressed axis; leaves 13 for its exact multiples.
 _SCALE_BITS = 40
 #: Room above the highest ground: at least this, or this share of the relief where it is more.
 _HEADROOM_M = 150.0
@@ -29,7 +29,7 @@ class ChipMap:
     """The terrain of a problem on the square map of a chip.
 
     A cell is a node of the terrain where the terrain fits, with the rest of the map blocked; an
-    axis with more nodes than the map has cells is drawn together so that its ends lie on the map's
+    axis with more nodes than the map has cells is compressed so that its ends lie on the map's
     first and last cell. Altitudes count in steps from below the lowest ground to some way above the
     highest: :attr:`top_m`.
 

@@ -111,13 +111,13 @@ class Problem:
         if self.ds_m > max(way_m, half_a_cell_m):
             raise InputError(
                 f"The sampling step of {self.ds_m:g} m is longer than the way from "
-                f"start to goal, {way_m:g} m; lessen it."
+                f"start to goal, {way_m:g} m; reduce it."
             )
         if not math.hypot(*self.wind) < self.aircraft.cruise_speed_m_s:
             raise InputError(
                 f"A wind of {math.hypot(*self.wind):g} m/s is not below the airspeed of "
-                f"{self.aircraft.name}, {self.aircraft.cruise_speed_m_s:g} m/s; lessen it or take "
-                f"a faster UAV."
+                f"{self.aircraft.name}, {self.aircraft.cruise_speed_m_s:g} m/s; reduce it or "
+                f"choose a faster UAV."
             )
 
     @cached_property

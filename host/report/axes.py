@@ -9,7 +9,7 @@ __all__ = ["finish"]
 
 
 def finish(axes: Axes, title: str, x: str, y: str) -> None:
-    """Give ``axes`` a title, names of its axes, a light grid, and no frame at the top and right."""
+    """Give ``axes`` a title, labels and a light grid; remove the frame at the top and right."""
     axes.set_title(title, loc="left", fontsize=11.5, weight="bold", color=TEXT)
     axes.set_xlabel(x, color=TEXT)
     axes.set_ylabel(y, color=TEXT)

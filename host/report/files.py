@@ -1,4 +1,4 @@
-"""Files that are whole or not there: each is written beside its place, then renamed into it.
+"""Atomic output files: each is written beside its place, then renamed into it.
 
 Devices, FIFOs and open descriptors such as ``/dev/stdout`` are written to and never replaced.
 """
@@ -30,15 +30,15 @@ __all__ = [
     "write_json",
 ]
 
-# As many symbolic links are followed as Linux follows.
+# Most symbolic links followed, as in Linux.
 _MOST_LINKS = 40
 
 
 @contextlib.contextmanager
 def replacing(path: Path) -> Iterator[BinaryIO]:
-    """Open a binary file that takes the place of ``path`` when the block ends without an error.
+    """Open a binary file that replaces ``path`` when the block ends without an error.
 
-    A special file at ``path`` stays: what the block has written is written to it, all at once.
+    A special file at ``path`` stays: the content of the block is written to it at once.
     """
     if is_special(path):
         content = io.BytesIO()
@@ -104,14 +104,14 @@ def _write_through(path: Path, content: memoryview) -> None:
     number = _descriptor(path)
     if number is None and path.is_block_device():
         raise OSError(errno.ENOTSUP, "it is a block device, which may hold a file system")
-    # The descriptor itself, not its file opened again: that would begin at position 0.
+    # The descriptor itself: its file, opened again, would begin at position 0.
     with os.fdopen(os.open(path, os.O_WRONLY) if number is None else os.dup(number), "wb") as file:
         file.write(content)
 
 
 @contextlib.contextmanager
 def _renamed_into(path: Path) -> Iterator[BinaryIO]:
-    """A new file that is renamed to ``path`` at the end of the block, or else removed."""
+    """Open a file that is renamed to ``path`` at the end of the block, or removed on an error."""
     partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
     try:
         with partial.open("xb") as file:
@@ -131,7 +131,7 @@ def write_json(path: Path, value: Any) -> None:
 
 
 def prepare_file(path: Path) -> None:
-    """Make sure, before the work for it, that :func:`output_file` can put a file at ``path``.
+    """Check, before the work for it, that :func:`output_file` can put a file at ``path``.
 
     Raises
     ------
@@ -145,7 +145,7 @@ def prepare_file(path: Path) -> None:
 
 
 def prepare_directory(directory: Path) -> None:
-    """Make ``directory`` and make sure that files can be put into it.
+    """Make ``directory`` and check that it takes files.
 
     Raises
     ------

@@ -38,7 +38,7 @@ def path_document(
         The same path, smoothed.
     terrain : Terrain
         Positions are WGS84 longitude, latitude and altitude where it has a CRS; else they are local
-        metres, and the member ``crs_local`` says so.
+        metres, and the member ``crs_local`` is true.
     step_m : float
         Most metres between points of the track.
     """
@@ -118,7 +118,7 @@ def read_path(file: Path, terrain: Terrain) -> NDArray[np.float64]:
 
 
 def _first_line(document: Any) -> Any:
-    """Coordinates of the first LineString in a collection, a feature or a bare geometry."""
+    """Return the coordinates of the first LineString in a collection, a feature or a geometry."""
     if not isinstance(document, dict):
         return None
     if document.get("type") == "LineString":

@@ -1,7 +1,7 @@
-"""Colours of the picture: told apart by people with any colour vision, and in grey.
+"""Colours of the picture, distinct with any colour vision and in grey.
 
-The strong colours are of Okabe and Ito's set or near it; the tints of the land only grow lighter
-with height, so that their order shows without hue.
+The strong colours are those of Okabe and Ito's set or close to them; the tints of the land only
+grow lighter with height, so their order shows without hue.
 """
 
 from matplotlib.colors import LinearSegmentedColormap
@@ -36,8 +36,8 @@ GROUND = "#c7b697"
 BEST = PATH
 MEAN = "#7a7f84"
 
-#: Colours of things that are compared, and the dashes of their lines; both go round, and a colour
-#: comes with another dash each time.
+#: Colours of compared items, and the dashes of their lines. Both lists repeat; a repeated colour
+#: has another dash.
 SERIES = (PATH, TROUBLE, START, NOFLY, "#56b4e9", "#8a6d00", VOID)
 DASHES: tuple[str | tuple[int, tuple[float, ...]], ...] = (
     "solid",
@@ -53,5 +53,5 @@ LAND = LinearSegmentedColormap.from_list(
 
 
 def halo(width: float) -> list[AbstractPathEffect]:
-    """A white rim of ``width`` points around a line or a text."""
+    """Return a white rim of ``width`` points around a line or a text."""
     return [Stroke(linewidth=2 * width + 1.5, foreground="white", alpha=0.9), Normal()]

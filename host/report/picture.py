@@ -43,12 +43,12 @@ _LEGEND: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything that is drawn.
+    """The content of a picture.
 
     Parameters
     ----------
     evaluator : Evaluator
-        With the problem and its terrain.
+        Holds the problem and its terrain.
     path : ndarray
         Waypoints, (n, 3) float64 metres, start and goal included.
     evaluation : Evaluation
@@ -81,7 +81,7 @@ def draw(scene: Scene) -> Figure:
     aspect = columns * terrain.dx_m / (rows * terrain.dy_m)
     figure, (plan, bar, profile, convergence) = _layout(aspect)
 
-    # Where the verdict samples, so that the picture does not contradict it.
+    # The samples of the verdict, so that the picture does not contradict it.
     samples, _ = scene.evaluator.track(scene.path).midpoints(scene.evaluator.ds_m / FINE)
     trouble = _trouble(scene.evaluator, samples)
     legend = plan_view.draw(plan, bar, scene.evaluator.problem, scene.path, samples, trouble)
@@ -108,7 +108,7 @@ def draw(scene: Scene) -> Figure:
 
 
 def _layout(aspect: float) -> tuple[Figure, list[Axes]]:
-    """The figure and the axes of map, colour bar, profile and convergence; sizes in inches."""
+    """Return the figure and the axes of map, colour bar, profile and convergence."""
     aspect = min(max(aspect, _NARROWEST), _WIDEST)
     if aspect > _WIDE:
         map_width = min(_WIDTH - _LEFT - 1.0, 4.0 * aspect)
@@ -190,7 +190,7 @@ def _shade(
     where: NDArray[np.bool_],
     colour: str,
 ) -> None:
-    """Shade the stretches ``where`` something holds, from bottom to top."""
+    """Shade the intervals ``where`` holds, from bottom to top."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], where, [False])).astype(np.int8)))
     for first, last in edges.reshape(-1, 2):
         axes.axvspan(
@@ -211,7 +211,7 @@ def _mark_clearance(
     samples: Samples,
     clearance_m: float,
 ) -> None:
-    """Mark where the path is nearest to the ground."""
+    """Mark the point of least clearance."""
     if np.isnan(samples.clearance).all():
         return
     at = int(np.nanargmin(samples.clearance))
@@ -241,7 +241,7 @@ def _mark_clearance(
 def _draw_convergence(axes: Axes, history: Sequence[Sequence[float]], chosen: float) -> None:
     """Best and mean fitness over the generations, with the border of feasibility.
 
-    The best may be ``chosen`` not: where it is not feasible between the samples.
+    ``chosen`` is below the best where the best path is not feasible between the samples.
     """
     axes.axhline(
         1, color=TEXT, linewidth=1, linestyle=(0, (4, 3)), zorder=2, label="feasible above 1"

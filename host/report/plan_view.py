@@ -64,7 +64,7 @@ def draw(
     axes : Axes
         Has the aspect of the map; where it is less narrow, the map lies in its south-west.
     bar : Axes
-        For the colours of the heights.
+        Axes of the colour bar.
     problem : Problem
         Terrain, ends and zones.
     path : ndarray
@@ -72,7 +72,7 @@ def draw(
     samples : Samples
         The smoothed path.
     trouble : ndarray
-        Which samples cannot be flown, (k,) bool.
+        True for samples that cannot be flown, (k,) bool.
     """
     terrain = problem.terrain
     unit_m, unit = axis_unit(max(terrain.width_m, terrain.height_m))

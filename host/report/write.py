@@ -1,4 +1,4 @@
-"""All files of a run."""
+"""The files of a run."""
 
 from __future__ import annotations
 
@@ -31,20 +31,20 @@ def write_report(
 ) -> list[Path]:
     """Write ``summary.json``, ``terrain.npz``, ``path.geojson`` and ``path.png``.
 
-    The picture comes last, and an error in it is only a warning: it must not cost the others.
+    The picture comes last, and an error in it is only a warning: the other files are kept.
 
     Parameters
     ----------
     directory : Path
-        Where they go; exists.
+        An existing folder.
     evaluator : Evaluator
-        Knows the problem.
+        Holds the problem.
     result : Result
-        The run.
+        Result of the run.
     summary : mapping
-        What :func:`host.report.summary.summarise` made of it.
+        Result of :func:`host.report.summary.summarise`.
     warn : callable
-        Is told, in a sentence, that there is no picture.
+        Receives a sentence if there is no picture.
     picture : bool
         Draw ``path.png``; otherwise only remove the one of an earlier run, which would mislead.
 

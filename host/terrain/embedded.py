@@ -43,12 +43,12 @@ _ENTRIES = (
 
 
 def names() -> tuple[str, ...]:
-    """Names that :func:`load` takes."""
+    """Return the names that :func:`load` takes."""
     return tuple(entry.name for entry in _ENTRIES)
 
 
 def describe() -> tuple[Entry, ...]:
-    """Name, description, source and licence of every embedded terrain."""
+    """Return name, description, source and licence of every embedded terrain."""
     return _ENTRIES
 
 
@@ -59,7 +59,7 @@ def load(name: str) -> Terrain:
     Raises
     ------
     InputError
-        If there is none of this name.
+        If there is no terrain of this name.
     """
     try:
         return _MAKERS[name]()
@@ -72,9 +72,10 @@ def load(name: str) -> Terrain:
 def _jacksboro() -> Terrain:
     """Terrain of matplotlib's sample, (344, 403) int16 pixels of 3 arc-seconds.
 
-    The sample's ``ymin`` is no edge of it: it was counted from ``ymax``, the northern edge, in the
-    wrong direction. Rows run from north to south. So placed, the highest pixel lies on Cross
-    Mountain (36.1983 N, 84.2306 W, 1077 m), and a flat 305 m, Norris Lake, ends at Norris Dam.
+    The sample's ``ymin`` is not its southern edge: it was counted from ``ymax``, the northern edge,
+    in the wrong direction. Rows run from north to south. With this placement, the highest pixel
+    lies on Cross Mountain (36.1983 N, 84.2306 W, 1077 m), and a flat 305 m, Norris Lake, ends at
+    Norris Dam.
     """
     from affine import Affine
     from rasterio.crs import CRS
@@ -82,7 +83,7 @@ def _jacksboro() -> Terrain:
     from host.terrain import geodesy, place
     from host.terrain.raster import Raster
 
-    # Found without an import of matplotlib, which takes longer than most commands need to run.
+    # Found without an import of matplotlib, which takes longer than most commands.
     file = metadata.distribution("matplotlib").locate_file(_JACKSBORO)
     with np.load(str(file)) as sample:
         heights = sample["elevation"].astype(np.float64)

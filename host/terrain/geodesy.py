@@ -1,4 +1,4 @@
-"""Coordinate reference systems: units, names, and the way from one to another."""
+"""Coordinate reference systems: units, names, and conversion between them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from rasterio._err import CPLE_BaseError  # What GDAL reports: no public module has it.
+from rasterio._err import CPLE_BaseError  # GDAL's errors; no public module has them.
 from rasterio.crs import CRS
 from rasterio.errors import CRSError, RasterioError
 from rasterio.warp import transform as warp_transform
@@ -24,8 +24,8 @@ Floats = NDArray[np.float64]
 #: Longitude and latitude in degrees, in this order.
 WGS84 = "EPSG:4326"
 
-# Geocentric datums that agree with WGS84 within a metre or two: less than any cell of a terrain,
-# so that taking them for WGS84 where no grid of corrections is installed does no harm.
+# Geocentric datums that agree with WGS84 within a metre or two, less than any cell of a terrain:
+# they count as WGS84 where no grid of corrections is installed.
 _LIKE_WGS84 = re.compile(
     r"WGS.?(19)?84|World Geodetic System 1984|ITRF|International Terrestrial"
     r"|ETRS|European Terrestrial|NAD.?83|North American Datum 1983"
@@ -38,20 +38,20 @@ _LIKE_WGS84 = re.compile(
 
 
 def crs_name(crs: CRS) -> str:
-    """``EPSG:<code>`` of a reference system, else its WKT."""
+    """Return ``EPSG:<code>`` of a reference system, else its WKT."""
     code = crs.to_epsg()
     return f"EPSG:{code}" if code is not None else str(crs.to_wkt())
 
 
 def utm_zone(lat: float, lon: float) -> str:
-    """UTM zone on WGS84 that holds a point in degrees, as ``EPSG:<code>``."""
+    """Return the UTM zone on WGS84 of a point in degrees, as ``EPSG:<code>``."""
     zone = int((lon + 180.0) % 360.0 // 6.0) + 1
     return f"EPSG:{(32600 if lat >= 0 else 32700) + zone}"
 
 
 @lru_cache(maxsize=64)
 def unit_m(crs: str) -> float:
-    """Metres per linear unit of a projected reference system; 1 for one without linear units."""
+    """Return the metres per linear unit of a projected reference system; 1 without such a unit."""
     try:
         return float(CRS.from_user_input(crs).linear_units_factor[1])
     except CRSError:
@@ -88,7 +88,7 @@ class LocalFrame:
 
 
 def transform(source: str, target: str, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Take points from one reference system to another.
+    """Convert points from one reference system to another.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def transform(source: str, target: str, x: Floats, y: Floats) -> tuple[Floats, F
     Raises
     ------
     InputError
-        If a latitude is beyond a pole, or a point has no place in ``target``.
+        If a latitude is beyond a pole, or a point cannot be expressed in ``target``.
 
     Warns
     -----
@@ -137,7 +137,7 @@ def _warn_if_approximate(crs: str) -> None:
         warnings.warn(
             f"The exact shift between the datum {datum!r} and WGS84 needs grid files that are not "
             "installed, so latitudes and longitudes may be some metres off.",
-            # That which called the terrain.
+            # The caller of the terrain's method.
             stacklevel=5,
         )
 

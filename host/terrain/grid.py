@@ -1,4 +1,4 @@
-"""A terrain: heights at the nodes of a grid, and where on Earth it lies."""
+"""Terrain: heights at the nodes of a grid, and its place on Earth."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Terrain:
     Parameters
     ----------
     name : str
-        What reports call it.
+        Name in reports.
     elevation : array_like
         ``(ny, nx)`` heights in metres above the datum, row 0 the southernmost, 2 x 2 nodes or more;
         NaN is a void. Kept as a read-only float64 copy.
@@ -114,7 +114,7 @@ class Terrain:
         return float(np.nanmax(self.elevation))
 
     def ground(self, x: ArrayLike, y: ArrayLike) -> Any:
-        """Height of the nearest node, halves rounded up, clamped to the map.
+        """Return the height of the nearest node, halves rounded up, clamped to the map.
 
         Parameters
         ----------
@@ -132,7 +132,7 @@ class Terrain:
     def nearest_nodes(
         self, x: ArrayLike, y: ArrayLike
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Row and column of the node nearest to each point, halves rounded up, clamped to the map.
+        """Return row and column of the node nearest to each point, halves up, clamped to the map.
 
         Parameters
         ----------
@@ -143,7 +143,7 @@ class Terrain:
         return _nearest(y, self.dy_m, rows), _nearest(x, self.dx_m, columns)
 
     def to_local(self, lat: ArrayLike, lon: ArrayLike) -> tuple[Any, Any]:
-        """Local metres (x, y) of WGS84 latitude and longitude in degrees, scalars or arrays.
+        """Return local metres (x, y) of WGS84 latitude and longitude in degrees, scalars or arrays.
 
         Warns when the shift between the datums can only be approximated on this machine.
 
@@ -157,7 +157,7 @@ class Terrain:
         return _scalars(*frame.from_wgs84(lat, lon))
 
     def to_geographic(self, x: ArrayLike, y: ArrayLike) -> tuple[Any, Any]:
-        """WGS84 (latitude, longitude) in degrees of local metres, scalars or arrays.
+        """Return WGS84 (latitude, longitude) in degrees of local metres, scalars or arrays.
 
         Warns when the shift between the datums can only be approximated on this machine.
 
@@ -171,7 +171,7 @@ class Terrain:
         return _scalars(*frame.to_wgs84(x, y))
 
     def describe(self) -> dict[str, Any]:
-        """Name, shape, cell and place, as a summary's ``terrain`` has them."""
+        """Return name, shape, cell and place, as in a summary's ``terrain``."""
         return {
             "name": self.name,
             "shape": list(self.shape),
@@ -200,7 +200,7 @@ class Terrain:
             raise ValueError(
                 f"No-fly raster must have the terrain's shape {self.shape}, not {nofly.shape!r}"
             )
-        # Through a handle: given a name, numpy would append a suffix of its own.
+        # Through a handle: numpy would append its suffix to a name.
         with (
             Path(file).open("wb") if isinstance(file, str | Path) else contextlib.nullcontext(file)
         ) as binary:
@@ -218,7 +218,7 @@ class Terrain:
                 f"The terrain {self.name!r} has no coordinate reference system, so "
                 "latitude and longitude have no meaning on it; give local metres."
             )
-        # It loads GDAL, which terrains in local metres do without.
+        # Loads GDAL, which terrains in local metres do not need.
         from host.terrain.geodesy import LocalFrame
 
         return LocalFrame(self.crs, self.origin)

@@ -1,4 +1,4 @@
-"""Terrains by name or from files, and what there is to say about one."""
+"""Terrains by name, from files or from arrays, and their description."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ def load(
         southernmost), or anything that rasterio opens. A file of a terrain's name is reached as
         ``./name``.
     cell : tuple of float, optional
-        Sides of a cell in metres, east and north, for a file that does not say.
+        Sides of a cell in metres, east and north, for a file that does not state them.
     fill_voids : bool
-        Interpolate the voids, which are else impassable.
+        Interpolate the voids, which are otherwise impassable.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def _load(source: str | Path, cell: tuple[float, float] | None, fill_voids: bool
         return _load_npz(path, cell, fill_voids)
     if path.suffix.lower() == ".npy":
         return _load_npy(path, cell, fill_voids)
-    # They load GDAL, which grids in numpy's formats do without.
+    # They load GDAL, which grids in numpy's formats do not need.
     from host.terrain import place, raster
 
     return place.to_terrain(raster.read(path), cell=cell, fill_voids=fill_voids)
@@ -122,7 +122,7 @@ def _load_npz(path: Path, cell: tuple[float, float] | None, fill_voids: bool) ->
     if cell is not None:
         raise InputError(f"{path}: the file says how large its cells are; leave out --cell.")
     try:
-        # Not numpy.load: that also reads what is no archive.
+        # Not numpy.load, which also reads files that are no archives.
         with path.open("rb") as opened, np.lib.npyio.NpzFile(opened) as file:
             missing = [key for key in _KEYS if key not in file]
             if missing:
@@ -168,7 +168,7 @@ def from_array(
     origin: tuple[float, float] | None = None,
     fill_voids: bool = False,
 ) -> Terrain:
-    """Make a terrain of an array; SRTM's mark of a void is one here, too.
+    """Return a terrain of an array; SRTM's mark of a void counts as a void.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def from_array(
     cell : tuple of float
         Sides of a cell in metres, east and north.
     fill_voids : bool
-        Interpolate the voids, which are else impassable.
+        Interpolate the voids, which are otherwise impassable.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""From a raster to a terrain: cells in metres, and the place on Earth."""
+"""Conversion of a raster to a terrain: cells in metres, and the place on Earth."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from host.terrain.voids import fill
 
 __all__ = ["to_terrain"]
 
-# No map of metres has smaller cells; one of degrees always has.
+# Smallest side of a cell in metres; a map in degrees always has smaller ones.
 _SMALLEST_SIDE_M = 0.05
 
 

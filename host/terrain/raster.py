@@ -21,7 +21,7 @@ __all__ = ["Raster", "north_up", "read"]
 
 Floats = NDArray[np.float64]
 
-# Metres per unit of height, by what files call it.
+# Metres per unit of height, by its name in files.
 _VERTICAL_UNITS_M = {
     "": 1.0,
     "m": 1.0,
@@ -47,12 +47,12 @@ _VERTICAL_UNITS_M = {
 
 @dataclass(frozen=True)
 class Raster:
-    """Heights as a file has them.
+    """The heights of a file.
 
     Parameters
     ----------
     name, source : str
-        What the terrain is to be called, and where it comes from.
+        Name and origin of the terrain.
     heights : ndarray
         ``(rows, columns)`` float64 metres, in the order of the file; NaN is a void.
     transform : Affine

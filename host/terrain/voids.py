@@ -10,7 +10,7 @@ __all__ = ["UNDECLARED_VOID", "fill"]
 
 Floats = NDArray[np.float64]
 
-#: SRTM's mark of a void: survives in files that declare another value, or none, and is no height.
+#: SRTM's mark of a void, which remains in files that declare another value or none.
 UNDECLARED_VOID = -32768.0
 
 
@@ -21,7 +21,7 @@ def fill(heights: Floats) -> Floats:
         return heights
     from rasterio.fill import fillnodata
 
-    # GDAL fills in single precision; what was known stays as it was.
+    # GDAL fills in single precision; known heights stay unchanged.
     filled = fillnodata(
         heights.astype(np.float32),
         mask=known.astype(np.uint8),

@@ -1,4 +1,4 @@
-"""From degrees to metres: a geographic raster on a square grid of its UTM zone."""
+"""Reprojection of a geographic raster to a square grid in metres of its UTM zone."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ __all__ = ["largest_rectangle", "to_utm"]
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-# What the side of a cell is rounded to, in decimals of a metre.
+# Decimals of a metre of the side of a cell.
 _SIDE_DECIMALS = 2
-# Widest raster that one UTM zone is taken for; beyond, its metres are too far from the ground's.
+# Widest raster in one UTM zone; in a wider one the zone's metres differ too much from true ones.
 _WIDEST_DEG = 12.0
 _NORTHERNMOST_DEG = 84.0
 # Nodes resampled at a time: bounds the memory of a large tile.
 _BLOCK_ROWS = 256
-# Degrees of the polynomials tried for the way back to degrees, and the error allowed in pixels.
+# Degrees of the polynomials tried for the inverse projection, and the largest error in pixels.
 _DEGREES = (12, 24, 48)
 _TOLERANCE_PX = 1e-5
 # Rounding of coordinates, in pixels: a node this far outside is taken to lie on the edge.
@@ -127,13 +127,13 @@ def largest_rectangle(usable: Bools) -> tuple[slice, slice]:
 class _Inverse:
     """Pixel coordinates of the nodes of a grid in UTM.
 
-    They are smooth in easting and northing, so polynomials through few exact points give them to
-    well below a thousandth of a pixel, at a hundredth of the price of asking PROJ for every node.
+    They are smooth in easting and northing, so polynomials through few exact points are accurate to
+    well below a thousandth of a pixel and take a hundredth of PROJ's time for every node.
 
     Parameters
     ----------
     raster : Raster
-        Whose pixels are meant; (0, 0) is the centre of the first.
+        The raster; (0, 0) is the centre of its first pixel.
     zone : str
         Reference system of the nodes.
     eastings, northings : ndarray
@@ -278,6 +278,6 @@ def _bilinear(heights: Floats, column: Floats, row: Floats) -> Floats:
 
 
 def _mix(first: Floats, second: Floats, share: Floats) -> Floats:
-    # A neighbour without weight has no say, not even a void.
+    # A neighbour without weight has no effect, not even a void.
     mixed = first + share * (second - first)
     return np.where(share == 0, first, np.where(share == 1, second, mixed))

@@ -88,7 +88,7 @@ def test_the_loss_of_the_scheduler_is_said(problem, entrants, distributed):
     with pytest.raises(JobError) as caught:
         list(outcomes)
     assert str(caught.value) == (
-        f"The Dask scheduler at {address!r} is lost; the same command goes on."
+        f"The Dask scheduler at {address!r} is lost; repeat the command to continue."
     )
 
 

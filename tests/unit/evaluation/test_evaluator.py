@@ -197,7 +197,7 @@ def test_bad_path(problem, method):
         call(np.array([problem.start, (1, 0, 400)]))
     with pytest.raises(
         InputError,
-        match=r"^The path has a coordinate that is not a number; mend "
+        match=r"^The path has a coordinate that is not a number; correct "
         r"its file\.$",
     ):
         call(np.array([problem.start, (math.nan, 0, 400), problem.goal]))
@@ -233,7 +233,7 @@ def test_bad_path(problem, method):
             (1100, 100, 1200),
             {"wind": (0, 20)},
             "The straight line from start to goal cannot be flown in this wind, and costs are "
-            "relative to it; lessen the wind or move start or goal.",
+            "relative to it; reduce the wind or move start or goal.",
         ),
     ],
     ids=["glide", "below the datum", "wind"],

@@ -286,7 +286,7 @@ def test_bilinear_along_the_far_edge(evaluate, make_problem):
             (
                 r"^The straight line from start to goal cannot be flown in this wind, and costs "
                 r"are relative "
-                r"to it; lessen the wind or move start or goal\.$"
+                r"to it; reduce the wind or move start or goal\.$"
             ),
         ),
     ],

@@ -105,7 +105,7 @@ def test_on_the_ground_is_not_inside_it():
         (
             {"ds_m": 1e4},
             r"^The sampling step of 10000 m is longer than the way from start to goal, "
-            r"[\d.]+ m; lessen it\.$",
+            r"[\d.]+ m; reduce it\.$",
         ),
         ({"ds_m": 1e-4}, r"^The sampling step must be at least 0\.001 m, not 0\.0001 m\.$"),
         (
@@ -138,7 +138,7 @@ def test_on_the_ground_is_not_inside_it():
             {"wind": (0, -23)},
             (
                 r"^A wind of 23 m/s is not below the airspeed of Silver Fox-like, "
-                r"23 m/s; lessen it or take a faster UAV\.$"
+                r"23 m/s; reduce it or choose a faster UAV\.$"
             ),
         ),
     ],

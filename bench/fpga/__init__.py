@@ -1,8 +1,8 @@
 """Area and speed on real devices: every board, every unit alone, the papers' own families.
 
-Runs the synthesis and place-and-route tools, for hours; ``make setup-synth`` installs them. A row
-is kept in ``docs/results.json`` as soon as it is measured, and is measured again only when what it
-is made of has changed; ``docs/results.md`` shows them all.
+The synthesis and place-and-route tools run for hours; ``make setup-synth`` installs them. A row is
+kept in ``docs/results.json`` as soon as it is measured, and is measured again only when its circuit
+or the tools have changed (:mod:`bench.fpga.store`); ``docs/results.md`` shows all rows.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def render(store: Store) -> str:
 def _measure(jobs: list[Job], store: Store) -> list[str]:
     """Run the jobs whose rows are not in ``store``, one a core; return why some failed."""
     failed: list[str] = []
-    # Each has tools of its own running, and is mostly waiting for them.
+    # Each job mostly waits for the tools that it runs.
     with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
         running: dict[Future[Measured | None], Job] = {}
         try:

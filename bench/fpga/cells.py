@@ -1,4 +1,4 @@
-"""What of a device a design takes, by the names that the tools have for cells."""
+"""Cells of a device that a design takes, by the names that the tools give them."""
 
 from __future__ import annotations
 

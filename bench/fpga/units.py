@@ -32,9 +32,9 @@ _TWO_TIER = _PLAIN.replace(checker=CheckerBuild.TWO_TIER, lanes=1)
 
 @dataclass(frozen=True)
 class _Device:
-    """How a unit alone is synthesized and routed, and the clock that it is asked for.
+    """Synthesis and routing of a unit alone, and the clock requested for it.
 
-    That is, as a rule, more than it can, so that the router shows what it can.
+    The request usually exceeds the unit's limit, so that the router shows the limit.
     """
 
     family: str
@@ -55,7 +55,7 @@ _ECP5 = _Device(
     ),
     150,
 )
-# With 150 MHz asked the router came to no end within hours.
+# With 150 MHz requested, routing did not terminate within hours.
 _LESS_ASKED = replace(_ECP5, asked_mhz=100)
 _UNITS: Mapping[str, tuple[str, Config, _Device]] = MappingProxyType(
     {
@@ -88,7 +88,7 @@ _UNITS: Mapping[str, tuple[str, Config, _Device]] = MappingProxyType(
 
 @dataclass(frozen=True)
 class _PaperDevice:
-    """The device of a paper, what is put there, and what the paper says of its own design."""
+    """The device of a paper, the unit for it, and the paper's figures for its own design."""
 
     device: str
     family: str
@@ -127,7 +127,7 @@ class _UnitJob(Job):
     def prepare(self, folder: Path) -> str:
         """Write the sources; see :class:`~bench.fpga.job.Job`."""
         top, config, device = _UNITS[self.name]
-        # With the primitives that the device has.
+        # With the device's own cells.
         _write(Harness(_component(top, config)), folder, find_board(device.board).platform())
         return digest_of(Netlist.read(folder / "unit.v", "unit"), device)
 

@@ -1,4 +1,4 @@
-"""What a board file says."""
+"""Description of a board."""
 
 from __future__ import annotations
 
@@ -16,26 +16,27 @@ __all__ = ["Board"]
 
 @dataclass(frozen=True, kw_only=True)
 class Board:
-    """A board and the chip that is put on it.
+    """A board and its chip.
 
     Parameters
     ----------
     name : str
         As in :data:`hdl.boards.BOARDS`.
     platform : callable
-        Makes its Amaranth platform: device, package, speed grade, pins, default clock.
+        Makes the Amaranth platform: device, package, speed grade, pins, default clock, and
+        ``cells`` where the family has some (:class:`hdl.primitives.cells.Cells`).
     pll : Pll
-        Makes the chip's clock of the platform's default clock.
+        Makes the chip's clock from the platform's default clock.
     baud : int
-        Of the UART, at most what the board's bridge can do.
+        Rate of the UART, within the limit of the board's bridge.
     reset : (str, int)
         Resource of a pin that resets the chip while it is high.
     sizes : Config
-        Of the chip; ``clock_hz`` and ``clocks_per_bit`` there do not count.
+        Sizes of the chip; ``clock_hz`` and ``clocks_per_bit`` there are ignored.
     seed : int
-        Of the placer: the one to try first, as timing is known to close with it.
+        First seed of the placer, with which timing is known to close.
     overrides : mapping
-        Options of the platform's tools: see the documentation of the Amaranth platform.
+        Options of the platform's tools; see the documentation of the Amaranth platform.
 
     Raises
     ------
@@ -52,7 +53,7 @@ class Board:
     seed: int = 1
     overrides: Mapping[str, str] = field(default_factory=dict)
 
-    #: What the divisor may be off; the receiver bears 2 %, and the other end is off as well.
+    #: Largest error of the divisor: the receiver accepts 2 %, and the other end has an error, too.
     BAUD_TOLERANCE = 0.0125
 
     def __post_init__(self) -> None:

@@ -33,15 +33,15 @@ NAME = "chip"
 def prepare(board: Board, folder: Path) -> list[list[str]]:
     """Write the sources of ``board`` to ``folder``; return the tools' command lines in order.
 
-    Synthesis reads Verilog, as all simulations do, and not Amaranth's netlist: only there yosys
-    minds ``no_rw_check``, without which it doubles the memories of two read ports.
+    Synthesis reads Verilog, as all simulations do, instead of Amaranth's netlist: only there does
+    Yosys respect ``no_rw_check``, without which it doubles memories with two read ports.
     """
     plan = board.platform().build(
         Chip(board),
         name=NAME,
         do_build=False,
         debug_verilog=True,
-        # The same netlist, and so the same seed's routing, wherever the sources lie.
+        # The netlist, and so the routing of a seed, must not depend on the sources' folder.
         emit_src=False,
         **board.overrides,
     )
@@ -78,7 +78,7 @@ def build(
     Parameters
     ----------
     seeds : int
-        Seeds to try: the one that the board file names, then the lowest others.
+        Seeds to try: the board's own, then the lowest others.
     jobs, limit_s : int, float, optional
         Seeds at a time, and seconds of one; see :func:`hdl.boards.route.route`.
 
@@ -115,7 +115,7 @@ def try_seeds(
     Routed
         The seed that closes, or the best.
     list of list of str
-        The command lines that are left: of the packer.
+        The remaining command lines, of the packer.
 
     Raises
     ------
@@ -139,7 +139,7 @@ def try_seeds(
 
 
 def _run_once(command: Sequence[str], folder: Path) -> None:
-    """Run ``command``, which synthesizes, if there is something new to it."""
+    """Run ``command``, which synthesizes, unless its inputs are unchanged."""
     tool, *arguments = command
     inputs, outputs = [f"{NAME}.ys", f"{NAME}.v"], [f"{NAME}.json"]
     stamp = Stamp(tool, arguments, folder, inputs, outputs)
@@ -150,7 +150,7 @@ def _run_once(command: Sequence[str], folder: Path) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Build what the command line says; returns the exit status."""
+    """Build the board that the command line names; return the exit status."""
     parser = argparse.ArgumentParser(prog="python -m hdl.boards.build", description=__doc__)
     parser.add_argument("board", metavar="BOARD", help=", ".join(BOARDS))
     parser.add_argument("--seeds", type=int, default=8, help="seeds to try (default 8)")

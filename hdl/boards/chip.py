@@ -32,7 +32,7 @@ class Chip(wiring.Component):
         m = Module()
         board = self.board
 
-        # All tools derive what is asked of it from the platform's constraint on the PLL's input.
+        # All tools derive this clock's constraint from the platform's one on the PLL's input.
         clock = Signal()
         locked = Signal()
         board.pll.connect(m, platform.request(platform.default_clk, dir="-"), clock, locked)
@@ -50,7 +50,7 @@ class Chip(wiring.Component):
         # Low when the chip is configured, so that it starts in reset.
         running = Signal()
         m.submodules.running = FFSynchronizer(locked & ~button.i, running, o_domain="board")
-        # It goes everywhere, so that nothing but wire may follow its register.
+        # It drives the whole chip: no logic may follow its register.
         held = Signal(init=1)
         m.d.board += held.eq(~running)
 

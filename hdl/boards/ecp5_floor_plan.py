@@ -1,8 +1,8 @@
-"""Where on the die of an LFE5U-85F the block RAMs and multipliers of the chip lie.
+"""Floor plan of the chip's block RAMs and multipliers on the die of an LFE5U-85F.
 
-A map takes nearly all block RAMs. Left to itself, the placer spreads those of a bank over the whole
-die, where each row address has to reach them all, and puts others wherever one is left over; it
-lines the multipliers up along the die's whole width.
+A map takes nearly all block RAMs. By default, the placer spreads the block RAMs of a bank, all of
+which each row address has to reach, over the whole die, and uses leftover sites for the others; it
+lines the multipliers up along the whole width of the die.
 """
 
 import json
@@ -20,11 +20,11 @@ _GROUPS = (*range(4, 59, 9), *range(69, 115, 9))
 
 
 def _strips() -> tuple[list[str], list[str]]:
-    """Return the sites for a map, neighbours after each other, and those that are left.
+    """Return the sites for a map, neighbours in sequence, and the remaining ones.
 
-    The die is 126 tiles wide and 95 high, and has four rows of 13 groups of four block RAMs: of
-    four strips of 13 block RAMs, of which the one in the middle is left. A quadrant of the die has
-    four strips, one after the other.
+    The die is 126 tiles wide and 95 high. It has four rows of 13 groups of four block RAMs, each of
+    which makes four strips of 13; the block RAM in the middle of a strip remains. A quadrant of the
+    die has four strips in sequence.
     """
     columns = [(x + 2 * number, number) for x in _GROUPS for number in range(4)]
     taken, left = [], []
@@ -43,8 +43,8 @@ _TAKEN, _LEFT = _strips()
 #: Sites in the order in which the blocks of a map take them.
 MAP_SITES = tuple(_TAKEN)
 
-#: Sites of the other block RAMs, by the names of their cells: those of the link at the edge with
-#: its pins, those of the checker in the middle.
+#: Sites of the other block RAMs by the names of their cells: the link's at the edge with its pins,
+#: the checker's in the middle.
 OTHER_SITES: Mapping[str, str] = MappingProxyType(
     {
         "line.frame_receiver.ring.rows.0.0": "X17/Y46/EBR2",
@@ -58,13 +58,13 @@ OTHER_SITES: Mapping[str, str] = MappingProxyType(
 )
 assert set(OTHER_SITES.values()) <= set(_LEFT)
 
-#: Column around which the multipliers are.
+#: Column around which the multipliers lie.
 _MIDDLE = 54
 
 
 def _multipliers(lanes: int) -> Iterator[tuple[str, str]]:
-    """Yield the multipliers of the slopes with their sites: those of a lane in a group."""
-    # The middle of the die first, in the two rows that are there.
+    """Yield the multipliers of the slopes with their sites, a group for each lane."""
+    # The middle of the die first, in both rows of multipliers.
     groups = sorted(product(_GROUPS, (34, 58)), key=lambda group: abs(group[0] - _MIDDLE))
     for (x, y), of in zip(groups, ["step", *map(str, range(lanes))], strict=False):
         offsets = (0, 1, 4, 5)
@@ -75,19 +75,19 @@ def _multipliers(lanes: int) -> Iterator[tuple[str, str]]:
 
 
 def floor_plan(config: Config) -> str:
-    """Return commands for yosys, after synthesis, that put all but the map on their sites.
+    """Return commands for Yosys, after synthesis, that put all cells but the map's on their sites.
 
-    They fail where a cell is not there.
+    The commands fail if a cell is missing.
 
     Parameters
     ----------
     config : Config
-        Of the chip: the default one, but for its lanes.
+        Configuration of the chip: the default one with any number of lanes.
 
     Raises
     ------
     ValueError
-        If it has other cells.
+        If it is another one.
     """
     if config != Config(lanes=config.lanes):
         raise ValueError(

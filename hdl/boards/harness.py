@@ -9,12 +9,12 @@ __all__ = ["Harness"]
 
 
 class Harness(wiring.Component):
-    """Feeds every input of a unit from a register, and looks at every output through one.
+    """Feeds every input of a unit from a register, and samples every output in one.
 
-    The inputs are one long shift register, ``scanned_in`` at its beginning; the outputs are folded,
-    one behind the other, into ``folded``. So a unit with more ports than the device has pins can be
-    routed, nothing of it is optimized away, and what is measured runs from register to register.
-    It needs a pin each way besides clock and reset, whatever the unit.
+    The inputs are one long shift register that begins with ``scanned_in``; the outputs are folded,
+    one after the other, into ``folded``. A unit with more ports than the device has pins can
+    therefore be routed, none of it is optimized away, and all measured paths run from register to
+    register. Besides clock and reset, the harness needs a pin each way.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class Harness(wiring.Component):
         m = Module()
 
         m.submodules.unit = self.unit
-        # No path leads from a pin to the first register, or from the last one to a pin.
+        # Further registers keep the pins out of the unit's paths.
         bit = Signal()
         m.d.sync += bit.eq(self.scanned_in)
         folded = Signal()

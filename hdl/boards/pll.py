@@ -1,4 +1,4 @@
-"""Phase-locked loops of the families: their dividers, and the primitive that has them."""
+"""Phase-locked loops of the families: dividers and primitives."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ __all__ = ["Ecp5Pll", "Ice40Pll", "Pll", "Series7Pll"]
 
 
 class Pll(ABC):
-    """Dividers of a loop. Each family's are checked against its data sheet when they are used."""
+    """Dividers of a loop, which are checked against the family's data sheet when they are used."""
 
     @abstractmethod
     def output_hz(self, reference_hz: int) -> int:
-        """Return the frequency it makes of ``reference_hz``.
+        """Return the output frequency for an input of ``reference_hz``.
 
         Raises
         ------
         ValueError
-            If that is no whole number of hertz, or a limit of the family is broken.
+            If it is no whole number of hertz, or a limit of the family is broken.
         """
 
     @abstractmethod
@@ -115,7 +115,7 @@ class Ice40Pll(Pll):
         return self._whole(reference_hz * (self.divf + 1), (self.divr + 1) << self.divq)
 
     def connect(self, m, port, clock, locked):
-        # The oscillator is on the pin that belongs to the loop: it takes the pad, not a buffer.
+        # The oscillator is on the loop's own pin: the primitive takes the pad, not a buffer.
         pad: IOPort = port.io
         m.submodules.pll = Instance(
             "SB_PLL40_PAD",

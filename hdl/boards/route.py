@@ -1,4 +1,4 @@
-"""Place and route with one seed after the other, some of them at a time."""
+"""Place and route with several seeds, some of them at a time."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from hdl.boards.tools import BuildError, Stamp, start_tool, tool_failed
 
 __all__ = ["MOST_JOBS", "Routed", "route"]
 
-#: The router that finishes (router2 stalls on the full design), and `closed` judges the timing.
+#: The router that terminates (router2 stalls on the full design); `closed` judges the timing.
 _ROUTER = ("--router", "router1", "--timing-allow-fail")
 #: Options that name a file to be read.
 _INPUTS = ("--json", "--lpf", "--pcf", "--sdc")
@@ -37,11 +37,11 @@ class Routed:
     Parameters
     ----------
     seed : int
-        Of the placer.
+        Seed of the placer.
     clocks : dict of str to (float, float)
-        Of each clock: what was achieved and what was asked for, MHz.
+        Achieved and requested frequency of each clock, MHz.
     cells : dict of str to (int, int)
-        Of each kind of cell: used, and there on the device.
+        Number of cells of each kind: used, and available on the device.
     """
 
     seed: int
@@ -55,12 +55,12 @@ class Routed:
 
     @property
     def slack(self) -> float:
-        """Achieved frequency of the worst clock as a part of what was asked for."""
+        """Achieved frequency of the worst clock as a fraction of the requested one."""
         return min(achieved / asked for achieved, asked in self.clocks.values())
 
     @classmethod
     def read(cls, report: Path, seed: int) -> Routed:
-        """Return what nextpnr wrote to ``report``."""
+        """Return the result in nextpnr's ``report``."""
         content = json.loads(report.read_text(encoding="utf-8"))
         return cls(
             seed=seed,
@@ -86,25 +86,25 @@ def route(
 ) -> Routed:
     """Run ``command``, a nextpnr with its arguments, with each seed until timing closes.
 
-    Each seed has a folder of its own below ``folder``, ``seed-N``, with links to the files that are
-    read. What the returned one wrote is in ``folder``, too. A seed that has ended before with the
-    same program and files is not run again.
+    Each seed has a folder ``seed-N`` in ``folder``, with links to the input files. Files of the
+    returned seed are copied to ``folder``. A seed that has ended before with the same program and
+    files is not run again.
 
     Parameters
     ----------
     enough : float
-        Part of the asked frequency at which to stop.
+        Fraction of the requested frequency at which to stop.
     jobs : int, optional
         Seeds at a time; by default one a core, at most :data:`MOST_JOBS`.
     limit_s : float, optional
-        Seconds after which a seed is stopped, and counts as one that cannot be routed: the router
-        goes on for ever where it comes to no end.
+        Seconds after which a seed is stopped, and counts as unroutable: routing does not terminate
+        for some seeds.
 
     Returns
     -------
     Routed
-        The first, in the order of ``seeds``, that closes, or the best of all: the same however
-        many run at a time, but for seeds that ``limit_s`` stops.
+        The first, in the order of ``seeds``, that closes, or the best of all. The result does not
+        depend on ``jobs``, except for seeds that ``limit_s`` stops.
 
     Raises
     ------
@@ -119,7 +119,7 @@ def route(
     failed: list[BuildError] = []
     close: Routed | None = None
     try:
-        # The first of the order that closes is taken, whichever ends first.
+        # The first seed in the order that closes is taken, whichever ends first.
         while running or (waiting and close is None):
             while waiting and close is None and len(running) < jobs:
                 running.append(_Run(command, folder, waiting.pop(0), inputs))
@@ -158,7 +158,7 @@ def route(
 
 
 class _Run:
-    """A seed that is being tried, or has been."""
+    """The run of a seed, present or past."""
 
     def __init__(
         self, command: Sequence[str], folder: Path, seed: int, inputs: Sequence[str]
@@ -192,7 +192,7 @@ class _Run:
         return self.process is None or self.process.poll() is not None
 
     def result(self) -> Routed:
-        """Return what it came to, once it has ended."""
+        """Return the result, once the run has ended."""
         if self.stopped_after is not None:
             raise BuildError(f"{self.tool} came to no end in {self.stopped_after:,.0f} s.")
         if self.process is not None:

@@ -1,4 +1,4 @@
-"""The programs that make bitstreams, from the package index or named in the environment."""
+"""Programs that make bitstreams, from the package index or named in the environment."""
 
 from __future__ import annotations
 
@@ -38,21 +38,21 @@ def tool_path(tool: str) -> str:
 
 
 class Stamp:
-    """A mark beside the results of a long run: they need not be made again.
+    """A mark beside the results of a long run, which need not be made again.
 
-    It holds a digest of all that they depend on: the program, its arguments, and what it reads.
+    It holds a digest of all that they depend on: the program, its arguments, and its input files.
 
     Parameters
     ----------
     tool : str
     arguments : sequence of str
     folder : Path
-        Where it runs, and where the mark is.
+        Working directory of the tool, and place of the mark.
     inputs, outputs : iterable of str
-        Names of the files in ``folder`` that it reads, and of those that it writes.
+        Names of the files in ``folder`` that the tool reads, and of those that it writes.
     """
 
-    #: Of the mark's name, behind the tool's.
+    #: End of the mark's name, which begins with the tool's.
     SUFFIX = ".stamp"
 
     def __init__(
@@ -75,14 +75,14 @@ class Stamp:
         self._file = folder / f"{tool}{self.SUFFIX}"
 
     def matches(self) -> bool:
-        """Return whether the results are there, and those of such a run."""
+        """Return whether the results exist and come from such a run."""
         return (
             all(file.exists() for file in (self._file, *self._outputs))
             and self._file.read_text(encoding="ascii") == self._digest
         )
 
     def clear(self) -> None:
-        """Take the mark away: the results are about to change."""
+        """Remove the mark: the results are about to change."""
         self._file.unlink(missing_ok=True)
 
     def set(self) -> None:

@@ -1,4 +1,4 @@
-"""The Verilated collision checker as a program that runs at full speed, without a link."""
+"""Verilated collision checker as a program that runs at full speed, without a link."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ Fields = dict[str, int]
 
 @dataclass(frozen=True)
 class CheckerBatch:
-    """What became of a batch of paths.
+    """Results of a batch of paths.
 
     Attributes
     ----------
@@ -117,7 +117,7 @@ class VerilatedChecker:
     ) -> CheckerBatch:
         """Check ``paths`` back to back, each 2 or more points ``x, y, altitude``.
 
-        With ``stall`` above 0 the answers are taken in one cycle of so many only.
+        With ``stall`` above 0, answers are taken in one of every ``stall`` cycles only.
         """
         batch = [self._packed(path) for path in paths]
         words = np.concatenate(batch)

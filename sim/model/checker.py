@@ -1,7 +1,7 @@
-"""The collision check of *allaire two-tier*, one cell after the other: what every build must say.
+"""Definition of the collision check of *allaire two-tier*, which every build must reproduce.
 
-Here stands the definition, written to be read. :mod:`sim.model.checker_kernels` says the same of
-thousands of paths at once.
+It goes cell by cell, and is written to be read. :mod:`sim.model.checker_kernels` gives the same
+verdicts on thousands of paths at once.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ _SWITCH_CYCLES = 3
 
 
 class TerrainModel:
-    """The ground on the chip: the detailed map, and the highest cell of each block of it.
+    """The ground on the chip: the detailed map, and the highest cell of each of its blocks.
 
-    The chip's memory holds anything until it has been written. Here every cell is blocked at first,
-    so that what was not uploaded cannot be flown over.
+    The chip's memory is undefined until it has been written. Here every cell is blocked at first,
+    so that no path can cross cells that were not uploaded.
 
     Parameters
     ----------
@@ -54,7 +54,8 @@ class TerrainModel:
     heights : ndarray
         ``(map_size, map_size)`` uint16 altitude steps, [y, x], row 0 the south; read only.
     coarse : ndarray
-        Maxima of its blocks of ``coarse_factor`` x ``coarse_factor`` cells, of the same kind.
+        Maxima of its blocks of ``coarse_factor`` x ``coarse_factor`` cells, with the same type and
+        axes.
     """
 
     def __init__(self, config: Config) -> None:
@@ -73,8 +74,8 @@ class TerrainModel:
         Raises
         ------
         ValueError
-            If ``block`` is empty, not of two axes, not of whole numbers, leaves the map, or holds
-            what is no altitude.
+            If ``block`` is empty, has not two axes, holds other numbers than integers or other
+            integers than altitudes, or leaves the map.
         """
         cells = np.asarray(block)
         if cells.ndim != 2 or cells.size == 0 or not np.issubdtype(cells.dtype, np.integer):
@@ -94,7 +95,7 @@ class TerrainModel:
             )
         self._heights[y : y + rows, x : x + columns] = cells
 
-        # Of whole blocks, so that a maximum also comes down where its cell did.
+        # Whole blocks, so that a maximum falls with its cell.
         factor = self._factor
         south, west = y // factor, x // factor
         north, east = (y + rows - 1) // factor + 1, (x + columns - 1) // factor + 1
@@ -105,25 +106,25 @@ class TerrainModel:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of one path.
+    """Verdict on one path.
 
     Attributes
     ----------
     collision : bool
     clear : bool
-        The path is free: the opposite of ``collision``, since every check ends.
+        The opposite of ``collision``: every check ends. The paper's flag "over".
     segment : int
-        Segment that hits first, 0 the one that leaves the aircraft; 0 without collision.
+        First segment that collides, 0 the one that leaves the aircraft; 0 without collision.
     x, y : int
-        Its first colliding cell, in the cells of the map that hit; 0 without collision.
+        Its first colliding cell, in cells of its map; 0 without collision.
     coarse : bool
         That map is the coarse one.
     cells : int
         Cells from the path's first to the colliding one, both included, or all of the path's. Both
-        end cells of every segment count. The same whether colliding cells are counted or not.
+        end cells of every segment count. Counting colliding cells does not change it.
     entries : tuple of (int, int, int)
-        Segment, its colliding cells of terrain, and its blocked ones, of each segment that has any,
-        in order; empty unless they are counted.
+        For each segment with colliding cells, in order: its number, and its colliding cells of
+        terrain and of blocked ground. Empty unless they are counted.
     """
 
     collision: bool
@@ -145,8 +146,8 @@ def walk(start: Point, stop: Point) -> Iterator[tuple[int, int, Fraction]]:
     """Yield x, y and the exact altitude of every cell of a segment, from its start to its stop.
 
     Cell k of n = ``segment_cells(start, stop) - 1`` lies k/n of the way; halves are rounded up. The
-    two ways along a segment may so differ in cells. A segment within one cell is there at the lower
-    of its ends.
+    two directions of a segment may therefore differ in cells. A segment within one cell is at the
+    lower of its ends.
     """
     (x, y, z), n = start, segment_cells(start, stop) - 1
     dx, dy, dz = stop[0] - x, stop[1] - y, stop[2] - z
@@ -165,7 +166,7 @@ def to_coarse(config: Config, point: Point) -> Point:
 
 
 def check_points(config: Config, points: Sequence[Sequence[int]]) -> None:
-    """Refuse what is no path of ``config``: two points or more, aircraft and goal included.
+    """Refuse ``points`` that are no path of ``config``: two or more, aircraft and goal included.
 
     Raises
     ------
@@ -186,11 +187,11 @@ def check_points(config: Config, points: Sequence[Sequence[int]]) -> None:
 def check_path(
     config: Config, terrain: TerrainModel, points: Sequence[Point], count: bool = False
 ) -> Verdict:
-    """Check a path against the ground, as the build that ``config.checker`` names.
+    """Check a path against the ground, as the build that ``config.checker`` names does.
 
-    The two-tier build takes all segments after the first two to the coarse map, where their ends
-    have coarse cells and their own altitudes. The parallel build takes every segment to the
-    detailed map. A cell collides where the path is not above its ground.
+    The two-tier build compares all segments after the first two with the coarse map, where their
+    ends have coarse cells and their own altitudes. The parallel build compares every segment with
+    the detailed map. A cell collides where the path is not above its ground.
 
     Parameters
     ----------
@@ -242,15 +243,15 @@ def check_path(
 def paper_cycles(cells: int, segments: int) -> int:
     """Return the cycles of the paper's machine for a path (*allaire two-tier*, table 2).
 
-    Four to capture the path, one a cell, three between two segments. The three of the way back to
-    idle are a row of that table, but not in its total, and not here.
+    Four to capture the path, one for each cell, three between two segments. The table's row of
+    three for the return to idle is not in its total, and not here.
 
     Parameters
     ----------
     cells : int
-        Cells it looked at: :attr:`Verdict.cells`.
+        Cells compared: :attr:`Verdict.cells`.
     segments : int
-        Segments it began.
+        Segments begun.
     """
     return _CAPTURE_CYCLES + cells + _SWITCH_CYCLES * (segments - 1)
 

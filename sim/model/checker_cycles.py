@@ -21,14 +21,14 @@ def batch_cycles(
     The paths are queued: the checker is offered a point in every cycle, and its verdicts and counts
     are taken at once. A batch of one is a path alone.
 
-    ``cycles`` begin with the cycle in which the path's first point is taken or, if that is later,
-    with the cycle after that in which the previous verdict was offered; they end with the cycle in
-    which the path's own is. ``reads`` are the addresses that the memories were given for it.
+    ``cycles`` begin with the one in which the path's first point is taken or, if that is later,
+    with the one after the previous verdict was offered; they end with the one in which the path's
+    own verdict is offered. ``reads`` are the addresses given to the memories for the path.
 
     Raises
     ------
     ValueError
-        As :func:`sim.model.checker.check_path` does.
+        See :func:`sim.model.checker.check_path`.
     """
     cycles = two_tier_cycles if config.checker is CheckerBuild.TWO_TIER else parallel_cycles
     return cycles(config, terrain, paths, count)

@@ -13,8 +13,8 @@ from sim.model.checker_kernels import check_paths
 
 __all__ = ["parallel_cycles"]
 
-#: Cycles from the launch of a group of cells to its addresses at the memory, and from there to the
-#: step that tells what became of it, beside the latency of the memory; from that to the verdict.
+#: Cycles from the launch of a group of cells to its addresses at the memory; from there to its
+#: step, besides the latency of the memory; from the step to the verdict.
 _LAUNCH_TO_READ = 3
 _READ_TO_STEP = 3
 _STEP_TO_VERDICT = 1
@@ -23,7 +23,10 @@ _STEP_TO_VERDICT = 1
 def parallel_cycles(
     config: Config, terrain: TerrainModel, paths: Sequence[Sequence[Point]], count: bool = False
 ) -> list[tuple[int, int]]:
-    """Return what :func:`sim.model.checker_cycles.batch_cycles` does, of the parallel build."""
+    """Return ``cycles`` and ``reads`` of each path's verdict in the parallel build.
+
+    See :func:`sim.model.checker_cycles.batch_cycles`.
+    """
     verdicts = check_paths(config, terrain, paths, count)
     hits = [
         None if count else _hit(path, verdict)
@@ -65,8 +68,8 @@ class _Front:
 
     See :class:`hdl.feasibility.parallel.segment_setup.SegmentSetup`.
 
-    A segment is measured, waits, and is launched when the one before it has been: a group a cycle.
-    What follows the launch takes fixed times.
+    A segment is measured, waits, and is launched after the one before it, a group each cycle. The
+    stages after the launch take fixed times.
 
     Parameters
     ----------
@@ -117,7 +120,7 @@ class _Front:
         )
 
     def run(self) -> None:
-        """Launch all that is to be launched."""
+        """Launch all segments of paths that are not dropped."""
         points = deque(
             segment for segments in self._segments for segment in (None, *segments)
         )  # None is the first point of a path; any other completes a segment.
@@ -158,7 +161,7 @@ class _Front:
             waiting = _unless(measured if moves else waiting, unwanted)
             measured = _unless(entering if ready else measured, unwanted)
 
-            # Where all are full, nothing happens until the present segment has been launched.
+            # With all stages full, nothing changes until the present segment has been launched.
             cycle += 1
             if left and measured and waiting:
                 pause = min(left, drops[0][0] - cycle if drops else left)

@@ -1,4 +1,4 @@
-"""Cycles and memory accesses of the two-tier build, path by path, without simulating its cycles."""
+"""Cycles and reads of the two-tier build, path by path, without a simulation of each cycle."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def two_tier_cycles(
     The source always has the next point and verdicts are taken at once; the chip is idle before
     the first path. A queue of one path is a path by itself.
 
-    Each segment is followed through the stages of the walker, as the cycles in which it enters and
-    leaves them; what stops the walk is the cycle in which a hit has come through the comparison.
+    The model follows each segment through the stages of the walker, by the cycles in which it
+    enters and leaves them. The walk stops in the cycle in which a hit leaves the comparison.
 
     Parameters
     ----------
@@ -35,12 +35,12 @@ def two_tier_cycles(
     """
     answer = config.memory_latency + 3  # Cycles from a visit to its step.
     places = count_depth(config)
-    freed: list[int] = []  # From which cycle on the place of each counted segment is free again.
+    freed: list[int] = []  # First cycle in which the place of each counted segment is free again.
     results = []
     taken = 0  # Clock in which the latest point was taken.
     measured = 0  # In which the latest segment left the first stage of the set-up,
     passed = 0  # the second stage,
-    ended = 0  # and in which the walker was done with it.
+    ended = 0  # and the walker.
     verdict = 0  # In which the latest verdict was offered.
     for path in paths:
         outcome = check_path(config, terrain, path, count)

@@ -1,7 +1,7 @@
-"""The collision check of whole batches of paths, compiled.
+"""Compiled collision check of whole batches of paths.
 
-The same integers as :func:`sim.model.checker.check_path`, found without a division per cell: x and
-y advance by the remainders of their sides (*Bresenham*), the altitude by its rise times the length.
+The integers are those of :func:`sim.model.checker.check_path`, without a division per cell: x and y
+advance by the remainders of their sides (*Bresenham*), the altitude by its rise times the length.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ __all__ = ["Batch", "Verdicts", "check_batch", "check_paths"]
 
 Integers = npt.NDArray[np.int64]
 
-#: What the kernel says of each path, in the order of its columns.
+#: Columns of the kernel's verdicts.
 _COLLISION, _SEGMENT, _X, _Y, _COARSE, _CELLS = range(6)
 #: A segment number that none reaches.
 _NEVER = np.iinfo(np.int64).max
@@ -34,9 +34,9 @@ class Batch:
     Parameters
     ----------
     points : ndarray
-        ``(points, 3)`` int64: x, y, altitude step. They are taken to be on the map.
+        ``(points, 3)`` int64: x, y, altitude step. All must be on the map, which is not checked.
     bounds : ndarray
-        ``(paths + 1,)`` int64: where each path begins, and where the last one ends. Each has two
+        ``(paths + 1,)`` int64: first point of each path, and end of the last one. Each path has two
         points or more.
     """
 
@@ -65,7 +65,7 @@ class Batch:
 
 @dataclass(frozen=True)
 class Verdicts:
-    """What became of each path of a batch: the members of a :class:`Verdict`, one row a path.
+    """Verdicts on the paths of a batch: the members of :class:`Verdict`, a row for each path.
 
     Attributes
     ----------
@@ -127,12 +127,12 @@ def check_batch(
 def check_paths(
     config: Config, terrain: TerrainModel, paths: Sequence[Sequence[Point]], count: bool = False
 ) -> list[Verdict]:
-    """Return what :func:`sim.model.checker.check_path` says of each of ``paths``.
+    """Return the verdict of :func:`sim.model.checker.check_path` on each of ``paths``.
 
     Raises
     ------
     ValueError
-        As it does.
+        See there.
     """
     batch = Batch.of(config, paths)
     found = check_batch(config, terrain, batch, count)
@@ -141,7 +141,7 @@ def check_paths(
         collision = bool(found.collision[path])
         entries: tuple[tuple[int, int, int], ...] = ()
         if found.colliding is not None:
-            # One segment fewer than points, in each path before this one, too.
+            # Each path, those before this one included, has one segment fewer than points.
             rows = found.colliding[batch.bounds[path] - path : batch.bounds[path + 1] - path - 1]
             entries = tuple(
                 (segment, int(below), int(inside))

@@ -1,1 +1,1 @@
-"""Benchmarks: every speed and quality claim of the README, measured now."""
+"""Benchmarks: measurements of every claim of speed and quality."""

@@ -1,7 +1,6 @@
-"""``python -m bench [NAME ...]``: run benchmarks, print their tables, keep them as JSON.
+"""``python -m bench [NAME ...]``: run benchmarks, print their tables, store them as JSON.
 
-Each one named in :data:`NAMES` is a module, ``-`` in its name an underscore, that has
-``run(options) -> Report``.
+Each name in :data:`NAMES` is a module, with ``_`` for ``-``, that has ``run(options) -> Report``.
 """
 
 from __future__ import annotations

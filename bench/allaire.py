@@ -8,7 +8,7 @@ from dataclasses import dataclass
 __all__ = ["CLOCK_HZ", "GENERATIONS", "PHASES", "Phase"]
 
 GENERATIONS = 60
-#: Of its FPGA. The PC was a Pentium 4 of 2.8 GHz.
+#: Clock of the paper's FPGA. The PC was a Pentium 4 of 2.8 GHz.
 CLOCK_HZ = 100e6
 
 
@@ -21,7 +21,7 @@ class Phase:
     key : str
         Name of its time in a result of ``ga-pc``, and of its cycles in one of ``ga-fpga``.
     pc_s, fpga_s : float
-        What the paper measured.
+        Measurements of the paper.
     """
 
     key: str
@@ -30,7 +30,7 @@ class Phase:
 
     @property
     def cycles(self) -> float:
-        """Cycles of a generation on the paper's FPGA."""
+        """Return the cycles of a generation on the paper's FPGA."""
         return self.fpga_s * CLOCK_HZ / GENERATIONS
 
 

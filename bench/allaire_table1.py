@@ -1,4 +1,4 @@
-"""Table 1 of *allaire-2008* again: the genetic algorithm on the PC alone and on the chip."""
+"""Table 1 of *allaire-2008*, repeated: the genetic algorithm on the PC alone and on the chip."""
 
 from __future__ import annotations
 
@@ -83,9 +83,9 @@ def run(options: BenchOptions, *, generations: int = GENERATIONS, board: str = "
         "Here: one core of this machine, ga-pc in Python with NumPy; the chip's own counters on "
         f"the simulated board, at its nominal {clock_hz / 1e6:.0f} MHz (docs/results.md has the "
         "routed clocks).",
-        "The link is in neither. Evaluation is the host's in both, compiled: "
+        "Neither contains the link. The host evaluates in both, with compiled code: "
         f"{evaluations[0]:.0f} and {evaluations[1]:.0f} paths a run; for ga-fpga with "
-        "waypoints to unpack, and with caches that the simulator has used meanwhile.",
+        "waypoints to unpack, and with caches that the simulator has used in between.",
     ]
     return report
 

@@ -1,4 +1,4 @@
-"""The planners of *cheng* on both landscapes, beside table IV and beside a direct optimiser."""
+"""The planners of *cheng* on both landscapes, beside table IV and beside a direct optimizer."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from host.planners.routes.draws import KINDS
 from host.planners.routes.field import FEWEST_CONTROL_POINTS, MOST_CONTROL_POINTS
 
 
-__all__ = ["PAPER", "contradictions", "optimise", "run"]
+__all__ = ["PAPER", "contradictions", "optimize", "run"]
 
 #: Table IV: path length, elevation rate and minimum turn in degrees at generations 10, 20 .. 100,
 #: of the proposed planner and of the conventional GA.
@@ -80,11 +80,11 @@ PAPER: dict[tuple[int, str], tuple[tuple[float, float, float], ...]] = {
 }
 
 _EVERY = 10  # Generations between the rows of table IV.
-_TIMES_EVALUATIONS = 10  # What the direct optimiser is given.
-_RUNS_PER_OPTIMISATION = 10  # It takes longer, and varies less.
+_TIMES_EVALUATIONS = 10  # Evaluations of the direct optimizer, relative to those of the planners.
+_RUNS_PER_OPTIMISATION = 10  # Each takes longer, and varies less.
 _NEAR_ENOUGH = 1.15
 _NOTE_WIDTH = 100
-_PER_DIMENSION = 15  # Population of the direct optimiser: SciPy's default.
+_PER_DIMENSION = 15  # Population of the direct optimizer: SciPy's default.
 
 Floats = NDArray[np.float64]
 _PLANNERS = (("ga-dp", "route"), ("ga-dp", "sum"), ("ga-auv", "route"))
@@ -111,7 +111,7 @@ class _Outcome:
     fine : ndarray
         The same at 1001 samples of a segment.
     rises : bool
-        Whether what its reading minimises ever rose.
+        True if the quantity that its reading minimizes ever rose.
     evaluations : int
         Segments measured.
     """
@@ -157,13 +157,13 @@ def run(options: BenchOptions) -> Report:
             report.rows += _rows(case, outcomes[case])
             print(f"cheng-table4: {case} done", file=sys.stderr, flush=True)
         direct = {
-            landscape: _optimised(pool, landscape, outcomes, options.trials)
+            landscape: _optimized(pool, landscape, outcomes, options.trials)
             for landscape in LANDSCAPES
         }
     report.notes = [
         "PL, ER, MT: path length, elevation rate, minimum turn in degrees. Draws uniform is the",
         "paper's; the paper's delta is equation (3) of its columns. Sum: the mean delta shown is",
-        "that of the whole path, not what that reading minimises.",
+        "that of the whole path, not the quantity that the reading minimizes.",
         *itertools.chain.from_iterable(wrap(said, _NOTE_WIDTH) for said in _work(outcomes)),
         *itertools.chain.from_iterable(
             _verdicts(landscape, draws, outcomes, direct[landscape])
@@ -183,7 +183,7 @@ def run(options: BenchOptions) -> Report:
 
 
 def _work(outcomes: dict[_Case, list[_Outcome]]) -> Iterable[str]:
-    """Say what each planner evaluates: a table by generations is not one by work."""
+    """Return notes on the work of each planner: generations do not measure work."""
     for case, runs in outcomes.items():
         count = np.mean([outcome.evaluations for outcome in runs])
         yield f"Evaluations of a run, {case}: {count:,.0f}."
@@ -235,8 +235,8 @@ def _paper_delta(row: tuple[float, float, float]) -> float:
     return float(delta(np.array((length, 1 - turn_deg / 180, rate))))
 
 
-def optimise(landscape: int, points: int, evaluations: int, seed: int) -> float:
-    """The least delta that differential evolution finds for one B-spline.
+def optimize(landscape: int, points: int, evaluations: int, seed: int) -> float:
+    """Return the least delta that differential evolution finds for one B-spline.
 
     Parameters
     ----------
@@ -273,13 +273,13 @@ def optimise(landscape: int, points: int, evaluations: int, seed: int) -> float:
     return float(found.fun)
 
 
-def _optimised(
+def _optimized(
     pool: ProcessPoolExecutor,
     landscape: int,
     outcomes: dict[_Case, list[_Outcome]],
     runs: int,
 ) -> dict[int, list[float]]:
-    """Deltas of several optimisations by number of control points."""
+    """Return the deltas of several optimizations by number of control points."""
     used = np.mean(
         [outcome.evaluations for outcome in outcomes[_Case(landscape, KINDS[0], *_PLANNERS[0])]]
     )
@@ -287,12 +287,12 @@ def _optimised(
     seeds = range(ceil(runs / _RUNS_PER_OPTIMISATION))
     sizes = range(FEWEST_CONTROL_POINTS, MOST_CONTROL_POINTS + 1)
     jobs = {
-        points: [pool.submit(optimise, landscape, points, budget, seed) for seed in seeds]
+        points: [pool.submit(optimize, landscape, points, budget, seed) for seed in seeds]
         for points in sizes
     }
     found = {points: [job.result() for job in submitted] for points, submitted in jobs.items()}
     print(
-        f"cheng-table4: direct optimiser on landscape {landscape} done", file=sys.stderr, flush=True
+        f"cheng-table4: direct optimizer on landscape {landscape} done", file=sys.stderr, flush=True
     )
     return found
 
@@ -303,7 +303,7 @@ def _verdicts(
     outcomes: dict[_Case, list[_Outcome]],
     direct: dict[int, list[float]],
 ) -> list[str]:
-    """Sentences on what a reader wants to know of a landscape."""
+    """Return notes on the results on a landscape."""
     ours, _, theirs = (outcomes[_Case(landscape, draws, *planner)] for planner in _PLANNERS)
     mean, other = (
         np.mean([delta(outcome.terms) for outcome in some], axis=0) for some in (ours, theirs)
@@ -317,17 +317,17 @@ def _verdicts(
     ratio = mean[-1] / best
     return wrap(
         f"Landscape {landscape}, draws {draws}: the mean delta of ga-dp (route) is below that of "
-        f"ga-auv at every row{f' but those of generations {behind}' if behind else ''}; its best "
+        f"ga-auv in every row{f' except at generations {behind}' if behind else ''}; its best "
         f"delta rose in {rises} of {len(ours)} runs; its mean final delta is {ratio:.2f} times "
         f"that of SciPy's differential evolution on one B-spline of {points} control points, the "
-        f"number that suits it best, with {_TIMES_EVALUATIONS} times the evaluations of draws "
+        f"best number for it, with {_TIMES_EVALUATIONS} times the evaluations of draws "
         f"near ({'within' if ratio <= _NEAR_ENOUGH else 'not within'} {_NEAR_ENOUGH - 1:.0%}).",
         _NOTE_WIDTH,
     )
 
 
 def contradictions() -> list[str]:
-    """Sentences on where table IV of the paper contradicts itself, computed from it."""
+    """Return notes on the contradictions of table IV of the paper, computed from it."""
     said = []
     for (landscape, planner), rows in PAPER.items():
         deltas = [_paper_delta(row) for row in rows]

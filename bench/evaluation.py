@@ -1,4 +1,4 @@
-"""Evaluations per second of one core, on the paths that planners meet."""
+"""Evaluations per second of one core, on paths of planners."""
 
 from __future__ import annotations
 

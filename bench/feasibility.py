@@ -19,7 +19,7 @@ from sim.model.checker_cycles import batch_cycles
 
 __all__ = ["cells_per_clock", "run"]
 
-#: Every build, with its cells a cycle.
+#: Every build, with its cells per cycle.
 _BUILDS = (
     (CheckerBuild.TWO_TIER, 1),
     *((CheckerBuild.PARALLEL, lanes) for lanes in (1, 2, 4, 8, 16)),
@@ -95,8 +95,8 @@ def run(options: Options) -> Report:
     report.notes += [
         f"Testing trajectory: segments of {', '.join(map(str, cells_of))} cells. The two-tier "
         "build stops at the sixth coarse cell of the third, as the paper's does; the parallel "
-        "build finds it free. Predicted is what the software models of the cycles give; "
-        "microseconds are those of 125 MHz for the paper and of 100 MHz for the rest.",
+        "build finds it free. Predicted: cycles of the software models; "
+        "microseconds at 125 MHz for the paper and at 100 MHz for the rest.",
         f"Open ground: a queue of {_PATHS} paths of 1 to 17 segments, each of 1 to 101 cells, "
         "all free.",
         f"Canyon: a queue of {_PATHS} paths of 2 to 16 waypoints from 500 to 2500 m above the "
@@ -106,13 +106,13 @@ def run(options: Options) -> Report:
 
 
 def _cycles(checker: VerilatedChecker, segments: int) -> int:
-    """Cycles of the first segments of the testing trajectory alone."""
+    """Return the cycles of the first segments of the testing trajectory."""
     cycles: int = checker.check([TESTING_TRAJECTORY[: segments + 1]]).verdicts[0]["cycles"]
     return cycles
 
 
 def _table_2(parts: Sequence[int]) -> str:
-    """The steps of the paper's Table 2, and the cycles of the two-tier build for so many."""
+    """Return a note on the steps of the paper's Table 2 and the cycles of the two-tier build."""
     first, second, third = _PAPER_SEGMENTS
     paper = [
         paper_cycles(sum(_PAPER_SEGMENTS[:segments]), segments=segments) for segments in (1, 2, 3)
@@ -144,7 +144,7 @@ def _over_level_ground(checker: VerilatedChecker, paths: Sequence[Path]) -> floa
 
 
 def _mixed(rng: np.random.Generator) -> Path:
-    """A path of short and long segments in every direction, above ground of altitude 0."""
+    """Return a path of short and long segments in every direction, above ground of altitude 0."""
     edge = Config().map_size - 1
     steps = rng.integers(-100, 101, (rng.integers(2, 19), 2))
     steps[0] = rng.integers(0, edge + 1, 2)
@@ -155,7 +155,7 @@ def _mixed(rng: np.random.Generator) -> Path:
 
 
 def _flight(rng: np.random.Generator, heights: NDArray[np.uint16]) -> Path:
-    """A path from the south-west to the north-east of the canyon, over the ground at its points."""
+    """Return a path across the canyon to the north-east, over the ground at its points."""
     waypoints = int(rng.integers(2, 17))
     along = np.sort(rng.uniform(30, 470, waypoints + 2))
     across = np.stack([along, along], axis=1) + rng.integers(-40, 41, (waypoints + 2, 2))

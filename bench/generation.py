@@ -33,7 +33,7 @@ _PLAN_GENERATIONS = 300
 def run(options: Options) -> Report:
     """Run 60 generations of full-length paths, then of a planner's lengths, in every mode.
 
-    Also with a map of random altitudes to be avoided, whose ground holds every other new waypoint.
+    Also with a map of random altitudes to avoid, where every other new waypoint is in the ground.
     """
     report = Report(
         f"A generation on the simulated board, mean of {GENERATIONS}, cycles",

@@ -29,14 +29,14 @@ from host.problem.problem import Problem
 __all__ = ["run"]
 
 _GENERATIONS = 300
-#: Terrains that are planned once more on the simulated board.
+#: Terrains of additional plans on the simulated board.
 _SIMULATED = 2
 
 Outcome = dict[str, Any]
 
 
 def run(options: BenchOptions) -> Report:
-    """Run both ways on every scenario that is there, with the same seeds."""
+    """Run both ways on every available scenario, with the same seeds."""
     report = Report(
         f"Collisions counted on the board: {options.seeds} seeds, {_GENERATIONS} generations",
         (
@@ -93,7 +93,7 @@ def run(options: BenchOptions) -> Report:
             print(f"onboard: {name} on {board} done", file=sys.stderr, flush=True)
     report.notes = [
         "Scenarios and F as in BENCH=quality. Board: --feasibility board, so the chip counts the",
-        "colliding cells of the straight path and its mutations refuse points in the ground; every",
+        "colliding cells of the straight path and its mutations reject points in the ground; every",
         "path that becomes the best is evaluated in full. Counted feasible: different paths of all",
         "runs, each evaluated here by the strict rule of pathgene check. Not feasible: as only",
         "the turn arcs collide, because the straight path does between the cells that the line",
@@ -116,7 +116,7 @@ def _plans(name: str, board: str, way: str, seeds: Sequence[int]) -> list[Outcom
 
 
 class _Recording(Evaluator):
-    """Keeps the paths whose counts make them feasible."""
+    """Records the paths that the counts call feasible."""
 
     def __init__(self, problem: Problem, threads: int) -> None:
         super().__init__(problem, threads=threads)

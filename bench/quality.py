@@ -23,7 +23,7 @@ from host.planners.base import Options
 
 __all__ = ["VARIANTS", "Variant", "run"]
 
-#: The grid search that every other planner is compared with.
+#: The planner that all others are compared with.
 _YARDSTICK = "astar"
 
 Outcome = dict[str, Any]
@@ -31,7 +31,7 @@ Outcome = dict[str, Any]
 
 @dataclass(frozen=True)
 class Variant:
-    """A planner with options of its own, ``name`` in the table."""
+    """A planner with its options, and its ``name`` in the table."""
 
     name: str
     planner: str
@@ -39,7 +39,7 @@ class Variant:
 
 
 def _variants() -> list[Variant]:
-    """Every planner of the registry, those that can from both starts; ga-fpga as the paper, too."""
+    """Return every planner, from both starts where it has them, and ga-fpga as in the paper."""
     variants = []
     for name, entry in PLANNERS.items():
         inits = ({"init": "random"}, {"init": "astar"}) if "init" in entry.options else ({},)
@@ -51,12 +51,12 @@ def _variants() -> list[Variant]:
     return variants
 
 
-#: What is compared.
+#: The rows of the table.
 VARIANTS = tuple(_variants())
 
 
 def run(options: BenchOptions) -> Report:
-    """Run everything on every scenario that is there."""
+    """Run every variant on every available scenario."""
     report = Report(
         f"Quality: {options.seeds} seeds, each planner's own number of generations",
         (
@@ -111,7 +111,7 @@ def run(options: BenchOptions) -> Report:
 
 
 def _compile(variants: Sequence[Variant]) -> None:
-    """Have everything compiled, or read from where the compiled is kept, before it is timed."""
+    """Compile all code, or load it from the cache, before anything is timed."""
     evaluator = Evaluator(problem(SYNTHETIC[0]), threads=1)
     for variant in variants:
         make(variant.planner, **variant.options).plan(evaluator, Options(generations=2))
@@ -137,10 +137,10 @@ def _plan(name: str, variant: Variant, seed: int) -> Outcome:
 
 
 def _row(outcomes: list[Outcome], yardstick: list[float]) -> tuple[object, ...]:
-    """The figures of one planner on one terrain; ``yardstick`` has astar's F of the same seeds."""
+    """Return a planner's row for a terrain; ``yardstick`` has astar's F of the same seeds."""
     fitness = [outcome["fitness"] for outcome in outcomes]
     gains = [value - other for value, other in zip(fitness, yardstick, strict=True)]
-    # Without any spread there is nothing to test.
+    # Without spread no test applies.
     spread = len(gains) > 1 and stdev(gains) > 0
     p_value = float(ttest_rel(fitness, yardstick).pvalue) if spread else "-"
     return (

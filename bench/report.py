@@ -1,4 +1,4 @@
-"""A table for people and the same figures as JSON."""
+"""A table in Markdown and the same figures as JSON."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ class Options:
     Parameters
     ----------
     seeds : int
-        Seeds of each terrain in statistical benchmarks.
+        Number of seeds of each terrain in statistical benchmarks.
     trials : int
-        The same in benchmarks that repeat a table of 50 trials.
+        Number of seeds in benchmarks that repeat a table of 50 trials.
     only : str
-        Of ``fpga`` and ``quality``, the rows that have this in their names.
+        Part of the names of rows to measure, for ``fpga`` and ``quality``.
     """
 
     seeds: int = 40
@@ -47,9 +47,9 @@ class Report:
     notes : list of str
         Sentences below the table.
     data : dict
-        What the JSON has besides.
+        Additional content of the JSON.
     failed : bool
-        Whether something could not be measured; a note says why.
+        A measurement failed; a note gives the reason.
     """
 
     title: str
@@ -68,7 +68,7 @@ class Report:
         return "\n".join([f"## {self.title}", "", *lines, "", *self.notes])
 
     def write(self, path: Path) -> Path:
-        """Write everything, and the machine it was measured on, to ``path`` as JSON."""
+        """Write the report and a description of the machine to ``path`` as JSON."""
         machine = {
             "processor": _processor(),
             "cores": os.cpu_count(),

@@ -25,10 +25,10 @@ __all__ = ["run"]
 MAP = "canyon"
 #: Table 3.
 ITERATIONS, POPULATION = 500, 512
-#: Solutions, for all cores and the GPU.
+#: Numbers of solutions, for all cores and the GPU.
 SOLUTIONS = (64, 128, 256, 512, 1024, 2048)
 _REPEATS = 3
-# No engine, but the one of all threads, as the paper does it.
+# Not an engine: all threads with every candidate evaluated in full, as in the paper.
 _IN_FULL = "all in full"
 
 #: Section 5.3: engine, threads, solutions, seconds. 36 threads ran 9.6 times as fast as one.
@@ -46,7 +46,7 @@ def run(
     population: int = POPULATION,
     solutions: Sequence[int] = SOLUTIONS,
 ) -> Report:
-    """Time fpa-2opt by threads and by solutions, on each engine that is there."""
+    """Time fpa-2opt by threads and by solutions, on each available engine."""
     del options
     report = Report(
         f"fpa-2opt on {MAP}: {iterations} iterations, 6 free waypoints, ds one cell",
@@ -77,7 +77,7 @@ def run(
         try:
             results = [
                 _plan(engine, threads, count, iterations, seed) for seed in range(_REPEATS + 1)
-            ][1:]  # The first compiles.
+            ][1:]  # The first run compiles.
         except InputError as error:
             left_out = str(error)
             break
@@ -144,8 +144,8 @@ def _plan(engine: str, threads: int, population: int, iterations: int, seed: int
 
 
 def _together(cores: int, population: int, iterations: int) -> float:
-    """Median seconds of as many sequential runs at once as there are cores."""
-    # Started anew: a process that has had threads must not be forked.
+    """Return the median seconds of simultaneous sequential runs, one per core."""
+    # Spawned: a process that has had threads must not be forked.
     with ProcessPoolExecutor(cores, mp_context=get_context("spawn")) as pool:
         timed = partial(_sequential_s, population, iterations)
         rounds = [max(pool.map(timed, [seed] * cores)) for seed in range(_REPEATS + 1)]

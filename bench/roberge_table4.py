@@ -27,7 +27,7 @@ __all__ = ["run"]
 ITERATIONS, POPULATION = 500, 512
 
 #: Table 4 of the paper: length m, mean altitude m, fuel N, fitness and its deviation, without and
-#: with 2-opt. Its starts, goals and zones are not published, so that its maps are not these.
+#: with 2-opt. Its starts, goals and zones are not published: the maps here differ.
 PAPER = {
     "canyon": ((8418, 119.3, 0.127, 1.295, 0.021), (7320, 86.6, 0.117, 1.348, 0.019)),
     "river": ((6559, 72.2, 0.099, 1.363, 0.025), (6126, 50.0, 0.090, 1.420, 0.018)),
@@ -47,7 +47,7 @@ def run(
     iterations: int = ITERATIONS,
     population: int = POPULATION,
 ) -> Report:
-    """Run all trials of every map that is there."""
+    """Run all trials of every available map."""
     report = Report(
         f"Table 4 of roberge: {options.trials} trials, {iterations} iterations, {population} "
         f"solutions",
@@ -65,7 +65,7 @@ def run(
         ),
     )
     runs: dict[str, dict[str, list[Trial]]] = {}
-    # Started anew: a process that has had threads must not be forked.
+    # Spawned: a process that has had threads must not be forked.
     with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
         for name in names_of(TABLE_4):
             trials = _trials(pool, name, options.trials, iterations, population)
@@ -113,7 +113,7 @@ def _trials(
     iterations: int,
     population: int,
 ) -> dict[str, list[Trial]]:
-    """All trials of a map by way."""
+    """Return all trials of a map by variant."""
     seeds = range(count)
 
     def plan(planner: str, lengths: Sequence[int]) -> list[Trial]:
@@ -124,7 +124,7 @@ def _trials(
         )
 
     hybrid = plan("fpa-2opt", [iterations] * count)
-    # Besides the first population, an iteration without 2-opt makes one candidate per solution.
+    # After the first population, an iteration without 2-opt has one candidate per solution.
     longer = [ceil(trial["candidates"] / population) - 1 for trial in hybrid]
     return {
         "fpa": plan("fpa", [iterations] * count),
@@ -164,14 +164,14 @@ def _row(name: str, way: str, trials: list[Trial], hybrid: list[float]) -> Seque
 
 
 def _p_value(one: list[float], other: list[float]) -> float:
-    """Welch's, or 1 where there are too few trials to say."""
+    """Return Welch's p, or 1 for too few trials."""
     if len(one) < 2:
         return 1.0
     return float(stats.ttest_ind(one, other, equal_var=False).pvalue)
 
 
 def _verdict(runs: dict[str, dict[str, list[Trial]]]) -> str:
-    """Say on how many maps 2-opt is better, and worse, with p < 0.05."""
+    """Return a note on the maps where 2-opt is better, and worse, with p < 0.05."""
     sentences = []
     for way in _WAYS[:2]:
         better = worse = 0

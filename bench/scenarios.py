@@ -1,4 +1,4 @@
-"""The terrains, zones, starts and goals of the benchmarks, fixed before anything is measured."""
+"""Terrains, zones, starts and goals of the benchmarks, fixed before any measurement."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ __all__ = [
     "source_of",
 ]
 
-#: The terrain that comes with the packages, always there.
+#: The real terrain that comes with the packages.
 EMBEDDED = "jacksboro"
 #: The kinds of synthetic land of *roberge*, 25 km2 at 10 m, of seed 0.
 SYNTHETIC = ("canyon", "river")
 #: The kind of land that *allaire-2008* measures on, 80 x 80 km, of seed 0.
 LARGE = "large-canyon"
-#: Elevation tiles beside the repository, where there are any.
+#: Elevation tiles beside the repository, if available.
 TILES = {
     "himalaya": "himalaya_gorge_np.tif",
     "tujunga": "big_tujunga_canyon_ca.tif",
@@ -44,7 +44,7 @@ TILES = {
     "alps": "alps_jungfrau_voids_ch.tif",
     "jervis": "jervis_inlet_fjord_bc.tif",
 }
-#: In the place of the four maps of *roberge*: its two synthetic kinds, and two real ones.
+#: Replacements of the four maps of *roberge*: its two synthetic kinds, and two real ones.
 TABLE_4 = (*SYNTHETIC, EMBEDDED, "himalaya")
 _FOLDER = Path(__file__).resolve().parents[2] / "shared" / "terrain"
 
@@ -57,23 +57,23 @@ _VALLEY_HEIGHT_M = 60.0
 
 
 def names() -> list[str]:
-    """Return the real terrains that are there: the embedded one and the tiles."""
+    """Return the available real terrains: the embedded one and the tiles."""
     return names_of([EMBEDDED, *TILES])
 
 
 def names_of(wanted: Sequence[str]) -> list[str]:
-    """Return those of ``wanted`` that are there: only a tile may be missing."""
+    """Return the available terrains of ``wanted``: only tiles may be missing."""
     return [name for name in wanted if name not in TILES or (_FOLDER / TILES[name]).exists()]
 
 
 def missing(wanted: Sequence[str] = (EMBEDDED, *TILES)) -> list[str]:
-    """Return a line for a benchmark's notes on those of ``wanted`` that are not there, if any."""
+    """Return a note on the missing terrains of ``wanted``, if any."""
     left_out = [name for name in wanted if name not in names_of(wanted)]
     return [f"Not beside the repository, so left out: {', '.join(left_out)}."] if left_out else []
 
 
 def source_of(name: str) -> str:
-    """Return what ``--terrain`` takes for it: a name that comes with the packages, or a file."""
+    """Return the value of ``--terrain``: an embedded name, or a file."""
     return str(_FOLDER / TILES[name]) if name in TILES else name
 
 
@@ -91,8 +91,8 @@ def _terrain(name: str) -> Terrain:
 def problem(name: str) -> Problem:
     """Return a scenario: two no-fly circles on the straight line from start to goal.
 
-    Of a real terrain, from corner to corner 100 m above ground; of a synthetic one, from south to
-    north 60 m above the lowest ground of the valley, lower than what lies between.
+    On a real terrain, the ends lie in opposite corners, 100 m above ground; on a synthetic one, in
+    the south and north, 60 m above the lowest ground of the valley and below the ground between.
     """
     terrain = _terrain(name)
     (x0, x1), (y0, y1) = (
@@ -112,11 +112,11 @@ def problem(name: str) -> Problem:
 
 @cache
 def problem_at_one_cell(name: str) -> Problem:
-    """Return :func:`problem` sampled once a cell, as the benchmarks that repeat *roberge*."""
+    """Return :func:`problem` with a sampling step of one cell, for the benchmarks of *roberge*."""
     scenario = problem(name)
     return dataclasses.replace(scenario, ds_m=min(scenario.terrain.dx_m, scenario.terrain.dy_m))
 
 
 def _valley(terrain: Terrain, y: float) -> float:
-    """Return where the land is lowest at ``y``, metres east."""
+    """Return x of the lowest land at ``y``, metres."""
     return float(terrain.elevation[round(y / terrain.dy_m)].argmin() * terrain.dx_m)

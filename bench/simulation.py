@@ -1,4 +1,4 @@
-"""Cycles per second of the simulated board, the whole chip at work."""
+"""Cycles per second of the simulated board, with the whole chip active."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The collision checker over the terrains of the scenarios: random paths and evolved ones.
 
 Every build checks every path on the simulated gateware, stopping at the first collision and
-counting all of them, and every answer is compared with the software model's.
+counting all of them, and every result is compared with that of the software model.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from sim.model.checker_kernels import check_paths
 
 __all__ = ["BUILDS", "Ground", "differing", "run"]
 
-#: Every build, with its cells a cycle.
+#: Every build, with its cells per cycle.
 BUILDS = (
     (CheckerBuild.TWO_TIER, 1),
     (CheckerBuild.PARALLEL, 8),
@@ -50,14 +50,14 @@ Path = Sequence[Point]
 
 @dataclass(frozen=True)
 class _Outcome:
-    """One build's answers to all paths of one kind over one terrain, in one mode."""
+    """Results of one build for all paths of one kind over one terrain, in one mode."""
 
     collisions: int
     cycles: int
     mismatches: int
 
 
-#: Of each build, in each mode.
+#: Outcomes of each build, in each mode.
 _Outcomes = Mapping[tuple[int, str], _Outcome]
 
 
@@ -72,7 +72,7 @@ class Ground:
     Attributes
     ----------
     heights : ndarray
-        See :class:`host.terrain.ChipMap`.
+        See :class:`host.problem.ChipMap`.
     """
 
     def __init__(self, name: str) -> None:
@@ -120,14 +120,14 @@ class Ground:
 
 
 class _Recorder(Chip):
-    """A chip that notes the chromosomes of every generation, each once, in order."""
+    """A chip that records the distinct chromosomes of all generations, in order."""
 
     def __init__(self, link: Link, seen: dict[tuple[int, ...], None]) -> None:
         super().__init__(link)
         self._seen = seen
 
     def step(self, order: Sequence[int], mode: LinkMode = LinkMode.RANK) -> Step:
-        """Run one generation, and note it."""
+        """Run one generation and record it."""
         done = super().step(order, mode)
         self._seen.update(dict.fromkeys(map(tuple, done.paths)))
         return done
@@ -136,9 +136,9 @@ class _Recorder(Chip):
 def differing(
     batch: CheckerBatch, config: Config, terrain: TerrainModel, paths: Sequence[Path], count: bool
 ) -> list[int]:
-    """Return the numbers of the paths of which ``batch`` says something else than the model.
+    """Return the numbers of the paths whose results in ``batch`` differ from the model's.
 
-    Compared are verdict, first colliding segment and cell, cells, and every count.
+    The results are verdict, first colliding segment and cell, cells, and every count.
     """
     said = [
         Verdict(
@@ -162,7 +162,7 @@ def differing(
 
 
 def run(options: BenchOptions) -> Report:
-    """Check 10,000 random and 10,000 evolved paths over every terrain that is there."""
+    """Check 10,000 random and 10,000 evolved paths over every available terrain."""
     report = Report(
         f"Collision checker over real terrain: mean cycles per path, {_PATHS:,} paths a row",
         (
@@ -196,8 +196,8 @@ def run(options: BenchOptions) -> Report:
         f"seed {_RANDOM_SEED}. Evolved: the first {_PATHS:,} distinct chromosomes of the",
         f"generations of ga-fpga on model:, {_GENERATIONS} generations of each seed from 0 to",
         f"{', '.join(f'{used - 1} ({name})' for name, used in seeds.items())}.",
-        "Mismatches: answers of any build that differ from the model's in verdict, first colliding",
-        "cell, cells looked at or counts; parallel against the full detailed check, two-tier",
+        "Mismatches: results of any build that differ from the model's in verdict, first colliding",
+        "cell, cells visited or counts; parallel against the full detailed check, two-tier",
         "against its own.",
         *missing(),
     ]
@@ -232,7 +232,7 @@ def _check(name: str, kind: str) -> tuple[_Outcomes, int]:
 
 
 def _row(name: str, kind: str, mode: str, every: Sequence[_Outcomes]) -> tuple[object, ...]:
-    """A row of the means over one terrain or more."""
+    """Return a row of means over one or more terrains."""
     of_build = [[outcomes[number, mode] for outcomes in every] for number in range(len(BUILDS))]
     tiered, detailed = (
         mean(outcome.collisions for outcome in outcomes) / _PATHS for outcomes in of_build

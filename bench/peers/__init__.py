@@ -37,8 +37,8 @@ _MOST_SEEDS = 5
 class _Outcome:
     """The result of one run.
 
-    ``early`` is the fitness after the seconds that ``fpa-2opt`` takes, ``late`` that of a run of as
-    many evaluations as it judges candidates, in full or not.
+    ``early`` is the fitness after the seconds that ``fpa-2opt`` takes; ``late`` is that of a run
+    with as many evaluations as ``fpa-2opt`` has candidates, evaluated in full or not.
     """
 
     fitness: float
@@ -50,14 +50,14 @@ class _Outcome:
 
 
 class _Rates(NamedTuple):
-    """Candidates a second of ``fpa-2opt``: in full or cut short, and where all are in full."""
+    """Candidates per second of ``fpa-2opt``: with early rejection, and with all in full."""
 
     judged: float
     full: float
 
 
 def run(options: BenchOptions, *, iterations: int = _ITERATIONS) -> Report:
-    """Give every peer that is installed as many evaluations, or seconds, as ``fpa-2opt`` takes."""
+    """Run every installed peer with the evaluations, or seconds, that ``fpa-2opt`` takes."""
     report = Report(
         f"Peers on {MAP}, {WAYPOINTS} free waypoints, ds one cell",
         (
@@ -80,7 +80,7 @@ def run(options: BenchOptions, *, iterations: int = _ITERATIONS) -> Report:
     ours = [_ours(evaluator, seed, iterations) for seed in seeds]
     evaluations = round(mean(outcome.evaluations for outcome in ours))
     seconds = mean(outcome.seconds for outcome in ours)
-    # As fast as it evaluates, too: what is cut short takes time, but counts for nothing.
+    # The speed of full evaluations, too: a candidate cut short takes time but does not count.
     full = [_ours(evaluator, seed, iterations, give_up=False) for seed in seeds]
     judged = round(mean(outcome.evaluations for outcome in full))
     # The same candidates are judged with and without cutting short.

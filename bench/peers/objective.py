@@ -17,26 +17,26 @@ Vectors = NDArray[np.float64]
 
 
 class BudgetSpentError(Exception):
-    """Ends an optimizer that would go on."""
+    """Ends an optimizer at the end of its evaluations."""
 
 
 class Objective:
-    """The fitness of paths of free waypoints, its sign changed, within a number of evaluations.
+    """The negated fitness of paths of free waypoints, for a limited number of evaluations.
 
     Parameters
     ----------
     evaluator : Evaluator
     waypoints : int
-        Free ones of a path: x, y and z of each are three numbers of a vector, metres.
+        Free waypoints of a path; x, y and z of each are three numbers of a vector, metres.
     evaluations : int
-        How many are granted.
+        Most evaluations.
 
     Attributes
     ----------
     low, high : ndarray
         Bounds of a vector, (3 * waypoints,) float64: the airspace's.
     evaluations : int
-        How many were made.
+        Evaluations made.
     history : list of (int, float, float)
         At each improvement: evaluations, seconds since the first one began, best fitness.
     best : ndarray
@@ -56,7 +56,7 @@ class Objective:
         self.best = np.array(self._ends)
 
     def one(self, vector: Vectors) -> float:
-        """Return the worth of one vector, (d,); the less the better.
+        """Return the objective of one vector, (d,); less is better.
 
         Raises
         ------
@@ -66,7 +66,7 @@ class Objective:
         return float(self.batch(np.asarray(vector)[None])[0])
 
     def batch(self, vectors: Vectors) -> NDArray[np.float64]:
-        """Return the worth of vectors, (m, d), as (m,) float64; see :meth:`one`."""
+        """Return the objective of vectors, (m, d), as (m,) float64; see :meth:`one`."""
         if self._started is None:
             self._started = time.perf_counter()
         if self.evaluations >= self._granted:
@@ -85,5 +85,5 @@ class Objective:
         return -fitness
 
     def fitness_after(self, seconds: float) -> float:
-        """Return the best fitness so many seconds after the first evaluation began."""
+        """Return the best fitness a number of seconds after the first evaluation began."""
         return max((best for _, at, best in self.history if at <= seconds), default=0.0)

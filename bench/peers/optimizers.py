@@ -1,4 +1,4 @@
-"""Optimizers of other projects, with our evaluation handed to them."""
+"""Optimizers of other projects, applied to the evaluation."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from bench.peers.objective import Objective
 
 __all__ = ["OPTIMIZERS", "POPULATION", "Optimizer"]
 
-#: Solutions of every optimizer: those of *roberge*, table 3.
+#: Solutions of every optimizer, as in *roberge*, table 3.
 POPULATION = 512
 _SWITCHING = 0.5
 
 
 @dataclass(frozen=True)
 class Optimizer:
-    """One of another project.
+    """An optimizer of another project.
 
     Parameters
     ----------
     package : str
         Its distribution.
     batches : bool
-        Whether it evaluates a population at once, or path by path.
+        It evaluates a population at once, rather than path by path.
     run : callable
         Minimizes an :class:`~bench.peers.objective.Objective` from a seed within some evaluations;
         imports the package.
@@ -97,7 +97,7 @@ def _deap(objective: Objective, seed: int, evaluations: int) -> None:
     toolbox.register("mate", tools.cxSimulatedBinaryBounded, **box)
     toolbox.register("mutate", tools.mutPolynomialBounded, indpb=1 / len(low), **box)
     toolbox.register("select", tools.selTournament, tournsize=3)
-    # Nine in ten of a generation are crossed or mutated, and so evaluated.
+    # Nine in ten of a generation are crossed or mutated, and are evaluated.
     algorithms.eaSimple(
         toolbox.population(POPULATION),
         toolbox,

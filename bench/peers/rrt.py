@@ -1,4 +1,4 @@
-"""The sampling-based planners of OMPL: free straight paths, in as many seconds as are given."""
+"""The sampling-based planners of OMPL: free straight paths within given seconds."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["PLANNERS", "solve"]
 #: Names of the planners in ``ompl.geometric``.
 PLANNERS = ("RRTConnect", "RRTstar", "BITstar")
 
-# Room over the ground and beside zones: the checker sees points, the evaluation what lies between.
+# Margin over the ground and beside zones: the checker tests points, the evaluation whole segments.
 _CLEARANCE_M = 5.0
 
 
@@ -34,13 +34,13 @@ def solve(
 ) -> NDArray[np.float64] | None:
     """Return a path (n, 3), start and goal included, or None if none was found.
 
-    The planner knows the airspace and, as its measure, the length; it knows nothing of turns,
-    climbs and fuel. What it found is simplified, as OMPL does it, within the same seconds.
+    The planner knows the airspace and minimizes the length; turns, climbs and fuel are unknown to
+    it. OMPL simplifies the path found within the same seconds.
     """
     from ompl import base, geometric, util
 
     util.setLogLevel(util.LogLevel.LOG_NONE)
-    util.RNG.setSeed(seed + 1)  # 0 is none.
+    util.RNG.setSeed(seed + 1)  # 0 is no seed.
     problem = evaluator.problem
     airspace = Airspace(problem)
     floor, dx, dy = airspace.floor, float(problem.terrain.dx_m), float(problem.terrain.dy_m)

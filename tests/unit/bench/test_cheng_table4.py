@@ -2,7 +2,7 @@
 
 import pytest
 
-from bench.cheng_table4 import contradictions, optimise, run
+from bench.cheng_table4 import contradictions, optimize, run
 from bench.report import Options
 
 
@@ -21,8 +21,8 @@ def test_where_the_paper_contradicts_itself():
     assert said[4].endswith("generations 70, 90, 100.")
 
 
-def test_direct_optimiser_improves_with_evaluations():
-    few, many = (optimise(2, 4, evaluations, 0) for evaluations in (120, 6000))
+def test_direct_optimizer_improves_with_evaluations():
+    few, many = (optimize(2, 4, evaluations, 0) for evaluations in (120, 6000))
     assert many < few
     # The best of a straight line is far above.
     assert many < 1.5

@@ -47,7 +47,8 @@ def _cells(markdown: str) -> Iterator[tuple[str, str]]:
     yield "code", _FIRST
     for code, after in zip(parts[::2], parts[1::2], strict=True):
         yield "code", code
-        yield "markdown", after
+        if after.strip():
+            yield "markdown", after
 
 
 def _cell(number: int, kind: str, source: str) -> dict[str, Any]:

@@ -1,0 +1,78 @@
+"""The pages of the documentation, their fences, and a folder in which their commands run."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+
+ROOT = Path(__file__).resolve().parents[2]
+#: Pages whose commands are run.
+PAGES = ("README.md", *sorted(str(path.relative_to(ROOT)) for path in ROOT.glob("docs/*.md")))
+#: Languages of fences that show commands or programs.
+RUN = {"sh", "python"}
+#: Languages of fences that show something else; directives of the site have braces.
+SHOWN = {"text", "json", "toml", "csv", "c", "verilog", "http"}
+
+_FENCE = re.compile(
+    r"^(?P<indent> *)(?P<ticks>```+)(?P<language>[^\n`]*)\n(?P<text>.*?)^ *(?P=ticks) *$",
+    re.MULTILINE | re.DOTALL,
+)
+_MARK = re.compile(r"<!-- (?P<kind>not run|slow): (?P<reason>[^>]+) -->\n *$")
+
+
+@dataclass(frozen=True)
+class Fence:
+    """A fence of a page.
+
+    Parameters
+    ----------
+    page : str
+        Path of the page from the root.
+    line : int
+        Line on which it begins.
+    language : str
+        What the fence says of itself.
+    text : str
+        What is in it, without its indentation.
+    mark : str or None
+        ``not run`` or ``slow`` where a comment before the fence says so.
+    reason : str or None
+        What that comment says.
+    """
+
+    page: str
+    line: int
+    language: str
+    text: str
+    mark: str | None
+    reason: str | None
+
+    def __str__(self) -> str:
+        return f"{self.page}:{self.line}"
+
+
+def fences(page, text=None):
+    """Every fence of a page, in order; ``text`` is that of the file by default."""
+    text = (ROOT / page).read_text("utf-8") if text is None else text
+    found = []
+    for match in _FENCE.finditer(text):
+        mark = _MARK.search(text, 0, match.start())
+        indent = len(match["indent"])
+        found.append(
+            Fence(
+                page,
+                text.count("\n", 0, match.start()) + 1,
+                match["language"].strip(),
+                "".join(line[indent:] for line in match["text"].splitlines(keepends=True)),
+                mark["kind"] if mark else None,
+                mark["reason"].strip() if mark else None,
+            )
+        )
+    return found
+
+
+def link_sources(folder):
+    """Make ``folder`` look like the root of the sources, without what running leaves there."""
+    for entry in ROOT.iterdir():
+        if entry.name not in {".git", "build", "dist", "out"}:
+            (folder / entry.name).symlink_to(entry)

@@ -1,0 +1,47 @@
+"""``make docs``: the site builds without a warning and needs no network to be read."""
+
+import re
+import subprocess
+import sys
+
+import pytest
+
+from tests.docs.pages import ROOT
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """Folder of the built site."""
+    folder = tmp_path_factory.mktemp("site")
+    options = ["-W", "--keep-going", "-q", "-b", "html", "-d", folder / "doctrees"]
+    done = subprocess.run(
+        [sys.executable, "-m", "sphinx", *options, ROOT / "docs", folder / "html"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return folder / "html"
+
+
+def test_every_page_is_there(site):
+    pages = {path.stem for path in (ROOT / "docs").glob("*.md")}
+    assert pages <= {path.stem for path in site.glob("*.html")}
+    assert "Where to find what" in (site / "index.html").read_text("utf-8")
+
+
+def test_nothing_is_loaded_from_the_network(site):
+    loads = re.compile(r'<(?:script|link|img|iframe)\b[^>]*(?:src|href)="(?:https?:)?//[^"]*"')
+    styles = re.compile(r"@import\s+(?:url\()?[\"']?(?:https?:)?//|url\([\"']?(?:https?:)?//")
+    for path in site.rglob("*.html"):
+        assert not loads.findall(path.read_text("utf-8")), path
+    for path in site.rglob("*.css"):
+        assert not styles.findall(path.read_text("utf-8")), path
+
+
+def test_the_api_is_documented(site):
+    page = (site / "api.html").read_text("utf-8")
+    import pathgene
+
+    for name in pathgene.__all__:
+        assert f'id="pathgene.{name}"' in page, name

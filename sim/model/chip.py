@@ -36,7 +36,7 @@ from sim.model.refusal import RefusedError, expect
 
 
 if TYPE_CHECKING:
-    from sim.model.checking import CheckingModel
+    from sim.model.check_commands import CheckingModel
 
 __all__ = ["ChipModel"]
 
@@ -288,6 +288,6 @@ def _checking(config: Config) -> CheckingModel | None:
     if config.checker is CheckerBuild.NONE:
         return None
     # This import compiles kernels: a chip without a checker does not wait for them.
-    from sim.model.checking import CheckingModel
+    from sim.model.check_commands import CheckingModel
 
     return CheckingModel(config)

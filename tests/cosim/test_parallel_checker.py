@@ -12,7 +12,7 @@ from sim.harness import VerilatedChecker
 from sim.model.checker import TerrainModel, check_path
 from sim.model.checker_cycles import batch_cycles
 from sim.model.checker_kernels import check_paths
-from tests.checking import ground, paths_of, random_batch
+from tests.checker_cases import ground, paths_of, random_batch
 
 
 pytestmark = pytest.mark.cosim

@@ -5,7 +5,15 @@ import pytest
 
 from sim.model.checker import check_path
 from sim.model.checker_kernels import check_batch, check_paths
-from tests.checking import BUILDS, FULL, assert_same, closed_form, ground, paths_of, random_batch
+from tests.checker_cases import (
+    BUILDS,
+    FULL,
+    assert_same,
+    closed_form,
+    ground,
+    paths_of,
+    random_batch,
+)
 
 
 pytestmark = pytest.mark.long

@@ -18,7 +18,7 @@ from hdl.protocol import (
     check_reply,
     pack_paths,
 )
-from sim.model.checking import CheckingModel
+from sim.model.check_commands import CheckingModel
 from tests.chips import SMALL, random_path, random_paths
 from tests.streams import collect, put, simulate
 

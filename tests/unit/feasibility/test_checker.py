@@ -7,7 +7,7 @@ import pytest
 from hdl.config import Config
 from hdl.feasibility.checker import Checker
 from tests.streams import put, simulate
-from tests.unit.feasibility.checks import upload
+from tests.unit.feasibility.checker_driver import upload
 
 
 @pytest.mark.parametrize(("build", "lanes"), [("two-tier", 1), ("parallel", 4)])

@@ -10,9 +10,9 @@ from hdl.config import CheckerBuild, Config
 from hdl.feasibility.feasibility import Feasibility
 from sim.model.checker import check_path
 from sim.model.checker_cycles import batch_cycles
-from tests.checking import ground, paths_of, random_batch
+from tests.checker_cases import ground, paths_of, random_batch
 from tests.streams import simulate
-from tests.unit.feasibility.checks import upload
+from tests.unit.feasibility.checker_driver import upload
 
 
 CONFIG = Config(

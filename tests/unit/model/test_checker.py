@@ -19,7 +19,7 @@ from sim.model.checker import (
     to_coarse,
     walk,
 )
-from tests.checking import BUILDS, FULL, TINY
+from tests.checker_cases import BUILDS, FULL, TINY
 
 
 TWO_TIER = Config(

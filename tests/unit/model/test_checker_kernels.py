@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from hdl.config import CheckerBuild, Config
 from sim.model.checker import TerrainModel, check_path
 from sim.model.checker_kernels import Batch, check_batch, check_paths
-from tests.checking import BUILDS, FULL, TINY, assert_same, closed_form, ground, paths_of
-from tests.checking import random_batch as drawn
+from tests.checker_cases import BUILDS, FULL, TINY, assert_same, closed_form, ground, paths_of
+from tests.checker_cases import random_batch as drawn
 
 
 #: Every pair of cells of the small map.

@@ -18,7 +18,7 @@ from sim.model.checker import (
     walk,
 )
 from sim.model.checker_cycles import batch_cycles
-from tests.checking import FULL
+from tests.checker_cases import FULL
 
 
 FIRST, SECOND, THIRD = SEGMENTS = list(itertools.pairwise(TESTING_TRAJECTORY))

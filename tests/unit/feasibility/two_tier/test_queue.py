@@ -9,8 +9,8 @@ from hdl.config import Config
 from sim.harness import VerilatedChecker
 from sim.model.checker import TerrainModel, check_path
 from sim.model.checker_cycles import batch_cycles
-from tests.checking import TINY, ground, paths_of, random_batch
-from tests.unit.feasibility.checks import summary
+from tests.checker_cases import TINY, ground, paths_of, random_batch
+from tests.unit.feasibility.checker_driver import summary
 
 
 pytestmark = pytest.mark.cosim

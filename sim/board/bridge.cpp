@@ -162,7 +162,7 @@ void Bridge::handle(UartSampler::Event event) {
     }
 }
 
-// Looks at everything outside the chip; sleeps if nothing happens on either side.
+// Serves everything outside the chip; sleeps while both sides are idle.
 void Bridge::service() {
     serve_client();
     if (Clock::now() >= control_due_) check_control();
@@ -188,7 +188,7 @@ void Bridge::serve_client() {
         }
     }
     send_to_client();
-    // A UART cannot wait, but simulated time can: the clock stands still until the client reads.
+    // A UART cannot wait, but simulated time can: the clock stops until the client reads.
     while (running_ && unsent_.size() > kUnsentLimit) {
         sleep(POLLOUT);
         check_control();
@@ -214,14 +214,14 @@ void Bridge::accept_client() {
 }
 
 void Bridge::lose_client() {
-    if (options_.pty) return;  // We hold the far end open: nothing but a passing error.
+    if (options_.pty) return;  // The far end is open, so the error is temporary.
     close(client_);
     client_ = -1;
     unsent_.clear();
     if (!options_.keep) running_ = false;
 }
 
-// Obeys signals, answers standard input, and notices that nobody is left to serve.
+// Handles signals, answers standard input, and ends when the parent does.
 void Bridge::check_control() {
     control_due_ = Clock::now() + kControlPeriod;
     if (stop_requested || getppid() != parent_) running_ = false;

@@ -1,20 +1,20 @@
-// Joins the UART pins of a simulated chip to one TCP client or to a pseudo terminal.
+// Connects the UART pins of a simulated chip to one TCP client or to a pseudo terminal.
 //
-// Usage of a simulator built on this: PROGRAM --clocks-per-bit N [options]
-//   --listen HOST:PORT   where to wait for the client (default 127.0.0.1:0; port 0: any free one)
-//   --pty                a pseudo terminal instead
-//   --keep               when a client leaves, wait for the next; the chip keeps its state
-//   --idle-clocks N      clocks simulated at full speed after the last activity on either line
-//   --trace FILE         waveform, where the simulator was built for it
+// Usage of a simulator with this bridge: PROGRAM --clocks-per-bit N [options]
+//   --listen HOST:PORT   address of the server (default 127.0.0.1:0; port 0: any free port)
+//   --pty                serve a pseudo terminal instead
+//   --keep               wait for another client when one leaves; the chip keeps its state
+//   --idle-clocks N      cycles simulated at full speed after the last activity on either line
+//   --trace FILE         waveform, if the simulator was built for one
 //
-// Standard output: `port N` or `pty PATH` once the client can connect, and `clocks N` in answer to
+// Standard output: `port N` or `pty PATH` when the client can connect, and `clocks N` in answer to
 // each line on standard input. Standard error: errors on the chip's line, and a summary at the end.
-// Ends with status 0 when the client leaves (without --keep), on SIGTERM or SIGINT, at the end of
-// standard input, and when the process that started it has died.
+// The program ends with status 0 when the client leaves (without --keep), on SIGTERM or SIGINT, at
+// the end of standard input, and at the end of its parent process.
 //
-// Simulated time has no relation to real time: the chip runs as fast as it can while there is work.
-// Nothing but a byte can wake an idle chip, so `--idle-clocks` after the last activity the
-// simulation only creeps, one service interval per idle sleep, and needs next to no processor time.
+// Simulated time is independent of real time: a busy chip runs as fast as possible. Only a byte can
+// wake an idle chip. Therefore the simulation slows down `--idle-clocks` cycles after the last
+// activity, to one service interval per idle sleep, and then needs almost no processor time.
 #pragma once
 
 #include <chrono>
@@ -40,9 +40,9 @@ struct Options {
     static Options parse(int argc, const char* const* argv);
 };
 
-// How often a simulator of some speed looks up from its work.
+// Intervals at which a simulator serves its client; they depend on the simulator's speed.
 struct Pace {
-    unsigned service_clocks;  // Clocks between two looks at the client; a power of two.
+    unsigned service_clocks;  // Cycles between two services of the client; a power of two.
     int idle_sleep_ms;        // Longest sleep of an idle simulation.
 };
 
@@ -60,7 +60,7 @@ public:
 
     bool running() const { return running_; }
 
-    // Takes `tx` as it is after a clock and returns the inputs of the next one.
+    // Takes `tx` after a cycle and returns the inputs of the next cycle.
     Inputs clock(bool tx) {
         if (const auto event = sampler_.clock(tx); event != UartSampler::Event::kNothing) {
             handle(event);
@@ -74,8 +74,8 @@ private:
     using Clock = std::chrono::steady_clock;
 
     static constexpr unsigned kResetClocks = 8;
-    static constexpr std::size_t kReadAhead = 4096;        // Bytes taken before the line sent them.
-    static constexpr std::size_t kUnsentLimit = 1u << 20;  // Bytes the client may leave unread.
+    static constexpr std::size_t kReadAhead = 4096;        // Bytes read ahead of the line.
+    static constexpr std::size_t kUnsentLimit = 1u << 20;  // Maximum of unread bytes.
     static constexpr unsigned kReportedErrors = 10;
 
     void handle(UartSampler::Event event);
@@ -97,7 +97,7 @@ private:
     std::vector<std::uint8_t> unsent_;
     int listener_ = -1;
     int client_ = -1;
-    int terminal_ = -1;  // Our own handle of the terminal's far end: it outlives each user of it.
+    int terminal_ = -1;  // Own handle of the terminal's far end, which stays open between users.
     bool running_ = true;
     std::uint64_t clocks_ = 0;
     std::uint64_t full_speed_until_ = 0;

@@ -14,7 +14,7 @@ module board_bench;
         .tx(tx)
     );
 
-    // Inputs change at the falling edge, half a clock away from where the chip reads them.
+    // Inputs change at the falling edge, half a cycle before the chip reads them.
     always begin
         #1 clk = 1'b1;
         #1 clk = 1'b0;

@@ -1,5 +1,5 @@
 // The same bridge as a system function for Icarus Verilog:
-// `{rst, rx} = $board_clock(tx)` takes the output after a clock and returns the next inputs.
+// `{rst, rx} = $board_clock(tx)` takes the output after a cycle and returns the next inputs.
 
 #include <memory>
 #include <string>
@@ -13,8 +13,7 @@ namespace {
 
 std::unique_ptr<board::Bridge> bridge;
 
-// The arguments after the program: the simulator passes them on unread, and `+name=value` is for
-// the Verilog.
+// The arguments after the program, which the simulator passes on; `+name=value` is for the Verilog.
 board::Options parse_arguments() {
     s_vpi_vlog_info info{};
     vpi_get_vlog_info(&info);

@@ -1,4 +1,4 @@
-// The two ends of an 8N1 line, advanced one clock at a time.
+// The two ends of an 8N1 line, advanced one cycle at a time.
 #pragma once
 
 #include <cstdint>
@@ -6,10 +6,10 @@
 
 namespace board {
 
-// Sends bytes to the chip: the level of its `rx` pin in each clock.
+// Sends bytes to the chip: the level of its `rx` pin in each cycle.
 //
-// Every bit lasts exactly `clocks_per_bit` clocks, and a waiting byte's start bit follows the stop
-// bit of the one before at once: the fastest a real line may be.
+// Every bit lasts exactly `clocks_per_bit` cycles. The start bit of a waiting byte follows directly
+// after the stop bit of the previous byte, as on a real line at full rate.
 class UartDriver {
 public:
     explicit UartDriver(unsigned clocks_per_bit) : clocks_per_bit_{clocks_per_bit} {}
@@ -21,7 +21,7 @@ public:
     std::size_t waiting() const { return waiting_.size(); }
     bool idle() const { return frame_ == 0 && waiting_.empty(); }
 
-    // Level during the next clock.
+    // Level during the next cycle.
     bool clock() {
         if (clocks_left_ == 0) {
             frame_ >>= 1;
@@ -38,7 +38,7 @@ public:
     }
 
 private:
-    static constexpr unsigned kSentinel = 1;  // Follows the last bit: only it left, all is sent.
+    static constexpr unsigned kSentinel = 1;  // Follows the last bit; alone: all is sent.
 
     const unsigned clocks_per_bit_;
     unsigned clocks_left_ = 0;
@@ -46,7 +46,7 @@ private:
     std::deque<std::uint8_t> waiting_;
 };
 
-// Receives bytes from the chip by its `tx` pin, each bit sampled in its middle.
+// Receives bytes from the chip's `tx` pin; samples each bit in its middle.
 class UartSampler {
 public:
     enum class Event { kNothing, kByte, kGlitch, kFramingError };
@@ -56,7 +56,7 @@ public:
     std::uint8_t byte() const { return static_cast<std::uint8_t>(frame_ >> 1); }
     bool idle() const { return state_ == State::kIdle; }
 
-    // Takes the level after a clock.
+    // Takes the level after a cycle.
     Event clock(bool level) {
         switch (state_) {
             case State::kIdle:

@@ -80,6 +80,9 @@ class Netlist:
     ----------
     module : dict
         The module, with ``ports``, ``cells`` and ``netnames``.
+    port_names : bool
+        Names of ports count. Without them, ports differ by direction, width and what they are
+        wired to.
 
     Attributes
     ----------
@@ -89,8 +92,11 @@ class Netlist:
         Colour of each cell by its name in the flat netlist.
     """
 
-    def __init__(self, module: Module) -> None:
-        self._ports: Module = module["ports"]
+    def __init__(self, module: Module, *, port_names: bool = True) -> None:
+        self._ports: list[tuple[str, Module]] = [
+            (name if port_names else str(len(port["bits"])), port)
+            for name, port in module["ports"].items()
+        ]
         self._cells: list[Module] = list(module["cells"].values())
         #: What the attributes of a net say of its bits.
         self._marks: dict[Bit, str] = collections.defaultdict(str)
@@ -105,7 +111,9 @@ class Netlist:
         self.colour_of = dict(zip(module["cells"], colours, strict=True))
 
     @classmethod
-    def read(cls, verilog: Path, top: str, *, yosys: str | None = None) -> Netlist:
+    def read(
+        cls, verilog: Path, top: str, *, yosys: str | None = None, port_names: bool = True
+    ) -> Netlist:
         """Return the netlist of ``top`` in the file ``verilog``.
 
         Parameters
@@ -127,7 +135,7 @@ class Netlist:
             if done.returncode:
                 raise BuildError(f"Yosys refuses {verilog}: {done.stderr.strip()}")
             modules = json.loads((Path(folder) / "flat.json").read_text())["modules"]
-        return cls(modules[top])
+        return cls(modules[top], port_names=port_names)
 
     @property
     def cells(self) -> int:
@@ -174,7 +182,7 @@ class Netlist:
         for cell in self._cells:
             for connected in cell["connections"].values():
                 bits |= {bit: "" for bit in connected if bit not in bits}
-        for name, port in self._ports.items():
+        for name, port in self._ports:
             for place, bit in enumerate(port["bits"]):
                 bits[bit] = _digest(bits.get(bit, ""), port["direction"], name, place)
         for bit in self._marks.keys() & bits.keys():
@@ -194,7 +202,7 @@ class Netlist:
         }
 
     def _outputs(self, bits: dict[Bit, str]) -> Iterable[str]:
-        for name, port in self._ports.items():
+        for name, port in self._ports:
             if port["direction"] == "output":
                 yield _digest("output", name, [bits[bit] for bit in port["bits"]])
 

@@ -153,7 +153,9 @@ class _PaperJob(Job):
         """Write the sources; see :class:`~bench.fpga.job.Job`."""
         device = _PAPER_DEVICES[self.name]
         _write(_component(device.top, device.config), folder)
-        return digest_of(Netlist.read(folder / "unit.v", "unit"), device.family)
+        # Its ports are those of the unit, which may be renamed.
+        netlist = Netlist.read(folder / "unit.v", "unit", port_names=False)
+        return digest_of(netlist, device.family)
 
     def measure(self, folder: Path) -> dict[str, Any]:
         """Synthesize it; see :class:`~bench.fpga.job.Job`."""

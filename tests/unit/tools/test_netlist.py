@@ -83,6 +83,18 @@ def test_altered(original, old, new, tmp_path):
     assert altered.digest != original.digest
 
 
+def test_ports_without_names(tmp_path):
+    """Their directions, widths and wires still count."""
+    file = tmp_path / "design.v"
+    renamed = DESIGN.replace("output [3:0] y);", "output [3:0] z);").replace("assign y", "assign z")
+    turned = DESIGN.replace(".left(a), .right(b)", ".left(b), .right(a)")
+    digests = []
+    for text in (DESIGN, renamed, turned):
+        file.write_text(text)
+        digests.append(Netlist.read(file, "top", port_names=False).digest)
+    assert digests[0] == digests[1] != digests[2]
+
+
 def test_site_of_an_instance(tmp_path):
     text = "(* blackbox *) module cell_(input a, output y); endmodule "
     text += 'module top(input a, output y); (* BEL = "X1" *) cell_ c(.a(a), .y(y)); endmodule'

@@ -20,6 +20,7 @@ ENDS = (
     "--nofly-circle",
     "3000,2000,400",
 )
+#: No-fly zones from edge to edge.
 WALL = [part for y in range(0, 4001, 400) for part in ("--nofly-circle", f"3000,{y},300")]
 #: What a plan writes.
 FILES = ["path.geojson", "path.png", "summary.json", "terrain.npz"]
@@ -42,7 +43,7 @@ def hills(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def pathgene():
-    """Run ``pathgene`` as a process of its own and return what it did."""
+    """Run ``pathgene`` in a separate process; return the finished process."""
 
     def run(*arguments, timeout_s=120):
         return subprocess.run(

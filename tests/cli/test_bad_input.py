@@ -1,4 +1,4 @@
-"""Every bad input: exit status 2 and one sentence that says what to do."""
+"""Bad input: exit status 2 and one sentence with a remedy."""
 
 import socket
 
@@ -216,7 +216,7 @@ def test_board_that_does_not_answer(hills, capsys, tmp_path):
 
 
 def test_board_of_another_protocol(hills, capsys, tmp_path, monkeypatch):
-    """A board of the next release is told from this one's before anything is sent to it."""
+    """A board of the next release is recognized before anything is sent to it."""
     monkeypatch.setitem(info_values.__globals__, "VERSION", VERSION + 1)
     sentence = refused(
         capsys, "plan", "--terrain", hills, *ENDS, "--board", "model:", "--out", tmp_path / "out"

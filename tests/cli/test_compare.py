@@ -195,7 +195,7 @@ def test_planners_that_find_nothing_feasible_are_no_failure(hills, tmp_path, cap
     assert rows[1].split()[:3] == ["ga-pc", "2", "0%"]
 
 
-def test_a_planner_that_fails_is_told_and_costs_no_other(hills, tmp_path, capsys):
+def test_a_planner_that_fails_is_reported_and_affects_no_other(hills, tmp_path, capsys):
     assert (
         main(
             arguments(
@@ -276,7 +276,7 @@ def test_runs_of_another_problem_are_refused(compared, hills, capsys):
     assert (out / "compare.json").read_bytes() == before
 
 
-def test_an_option_that_means_nothing_is_said(compared, hills, capsys):
+def test_an_option_without_effect_is_reported(compared, hills, capsys):
     out, *_ = compared
     assert (
         main(

@@ -46,7 +46,7 @@ def level(tmp_path):
 
 
 def feasible(capsys, *arguments):
-    """What the command prints, which is one object with or without ``--json``."""
+    """Output of the command, which is the same object with and without ``--json``."""
     command = ["feasible", *map(str, arguments)]
     assert main(command) == 0
     line = capsys.readouterr().out
@@ -93,16 +93,16 @@ def test_the_testing_trajectory_in_detail(canyon, capsys, mode):
     assert printed["cells"] == 55 + 100 + 94
 
 
-def test_modes_differ_in_their_clocks_only(canyon, capsys):
-    """A cell a clock against eight, and the paper's stop at the coarse mountain."""
-    clocks = {mode: feasible(capsys, *canyon, "--mode", mode)["cycles"] for mode in MODES}
-    assert clocks["parallel"] <= 44
-    assert clocks["parallel"] < clocks["two-tier"] <= 171 < clocks["detailed"]
+def test_modes_differ_in_their_cycles_only(canyon, capsys):
+    """One cell per cycle against eight, and the paper's stop at the coarse mountain."""
+    cycles = {mode: feasible(capsys, *canyon, "--mode", mode)["cycles"] for mode in MODES}
+    assert cycles["parallel"] <= 44
+    assert cycles["parallel"] < cycles["two-tier"] <= 171 < cycles["detailed"]
     assert feasible(capsys, *canyon, "--board", "model:?checker=parallel&lanes=16")["cycles"] <= 30
 
 
 def test_counts_of_every_segment(level, capsys):
-    """The third of the path that lies beyond the map given is as blocked as a no-fly cell."""
+    """The third of the path outside the given map is blocked like a no-fly cell."""
     printed = feasible(capsys, *level, "--count", "--mode", "detailed")
     assert list(printed) == [*KEYS, "colliding"]
     assert (printed["segment"], printed["cell"], printed["map"]) == (0, [10, 5], "detailed")
@@ -142,7 +142,7 @@ def small_cases(folder, cases):
 
 @pytest.mark.parametrize("mode", MODES)
 def test_matches_the_model(tmp_path, capsys, mode):
-    """On a small board whose sizes stand in its URL."""
+    """A small board with its sizes in its URL."""
     config = SMALL[mode]
     board = board_url("model", config)
     collisions = 0
@@ -175,7 +175,7 @@ def test_matches_the_model(tmp_path, capsys, mode):
              for mode in MODES],
 )  # fmt: skip
 def test_the_gateware_says_what_the_model_says(tmp_path, capsys, mode):
-    """Clocks and reads, too, by way of the link."""
+    """Cycles and reads are the same over the link."""
     for options, _, _ in small_cases(tmp_path, 2):
         printed = [
             feasible(capsys, *options, "--board", board_url(scheme, SMALL[mode]), "--mode", mode)
@@ -219,7 +219,7 @@ def test_boards_are_built_for_their_mode(url, mode, order, build):
 
 
 def test_a_real_board_is_what_it_is(level, capsys, monkeypatch):
-    """Its own sizes judge the files, and its own build the mode."""
+    """The board's sizes limit the files, and its build limits the mode."""
     is_closed = []
     real = host.cli.feasible.open_board
     served = "model:?checker=parallel&lanes=4&map_size=64&max_waypoints=3"

@@ -41,7 +41,7 @@ def example(command, capsys):
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory):
-    """A directory with what the examples name: a tile of 15 km, and a path over it."""
+    """A directory with the files of the examples: a tile of 15 km, and a path over it."""
     place = tmp_path_factory.mktemp("place")
     y, x = np.mgrid[:151, :151]
     with rasterio.open(
@@ -78,7 +78,7 @@ def test_the_example_of_every_command_runs(command, place, capsys, monkeypatch):
         assert build_parser().parse_args(arguments).listen == "127.0.0.1:5000"
         return
     monkeypatch.chdir(place)
-    # The model for boards that take long to build, or are not here.
+    # The model stands in for boards that take long to build or are absent.
     arguments = ["model:" if word in ("sim:", "/dev/ttyUSB0") else word for word in arguments]
     if command == ("compare",):  # Several processes have tests of their own.
         arguments += ["--jobs", "1"]
@@ -94,7 +94,7 @@ def test_the_example_of_every_command_runs(command, place, capsys, monkeypatch):
             assert (place / arguments[arguments.index(option) + 1]).exists()
 
 
-# Of each command that prints something, arguments that are quick.
+# Quick arguments of each command that prints a result.
 JSON = [
     "plan --terrain tile.tif --agl --start 1200,1200,100 --goal 14000,14000,100 --generations 5",
     "compare --planners ga-pc --terrain tile.tif --agl --start 1200,1200,100 "
@@ -184,7 +184,7 @@ def test_debug_shows_a_traceback(capsys):
     assert error.splitlines()[-1].startswith("pathgene: There is no terrain 'nowhere.tif'")
 
 
-def test_an_error_of_ours_is_one_sentence_too(capsys, monkeypatch):
+def test_an_internal_error_is_one_sentence(capsys, monkeypatch):
     import host.cli.planners
 
     def fails(args):

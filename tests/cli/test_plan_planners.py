@@ -125,9 +125,6 @@ def test_grid_search_and_what_check_says_of_it(hills, tmp_path, capsys):
     assert {name: report[name] for name in terms} == {name: summary[name] for name in terms}
 
 
-# A wall of no-fly zones from edge to edge.
-
-
 def test_grid_search_without_a_way_is_status_1_with_files(hills, tmp_path, capsys):
     assert (
         main(

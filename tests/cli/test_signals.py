@@ -1,4 +1,4 @@
-"""Signals that ask a command to end: what was found is written, nothing is left."""
+"""Signals that end a command: the best path is written, and no process is left."""
 
 import json
 import os
@@ -33,7 +33,7 @@ def started(*arguments, **options):
 
 
 def plan(hills, out, *options, **more):
-    """Process of an endless plan that has begun to search."""
+    """Process of an endless plan that is searching."""
     process = started(
         "plan",
         "--terrain",
@@ -52,7 +52,7 @@ def plan(hills, out, *options, **more):
 
 
 def is_gone(group):
-    """Whether no process of a group is left, or is soon: the last ones end by themselves."""
+    """Return True once no process of a group is left; the last ones end by themselves."""
     for _ in range(100):
         try:
             os.killpg(group, 0)

@@ -1,4 +1,4 @@
-"""Standard output and error that are closed, full, or read by nobody."""
+"""Standard output and standard error that are closed, full or without a reader."""
 
 import json
 import os
@@ -23,7 +23,7 @@ REASONS = {">&-": "Bad file descriptor", ">full": "No space left on device"}
 
 @pytest.fixture(scope="module")
 def full(tmp_path_factory):
-    """A device like /dev/full, whose loss hurts nobody."""
+    """A device like /dev/full that a test may destroy."""
     device = tmp_path_factory.mktemp("devices") / "full"
     try:
         os.mknod(device, stat.S_IFCHR | 0o666, os.makedev(1, 7))

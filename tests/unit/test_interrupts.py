@@ -1,4 +1,4 @@
-"""Ctrl-C and the signals that do the same."""
+"""Ctrl-C and the signals with the same effect."""
 
 import signal
 import subprocess
@@ -15,7 +15,7 @@ NUMBERS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT]
 
 
 def raised(number):
-    """Whether the signal raises KeyboardInterrupt, and the exit status after it."""
+    """Return True if the signal raises KeyboardInterrupt, and the exit status after it."""
     try:
         signal.raise_signal(number)
     except KeyboardInterrupt:

@@ -1,4 +1,4 @@
-"""A link, an honest chip, and lines between them that are not."""
+"""A link, a correct chip, and faulty lines between them."""
 
 from hdl.config import Config
 from hdl.protocol import Command, Status
@@ -14,7 +14,7 @@ CONFIG = Config(receive_buffer=256)
 
 
 class Recorder:
-    """A chip by the rules of :mod:`hdl.protocol` that executes anything and remembers it.
+    """A chip that follows :mod:`hdl.protocol`, executes every command and records it.
 
     The answer to a command is its payload; to the payload ``!``, ``BAD_VALUE``; to READ, as many
     bytes as its payload says.
@@ -63,7 +63,7 @@ class Recorder:
 
 
 class Script:
-    """Lets frames by number to the board or from it be lost or changed."""
+    """Loses or changes numbered frames in either direction."""
 
     def __init__(self, changes):
         self.changes = changes

@@ -1,4 +1,4 @@
-"""Boards by URL; those that are simulated are in tests/cosim/test_boards.py."""
+"""Boards by URL. Simulated boards have their tests in tests/cosim/test_boards.py."""
 
 import contextlib
 import dataclasses
@@ -144,7 +144,7 @@ def test_wrong_urls_start_no_simulator():
 
 
 def serve(chip, read, write):
-    """Answer as ``chip`` what ``read`` returns, until that is nothing."""
+    """Give ``chip`` all that ``read`` returns, and write its replies."""
     with contextlib.suppress(OSError):
         while data := read(4096):
             write(chip.feed(data))
@@ -152,7 +152,7 @@ def serve(chip, read, write):
 
 @pytest.fixture
 def terminal():
-    """The device of a chip behind a pseudo terminal."""
+    """Path of a pseudo terminal with a chip behind it."""
     near, far = os.openpty()
     tty.setraw(far)
     device = os.ttyname(far)
@@ -180,7 +180,7 @@ def test_a_serial_device(terminal):
 
 @pytest.fixture
 def listener():
-    """A listening socket that a thread serves with what it is given."""
+    """Listens with a socket; a thread serves its connection with a given function."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         threads = []
 

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""A chip without a genetic core: what is left of its commands, in gateware and in the model."""
+"""A chip without a genetic core: its remaining commands in gateware and model."""
 
 import random
 
@@ -108,7 +108,7 @@ def test_the_host_refuses_before_it_asks(chip):
 
 
 def test_control():
-    """A check, then another command: one unit is on at a time, and none waits for the next."""
+    """A check, then another command: one unit works at a time, and none waits for the next."""
     control = CheckControl(CONFIG)
     on = (control.receive_on, control.check_on, control.transmit_on)
     seen = []
@@ -130,7 +130,7 @@ def test_control():
             assert ctx.get(control.state) == ChipState.LISTEN
         counters = ctx.get(control.counters)
         assert (counters.clocks, counters.receive, counters.transmit) == (17, 6, 6)
-        # The state is noted a clock late.
+        # The state is recorded a cycle late.
         await ctx.tick()
         assert ctx.get(control.history) == 0x1650150
 

@@ -33,7 +33,7 @@ LIMITS = (13, 15, 14)
 
 
 class SpyPort(ModelPort):
-    """A port to the model that remembers the commands, and may change what comes back."""
+    """A port to the model that records the commands and can change the replies."""
 
     def __init__(self, model):
         super().__init__(model)
@@ -53,7 +53,7 @@ class SpyPort(ModelPort):
         return len(data)
 
     def count(self, command):
-        """Return how often ``command`` was sent."""
+        """Return the number of times that ``command`` was sent."""
         return sum(code == command for code, _ in self.commands)
 
 
@@ -130,7 +130,7 @@ def test_load_of_some_slots(chip, port):
     assert chip.read(0, 8) == port.chip.core.paths == expected
     assert chip.read(5, 2) == fresh
     assert chip.read(6, 2) == [[4, 5], before[7]]
-    # The host's own copy is up to date, too.
+    # The host's copy is up to date.
     assert chip.step(range(8)).paths == port.chip.core.paths
 
 
@@ -180,7 +180,7 @@ def test_transfers_are_short_frames():
     chip.load(paths)
     assert chip.read(0, 32) == paths
     writes = [payload for command, payload in port.commands if command is Command.WRITE]
-    # A path is never torn; at most 128 bytes of waypoints but for a longer path.
+    # A frame holds whole paths: at most 128 bytes of waypoints, or one longer path.
     assert all(len(payload) <= 1 + 128 for payload in writes)
     assert [payload[0] for payload in writes] == list(range(32))
     chip.load(random_paths(config, random.Random(5), length=2))
@@ -189,7 +189,7 @@ def test_transfers_are_short_frames():
 
 
 def stale(chip, slot):
-    """Let another write to a slot of the chip, so that the host's copy of it is wrong."""
+    """Write to a slot of the chip behind the host's back, so that the host's copy is wrong."""
     path = [0xFFF] * 5
     chip.link.request(
         Command.WRITE, write_request(SMALL).pack(slot=slot) + pack_paths(SMALL, [path])
@@ -207,7 +207,7 @@ def test_recipe_mends_a_wrong_copy(chip, port, slot):
     assert step.paths[0] == [0xFFF] * 5
     reads = port.count(Command.READ)
     assert reads == 4
-    # From here on the copy is right again.
+    # The copy is correct again.
     for _ in range(5):
         assert chip.step(range(8), LinkMode.RECIPE).paths == port.chip.core.paths
     assert port.count(Command.READ) == reads
@@ -224,8 +224,8 @@ def test_recipe_reads_the_population_now_and_then(port):
 
 
 @pytest.mark.parametrize("mode", [LinkMode.POPULATION, LinkMode.RANK])
-def test_long_answers_that_never_come_are_rebuilt(chip, port, mode):
-    """On a line that only lets short frames through, a recipe says as much."""
+def test_long_replies_that_get_lost_are_rebuilt(chip, port, mode):
+    """A line that transfers only short frames still transfers a recipe."""
     port.answered = lambda body, plain: body if len(body) < 24 else None
     for _ in range(3):
         step = chip.step(list(range(8))[::-1], mode)
@@ -336,7 +336,7 @@ def test_waypoints_survive_packing(path):
 
 @pytest.mark.parametrize("length", range(2, 8))
 def test_bytes_by_mode(length):
-    """Rank mode needs at most 45 % of what population mode does, recipe mode at most 15 %.
+    """Rank mode needs at most 45 % of the bytes of population mode, recipe mode at most 15 %.
 
     Over 300 generations in which paths of ``length`` waypoints are the fittest; runs over real
     terrain end with 2 to 7.

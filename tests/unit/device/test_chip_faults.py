@@ -1,4 +1,4 @@
-"""The client of the chip over a line with faults: bytes flipped, lost, put in, repeated, merged."""
+"""The client of the chip over a line with faults: flipped, lost, inserted, repeated and merged."""
 
 import random
 
@@ -19,7 +19,7 @@ RATE = 1e-3
 
 
 def breed(chip, generations, mode):
-    """Run ``generations`` and return the population, here and on the chip."""
+    """Run ``generations`` and return the populations of the host and of the chip."""
     rng = random.Random(8)
     chip.start(seed=21, limits=(500, 511, 4000))
     chip.load(

@@ -1,4 +1,4 @@
-"""The host's end of the line: sessions, requests and transfers, each thing once and in order."""
+"""The host's end of the line: sessions, and commands that are executed once and in order."""
 
 import re
 

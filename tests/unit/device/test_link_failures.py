@@ -44,7 +44,7 @@ def test_no_board_at_all():
 
 
 def test_the_time_of_writing_is_no_wait():
-    """A slow port that takes longer to write than a try lasts: nothing is sent twice for it."""
+    """A port that needs longer to write than an attempt lasts causes no repetition."""
     link, chip, clock = connect()
     write = link._transport.write
 
@@ -96,7 +96,7 @@ def test_a_babbling_board_is_given_up():
         assert clock() - start == pytest.approx(2 * 8 * 0.25, rel=0.02)
 
 
-def test_a_reset_board_is_told():
+def test_a_reset_board_is_reported():
     link, chip, _ = connect()
     chip.session = 7
     sentence = r"^The board was reset or taken by another host: open it again\.$"
@@ -108,7 +108,7 @@ def test_a_reset_board_is_told():
     assert link.request(Command.STATUS) == b""
 
 
-def test_a_port_that_fails_is_told():
+def test_a_port_that_fails_is_reported():
     link, _, _ = connect()
 
     def fail(*_):
@@ -177,7 +177,7 @@ def test_transfers_over_a_bad_line(faults, rate):
         chip.executed.clear()
         commands = [(Command.READ, bytes([n % 100, n // 100])) for n in range(300)]
         assert link.transfer(commands) == [bytes(payload[0]) for _, payload in commands]
-        # In order and once each; what is given again for its lost answer follows.
+        # Each once and in order, then the commands whose answers were lost.
         assert chip.executed[:300] == commands
         assert set(chip.executed[300:]) < set(commands)
 

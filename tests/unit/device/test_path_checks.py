@@ -1,4 +1,4 @@
-"""The checker of a chip from the host's side, over the software model."""
+"""The map and the checks of a chip from the host's side, over the software model."""
 
 import random
 
@@ -150,7 +150,7 @@ def test_only_what_has_changed_is_sent(south, west, rows, columns):
 
 
 def test_an_upload_that_failed_is_resumed():
-    """The line is cut in the middle: what was acknowledged is not sent again, the rest is."""
+    """The line breaks in the middle; the resumed upload sends only unacknowledged cells."""
     config = CHECKING.replace(map_size=128)
     chip, port = opened(config)
     heights = heights_of(config, np.random.default_rng(6), 128, 128)
@@ -257,8 +257,8 @@ def test_free_paths_take_a_byte_each():
 
 
 @pytest.mark.parametrize("counting", [False, True])
-def test_long_answers_that_never_come_are_asked_for_in_parts(chip, counting):
-    """On a line that only lets short frames through; each path is checked once."""
+def test_long_replies_that_get_lost_are_requested_in_parts(chip, counting):
+    """A line transfers only short frames; the chip still checks each path once."""
     port = chip.link._transport
     ends = 0x111, 0x1EE
     path = [ends[0], 0x3A0, 0x22F, 0x1F1, ends[1]]

@@ -1,4 +1,4 @@
-"""Plan a problem and check a path: what the command line and the Python API share."""
+"""Plan a problem and check a path: the part that the command line and the Python API share."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Plan:
 
     @property
     def interrupted(self) -> bool:
-        """Whether the user or ``cancel`` ended the search early."""
+        """True if the user or ``cancel`` ended the search early."""
         return self.result.interrupted
 
     @property
@@ -243,7 +243,7 @@ class Check:
 
     @property
     def report(self) -> dict[str, Any]:
-        """What ``pathgene check --json`` prints: plain JSON values, every number finite."""
+        """The output of ``pathgene check --json``: plain JSON values, every number finite."""
         return {
             "pathgene": version(),
             **terms(self.evaluation),

@@ -134,14 +134,14 @@ def _parse(label: str, search: Mapping[str, Any], own: Mapping[str, Any]) -> Ent
     if name not in PLANNERS:
         raise InputError(f"There is no planner {name!r}; the planners are {', '.join(PLANNERS)}.")
     entry = PLANNERS[name]
-    told = {"generations": entry.generations}
-    told |= {key: value for key, value in search.items() if value is not None}
+    given = {"generations": entry.generations}
+    given |= {key: value for key, value in search.items() if value is not None}
     chosen = {key: value for key, value in own.items() if key in entry.options}
     for setting in settings:
         key, _, value = setting.partition("=")
         key = key.replace("-", "_")
         if key in SEARCH:
-            told[key] = _value(label, key, value, SEARCH[key][1])
+            given[key] = _value(label, key, value, SEARCH[key][1])
         elif key in entry.options:
             chosen[key] = _value(label, key, value, OPTIONS[key].type, OPTIONS[key].choices)
         else:
@@ -150,7 +150,7 @@ def _parse(label: str, search: Mapping[str, Any], own: Mapping[str, Any]) -> Ent
                 f"{', '.join((*SEARCH, *entry.options))}."
             )
     try:
-        options = Options(**{SEARCH[key][0]: value for key, value in told.items()})
+        options = Options(**{SEARCH[key][0]: value for key, value in given.items()})
         entrant = Entrant(label, name, chosen, options)
         entrant.make()  # Refuses bad options before anything runs.
     except InputError as error:

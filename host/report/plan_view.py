@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 __all__ = ["axis_unit", "draw", "nice_length"]
 
 _LARGEST_RASTER = 1600  # Nodes per side that a picture of this size can show.
-# Where scale and north may stand, the better places first; this far from the path is far enough.
+# Places of scale and north arrow, the better ones first, and a sufficient distance from the path.
 _PLACES = (
     "upper left",
     "upper right",

@@ -65,7 +65,9 @@ def _load(source: str | Path, cell: tuple[float, float] | None, fill_voids: bool
         )
     if isinstance(source, str) and source in embedded.names():
         if cell is not None:
-            raise InputError(f"The terrain {source!r} has cells of its own; leave out --cell.")
+            raise InputError(
+                f"The terrain {source!r} states the size of its cells; leave out --cell."
+            )
         return embedded.load(source)
     path = Path(source)
     if not path.exists():
@@ -120,7 +122,7 @@ def info(terrain: Terrain) -> dict[str, Any]:
 
 def _load_npz(path: Path, cell: tuple[float, float] | None, fill_voids: bool) -> Terrain:
     if cell is not None:
-        raise InputError(f"{path}: the file says how large its cells are; leave out --cell.")
+        raise InputError(f"{path}: the file states the size of its cells; leave out --cell.")
     try:
         # Not numpy.load, which also reads files that are no archives.
         with path.open("rb") as opened, np.lib.npyio.NpzFile(opened) as file:
@@ -146,7 +148,7 @@ def _load_npz(path: Path, cell: tuple[float, float] | None, fill_voids: bool) ->
 def _load_npy(path: Path, cell: tuple[float, float] | None, fill_voids: bool) -> Terrain:
     if cell is None:
         raise InputError(
-            f"{path}: a .npy file does not say how large its cells are; give "
+            f"{path}: a .npy file does not state the size of its cells; give "
             "--cell DX[,DY] in metres."
         )
     try:

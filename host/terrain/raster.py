@@ -83,8 +83,8 @@ def read(path: Path) -> Raster:
                 if file.count != 1:
                     raise InputError(
                         f"{path}: a terrain has one band of heights, but this file "
-                        f"has {file.count}; write that of the heights to a file of "
-                        "its own."
+                        f"has {file.count}; write the band of heights to a separate "
+                        "file."
                     )
                 if np.dtype(file.dtypes[0]).kind not in "iuf":
                     raise InputError(

@@ -125,7 +125,7 @@ def refused(capsys, *arguments):
         ),
         (
             [*ENDS, "--cell", "30"],
-            "{hills}: the file says how large its cells are; leave out --cell.",
+            "{hills}: the file states the size of its cells; leave out --cell.",
         ),
         ([*ENDS, "--seed", "-1"], "The seed must be from 0 to 2**64 - 1, not -1."),
         ([*ENDS, "--generations", "0"], "The number of generations must be 1 or more, not 0."),

@@ -47,7 +47,7 @@ def never() -> bool:
 
 
 class Engine(Protocol):
-    """Runs iterations over a population of its own."""
+    """Runs iterations over its population."""
 
     def advance(
         self,

@@ -19,7 +19,7 @@ from host.planners import PLANNERS, Entry, make
 
 
 class Unlucky:
-    """A planner as others may register it: ga-pc, but for seeds on which it fails."""
+    """A registered planner: ga-pc, except for seeds on which it fails."""
 
     def plan(self, evaluator, options, progress=None, stop=None):
         if options.seed == 1:
@@ -92,7 +92,7 @@ def test_a_run_that_fails_costs_no_other(problem, unlucky, tmp_path):
         2: ("This planner cannot do that; take another.", True),
         3: ("Internal error, ZeroDivisionError: by zero; please report it.", False),
     }
-    # What failed is tried again.
+    # A failed run is tried again.
     _, done = run(problem, unlucky, range(5), tmp_path)
     assert done == [("unlucky", 1), ("unlucky", 2), ("unlucky", 3)]
 

@@ -259,7 +259,7 @@ class TestRefusals:
         write_tif(np.stack((HEIGHTS, HEIGHTS)))
         assert refusal(tif) == (
             f"{tif}: a terrain has one band of heights, but this file has 2; "
-            "write that of the heights to a file of its own."
+            "write the band of heights to a separate file."
         )
 
     def test_complex(self, tif, write_tif):
@@ -289,17 +289,17 @@ class TestRefusals:
     def test_raster_without_cells(self, tif, write_tif):
         write_tif(HEIGHTS, transform=Affine.identity(), crs=None)
         assert refusal(tif) == (
-            "made: the file does not say how large its cells are; give --cell DX[,DY] in metres."
+            "made: the file does not state the size of its cells; give --cell DX[,DY] in metres."
         )
 
     def test_needless_cell(self, write_tif, tmp_path):
-        message = "the file says how large its cells are; leave out --cell."
+        message = "the file states the size of its cells; leave out --cell."
         assert refusal(write_tif(HEIGHTS), cell=(1, 1)) == f"made: {message}"
         file = tmp_path / "made.npz"
         np.savez(file, elevation=HEIGHTS, dx_m=1, dy_m=1)
         assert refusal(file, cell=(1, 1)) == f"{file}: {message}"
         assert refusal("canyon", cell=(1, 1)) == (
-            "The terrain 'canyon' has cells of its own; leave out --cell."
+            "The terrain 'canyon' states the size of its cells; leave out --cell."
         )
 
     @pytest.mark.parametrize(
@@ -322,7 +322,7 @@ class TestRefusals:
         file = tmp_path / "made.npy"
         np.save(file, HEIGHTS)
         assert refusal(file) == (
-            f"{file}: a .npy file does not say how large its cells are; give "
+            f"{file}: a .npy file does not state the size of its cells; give "
             "--cell DX[,DY] in metres."
         )
 

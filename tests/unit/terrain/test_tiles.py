@@ -1,4 +1,4 @@
-"""The tiles of real ground, where they are at hand."""
+"""The tiles of real ground, where they are available."""
 
 from pathlib import Path
 

@@ -88,7 +88,7 @@ class Plan:
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """Content of ``summary.json``: plain JSON values, every number finite."""
+        """The content of ``summary.json`` in plain JSON values; every number is finite."""
         return summarise(
             self.evaluator,
             self.result,

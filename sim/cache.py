@@ -15,7 +15,7 @@ from pathlib import Path
 
 __all__ = ["BuildCache", "build_root", "digest"]
 
-_LOG = logging.getLogger(__name__)
+_LOG = logging.getLogger("pathgene.build")
 
 
 def build_root() -> Path:

@@ -39,7 +39,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     warnings.showwarning = _warn
     with guarded(), interrupts.caught():
         logging.basicConfig(format="pathgene: %(message)s")
-        logging.getLogger("sim").setLevel(logging.INFO)
+        logging.getLogger("pathgene").setLevel(logging.INFO)
         return _run(arguments, debug)
 
 

@@ -84,7 +84,7 @@ def _print(summary: dict[str, Any], written: list[Path]) -> None:
 
 
 def _counted(hardware: dict[str, Any]) -> list[tuple[str, str]]:
-    """What the board's collision checker did and saved, if it was asked to."""
+    """Return the work and the savings of the board's collision checker, if it was used."""
     if (counted := hardware.get("feasibility")) is None:
         return []
     refuted = sum(counted["refuted_by"].values())

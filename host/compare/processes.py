@@ -98,7 +98,7 @@ def _begin(problem: Problem, threads: int) -> None:
     """Prepare a new process."""
     global _evaluator
     logging.basicConfig(format="pathgene: %(message)s")
-    logging.getLogger("sim").setLevel(
+    logging.getLogger("pathgene").setLevel(
         logging.INFO
     )  # Reports that a simulated board is being built.
     threading.Thread(target=_end_with_parent, daemon=True).start()

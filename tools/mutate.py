@@ -13,7 +13,8 @@ simulation. What they let pass is equivalent if the netlists are equal up to nam
 write.
 
 Each result is a line of JSON in ``build/mutation/``, written when it is known; a second call with
-the same seed on the same sources goes on from there. At the end, the tests that found something run
+the same seed on the same gateware goes on from there. What is killed stays killed; what survived is
+tried again once the tests have changed. At the end, the tests that found something run
 on the unaltered copy, where all must pass.
 """
 
@@ -36,7 +37,7 @@ from tools.mutation.sites import Alteration, draw, gateware_files, sites_of
 from tools.mutation.workshop import Workshop
 
 
-__all__ = ["main", "report", "source_digest"]
+__all__ = ["main", "report"]
 
 #: How far an alteration that lives is followed.
 DEPTHS = ("near", "units", "chips")
@@ -70,10 +71,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for alteration in drawn:
             print(f"{alteration.key}    # was {alteration.old}")
         return 0
-    store = build_root() / "mutation" / f"{source_digest(ROOT)}.jsonl"
+    store = build_root() / "mutation" / f"{digest_of(ROOT, 'hdl')}.jsonl"
+    tests = digest_of(ROOT, "tests", "sim", "host", "tools")
     store.parent.mkdir(parents=True, exist_ok=True)
     known = read(store)
-    wanted = [one for one in drawn if not is_settled(known.get(one.key), options.depth)]
+    wanted = [one for one in drawn if not is_settled(known.get(one.key), options.depth, tests)]
     print(f"results: {store}, {len(drawn) - len(wanted)} known", flush=True)
     with tempfile.TemporaryDirectory(prefix="work.", dir=store.parent) as work:
         shops = [
@@ -81,6 +83,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             for number in range(options.jobs)
         ]
         for entry in judged(shops, wanted):
+            entry["tests"] = tests
             known[entry["key"]] = entry
             with store.open("a") as file:
                 file.write(json.dumps(entry) + "\n")
@@ -117,12 +120,12 @@ def judged(shops: Sequence[Workshop], alterations: Sequence[Alteration]) -> Iter
             raise
 
 
-def is_settled(entry: Entry | None, depth: str) -> bool:
-    """Return whether tests of this depth would add nothing to a result."""
+def is_settled(entry: Entry | None, depth: str, tests: str) -> bool:
+    """Return whether tests of this depth, and with this digest, would add nothing to a result."""
     if entry is None:
         return False
     deep_enough = DEPTHS.index(entry["depth"]) >= DEPTHS.index(depth)
-    return entry["verdict"] != "survived" or deep_enough
+    return entry["verdict"] != "survived" or (deep_enough and entry["tests"] == tests)
 
 
 def verify(shop: Workshop, entries: Sequence[Entry]) -> list[str]:
@@ -169,10 +172,10 @@ def report(entries: Sequence[Entry]) -> str:
     return "\n".join(lines)
 
 
-def source_digest(root: Path) -> str:
-    """Return 12 hexadecimal digits of the gateware and the tests, which decide the results."""
+def digest_of(root: Path, *folders: str) -> str:
+    """Return 12 hexadecimal digits of all Python files in some folders."""
     state = hashlib.sha256()
-    for name in ("hdl", "tests", "sim", "host"):
+    for name in folders:
         for path in sorted((root / name).rglob("*.py")):
             state.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
     return state.hexdigest()[:12]

@@ -45,7 +45,7 @@ _NAMES = frozenset({"MEMID", "SRC_PATTERN"})
 _ATTRIBUTES = frozenset({"BEL", "keep", "no_rw_check"})
 _SCRIPT = (
     "read_verilog -icells design.v; hierarchy -top {top}; proc; flatten; opt_clean -purge; "
-    "memory_dff; memory_collect; opt_clean -purge; write_json flat.json"
+    "memory_dff; memory_collect; opt_clean -purge; {passes}write_json flat.json"
 )
 #: Program that exports the chips of boards; it runs at the root of the tree to be exported.
 _PREPARE = """
@@ -112,7 +112,13 @@ class Netlist:
 
     @classmethod
     def read(
-        cls, verilog: Path, top: str, *, yosys: str | None = None, port_names: bool = True
+        cls,
+        verilog: Path,
+        top: str,
+        *,
+        yosys: str | None = None,
+        port_names: bool = True,
+        passes: str = "",
     ) -> Netlist:
         """Return the netlist of ``top`` in the file ``verilog``.
 
@@ -121,6 +127,8 @@ class Netlist:
         yosys : str, optional
             Program; by default that of the package index, of which colours and digests depend on
             the version.
+        passes : str, optional
+            Further commands of Yosys for the flat netlist, such as optimizations.
 
         Raises
         ------
@@ -129,7 +137,8 @@ class Netlist:
         """
         with tempfile.TemporaryDirectory() as folder:
             (Path(folder) / "design.v").write_bytes(verilog.read_bytes())
-            command = [yosys or _packaged_yosys(), "-q", "-p", _SCRIPT.format(top=top)]
+            script = _SCRIPT.format(top=top, passes=f"{passes}; " if passes else "")
+            command = [yosys or _packaged_yosys(), "-q", "-p", script]
             # In that folder: Yosys for WebAssembly sees the current one only.
             done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
             if done.returncode:

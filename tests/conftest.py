@@ -15,8 +15,11 @@ from tools.runner import SIMULATORS
 settings.register_profile("repeatable", derandomize=True, deadline=None, database=None)
 settings.load_profile("repeatable")
 
-# A shell's background jobs ignore Ctrl-C, and so would every program that the tests start.
+# A shell's background jobs ignore Ctrl-C and SIGQUIT, under nohup SIGHUP too, and so would every
+# program that the tests start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+for _number in (signal.SIGQUIT, signal.SIGHUP):
+    signal.signal(_number, signal.SIG_DFL)
 
 
 @pytest.fixture

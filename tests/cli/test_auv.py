@@ -124,7 +124,7 @@ def test_interrupt_writes_the_best_so_far(tmp_path):
 @pytest.mark.parametrize(
     ("planner", "options"),
     [
-        ("ga-dp", ()),
+        pytest.param("ga-dp", (), marks=pytest.mark.ci),
         ("ga-dp", ("--reading", "sum", "--draws", "uniform")),
         ("ga-auv", ("--population", "24", "--added-points", "6")),
     ],

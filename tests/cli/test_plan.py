@@ -170,7 +170,17 @@ def test_stop_criteria(hills, tmp_path, capsys):
     assert 0.5 <= summary["seconds"]["total"] < 5
 
 
-@pytest.mark.parametrize("planner", ["ga-fpga", "ga-pc", "fpa", "fpa-2opt", "ga-dp", "ga-auv"])
+@pytest.mark.parametrize(
+    "planner",
+    [
+        "ga-fpga",
+        "ga-pc",
+        *(
+            pytest.param(name, marks=pytest.mark.ci)
+            for name in ("fpa", "fpa-2opt", "ga-dp", "ga-auv")
+        ),
+    ],
+)
 def test_interrupt_writes_the_best_so_far(hills, tmp_path, planner):
     command = [
         sys.executable,

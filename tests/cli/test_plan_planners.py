@@ -186,7 +186,7 @@ def test_start_without_a_way_is_random(hills, tmp_path, capsys):
     )
 
 
-@pytest.mark.parametrize("planner", ["fpa", "fpa-2opt"])
+@pytest.mark.parametrize("planner", [pytest.param("fpa", marks=pytest.mark.ci), "fpa-2opt"])
 def test_flower_pollination_and_check_agree(hills, tmp_path, pathgene, planner):
     done = pathgene(
         "plan",

@@ -1,0 +1,60 @@
+# amaranth: UnusedElaboratable=no
+"""The line: bytes are counted both ways, and `sending` lasts as long as an answer."""
+
+import pytest
+
+from hdl.link.line import Line
+from tests.chips import SMALL
+from tests.streams import put, simulate
+
+
+BIT = SMALL.clocks_per_bit
+
+
+async def receive(ctx, dut, byte):
+    """Send a byte to the pin, from the start bit to the stop bit."""
+    for bit in (0, *(byte >> place & 1 for place in range(8)), 1):
+        ctx.set(dut.rx, bit)
+        await ctx.tick().repeat(BIT)
+
+
+def test_received_bytes_are_counted():
+    """Those of damaged frames, too."""
+    dut = Line(SMALL)
+    counted = []
+
+    async def bench(ctx):
+        await ctx.tick().repeat(2 * BIT)
+        for byte in (0x55, 0x00, 0xFF, 0x01):
+            await receive(ctx, dut, byte)
+            await ctx.tick().repeat(BIT)
+            counted.append(ctx.get(dut.bytes_received))
+        assert ctx.get(dut.bytes_sent) == 0
+
+    simulate(dut, bench)
+    assert counted == [1, 2, 3, 4]
+
+
+def test_sent_bytes_are_counted_up_to_the_end_of_sending():
+    dut = Line(SMALL)
+    starts = []
+
+    async def bench(ctx):
+        assert not ctx.get(dut.sending)
+        await put(ctx, dut.replies, {"data": 7, "last": 1, "plain": 0})
+        for _ in range(40 * 10 * BIT):
+            starts.append(ctx.get(dut.sending))
+            await ctx.tick()
+            if starts[-1] and not ctx.get(dut.sending):
+                break
+        # The byte with its CRC, the code byte of COBS and the delimiter.
+        assert ctx.get(dut.bytes_sent) == 1 + 4 + 1 + 1
+        assert ctx.get(dut.bytes_received) == 0
+
+    simulate(dut, bench)
+    assert sum(starts) >= 7 * 10 * BIT
+
+
+def test_wrong_config():
+    with pytest.raises(TypeError, match=r"^Config must be a Config, not 3$"):
+        Line(3)

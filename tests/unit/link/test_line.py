@@ -4,6 +4,7 @@
 import pytest
 
 from hdl.link.line import Line
+from hdl.protocol import StickyError
 from tests.chips import SMALL
 from tests.streams import put, simulate
 
@@ -53,6 +54,25 @@ def test_sent_bytes_are_counted_up_to_the_end_of_sending():
 
     simulate(dut, bench)
     assert sum(starts) >= 7 * 10 * BIT
+
+
+def test_a_frame_that_is_too_short_is_malformed():
+    dut = Line(SMALL)
+    errors = []
+
+    async def bench(ctx):
+        await ctx.tick().repeat(2 * BIT)
+        for byte in (0x01, 0x00):
+            await receive(ctx, dut, byte)
+        await ctx.tick().repeat(20 * BIT)
+
+    async def watch(ctx):
+        async for _, _, pulses in ctx.tick().sample(dut.errors):
+            if pulses:
+                errors.append(StickyError(int(pulses)))
+
+    simulate(dut, bench, background=[watch])
+    assert errors == [StickyError.MALFORMED]
 
 
 def test_wrong_config():

@@ -1,230 +1,242 @@
-"""Control unit: turns one unit on at a time, and counts what each of them takes."""
+"""Control unit of every chip: runs one unit at a time, and counts the cycles of each."""
 
 from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config
+from hdl.config import CheckerBuild, Config
+from hdl.layouts import generation_signature
 from hdl.primitives.one_hot_sequencer import OneHotSequencer
 from hdl.protocol import ChipState, Counter, counters_reply, status_reply
 
 
-__all__ = ["Control", "clocks_layout", "counters_layout"]
+__all__ = ["Control", "counters_layout", "cycles_layout"]
 
-# Which unit's clocks go to which counter and which field of the status.
+#: Counter, and field of the status, of each unit's cycles in a generation.
 _GENERATION = {
     ChipState.CROSSOVER: Counter.CROSSOVER,
     ChipState.MUTATE: Counter.MUTATION,
     ChipState.UPDATE: Counter.UPDATE,
 }
-_COUNTED = (
-    Counter.CYCLES,
-    Counter.RECEIVE,
-    *_GENERATION.values(),
-    Counter.TRANSMIT,
-    Counter.LONGEST,
-    Counter.GENERATIONS,
-    Counter.REFUSED_MUTATIONS,
-    Counter.REDRAWN,
-    Counter.LEFT_OUT,
-)
+#: Width of one state in the status's history.
+_HISTORY_ENTRY_BITS = 4
 
 
-def clocks_layout(config: Config) -> data.StructLayout:
-    """Return the layout of the clocks of each unit in the latest generation."""
+def cycles_layout(config: Config) -> data.StructLayout:
+    """Return the layout of the cycles of each unit in the latest generation."""
     widths = dict(status_reply(config).fields)
     return data.StructLayout({counter.value: widths[counter] for counter in _GENERATION.values()})
 
 
 def counters_layout(config: Config) -> data.StructLayout:
-    """Return the layout of all counters but those of the line and of the checker."""
+    """Return the layout of the counters that the control unit keeps."""
+    counted = [Counter.CYCLES, Counter.RECEIVE]
+    if config.genetic:
+        counted += _GENERATION.values()
+    counted.append(Counter.TRANSMIT)
+    if config.genetic:
+        counted += [Counter.LONGEST, Counter.GENERATIONS, Counter.REFUSED_MUTATIONS]
+        if config.checker is not CheckerBuild.NONE:
+            counted += [Counter.REDRAWN, Counter.LEFT_OUT]
     widths = dict(counters_reply(config).fields)
-    return data.StructLayout({counter.value: widths[counter] for counter in _COUNTED})
+    return data.StructLayout({counter.value: widths[counter] for counter in counted})
 
 
 class Control(wiring.Component):
     """Control unit of the chip.
 
-    Listens until a command is ``pending``, turns the receiving unit on to take it, then, for a
-    command to run a generation, the crossover, mutation and update units, or, for one to check
-    paths, the checking unit, and at last the transmitting unit, which answers. A unit is on from
-    its state's first clock to the clock in which it says that it is over, both included; the next
-    unit is on in the clock after that: no hand-over takes a clock of its own, but for that to the
-    crossover.
+    Listens until a command is ``pending``, then turns the receiving unit on to take it. A command
+    to run a generation turns the crossover, mutation and update units on, one after the other; a
+    command to check paths turns the checker on. At last the transmitting unit answers. A unit is on
+    from the first cycle of its state to the cycle in which it is done, both included; the next unit
+    is on in the following cycle. Only the hand-over to the crossover takes one more.
 
-    A generation starts only when ``ready``: until it does the receiving unit stays on and must hold
-    ``receive_over`` and ``generate``, at least for two clocks: the first of them decides that it
-    starts, in the second, with ``begin``, all that takes part knows. What is ``ready`` then stays
-    so.
+    A generation starts only when the core is ``ready``. Until then the receiving unit stays on and
+    holds ``receive_done`` and ``generate``, for two cycles at least: in the first, the control unit
+    decides to start, and pulses ``launch``; in the second, ``begin`` tells all that take part. The
+    core stays ``ready`` in between.
 
-    Source: *allaire-2008*, section 4.2. Differs in that the update has a state of its own, and that
-    a command may ask for something else than a generation.
+    A chip without a genetic core, or without a checker, has a control unit without the states, the
+    counters and the members of what is missing.
+
+    Source: *allaire-2008*, section 4.2. Differs: the update has a state of its own, and commands
+    may ask for other things than a generation.
 
     Parameters
     ----------
     config : Config
-        Sizes of the chip.
+        Units and sizes of the chip.
 
     Members
     -------
     pending : In(1)
         A command waits to be received.
-    receive_on : Out(1)
-    receive_over : In(1)
-        The command has been taken. Ignored unless ``receive_on``.
-    generate : In(1)
-    check : In(1)
-        With ``receive_over``: the command is to run a generation, or to check paths; not both.
-    ready : In(1)
-        Everything that a generation needs is there.
-    starts : Out(1)
-        Pulse, in the clock before ``begin``.
-    begin : Out(1)
-        Pulse, in the clock before ``crossover_on`` rises.
-    crossover_on, mutation_on, update_on, check_on, transmit_on : Out(1)
-    crossover_over, mutation_over, update_over, check_over, transmit_over : In(1)
-        Each ignored unless its unit is on.
-    generating : Out(1)
-        From ``begin`` to the last clock of the update.
+    receive_on, transmit_on : Out(1)
+        The unit is on.
+    receive_done, transmit_done : In(1)
+        The command has been taken, and the answer sent. Each is ignored unless its unit is on.
     line_busy : In(1)
-        A frame is coming in; such clocks count as receiving.
+        A frame is coming in; such cycles count as receiving.
     line_sending : In(1)
-        An answer is going out; such clocks count as transmitting.
-    refused : In(range(mutators + 1))
-        Mutations that a limit on the length forbade.
-    redrawn : In(range(patches * candidates))
-        Candidates that took the place of one in the ground.
-    left_out : In(range(patches + 1))
-        Mutations that had no candidate above the ground. These three are those of the present
-        generation, and read in the last clock of the update.
-    restart : In(1)
-        Set ``generation`` and the counter of the longest generation to 0, a clock later than other
-        inputs act.
+        An answer is going out; such cycles count as transmitting.
     state : Out(ChipState)
     history : Out(32)
-        The eight states entered last, 4 bits each, the latest lowest; LISTEN before the first. A
-        clock late.
+        The eight states entered last, 4 bits each, the latest lowest; LISTEN before the first. One
+        cycle late.
+    counters : Out(StructLayout({counter: 48, ...}))
+        Every :class:`hdl.protocol.Counter` of the units that the chip has, but those of the line
+        and of the checker, since reset; the longest generation since the latest ``restart``. The
+        count of all cycles shows those before the present one, the others are one cycle late: those
+        of a generation are complete from the second cycle after it on, before an answer is made.
+
+    With a checker:
+
+    check : In(1)
+        With ``receive_done``: the command is to check paths.
+    check_on : Out(1)
+    check_done : In(1)
+        Ignored unless the checker is on.
+
+    With a genetic core:
+
+    generate : In(1)
+        With ``receive_done``: the command is to run a generation. Excludes ``check``.
+    core : Out(generation_signature)
+        ``restart`` sets ``generation`` and the counter of the longest generation to 0, one cycle
+        later than other inputs act.
     generation : Out(32)
         Generations since reset or ``restart``; modulo 2**32.
-    clocks : Out(StructLayout({"crossover": 16, "mutation": 16, "update": 16}))
-        Clocks of each unit in the latest generation; growing while it runs, without those of the
-        generation before.
-    counters : Out(StructLayout({counter: 48, ...}))
-        Every :class:`hdl.protocol.Counter` but those of the line and of the checker, since reset,
-        the longest generation since ``restart``. That of all clocks shows the clocks before the
-        present one. The others are a clock late: those of a generation are complete from the second
-        clock after it on, before an answer is put together.
+    cycles : Out(StructLayout({"crossover": 16, "mutation": 16, "update": 16}))
+        Cycles of each unit in the latest generation, which they count while it runs.
     """
 
-    def __init__(self, config):
+    def __init__(self, config: Config):
         if not isinstance(config, Config):
             raise TypeError(f"Config must be a Config, not {config!r}")
 
         self.config = config
+        self.has_checker = config.checker is not CheckerBuild.NONE
         status = dict(status_reply(config).fields)
-        super().__init__(
-            {
-                "pending": In(1),
-                "receive_on": Out(1),
-                "receive_over": In(1),
+        self.history_length = status["history"] // _HISTORY_ENTRY_BITS
+        members = {
+            "pending": In(1),
+            "receive_on": Out(1),
+            "receive_done": In(1),
+            "transmit_on": Out(1),
+            "transmit_done": In(1),
+            "line_busy": In(1),
+            "line_sending": In(1),
+            "state": Out(ChipState),
+            "history": Out(status["history"]),
+            "counters": Out(counters_layout(config)),
+        }
+        if self.has_checker:
+            members |= {"check": In(1), "check_on": Out(1), "check_done": In(1)}
+        if config.genetic:
+            members |= {
                 "generate": In(1),
-                "check": In(1),
-                "ready": In(1),
-                "starts": Out(1),
-                "begin": Out(1),
-                "crossover_on": Out(1),
-                "crossover_over": In(1),
-                "mutation_on": Out(1),
-                "mutation_over": In(1),
-                "update_on": Out(1),
-                "update_over": In(1),
-                "check_on": Out(1),
-                "check_over": In(1),
-                "transmit_on": Out(1),
-                "transmit_over": In(1),
-                "generating": Out(1),
-                "line_busy": In(1),
-                "line_sending": In(1),
-                "refused": In(range(config.mutators + 1)),
-                "redrawn": In(range(config.patches * config.candidates)),
-                "left_out": In(range(config.patches + 1)),
-                "restart": In(1),
-                "state": Out(ChipState),
-                "history": Out(status["history"]),
+                "core": Out(generation_signature(config)),
                 "generation": Out(status["generation"]),
-                "clocks": Out(clocks_layout(config)),
-                "counters": Out(counters_layout(config)),
+                "cycles": Out(cycles_layout(config)),
             }
-        )
+        super().__init__(members)
 
     def elaborate(self, platform):
         m = Module()
 
-        done = Signal()
-        received = Signal()
+        steps = self._steps(m)
+        m.submodules.sequencer = sequencer = OneHotSequencer(
+            ChipState.LISTEN,
+            steps,
+            history=self.history_length,
+            history_entry_bits=_HISTORY_ENTRY_BITS,
+        )
+        on = sequencer.on
         m.d.comb += [
-            self.starts.eq(
-                self.receive_on & self.receive_over & self.generate & self.ready & ~self.begin
+            sequencer.take.eq(Cat(steps.values())),
+            self.state.eq(sequencer.state),
+            self.history.eq(sequencer.history),
+            self.receive_on.eq(on.receive),
+            self.transmit_on.eq(on.transmit),
+        ]
+        if self.has_checker:
+            m.d.comb += self.check_on.eq(on.check)
+
+        counts = {
+            Counter.RECEIVE: self.receive_on | self.line_busy,
+            Counter.TRANSMIT: self.transmit_on | self.line_sending,
+        }
+        if self.config.genetic:
+            m.d.comb += [self.core.mutation_on.eq(on.mutate), self.core.update_on.eq(on.update)]
+            counts |= self._generation(m, on)
+        self._count(m, counts)
+        return m
+
+    def _steps(self, m):
+        """Return the steps from state to state, and what takes each of them."""
+        received = self.receive_done
+        if self.config.genetic:
+            # Not in the cycle of `begin`, in which the receiving unit is still on.
+            received = Signal()
+            m.d.comb += received.eq(self.receive_done & ~self.generate & ~self.core.begin)
+        to_answer = received
+        steps = {(ChipState.LISTEN, ChipState.RECEIVE): self.pending}
+        if self.config.genetic:
+            steps[ChipState.RECEIVE, ChipState.CROSSOVER] = self.core.begin
+        if self.has_checker:
+            steps[ChipState.RECEIVE, ChipState.CHECK] = received & self.check
+            to_answer = received & ~self.check
+        steps[ChipState.RECEIVE, ChipState.TRANSMIT] = to_answer
+        if self.config.genetic:
+            steps |= {
+                (ChipState.CROSSOVER, ChipState.MUTATE): self.core.crossover_done,
+                (ChipState.MUTATE, ChipState.UPDATE): self.core.mutation_done,
+                (ChipState.UPDATE, ChipState.TRANSMIT): self.core.update_done,
+            }
+        if self.has_checker:
+            steps[ChipState.CHECK, ChipState.TRANSMIT] = self.check_done
+        steps[ChipState.TRANSMIT, ChipState.LISTEN] = self.transmit_done
+        return steps
+
+    def _generation(self, m, on):
+        """Start generations and measure them; return what there is to count."""
+        core = self.core
+
+        done = Signal()
+        m.d.comb += [
+            core.launch.eq(
+                self.receive_on & self.receive_done & self.generate & core.ready & ~core.begin
             ),
-            done.eq(self.update_on & self.update_over),
-            received.eq(self.receive_over & ~self.generate & ~self.begin),
+            done.eq(core.update_on & core.update_done),
         ]
         m.d.sync += [
-            self.begin.eq(self.starts),
-            self.generating.eq(self.starts | (self.generating & ~done)),
+            core.begin.eq(core.launch),
+            core.generating.eq(core.launch | (core.generating & ~done)),
         ]
 
-        steps = {
-            (ChipState.LISTEN, ChipState.RECEIVE): self.pending,
-            (ChipState.RECEIVE, ChipState.CROSSOVER): self.begin,
-            (ChipState.RECEIVE, ChipState.CHECK): received & self.check,
-            (ChipState.RECEIVE, ChipState.TRANSMIT): received & ~self.check,
-            (ChipState.CROSSOVER, ChipState.MUTATE): self.crossover_over,
-            (ChipState.MUTATE, ChipState.UPDATE): self.mutation_over,
-            (ChipState.UPDATE, ChipState.TRANSMIT): self.update_over,
-            (ChipState.CHECK, ChipState.TRANSMIT): self.check_over,
-            (ChipState.TRANSMIT, ChipState.LISTEN): self.transmit_over,
-        }
-        units = {
-            ChipState.RECEIVE: self.receive_on,
-            ChipState.CROSSOVER: self.crossover_on,
-            ChipState.MUTATE: self.mutation_on,
-            ChipState.UPDATE: self.update_on,
-            ChipState.CHECK: self.check_on,
-            ChipState.TRANSMIT: self.transmit_on,
-        }
-        m.submodules.states = states = OneHotSequencer(self.config, steps)
-        m.d.comb += [
-            states.take.eq(Cat(steps.values())),
-            *(on.eq(states.on[state]) for state, on in units.items()),
-            self.state.eq(states.state),
-            self.history.eq(states.history),
-        ]
-
-        # After a reset, too, for which there is no time besides.
-        forgotten = Signal(init=1)
+        # After a reset, too: these registers have none.
+        restarted = Signal(init=1)
         generation = Signal.like(self.generation, reset_less=True)
-        m.d.sync += forgotten.eq(self.restart)
+        m.d.sync += restarted.eq(core.restart)
         m.d.comb += self.generation.eq(generation)
-        with m.If(forgotten):
+        with m.If(restarted):
             m.d.sync += generation.eq(0)
         with m.Elif(done):
             m.d.sync += generation.eq(generation + 1)
 
-        counters = self.counters
-        m.d.sync += counters[Counter.CYCLES].eq(counters[Counter.CYCLES] + 1)
-        for state, counter in _GENERATION.items():
-            with m.If(self.begin):
-                m.d.sync += self.clocks[counter].eq(0)
-            with m.Elif(units[state]):
-                m.d.sync += self.clocks[counter].eq(self.clocks[counter] + 1)
+        units = {counter: on[state.name.lower()] for state, counter in _GENERATION.items()}
+        for counter, unit_on in units.items():
+            with m.If(core.begin):
+                m.d.sync += self.cycles[counter].eq(0)
+            with m.Elif(unit_on):
+                m.d.sync += self.cycles[counter].eq(self.cycles[counter] + 1)
 
-        # Ahead by one: in the last clock of a generation it has that clock counted already.
-        elapsed = Signal.like(self.clocks.crossover)
+        # One ahead: in the last cycle of a generation, that cycle is counted already.
+        elapsed = Signal.like(self.cycles.crossover)
         lasted = Signal.like(elapsed, reset_less=True)
         longer = Signal()
         longest = Signal(elapsed.shape(), reset_less=True)
-        with m.If(self.generating):
+        with m.If(core.generating):
             m.d.sync += elapsed.eq(elapsed + 1)
         with m.Else():
             m.d.sync += elapsed.eq(0)
@@ -232,23 +244,29 @@ class Control(wiring.Component):
             lasted.eq(elapsed),
             longer.eq(done & (elapsed > longest)),
         ]
-        with m.If(forgotten):
+        with m.If(restarted):
             m.d.sync += longest.eq(0)
         with m.Elif(longer):
             m.d.sync += longest.eq(lasted)
+        m.d.comb += self.counters[Counter.LONGEST].eq(longest)
 
-        # What there is to count, then so long a carry: a clock each.
-        for counter, count in (
-            (Counter.RECEIVE, self.receive_on | self.line_busy),
-            (Counter.TRANSMIT, self.transmit_on | self.line_sending),
-            *((counter, units[state]) for state, counter in _GENERATION.items()),
-            (Counter.GENERATIONS, done),
-            (Counter.REFUSED_MUTATIONS, Mux(done, self.refused, 0)),
-            (Counter.REDRAWN, Mux(done, self.redrawn, 0)),
-            (Counter.LEFT_OUT, Mux(done, self.left_out, 0)),
-        ):
+        counts = {
+            **units,
+            Counter.GENERATIONS: done,
+            Counter.REFUSED_MUTATIONS: Mux(done, core.refused, 0),
+        }
+        if self.has_checker:
+            counts |= {
+                Counter.REDRAWN: Mux(done, core.redrawn, 0),
+                Counter.LEFT_OUT: Mux(done, core.left_out, 0),
+            }
+        return counts
+
+    def _count(self, m, counts):
+        """Count all cycles, and add ``counts`` to their counters."""
+        counters = self.counters
+        m.d.sync += counters[Counter.CYCLES].eq(counters[Counter.CYCLES] + 1)
+        for counter, count in counts.items():
+            # One cycle for the count, one for the long carry.
             added = Signal(Value.cast(count).shape(), name=f"added_{counter.value}")
             m.d.sync += [added.eq(count), counters[counter].eq(counters[counter] + added)]
-        m.d.comb += counters[Counter.LONGEST].eq(longest)
-
-        return m

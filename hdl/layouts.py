@@ -3,15 +3,17 @@
 Command units, genetic core and checker agree here, so that none of them imports another.
 """
 
-from amaranth.lib import data
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config
+from hdl.config import CheckerBuild, Config
 from hdl.protocol import Layout, start_request
 
 
 __all__ = [
     "cell_layout",
     "check_layout",
+    "generation_signature",
     "point_layout",
     "ranking_layout",
     "read_layout",
@@ -99,3 +101,50 @@ def cell_layout(config: Config) -> data.StructLayout:
 def record_layout(config: Config) -> data.StructLayout:
     """Return the layout of one byte of the results; ``last`` ends the answer."""
     return data.StructLayout({"data": 8, "last": 1})
+
+
+def generation_signature(config: Config) -> wiring.Signature:
+    """Return the signature between the control unit and the genetic core, seen from the former.
+
+    launch : Out(1)
+        Pulse, in the cycle before ``begin``.
+    begin : Out(1)
+        Pulse, in the cycle before the first of the crossover.
+    generating : Out(1)
+        A generation runs, from ``begin`` to the last cycle of the update.
+    mutation_on, update_on : Out(1)
+        The unit is on.
+    ready : In(1)
+        A generation may start.
+    restart : In(1)
+        Pulse: a new run begins.
+    crossover_done, mutation_done, update_done : In(1)
+        Last cycle of the unit. Ignored unless the unit is on.
+    refused : In(range(mutators + 1))
+        Mutations that a limit on the length forbade. Like the next two, of the present generation,
+        and read in the last cycle of the update.
+    redrawn : In(range(patches * candidates))
+        Only with a map: candidates that replaced one in the ground.
+    left_out : In(range(patches + 1))
+        Only with a map: mutations that had no candidate above the ground.
+    """
+    map_members = {
+        "redrawn": In(range(config.patches * config.candidates)),
+        "left_out": In(range(config.patches + 1)),
+    }
+    return wiring.Signature(
+        {
+            "launch": Out(1),
+            "begin": Out(1),
+            "generating": Out(1),
+            "mutation_on": Out(1),
+            "update_on": Out(1),
+            "ready": In(1),
+            "restart": In(1),
+            "crossover_done": In(1),
+            "mutation_done": In(1),
+            "update_done": In(1),
+            "refused": In(range(config.mutators + 1)),
+            **(map_members if config.checker is not CheckerBuild.NONE else {}),
+        }
+    )

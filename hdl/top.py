@@ -4,10 +4,10 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, connect
 
-from hdl.check_control import CheckControl
 from hdl.command.receiver import CommandReceiver
 from hdl.command.transmitter import ReplyTransmitter
 from hdl.config import CheckerBuild, Config
+from hdl.control import Control
 from hdl.feasibility.check_controller import CheckController
 from hdl.feasibility.checker import Checker
 from hdl.ga_core.core import Core
@@ -68,73 +68,71 @@ class Planner(wiring.Component):
                 reset = ResetSignal(domain)
 
         m.submodules.line = line = Line(self.config)
-        m.submodules.receiving = receiving = CommandReceiver(self.config)
-        # Either has the control unit and its counters.
-        core = (Core if self.config.genetic else CheckControl)(self.config)
-        m.submodules.core = DomainRenamer("core")(core)
-        m.submodules.transmitting = transmitting = ReplyTransmitter(self.config)
+        m.submodules.receiver = receiver = CommandReceiver(self.config)
+        m.submodules.transmitter = transmitter = ReplyTransmitter(self.config)
+        control = Control(self.config)
+        m.submodules.control = DomainRenamer("core")(control)
 
         m.d.comb += [line.rx.eq(self.rx), self.tx.eq(line.tx)]
-        connect(m, line.requests, receiving.requests)
-        connect(m, transmitting.replies, line.replies)
-        has_checker = self.config.checker is not CheckerBuild.NONE
-        if has_checker:
-            checker, checking = self._add_checker(m, core, receiving, transmitting)
-        if self.config.genetic:
-            self._connect_core(m, core, receiving, transmitting)
-        if has_checker and self.config.genetic:
-            self._share_core(m, core, checker, checking, transmitting)
-        elif self.config.genetic:
-            connect(m, transmitting.reads, core.reads)
-            connect(m, core.waypoints, transmitting.waypoints)
-
-        # Hand-overs.
+        connect(m, line.requests, receiver.requests)
+        connect(m, transmitter.replies, line.replies)
         m.d.comb += [
-            core.line_busy.eq(line.busy),
-            core.line_sending.eq(line.sending),
-            core.pending.eq(receiving.pending),
-            receiving.on.eq(core.receive_on),
-            core.receive_over.eq(receiving.done),
-            transmitting.on.eq(core.transmit_on),
-            core.transmit_over.eq(transmitting.done),
+            control.line_busy.eq(line.busy),
+            control.line_sending.eq(line.sending),
+            control.pending.eq(receiver.pending),
+            receiver.on.eq(control.receive_on),
+            control.receive_done.eq(receiver.done),
+            transmitter.on.eq(control.transmit_on),
+            control.transmit_done.eq(transmitter.done),
         ]
 
-        # What the answers tell.
+        core = self._add_core(m, control, receiver, transmitter) if self.config.genetic else None
+        if self.config.checker is not CheckerBuild.NONE:
+            self._add_checker(m, control, core, receiver, transmitter)
+        elif core is not None:
+            connect(m, transmitter.reads, core.reads)
+            connect(m, core.waypoints, transmitter.waypoints)
+
+        # Registers that replies show.
         m.d.comb += [
-            receiving.line_errors.eq(line.errors),
-            transmitting.answer.eq(receiving.answer),
-            transmitting.session.eq(receiving.session),
-            transmitting.status.state.eq(core.state),
-            transmitting.status.history.eq(core.history),
-            transmitting.status.errors.eq(receiving.errors),
-            transmitting.counters[Counter.BYTES_RECEIVED].eq(line.bytes_received),
-            transmitting.counters[Counter.BYTES_SENT].eq(line.bytes_sent),
+            receiver.line_errors.eq(line.errors),
+            transmitter.answer.eq(receiver.answer),
+            transmitter.session.eq(receiver.session),
+            transmitter.status.state.eq(control.state),
+            transmitter.status.history.eq(control.history),
+            transmitter.status.errors.eq(receiver.errors),
+            transmitter.counters[Counter.BYTES_RECEIVED].eq(line.bytes_received),
+            transmitter.counters[Counter.BYTES_SENT].eq(line.bytes_sent),
         ]
-        for counter, _ in core.counters.shape():
-            m.d.comb += transmitting.counters[counter].eq(core.counters[counter])
+        for counter, _ in control.counters.shape():
+            m.d.comb += transmitter.counters[counter].eq(control.counters[counter])
 
         return m
 
-    def _connect_core(self, m, core, receiving, transmitting):
-        """Connect what only a genetic core has."""
-        connect(m, receiving.start_requests, core.starts)
-        connect(m, receiving.writes, core.writes)
-        connect(m, receiving.ranking, core.ranking)
-        m.d.comb += [
-            receiving.ranked.eq(core.ranked),
-            core.generate.eq(receiving.generate),
-            transmitting.status.generation.eq(core.generation),
-        ]
-        for unit, _ in core.clocks.shape():
-            m.d.comb += transmitting.status[unit].eq(core.clocks[unit])
+    def _add_core(self, m, control, receiver, transmitter):
+        """Add the genetic core, and return it; who reads its paths is still to be connected."""
+        core = Core(self.config)
+        m.submodules.core = DomainRenamer("core")(core)
 
-        recipe = transmitting.recipe
+        connect(m, control.core, core.control)
+        connect(m, receiver.start_requests, core.start_requests)
+        connect(m, receiver.writes, core.writes)
+        connect(m, receiver.ranking, core.ranking)
+        m.d.comb += [
+            receiver.ranked.eq(core.control.ready),
+            control.generate.eq(receiver.generate),
+            transmitter.status.generation.eq(control.generation),
+        ]
+        for unit, _ in control.cycles.shape():
+            m.d.comb += transmitter.status[unit].eq(control.cycles[unit])
+
+        recipe = transmitter.recipe
         for i, slot in enumerate(core.parents):
             m.d.comb += recipe[f"parent_{i}"].eq(slot)
         for i, slot in enumerate(core.survivors):
             m.d.comb += [
                 recipe[f"survivor_{i}"].eq(slot),
-                transmitting.survivors[i].eq(slot),
+                transmitter.survivors[i].eq(slot),
             ]
         for i, mutation in enumerate(core.mutations):
             m.d.comb += [
@@ -144,56 +142,57 @@ class Planner(wiring.Component):
             ]
         for i, waypoint in enumerate(core.patches):
             m.d.comb += recipe[f"waypoint_{i}"].eq(waypoint)
+        return core
 
-    def _add_checker(self, m, core, receiving, transmitting):
+    def _add_checker(self, m, control, core, receiver, transmitter):
         """Add the checker, between the units that take commands and answer them."""
         checker = Checker(self.config)
         m.submodules.checker = DomainRenamer("checker")(checker)
-        m.submodules.checking = checking = CheckController(self.config)
+        m.submodules.check_controller = checks = CheckController(self.config)
 
-        if self.config.genetic:
-            # On a large chip, the checker's `ready` comes late and from afar.
-            m.submodules.cells = cells = SkidBuffer(receiving.cells.payload.shape())
-            connect(m, receiving.cells, cells.words)
+        if core is not None:
+            self._share_core(m, control, core, checker, checks, transmitter)
+            # On a large chip, the checker's `ready` arrives late.
+            m.submodules.cells = cells = SkidBuffer(receiver.cells.payload.shape())
+            connect(m, receiver.cells, cells.words)
             connect(m, cells.passed, checker.writes)
         else:
-            connect(m, receiving.cells, checker.writes)
-        connect(m, receiving.points, checking.points)
-        connect(m, checking.paths, checker.points)
-        connect(m, checker.verdicts, checking.verdicts)
-        connect(m, checker.counts, checking.counts)
-        connect(m, transmitting.result_reads, checking.result_reads)
-        connect(m, checking.records, transmitting.records)
+            connect(m, receiver.cells, checker.writes)
+        connect(m, receiver.points, checks.points)
+        connect(m, checks.paths, checker.points)
+        connect(m, checker.verdicts, checks.verdicts)
+        connect(m, checker.counts, checks.counts)
+        connect(m, transmitter.result_reads, checks.result_reads)
+        connect(m, checks.records, transmitter.records)
         m.d.comb += [
-            core.check.eq(receiving.check),
-            checking.on.eq(core.check_on),
-            core.check_over.eq(checking.done),
-            checking.forget.eq(receiving.forget),
-            checking.checks.eq(receiving.checks),
-            checker.count.eq(checking.counting),
-            receiving.checked.eq(checking.checked),
-            transmitting.checked.eq(checking.checked),
-            transmitting.totals.eq(checking.totals),
+            control.check.eq(receiver.check),
+            checks.on.eq(control.check_on),
+            control.check_done.eq(checks.done),
+            checks.forget.eq(receiver.forget),
+            checks.checks.eq(receiver.checks),
+            checker.count.eq(checks.counting),
+            receiver.checked.eq(checks.checked),
+            transmitter.checked.eq(checks.checked),
+            transmitter.totals.eq(checks.totals),
         ]
-        for counter, _ in checking.counters.shape():
-            m.d.comb += transmitting.counters[counter].eq(checking.counters[counter])
-        return checker, checking
+        for counter, _ in checks.counters.shape():
+            m.d.comb += transmitter.counters[counter].eq(checks.counters[counter])
 
-    def _share_core(self, m, core, checker, checking, transmitting):
-        """Let the core ask the checker for the ground, and others have its paths read out."""
+    def _share_core(self, m, control, core, checker, checks, transmitter):
+        """Let the core look up the ground in the checker, and share its reads."""
         m.d.comb += [
             checker.lookup_valid.eq(core.lookup_valid),
             checker.lookup_x.eq(core.lookup_x),
             checker.lookup_y.eq(core.lookup_y),
             core.lookup_altitude.eq(checker.lookup_altitude),
         ]
-        # One of them at a time has paths read out: the one that is on.
-        with m.If(core.check_on):
-            self._read_out(m, core, checking)
+        # One unit at a time reads paths: the one that is on.
+        with m.If(control.check_on):
+            self._read_paths(m, core, checks)
         with m.Else():
-            self._read_out(m, core, transmitting)
+            self._read_paths(m, core, transmitter)
 
-    def _read_out(self, m, core, unit):
+    def _read_paths(self, m, core, unit):
         m.d.comb += [
             core.reads.valid.eq(unit.reads.valid),
             core.reads.payload.eq(unit.reads.payload),

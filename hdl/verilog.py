@@ -23,7 +23,7 @@ __all__ = ["SHIPPED", "TOPS", "export", "strip_zero_init", "write_shipped"]
 TOPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "planner": ("hdl.top", "Planner", "config"),
-        "ga_core": ("hdl.ga_core.core", "Core", "config"),
+        "ga_core": ("hdl.ga_core_top", "GeneticCoreTop", "config"),
         "uart": ("hdl.link.uart", "Uart", "clocks_per_bit"),
         "frame_receiver": ("hdl.link.frame", "FrameReceiver", "receive_buffer"),
         "frame_transmitter": ("hdl.link.frame", "FrameTransmitter"),

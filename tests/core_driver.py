@@ -7,7 +7,7 @@ import random
 from amaranth.sim import Simulator
 
 from hdl.config import CheckerBuild
-from hdl.ga_core.core import Core
+from hdl.ga_core_top import GeneticCoreTop
 from hdl.protocol import ChipState
 from sim.model import core as model
 from sim.model.checker import TerrainModel
@@ -25,7 +25,7 @@ class Driver:
     Parameters
     ----------
     ctx : amaranth.sim.SimulatorContext
-    dut : Core
+    dut : GeneticCoreTop
     rng : random.Random
     pauses : iterable of int
         Clocks before each word of a stream, for ever.
@@ -104,7 +104,7 @@ class Driver:
         )
         self.model.start(seed, limits, avoid_ground)
         await self.put(
-            self.dut.starts,
+            self.dut.start_requests,
             {
                 "seed": seed,
                 "x": limits.x,
@@ -176,17 +176,17 @@ class Driver:
         await self.enter(ChipState.RECEIVE)
         ctx.set(dut.pending, 0)
         await self.rank(order)
-        ctx.set(dut.receive_over, 1)
+        ctx.set(dut.receive_done, 1)
         ctx.set(dut.generate, 1)
         await self.enter(ChipState.CROSSOVER)
-        ctx.set(dut.receive_over, 0)
+        ctx.set(dut.receive_done, 0)
         ctx.set(dut.generate, 0)
         started = self.clocks
         await self.enter(ChipState.TRANSMIT)
         elapsed = self.clocks - started
-        ctx.set(dut.transmit_over, 1)
+        ctx.set(dut.transmit_done, 1)
         await self.enter(ChipState.LISTEN)
-        ctx.set(dut.transmit_over, 0)
+        ctx.set(dut.transmit_done, 0)
 
         expected = self.model.run(order)
         assert tuple(ctx.get(slot) for slot in dut.parents) == expected.parents
@@ -200,7 +200,7 @@ class Driver:
             )
         for patch, mutated in zip(dut.patches, expected.mutations, strict=False):
             assert ctx.get(patch) == mutated.waypoint
-        clocks = ctx.get(dut.clocks)
+        clocks = ctx.get(dut.cycles)
         assert (clocks.crossover, clocks.mutation, clocks.update) == (
             expected.crossover_clocks,
             expected.mutation_clocks,
@@ -214,7 +214,7 @@ class Driver:
 
 
 def simulate(config, bench):
-    dut = Core(config)
+    dut = GeneticCoreTop(config)
     simulator = Simulator(dut)
     simulator.add_clock(1e-8)
 

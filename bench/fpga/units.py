@@ -25,7 +25,7 @@ from tools.netlist import Netlist
 
 __all__ = ["PAPERS_TABLE", "UNITS_TABLE", "paper_jobs", "unit_jobs"]
 
-_CORE, _CHECKER = "hdl.ga_core.core.Core", "hdl.feasibility.checker.Checker"
+_CORE, _CHECKER = "hdl.ga_core_top.GeneticCoreTop", "hdl.feasibility.checker.Checker"
 _PLAIN = Config(checker=CheckerBuild.NONE)
 _TWO_TIER = _PLAIN.replace(checker=CheckerBuild.TWO_TIER, lanes=1)
 

@@ -49,11 +49,11 @@ OTHER_SITES: Mapping[str, str] = MappingProxyType(
     {
         "line.frame_receiver.ring.rows.0.0": "X17/Y46/EBR2",
         "line.frame_transmitter.encoder.ring.rows.0.0": "X17/Y70/EBR2",
-        "checking.source.ring.rows.0.0": "X46/Y46/EBR3",
+        "check_controller.source.ring.rows.0.0": "X46/Y46/EBR3",
         "checker.walker.setup.reciprocals.table.0.0": "X46/Y70/EBR3",
         "checker.walker.setup.reciprocals.table.0.1": "X46/Y82/EBR3",
-        "checking.store.entry_rows.0.0": "X78/Y46/EBR0",
-        "checking.store.entry_rows.0.1": "X78/Y70/EBR0",
+        "check_controller.store.entry_rows.0.0": "X78/Y46/EBR0",
+        "check_controller.store.entry_rows.0.1": "X78/Y70/EBR0",
     }
 )
 assert set(OTHER_SITES.values()) <= set(_LEFT)

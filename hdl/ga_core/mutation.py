@@ -52,7 +52,7 @@ class Mutation(wiring.Component):
     Members
     -------
     start : In(1)
-        All inputs up to ``lengths`` are complete; they must stay until ``over``.
+        All inputs up to ``lengths`` are complete; they must stay until ``done``.
     clear : In(1)
         A plan under way is void. Stronger than ``start``.
     children : In(ArrayLayout(child_bits, mutators))
@@ -66,12 +66,12 @@ class Mutation(wiring.Component):
     waypoints : In(waypoint_bits).array(crossovers)
         Present waypoint of each parent.
     on : In(1)
-    over : Out(1)
+    done : Out(1)
         In the last clock with ``on``.
-    doing : Out(mutation_layout).array(mutators)
-        With ``over``: what the mutators did in this generation.
+    results : Out(mutation_layout).array(mutators)
+        With ``done``: what the mutators did in this generation.
     mutations : Out(mutation_layout).array(mutators)
-        Of the latest generation, from the clock after ``over`` on.
+        Of the latest generation, from the clock after ``done`` on.
     patches : Out(waypoint_bits).array(patches)
         New waypoints, from then on.
     refused : Out(range(mutators + 1))
@@ -80,7 +80,7 @@ class Mutation(wiring.Component):
     Without a map:
 
     offsets : In(ArrayLayout(offset_layout, patches))
-        From the selection unit; must stay until ``over``.
+        From the selection unit; must stay until ``done``.
     carrying : In(1)
     position : In(index_bits)
         While ``carrying``: that of ``waypoints``.
@@ -88,7 +88,7 @@ class Mutation(wiring.Component):
     With a map:
 
     run : In(1)
-        High from the clock before the first of the crossover to the one before ``over``.
+        High from the clock before the first of the crossover to the one before ``done``.
     settled, peeks, peek, peek_position
         See :class:`hdl.ga_core.population.Population`.
     offset, offset_taken, avoid, lookup_valid, lookup_x, lookup_y, lookup_altitude
@@ -147,8 +147,8 @@ class Mutation(wiring.Component):
                 "limits": In(limits_layout(config)),
                 "waypoints": In(config.waypoint_bits).array(config.crossovers),
                 "on": In(1),
-                "over": Out(1),
-                "doing": Out(mutation_layout(config)).array(config.mutators),
+                "done": Out(1),
+                "results": Out(mutation_layout(config)).array(config.mutators),
                 "mutations": Out(mutation_layout(config)).array(config.mutators),
                 "patches": Out(config.waypoint_bits).array(config.patches),
                 "refused": Out(range(config.mutators + 1)),
@@ -179,9 +179,9 @@ class Mutation(wiring.Component):
             m.d.comb += [
                 mutator.planned.eq(plan.valid & (plan.number == number)),
                 mutator.plan.eq(plan.plan),
-                mutator.store.eq(self.over),
-                self.doing[number].eq(mutator.doing),
-                self.mutations[number].eq(mutator.done),
+                mutator.store.eq(self.done),
+                self.results[number].eq(mutator.result),
+                self.mutations[number].eq(mutator.record),
             ]
             if kind is not MutationKind.DELETE:
                 m.d.comb += self.patches[number].eq(mutator.patch)
@@ -195,56 +195,56 @@ class Mutation(wiring.Component):
     def _move(self, m, mutators, complete):
         """Move each waypoint once, as it passes."""
         m.d.comb += self.planned.eq(complete)
-        m.d.sync += self.over.eq(self.on & ~self.over)
+        m.d.sync += self.done.eq(self.on & ~self.done)
         for number, mutator in enumerate(mutators[: self.config.patches]):
-            m.submodules[f"mover_{number}"] = mover = WaypointPerturber(self.config)
+            m.submodules[f"perturber_{number}"] = perturber = WaypointPerturber(self.config)
             m.d.comb += [
-                mover.plan.eq(mutator.kept),
-                mover.offset.eq(self.offsets[number]),
-                mover.limits.eq(self.limits),
-                mover.carrying.eq(self.carrying),
-                mover.position.eq(self.position),
+                perturber.plan.eq(mutator.kept),
+                perturber.offset.eq(self.offsets[number]),
+                perturber.limits.eq(self.limits),
+                perturber.carrying.eq(self.carrying),
+                perturber.position.eq(self.position),
                 mutator.made.eq(1),
-                mutator.waypoint.eq(mover.moved),
+                mutator.waypoint.eq(perturber.moved),
             ]
-            for target, waypoint in zip(mover.waypoints, self.waypoints, strict=True):
+            for target, waypoint in zip(perturber.waypoints, self.waypoints, strict=True):
                 m.d.comb += target.eq(waypoint)
         m.d.comb += self.refused.eq(sum(~mutation.applied for mutation in self.mutations))
 
     def _search(self, m, mutators, complete):
         """Look for new waypoints above the ground."""
-        m.submodules.patcher = patcher = TerrainAwareSampler(self.config)
+        m.submodules.sampler = sampler = TerrainAwareSampler(self.config)
         m.d.comb += [
-            patcher.fetch.eq(complete),
-            patcher.clear.eq(self.clear),
-            patcher.limits.eq(self.limits),
-            self.planned.eq(patcher.fetched),
+            sampler.fetch.eq(complete),
+            sampler.clear.eq(self.clear),
+            sampler.limits.eq(self.limits),
+            self.planned.eq(sampler.fetched),
         ]
         for name in _MAP_INPUTS:
-            m.d.comb += getattr(patcher, name).eq(getattr(self, name))
+            m.d.comb += getattr(sampler, name).eq(getattr(self, name))
         for name in _MAP_OUTPUTS:
-            m.d.comb += getattr(self, name).eq(getattr(patcher, name))
-        for target, waypoint in zip(patcher.waypoints, self.waypoints, strict=True):
+            m.d.comb += getattr(self, name).eq(getattr(sampler, name))
+        for target, waypoint in zip(sampler.waypoints, self.waypoints, strict=True):
             m.d.comb += target.eq(waypoint)
 
         patching = mutators[: self.config.patches]
         for number, mutator in enumerate(patching):
             m.d.comb += [
-                patcher.plans[number].eq(mutator.kept),
-                patcher.needed[number].eq(mutator.allowed),
-                mutator.made.eq(patcher.found[number]),
-                mutator.waypoint.eq(patcher.patches[number]),
+                sampler.plans[number].eq(mutator.kept),
+                sampler.needed[number].eq(mutator.allowed),
+                mutator.made.eq(sampler.found[number]),
+                mutator.waypoint.eq(sampler.patches[number]),
             ]
 
         # What is allowed changes with the next plans; what was, stays for the counters.
         forbidden = [~mutator.allowed for mutator in mutators]
         missing = [
-            mutator.allowed & ~found for mutator, found in zip(patching, patcher.found, strict=True)
+            mutator.allowed & ~found for mutator, found in zip(patching, sampler.found, strict=True)
         ]
-        m.d.sync += self.over.eq(self.on & ~self.over & patcher.decided)
-        with m.If(self.over):
+        m.d.sync += self.done.eq(self.on & ~self.done & sampler.decided)
+        with m.If(self.done):
             m.d.sync += [
                 self.refused.eq(sum(forbidden)),
                 self.left_out.eq(sum(missing)),
-                self.redrawn.eq(patcher.redrawn),
+                self.redrawn.eq(sampler.redrawn),
             ]

@@ -34,11 +34,11 @@ class Mutator(wiring.Component):
     made : In(1)
     waypoint : In(waypoint_bits)
         Not of a deleting one. The new waypoint is there, and it. Ignored unless ``allowed``.
-    doing : Out(mutation_layout)
-        What ``done`` would be after a ``store``.
+    result : Out(mutation_layout)
+        What ``record`` would be after a ``store``.
     store : In(1)
         In the last clock of the mutation: what it did is what stands in the others now.
-    done : Out(mutation_layout)
+    record : Out(mutation_layout)
     patch : Out(waypoint_bits)
         The new waypoint; 0 if there is none. Both are steady from one ``store`` to the next.
     """
@@ -60,9 +60,9 @@ class Mutator(wiring.Component):
                 "plan": In(plan_layout(config)),
                 "kept": Out(plan_layout(config)),
                 "allowed": Out(1),
-                "doing": Out(mutation_layout(config)),
+                "result": Out(mutation_layout(config)),
                 "store": In(1),
-                "done": Out(mutation_layout(config)),
+                "record": Out(mutation_layout(config)),
                 **({} if self.kind is MutationKind.DELETE else patch),
             }
         )
@@ -82,15 +82,15 @@ class Mutator(wiring.Component):
         applied = Signal()
         m.d.sync += applied.eq(self.allowed)
         m.d.comb += [
-            self.doing.applied.eq(applied),
-            self.doing.child.eq(self.kept.child),
-            self.doing.index.eq(self.kept.index),
+            self.result.applied.eq(applied),
+            self.result.child.eq(self.kept.child),
+            self.result.index.eq(self.kept.index),
         ]
         if self.kind is not MutationKind.DELETE:
             m.d.sync += applied.eq(self.allowed & self.made)
             with m.If(self.store):
-                m.d.sync += self.patch.eq(Mux(self.doing.applied, self.waypoint, 0))
+                m.d.sync += self.patch.eq(Mux(self.result.applied, self.waypoint, 0))
         with m.If(self.store):
-            m.d.sync += self.done.eq(self.doing)
+            m.d.sync += self.record.eq(self.result)
 
         return m

@@ -103,11 +103,11 @@ class Population(wiring.Component):
         super().__init__(
             {
                 "carried": In(carrier_layout(config)).array(ports),
-                "starts": In(1),
+                "launch": In(1),
                 "waypoints": Out(config.waypoint_bits).array(ports),
                 "position": Out(config.index_bits),
                 "carrying": Out(1),
-                "over": Out(1),
+                "done": Out(1),
                 "patches": In(config.waypoint_bits).array(config.patches),
                 "mutations": In(mutation_layout(config)).array(config.mutators),
                 "update": In(1),
@@ -134,7 +134,7 @@ class Population(wiring.Component):
         bank = Signal()
         banks = fanout(m, *[bank ^ self.update] * parts, name="bank")
         m.d.comb += bank.eq(banks[0])
-        begin, *begins = fanout(m, *[self.starts] * (1 + parts), name="begin")
+        begin, *begins = fanout(m, *[self.launch] * (1 + parts), name="begin")
 
         # Host writes pass through the ports too: each memory then has one writer. What reaches all
         # slots comes from registers, here and below: so long a wire leaves no time for more.
@@ -149,19 +149,19 @@ class Population(wiring.Component):
         read_slot = Signal(config.population, reset_less=True)
         read_length = Signal(config.length_bits, reset_less=True)
         peeks = Signal()
-        m.submodules.reading = reading = ReadPointer(config, parts)
-        m.submodules.readout = readout = PathReader(config)
-        connect(m, flipped(self.reads), readout.reads)
-        connect(m, readout.waypoints, flipped(self.read_waypoints))
+        m.submodules.read_pointer = pointer = ReadPointer(config, parts)
+        m.submodules.path_reader = reader = PathReader(config)
+        connect(m, flipped(self.reads), reader.reads)
+        connect(m, reader.waypoints, flipped(self.read_waypoints))
         m.d.sync += [
-            read_slot.eq(1 << readout.slot),
+            read_slot.eq(1 << reader.slot),
             read_length.eq(one_hot_multiplex(read_slot, self.lengths)),
         ]
         m.d.comb += [
-            readout.allow.eq(self.allow & ~peeks),
-            readout.length.eq(read_length),
-            readout.waypoint.eq(self.waypoints[0]),
-            self.writes.ready.eq(self.allow & ~readout.active),
+            reader.allow.eq(self.allow & ~peeks),
+            reader.length.eq(read_length),
+            reader.waypoint.eq(self.waypoints[0]),
+            self.writes.ready.eq(self.allow & ~reader.active),
             taken.eq(self.writes.valid & self.writes.ready),
         ]
         writing, *writings = fanout(
@@ -183,33 +183,33 @@ class Population(wiring.Component):
         ]
 
         m.d.comb += [
-            reading.taken.eq(taken),
-            reading.writing.eq(writing),
-            reading.update.eq(self.update),
-            reading.rewinds.eq(readout.rewind),
-            readout.primes.eq(reading.primes),
-            self.settled.eq(reading.primed & ~readout.active),
+            pointer.taken.eq(taken),
+            pointer.writing.eq(writing),
+            pointer.update.eq(self.update),
+            pointer.rewinds.eq(reader.rewind),
+            reader.primes.eq(pointer.primes),
+            self.settled.eq(pointer.primed & ~reader.active),
         ]
         if config.checker is not CheckerBuild.NONE:
             m.d.comb += [
-                peeks.eq(self.peeks | reading.peeking),
-                reading.peek.eq(self.peek),
-                reading.peek_position.eq(self.peek_position),
+                peeks.eq(self.peeks | pointer.peeking),
+                pointer.peek.eq(self.peek),
+                pointer.peek_position.eq(self.peek_position),
             ]
 
-        m.submodules.passing = passing = PositionCounter(config)
-        running, following = passing.running, passing.following
+        m.submodules.position_counter = counter = PositionCounter(config)
+        running, following = counter.running, counter.following
         m.d.comb += [
-            passing.begin.eq(begin),
+            counter.begin.eq(begin),
             *(
                 target.eq(path.length)
-                for target, path in zip(passing.lengths, self.carried, strict=True)
+                for target, path in zip(counter.lengths, self.carried, strict=True)
             ),
-            self.carrying.eq(passing.carrying),
-            self.position.eq(passing.position),
-            self.over.eq(passing.over),
-            reading.passes.eq(passing.goes_on | readout.steps),
-            *(target.eq(copy) for target, copy in zip(reading.begin, begins, strict=True)),
+            self.carrying.eq(counter.carrying),
+            self.position.eq(counter.position),
+            self.done.eq(counter.done),
+            pointer.passes.eq(counter.goes_on | reader.steps),
+            *(target.eq(copy) for target, copy in zip(pointer.begin, begins, strict=True)),
         ]
 
         heads = []
@@ -229,8 +229,8 @@ class Population(wiring.Component):
         # All slots but the children's keep their paths in order: one index serves them.
         m.submodules.kept_index = kept_index = ReadIndex(config)
         m.d.comb += [
-            kept_index.advance.eq(reading.advance[0]),
-            kept_index.position.eq(reading.ahead),
+            kept_index.advance.eq(pointer.advance[0]),
+            kept_index.position.eq(pointer.ahead),
             kept_index.head.eq(config.head_size),
         ]
 
@@ -248,7 +248,7 @@ class Population(wiring.Component):
             m.submodules[f"slot_{number}"] = slot = Chromosome(config)
             slots.append(slot)
             part = number // _SLOTS_OF_PART
-            advance = reading.advance[part]
+            advance = pointer.advance[part]
 
             rewritten = Signal(name=f"rewritten_{number}")
             m.d.comb += rewritten.eq(closing & addressed[number])
@@ -259,7 +259,7 @@ class Population(wiring.Component):
                 head, tail = self._copy(m, number, running, following)
             else:
                 index = self._child(m, number - kept, rewritten, indices)
-                m.d.comb += [index.advance.eq(advance), index.position.eq(reading.ahead)]
+                m.d.comb += [index.advance.eq(advance), index.position.eq(pointer.ahead)]
                 head, tail = heads[number - kept], tails[number - kept]
 
             m.d.comb += [
@@ -281,23 +281,23 @@ class Population(wiring.Component):
                 ]
 
         # Only the first port, from which the host reads, has to hold a waypoint.
-        m.submodules.ports = ports = ReadCrossbar(config)
+        m.submodules.crossbar = crossbar = ReadCrossbar(config)
         m.d.comb += [
-            ports.step.eq(reading.step),
-            *(target.eq(copy) for target, copy in zip(ports.writing, writings, strict=True)),
-            ports.written.eq(written.waypoint),
+            crossbar.step.eq(pointer.step),
+            *(target.eq(copy) for target, copy in zip(crossbar.writing, writings, strict=True)),
+            crossbar.written.eq(written.waypoint),
             *(
                 target.eq(path.select)
-                for target, path in zip(ports.selects, self.carried, strict=True)
+                for target, path in zip(crossbar.selects, self.carried, strict=True)
             ),
-            *(target.eq(slot.waypoint) for target, slot in zip(ports.slots, slots, strict=True)),
+            *(target.eq(slot.waypoint) for target, slot in zip(crossbar.slots, slots, strict=True)),
             *(
                 target.eq(port)
-                for target, port in zip(self.waypoints, ports.waypoints, strict=True)
+                for target, port in zip(self.waypoints, crossbar.waypoints, strict=True)
             ),
         ]
-        with m.If(readout.active):
-            m.d.comb += ports.selects[0].eq(read_slot)
+        with m.If(reader.active):
+            m.d.comb += crossbar.selects[0].eq(read_slot)
 
         return m
 

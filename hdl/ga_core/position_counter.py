@@ -27,7 +27,7 @@ class PositionCounter(wiring.Component):
     begin : In(1)
         Pulse, in the clock before the first of the crossover. Not during one.
     lengths : In(length_bits).array(carriers)
-        Length of the path of each port, 2 or more. Steady from ``begin`` to ``over``.
+        Length of the path of each port, 2 or more. Steady from ``begin`` to ``done``.
     goes_on : Out(1)
         ``running``, and in the next clock, too.
     running : Out(1)
@@ -37,7 +37,7 @@ class PositionCounter(wiring.Component):
         0, 1, ... while ``running``.
     carrying, position : Out(1), Out(index_bits)
         ``running`` and ``following`` of a clock ago: the ports hold those waypoints.
-    over : Out(1)
+    done : Out(1)
         In the clock after the last of ``running``.
     """
 
@@ -52,7 +52,7 @@ class PositionCounter(wiring.Component):
                 "following": Out(config.index_bits),
                 "carrying": Out(1),
                 "position": Out(config.index_bits),
-                "over": Out(1),
+                "done": Out(1),
             }
         )
 
@@ -74,7 +74,7 @@ class PositionCounter(wiring.Component):
             last.eq(self.running & ~last & ended.all()),
             self.carrying.eq(self.running),
             self.position.eq(self.following),
-            self.over.eq(last),
+            self.done.eq(last),
         ]
 
         return m

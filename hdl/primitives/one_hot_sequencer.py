@@ -1,53 +1,91 @@
-"""State of the chip, one register for each: hands over from unit to unit."""
+"""State machine with one register per state."""
 
+import enum
 from collections.abc import Iterable
 from functools import reduce
 from operator import or_
 
 from amaranth import *
-from amaranth.lib import wiring
+from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
-
-from hdl.config import Config
-from hdl.protocol import ChipState, status_reply
 
 
 __all__ = ["OneHotSequencer"]
 
 
 class OneHotSequencer(wiring.Component):
-    """Leaves a state as soon as it is told to, for the one that is next.
+    """State machine that leaves a state as soon as it is told to, for the one told.
 
-    Each state is a register of its own, which sees only what leads into it and out of it: nothing
-    is decided by all units at once.
+    Each state is a register, which sees only the steps into its state and out of it: no signal of
+    one state is decoded from all others. States that no step leads into or out of are left out.
 
     Parameters
     ----------
-    config : Config
-    steps : iterable of (ChipState, ChipState)
+    initial : enum.IntEnum
+        State after reset, a member of the enumeration of all states.
+    steps : iterable of (enum.IntEnum, enum.IntEnum)
         Which states follow which.
+    history : int
+        Number of entered states to remember, 1 or more.
+    history_entry_bits : int
+        Width of each of them.
 
     Members
     -------
     take : In(len(steps))
-        Take that step: from its first state to its second with the next clock. Ignored in other
-        states; at most one of those out of a state may be high.
-    on : Out(len(ChipState))
-        The bit of the state is set, of LISTEN at first.
-    state : Out(ChipState)
-    history : Out(32)
-        The eight states entered last, 4 bits each, the latest lowest; LISTEN before the first. A
-        clock late.
+        Take that step: the second state of the step follows the first in the next cycle. Ignored
+        in other states; at most one of the steps out of a state may be high.
+    on : Out(StructLayout({state: 1, ...}))
+        The present state, one bit for each, by its name in lower case.
+    state : Out(type(initial))
+        The present state.
+    history : Out(history * history_entry_bits)
+        The latest states entered, the last lowest; 0 before the first. One cycle late.
+
+    Raises
+    ------
+    TypeError
+        If ``initial`` or a state of ``steps`` is no member of one and the same IntEnum, or a
+        number is no integer.
+    ValueError
+        If there is nothing to remember, or a state does not fit in its entry.
     """
 
-    def __init__(self, config: Config, steps: Iterable[tuple[ChipState, ChipState]]):
+    def __init__(
+        self,
+        initial: enum.IntEnum,
+        steps: Iterable[tuple[enum.IntEnum, enum.IntEnum]],
+        *,
+        history: int,
+        history_entry_bits: int,
+    ):
+        if not isinstance(initial, enum.IntEnum):
+            raise TypeError(f"Initial state must be a member of an IntEnum, not {initial!r}")
+        kind = type(initial)
+        self.initial = initial
         self.steps = tuple(steps)
+        for state in (state for step in self.steps for state in step):
+            if not isinstance(state, kind):
+                raise TypeError(f"State must be a member of {kind.__name__}, not {state!r}")
+        present = {initial}.union(*self.steps)
+        self.states = tuple(state for state in kind if state in present)
+        least = Shape.cast(kind).width
+        for name, value, lowest in (
+            ("History", history, 1),
+            ("History entry width", history_entry_bits, least),
+        ):
+            if not isinstance(value, int) or isinstance(value, bool):
+                raise TypeError(f"{name} must be an integer, not {value!r}")
+            if value < lowest:
+                raise ValueError(f"{name} must be {lowest} or more, not {value!r}")
+        self.history_length = history
+        self.history_entry_bits = history_entry_bits
         super().__init__(
             {
                 "take": In(len(self.steps)),
-                "on": Out(len(ChipState)),
-                "state": Out(ChipState),
-                "history": Out(dict(status_reply(config).fields)["history"]),
+                "on": Out(data.StructLayout({state.name.lower(): 1 for state in self.states})),
+                "state": Out(kind),
+                "history": Out(history * history_entry_bits),
             }
         )
 
@@ -55,8 +93,8 @@ class OneHotSequencer(wiring.Component):
         m = Module()
 
         on = {
-            state: Signal(name=state.name.lower(), init=int(state is ChipState.LISTEN))
-            for state in ChipState
+            state: Signal(name=state.name.lower(), init=int(state is self.initial))
+            for state in self.states
         }
         steps = list(zip(self.take, self.steps, strict=True))
         for state, register in on.items():
@@ -71,6 +109,7 @@ class OneHotSequencer(wiring.Component):
         before = Signal.like(self.state)
         m.d.sync += before.eq(self.state)
         with m.If(self.state != before):
-            m.d.sync += self.history.eq(Cat(self.state, C(0, 4 - len(self.state)), self.history))
+            padding = C(0, self.history_entry_bits - len(self.state))
+            m.d.sync += self.history.eq(Cat(self.state, padding, self.history))
 
         return m

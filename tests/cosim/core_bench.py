@@ -11,7 +11,7 @@ from cocotb.triggers import FallingEdge, RisingEdge, ValueChange
 from drivers import Stream
 
 from hdl.config import CheckerBuild
-from hdl.ga_core.core import Core
+from hdl.ga_core_top import GeneticCoreTop
 from hdl.protocol import ChipState
 from sim.model import core as model
 from sim.model.checker import TerrainModel
@@ -37,13 +37,13 @@ class Bench:
     def __init__(self, dut, config, seed, *, stalled=False):
         self.dut = dut
         self.config = config
-        self.signature = Core(config).signature
+        self.signature = GeneticCoreTop(config).signature
         self.rng = random.Random(seed)
         self.has_map = config.checker is not CheckerBuild.NONE
         self.terrain = TerrainModel(config) if self.has_map else None
         self.model = model.Core(config, self.terrain)
         self.streams = {}
-        for name in ("starts", "writes", "ranking", "reads", "waypoints"):
+        for name in ("start_requests", "writes", "ranking", "reads", "waypoints"):
             layout = self.signature.members[name].signature.members["payload"].shape
             stream = Stream(dut, name, layout, dut.clk)
             stream.idle(driven=name != "waypoints")
@@ -52,11 +52,11 @@ class Bench:
             self.streams[name] = stream
         for name in (
             "pending",
-            "receive_over",
+            "receive_done",
             "generate",
             "check",
-            "check_over",
-            "transmit_over",
+            "check_done",
+            "transmit_done",
             "line_busy",
             "line_sending",
         ):
@@ -112,7 +112,7 @@ class Bench:
             self.rng.randrange(self.config.blocked_altitude),
         )
         self.model.start(seed, limits, avoid_ground)
-        await self.streams["starts"].put(
+        await self.streams["start_requests"].put(
             {
                 "seed": seed,
                 "x": limits.x,
@@ -165,14 +165,14 @@ class Bench:
             *({"rank": rank, "slot": slot} for rank, slot in enumerate(order))
         )
         self.port("generate").value = 1
-        self.port("receive_over").value = 1
+        self.port("receive_done").value = 1
         await self.enter(ChipState.CROSSOVER)
         self.port("generate").value = 0
-        self.port("receive_over").value = 0
+        self.port("receive_done").value = 0
         await self.enter(ChipState.TRANSMIT)
-        self.port("transmit_over").value = 1
+        self.port("transmit_done").value = 1
         await self.enter(ChipState.LISTEN)
-        self.port("transmit_over").value = 0
+        self.port("transmit_done").value = 0
 
         done = self.model.run(order)
         slots = tuple(self.value("parents", i) for i in range(self.config.crossovers))
@@ -188,7 +188,7 @@ class Bench:
             )
             if i < self.config.patches:
                 assert self.value("patches", i) == mutated.waypoint
-        clocks = self.value("clocks")
+        clocks = self.value("cycles")
         assert (clocks.crossover, clocks.mutation, clocks.update) == (
             done.crossover_clocks,
             done.mutation_clocks,

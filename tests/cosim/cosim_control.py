@@ -7,7 +7,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
 
 from hdl.config import CheckerBuild, Config
-from hdl.control import clocks_layout, counters_layout
+from hdl.control import counters_layout, cycles_layout
 from hdl.protocol import ChipState, Counter
 
 
@@ -31,14 +31,20 @@ INPUTS = (
     "pending",
     "generate",
     "check",
-    "ready",
+    "core__ready",
     "line_busy",
     "line_sending",
-    "refused",
-    "redrawn",
-    "left_out",
-    "restart",
+    "core__refused",
+    "core__redrawn",
+    "core__left_out",
+    "core__restart",
 )
+
+
+def port(unit, name):
+    """Return the name of a unit's port; the core has those of the units of a generation."""
+    prefix = "core__" if unit in ("crossover", "mutation", "update") else ""
+    return f"{prefix}{unit}_{name}"
 
 
 class Bench:
@@ -51,7 +57,7 @@ class Bench:
         self.late = {}
         self.history = self.entered = ChipState.LISTEN.value
         self.state = ChipState.LISTEN
-        for name in (*INPUTS, *(f"{unit}_over" for unit in UNITS.values())):
+        for name in (*INPUTS, *(port(unit, "done") for unit in UNITS.values())):
             dut[name].value = 0
 
     async def reset(self):
@@ -71,7 +77,8 @@ class Bench:
         dut.line_sending.value = sending
         assert dut.state.value.to_unsigned() == self.state
         for state, unit in UNITS.items():
-            assert int(dut[f"{unit}_on"].value) == (state is self.state)
+            if state is not ChipState.CROSSOVER:  # It begins by itself.
+                assert int(dut[port(unit, "on")].value) == (state is self.state)
         counters = counters_layout(CONFIG).from_bits(dut.counters.value.to_unsigned())
         assert {name: counters[name] for name in self.counters} == self.counters
         assert dut.history.value.to_unsigned() == self.history
@@ -94,20 +101,20 @@ class Bench:
     async def run(self, state, clocks):
         """Be in ``state`` for ``clocks``; its unit is over in the last."""
         self.enter(state)
-        over = self.dut[f"{UNITS[state]}_over"]
+        done = self.dut[port(UNITS[state], "done")]
         for left in range(clocks, 0, -1):
-            over.value = left == 1
+            done.value = left == 1
             await self.clock()
-        over.value = 0
+        done.value = 0
 
     async def begin(self):
         """Pass the clock between a command that asks for a generation and the generation."""
         dut = self.dut
-        dut.receive_over.value = 1
-        assert dut.begin.value
+        dut.receive_done.value = 1
+        assert dut.core__begin.value
         await self.clock()
-        assert not dut.begin.value
-        dut.receive_over.value = 0
+        assert not dut.core__begin.value
+        dut.receive_done.value = 0
 
 
 @cocotb.test()
@@ -116,17 +123,17 @@ async def random_commands(dut):
     rng = random.Random(6)
     bench = Bench(dut)
     await bench.reset()
-    dut.ready.value = 1
+    dut.core__ready.value = 1
     generation = 0
     for _ in range(120):
         for _ in range(rng.randrange(3)):
             if rng.random() < 0.1:
-                dut.restart.value = 1
+                dut.core__restart.value = 1
                 generation = 0
             await bench.clock(busy=rng.random() < 0.5, sending=rng.random() < 0.5)
-            if dut.restart.value:
+            if dut.core__restart.value:
                 bench.late[Counter.LONGEST] = -bench.counters[Counter.LONGEST]
-            dut.restart.value = 0
+            dut.core__restart.value = 0
         dut.pending.value = 1
         await bench.clock()
         dut.pending.value = 0
@@ -144,9 +151,12 @@ async def random_commands(dut):
         if order == "generate":
             clocks = [rng.randint(1, 30) for _ in GENERATION]
             told = {
-                Counter.REFUSED_MUTATIONS: (dut.refused, rng.randrange(CONFIG.mutators + 1)),
-                Counter.REDRAWN: (dut.redrawn, rng.randrange(CONFIG.patches * CONFIG.redraws + 1)),
-                Counter.LEFT_OUT: (dut.left_out, rng.randrange(CONFIG.patches + 1)),
+                Counter.REFUSED_MUTATIONS: (dut.core__refused, rng.randrange(CONFIG.mutators + 1)),
+                Counter.REDRAWN: (
+                    dut.core__redrawn,
+                    rng.randrange(CONFIG.patches * CONFIG.redraws + 1),
+                ),
+                Counter.LEFT_OUT: (dut.core__left_out, rng.randrange(CONFIG.patches + 1)),
             }
             for port, count in told.values():
                 port.value = count
@@ -156,7 +166,7 @@ async def random_commands(dut):
             bench.late |= {counter: count for counter, (_, count) in told.items()}
             bench.late[Counter.GENERATIONS] = 1
             bench.late[Counter.LONGEST] = max(0, sum(clocks) - bench.counters[Counter.LONGEST])
-            latest = clocks_layout(CONFIG).from_bits(dut.clocks.value.to_unsigned())
+            latest = cycles_layout(CONFIG).from_bits(dut.cycles.value.to_unsigned())
             assert [latest.crossover, latest.mutation, latest.update] == clocks
         await bench.run(ChipState.TRANSMIT, rng.randint(1, 9))
         bench.enter(ChipState.LISTEN)
@@ -174,10 +184,10 @@ async def waits_for_the_draws(dut):
     dut.pending.value = 0
     bench.enter(ChipState.RECEIVE)
     dut["generate"].value = 1
-    dut.receive_over.value = 1
+    dut.receive_done.value = 1
     for _ in range(20):
         await bench.clock()
-    dut.ready.value = 1
+    dut.core__ready.value = 1
     await bench.clock()
     await bench.begin()
     bench.enter(ChipState.CROSSOVER)

@@ -103,7 +103,7 @@ async def random_generations(dut):
 
         dut.on.value = 1
         await FallingEdge(dut.clk)
-        assert dut.over.value
+        assert dut.done.value
         await FallingEdge(dut.clk)
         dut.on.value = 0
 

@@ -38,7 +38,7 @@ class Bench:
             if stalled:
                 stream.pauses = lambda: self.rng.choice((0, 0, 1, 5))
             self.streams[name] = stream
-        for name in ("starts", "update"):
+        for name in ("launch", "update"):
             getattr(dut, name).value = 0
         dut.allow.value = 1
         for i in range(CONFIG.mutators):
@@ -112,12 +112,12 @@ class Bench:
             await RisingEdge(dut.settled)
             await FallingEdge(dut.clk)
         dut.allow.value = 0
-        dut.starts.value = 1
+        dut.launch.value = 1
         await FallingEdge(dut.clk)
-        dut.starts.value = 0
+        dut.launch.value = 0
         await FallingEdge(dut.clk)
         begun = get_sim_time("ns")
-        await RisingEdge(dut.over)
+        await RisingEdge(dut.done)
         await FallingEdge(dut.clk)
         paths = [self.paths[slot] for slot in carried]
         assert get_sim_time("ns") - begun == CLOCK_NS * max(map(len, paths))

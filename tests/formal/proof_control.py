@@ -31,6 +31,12 @@ NEXT = {
 }
 
 
+def _side(control, state):
+    """Return the interface that has the hand-over with the unit of a state."""
+    generation = (ChipState.CROSSOVER, ChipState.MUTATE, ChipState.UPDATE)
+    return control.core if state in generation else control
+
+
 class Returns(Elaboratable):
     """Proved for all time, by induction, for the chip of the default configuration.
 
@@ -42,7 +48,7 @@ class Returns(Elaboratable):
     - After it has left LISTEN, the state is LISTEN again at most ``5 * limit + 1`` clocks later.
     - It leaves LISTEN in the clock after ``pending``, for RECEIVE, and not otherwise.
     - The unit of the state is on and no other; in LISTEN none is.
-    - A unit is off in the clock after it is over, and not earlier; the unit that is on then is the
+    - A unit is off in the clock after it is done, and not earlier; the unit that is on then is the
       next one of its kind of command: crossover, mutation, update and answer of a generation, check
       and answer, or the answer alone. A generation starts only when ``ready``, of which
       ``begin`` tells in the clock between; the receiving unit is on in that, too.
@@ -56,25 +62,34 @@ class Returns(Elaboratable):
         control = self.dut
         state = control.state
         m.submodules.dut = opened = Opened(control)
-        listening = opened.open("states").signal("listen")
+        sequencer = opened.open("sequencer")
+        listening = sequencer.signal("listen")
         limit = any_constant(m, 8, "limit")
         m.d.comb += Assume(limit != 0)
-        on = {at: getattr(control, f"{name}_on") for at, (name, _) in UNITS.items()}
-        over = {at: getattr(control, f"{name}_over") for at, (name, _) in UNITS.items()}
-        free(m, *over.values(), control.pending, control.generate, control.check, control.ready)
-        free(m, control.line_busy, control.line_sending, control.restart)
-        free(m, control.refused, control.redrawn, control.left_out)
+        on = {
+            at: getattr(_side(control, at), f"{name}_on")
+            for at, (name, _) in UNITS.items()
+            if at is not ChipState.CROSSOVER
+        }
+        # No unit but the population, which `launch` starts, takes part in the crossover.
+        on[ChipState.CROSSOVER] = sequencer.signal("crossover")
+        done = {at: getattr(_side(control, at), f"{name}_done") for at, (name, _) in UNITS.items()}
+        free(
+            m, *done.values(), control.pending, control.generate, control.check, control.core.ready
+        )
+        free(m, control.line_busy, control.line_sending, control.core.restart)
+        free(m, control.core.refused, control.core.redrawn, control.core.left_out)
 
         # The receiving unit has asked for a generation, and it was ready.
         asked = Signal()
         m.d.sync += asked.eq(
             (state == ChipState.RECEIVE)
-            & over[ChipState.RECEIVE]
+            & done[ChipState.RECEIVE]
             & control.generate
-            & control.ready
+            & control.core.ready
             & ~asked
         )
-        m.d.comb += Assert(control.begin == asked)
+        m.d.comb += Assert(control.core.begin == asked)
 
         # Clocks in the state and out of LISTEN, the present one not counted, nor that of `asked`.
         before, stays = Signal.like(state), Signal()
@@ -99,7 +114,7 @@ class Returns(Elaboratable):
                 with m.If(control.pending):
                     m.d.comb += following.eq(ChipState.RECEIVE)
             with m.Case(ChipState.RECEIVE):
-                finished = over[ChipState.RECEIVE] & (control.ready | ~control.generate)
+                finished = done[ChipState.RECEIVE] & (control.core.ready | ~control.generate)
                 m.d.comb += in_time.eq(finished | asked)
                 with m.If(asked):
                     m.d.comb += following.eq(ChipState.CROSSOVER)
@@ -109,8 +124,8 @@ class Returns(Elaboratable):
                     m.d.comb += following.eq(ChipState.TRANSMIT)
             for at, then in NEXT.items():
                 with m.Case(at):
-                    m.d.comb += in_time.eq(over[at])
-                    with m.If(over[at]):
+                    m.d.comb += in_time.eq(done[at])
+                    with m.If(done[at]):
                         m.d.comb += following.eq(then)
         m.d.comb += [
             Assume(~(control.generate & control.check)),
@@ -139,7 +154,10 @@ PROOF = Proof(
     faults={
         "the update does not end": (
             Control,
-            ("TRANSMIT): self.update_over,", "TRANSMIT): self.update_over & self.line_busy,"),
+            (
+                "TRANSMIT): self.core.update_done,",
+                "TRANSMIT): self.core.update_done & self.line_busy,",
+            ),
         ),
         "no update": (
             Control,
@@ -147,11 +165,11 @@ PROOF = Proof(
         ),
         "a generation does not wait": (
             Control,
-            ("self.receive_over & self.generate & self.ready", "self.receive_over & self.generate"),
+            ("self.generate & core.ready", "self.generate"),
         ),
         "two units on": (
             Control,
-            ("on.eq(states.on[state])", "on.eq(states.on[state] | states.on[ChipState.CHECK])"),
+            ("core.mutation_on.eq(on.mutate)", "core.mutation_on.eq(on.mutate | on.check)"),
         ),
     },
 )

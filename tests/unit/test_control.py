@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The control unit: order of the units, hand-overs without a clock between, and counters."""
+"""The control unit: order of the units, hand-dones without a clock between, and counters."""
 
 import random
 
@@ -12,13 +12,13 @@ from hdl.protocol import ChipState, Counter
 
 
 LISTEN, RECEIVE, CROSSOVER, MUTATE, UPDATE, TRANSMIT, CHECK = ChipState
+#: Signals that turn the units on; the crossover begins by itself.
 ON = {
-    RECEIVE: "receive_on",
-    CROSSOVER: "crossover_on",
-    MUTATE: "mutation_on",
-    UPDATE: "update_on",
-    CHECK: "check_on",
-    TRANSMIT: "transmit_on",
+    RECEIVE: lambda dut: dut.receive_on,
+    MUTATE: lambda dut: dut.core.mutation_on,
+    UPDATE: lambda dut: dut.core.update_on,
+    CHECK: lambda dut: dut.check_on,
+    TRANSMIT: lambda dut: dut.transmit_on,
 }
 
 
@@ -39,15 +39,15 @@ class Bench:
     def check(self, state):
         assert self.ctx.get(self.dut.state) == state
         for unit, on in ON.items():
-            assert self.ctx.get(getattr(self.dut, on)) == (unit == state), (state, on)
+            assert self.ctx.get(on(self.dut)) == (unit == state), (state, unit)
 
-    async def stay(self, state, clocks, over):
-        """Be in ``state`` for ``clocks``, and end it by ``over``."""
+    async def stay(self, state, clocks, done):
+        """Be in ``state`` for ``clocks``, and end it by ``done``."""
         for clock in range(clocks):
-            self.ctx.set(over, clock == clocks - 1)
+            self.ctx.set(done, clock == clocks - 1)
             self.check(state)
             await self.tick()
-        self.ctx.set(over, 0)
+        self.ctx.set(done, 0)
 
     async def command(self, clocks, *, generate=True, refused=0, redrawn=0, left_out=0):
         """Take one command whose units take ``clocks``, from RECEIVE to TRANSMIT."""
@@ -57,27 +57,27 @@ class Bench:
         await self.tick()
         ctx.set(dut.pending, 0)
         ctx.set(dut.generate, generate)
-        ctx.set(dut.refused, refused)
-        ctx.set(dut.redrawn, redrawn)
-        ctx.set(dut.left_out, left_out)
-        await self.stay(RECEIVE, clocks[0], dut.receive_over)
+        ctx.set(dut.core.refused, refused)
+        ctx.set(dut.core.redrawn, redrawn)
+        ctx.set(dut.core.left_out, left_out)
+        await self.stay(RECEIVE, clocks[0], dut.receive_done)
         if generate:
             await self.begin()
-            await self.stay(CROSSOVER, clocks[1], dut.crossover_over)
-            await self.stay(MUTATE, clocks[2], dut.mutation_over)
-            await self.stay(UPDATE, clocks[3], dut.update_over)
-        await self.stay(TRANSMIT, clocks[4], dut.transmit_over)
+            await self.stay(CROSSOVER, clocks[1], dut.core.crossover_done)
+            await self.stay(MUTATE, clocks[2], dut.core.mutation_done)
+            await self.stay(UPDATE, clocks[3], dut.core.update_done)
+        await self.stay(TRANSMIT, clocks[4], dut.transmit_done)
         self.check(LISTEN)
         # The last clock is counted in this one.
         await self.tick()
 
     async def begin(self):
         """Pass the last clock of a receiving unit that has asked for a generation."""
-        self.ctx.set(self.dut.receive_over, 1)
-        assert self.ctx.get(self.dut.begin)
+        self.ctx.set(self.dut.receive_done, 1)
+        assert self.ctx.get(self.dut.core.begin)
         self.check(RECEIVE)
         await self.tick()
-        self.ctx.set(self.dut.receive_over, 0)
+        self.ctx.set(self.dut.receive_done, 0)
         self.ctx.set(self.dut.generate, 0)
 
     async def check_paths(self, clocks):
@@ -88,10 +88,10 @@ class Bench:
         await self.tick()
         ctx.set(dut.pending, 0)
         ctx.set(dut.check, 1)
-        await self.stay(RECEIVE, clocks[0], dut.receive_over)
+        await self.stay(RECEIVE, clocks[0], dut.receive_done)
         ctx.set(dut.check, 0)
-        await self.stay(CHECK, clocks[1], dut.check_over)
-        await self.stay(TRANSMIT, clocks[2], dut.transmit_over)
+        await self.stay(CHECK, clocks[1], dut.check_done)
+        await self.stay(TRANSMIT, clocks[2], dut.transmit_done)
         self.check(LISTEN)
         await self.tick()
 
@@ -106,7 +106,7 @@ def simulate(bench):
     simulator.add_clock(1e-8)
 
     async def testbench(ctx):
-        ctx.set(dut.ready, 1)
+        ctx.set(dut.core.ready, 1)
         await bench(Bench(ctx, dut), ctx, dut)
 
     simulator.add_testbench(testbench)
@@ -118,7 +118,7 @@ def test_a_generation_goes_through_all_units():
         await unit.command([3, 17, 2, 1, 5], refused=2, redrawn=6, left_out=3)
         assert ctx.get(dut.history) == 0x00_123450
         assert ctx.get(dut.generation) == 1
-        clocks = ctx.get(dut.clocks)
+        clocks = ctx.get(dut.cycles)
         assert (clocks.crossover, clocks.mutation, clocks.update) == (17, 2, 1)
         assert unit.counters() == {
             Counter.CYCLES: unit.clocks,
@@ -172,9 +172,9 @@ def test_counters_of_random_commands():
         generations = 0
         for number in range(60):
             if number == 40:
-                ctx.set(dut.restart, 1)
+                ctx.set(dut.core.restart, 1)
                 await unit.tick()
-                ctx.set(dut.restart, 0)
+                ctx.set(dut.core.restart, 0)
                 generations = 0
                 counters[Counter.LONGEST] = 0
             clocks = [rng.randint(1, 6) for _ in range(5)]
@@ -196,7 +196,7 @@ def test_counters_of_random_commands():
                 for counter, (_, count) in told.items():
                     counters[counter] += count
                 counters[Counter.LONGEST] = max(counters[Counter.LONGEST], sum(clocks[1:4]))
-                latest = ctx.get(dut.clocks)
+                latest = ctx.get(dut.cycles)
                 assert [latest.crossover, latest.mutation, latest.update] == clocks[1:4]
             counters[Counter.CYCLES] = unit.clocks
             assert unit.counters() == counters
@@ -210,9 +210,9 @@ def test_longest_generation_since_restart():
         for clocks, longest in (([1, 60, 2, 1, 1], 63), ([1, 9, 2, 1, 1], 63)):
             await unit.command(clocks)
             assert unit.counters()[Counter.LONGEST] == longest
-        ctx.set(dut.restart, 1)
+        ctx.set(dut.core.restart, 1)
         await unit.tick()
-        ctx.set(dut.restart, 0)
+        ctx.set(dut.core.restart, 0)
         await unit.tick()
         assert unit.counters()[Counter.LONGEST] == 0
         for clocks, longest in (([1, 5, 2, 1, 1], 8), ([1, 9, 2, 1, 1], 12)):
@@ -226,16 +226,16 @@ def test_longest_generation_since_restart():
 
 def test_generation_waits_until_ready():
     async def bench(unit, ctx, dut):
-        ctx.set(dut.ready, 0)
+        ctx.set(dut.core.ready, 0)
         ctx.set(dut.pending, 1)
         await unit.tick()
         ctx.set(dut.generate, 1)
-        ctx.set(dut.receive_over, 1)
+        ctx.set(dut.receive_done, 1)
         for _ in range(9):
             unit.check(RECEIVE)
             await unit.tick()
-        ctx.set(dut.ready, 1)
-        assert not ctx.get(dut.begin)
+        ctx.set(dut.core.ready, 1)
+        assert not ctx.get(dut.core.begin)
         for _ in range(2):
             unit.check(RECEIVE)
             await unit.tick()
@@ -276,19 +276,19 @@ def test_answer_going_out_counts_as_transmitting():
 
 def test_over_of_a_unit_that_is_off_does_nothing():
     async def bench(unit, ctx, dut):
-        overs = [
-            dut.crossover_over,
-            dut.mutation_over,
-            dut.update_over,
-            dut.check_over,
-            dut.transmit_over,
+        dones = [
+            dut.core.crossover_done,
+            dut.core.mutation_done,
+            dut.core.update_done,
+            dut.check_done,
+            dut.transmit_done,
         ]
-        for over in (*overs, dut.receive_over, dut.generate):
-            ctx.set(over, 1)
+        for done in (*dones, dut.receive_done, dut.generate):
+            ctx.set(done, 1)
         for _ in range(5):
             unit.check(LISTEN)
             await unit.tick()
-        ctx.set(dut.receive_over, 0)
+        ctx.set(dut.receive_done, 0)
         ctx.set(dut.pending, 1)
         await unit.tick()
         for _ in range(5):

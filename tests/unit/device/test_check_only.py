@@ -6,10 +6,10 @@ import random
 import pytest
 from amaranth.sim import Simulator
 
-from hdl.check_control import CheckControl
 from hdl.command.layouts import AnswerKind
 from hdl.command.receiver import CommandReceiver
 from hdl.config import CheckerBuild, Config
+from hdl.control import Control
 from hdl.protocol import ChipState, Command, Status, StickyError, config_from_info, info_values
 from host.device.chip import Chip
 from host.device.link import Link, RefusedError
@@ -109,7 +109,7 @@ def test_the_host_refuses_before_it_asks(chip):
 
 def test_control():
     """A check, then another command: one unit works at a time, and none waits for the next."""
-    control = CheckControl(CONFIG)
+    control = Control(CONFIG)
     on = (control.receive_on, control.check_on, control.transmit_on)
     seen = []
 
@@ -120,7 +120,7 @@ def test_control():
             await ctx.tick()
             ctx.set(control.pending, 0)
             for unit in units:
-                done = getattr(control, f"{unit}_over")
+                done = getattr(control, f"{unit}_done")
                 for clock in range(3):
                     seen.append(ctx.get(control.state))
                     assert sum(ctx.get(each) for each in on) == 1
@@ -128,10 +128,10 @@ def test_control():
                     await ctx.tick()
                 ctx.set(done, 0)
             assert ctx.get(control.state) == ChipState.LISTEN
-        counters = ctx.get(control.counters)
-        assert (counters.clocks, counters.receive, counters.transmit) == (17, 6, 6)
-        # The state is recorded a cycle late.
+        # The states, and all counts but that of the cycles, are recorded one cycle late.
         await ctx.tick()
+        counters = ctx.get(control.counters)
+        assert (counters.clocks, counters.receive, counters.transmit) == (18, 6, 6)
         assert ctx.get(control.history) == 0x1650150
 
     simulator = Simulator(control)
@@ -144,5 +144,5 @@ def test_control():
 
 def test_wrong_configuration():
     with pytest.raises(TypeError, match=r"^Config must be a Config, not None$"):
-        CheckControl(None)
+        Control(None)
     assert not hasattr(CommandReceiver(CONFIG), "start_requests")

@@ -163,16 +163,16 @@ def test_nothing_is_taken_during_a_generation():
         driver = Driver(ctx, dut, random.Random(7))
         await driver.rank(range(TINY.population))
         await ranked_after(driver)
-        for name in ("pending", "receive_over", "generate"):
+        for name in ("pending", "receive_done", "generate"):
             ctx.set(getattr(dut, name), 1)
         await driver.enter(ChipState.CROSSOVER)
-        for flow in (dut.starts, dut.writes, dut.ranking, dut.reads):
+        for flow in (dut.start_requests, dut.writes, dut.ranking, dut.reads):
             ctx.set(flow.valid, 1)
         while ctx.get(dut.state) != ChipState.TRANSMIT:
-            for flow in (dut.starts, dut.writes, dut.ranking, dut.reads):
+            for flow in (dut.start_requests, dut.writes, dut.ranking, dut.reads):
                 assert not ctx.get(flow.ready)
             await driver.tick()
-        assert ctx.get(dut.starts.ready)
+        assert ctx.get(dut.start_requests.ready)
 
     simulate(TINY, bench)
 

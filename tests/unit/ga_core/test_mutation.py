@@ -107,14 +107,14 @@ async def run(ctx, dut, case):
 
     ctx.set(dut.on, 1)
     clocks = 0
-    over = False
-    while not over:
-        over = ctx.get(dut.over)
-        doing = [ctx.get(mutation) for mutation in dut.doing]
+    done = False
+    while not done:
+        done = ctx.get(dut.done)
+        results = [ctx.get(mutation) for mutation in dut.results]
         await ctx.tick()
         clocks += 1
     ctx.set(dut.on, 0)
-    assert [ctx.get(mutation) for mutation in dut.mutations] == doing
+    assert [ctx.get(mutation) for mutation in dut.mutations] == results
     return latency, clocks
 
 

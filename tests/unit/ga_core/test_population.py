@@ -91,9 +91,9 @@ async def breed(ctx, dut, paths, carried, mutations=(), patches=()):
 
     bred = [paths[slot] for slot in carried]
     longest = max(map(len, bred))
-    ctx.set(dut.starts, 1)
+    ctx.set(dut.launch, 1)
     await ctx.tick()
-    ctx.set(dut.starts, 0)
+    ctx.set(dut.launch, 0)
     await ctx.tick()
     for clock in range(longest + 1):
         assert ctx.get(dut.carrying) == (clock > 0)
@@ -103,9 +103,9 @@ async def breed(ctx, dut, paths, carried, mutations=(), patches=()):
             for port, path in zip(dut.waypoints, bred, strict=True):
                 if position < len(path):
                     assert ctx.get(port) == path[position]
-        assert ctx.get(dut.over) == (clock == longest)
+        assert ctx.get(dut.done) == (clock == longest)
         await ctx.tick()
-    assert not ctx.get(dut.over)
+    assert not ctx.get(dut.done)
 
     children = []
     for child in range(config.children):

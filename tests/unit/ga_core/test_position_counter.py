@@ -27,7 +27,7 @@ def test_as_many_clocks_as_the_longest_path_has_waypoints(most):
                 assert not ctx.get(dut.goes_on)
                 await ctx.tick()
                 assert not ctx.get(dut.running)
-                assert not ctx.get(dut.over)
+                assert not ctx.get(dut.done)
             ctx.set(dut.begin, 1)
             assert not ctx.get(dut.goes_on)
             await ctx.tick()
@@ -38,12 +38,12 @@ def test_as_many_clocks_as_the_longest_path_has_waypoints(most):
                 assert ctx.get(dut.carrying) == (clock > 0)
                 assert ctx.get(dut.position) == max(0, clock - 1)
                 assert ctx.get(dut.goes_on) == (clock < longest - 1)
-                assert not ctx.get(dut.over)
+                assert not ctx.get(dut.done)
                 await ctx.tick()
             assert not ctx.get(dut.running)
             assert ctx.get(dut.carrying)
             assert ctx.get(dut.position) == longest - 1
-            assert ctx.get(dut.over)
+            assert ctx.get(dut.done)
             await ctx.tick()
 
     simulate(dut, bench)

@@ -65,8 +65,8 @@ def default_sample():
 
 def frequencies(total, bits):
     """Return of how many raw draws each ``raw * total >> bits`` is the result."""
-    starts = [-(-(result << bits) // total) for result in range(total + 1)]
-    return np.diff(starts)
+    borders = [-(-(result << bits) // total) for result in range(total + 1)]
+    return np.diff(borders)
 
 
 def linear_ranking(total):

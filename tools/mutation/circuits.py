@@ -21,7 +21,7 @@ class OptimizedNetlist(Netlist):
     Optimization leaves other names for the same wire, constants among them, in no certain order.
     """
 
-    def __init__(self, module: dict[str, Any]) -> None:
+    def __init__(self, module: dict[str, Any], *, port_names: bool = True) -> None:
         nets = {}
         seen = set()
         for name, net in module["netnames"].items():
@@ -32,7 +32,7 @@ class OptimizedNetlist(Netlist):
                 if isinstance(bit, int) and value in "01" and bit not in seen:
                     seen.add(bit)
                     nets[f"{name} {bit}"] = {"bits": [bit], "attributes": {"init": value}}
-        super().__init__({**module, "netnames": nets})
+        super().__init__({**module, "netnames": nets}, port_names=port_names)
 
 
 def equal_circuits(old: Path, new: Path, top: str) -> bool:

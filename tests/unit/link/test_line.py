@@ -38,22 +38,22 @@ def test_received_bytes_are_counted():
 
 def test_sent_bytes_are_counted_up_to_the_end_of_sending():
     dut = Line(SMALL)
-    starts = []
+    pulses = []
 
     async def bench(ctx):
         assert not ctx.get(dut.sending)
         await put(ctx, dut.replies, {"data": 7, "last": 1, "plain": 0})
         for _ in range(40 * 10 * BIT):
-            starts.append(ctx.get(dut.sending))
+            pulses.append(ctx.get(dut.sending))
             await ctx.tick()
-            if starts[-1] and not ctx.get(dut.sending):
+            if pulses[-1] and not ctx.get(dut.sending):
                 break
         # The byte with its CRC, the code byte of COBS and the delimiter.
         assert ctx.get(dut.bytes_sent) == 1 + 4 + 1 + 1
         assert ctx.get(dut.bytes_received) == 0
 
     simulate(dut, bench)
-    assert sum(starts) >= 7 * 10 * BIT
+    assert sum(pulses) >= 7 * 10 * BIT
 
 
 def test_a_frame_that_is_too_short_is_malformed():

@@ -24,6 +24,9 @@ _ATTEMPTS_BEFORE_SHORTER = 4
 _MAXIMUM_TIMEOUTS = 8
 #: Ends a frame of which the chip's receiver may have only the beginning.
 _FLUSH = bytes([DELIMITER])
+#: Sequence number of OPEN, which has no place in the order. The first commands of the session have
+#: lower ones, so that none of them takes a late, repeated reply to OPEN for its own.
+_OPENING = 255
 
 
 class LinkError(JobError):
@@ -190,7 +193,7 @@ class Link:
         self.session = None
         self._latest_session = previous
         self._credit = credit
-        answer = self._ask(bytes((session, 0)), Command.OPEN, plain=False)
+        answer = self._ask(bytes((session, _OPENING)), Command.OPEN, plain=False)
         if answer[0] != Status.OK:
             raise _taken()
         self.session = self._latest_session = session

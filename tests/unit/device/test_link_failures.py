@@ -43,6 +43,20 @@ def test_no_board_at_all():
     assert clock() == 2.0
 
 
+def test_a_late_answer_to_open_is_no_answer_to_the_first_command():
+    held = []
+
+    def hold(frame):
+        held.append(frame)
+        return b""
+
+    # OPEN is repeated, as its answer is late; then the first command is lost.
+    link, chip, _ = connect(Script({3: lose}), Script({1: hold}))
+    link._transport._received += held[0]
+    assert link.request(Command.STATUS, b"payload") == b"payload"
+    assert chip.executed == [(Command.STATUS, b"payload")]
+
+
 def test_the_time_of_writing_is_no_wait():
     """A port that needs longer to write than an attempt lasts causes no repetition."""
     link, chip, clock = connect()

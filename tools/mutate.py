@@ -12,10 +12,10 @@ simulation. What they let pass is equivalent if the netlists are equal up to nam
 (:mod:`tools.netlist`), and otherwise a survivor: a missing test, a needless line, or a proof to
 write.
 
-Each result is a line of JSON in ``build/mutation/``, written when it is known; a second call with
-the same seed on the same gateware goes on from there. What is killed stays killed; what survived is
-tried again once the tests have changed. At the end, the tests that found something run
-on the unaltered copy, where all must pass.
+Each result is a line of JSON in ``build/mutation/results.jsonl``, written when it is known; a
+second call goes on from there. What is killed counts as killed as long as its line stays as it is;
+the rest is tried again once the tests or the gateware have changed. At the end, the tests that
+found something run on the unaltered copy, where all must pass.
 """
 
 from __future__ import annotations
@@ -69,13 +69,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     print(f"{len(drawn)} of {len(sites)} sites in {len(files)} files, seed {options.seed}")
     if options.list:
         for alteration in drawn:
-            print(f"{alteration.key}    # was {alteration.old}")
+            print(alteration.place)
         return 0
-    store = build_root() / "mutation" / f"{digest_of(ROOT, 'hdl')}.jsonl"
-    tests = digest_of(ROOT, "tests", "sim", "host", "tools")
+    store = build_root() / "mutation" / "results.jsonl"
+    state = digest_of(ROOT, "hdl", "tests", "sim", "host", "tools")
     store.parent.mkdir(parents=True, exist_ok=True)
     known = read(store)
-    wanted = [one for one in drawn if not is_settled(known.get(one.key), options.depth, tests)]
+    wanted = [one for one in drawn if not is_settled(known.get(one.key), options.depth, state)]
     print(f"results: {store}, {len(drawn) - len(wanted)} known", flush=True)
     with tempfile.TemporaryDirectory(prefix="work.", dir=store.parent) as work:
         shops = [
@@ -83,11 +83,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             for number in range(options.jobs)
         ]
         for entry in judged(shops, wanted):
-            entry["tests"] = tests
+            entry["state"] = state
             known[entry["key"]] = entry
             with store.open("a") as file:
                 file.write(json.dumps(entry) + "\n")
-            print(f"{entry['verdict']:10} {entry['key']}  [{entry['by']}]", flush=True)
+            print(f"{entry['verdict']:10} {place_of(entry)}  [{entry['by']}]", flush=True)
         entries = [known[alteration.key] for alteration in drawn]
         wrong = verify(shops[0], entries)
     print(report(entries))
@@ -120,12 +120,14 @@ def judged(shops: Sequence[Workshop], alterations: Sequence[Alteration]) -> Iter
             raise
 
 
-def is_settled(entry: Entry | None, depth: str, tests: str) -> bool:
-    """Return whether tests of this depth, and with this digest, would add nothing to a result."""
+def is_settled(entry: Entry | None, depth: str, state: str) -> bool:
+    """Return whether tests of this depth, in this state of the sources, add nothing to a result."""
     if entry is None:
         return False
-    deep_enough = DEPTHS.index(entry["depth"]) >= DEPTHS.index(depth)
-    return entry["verdict"] != "survived" or (deep_enough and entry["tests"] == tests)
+    deep_enough = entry["verdict"] == "equivalent" or (
+        DEPTHS.index(entry["depth"]) >= DEPTHS.index(depth)
+    )
+    return entry["verdict"] == "killed" or (deep_enough and entry["state"] == state)
 
 
 def verify(shop: Workshop, entries: Sequence[Entry]) -> list[str]:
@@ -164,12 +166,13 @@ def report(entries: Sequence[Entry]) -> str:
     for verdict in ("equivalent", "survived"):
         for entry in entries:
             if entry["verdict"] == verdict:
-                of = entry["alteration"]
-                lines.append(
-                    f"{verdict}: {of['file']}:{of['line']}: {of['old']} -> {of['new']}"
-                    f" ({entry['by']})"
-                )
+                lines.append(f"{verdict}: {place_of(entry)} ({entry['by']})")
     return "\n".join(lines)
+
+
+def place_of(entry: Entry) -> str:
+    """Return the place and the change of a result."""
+    return Alteration(**entry["alteration"]).place
 
 
 def digest_of(root: Path, *folders: str) -> str:

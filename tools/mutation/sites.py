@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import ast
-import random
+import hashlib
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -103,6 +104,9 @@ class Alteration:
     guard : bool
         Whether the expression belongs to a check that raises an exception, or to nothing that a
         netlist shows.
+    site : str
+        Name of the site: its file, the text of its line, its place in that line. It stays the same
+        while other lines change.
     """
 
     file: str
@@ -114,11 +118,18 @@ class Alteration:
     start: int
     stop: int
     guard: bool
+    site: str
 
     @property
     def key(self) -> str:
-        """Name of the alteration: place, kind and new text."""
-        return f"{self.file}:{self.line}:{self.column} {self.kind} {self.new}"
+        """Name of the alteration: its site, and the new text."""
+        return f"{self.site} -> {self.new}"
+
+    @property
+    def place(self) -> str:
+        """File, line and column, then the change, for a reader."""
+        old, new = (" ".join(text.split()) for text in (self.old, self.new))
+        return f"{self.file}:{self.line}:{self.column} {self.kind}: {old} -> {new}"
 
     def apply(self, source: bytes) -> bytes:
         """Return the altered text of the file."""
@@ -151,7 +162,9 @@ def sites_of(root: Path, file: str) -> list[Site]:
 def draw(sites: Sequence[Site], seed: int, count: int) -> list[Alteration]:
     """Draw ``count`` different sites uniformly, and one of the alterations of each uniformly.
 
-    A larger ``count`` continues the list of a smaller one.
+    A larger ``count`` continues the list of a smaller one. The rank of a site in the draw is a hash
+    of the seed and of the name of the site, so a change elsewhere in the gateware moves no other
+    site into the draw than those it adds or removes.
 
     Raises
     ------
@@ -160,10 +173,14 @@ def draw(sites: Sequence[Site], seed: int, count: int) -> list[Alteration]:
     """
     if count > len(sites):
         raise ValueError(f"Count must be at most the {len(sites)} sites, not {count}")
-    rng = random.Random(seed)
-    order = list(range(len(sites)))
-    rng.shuffle(order)
-    return [rng.choice(sites[number].alterations) for number in order[:count]]
+    drawn = sorted(
+        (_hash(seed, site.alterations[0].site), number, site) for number, site in enumerate(sites)
+    )[:count]
+    return [site.alterations[value % len(site.alterations)] for value, _, site in drawn]
+
+
+def _hash(seed: int, name: str) -> int:
+    return int.from_bytes(hashlib.sha256(f"{seed} {name}".encode()).digest()[:16], "little")
 
 
 class _Finder(ast.NodeVisitor):
@@ -171,6 +188,7 @@ class _Finder(ast.NodeVisitor):
         self.file, self.source = file, source
         self.sites: list[Site] = []
         self.guard = False
+        self.names: Counter[str] = Counter()
         self.line_starts = [0]
         for line in source.splitlines(keepends=True):
             self.line_starts.append(self.line_starts[-1] + len(line))
@@ -189,10 +207,20 @@ class _Finder(ast.NodeVisitor):
         start, stop = self.span(node)
         return self.source[start:stop].decode()
 
+    def name_of(self, node: ast.expr, kind: str) -> str:
+        """Name a site by the text of its line, which few other lines of the file repeat."""
+        first, last = self.line_starts[node.lineno - 1 : node.lineno + 1]
+        line = self.source[first:last].decode()
+        indent = len(line) - len(line.lstrip())
+        name = f"{self.file}: {line.strip()} @ {node.col_offset - indent} {kind} {self.text(node)}"
+        self.names[name] += 1
+        return f"{name} #{self.names[name]}"
+
     def add(self, node: ast.expr, kind: str, texts: Iterator[str] | Sequence[str]) -> None:
         start, stop = self.span(node)
         place = (self.file, node.lineno, node.col_offset + 1, kind, self.text(node))
-        found = tuple(Alteration(*place, new, start, stop, self.guard) for new in texts)
+        site = self.name_of(node, kind)
+        found = tuple(Alteration(*place, new, start, stop, self.guard, site) for new in texts)
         if found:
             self.sites.append(Site(found))
 

@@ -109,6 +109,17 @@ def test_the_draw_is_uniform_and_repeatable(sites):
         draw(few, 1, 21)
 
 
+def test_the_draw_stays_while_other_lines_change(tmp_path):
+    lines = [f"x_{number} = a_{number} + {number}" for number in range(60)]
+    alterations_of(tmp_path, "\n".join(lines))
+    before = draw(sites_of(tmp_path, "hdl/unit.py"), 1, 60)
+    moved = ["if b:", *(f"    {line}" for line in lines), "y = c - 1"]
+    alterations_of(tmp_path, "\n".join(moved))
+    after = draw(sites_of(tmp_path, "hdl/unit.py"), 1, 60)
+    assert len({one.key for one in before}) == 60
+    assert len({one.key for one in before} & {one.key for one in after}) >= 57
+
+
 def test_the_nearest_tests_come_first():
     near, package, rest = suites(ROOT, "hdl/ga_core/crossover.py")
     assert near[0] == "tests/unit/ga_core/test_crossover.py"
@@ -197,14 +208,15 @@ def test_what_no_test_sees_is_compared_by_its_circuit(project, tmp_path, new, ve
 
 
 def entry(verdict, depth="chips", file="hdl/unit.py"):
-    alteration = {"file": file, "line": 3, "old": "a", "new": "b"}
+    alteration = {"file": file, "line": 3, "column": 1, "kind": "unary", "old": "a", "new": "b"}
+    alteration |= {"start": 0, "stop": 1, "guard": False, "site": "s"}
     return {
         "key": verdict,
         "verdict": verdict,
         "depth": depth,
         "by": "x",
         "alteration": alteration,
-        "tests": "1",
+        "state": "1",
     }
 
 
@@ -213,8 +225,8 @@ def test_report():
     assert report(entries).splitlines() == [
         "5 alterations: 3 killed, 1 equivalent, 1 survived; "
         "75.0 % of those that change something are killed",
-        "equivalent: hdl/unit.py:3: a -> b (x)",
-        "survived: hdl/unit.py:3: a -> b (x)",
+        "equivalent: hdl/unit.py:3:1 unary: a -> b (x)",
+        "survived: hdl/unit.py:3:1 unary: a -> b (x)",
     ]
 
 
@@ -229,9 +241,11 @@ def test_only_survivors_are_followed_further():
     assert not is_settled(None, "near", "1")
     assert is_settled(entry("killed", "near"), "chips", "2")
     assert is_settled(entry("survived", "chips"), "near", "1")
+    assert is_settled(entry("equivalent", "units"), "chips", "1")
     assert not is_settled(entry("survived", "near"), "units", "1")
-    # The new tests may notice it.
+    # New tests may notice it, and in other gateware it may matter.
     assert not is_settled(entry("survived", "chips"), "near", "2")
+    assert not is_settled(entry("equivalent", "units"), "chips", "2")
 
 
 REGISTER = """

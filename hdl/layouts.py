@@ -18,11 +18,19 @@ __all__ = [
     "ranking_layout",
     "read_layout",
     "record_layout",
+    "result_read_layout",
     "start_layout",
     "struct",
     "waypoint_layout",
     "write_layout",
 ]
+
+
+#: Consecutive paths of the latest check, whose results are to be sent: the first, and their count.
+result_read_layout = data.StructLayout({"path": 8, "count": 9})
+
+#: One byte of the results; ``last`` ends the answer.
+record_layout = data.StructLayout({"data": 8, "last": 1})
 
 
 def struct(layout: Layout) -> data.StructLayout:
@@ -35,34 +43,29 @@ def start_layout(config: Config) -> data.StructLayout:
     return struct(start_request(config))
 
 
-def write_layout(config: Config) -> data.StructLayout:
+def write_layout(slot_bits: int, index_bits: int, waypoint_bits: int) -> data.StructLayout:
     """Return the layout of one waypoint and its place; ``last`` ends the path."""
     return data.StructLayout(
-        {
-            "slot": config.slot_bits,
-            "index": config.index_bits,
-            "waypoint": config.waypoint_bits,
-            "last": 1,
-        }
+        {"slot": slot_bits, "index": index_bits, "waypoint": waypoint_bits, "last": 1}
     )
 
 
-def ranking_layout(config: Config) -> data.StructLayout:
+def ranking_layout(slot_bits: int) -> data.StructLayout:
     """Return the layout of a rank and its slot."""
-    return data.StructLayout({"rank": config.slot_bits, "slot": config.slot_bits})
+    return data.StructLayout({"rank": slot_bits, "slot": slot_bits})
 
 
-def read_layout(config: Config) -> data.StructLayout:
+def read_layout(slot_bits: int) -> data.StructLayout:
     """Return the layout of consecutive slots to read: the first, and their count."""
-    return data.StructLayout({"slot": config.slot_bits, "count": config.slot_bits + 1})
+    return data.StructLayout({"slot": slot_bits, "count": slot_bits + 1})
 
 
-def waypoint_layout(config: Config) -> data.StructLayout:
+def waypoint_layout(waypoint_bits: int) -> data.StructLayout:
     """Return the layout of one waypoint read; ``last`` ends its path, ``final`` the last path."""
-    return data.StructLayout({"waypoint": config.waypoint_bits, "last": 1, "final": 1})
+    return data.StructLayout({"waypoint": waypoint_bits, "last": 1, "final": 1})
 
 
-def check_layout(config: Config) -> data.StructLayout:
+def check_layout(waypoint_bits: int) -> data.StructLayout:
     """Return the layout of a command to check paths.
 
     ``counting``: the colliding cells are counted. ``batch``: the paths of ``count`` slots from
@@ -75,32 +78,22 @@ def check_layout(config: Config) -> data.StructLayout:
             "batch": 1,
             "slot": 8,
             "count": 8,
-            "start": config.waypoint_bits,
-            "goal": config.waypoint_bits,
+            "start": waypoint_bits,
+            "goal": waypoint_bits,
         }
     )
 
 
-def point_layout(config: Config) -> data.StructLayout:
+def point_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
     """Return the layout of one point, in cells and altitude steps; ``last`` marks the goal."""
     return data.StructLayout(
-        {
-            "x": config.coordinate_bits,
-            "y": config.coordinate_bits,
-            "altitude": config.altitude_bits,
-            "last": 1,
-        }
+        {"x": coordinate_bits, "y": coordinate_bits, "altitude": altitude_bits, "last": 1}
     )
 
 
-def cell_layout(config: Config) -> data.StructLayout:
+def cell_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
     """Return the layout of one cell to write; ``last`` ends a rectangle."""
-    return point_layout(config)
-
-
-def record_layout(config: Config) -> data.StructLayout:
-    """Return the layout of one byte of the results; ``last`` ends the answer."""
-    return data.StructLayout({"data": 8, "last": 1})
+    return point_layout(coordinate_bits, altitude_bits)
 
 
 def generation_signature(config: Config) -> wiring.Signature:

@@ -43,7 +43,7 @@ class CellParser(wiring.Component):
 
     def __init__(self, config: Config):
         self.config = config
-        self.cell_layout = cell_layout(config)
+        self.cell_layout = cell_layout(config.coordinate_bits, config.altitude_bits)
         self.rectangle_layout = struct(map_request(config))
         super().__init__(
             {

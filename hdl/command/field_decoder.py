@@ -105,7 +105,7 @@ class FieldDecoder(wiring.Component):
         self._packed = Signal(8 * self.size)
         self.start_layout = start_layout(config)
         self.rectangle_layout = struct(map_request(config))
-        self.check_layout = check_layout(config)
+        self.check_layout = check_layout(config.waypoint_bits)
         super().__init__(
             {
                 "code": In(8),

@@ -36,7 +36,7 @@ class PathParser(wiring.Component):
 
     def __init__(self, config: Config):
         self.config = config
-        self.write_layout = write_layout(config)
+        self.write_layout = write_layout(config.slot_bits, config.index_bits, config.waypoint_bits)
         super().__init__(
             {
                 **payload_members(),

@@ -70,18 +70,21 @@ class PayloadDispatcher(wiring.Component):
             "status": Out(8),
         }
         if config.genetic:
+            writes = write_layout(config.slot_bits, config.index_bits, config.waypoint_bits)
             members |= {
                 "write_slot": In(8),
                 "identity": In(1),
-                "writes": Out(stream.Signature(write_layout(config))),
-                "ranking": Out(stream.Signature(ranking_layout(config))),
+                "writes": Out(stream.Signature(writes)),
+                "ranking": Out(stream.Signature(ranking_layout(config.slot_bits))),
                 "ranked": In(1),
             }
         if self.has_checker:
+            cells = cell_layout(config.coordinate_bits, config.altitude_bits)
+            points = point_layout(config.coordinate_bits, config.altitude_bits)
             members |= {
                 "rectangle": In(struct(map_request(config))),
-                "cells": Out(stream.Signature(cell_layout(config))),
-                "points": Out(stream.Signature(point_layout(config))),
+                "cells": Out(stream.Signature(cells)),
+                "points": Out(stream.Signature(points)),
             }
         super().__init__(members)
 

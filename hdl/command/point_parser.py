@@ -34,7 +34,7 @@ class PointParser(wiring.Component):
 
     def __init__(self, config: Config):
         self.config = config
-        self.point_layout = point_layout(config)
+        self.point_layout = point_layout(config.coordinate_bits, config.altitude_bits)
         super().__init__({**payload_members(), "points": Out(stream.Signature(self.point_layout))})
 
     def elaborate(self, platform):

@@ -37,7 +37,7 @@ class RankingParser(wiring.Component):
 
     def __init__(self, config: Config):
         self.config = config
-        self.ranking_layout = ranking_layout(config)
+        self.ranking_layout = ranking_layout(config.slot_bits)
         super().__init__(
             {
                 **payload_members(),

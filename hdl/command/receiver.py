@@ -128,8 +128,10 @@ class CommandReceiver(wiring.Component):
         }
         if config.genetic:
             self.start_layout = start_layout(config)
-            self.write_layout = write_layout(config)
-            self.ranking_layout = ranking_layout(config)
+            self.write_layout = write_layout(
+                config.slot_bits, config.index_bits, config.waypoint_bits
+            )
+            self.ranking_layout = ranking_layout(config.slot_bits)
             members |= {
                 "generate": Out(1),
                 "start_requests": Out(stream.Signature(self.start_layout)),
@@ -138,9 +140,9 @@ class CommandReceiver(wiring.Component):
                 "ranked": In(1),
             }
         if self.has_checker:
-            self.cell_layout = cell_layout(config)
-            self.point_layout = point_layout(config)
-            self.check_layout = check_layout(config)
+            self.cell_layout = cell_layout(config.coordinate_bits, config.altitude_bits)
+            self.point_layout = point_layout(config.coordinate_bits, config.altitude_bits)
+            self.check_layout = check_layout(config.waypoint_bits)
             members |= {
                 "cells": Out(stream.Signature(self.cell_layout)),
                 "forget": Out(1),

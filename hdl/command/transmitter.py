@@ -8,7 +8,13 @@ from amaranth.lib.wiring import In, Out
 from hdl.command.layouts import AnswerKind, answer_layout, request_layout
 from hdl.command.reply_words import WORD_BYTES, ReplyWords
 from hdl.config import CheckerBuild, Config
-from hdl.layouts import read_layout, record_layout, struct, waypoint_layout
+from hdl.layouts import (
+    read_layout,
+    record_layout,
+    result_read_layout,
+    struct,
+    waypoint_layout,
+)
 from hdl.protocol import (
     Counter,
     Layout,
@@ -103,8 +109,8 @@ class ReplyTransmitter(wiring.Component):
             assert recipe.fields[-1][0] == "checksum"
             self.recipe_layout = struct(Layout(recipe.fields[:-1]))
             self.survivors_layout = data.ArrayLayout(config.slot_bits, config.survivors)
-            self.read_layout = read_layout(config)
-            self.waypoint_layout = waypoint_layout(config)
+            self.read_layout = read_layout(config.slot_bits)
+            self.waypoint_layout = waypoint_layout(config.waypoint_bits)
             members |= {
                 "recipe": In(self.recipe_layout),
                 "survivors": In(self.survivors_layout),
@@ -113,13 +119,11 @@ class ReplyTransmitter(wiring.Component):
             }
         if self.has_checker:
             self.totals_layout = struct(check_reply(config))
-            self.result_read_layout = data.StructLayout({"path": 8, "count": 9})
-            self.record_layout = record_layout(config)
             members |= {
                 "checked": In(9),
                 "totals": In(self.totals_layout),
-                "result_reads": Out(stream.Signature(self.result_read_layout)),
-                "records": In(stream.Signature(self.record_layout)),
+                "result_reads": Out(stream.Signature(result_read_layout)),
+                "records": In(stream.Signature(record_layout)),
             }
         super().__init__(members)
 

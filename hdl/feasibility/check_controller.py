@@ -13,6 +13,7 @@ from hdl.layouts import (
     point_layout,
     read_layout,
     record_layout,
+    result_read_layout,
     struct,
     waypoint_layout,
 )
@@ -70,16 +71,16 @@ class CheckController(wiring.Component):
 
     def __init__(self, config: Config):
         self.config = config
-        points = point_layout(config)
+        points = point_layout(config.coordinate_bits, config.altitude_bits)
         population = {
-            "reads": Out(stream.Signature(read_layout(config))),
-            "waypoints": In(stream.Signature(waypoint_layout(config))),
+            "reads": Out(stream.Signature(read_layout(config.slot_bits))),
+            "waypoints": In(stream.Signature(waypoint_layout(config.waypoint_bits))),
         }
         super().__init__(
             {
                 "on": In(1),
                 "done": Out(1),
-                "checks": In(check_layout(config)),
+                "checks": In(check_layout(config.waypoint_bits)),
                 "forget": In(1),
                 "points": In(stream.Signature(points)),
                 **(population if config.genetic else {}),
@@ -90,8 +91,8 @@ class CheckController(wiring.Component):
                 "counters": Out(check_counters_layout(config)),
                 "checked": Out(9),
                 "totals": Out(struct(check_reply(config))),
-                "result_reads": In(stream.Signature(data.StructLayout({"path": 8, "count": 9}))),
-                "records": Out(stream.Signature(record_layout(config))),
+                "result_reads": In(stream.Signature(result_read_layout)),
+                "records": Out(stream.Signature(record_layout)),
             }
         )
 

@@ -78,16 +78,18 @@ class Checker(wiring.Component):
             raise ValueError(f"Config.checker must name a build, not {config.checker.value!r}")
 
         self.config = config
+        points = point_layout(config.coordinate_bits, config.altitude_bits)
+        cells = cell_layout(config.coordinate_bits, config.altitude_bits)
         super().__init__(
             {
                 "count": In(1),
-                "points": In(stream.Signature(point_layout(config))),
+                "points": In(stream.Signature(points)),
                 "verdicts": Out(stream.Signature(verdict_layout(config))),
                 "counts": Out(stream.Signature(count_layout(config))),
                 "busy": Out(1),
                 "collision": Out(1),
                 "clear": Out(1),
-                "writes": In(stream.Signature(cell_layout(config))),
+                "writes": In(stream.Signature(cells)),
                 "lookup_valid": In(1),
                 "lookup_x": In(config.coordinate_bits),
                 "lookup_y": In(config.coordinate_bits),

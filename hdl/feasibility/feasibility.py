@@ -71,6 +71,7 @@ class Feasibility(wiring.Component):
         self.checker = Checker(config)
         self.config = config
         place = place_layout(config)
+        cells = cell_layout(config.coordinate_bits, config.altitude_bits)
         self.address_bits = ceil_log2(config.population * config.max_waypoints)
         super().__init__(
             {
@@ -87,7 +88,7 @@ class Feasibility(wiring.Component):
                 "clear": Out(1),
                 "verdict": Out(verdict_layout(config)),
                 "counts": Out(stream.Signature(count_layout(config))),
-                "writes": In(stream.Signature(cell_layout(config))),
+                "writes": In(stream.Signature(cells)),
             }
         )
 

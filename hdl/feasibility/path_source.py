@@ -49,20 +49,20 @@ class PathSource(wiring.Component):
 
     def __init__(self, config: Config):
         self.config = config
-        self.point_layout = point_layout(config)
+        self.point_layout = point_layout(config.coordinate_bits, config.altitude_bits)
         # Room for one path, and for twice the backlog of a batch.
         rows = max(2 * config.checked_paths, config.max_waypoints + 2)
         self.depth = 1 << (rows - 1).bit_length()
         population = {
-            "reads": Out(stream.Signature(read_layout(config))),
-            "waypoints": In(stream.Signature(waypoint_layout(config))),
+            "reads": Out(stream.Signature(read_layout(config.slot_bits))),
+            "waypoints": In(stream.Signature(waypoint_layout(config.waypoint_bits))),
         }
         super().__init__(
             {
                 "forget": In(1),
                 "points": In(stream.Signature(self.point_layout)),
                 "on": In(1),
-                "checks": In(check_layout(config)),
+                "checks": In(check_layout(config.waypoint_bits)),
                 **(population if config.genetic else {}),
                 "paths": Out(stream.Signature(self.point_layout)),
             }

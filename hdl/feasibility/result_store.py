@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
 from hdl.feasibility.layouts import count_layout, verdict_layout
-from hdl.layouts import record_layout, struct
+from hdl.layouts import record_layout, result_read_layout, struct
 from hdl.primitives.delay_line import delay_line
 from hdl.protocol import check_reply, entry_record, hit_record, path_record
 
@@ -42,7 +42,7 @@ class ResultStore(wiring.Component):
         All their entries have come.
     totals : Out(struct of check_reply)
         Sums over the verdicts held.
-    reads : In(stream.Signature({"path": 8, "count": 9}))
+    reads : In(stream.Signature(result_read_layout))
         Paths to serve, of those held: the first, and their number, 1 or more.
     records : Out(stream.Signature(record_layout))
         Their results in the format of :mod:`hdl.protocol.results`. The first byte is offered 3
@@ -52,7 +52,6 @@ class ResultStore(wiring.Component):
     def __init__(self, config: Config):
         self.config = config
         self.totals_layout = struct(check_reply(config))
-        self.read_layout = data.StructLayout({"path": 8, "count": 9})
         super().__init__(
             {
                 "clear": In(1),
@@ -61,8 +60,8 @@ class ResultStore(wiring.Component):
                 "paths": Out(9),
                 "complete": Out(1),
                 "totals": Out(self.totals_layout),
-                "reads": In(stream.Signature(self.read_layout)),
-                "records": Out(stream.Signature(record_layout(config))),
+                "reads": In(stream.Signature(result_read_layout)),
+                "records": Out(stream.Signature(record_layout)),
             }
         )
 

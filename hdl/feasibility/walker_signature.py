@@ -82,17 +82,19 @@ def walker_signature(config: Config) -> wiring.Signature:
     lookup_altitude : Out(altitude_bits)
         Its altitude, ``config.lookup_latency`` cycles later.
     """
+    points = point_layout(config.coordinate_bits, config.altitude_bits)
+    cells = cell_layout(config.coordinate_bits, config.altitude_bits)
     return wiring.Signature(
         {
             "count": In(1),
-            "points": In(stream.Signature(point_layout(config))),
+            "points": In(stream.Signature(points)),
             "room": In(1),
             "segment_room": In(1),
             "begins": Out(1),
             "segment_begins": Out(1),
             "step": Out(step_layout(config)),
             "drop": In(1),
-            "writes": In(stream.Signature(cell_layout(config))),
+            "writes": In(stream.Signature(cells)),
             "lookup_valid": In(1),
             "lookup_x": In(config.coordinate_bits),
             "lookup_y": In(config.coordinate_bits),

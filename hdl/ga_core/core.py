@@ -100,11 +100,15 @@ class Core(wiring.Component):
         super().__init__(
             {
                 "start_requests": In(stream.Signature(start_layout(config))),
-                "writes": In(stream.Signature(write_layout(config))),
-                "ranking": In(stream.Signature(ranking_layout(config))),
+                "writes": In(
+                    stream.Signature(
+                        write_layout(config.slot_bits, config.index_bits, config.waypoint_bits)
+                    )
+                ),
+                "ranking": In(stream.Signature(ranking_layout(config.slot_bits))),
                 "control": In(generation_signature(config)),
-                "reads": In(stream.Signature(read_layout(config))),
-                "waypoints": Out(stream.Signature(waypoint_layout(config))),
+                "reads": In(stream.Signature(read_layout(config.slot_bits))),
+                "waypoints": Out(stream.Signature(waypoint_layout(config.waypoint_bits))),
                 "parents": Out(config.slot_bits).array(config.crossovers),
                 "survivors": Out(config.slot_bits).array(config.survivors),
                 "mutations": Out(mutation_layout(config)).array(config.mutators),

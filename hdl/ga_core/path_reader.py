@@ -48,9 +48,9 @@ class PathReader(wiring.Component):
         self.config = config
         super().__init__(
             {
-                "reads": In(stream.Signature(read_layout(config))),
+                "reads": In(stream.Signature(read_layout(config.slot_bits))),
                 "allow": In(1),
-                "waypoints": Out(stream.Signature(waypoint_layout(config))),
+                "waypoints": Out(stream.Signature(waypoint_layout(config.waypoint_bits))),
                 "active": Out(1),
                 "slot": Out(config.slot_bits),
                 "length": In(config.length_bits),
@@ -78,13 +78,13 @@ class PathReader(wiring.Component):
 
         # The waypoint in the register, and the one before it, if it has moved aside.
         loaded = Signal()
-        present = Signal(waypoint_layout(config))
+        present = Signal(waypoint_layout(config.waypoint_bits))
         ends = Signal()
         ends_all = Signal()
         reading = Signal()
         step = Signal()
         full = Signal()
-        aside = Signal(waypoint_layout(config), reset_less=True)
+        aside = Signal(waypoint_layout(config.waypoint_bits), reset_less=True)
         m.d.comb += [
             present.waypoint.eq(self.waypoint),
             present.last.eq(ends),

@@ -116,9 +116,13 @@ class Population(wiring.Component):
                 ),
                 "settled": Out(1),
                 "allow": In(1),
-                "writes": In(stream.Signature(write_layout(config))),
-                "reads": In(stream.Signature(read_layout(config))),
-                "read_waypoints": Out(stream.Signature(waypoint_layout(config))),
+                "writes": In(
+                    stream.Signature(
+                        write_layout(config.slot_bits, config.index_bits, config.waypoint_bits)
+                    )
+                ),
+                "reads": In(stream.Signature(read_layout(config.slot_bits))),
+                "read_waypoints": Out(stream.Signature(waypoint_layout(config.waypoint_bits))),
                 **(peeks if config.checker is not CheckerBuild.NONE else {}),
             }
         )

@@ -60,7 +60,7 @@ class SlotMapping(wiring.Component):
         self.config = config
         super().__init__(
             {
-                "ranking": In(stream.Signature(ranking_layout(config))),
+                "ranking": In(stream.Signature(ranking_layout(config.slot_bits))),
                 "allow": In(1),
                 "clear": In(1),
                 "parents": In(data.ArrayLayout(config.slot_bits, config.crossovers)),
@@ -75,7 +75,7 @@ class SlotMapping(wiring.Component):
         m = Module()
         config = self.config
 
-        word = Signal(ranking_layout(config), reset_less=True)
+        word = Signal(ranking_layout(config.slot_bits), reset_less=True)
         taken = Signal()
         m.d.comb += self.ranking.ready.eq(self.allow)
         m.d.sync += [

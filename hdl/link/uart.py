@@ -5,6 +5,8 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import In, Out
 
+from hdl.primitives.arguments import check_integer
+
 
 __all__ = ["Uart", "UartReceiver", "UartTransmitter"]
 
@@ -13,10 +15,7 @@ _FRAME_BITS = 10
 
 
 def _checked_divisor(clocks_per_bit):
-    if not isinstance(clocks_per_bit, int) or isinstance(clocks_per_bit, bool):
-        raise TypeError(f"Clocks per bit must be an integer, not {clocks_per_bit!r}")
-    if not 4 <= clocks_per_bit <= 65535:
-        raise ValueError(f"Clocks per bit must be from 4 to 65535, not {clocks_per_bit!r}")
+    check_integer("Clocks per bit", clocks_per_bit, 4, 65535)
     return clocks_per_bit
 
 

@@ -9,6 +9,8 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
+from hdl.primitives.arguments import check_integer
+
 
 __all__ = ["OneHotSequencer"]
 
@@ -70,14 +72,8 @@ class OneHotSequencer(wiring.Component):
         present = {initial}.union(*self.steps)
         self.states = tuple(state for state in kind if state in present)
         least = Shape.cast(kind).width
-        for name, value, lowest in (
-            ("History", history, 1),
-            ("History entry width", history_entry_bits, least),
-        ):
-            if not isinstance(value, int) or isinstance(value, bool):
-                raise TypeError(f"{name} must be an integer, not {value!r}")
-            if value < lowest:
-                raise ValueError(f"{name} must be {lowest} or more, not {value!r}")
+        check_integer("History", history, 1)
+        check_integer("History entry width", history_entry_bits, least)
         self.history_length = history
         self.history_entry_bits = history_entry_bits
         super().__init__(

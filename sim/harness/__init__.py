@@ -72,7 +72,8 @@ class VerilatedChecker:
         from hdl.layouts import cell_layout, point_layout
 
         self.config = config
-        self._cell, self._point = cell_layout(config), point_layout(config)
+        self._cell = cell_layout(config.coordinate_bits, config.altitude_bits)
+        self._point = point_layout(config.coordinate_bits, config.altitude_bits)
         self._verdict, self._count = verdict_layout(config), count_layout(config)
         program = build_verilator(
             BuildCache(build_root() / "sim"),

@@ -31,8 +31,8 @@ class Bench:
         self.rng = random.Random(seed)
         self.terrain = TerrainModel(CONFIG)
         layouts = {
-            "points": point_layout(CONFIG),
-            "writes": cell_layout(CONFIG),
+            "points": point_layout(CONFIG.coordinate_bits, CONFIG.altitude_bits),
+            "writes": cell_layout(CONFIG.coordinate_bits, CONFIG.altitude_bits),
             "verdicts": verdict_layout(CONFIG),
             "counts": count_layout(CONFIG),
         }

@@ -13,6 +13,7 @@ from drivers import Stream
 from hdl.command.layouts import AnswerKind, answer_layout, request_layout
 from hdl.command.transmitter import ReplyTransmitter
 from hdl.config import CheckerBuild, Config
+from hdl.layouts import record_layout, result_read_layout
 from hdl.protocol import (
     Layout,
     Status,
@@ -54,9 +55,9 @@ class Bench:
         self.reads.idle(driven=False)
         self.waypoints = Stream(dut, "waypoints", UNIT.waypoint_layout, dut.clk, pauses)
         self.waypoints.idle(driven=True)
-        self.result_reads = Stream(dut, "result_reads", UNIT.result_read_layout, dut.clk, pauses)
+        self.result_reads = Stream(dut, "result_reads", result_read_layout, dut.clk, pauses)
         self.result_reads.idle(driven=False)
-        self.records = Stream(dut, "records", UNIT.record_layout, dut.clk, pauses)
+        self.records = Stream(dut, "records", record_layout, dut.clk, pauses)
         self.records.idle(driven=True)
         self.asked = []
         dut.on.value = 0

@@ -62,8 +62,9 @@ class SetUpInOrder(Elaboratable):
 
         # The segment watched, any one, as its points come.
         watched = any_constant(m, 3, "watched")
-        before, inside, number, known = Signal(point_layout(config)), Signal(), Signal(3), Signal()
-        start, stop = (Signal(point_layout(config), name=name) for name in ("start", "stop"))
+        point = point_layout(config.coordinate_bits, config.altitude_bits)
+        before, inside, number, known = Signal(point), Signal(), Signal(3), Signal()
+        start, stop = (Signal(point, name=name) for name in ("start", "stop"))
         with m.If(points.valid & points.ready):
             m.d.sync += [before.eq(point), inside.eq(~point.last)]
             with m.If(inside):

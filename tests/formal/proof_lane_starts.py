@@ -42,7 +42,8 @@ class Starts(Elaboratable):
         lanes = dut.submodules.lanes
         launched, segment = lanes.launched, lanes.segment
 
-        start, stop = (any_constant(m, point_layout(config), name) for name in ("start", "stop"))
+        point = point_layout(config.coordinate_bits, config.altitude_bits)
+        start, stop = (any_constant(m, point, name) for name in ("start", "stop"))
         k = any_constant(m, config.coordinate_bits, "k")
         cycle = Signal(range(self.CYCLES + 1))
         m.d.sync += cycle.eq(cycle + (cycle != self.CYCLES))

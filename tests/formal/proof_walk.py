@@ -43,7 +43,8 @@ class Walk(Elaboratable):
         free(m, walker.segments.valid, walker.room, walker.segment_room)
 
         # A segment as the set-up has to make it.
-        offered = [Signal(point_layout(config), name=name) for name in ("offered", "offered_end")]
+        point = point_layout(config.coordinate_bits, config.altitude_bits)
+        offered = [Signal(point, name=name) for name in ("offered", "offered_end")]
         free(m, *offered, offer.coarse, offer.number, offer.last)
         new = Segment(m, *offered)
         m.d.comb += [
@@ -59,7 +60,7 @@ class Walk(Elaboratable):
         ]
 
         # The segment under way, and which of its cells is the next.
-        points = [Signal(point_layout(config), name=name) for name in ("start", "stop")]
+        points = [Signal(point, name=name) for name in ("start", "stop")]
         segment = Segment(m, *points)
         n = segment.length
         active, k = Signal(), Signal(4)

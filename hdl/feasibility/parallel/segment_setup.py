@@ -109,7 +109,9 @@ class SegmentSetup(wiring.Component):
         )
         super().__init__(
             {
-                "points": In(stream.Signature(point_layout(config))),
+                "points": In(
+                    stream.Signature(point_layout(config.coordinate_bits, config.altitude_bits))
+                ),
                 "room": In(1),
                 "segment_room": In(1),
                 "begins": Out(1),
@@ -169,7 +171,9 @@ class SegmentSetup(wiring.Component):
         """Take points; return whether they complete a segment, and the path that they are of."""
         # A point comes in if there is room, and waits in the buffer for its turn: each takes about
         # half a cycle.
-        m.submodules.point_buffer = buffer = SkidBuffer(point_layout(self.config))
+        m.submodules.point_buffer = buffer = SkidBuffer(
+            point_layout(self.config.coordinate_bits, self.config.altitude_bits)
+        )
         begun, room, comes = Signal(), Signal(), Signal()
         m.d.comb += [
             room.eq(Mux(begun, self.segment_room, self.room)),
@@ -184,7 +188,9 @@ class SegmentSetup(wiring.Component):
             m.d.sync += begun.eq(~self.points.p.last)
 
         point = buffer.passed.p
-        before = Signal(point_layout(self.config), reset_less=True)
+        before = Signal(
+            point_layout(self.config.coordinate_bits, self.config.altitude_bits), reset_less=True
+        )
         inside, unwanted = Signal(), Signal()
         tag, number = Signal(TAG_BITS), Signal(self.config.segment_bits)
         dropped, taken = Signal(), Signal()
@@ -210,7 +216,12 @@ class SegmentSetup(wiring.Component):
         """
         xy, z = self.config.coordinate_bits, self.config.altitude_bits
         point, before = path.point, path.before
-        ends = Signal(data.ArrayLayout(point_layout(self.config), 2), reset_less=True)
+        ends = Signal(
+            data.ArrayLayout(
+                point_layout(self.config.coordinate_bits, self.config.altitude_bits), 2
+            ),
+            reset_less=True,
+        )
         gains = [Signal(signed(xy + 1), name=f"gain_{n}", reset_less=True) for n in "xy"]
         sides = [Signal(xy, name=f"side_{n}", reset_less=True) for n in "xy"]
         rise = Signal(signed(z + 1), reset_less=True)

@@ -62,7 +62,9 @@ class CoarseMap(wiring.Component):
         self.scan_latency = scan_latency
         super().__init__(
             {
-                "writes": In(stream.Signature(cell_layout(config))),
+                "writes": In(
+                    stream.Signature(cell_layout(config.coordinate_bits, config.altitude_bits))
+                ),
                 "written": Out(1),
                 "busy": Out(1),
                 "scanning": Out(1),

@@ -63,7 +63,9 @@ class TwoTierSegmentSetup(wiring.Component):
         self.config = config
         super().__init__(
             {
-                "points": In(stream.Signature(point_layout(config))),
+                "points": In(
+                    stream.Signature(point_layout(config.coordinate_bits, config.altitude_bits))
+                ),
                 "segments": Out(stream.Signature(segment_layout(config))),
             }
         )
@@ -76,7 +78,9 @@ class TwoTierSegmentSetup(wiring.Component):
         point = self.points.p
         taken = Signal()
         first = Signal(init=1)
-        previous = Signal(point_layout(config), reset_less=True)
+        previous = Signal(
+            point_layout(config.coordinate_bits, config.altitude_bits), reset_less=True
+        )
         number = Signal(config.segment_bits)
         coarse = Signal()
 

@@ -28,9 +28,10 @@ class Walk(wiring.Component):
 
     def __init__(self, config):
         self.config = config
+        points = point_layout(config.coordinate_bits, config.altitude_bits)
         super().__init__(
             {
-                "points": In(stream.Signature(point_layout(config))),
+                "points": In(stream.Signature(points)),
                 "room": In(1),
                 "visiting": Out(1),
                 "visit": Out(visit_layout(config)),

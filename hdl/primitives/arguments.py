@@ -1,0 +1,20 @@
+"""Check of the numbers that a unit is built from."""
+
+__all__ = ["check_integer"]
+
+
+def check_integer(name: str, value: object, lowest: int, highest: int | None = None) -> None:
+    """Raise unless ``value`` is an integer from ``lowest`` to ``highest``, or without a limit.
+
+    Raises
+    ------
+    TypeError
+        If ``value`` is no integer.
+    ValueError
+        If it is out of its range. Both messages begin with ``name``.
+    """
+    if not isinstance(value, int) or isinstance(value, bool):
+        raise TypeError(f"{name} must be an integer, not {value!r}")
+    if value < lowest or (highest is not None and value > highest):
+        rule = f"{lowest} or more" if highest is None else f"from {lowest} to {highest}"
+        raise ValueError(f"{name} must be {rule}, not {value!r}")

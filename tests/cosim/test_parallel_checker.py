@@ -68,6 +68,36 @@ def test_every_segment_of_a_tiny_map():
     assert 5_000 < hits < 25_000
 
 
+@pytest.mark.parametrize(
+    ("lanes", "latency", "bits"),
+    [
+        (8, 1, 16),
+        *(
+            pytest.param(*sizes, marks=pytest.mark.ci)
+            for sizes in ((8, 2, 6), (16, 1, 6), (16, 2, 14))
+        ),
+    ],
+)
+def test_many_lanes_on_a_small_map(lanes, latency, bits):
+    """Rows of a segment that are mostly empty, paths alone and in a queue, and look-ups."""
+    config = TINY.replace(map_size=16, lanes=lanes, memory_latency=latency, altitude_bits=bits)
+    rng = np.random.default_rng(lanes + bits)
+    with VerilatedChecker(config) as chip:
+        for peaks in (0.02, 0.2):
+            terrain = ground(config, rng, peaks=peaks, blocked=peaks / 2)
+            chip.write(terrain.heights)
+            paths = paths_of(random_batch(config, rng, 2_000))
+            for count in (False, True):
+                batch = assert_equal(chip, terrain, paths, count)
+                assert 0 < sum(verdict["collision"] for verdict in batch.verdicts) < len(paths)
+            assert_equal(chip, terrain, paths, count=True, stall=50)
+            for path in paths[:20]:
+                assert_equal(chip, terrain, [path])
+        cells = [(int(x), int(y)) for x, y in rng.integers(0, config.map_size, (200, 2))]
+        found = chip.look_up(cells, config.lookup_latency)
+        assert found == [terrain.heights[y, x] for x, y in cells]
+
+
 def check_full_size(config, paths, limit):
     """The testing trajectory, and random paths over a rectangle that comes and goes."""
     rng = np.random.default_rng(config.lanes)

@@ -1,16 +1,16 @@
-# Every job of the project, one command each. `make help` lists them.
+# The project's commands; `make help` lists them.
 
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
 MAKEFLAGS += --no-builtin-rules
 
-# make -C or -f from anywhere: all paths below are relative to the repository root.
+# All paths are relative to the repository root, also for make -C and -f.
 ROOT := $(patsubst %/,%,$(dir $(abspath $(lastword $(MAKEFILE_LIST)))))
 BIN := $(ROOT)/.venv/bin
 IN_ROOT := cd "$(ROOT)" &&
 
-# Options of `make plan`; `pathgene plan --help` says what they mean.
+# Options of `make plan`; `pathgene plan --help` explains them.
 TERRAIN ?= jacksboro
 # Start and goal: metres east and north of the south-west corner, metres above ground.
 START ?= 2300,2500,100
@@ -30,11 +30,11 @@ PROOF ?=
 WORKERS ?= 2
 PYTEST_ARGS ?=
 
-# The tools see these as arguments, not as variables that they might obey in their own way.
+# The tools get these as arguments; as environment variables they could have other effects.
 unexport SIM BENCH ONLY WAVES PROOF
 
-# The first Python that is new enough, the one in .venv before a search; 75 is the script's answer
-# to an older one. -ES: quick to start.
+# The first Python that is new enough, starting with that of .venv; the script exits with 75 if its
+# Python is too old. -ES makes the start quick.
 define SET_UP
 	@for python in "$(BIN)/python" python3 python3.13 python3.12 python3.11; do \
 		command -v "$$python" > /dev/null || continue; \
@@ -50,10 +50,10 @@ endef
 help:
 	@echo "make plan       plan over real terrain, the GA running in the simulated board"
 	@echo "                (TERRAIN= START= GOAL= NOFLY_CIRCLES= BOARD= SEED= OUT=)"
-	@echo "make setup      install all that the other targets need, once"
+	@echo "make setup      install everything the other targets need, once"
 	@echo "make test       all tests (WORKERS= PYTEST_ARGS=)"
-	@echo "make test-ci    the tests that make test leaves out: other sizes, lint, smoke tests of benches"
-	@echo "make test-long  both with the long random and soak runs: hours"
+	@echo "make test-ci    the costly tests: full sizes, lint, smoke tests of benchmarks"
+	@echo "make test-long  both, and hours of random and soak runs"
 	@echo "make verilog    synthesizable Verilog of every top, in build/verilog/"
 	@echo "make bitstream  place and route for a real board, with open tools (BOARD=ulx3s-85f)"
 	@echo "make sim        cocotb benches on Icarus and Verilator (SIM= BENCH= WAVES=1)"

@@ -117,7 +117,7 @@ def build_verilator(
                 top,
                 "--Mdir",
                 work,
-                # `make lint` reports warnings.
+                # Warnings are reported by `make lint` alone, with its waivers.
                 "-Wno-lint",
                 "-Wno-style",
                 "-Wno-fatal",

@@ -1,4 +1,4 @@
-"""Chips that several tests share, so that each is built once, and how two boards are compared."""
+"""Chips shared by tests, so that each is built once, and a comparison of two boards."""
 
 import dataclasses
 import random
@@ -6,6 +6,7 @@ from urllib.parse import urlencode
 
 from hdl.config import CheckerBuild, Config
 from hdl.protocol import Counter, LinkMode
+from tools.chips import SMALL
 
 
 __all__ = [
@@ -22,33 +23,16 @@ __all__ = [
     "without_line_cycles",
 ]
 
-#: A chip that both simulators build and run in seconds: odd sizes, and a receive buffer that is
-#: soon full.
-SMALL = Config(
-    population=8,
-    children=4,
-    survivors=2,
-    inserts=1,
-    deletes=1,
-    max_waypoints=5,
-    map_size=16,
-    coarse_factor=4,
-    altitude_bits=4,
-    clocks_per_bit=4,
-    receive_buffer=256,
-    checker=CheckerBuild.NONE,
-)
-
-#: The same chip with the paper's checker: what the link does with one is the same for all of them.
+#: The small chip with the paper's checker; the link treats every build of the checker alike.
 CHECKING = SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1)
 
-#: The same chip with each build of the checker, by its name.
+#: The small chip with each build of the checker, by the build's name.
 CHECKERS = {
     "two-tier": CHECKING,
     "parallel": SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4),
 }
 
-#: Chips for the bench of the checker alone: a larger map, longer paths.
+#: Chips for the bench of the checker alone: larger maps, longer paths.
 _LARGER = Config(max_waypoints=6, map_size=64, coarse_factor=4, altitude_bits=6, lanes=4)
 CHECKER_BENCH = {
     "two-tier": _LARGER.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
@@ -71,7 +55,7 @@ TINY = Config(
     checker=CheckerBuild.NONE,
 )
 
-#: Counters in which the model leaves out the few cycles that the chip takes per command.
+#: Counters from which the model omits a few cycles per command.
 LINE_CYCLES = (Counter.CYCLES, Counter.RECEIVE, Counter.TRANSMIT)
 
 
@@ -97,18 +81,18 @@ def random_paths(config, rng, length=None):
 
 
 def without_line_cycles(counters):
-    """Return what board and model must agree on of :meth:`host.device.chip.Chip.counters`."""
+    """Return the counters in which board and model must agree."""
     return {name: count for name, count in counters.items() if name not in LINE_CYCLES}
 
 
 class Pair:
-    """Two chips that are told the same and must say the same.
+    """A board and a model that get the same requests and must give the same replies.
 
     Parameters
     ----------
     board, model : host.device.chip.Chip
     seed : int
-        Of everything random.
+        Seed of all draws.
     """
 
     def __init__(self, board, model, seed=1):
@@ -119,7 +103,7 @@ class Pair:
         self.paths = []
 
     def start(self, length=None):
-        """Seed both, with limits that some new waypoints meet, and load both."""
+        """Seed and load both, with limits that some new waypoints reach."""
         config, rng = self.config, self.rng
         seed = rng.getrandbits(64)
         highest = config.map_size - 1
@@ -129,13 +113,13 @@ class Pair:
         self.load(0, random_paths(config, rng, length))
 
     def load(self, slot, paths):
-        """Write ``paths`` from ``slot`` on, in both."""
+        """Write ``paths`` to both, from ``slot`` on."""
         for chip in (self.board, self.model):
             chip.load(paths, slot)
         self.paths[slot : slot + len(paths)] = paths
 
     def step(self, mode=LinkMode.RANK):
-        """Run one generation on a random order; compare all that is answered."""
+        """Run a generation with a random ranking; compare the replies."""
         order = self.rng.sample(range(self.config.population), self.config.population)
         done, expected = self.board.step(order, mode), self.model.step(order, mode)
         assert done == expected, (mode, order)
@@ -143,7 +127,7 @@ class Pair:
         return done
 
     def check(self):
-        """Compare what both chips hold and have counted; return the board's counters."""
+        """Compare populations, status and counters; return the board's counters."""
         count = self.config.population
         assert self.board.read(0, count) == self.model.read(0, count) == self.paths
         assert self.board.status() == self.model.status()

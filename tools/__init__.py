@@ -1,1 +1,1 @@
-"""Tools of the developers: set-up, and the record of what the program computes."""
+"""Developer tools: set-up, benches, proofs, mutation testing, generated documents."""

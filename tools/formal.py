@@ -1,4 +1,4 @@
-"""Proves claims about the gateware, with Yosys and the solver Z3.
+"""Proofs of claims about the gateware, with Yosys and the solver Z3.
 
 A claim is an Amaranth design around the units under test, with ``Assume``, ``Assert`` and
 ``Cover``. Each claim has a file ``proof_NAME.py`` in ``tests/formal`` with a module-level ``PROOF``
@@ -101,7 +101,7 @@ class Proof:
             raise ValueError("Long checks must be checks of the proof")
 
     def is_long(self, what: str) -> bool:
-        """Return True if this check takes more than a few seconds."""
+        """Return whether this check takes more than a few seconds."""
         return self.long if isinstance(self.long, bool) else what in self.long
 
 

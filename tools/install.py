@@ -1,4 +1,4 @@
-"""Installs what setup.py finds missing; nothing but the standard library is imported here."""
+"""Install the packages that setup.py finds missing; imports only the standard library."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pathlib import Path
 
 __all__ = ["SetupError", "set_up"]
 
-# What pip adds to the project for each level.
+# Optional dependencies of each level.
 EXTRAS = {
     "plan": "",
     "test": "[docs,test]",
@@ -24,25 +24,25 @@ EXTRAS = {
 
 
 class SetupError(Exception):
-    """Something is missing that cannot be installed here; the message is one sentence."""
+    """A missing package that cannot be installed here; the message is one sentence."""
 
 
 def set_up(level: str, venv: Path, root: Path) -> None:
-    """Install everything of a level.
+    """Install all packages of a level.
 
     Parameters
     ----------
     level : {"plan", "test", "synth", "long"}
-        What for.
+        Level of :data:`tools.setup.LEVELS`.
     venv : Path
-        Virtual environment, made if it is missing or not of this Python and place.
+        Virtual environment, made if it is missing or belongs to another Python or folder.
     root : Path
-        The project, installed so that its sources stay where they are.
+        The project, installed in editable mode.
 
     Raises
     ------
     SetupError
-        If something is missing that cannot be installed here.
+        If a missing package cannot be installed here.
     """
     start = time.monotonic()
     require(["g++", "make"], "to build the simulated board")
@@ -60,7 +60,7 @@ def set_up(level: str, venv: Path, root: Path) -> None:
 
 
 def venv_works(venv: Path) -> bool:
-    """Return whether it holds a Python of this version that belongs to this place."""
+    """Return whether the environment has this version of Python and was made at this path."""
     code = "import pip, sys; print(sys.prefix, *sys.version_info[:2])"
     try:
         found = subprocess.run(
@@ -77,13 +77,13 @@ def venv_works(venv: Path) -> bool:
 
 
 def make_venv(venv: Path) -> None:
-    """Make it anew, with the Debian package that its Python lacks if need be."""
+    """Replace the environment, after installing the Debian package that its Python may lack."""
     package = f"python{sys.version_info.major}.{sys.version_info.minor}-venv"
     if importlib.util.find_spec("ensurepip") is None:
         install([package], f"{sys.executable} cannot make virtual environments")
     say(f"making .venv with {sys.executable}")
     shutil.rmtree(venv, ignore_errors=True)
-    # Of the interpreter behind a virtual environment's, which may be the one just removed.
+    # This Python may be that of the environment just removed: use the one it was made from.
     base = getattr(sys, "_base_executable", sys.executable)
     done = subprocess.run([base, "-m", "venv", venv], stdout=sys.stderr, check=False)
     if done.returncode != 0:
@@ -92,7 +92,7 @@ def make_venv(venv: Path) -> None:
 
 
 def pip(python: Path, *arguments: str) -> None:
-    """Run pip, its output kept for the case that it fails."""
+    """Run pip; print its output only if it fails."""
     command: list[str | Path] = [python, "-m", "pip", "--disable-pip-version-check", *arguments]
     done = subprocess.run(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False
@@ -103,7 +103,7 @@ def pip(python: Path, *arguments: str) -> None:
 
 
 def check_libpython(python: Path) -> None:
-    """Make sure that a simulator can load Python, as cocotb wants."""
+    """Install the shared library of Python, which cocotb loads into the simulator."""
     code = "import find_libpython; print(find_libpython.find_libpython() or '')"
     found = subprocess.run([python, "-c", code], capture_output=True, text=True, check=False)
     if not found.stdout.strip():
@@ -112,7 +112,7 @@ def check_libpython(python: Path) -> None:
 
 
 def require_for_tests(command: str, purpose: str) -> None:
-    """As :func:`require`, if possible; else its tests are skipped, and the rest works."""
+    """Call :func:`require`; if it fails, report that the tests with ``command`` are skipped."""
     try:
         require([command], purpose)
     except SetupError as error:
@@ -120,7 +120,7 @@ def require_for_tests(command: str, purpose: str) -> None:
 
 
 def require(commands: Sequence[str], purpose: str) -> None:
-    """Make sure that commands exist, installing the Debian packages, which have their names."""
+    """Install missing commands from the Debian packages of the same names."""
     missing = [name for name in commands if shutil.which(name) is None]
     if missing:
         install(missing, f"{' and '.join(missing)} missing {purpose}")
@@ -132,7 +132,7 @@ def install(packages: Sequence[str], reason: str) -> None:
     Raises
     ------
     SetupError
-        If that is not possible here; the sentence names them.
+        If this is not possible here; the message names them.
     """
     names = " ".join(packages)
     error = SetupError(f"{reason}; install the Debian package {names}.")
@@ -140,7 +140,7 @@ def install(packages: Sequence[str], reason: str) -> None:
     if prefix is None or shutil.which("apt-get") is None:
         raise error
     say(f"{reason}: apt-get install {names}")
-    # The lists of a fresh container are empty: only then, or if they are stale, update them.
+    # The package lists of a fresh container are empty: update them only if an install fails.
     for update in (False, True):
         if update:
             apt(prefix, "update")
@@ -150,7 +150,7 @@ def install(packages: Sequence[str], reason: str) -> None:
 
 
 def privilege() -> list[str] | None:
-    """Return the command prefix that gives root's rights without asking; None if none does."""
+    """Return the command prefix that gives root's rights without a password; None if none does."""
     if os.geteuid() == 0:
         return []
     if shutil.which("sudo") is None:
@@ -160,7 +160,7 @@ def privilege() -> list[str] | None:
 
 
 def apt(prefix: Sequence[str], action: str, *arguments: str) -> bool:
-    """Run apt-get without questions; returns whether it worked."""
+    """Run apt-get without questions; return whether it succeeded."""
     command = [*prefix, "env", "DEBIAN_FRONTEND=noninteractive", "apt-get", "-qq", "-y", action]
     done = subprocess.run([*command, *arguments], capture_output=True, check=False)
     return done.returncode == 0

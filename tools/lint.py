@@ -1,4 +1,4 @@
-"""Verilator's lint of generated Verilog: ``python -m tools.lint FILE.v ...``.
+"""Verilator's lint of the generated Verilog: ``python -m tools.lint FILE.v ...``.
 
 The top of each file is the module with the file's name. ``tools/amaranth.vlt`` lists the waived
 warnings with their reasons.
@@ -25,7 +25,7 @@ def lint(path: Path) -> None:
     Raises
     ------
     JobError
-        If there is a warning that is not waived; the warnings are a note of the exception.
+        If there is a warning that is not waived; the exception's note has the warnings.
     """
     run_verilator(
         [
@@ -42,7 +42,7 @@ def lint(path: Path) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Check the files named on the command line; returns the exit status."""
+    """Check the files named on the command line; return the exit status."""
     paths = [Path(name) for name in (sys.argv[1:] if arguments is None else arguments)]
     if not paths:
         print("error: No Verilog file is given; name the files to check.", file=sys.stderr)

@@ -1,7 +1,7 @@
-"""Makes ``docs/tutorial.ipynb`` of ``docs/tutorial.md``: the same text and code, without outputs.
+"""Convert ``docs/tutorial.md`` to ``docs/tutorial.ipynb``: the same text and code, without outputs.
 
-Python fences become cells of code, what is between them cells of text. ``python -m tools.notebook``
-writes the file; a test says when that was forgotten.
+Python fences become code cells, the text between them text cells. ``python -m tools.notebook``
+writes the file; a test fails if it is out of date.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def notebook(markdown: str) -> str:
 
 
 def _cells(markdown: str) -> Iterator[tuple[str, str]]:
-    """Kind and source of each cell."""
+    """Yield the kind and source of each cell."""
     text, *parts = _FENCE.split(markdown)
     yield "markdown", text
     yield "code", _FIRST

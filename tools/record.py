@@ -1,9 +1,9 @@
-"""Record of what the program computes, to show that a change of its code changes no result.
+"""Recorder of the program's results, to show that a change of the code changes none of them.
 
 ``python -m tools.record FILE.json`` records; ``--compare FILE.json`` records anew, lists every
-difference and exits with 1 if there is one. Floats are kept to the last bit, so compare a record on
-the machine that made it. ``--goldens`` writes the small record of the tests, which holds integers
-and the terms of fixed paths and is valid on every machine.
+difference and exits with 1 if there is one. Floats are exact, so compare a record on the machine
+that made it. ``--goldens`` writes the small record of the tests, which holds integers and the terms
+of fixed paths and is valid on every machine.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ __all__ = ["GOLDENS", "GOLDEN_PARTS", "PARTS", "differences", "main"]
 #: The committed record of the tests.
 GOLDENS = Path(__file__).resolve().parents[1] / "tests" / "golden" / "golden.json"
 
-#: What can be recorded, quick parts first.
+#: The parts of a record, quick ones first.
 PARTS: dict[str, Callable[[], dict[str, Any]]] = {
     "options": record_options,
     "frames": record_frames,
@@ -75,7 +75,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if arguments.goldens:
         _write(GOLDENS, {name: make() for name, make in GOLDEN_PARTS.items()})
         return 0
-    # Before minutes of recording.
+    # Fails before minutes of recording.
     before = json.loads(arguments.file.read_text()) if arguments.compare else None
     found = _record([arguments.only] if arguments.only else list(PARTS))
     if before is None:
@@ -95,7 +95,7 @@ def _record(parts: Sequence[str]) -> dict[str, Any]:
         started = time.monotonic()
         found[part] = PARTS[part]()
         print(f"{part}: {time.monotonic() - started:.0f} s", file=sys.stderr, flush=True)
-    # As it comes back from a file: tuples are lists.
+    # JSON turns tuples into lists, as in a record read from a file.
     result: dict[str, Any] = json.loads(json.dumps(found, allow_nan=False))
     return result
 
@@ -105,7 +105,7 @@ def _write(file: Path, value: Any) -> None:
 
 
 def differences(before: Any, after: Any, place: str = "") -> Iterator[str]:
-    """Yield a line for every value of JSON data that is not the same in both."""
+    """Yield a line for every value that differs between two JSON documents."""
     if isinstance(before, dict) and isinstance(after, dict):
         for key in [*before, *(key for key in after if key not in before)]:
             where = f"{place}/{key}"
@@ -126,7 +126,7 @@ def differences(before: Any, after: Any, place: str = "") -> Iterator[str]:
 
 
 def _golden_generations() -> dict[str, Any]:
-    """Return every tenth population of some runs, and all their counters."""
+    """Return every tenth population and all counters of some runs."""
     runs = record_generations(_GOLDEN_SEEDS, _GOLDEN_CHIPS)
     for run in runs.values():
         run["populations"] = run["populations"][_GOLDEN_EVERY - 1 :: _GOLDEN_EVERY]
@@ -134,7 +134,7 @@ def _golden_generations() -> dict[str, Any]:
 
 
 def _golden_paths() -> dict[str, Any]:
-    """Return the CRC-32 of what each build says of a hundred paths each."""
+    """Return the CRC-32 of each build's results on a hundred paths."""
     return {
         title: [
             checksum(rows[first : first + _GOLDEN_BLOCK])
@@ -144,7 +144,7 @@ def _golden_paths() -> dict[str, Any]:
     }
 
 
-#: What the tests compare with: integers, then the terms of fixed paths.
+#: The record of the tests: integers, then the terms of fixed paths.
 GOLDEN_PARTS: dict[str, Callable[[], Any]] = {
     "generations": _golden_generations,
     "paths": _golden_paths,

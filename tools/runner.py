@@ -1,4 +1,4 @@
-"""Runs cocotb benches on exported Verilog, with Icarus and with Verilator.
+"""Runner of cocotb benches on exported Verilog, with Icarus and Verilator.
 
 A bench is a file ``cosim_NAME.py`` with cocotb tests and a module-level ``TOP``, the name of a top
 in ``hdl.verilog.TOPS`` and of its Verilog module. An optional ``CONFIG`` is the configuration of
@@ -195,7 +195,7 @@ def benches(directory: Path = BENCHES) -> dict[str, Path]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run benches from the command line; returns the exit status."""
+    """Run benches from the command line; return the exit status."""
     parser = argparse.ArgumentParser(prog="python -m tools.runner", description=__doc__)
     parser.add_argument("--sim", choices=SIMULATORS, help="default: all")
     parser.add_argument("--bench", metavar="NAME", help="default: all")

@@ -1,16 +1,16 @@
-"""Sets up everything that `make` needs, on a bare Debian or Ubuntu; a second call does nothing.
+"""Install everything `make` needs on a bare Debian or Ubuntu; a second call does nothing.
 
 Usage: python3 tools/setup.py [plan|test|synth|long]
 
-`plan` installs what planning on the simulated board needs; `test` (the default) adds what the tests
-and `make lint` need, `synth` the tools of `make bitstream`, `long` the battery of random tests in
-`make test-long`. Python packages go to .venv/ in the repository root. System packages that are
-missing are installed with apt-get where this may be done without asking (root, or sudo without a
-password); otherwise one sentence names them.
+`plan` installs the packages for planning on the simulated board. `test` (the default) adds those of
+the tests and `make lint`, `synth` the tools of `make bitstream`, and `long` the random-number tests
+of `make test-long`. Python packages go to .venv/ in the repository root. Missing system packages
+are installed with apt-get if that needs no password (root or sudo); otherwise one sentence names
+them.
 
 Exit status 0: done; 1: something is missing; 2: wrong usage; 75: this Python is too old.
 
-This file only finds out whether there is work, in a few milliseconds; install.py does it.
+This file only decides, in a few milliseconds, whether anything is missing; install.py installs it.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ LEVELS = ("plan", "test", "synth", "long")
 
 
 def main(arguments: list[str]) -> int:
-    """Set up for a level; returns the exit status."""
+    """Set up for a level; return the exit status."""
     if sys.version_info < (3, 11):
         return 75
     level = arguments[0] if arguments else "test"
@@ -39,7 +39,7 @@ def main(arguments: list[str]) -> int:
         return 2
     if is_done(level):
         return 0
-    # Of two at once, one works and the other finds it done. The lock needs a file that is there.
+    # Of two concurrent calls, one works and the other waits. The lock needs an existing file.
     with (ROOT / "pyproject.toml").open() as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if is_done(level):
@@ -56,7 +56,7 @@ def main(arguments: list[str]) -> int:
 
 
 def is_done(level: str) -> bool:
-    """Return whether an earlier call did all this one would do."""
+    """Return whether an earlier call already set up this level."""
     try:
         stamp = STAMP.read_text().strip()
     except OSError:
@@ -66,12 +66,12 @@ def is_done(level: str) -> bool:
 
 
 def stamp_of(level: str) -> str:
-    """Return what identifies a finished set-up: a change of any part of it asks for a new one."""
+    """Return a digest of everything a finished set-up depends on."""
     state = hashlib.sha256()
     for part in (
         (ROOT / "pyproject.toml").read_bytes(),
         *(path.read_bytes() for path in (Path(__file__), Path(__file__).with_name("install.py"))),
-        str(VENV).encode(),  # Scripts in it hold its path: a copied tree needs its own.
+        str(VENV).encode(),  # Its scripts contain its path: a copied tree needs a new one.
         repr(sys.version_info[:2]).encode(),
         level.encode(),
     ):

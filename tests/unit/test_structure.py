@@ -139,15 +139,15 @@ def test_imports_keep_the_contracts():
 
 # One import that each contract forbids, and a part of the contract's name.
 FORBIDDEN = {
-    "shipped imports no tests": ("host/cli/terrain.py", "import tools.runner"),
-    "knows neither host nor simulation": ("hdl/verilog.py", "from host.errors import InputError"),
+    "Shipped packages import no tests": ("host/cli/terrain.py", "import tools.runner"),
+    "imports neither host nor simulation": ("hdl/verilog.py", "from host.errors import InputError"),
     "are pure Python": ("hdl/protocol/codec.py", "import amaranth"),
     "The gateware's layers": ("hdl/primitives/delay_line.py", "import hdl.link.uart"),
-    "its configuration and protocol": ("host/cli/plan.py", "import hdl.verilog"),
+    "only configuration and protocol": ("host/cli/plan.py", "import hdl.verilog"),
     "The host's layers": ("host/terrain/load.py", "import host.problem.problem"),
     "never by name": ("host/cli/board.py", "import sim.cache"),
-    "a face of the host": ("pathgene/terrain.py", "import sim.cache"),
-    "gateware's package only": ("sim/model/core.py", "from host.errors import InputError"),
+    "re-exports the host": ("pathgene/terrain.py", "import sim.cache"),
+    "imports the gateware alone": ("sim/model/core.py", "from host.errors import InputError"),
     "The simulation's layers": ("sim/cache.py", "import sim.compiler"),
     "Errors are a leaf": ("host/errors.py", "import hdl.config"),
     "imports in a circle": ("host/report/axes.py", "import host.report.write"),

@@ -1,1 +1,1 @@
-"""Draws the pictures of ``docs/architecture.md`` from the gateware and from the imports."""
+"""Drawings of the pictures in ``docs/architecture.md`` from the gateware and from the imports."""

@@ -1,4 +1,4 @@
-"""Block diagrams as graphs in the language DOT: of the chip, its genetic core, and the host."""
+"""Block diagrams of the chip, its genetic core and the host, as graphs in DOT."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def graphs() -> dict[str, str]:
 
 
 def chip() -> Unit:
-    """Return the units of the small chip of the protocol's page, which are those of any chip."""
+    """Return the units of the protocol page's small chip, which has every unit."""
     return units_of(Planner(SMALL))
 
 
@@ -48,7 +48,7 @@ def _units_graph(whole: Unit, outside: str) -> str:
     lines = [_HEAD % ("TB", _BLUE)]
     units = dict(whole.units)
     feeds = whole.connections()
-    # A unit through which one stream passes belongs to the wire.
+    # A skid buffer counts as part of the wire.
     for name, unit in whole.units.items():
         if unit.kind == "SkidBuffer":
             feeds = _joined(feeds, name)
@@ -69,7 +69,7 @@ def _units_graph(whole: Unit, outside: str) -> str:
 def _joined(
     feeds: Mapping[tuple[str, str], list[str]], buffer: str
 ) -> dict[tuple[str, str], list[str]]:
-    """Return ``feeds`` without ``buffer``: what goes in comes out under the same name."""
+    """Return ``feeds`` without ``buffer``, its inputs joined to its outputs."""
     sources = [(source, names) for (source, target), names in feeds.items() if target == buffer]
     targets = [target for source, target in feeds if source == buffer]
     kept = {pair: list(names) for pair, names in feeds.items() if buffer not in pair}
@@ -109,22 +109,22 @@ def _host_graph() -> str:
         fill = "" if box.startswith("host") else f', fillcolor="{_GREY}"'
         lines.append(f'  "{box}" [label=<{_described(box)}>{fill}]')
     for box, used in sorted(uses.items()):
-        # What a neighbour between uses, too, is left out: the arrows through it say so.
+        # An arrow is left out if a path through another box implies it.
         lines += [f'  "{box}" -> "{other}"' for other in sorted(used - _beyond(uses, used))]
     return "\n".join([*lines, "}", ""])
 
 
 def _described(module: str) -> str:
-    """Return a module's name over the first sentence of its docstring."""
-    said = (importlib.import_module(module).__doc__ or "").split("\n\n")[0].replace("`", "")
-    sentence = " ".join(said.split()).partition(". ")[0].rstrip(".")
+    """Return a label: a module's name above the first sentence of its docstring."""
+    docstring = (importlib.import_module(module).__doc__ or "").split("\n\n")[0].replace("`", "")
+    sentence = " ".join(docstring.split()).partition(". ")[0].rstrip(".")
     folded = [html.escape(line) for line in textwrap.wrap(sentence, 34)]
     small = "<br/>".join(f'<font point-size="9">{line}</font>' for line in folded)
     return f"<b>{module}</b><br/>{small}"
 
 
 def _beyond(uses: Mapping[str, set[str]], boxes: Iterable[str]) -> set[str]:
-    """Return all that ``boxes`` use, directly or not."""
+    """Return every box that ``boxes`` use, directly or indirectly."""
     found: set[str] = set()
     open_ends = list(boxes)
     while open_ends:

@@ -1,4 +1,4 @@
-"""The pictures that this package makes, and whether they are up to date."""
+"""The pictures that this package makes, and the check that they are up to date."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ PICTURES = Path(__file__).resolve().parents[2] / "docs" / "pictures"
 
 
 def drawn() -> dict[Path, str]:
-    """Return every picture as SVG; needs the program of the package `graphviz-pure`."""
+    """Return every picture as SVG; needs the program `graphviz-pure`."""
     pictures = {_path(name): _laid_out(graph) for name, graph in graphs().items()}
     return pictures | waveforms()
 
 
 def waveforms() -> dict[Path, str]:
-    """Return the waveforms, which takes a simulation of some seconds."""
+    """Simulate for a few seconds and return the waveforms as SVG."""
     return {_path(name): svg for name, svg in scenes(chip()).items()}
 
 
@@ -34,9 +34,9 @@ def is_drawn(name: str, graph: str) -> bool:
 
 
 def mark_of(graph: str) -> str:
-    """Return the comment in a picture that names the boxes and arrows that it was made from.
+    """Return the comment in a picture that identifies its boxes and arrows.
 
-    Descriptions in small print do not count.
+    Descriptions in small print are ignored.
     """
     graph = re.sub(r"<font.*?</font>|<br/>", "", graph)
     return f"<!-- graph {hashlib.sha256(graph.encode()).hexdigest()[:16]} -->"
@@ -57,7 +57,7 @@ def _laid_out(graph: str) -> str:
 
 
 def _centred(node: re.Match[str]) -> str:
-    """Return a box whose texts stay in its middle, whatever the viewer's font."""
+    """Return a box with centred texts, so that they fit in any viewer's font."""
     outline = re.search(r' d="([^"]*)"', node[0])
     if outline is None:
         return node[0]

@@ -1,4 +1,4 @@
-"""Waveforms of the small chip: a framed command, a generation, and a check."""
+"""Waveforms of the small chip: a framed command, a generation and a check."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ __all__ = ["SCENES", "scenes"]
 
 #: Names of files in docs/pictures.
 SCENES = ("command", "command_inside", "generation", "check")
-#: A command that takes more cycles than this hangs.
+#: Maximum cycles of a command.
 _LIMIT = 20_000
 
 
 class Recording:
-    """A chip at its pins, every cycle of which is recorded.
+    """A simulated chip, driven at its pins, and recorded signals.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class Recording:
         self._sending = top.find("Line").component.sending
 
     def run(self, frames: Sequence[tuple[bytes, bool]]) -> None:
-        """Send frames, each after the reply to the one before; record those that are so marked."""
+        """Send each frame after the reply to its predecessor; record the marked ones."""
         simulator = Simulator(self._top.fragment)
 
         async def bench(ctx: Any) -> None:
@@ -100,7 +100,7 @@ class Recording:
             await ctx.delay(5e-9)
 
     def bytes_of(self, label: str) -> Trace:
-        """Return a row of the bytes on a line of the UART, start bit to stop bit each."""
+        """Return a row with the bytes on a UART line, each from start bit to stop bit."""
         line = self.values[label]
         width = SMALL.clocks_per_bit
         trace = Trace(f"bytes of {label}", hexadecimal, [0] * len(line), [0] * len(line))
@@ -112,18 +112,18 @@ class Recording:
             bits = [line[cycle + width * bit + width // 2] for bit in range(1, 9)]
             span = slice(cycle, cycle + 10 * width)
             trace.values[span] = [sum(bit << i for i, bit in enumerate(bits))] * (10 * width)
-            # The last cycle parts equal bytes.
+            # The last cycle separates equal bytes.
             trace.valid[span] = [1] * (10 * width - 1) + [0]
             cycle += 10 * width
         return trace
 
     def trace(self, label: str, show: Any = None, valid: str | None = None) -> Trace:
-        """Return a row of a picture."""
+        """Return a row of a picture; with ``valid``, values are shown where that row is high."""
         chosen = self.values[valid] if valid else []
         return Trace(label, show, self.values[label], chosen)
 
     def around(self, label: str, after: int, before: int, after_it: int) -> tuple[int, int]:
-        """Return the cycles around those in which a row is high, from cycle ``after`` on."""
+        """Return the span of a row's first run of ones from cycle ``after`` on, with margins."""
         high = [cycle for cycle, value in enumerate(self.values[label]) if value]
         run = [cycle for cycle in high if cycle >= after]
         last = run[0]
@@ -200,7 +200,7 @@ def _waypoint() -> data.StructLayout:
 
 
 def _frames() -> list[tuple[bytes, bool]]:
-    """Return every frame, and whether its command is recorded."""
+    """Return every frame, with a flag for those to record."""
     bits, edge = SMALL.coordinate_bits, SMALL.map_size - 1
     paths = [
         [
@@ -209,7 +209,7 @@ def _frames() -> list[tuple[bytes, bool]]:
         ]
         for slot in range(SMALL.population)
     ]
-    # A ridge from south to north with a gap, whose floor is too high at one cell.
+    # A ridge from south to north with a gap; one cell of the gap is too high.
     ridge = map_request(SMALL).pack(x=8, y=0, width=1, height=16)
     ground = [14, 14, 14, 3, 3, 11, 3, 3, 3, 14, 14, 14, 14, 14, 14, 14]
     order = {f"slot_{slot}": slot for slot in range(SMALL.population)}
@@ -245,7 +245,7 @@ def _command(recording: Recording) -> str:
         recording.bytes_of("tx"),
     ]
     title = "OPEN of session 1 and its reply at the pins"
-    return draw(title, traces, first, last, step=1000 / (last - first))
+    return draw(title, traces, first, last)
 
 
 def _command_inside(recording: Recording) -> str:
@@ -261,7 +261,7 @@ def _command_inside(recording: Recording) -> str:
         recording.trace("tx"),
     ]
     title = "The same inside the chip, after the last bit of the request"
-    return draw(title, traces, first, last, step=1000 / (last - first))
+    return draw(title, traces, first, last)
 
 
 def _generation(recording: Recording) -> str:
@@ -279,7 +279,7 @@ def _generation(recording: Recording) -> str:
         recording.trace("update"),
     ]
     title = "One generation with a map: crossover, new waypoints against the ground, update"
-    return draw(title, traces, first, last, step=1000 / (last - first))
+    return draw(title, traces, first, last)
 
 
 def _check(recording: Recording) -> str:
@@ -301,4 +301,4 @@ def _check(recording: Recording) -> str:
         recording.trace("verdicts.y", integer, "verdicts.valid"),
     ]
     title = "One CHECK: four points in, cells step by step, a hit in the second segment"
-    return draw(title, traces, first, last, step=1000 / (last - first))
+    return draw(title, traces, first, last)

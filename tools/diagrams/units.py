@@ -1,4 +1,4 @@
-"""The units of an elaborated component, and which output of one feeds which input of another."""
+"""The units of an elaborated component and the connections between their ports."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ class Unit:
     Attributes
     ----------
     name : str
-        Of the submodule.
+        Name of the submodule.
     fragment : Fragment
     component : wiring.Component
     units : dict of str to Unit
-        Those inside it that are components, by name.
+        Components inside it, by name.
     """
 
     name: str
@@ -67,10 +67,10 @@ class Unit:
             yield from unit.walk()
 
     def connections(self) -> dict[tuple[str, str], list[str]]:
-        """Return which unit feeds which, and the outputs it does that with.
+        """Return the outputs that connect each pair of units, by (source, target).
 
-        The name of this unit itself stands for its own ports. The `ready` of streams, which go
-        against the data, are left out.
+        The name of this unit stands for its own ports. The `ready` of streams is left out because
+        it runs against the data.
         """
         ports: dict[int, tuple[str, str]] = {}
         for unit in (*self.units.values(), self):

@@ -11,6 +11,8 @@ from xml.sax.saxutils import escape
 __all__ = ["Trace", "draw", "hexadecimal", "integer", "text_of"]
 
 _LEFT, _TOP, _ROW, _HIGH = 190, 46, 30, 18
+#: Width of all cycles, pixels.
+_WIDE = 1000
 _TEXT = 'font-family="Helvetica, Arial, sans-serif"'
 
 
@@ -24,9 +26,9 @@ class Trace:
     show : Callable[[int], str], optional
         Text of a value; None for a row of one bit.
     valid : list of int
-        If there are any: where they are 0, the row shows nothing.
+        If given, the row shows nothing where this is 0.
     values : list of int
-        One a cycle.
+        One value per cycle.
     """
 
     label: str
@@ -35,8 +37,9 @@ class Trace:
     valid: list[int] = field(default_factory=list)
 
 
-def draw(title: str, traces: Sequence[Trace], first: int, last: int, *, step: float) -> str:
-    """Return the SVG of cycles ``first`` to ``last``, ``step`` pixels each."""
+def draw(title: str, traces: Sequence[Trace], first: int, last: int) -> str:
+    """Return the SVG of cycles ``first`` to ``last``."""
+    step = _WIDE / (last - first)
     width = round(_LEFT + (last - first + 1) * step + 10)
     height = _TOP + _ROW * len(traces) + 8
     parts = [
@@ -131,7 +134,7 @@ def _bus(
 
 
 def integer(value: int) -> str:
-    """Return a value as it is written."""
+    """Return a value in decimal."""
     return str(value)
 
 
@@ -141,5 +144,5 @@ def hexadecimal(value: int) -> str:
 
 
 def text_of(values: Any) -> Callable[[int], str]:
-    """Return how members of an enumeration are shown: by name."""
+    """Return a function that shows members of an enumeration by name."""
     return lambda value: str(values(value).name)

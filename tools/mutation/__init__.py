@@ -1,1 +1,1 @@
-"""Mutation testing of the gateware: sites, alterations, tests in order, and proofs of equality."""
+"""Mutation testing of the gateware: sites, alterations, ordered tests, equivalence checks."""

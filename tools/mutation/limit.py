@@ -1,7 +1,7 @@
-"""Pytest plugin: a limit of processor time for each test, which ends a hanging simulation.
+"""Pytest plugin that limits the processor time of each test, to end a hanging simulation.
 
-Load it with ``-p tools.mutation.limit``; ``MUTATION_LIMIT`` is the limit in seconds. Time of other
-programs does not count, so a busy machine fails no test.
+Load it with ``-p tools.mutation.limit``; ``MUTATION_LIMIT`` is the limit in seconds. Only the
+test's own processor time counts, so a busy machine fails no test.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Tests of a gateware file, the quickest and nearest first."""
+"""Choose the tests of a gateware file: the nearest and quickest first."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from pathlib import Path
 
 __all__ = ["slow_suite", "suites"]
 
-#: Packages whose tests tell something of every file, in the order of their cost.
+#: Packages whose tests exercise every file, cheapest first.
 _ALL = ("primitives", "protocol", "ga_core", "command", "feasibility", "link", "boards")
-#: Whole chips, simulated: `FILES`, then options of pytest. Tests that alter the gateware's text
-#: themselves are left out, for they notice any change of it.
+#: Simulated whole chips. Tests that alter the gateware's text themselves are left out, because
+#: they fail on any change of it.
 _SLOW = (
     "tests/cosim/test_cosim.py",
     "tests/cosim/test_boards.py",
@@ -24,8 +24,8 @@ _SLOW = (
 def suites(root: Path, file: str) -> list[list[str]]:
     """Return the test files for an altered ``file``: those of the unit, of its package, and all.
 
-    Each file is named once. Tests of a unit are the one that mirrors the file and those that import
-    it themselves; all are the tests of units, models and records that need no Verilog simulator.
+    Each file is named once. A unit's tests are the mirrored test file and every file that imports
+    the unit; the last stage has all unit, model and golden tests that need no Verilog simulator.
     """
     relative = Path(file).relative_to("hdl")
     unit = root / "tests" / "unit"
@@ -38,7 +38,7 @@ def suites(root: Path, file: str) -> list[list[str]]:
         for path in sorted((unit / name).rglob("test_*.py"))
     ]
     single = sorted(unit.glob("test_*.py"))
-    # Every message of the protocol as bytes, in the documentation.
+    # The golden frames: every message of the protocol as bytes.
     frames = unit / "tools" / "test_protocol_page.py"
     nearest = [mirrored, *([frames] if package == "protocol" else [])]
     nearest += [path for path in (*every, *single) if _imports(path, module)]
@@ -62,7 +62,7 @@ def suites(root: Path, file: str) -> list[list[str]]:
 
 
 def slow_suite(root: Path) -> list[str]:
-    """Return the tests of simulated chips, for an alteration that lives through all others."""
+    """Return the tests of simulated chips, for an alteration that survives all others."""
     return [name for name in _SLOW if (root / name).is_file()]
 
 

@@ -1,7 +1,7 @@
-"""Circuits of the tops that show whether an alteration changes anything.
+"""Circuits of the tops, which show whether an alteration changes anything.
 
 ``python -m tools.mutation.tops small FOLDER`` writes each top of a set as RTLIL, Amaranth's own
-netlist; equal texts are equal circuits. ``verilog`` as a third argument writes Verilog besides, for
+netlist; equal texts are equal circuits. A third argument ``verilog`` also writes Verilog, for
 :mod:`tools.netlist`.
 """
 
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from amaranth.back import rtlil, verilog
@@ -18,30 +19,17 @@ from hdl.boards.build import prepare
 from hdl.config import CheckerBuild, Config, SurvivorSelection
 from hdl.top import Planner
 from hdl.verilog import strip_zero_init
+from tools.chips import SMALL
 
 
 __all__ = ["SETS", "main"]
 
-#: Chips that elaborate in seconds: every build, and sizes at the edges of their ranges.
-_SMALL = Config(
-    population=8,
-    children=4,
-    survivors=2,
-    inserts=1,
-    deletes=1,
-    max_waypoints=5,
-    map_size=16,
-    coarse_factor=4,
-    altitude_bits=4,
-    clocks_per_bit=4,
-    receive_buffer=256,
-    checker=CheckerBuild.NONE,
-)
+#: Chips that elaborate in seconds: every build, and sizes at the ends of their ranges.
 _SMALL_CHIPS: dict[str, Config] = {
-    "small": _SMALL,
-    "two_tier": _SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
-    "parallel": _SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4),
-    "by_rank": _SMALL.replace(
+    "small": SMALL,
+    "two_tier": SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
+    "parallel": SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4),
+    "by_rank": SMALL.replace(
         elites=1, survivors=3, box_percent=100, survivor_selection=SurvivorSelection.RANK
     ),
 }
@@ -53,9 +41,9 @@ _CHIPS: dict[str, Config] = {
     "check_only": Config(genetic=False),
     "check_only_two_tier": Config(genetic=False, checker=CheckerBuild.TWO_TIER, lanes=1),
     "lanes_16": Config(lanes=16),
-    "lanes_2": _SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=2),
-    "lanes_1": _SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=1),
-    "odd": _SMALL.replace(max_waypoints=20, survivors=1, elites=1, children=6, deletes=3),
+    "lanes_2": SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=2),
+    "lanes_1": SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=1),
+    "odd": SMALL.replace(max_waypoints=20, survivors=1, elites=1, children=6, deletes=3),
 }
 _BOARDS = ("ulx3s-85f", "arty-a7-100", "icebreaker")
 
@@ -80,20 +68,16 @@ Writer = Callable[[Path, bool], None]
 
 
 def _writers(chips: dict[str, Config], boards: Sequence[str]) -> dict[str, Writer]:
-    found: dict[str, Writer] = {}
-    for name, config in chips.items():
-        found[name] = lambda stem, both, config=config: _planner(config, stem, both)  # type: ignore[misc]
-    for name in boards:
-        found[name] = lambda stem, both, name=name: _board(name, stem, both)  # type: ignore[misc]
-    return found
+    planners: dict[str, Writer] = {n: partial(_planner, config) for n, config in chips.items()}
+    return planners | {name: partial(_board, name) for name in boards}
 
 
-#: Tops by name: those of seconds, and those of minutes.
+#: Tops by name; the small ones take seconds, the large ones minutes.
 SETS = {"small": _writers(_SMALL_CHIPS, ()), "large": _writers(_CHIPS, _BOARDS)}
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Write one set to a folder; returns the exit status."""
+    """Write one set to a folder; return the exit status."""
     which, folder, *rest = arguments
     for name, write in SETS[which].items():
         write(Path(folder) / name, rest == ["verilog"])

@@ -24,7 +24,7 @@ def contents() -> dict[Path, str]:
 
 
 def _frames_text(frames: dict[str, Any]) -> str:
-    """Return the golden frames as JSON, an exchange a line."""
+    """Return the golden frames as JSON, one exchange per line."""
     lines = []
     for chip in frames["chips"]:
         exchanges = ",\n".join(f"  {json.dumps(exchange)}" for exchange in chip["exchanges"])

@@ -1,4 +1,4 @@
-"""Golden frames: exchanges of frames with the software model of three chips."""
+"""Golden frames: recorded exchanges with the software models of four chips."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import dataclasses
 from typing import Any
 from urllib.parse import urlencode
 
-from hdl.config import Config
+from hdl.config import CheckerBuild, Config
 from hdl.protocol import (
     BODY_HEADER_BYTES,
     VERSION,
@@ -27,35 +27,24 @@ from hdl.protocol import (
 )
 from hdl.protocol.codec import decode_frame, encode_frame
 from sim.model.chip import ChipModel
+from tools import chips
 from tools.protocol_page.segments import split_reply, split_request, values_of
 
 
 __all__ = ["DEFAULT", "SMALL", "TIMED", "golden_frames"]
 
-#: The chip of the simulated board's URL without options.
+#: The chip of the URL ``sim:`` without options.
 DEFAULT = Config(clocks_per_bit=4)
-#: A chip whose messages are short enough to be read.
-SMALL = DEFAULT.replace(
-    population=8,
-    children=4,
-    survivors=2,
-    inserts=1,
-    deletes=1,
-    max_waypoints=5,
-    map_size=16,
-    coarse_factor=4,
-    altitude_bits=4,
-    lanes=4,
-    receive_buffer=256,
-)
+#: A chip with messages short enough to read.
+SMALL = chips.SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4)
 #: A chip that only checks paths.
 CHECK_ONLY = SMALL.replace(genetic=False)
-#: Fields of COUNTERS that the model gives to within a few cycles a command.
+#: Fields of COUNTERS that the model predicts only to within a few cycles per command.
 TIMED = ("clocks", "receive", "transmit")
 
 
 class Recorder:
-    """Host of one model; every exchange is recorded.
+    """Host of one model that records every exchange.
 
     Parameters
     ----------
@@ -91,7 +80,7 @@ class Recorder:
             self._next = (self._next + (reply[2] == Status.OK)) % 256
 
     def garble(self, name: str, about: str, frame: bytes) -> None:
-        """Send bytes that hold no good frame."""
+        """Send bytes without a valid frame."""
         assert not self._chip.feed(frame)
         self.exchanges.append(
             {"name": name, "about": about, "request": {"frame": frame.hex()}, "reply": None}
@@ -116,7 +105,7 @@ class Recorder:
         command, payload = Command(code), body[BODY_HEADER_BYTES:]
         said["command"] = command.name
         if command in (Command.STATUS, Command.CLEAR) and payload:
-            return said  # Of a wrong length.
+            return said  # The length is wrong.
         return said | values_of(split_request(self.config, command, payload))
 
     def _reply(
@@ -180,7 +169,7 @@ def _pack(config: Config, *waypoints: tuple[int, int, int]) -> list[int]:
 
 
 def _tour(host: Recorder) -> None:
-    """Every command, every status and every way to lose a frame, on the small chip."""
+    """Record every command, every status and every way to lose a frame, on the small chip."""
     config = host.config
     open_session(host)
     paths = [
@@ -210,7 +199,7 @@ def _tour(host: Recorder) -> None:
 
 
 def open_session(host: Recorder) -> None:
-    """Ask for the chip's session, and open the next."""
+    """Request the chip's session, and open the next."""
     host.say("INFO", "plain; sequence 5 is the host's own", Command.INFO, sequence=5, plain=True)
     host.say("OPEN", "the session after the chip's, 0", Command.OPEN, session=1, sequence=255)
 
@@ -319,7 +308,7 @@ def _errors(host: Recorder) -> None:
 
 
 def _short_tour(host: Recorder) -> None:
-    """Waypoints of a chip whose widths are no multiples of four."""
+    """Record waypoints of a chip whose widths are not multiples of four."""
     config = host.config
     open_session(host)
     start = start_request(config).pack(seed=1, x=511, y=511, altitude=4094, avoid_ground=1)
@@ -338,7 +327,7 @@ def _short_tour(host: Recorder) -> None:
 
 
 def _without_core(host: Recorder) -> None:
-    """A chip that knows no command of the genetic core."""
+    """Record a chip that rejects the commands of the genetic core."""
     config = host.config
     open_session(host)
     start = start_request(config).pack(seed=1, x=15, y=15, altitude=14, avoid_ground=0)

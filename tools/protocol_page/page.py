@@ -1,4 +1,4 @@
-"""The page: a template, filled with tables of layouts and with worked frames."""
+"""The protocol's page: a template filled with tables of layouts and worked frames."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tools.protocol_page.texts import CODES, COMMANDS, MESSAGES, Field
 __all__ = ["protocol_page"]
 
 _TEMPLATE = Path(__file__).with_name("page.md")
-#: Sizes that follow from the configuration, in the order of their table.
+#: Sizes derived from the configuration, in the order of the page's table.
 _SIZES = {
     "coordinate_bits": "⌈log₂ map_size⌉",
     "waypoint_bits": "2 · coordinate_bits + altitude_bits",
@@ -37,7 +37,7 @@ _SIZES = {
 
 
 def protocol_page(frames: dict[str, Any]) -> str:
-    """Return the content of ``docs/protocol.md``; ``frames`` are the golden ones."""
+    """Return the content of ``docs/protocol.md``; ``frames`` are the golden frames."""
     small = {exchange["name"]: exchange for exchange in frames["chips"][0]["exchanges"]}
     makers: dict[str, Callable[[str], str]] = {
         "commands": lambda _: _commands(),
@@ -197,7 +197,7 @@ def _frame(title: str, said: dict[str, Any]) -> str:
 
 
 def _fields(body: bytes, code: str, segments: list[Segment]) -> str:
-    """Return the table of a body: a line for each field, waypoint, record and list of cells."""
+    """Return the table of a body: a row for each field, waypoint, record and list of cells."""
     rows: list[tuple[object, ...]] = [
         (0, f"{body[0]:02x}", "", "session", body[0]),
         (1, f"{body[1]:02x}", "", "sequence", body[1]),

@@ -1,4 +1,4 @@
-"""Payloads taken apart into the layouts of :mod:`hdl.protocol`, one after the other."""
+"""Payloads split into the consecutive layouts of :mod:`hdl.protocol`."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ __all__ = ["Segment", "split_reply", "split_request", "values_of", "waypoint_lay
 
 @dataclass(frozen=True)
 class Segment:
-    """One layout's share of a payload.
+    """The part of a payload that has one layout.
 
     Attributes
     ----------
@@ -154,7 +154,7 @@ def _results(config: Config, packed: bytes) -> Iterator[Segment]:
 
 
 def values_of(segments: list[Segment]) -> dict[str, Any]:
-    """Return what ``segments`` say: ``fields``, ``paths``, ``cells`` and ``results`` if present."""
+    """Return the ``fields``, ``paths``, ``cells`` and ``results`` in ``segments``, if present."""
     said: dict[str, Any] = {}
     path: list[list[int]] = []
     for segment in segments:

@@ -1,4 +1,4 @@
-"""Texts of the protocol's page: one line for each command, code and field."""
+"""Texts of the protocol's page: a line for each command, code and field."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Field:
     Attributes
     ----------
     values : str
-        Its range.
+        Range of values.
     meaning : str
     width : str or None
         Attribute of :class:`hdl.config.Config` that is its width; None if its width is constant.
@@ -58,7 +58,7 @@ class Field:
     width: str | None = None
 
 
-#: Command: what it is for, payload of the request, payload of the reply.
+#: Purpose of each command, payload of its request, payload of its reply.
 COMMANDS = {
     Command.INFO: ("ask what the chip is", "none", "configuration"),
     Command.OPEN: ("open a session", "none", "none"),
@@ -137,7 +137,7 @@ _COUNTERS = {
     Counter.LEFT_OUT: "Mutations left out because every draw lay in the ground",
 }
 
-#: Layout of each message, and its fields by name; numbered fields by the name before the number.
+#: Layout of each message, with its fields by name; numbered fields by the name without number.
 MESSAGES: Mapping[str, tuple[Callable[[Config], Layout], Mapping[str, Field]]] = {
     "waypoint": (
         waypoint_layout,

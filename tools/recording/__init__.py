@@ -1,1 +1,1 @@
-"""The parts of :mod:`tools.record`: each module records one side of the program."""
+"""Parts of :mod:`tools.record`, one module for each area of the program."""

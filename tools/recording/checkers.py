@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.config import Config
+from hdl.config import CheckerBuild, Config
 from sim.harness import VerilatedChecker
 from sim.model.checker import TerrainModel
 from sim.model.checker_cycles import batch_cycles
@@ -19,14 +19,14 @@ from tools.recording.draws import Point, below, ground, point
 
 __all__ = ["PATHS", "record_paths", "record_verilated"]
 
-#: Random paths of a build.
+#: Random paths per build.
 PATHS = 1000
 _VERILATED_PATHS = 200
-#: One point in so many stays near the one before it.
+#: One of this many points stays near its predecessor.
 _NEAR = 3
 
 _BUILDS = {
-    "two-tier": Config(checker="two-tier", lanes=1),  # type: ignore[arg-type]
+    "two-tier": Config(checker=CheckerBuild.TWO_TIER, lanes=1),
     "parallel, 1 lane": Config(lanes=1),
     "parallel, 8 lanes": Config(lanes=8),
     "parallel, 16 lanes": Config(lanes=16),
@@ -34,10 +34,10 @@ _BUILDS = {
 
 
 def record_paths(paths: int = PATHS) -> dict[str, list[Any]]:
-    """Return what the software model says of random paths, by build and mode.
+    """Return the verdicts of the software model on random paths, by build and mode.
 
-    A row a path: whether it collides, the segment, x and y that hit first, whether in the coarse
-    map, cells up to there, colliding cells by segment, cycles, reads.
+    A row per path: collision flag; segment, x and y of the first collision; whether it is in the
+    coarse map; cells up to it; colliding cells by segment; cycles; reads.
     """
     return {
         f"{name}, {mode}": _modelled(config, paths, mode == "counting")
@@ -47,7 +47,7 @@ def record_paths(paths: int = PATHS) -> dict[str, list[Any]]:
 
 
 def record_verilated(paths: int = _VERILATED_PATHS) -> dict[str, list[Any]]:
-    """Return the same rows of fewer paths, said by the exported Verilog under Verilator."""
+    """Return the same rows for fewer paths, from the exported Verilog under Verilator."""
     rows = {}
     for name, config in _BUILDS.items():
         with VerilatedChecker(config) as chip:
@@ -74,15 +74,15 @@ def _modelled(config: Config, paths: int, counting: bool) -> list[Any]:
     terrain.write(0, 0, _heights(config))
     queue = _paths(config, paths)
     verdicts = check_paths(config, terrain, queue, counting)
-    clocks = batch_cycles(config, terrain, queue, counting)
+    spent = batch_cycles(config, terrain, queue, counting)
     return [
         [
             int(verdict.collision),
             *(verdict.segment, verdict.x, verdict.y, int(verdict.coarse), verdict.cells),
             [list(entry) for entry in verdict.entries],
-            *spent,
+            *cycles_and_reads,
         ]
-        for verdict, spent in zip(verdicts, clocks, strict=True)
+        for verdict, cycles_and_reads in zip(verdicts, spent, strict=True)
     ]
 
 
@@ -92,7 +92,7 @@ def _heights(config: Config) -> NDArray[np.int64]:
 
 
 def _paths(config: Config, paths: int) -> list[list[Point]]:
-    """Draw paths of every number of points: long, short and standing segments."""
+    """Draw paths of every number of points: long, short and empty segments."""
     rng = random.Random(3)
     drawn = []
     for _ in range(paths):

@@ -1,4 +1,4 @@
-"""Populations that the chip's model breeds, and the bytes on its line."""
+"""Populations bred by the model of the chip, and the bytes on its line."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.config import Config
+from hdl.config import CheckerBuild, Config
 from hdl.protocol import (
     BODY_HEADER_BYTES,
     CheckFlag,
@@ -40,12 +40,12 @@ from tools.recording.draws import checksum, ground, point, population, shuffled,
 
 __all__ = ["GENERATIONS", "record_frames", "record_generations"]
 
-#: Generations of a run.
+#: Generations per run.
 GENERATIONS = 50
 _SEEDS = (1, 2, 3)
-#: A generation after which all paths are checked comes every so many.
+#: All paths are checked after every generation whose number is a multiple of this.
 _CHECK_EVERY = 5
-#: Longer than any pause of the machine: the model answers at once, so no frame is repeated.
+#: The model replies at once; the limit only ensures that a busy machine repeats no frame.
 _TIMEOUT_S = 60.0
 
 _DEFAULT = Config()
@@ -62,21 +62,24 @@ _SMALL = Config(
     coarse_factor=4,
     altitude_bits=6,
 )
-#: Configurations, and whether new waypoints keep off the ground.
+#: Configurations, with a flag for new waypoints that avoid the ground.
 _CHIPS = {
     "default": (_DEFAULT, False),
     "with map": (_DEFAULT, True),
-    "two-tier with map": (_DEFAULT.replace(checker="two-tier", lanes=1), True),
-    "without checker": (_DEFAULT.replace(checker="none", survivor_selection="rank"), False),
+    "two-tier with map": (_DEFAULT.replace(checker=CheckerBuild.TWO_TIER, lanes=1), True),
+    "without checker": (
+        _DEFAULT.replace(checker=CheckerBuild.NONE, survivor_selection="rank"),
+        False,
+    ),
     "small with map": (_SMALL, True),
 }
 
 
 class _TappedPort(ModelPort):
-    """A port of the model that keeps a digest of the bytes of each direction.
+    """A port of the model that keeps a digest of the bytes in each direction.
 
-    No CRC-32: a frame ends with its own, which makes the CRC-32 of all frames blind to what they
-    say.
+    SHA-256 instead of CRC-32: a frame ends with its own CRC-32, so a CRC-32 over whole frames does
+    not depend on their contents.
     """
 
     def __init__(self, chip: ChipModel) -> None:
@@ -96,7 +99,7 @@ class _TappedPort(ModelPort):
 def record_generations(
     seeds: tuple[int, ...] = _SEEDS, chips: tuple[str, ...] = tuple(_CHIPS)
 ) -> dict[str, Any]:
-    """Return, by chip, link mode and seed, what :func:`_generations` says of the run."""
+    """Return the record of :func:`_generations` by chip, link mode and seed."""
     return {
         f"{name}, {mode.name.lower()}, seed {seed}": _generations(*_CHIPS[name], mode, seed)
         for name in chips
@@ -107,15 +110,15 @@ def record_generations(
 
 @functools.cache
 def _heights(config: Config) -> NDArray[np.int64]:
-    # So many that new waypoints are drawn again, and left out.
+    # Enough peaks and blocked cells that new waypoints are redrawn and given up.
     return ground(config, seed=4, peaks=0.2, blocked=0.1)
 
 
 def _generations(config: Config, avoid_ground: bool, mode: LinkMode, seed: int) -> dict[str, Any]:
-    """Breed on the model behind a link, in an order drawn anew for each generation.
+    """Breed on the model behind a link, with a random ranking for each generation.
 
     ``populations`` are the CRC-32 of each generation's population as the chip sends it, which is
-    also the host's copy; ``checks`` those of everything a check of the whole population says;
+    also the host's copy; ``checks`` those of all results of a check of the whole population;
     ``sent`` and ``received`` the SHA-256 of all bytes on the line.
     """
     rng = random.Random(seed)
@@ -150,7 +153,7 @@ def _generations(config: Config, avoid_ground: bool, mode: LinkMode, seed: int) 
 
 
 class _Conversation:
-    """Frames to a model and its answers, under the names of what they show."""
+    """Frames to a model and its replies, under descriptive names."""
 
     def __init__(self, config: Config) -> None:
         self.frames: dict[str, dict[str, str]] = {}
@@ -158,14 +161,14 @@ class _Conversation:
         self._chip = ChipModel(config)
 
     def ask(self, name: str, code: int, payload: bytes = b"", *, plain: bool = False) -> None:
-        """Give a command with the next sequence number."""
+        """Send a command with the next sequence number."""
         body = bytes((self.session, self.sequence, code)) + payload
         self.send(name, encode_frame(body, plain=plain))
         if code not in (Command.INFO, Command.OPEN):
             self.sequence = (self.sequence + 1) % 256
 
     def refused(self, name: str, code: int, payload: bytes = b"", **header: int) -> None:
-        """Give a command that is not executed, in a header with these changes."""
+        """Send a command that is not executed, with these changes of the header."""
         session = header.get("session", self.session)
         sequence = (self.sequence + header.get("ahead", 0)) % 256
         self.send(name, encode_frame(bytes((session, sequence, code)) + payload))
@@ -176,7 +179,7 @@ class _Conversation:
 
 
 def record_frames() -> dict[str, Any]:
-    """Return the bytes of a request and of its reply, as hex, of everything there is to say."""
+    """Return the bytes of request and reply, as hex, of every kind of exchange."""
     return {"small": _frames(_SMALL), "default": _frames(_DEFAULT)}
 
 
@@ -226,7 +229,7 @@ def _check(talk: _Conversation, config: Config, rng: random.Random) -> None:
     cells = [config.blocked_altitude - 3 * number for number in range(side * side)]
     corner = map_request(config).pack(x=2, y=3, width=side, height=side)
     talk.ask("MAP", Command.MAP, corner + pack_cells(config, cells))
-    # What has not been written is blocked.
+    # Cells that were never written are blocked.
     low = map_request(config).pack(x=8, y=8, width=8, height=8)
     talk.ask("MAP low", Command.MAP, low + pack_cells(config, [1] * 64))
     top = config.blocked_altitude - 1
@@ -246,7 +249,7 @@ def _check(talk: _Conversation, config: Config, rng: random.Random) -> None:
 
 
 def _refuse(talk: _Conversation, config: Config) -> None:
-    """Say all that is not executed: a status other than OK, or no answer."""
+    """Send every frame that is not executed: a status other than OK, or no reply."""
     talk.refused("unknown command", 0x7F)
     talk.refused("bad length", Command.START, b"\1")
     talk.refused("bad value", Command.READ, read_request(config).pack(slot=0, count=0))

@@ -1,4 +1,4 @@
-"""What the command line finds, offers and writes."""
+"""Results, options and documents of the command line."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from host.planners import PLANNERS, make
 
 __all__ = ["MAPS", "describe_options", "plan", "record_keys", "record_options", "record_plans"]
 
-#: Terrains that come with the program.
+#: Embedded terrains.
 MAPS = ("jacksboro", "canyon", "river")
 _SEEDS = (1, 2, 3)
-#: Generations of each planner: together a few minutes on one core.
+#: Generations per planner: a few minutes on one core in all.
 _GENERATIONS = {
     "ga-fpga": 150,
     "ga-pc": 150,
@@ -39,7 +39,7 @@ _GENERATIONS = {
     "ga-auv": 60,
 }
 _FEW = 3
-#: Options besides the start of the search, tried on one map with one seed.
+#: Further options, each tried on one map with one seed.
 _VARIANTS: dict[str, list[tuple[str, ...]]] = {
     "ga-fpga": [
         ("--link-mode", "population"),
@@ -61,7 +61,7 @@ _AUV = [
     ("--landscape", "1", "--planner", "ga-auv"),
     ("--landscape", "2", "--planner", "ga-auv", "--draws", "uniform"),
 ]
-#: Keys of a summary whose values differ from run to run, or with the release.
+#: Keys of a summary whose values depend on the run or the release.
 _PASSING = ("seconds", "pathgene")
 
 
@@ -76,7 +76,7 @@ def run(*arguments: str) -> tuple[int, Any]:
 
 
 def _ends(name: str) -> list[str]:
-    """Options of the benchmarks' scenario on a map, floats exact."""
+    """Return the options of the benchmarks' scenario on a map, floats exact."""
     scenario = problem(name)
     options = ["--terrain", name]
     for end in ("start", "goal"):
@@ -124,7 +124,7 @@ def _runs() -> Iterator[tuple[str, str, int, tuple[str, ...]]]:
 
 
 def _starts(known: Sequence[str]) -> list[tuple[str, ...]]:
-    """Options for each start of the search of a planner that has the options ``known``."""
+    """Yield the options for each start of the search of a planner with the options ``known``."""
     return [(), ("--init", "astar")] if "init" in known else [()]
 
 
@@ -133,7 +133,7 @@ def _lasting(summary: dict[str, Any]) -> dict[str, Any]:
 
 
 def record_options() -> dict[str, Any]:
-    """Return name, default and choices of every option, the planners' and the chip's too."""
+    """Return name, default and choices of every option, including those of planners and chip."""
     _, planners = run("planners", "--json")
     return {
         **dict(describe_options(build_parser())),
@@ -157,7 +157,7 @@ def _defaults(planner: str, options: Iterable[str]) -> dict[str, Any]:
 
 
 def describe_options(parser: argparse.ArgumentParser) -> Iterator[tuple[str, Any]]:
-    """Yield each command that takes options, and what argparse knows of them but the prose."""
+    """Yield each command with options, and the properties of its options except the prose."""
     rows = {}
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
@@ -182,7 +182,7 @@ def describe_options(parser: argparse.ArgumentParser) -> Iterator[tuple[str, Any
 
 
 def record_keys() -> dict[str, list[str]]:
-    """Return the keys of every JSON document that a command prints, not the values."""
+    """Return the keys of every JSON document that a command prints."""
     name = MAPS[1]
     few = ("--generations", str(_FEW))
     found = {}

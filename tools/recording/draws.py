@@ -1,7 +1,7 @@
-"""Random ground and paths whose draws no release of Python or NumPy changes.
+"""Random ground and paths that are the same with every release of Python and NumPy.
 
-Only :meth:`random.Random.random` is used: of all generators at hand, it alone promises the same
-numbers for a seed in every release.
+All draws use :meth:`random.Random.random`, the only method that promises the same numbers for a
+seed in every release.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ def shuffled(rng: random.Random, count: int) -> list[int]:
 
 
 def ground(config: Config, seed: int, *, peaks: float, blocked: float) -> NDArray[np.int64]:
-    """Draw a map ``[y, x]`` of altitude steps: low rough ground, peaks, cells no path may cross.
+    """Draw a map ``[y, x]`` of altitude steps: low rough ground, peaks and blocked cells.
 
-    ``peaks`` and ``blocked`` are the shares of the last two.
+    ``peaks`` and ``blocked`` are the shares of peaks and blocked cells.
     """
     rng = random.Random(seed)
     top = config.blocked_altitude
@@ -61,7 +61,7 @@ def point(rng: random.Random, config: Config, near: Point | None = None) -> Poin
 
 
 def waypoint(config: Config, at: Point) -> int:
-    """Pack a point as the chip holds it."""
+    """Pack a point as the chip stores it."""
     bits = config.coordinate_bits
     return at[0] | at[1] << bits | at[2] << 2 * bits
 
@@ -76,5 +76,5 @@ def population(rng: random.Random, config: Config) -> list[list[int]]:
 
 
 def checksum(value: Any) -> int:
-    """CRC-32 of plain JSON data."""
+    """Return the CRC-32 of plain JSON data."""
     return zlib.crc32(json.dumps(value).encode())

@@ -1,4 +1,4 @@
-"""The worth of fixed paths."""
+"""Fitness of fixed paths."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["draw_fixed_paths", "evaluate"]
 
 _PLANNERS = {"astar": 8, "ga-pc": 60}
 _DRAWN_WAYPOINTS = 4
-#: Of a drawn waypoint above the ground, metres.
+#: Heights of drawn waypoints above the ground, metres.
 _HEIGHTS_M = (-50.0, 250.0)
 
 

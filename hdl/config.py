@@ -275,16 +275,6 @@ class Config:
         return self.population if self.genetic else 1
 
     @property
-    def bank_edge(self) -> int:
-        """Banks of the map along x and along y: bank (x mod this, y mod this) holds (x, y)."""
-        return max(1, self.lanes // 2)
-
-    @property
-    def read_ports(self) -> int:
-        """Read ports of each bank that the checker uses."""
-        return min(2, self.lanes)
-
-    @property
     def max_segments(self) -> int:
         """Segments of the longest path, from the aircraft to the goal."""
         return self.max_waypoints + 1

@@ -1,6 +1,6 @@
-"""Check of the numbers that a unit is built from."""
+"""Checks of the numbers that a unit is built from."""
 
-__all__ = ["check_integer"]
+__all__ = ["check_integer", "check_power_of_two"]
 
 
 def check_integer(name: str, value: object, lowest: int, highest: int | None = None) -> None:
@@ -18,3 +18,14 @@ def check_integer(name: str, value: object, lowest: int, highest: int | None = N
     if value < lowest or (highest is not None and value > highest):
         rule = f"{lowest} or more" if highest is None else f"from {lowest} to {highest}"
         raise ValueError(f"{name} must be {rule}, not {value!r}")
+
+
+def check_power_of_two(name: str, value: object, lowest: int, highest: int) -> None:
+    """Raise unless ``value`` is a power of two from ``lowest`` to ``highest``, both such powers.
+
+    The errors are those of :func:`check_integer`.
+    """
+    if not isinstance(value, int) or isinstance(value, bool):
+        raise TypeError(f"{name} must be an integer, not {value!r}")
+    if not lowest <= value <= highest or value & (value - 1):
+        raise ValueError(f"{name} must be a power of two from {lowest} to {highest}, not {value!r}")

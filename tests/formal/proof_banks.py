@@ -36,8 +36,10 @@ class Banks(Elaboratable):
 
     def _build(self, config):
         m = Module()
-        terrain = self.unit(TerrainMemory)(config)
-        edge = config.bank_edge
+        terrain = self.unit(TerrainMemory)(
+            config.lanes, config.coordinate_bits, config.altitude_bits, config.memory_latency
+        )
+        edge = terrain.bank_edge
         m.submodules.dut = dut = Opened(terrain)
         m.d.comb += terrain.walking.eq(1)
         free(m, terrain.steep, terrain.write_enable, terrain.write_x, terrain.write_y)

@@ -52,7 +52,8 @@ class SetUpInOrder(Elaboratable):
     def elaborate(self, platform):
         m = Module()
         walker, config = self.dut, self.config
-        precision, lane_bits = Precision.of(config), exact_log2(config.lanes)
+        precision = Precision.of(config.lanes, config.coordinate_bits, config.altitude_bits)
+        lane_bits = exact_log2(config.lanes)
         m.submodules.dut = dut = Opened(walker)
         lanes = dut.submodules.lanes
         launched, segment = lanes.launched, lanes.segment
@@ -62,9 +63,9 @@ class SetUpInOrder(Elaboratable):
 
         # The segment watched, any one, as its points come.
         watched = any_constant(m, 3, "watched")
-        point = point_layout(config.coordinate_bits, config.altitude_bits)
-        before, inside, number, known = Signal(point), Signal(), Signal(3), Signal()
-        start, stop = (Signal(point, name=name) for name in ("start", "stop"))
+        layout = point_layout(config.coordinate_bits, config.altitude_bits)
+        before, inside, number, known = Signal(layout), Signal(), Signal(3), Signal()
+        start, stop = (Signal(layout, name=name) for name in ("start", "stop"))
         with m.If(points.valid & points.ready):
             m.d.sync += [before.eq(point), inside.eq(~point.last)]
             with m.If(inside):

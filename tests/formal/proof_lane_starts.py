@@ -37,7 +37,7 @@ class Starts(Elaboratable):
     def elaborate(self, platform):
         m = Module()
         walker, config = self.dut, self.config
-        precision = Precision.of(config)
+        precision = Precision.of(config.lanes, config.coordinate_bits, config.altitude_bits)
         m.submodules.dut = dut = Opened(walker)
         lanes = dut.submodules.lanes
         launched, segment = lanes.launched, lanes.segment

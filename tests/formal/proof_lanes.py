@@ -37,16 +37,17 @@ class Together(Elaboratable):
     LANES, MAP_SIZE = 4, 8
 
     def __init__(self, unit):
-        self.config = Config(
+        self.config = config = Config(
             lanes=self.LANES, map_size=self.MAP_SIZE, coarse_factor=2, altitude_bits=4
         )
-        self.dut = unit(Lanes)(self.config)
+        self.sizes = (config.lanes, config.coordinate_bits, config.altitude_bits)
+        self.dut = unit(Lanes)(*self.sizes, config.segment_bits)
 
     def elaborate(self, platform):
         m = Module()
         lanes, config, count = self.dut, self.config, self.LANES
         m.submodules.dut = dut = Opened(lanes)
-        launched, segment, precision = lanes.launched, lanes.segment, Precision.of(config)
+        launched, segment, precision = lanes.launched, lanes.segment, Precision.of(*self.sizes)
         fractions = {"minor": precision.minor, "rise": precision.rise}
         lane_bits = exact_log2(count)
         watched = any_constant(m, config.coordinate_bits, "watched")
@@ -85,7 +86,7 @@ class Together(Elaboratable):
         with m.If(launched.starts_segment):
             m.d.sync += [copy.eq(Value.cast(now)) for copy, now in zip(kept, inputs, strict=True)]
         steep, descending, length, major, *motions = kept
-        step, *totals = (data.View(motion_layout(config), motion) for motion in motions)
+        step, *totals = (data.View(motion_layout(*self.sizes), motion) for motion in motions)
         with m.If(~launched.starts_segment):
             m.d.sync += [
                 total[axis].eq(total[axis] + step[axis]) for total in totals for axis in fractions
@@ -152,7 +153,7 @@ PROOF = Proof(
         ),
         "all lanes start in the same row": (
             Lanes,
-            ("first > number if number < config.lanes - 1 else 0", "0"),
+            ("first > number if number < lane_count - 1 else 0", "0"),
         ),
         "a step of the segment before": (Lanes, ("step.eq(self.step)", "step.eq(step)")),
     },

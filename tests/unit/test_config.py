@@ -26,7 +26,7 @@ def test_default_is_the_papers_chip():
     # 15 % of 512 cells is 76.8, of 4096 steps 614.4: half of it to each side, rounded down.
     assert (config.box_cells, config.box_steps) == (38, 307)
     assert config.blocked_altitude == 4095
-    assert (config.checker, config.lanes, config.bank_edge) == (CheckerBuild.PARALLEL, 8, 4)
+    assert (config.checker, config.lanes) == (CheckerBuild.PARALLEL, 8)
     assert (config.mutators, config.patches, config.draw_steps) == (5, 3, 14)
 
 

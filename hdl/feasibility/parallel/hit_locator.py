@@ -7,6 +7,7 @@ from amaranth.utils import exact_log2
 
 from hdl.feasibility.parallel.lanes import group_layout
 from hdl.feasibility.parallel.terrain_memory import lane_row_bits
+from hdl.primitives.arguments import check_integer, check_power_of_two
 
 
 __all__ = ["HitLocator"]
@@ -21,8 +22,9 @@ class HitLocator(wiring.Component):
     Parameters
     ----------
     lanes : int
-        A power of two.
+        Cells of a group: a power of two, at most the cells along an edge of the map.
     coordinate_bits : int
+        Width of a coordinate, 1 or more.
 
     Members
     -------
@@ -37,6 +39,8 @@ class HitLocator(wiring.Component):
     """
 
     def __init__(self, lanes: int, coordinate_bits: int):
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_power_of_two("Lanes", lanes, 1, 1 << coordinate_bits)
         self.lanes = lanes
         self.coordinate_bits = coordinate_bits
         super().__init__(

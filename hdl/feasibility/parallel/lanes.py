@@ -5,11 +5,11 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from hdl.config import Config
 from hdl.feasibility.parallel.reciprocal import Precision
 from hdl.feasibility.parallel.segment_setup import segment_layout, token_layout
 from hdl.feasibility.parallel.slopes import motion_layout
 from hdl.feasibility.parallel.terrain_memory import lane_layout, lane_row_bits
+from hdl.primitives.arguments import check_integer, check_power_of_two
 
 
 __all__ = ["Lanes", "group_layout"]
@@ -33,12 +33,12 @@ def group_layout(lanes: int, coordinate_bits: int) -> data.StructLayout:
 
 
 class Lanes(wiring.Component):
-    """Walks segments, ``lanes`` cells of one each cycle.
+    """Walks segments, ``lane_count`` cells of one each cycle.
 
-    Lane c has the cells whose major coordinate is c mod ``lanes``. Its cell in the first group
+    Lane c has the cells whose major coordinate is c mod ``lane_count``. Its cell in the first group
     depends on the start of the segment, so that each group but the last is full: a segment of n
-    cells takes n / ``lanes`` cycles, rounded up. The rest is sums: all lanes gain the same in a
-    cycle, see :class:`hdl.feasibility.parallel.reciprocal.Precision`.
+    cells takes n / ``lane_count`` cycles, rounded up. The rest is sums: all lanes gain the same in
+    a cycle, see :class:`hdl.feasibility.parallel.reciprocal.Precision`.
 
     ``group`` and ``lanes`` follow their token in ``launched`` by a cycle.
 
@@ -47,51 +47,67 @@ class Lanes(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    lane_count : int
+        Cells walked in a cycle: a power of two, at most the cells along an edge of the map.
+    coordinate_bits, altitude_bits : int
+        Widths of a coordinate and of an altitude, 1 or more.
+    segment_bits : int
+        Width of the number of a segment in its path, 1 or more.
 
     Members
     -------
     launched : In(token_layout)
     segment : In(segment_layout)
-    origins : In(motion_layout).array(lanes)
+    origins : In(motion_layout).array(lane_count)
     step : In(motion_layout)
         First cells and gain of the segment that ``launched`` starts.
     token : Out(token_layout)
         ``launched``, a cycle later.
     group : Out(group_layout)
-    lanes : Out(lane_layout).array(lanes)
+    lanes : Out(lane_layout).array(lane_count)
     """
 
-    def __init__(self, config: Config):
-        self.config = config
+    def __init__(
+        self, lane_count: int, coordinate_bits: int, altitude_bits: int, segment_bits: int
+    ):
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_power_of_two("Lanes", lane_count, 1, 1 << coordinate_bits)
+        check_integer("Altitude width", altitude_bits, 1)
+        check_integer("Segment width", segment_bits, 1)
+        self.lane_count = lane_count
+        self.coordinate_bits = coordinate_bits
+        self.altitude_bits = altitude_bits
+        self.segment_bits = segment_bits
+        sizes = (lane_count, coordinate_bits, altitude_bits)
+        token, motion = token_layout(segment_bits), motion_layout(*sizes)
         super().__init__(
             {
-                "launched": In(token_layout(config)),
-                "segment": In(segment_layout(config)),
-                "origins": In(motion_layout(config)).array(config.lanes),
-                "step": In(motion_layout(config)),
-                "token": Out(token_layout(config)),
-                "group": Out(group_layout(config.lanes, config.coordinate_bits)),
-                "lanes": Out(lane_layout(config)).array(config.lanes),
+                "launched": In(token),
+                "segment": In(segment_layout(*sizes)),
+                "origins": In(motion).array(lane_count),
+                "step": In(motion),
+                "token": Out(token),
+                "group": Out(group_layout(lane_count, coordinate_bits)),
+                "lanes": Out(lane_layout(*sizes)).array(lane_count),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
-        config, segment, token = self.config, self.segment, self.token
-        precision = Precision.of(config)
+        lane_count, segment, token = self.lane_count, self.segment, self.token
+        precision = Precision.of(lane_count, self.coordinate_bits, self.altitude_bits)
         fractions = {"minor": precision.minor, "rise": precision.rise}
-        lane_bits = exact_log2(config.lanes)
-        row_bits = lane_row_bits(config.lanes, config.coordinate_bits)
+        lane_bits = exact_log2(lane_count)
+        row_bits = lane_row_bits(lane_count, self.coordinate_bits)
         begins = self.launched.starts_segment
 
         m.d.sync += token.eq(self.launched)
 
         # In the last group, only the lanes up to the end of the segment have a cell.
         rest = Signal(max(1, lane_bits), reset_less=True)
-        step = Signal(motion_layout(config), reset_less=True)
+        step = Signal.like(self.step, reset_less=True)
         steep, descending = Signal(reset_less=True), Signal(reset_less=True)
-        major = Signal(config.coordinate_bits, reset_less=True)
+        major = Signal(self.coordinate_bits, reset_less=True)
         rest_now = segment.length[:lane_bits]
         with m.If(begins):
             m.d.sync += [
@@ -102,12 +118,12 @@ class Lanes(wiring.Component):
                 major.eq(segment.major),
             ]
         with m.Else():
-            m.d.sync += major.eq(Mux(descending, major - config.lanes, major + config.lanes))
+            m.d.sync += major.eq(Mux(descending, major - lane_count, major + lane_count))
         m.d.comb += [
             self.group.steep.eq(steep),
             self.group.descending.eq(descending),
             self.group.major.eq(major),
-            self.group.cells.eq(Mux(token.ends_segment, rest + 1, config.lanes)),
+            self.group.cells.eq(Mux(token.ends_segment, rest + 1, lane_count)),
         ]
 
         # A group lies in two rows: that of its first cell, and the one beyond. Both of the next
@@ -131,7 +147,7 @@ class Lanes(wiring.Component):
 
         first = segment.major[:lane_bits]
         for number, (lane, start) in enumerate(zip(self.lanes, self.origins, strict=True)):
-            motion = Signal(motion_layout(config), name=f"motion_{number}", reset_less=True)
+            motion = Signal.like(step, name=f"motion_{number}", reset_less=True)
             row = Signal(row_bits, name=f"row_{number}", reset_less=True)
             in_last = Signal(name=f"in_last_{number}", reset_less=True)
             late = Signal(name=f"late_{number}", reset_less=True)
@@ -141,7 +157,7 @@ class Lanes(wiring.Component):
                 Mux(
                     segment.descending,
                     first < number if number else 0,
-                    first > number if number < config.lanes - 1 else 0,
+                    first > number if number < lane_count - 1 else 0,
                 )
             )
             with m.If(begins):

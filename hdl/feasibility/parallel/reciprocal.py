@@ -7,7 +7,7 @@ from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from hdl.config import Config
+from hdl.primitives.arguments import check_integer
 
 
 __all__ = ["Precision", "Reciprocals"]
@@ -58,10 +58,10 @@ class Precision:
     rise_bias: int
 
     @classmethod
-    def of(cls, config: Config) -> "Precision":
-        """Return the precision for ``config``."""
-        b, a = config.coordinate_bits, config.altitude_bits
-        spare = b - 1 - min(exact_log2(config.lanes), b - 1)
+    def of(cls, lanes: int, coordinate_bits: int, altitude_bits: int) -> "Precision":
+        """Return the precision for L, b and a, in this order."""
+        b, a = coordinate_bits, altitude_bits
+        spare = b - 1 - min(exact_log2(lanes), b - 1)
         minor, rise = b + 3 + spare, b + 2 + spare
         return cls(
             reciprocal=max(3 * b + 3, a + 2 * b + 2),
@@ -87,7 +87,7 @@ class Reciprocals(wiring.Component):
     Parameters
     ----------
     coordinate_bits : int
-        Width of a coordinate: lengths are below two to its power.
+        Width of a coordinate, 1 or more: lengths are below two to its power.
     precision : Precision
 
     Members
@@ -104,6 +104,7 @@ class Reciprocals(wiring.Component):
     """
 
     def __init__(self, coordinate_bits: int, precision: Precision):
+        check_integer("Coordinate width", coordinate_bits, 1)
         self.coordinate_bits = coordinate_bits
         self.precision = precision
         super().__init__(

@@ -7,9 +7,9 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from hdl.config import Config
 from hdl.feasibility.parallel.reciprocal import Precision, Reciprocals
 from hdl.layouts import point_layout
+from hdl.primitives.arguments import check_integer, check_power_of_two
 from hdl.primitives.fanout import fanout
 from hdl.primitives.multiplexer import multiplex
 from hdl.primitives.skid_buffer import SkidBuffer
@@ -21,7 +21,7 @@ __all__ = ["TAG_BITS", "SegmentSetup", "segment_layout", "token_layout"]
 TAG_BITS = 4
 
 
-def segment_layout(config: Config) -> data.StructLayout:
+def segment_layout(lanes: int, coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
     """Return the layout of a segment as the lanes see it.
 
     ``steep`` (the major axis is y), ``descending`` (along it), ``length`` (cells but one),
@@ -30,8 +30,8 @@ def segment_layout(config: Config) -> data.StructLayout:
     segment), ``across_to`` and ``rise_to`` (their products with ``across`` and ``rise``),
     ``reciprocal`` (of the length).
     """
-    xy, z = config.coordinate_bits, config.altitude_bits
-    lane_bits = exact_log2(config.lanes)
+    xy, z = coordinate_bits, altitude_bits
+    lane_bits = exact_log2(lanes)
     return data.StructLayout(
         {
             "steep": 1,
@@ -42,15 +42,15 @@ def segment_layout(config: Config) -> data.StructLayout:
             "altitude": z,
             "across": signed(xy + 1),
             "rise": signed(z + 1),
-            "places": data.ArrayLayout(max(1, lane_bits), config.lanes),
-            "across_to": data.ArrayLayout(signed(xy + 1 + lane_bits), config.lanes),
-            "rise_to": data.ArrayLayout(signed(z + 1 + lane_bits), config.lanes),
-            "reciprocal": Precision.of(config).reciprocal,
+            "places": data.ArrayLayout(max(1, lane_bits), lanes),
+            "across_to": data.ArrayLayout(signed(xy + 1 + lane_bits), lanes),
+            "rise_to": data.ArrayLayout(signed(z + 1 + lane_bits), lanes),
+            "reciprocal": Precision.of(lanes, xy, z).reciprocal,
         }
     )
 
 
-def token_layout(config: Config) -> data.StructLayout:
+def token_layout(segment_bits: int) -> data.StructLayout:
     """Return the layout of what goes with a group of cells through all stages.
 
     ``valid``; ``starts_segment`` and ``ends_segment`` (it is the first or last group of its
@@ -64,7 +64,7 @@ def token_layout(config: Config) -> data.StructLayout:
             "ends_segment": 1,
             "first": 1,
             "ends_path": 1,
-            "segment": config.segment_bits,
+            "segment": segment_bits,
             "tag": TAG_BITS,
         }
     )
@@ -85,7 +85,12 @@ class SegmentSetup(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    lanes : int
+        Cells in a group: a power of two, at most the cells along an edge of the map.
+    coordinate_bits, altitude_bits : int
+        Widths of a coordinate and of an altitude, 1 or more.
+    segment_bits : int
+        Width of the number of a segment in its path, 1 or more.
 
     Members
     -------
@@ -102,24 +107,30 @@ class SegmentSetup(wiring.Component):
         With ``token.starts_segment``.
     """
 
-    def __init__(self, config: Config):
-        self.config = config
+    def __init__(self, lanes: int, coordinate_bits: int, altitude_bits: int, segment_bits: int):
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_power_of_two("Lanes", lanes, 1, 1 << coordinate_bits)
+        check_integer("Altitude width", altitude_bits, 1)
+        check_integer("Segment width", segment_bits, 1)
+        self.lanes = lanes
+        self.coordinate_bits = coordinate_bits
+        self.altitude_bits = altitude_bits
+        self.segment_bits = segment_bits
+        self.point_layout = point_layout(coordinate_bits, altitude_bits)
         self.identity_layout = data.StructLayout(
-            {"tag": TAG_BITS, "first": 1, "ends_path": 1, "segment": config.segment_bits}
+            {"tag": TAG_BITS, "first": 1, "ends_path": 1, "segment": segment_bits}
         )
         super().__init__(
             {
-                "points": In(
-                    stream.Signature(point_layout(config.coordinate_bits, config.altitude_bits))
-                ),
+                "points": In(stream.Signature(self.point_layout)),
                 "room": In(1),
                 "segment_room": In(1),
                 "begins": Out(1),
                 "segment_begins": Out(1),
                 "drop": In(1),
                 "drop_tag": In(TAG_BITS),
-                "token": Out(token_layout(config)),
-                "segment": Out(segment_layout(config)),
+                "token": Out(token_layout(segment_bits)),
+                "segment": Out(segment_layout(lanes, coordinate_bits, altitude_bits)),
             }
         )
 
@@ -127,7 +138,7 @@ class SegmentSetup(wiring.Component):
         m = Module()
 
         # Whether the stages hold a segment, and whether the last group of one has been launched.
-        # The first stage has registers of its own to tell, as the others would come too late.
+        # The first stage has separate registers for both, as the others would come too late.
         measured_next, waiting_next, free_next = Signal(), Signal(), Signal()
         has_measured, measured_full = fanout(m, *[measured_next] * 2, name="measured")
         has_waiting, waiting_full = fanout(m, *[waiting_next] * 2, name="waiting")
@@ -136,7 +147,8 @@ class SegmentSetup(wiring.Component):
         measured = Signal(self.identity_layout, reset_less=True)
         waiting = Signal(self.identity_layout, reset_less=True)
         m.submodules.reciprocals = reciprocals = Reciprocals(
-            self.config.coordinate_bits, Precision.of(self.config)
+            self.coordinate_bits,
+            Precision.of(self.lanes, self.coordinate_bits, self.altitude_bits),
         )
         m.d.comb += [
             load.eq(~measured_full | ~waiting_full | freed),
@@ -171,9 +183,7 @@ class SegmentSetup(wiring.Component):
         """Take points; return whether they complete a segment, and the path that they are of."""
         # A point comes in if there is room, and waits in the buffer for its turn: each takes about
         # half a cycle.
-        m.submodules.point_buffer = buffer = SkidBuffer(
-            point_layout(self.config.coordinate_bits, self.config.altitude_bits)
-        )
+        m.submodules.point_buffer = buffer = SkidBuffer(self.point_layout)
         begun, room, comes = Signal(), Signal(), Signal()
         m.d.comb += [
             room.eq(Mux(begun, self.segment_room, self.room)),
@@ -188,11 +198,9 @@ class SegmentSetup(wiring.Component):
             m.d.sync += begun.eq(~self.points.p.last)
 
         point = buffer.passed.p
-        before = Signal(
-            point_layout(self.config.coordinate_bits, self.config.altitude_bits), reset_less=True
-        )
+        before = Signal(self.point_layout, reset_less=True)
         inside, unwanted = Signal(), Signal()
-        tag, number = Signal(TAG_BITS), Signal(self.config.segment_bits)
+        tag, number = Signal(TAG_BITS), Signal(self.segment_bits)
         dropped, taken = Signal(), Signal()
         m.d.comb += [
             buffer.passed.ready.eq(load),
@@ -214,14 +222,9 @@ class SegmentSetup(wiring.Component):
         An axis is longer than the other if sum and difference of the two gains have the same sign;
         if they are equally long, either may be the major one: the cells are the same.
         """
-        xy, z = self.config.coordinate_bits, self.config.altitude_bits
+        xy, z = self.coordinate_bits, self.altitude_bits
         point, before = path.point, path.before
-        ends = Signal(
-            data.ArrayLayout(
-                point_layout(self.config.coordinate_bits, self.config.altitude_bits), 2
-            ),
-            reset_less=True,
-        )
+        ends = Signal(data.ArrayLayout(self.point_layout, 2), reset_less=True)
         gains = [Signal(signed(xy + 1), name=f"gain_{n}", reset_less=True) for n in "xy"]
         sides = [Signal(xy, name=f"side_{n}", reset_less=True) for n in "xy"]
         rise = Signal(signed(z + 1), reset_less=True)
@@ -260,9 +263,9 @@ class SegmentSetup(wiring.Component):
 
     def _shape(self, m, move_on, measured):
         """Add the second stage; return what it holds of a segment besides its identity."""
-        config, (ends, gains, sides, rise, steep) = self.config, measured
-        lane_bits = exact_log2(config.lanes)
-        across, descending = Signal(signed(config.coordinate_bits + 1)), Signal()
+        ends, gains, sides, rise, steep = measured
+        lanes, lane_bits = self.lanes, exact_log2(self.lanes)
+        across, descending = Signal(signed(self.coordinate_bits + 1)), Signal()
         start = Signal(lane_bits)
         shape = Signal(
             data.StructLayout(
@@ -293,11 +296,11 @@ class SegmentSetup(wiring.Component):
                     )
                 ),
             ]
-            for lane in range(config.lanes):
+            for lane in range(lanes):
                 # A table of the distances from the start to the lane's first cell, upwards and
                 # downwards: adders would take longer.
-                up = [(lane - at) % config.lanes for at in range(config.lanes)]
-                down = [(at - lane) % config.lanes for at in range(config.lanes)]
+                up = [(lane - at) % lanes for at in range(lanes)]
+                down = [(at - lane) % lanes for at in range(lanes)]
                 places = [C(place, lane_bits) for place in (*up, *down)]
                 place = multiplex(Cat(start, descending), places)
                 m.d.sync += [
@@ -310,10 +313,10 @@ class SegmentSetup(wiring.Component):
     def _launch(self, m, launch, free, free_next, waiting, shape):
         """Launch the groups of the segment that is ``waiting``, a group a cycle."""
         token = self.token
-        left = Signal(self.config.coordinate_bits)  # Groups of the segment launched last.
+        left = Signal(self.coordinate_bits)  # Groups of the segment launched last.
         launched = Signal(self.identity_layout, reset_less=True)
         dropping = Signal()
-        groups = shape.length >> exact_log2(self.config.lanes)
+        groups = shape.length >> exact_log2(self.lanes)
         with m.If(launch):
             m.d.sync += [left.eq(groups), launched.eq(waiting)]
             m.d.comb += [

@@ -5,9 +5,9 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from hdl.config import Config
 from hdl.feasibility.parallel.reciprocal import Precision
 from hdl.feasibility.parallel.segment_setup import segment_layout
+from hdl.primitives.arguments import check_integer, check_power_of_two
 from hdl.primitives.delay_line import delay_line
 from hdl.primitives.multiplier import Multiplier
 
@@ -18,7 +18,7 @@ __all__ = ["Slopes", "motion_layout"]
 _PART = 17
 
 
-def motion_layout(config: Config) -> data.StructLayout:
+def motion_layout(lanes: int, coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
     """Return the layout of two numbers in the units of a segment's slope.
 
     See :class:`hdl.feasibility.parallel.reciprocal.Precision`.
@@ -26,11 +26,11 @@ def motion_layout(config: Config) -> data.StructLayout:
     ``minor`` and ``rise``: coordinate and altitude, modulo the edge of the map and the number of
     altitudes.
     """
-    precision = Precision.of(config)
+    precision = Precision.of(lanes, coordinate_bits, altitude_bits)
     return data.StructLayout(
         {
-            "minor": config.coordinate_bits + precision.minor,
-            "rise": config.altitude_bits + precision.rise,
+            "minor": coordinate_bits + precision.minor,
+            "rise": altitude_bits + precision.rise,
         }
     )
 
@@ -38,14 +38,17 @@ def motion_layout(config: Config) -> data.StructLayout:
 class Slopes(wiring.Component):
     """Multiplies differences by the reciprocal of the length, a segment a cycle.
 
-    A lane's first cell comes from a product of its own, of a multiple of the difference, and so
-    needs no sum of slopes. ``origins`` and ``step`` follow ``segment`` by 1 cycle, for one cycle:
+    A lane's first cell comes from a separate product, of a multiple of the difference, and so needs
+    no sum of slopes. ``origins`` and ``step`` follow ``segment`` by 1 cycle, for one cycle:
     products of registers go to registers, and the sums of their parts to the lanes in the same
     cycle. On a target the registers are those of the multipliers.
 
     Parameters
     ----------
-    config : Config
+    lanes : int
+        Cells walked in a cycle: a power of two, at most the cells along an edge of the map.
+    coordinate_bits, altitude_bits : int
+        Widths of a coordinate and of an altitude, 1 or more.
 
     Members
     -------
@@ -56,21 +59,27 @@ class Slopes(wiring.Component):
         Gain of every lane in a cycle.
     """
 
-    def __init__(self, config: Config):
-        self.config = config
-        self.precision = Precision.of(config)
+    def __init__(self, lanes: int, coordinate_bits: int, altitude_bits: int):
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_power_of_two("Lanes", lanes, 1, 1 << coordinate_bits)
+        check_integer("Altitude width", altitude_bits, 1)
+        self.lanes = lanes
+        self.coordinate_bits = coordinate_bits
+        self.altitude_bits = altitude_bits
+        self.precision = Precision.of(lanes, coordinate_bits, altitude_bits)
+        motion = motion_layout(lanes, coordinate_bits, altitude_bits)
         super().__init__(
             {
-                "segment": In(segment_layout(config)),
-                "origins": Out(motion_layout(config)).array(config.lanes),
-                "step": Out(motion_layout(config)),
+                "segment": In(segment_layout(lanes, coordinate_bits, altitude_bits)),
+                "origins": Out(motion).array(lanes),
+                "step": Out(motion),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
-        config, precision, segment = self.config, self.precision, self.segment
-        lane_bits = exact_log2(config.lanes)
+        precision, segment = self.precision, self.segment
+        lane_bits = exact_log2(self.lanes)
 
         minor = delay_line(m, segment.minor, 1, "minor")
         altitude = delay_line(m, segment.altitude, 1, "altitude")

@@ -5,8 +5,8 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from hdl.config import Config
 from hdl.feasibility.map_memory import MapMemory
+from hdl.primitives.arguments import check_integer, check_power_of_two
 from hdl.primitives.delay_line import delay_line
 from hdl.primitives.multiplexer import multiplex
 
@@ -19,7 +19,7 @@ def lane_row_bits(lanes: int, coordinate_bits: int) -> int:
     return max(1, coordinate_bits - exact_log2(lanes))
 
 
-def lane_layout(config: Config) -> data.StructLayout:
+def lane_layout(lanes: int, coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
     """Return the layout of the cell of one lane.
 
     ``valid`` (there is one), ``row`` (its major coordinate divided by the number of lanes; the
@@ -29,9 +29,9 @@ def lane_layout(config: Config) -> data.StructLayout:
     return data.StructLayout(
         {
             "valid": 1,
-            "row": lane_row_bits(config.lanes, config.coordinate_bits),
-            "minor": config.coordinate_bits,
-            "ceiling": config.altitude_bits,
+            "row": lane_row_bits(lanes, coordinate_bits),
+            "minor": coordinate_bits,
+            "ceiling": altitude_bits,
         }
     )
 
@@ -40,10 +40,10 @@ class TerrainMemory(wiring.Component):
     """Map in which each lane tests a cell every cycle.
 
     Cell (x, y) lies in bank (x mod B, y mod B), with B = ``bank_edge``. Lane c has cells whose
-    coordinate along the major axis of the segment is c mod ``lanes``. In a cycle, the first B lanes
-    use the first port of the banks, each in a column of banks of its own (or row, if the segment is
-    steep), and the other B lanes use the second port in the same way. No lane waits for another,
-    and each bank port serves one of two lanes.
+    coordinate along the major axis of the segment is c mod ``lane_count``. In a cycle, the first B
+    lanes use the first port of the banks, each in a different column of banks (or row, if the
+    segment is steep), and the other B lanes use the second port in the same way. No lane waits for
+    another, and each bank port serves one of two lanes.
 
     A bank compares its data with the altitude of the lane that looks there, if any does. The
     latency from a cell to ``hits`` is ``memory_latency + 3``: bank, address, comparison, and
@@ -57,19 +57,31 @@ class TerrainMemory(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    lane_count : int
+        Cells compared in a cycle: a power of two, at most the cells along an edge of the map.
+    coordinate_bits : int
+        Width of x and of y, 1 or more; the map has two to their power cells along each edge.
+    altitude_bits : int
+        Width of an altitude, 1 or more. The top value marks ground that no path may cross.
+    memory_latency : int
+        Cycles from an address to its data, 1 or 2.
+
+    Attributes
+    ----------
+    bank_edge : int
+        Banks along x and along y.
 
     Members
     -------
     steep : In(1)
         The major axis is y, else x.
-    lanes : In(lane_layout).array(lanes)
+    lanes : In(lane_layout).array(lane_count)
     walking : In(1)
         The lanes have cells: writes and look-ups do not reach the memory.
-    hits : Out(lanes)
+    hits : Out(lane_count)
         Lanes whose cell collides.
-    blocked : Out(lanes)
-        Lanes whose cell holds ``blocked_altitude``, and so collides, too.
+    blocked : Out(lane_count)
+        Lanes whose cell holds the top altitude, and so collides, too.
     write_enable : In(1)
     write_x, write_y : In(coordinate_bits)
     write_altitude : In(altitude_bits)
@@ -78,20 +90,31 @@ class TerrainMemory(wiring.Component):
     lookup_x, lookup_y : In(coordinate_bits)
         Cell to be looked up; not in the cycle of a write.
     lookup_altitude : Out(altitude_bits)
-        Its altitude, ``config.lookup_latency`` cycles later, one small multiplexer behind
+        Its altitude, ``memory_latency + 2`` cycles later, one small multiplexer behind
         registers. Writes and look-ups reach the memory one cycle after they are given.
     """
 
-    def __init__(self, config: Config):
-        self.config = config
-        xy, z = config.coordinate_bits, config.altitude_bits
+    def __init__(
+        self, lane_count: int, coordinate_bits: int, altitude_bits: int, memory_latency: int
+    ):
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_power_of_two("Lanes", lane_count, 1, 1 << coordinate_bits)
+        check_integer("Altitude width", altitude_bits, 1)
+        check_integer("Memory latency", memory_latency, 1, 2)
+        self.lane_count = lane_count
+        self.coordinate_bits = coordinate_bits
+        self.altitude_bits = altitude_bits
+        self.memory_latency = memory_latency
+        self.bank_edge = max(1, lane_count // 2)
+        lane = lane_layout(lane_count, coordinate_bits, altitude_bits)
+        xy, z = coordinate_bits, altitude_bits
         super().__init__(
             {
                 "steep": In(1),
-                "lanes": In(lane_layout(config)).array(config.lanes),
+                "lanes": In(lane).array(lane_count),
                 "walking": In(1),
-                "hits": Out(config.lanes),
-                "blocked": Out(config.lanes),
+                "hits": Out(lane_count),
+                "blocked": Out(lane_count),
                 "write_enable": In(1),
                 "write_x": In(xy),
                 "write_y": In(xy),
@@ -105,11 +128,10 @@ class TerrainMemory(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        config = self.config
-        latency, top = config.memory_latency, config.blocked_altitude
-        edge, ports = config.bank_edge, config.read_ports
+        latency, top = self.memory_latency, (1 << self.altitude_bits) - 1
+        edge, ports = self.bank_edge, min(2, self.lane_count)
         bank_bits = exact_log2(edge)
-        row_bits = config.coordinate_bits - bank_bits
+        row_bits = self.coordinate_bits - bank_bits
         answer = latency + 1  # Cycles from a cell to its ground.
 
         # Writes and look-ups pass one register, at the banks.
@@ -123,7 +145,7 @@ class TerrainMemory(wiring.Component):
         # before the comparison, which is at the bank.
         across, along, ceilings, valids = [], [], [], []
         for number, lane in enumerate(self.lanes):
-            major = Cat(Const(number, exact_log2(config.lanes)), lane.row)[bank_bits:][:row_bits]
+            major = Cat(Const(number, exact_log2(self.lane_count)), lane.row)[bank_bits:][:row_bits]
             minor = lane.minor[bank_bits:]
             across.append(Cat(major, minor))
             along.append(Cat(minor, major))
@@ -141,13 +163,13 @@ class TerrainMemory(wiring.Component):
             for y in range(edge):
                 m.submodules[f"bank_{x}_{y}"] = bank = MapMemory(
                     rows=max(2, 1 << 2 * row_bits),
-                    width=config.altitude_bits,
+                    width=self.altitude_bits,
                     latency=latency,
                     ports=ports,
                     number=x * edge + y,
                 )
                 written_here = Signal(name=f"written_{x}_{y}")
-                written = Signal(config.altitude_bits, name=f"altitude_{x}_{y}", reset_less=True)
+                written = Signal(self.altitude_bits, name=f"altitude_{x}_{y}", reset_less=True)
                 is_here = (self.write_x[:bank_bits] == x) & (self.write_y[:bank_bits] == y)
                 m.d.sync += written_here.eq(self.write_enable & is_here)
                 # A register for each bank, which is near it.
@@ -172,7 +194,7 @@ class TerrainMemory(wiring.Component):
                     does = Mux(steep[1], valids[by_y], valids[by_x])
                     looks = delay_line(m, would, 1, f"would_look_{name}") & does
                     looked = delay_line(m, looks, answer - 1, f"looked_{name}")
-                    ceiling = Signal(config.altitude_bits, name=f"at_{name}", reset_less=True)
+                    ceiling = Signal(self.altitude_bits, name=f"at_{name}", reset_less=True)
                     hit = Signal(name=f"hit_{name}", reset_less=True)
                     is_top = Signal(name=f"top_{name}", reset_less=True)
                     m.d.sync += [
@@ -182,7 +204,7 @@ class TerrainMemory(wiring.Component):
                     ]
                     hits[port][x][y], tops[port][x][y] = hit, is_top
 
-        for number in range(config.lanes):
+        for number in range(self.lane_count):
             port, column = divmod(number, edge)
             for flags, out in ((hits[port], self.hits), (tops[port], self.blocked)):
                 level = Cat(flags[column]).any()
@@ -194,7 +216,7 @@ class TerrainMemory(wiring.Component):
         at_y = delay_line(m, bank_y, latency, "at_y")
         looked_up = []
         for x, column in enumerate(ground):
-            found = Signal(config.altitude_bits, name=f"looked_up_{x}", reset_less=True)
+            found = Signal(self.altitude_bits, name=f"looked_up_{x}", reset_less=True)
             m.d.sync += found.eq(multiplex(at_y, column))
             looked_up.append(found)
         m.d.comb += self.lookup_altitude.eq(multiplex(at_x, looked_up))

@@ -49,13 +49,14 @@ class ParallelWalker(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         config, step = self.config, self.step
+        xy, z = config.coordinate_bits, config.altitude_bits
         drop_tag = Signal(TAG_BITS)
 
-        m.submodules.setup = setup = SegmentSetup(config)
-        m.submodules.slopes = slopes = Slopes(config)
-        m.submodules.lanes = lanes = Lanes(config)
-        m.submodules.terrain = terrain = TerrainMemory(config)
-        m.submodules.hit_locator = hit_locator = HitLocator(config.lanes, config.coordinate_bits)
+        m.submodules.setup = setup = SegmentSetup(config.lanes, xy, z, config.segment_bits)
+        m.submodules.slopes = slopes = Slopes(config.lanes, xy, z)
+        m.submodules.lanes = lanes = Lanes(config.lanes, xy, z, config.segment_bits)
+        m.submodules.terrain = terrain = TerrainMemory(config.lanes, xy, z, config.memory_latency)
+        m.submodules.hit_locator = hit_locator = HitLocator(config.lanes, xy)
         connect(m, flipped(self.points), setup.points)
         m.d.comb += [
             setup.room.eq(self.room),
@@ -72,7 +73,7 @@ class ParallelWalker(wiring.Component):
             return token.valid & ~(self.drop & (token.tag == drop_tag))
 
         launched, token = (
-            Signal(token_layout(config), name=name) for name in ("launched", "token")
+            Signal(token_layout(config.segment_bits), name=name) for name in ("launched", "token")
         )
         m.d.sync += [
             launched.eq(setup.token),

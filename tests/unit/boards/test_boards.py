@@ -65,8 +65,9 @@ def test_full_design(name):
     assert config.lanes >= 8
     assert config.clock_hz >= 100_000_000
     # The vendor's 1,024 rows of 18 bits hold 4,096 rows of 4 bits: 192 of the 208 of an 85F.
-    rows = config.map_size**2 // config.bank_edge**2
-    assert config.bank_edge**2 * (rows // 4096) * (config.altitude_bits // 4) == 192
+    banks = (config.lanes // 2) ** 2
+    rows = config.map_size**2 // banks
+    assert banks * (rows // 4096) * (config.altitude_bits // 4) == 192
 
 
 @pytest.mark.parametrize("name", BOARDS)

@@ -140,13 +140,14 @@ def test_blocks_of_a_map_have_sites_of_their_own():
 def test_a_whole_map_has_all_sites(lanes):
     """A bank of the parallel build has neighbouring block RAMs; other devices have other sites."""
     config = Config(lanes=lanes)
-    memory = TerrainMemory(config)
+    sizes = (config.lanes, config.coordinate_bits, config.altitude_bits, config.memory_latency)
+    memory = TerrainMemory(*sizes)
     sites = re.findall(r'BEL = "(.*?)"', verilog.convert(memory, platform=ECP5, emit_src=False))
     assert len(sites) == 192
     assert set(sites) == set(MAP_SITES)
     assert len(set(MAP_SITES)) == 192
     other = verilog.convert(
-        TerrainMemory(config), platform=SimpleNamespace(cells=Ecp5Cells()), emit_src=False
+        TerrainMemory(*sizes), platform=SimpleNamespace(cells=Ecp5Cells()), emit_src=False
     )
     assert "DP16KD" in other
     assert "BEL" not in other

@@ -1,8 +1,8 @@
-"""Check of the numbers that a unit is built from."""
+"""Checks of the numbers that a unit is built from."""
 
 import pytest
 
-from hdl.primitives.arguments import check_integer
+from hdl.primitives.arguments import check_integer, check_power_of_two
 
 
 @pytest.mark.parametrize(
@@ -25,3 +25,14 @@ def test_wrong_kinds(value):
 def test_wrong_values(value, limits, rule):
     with pytest.raises(ValueError, match=rf"^Width must be {rule}, not {value}$"):
         check_integer("Width", value, *limits)
+
+
+def test_powers_of_two():
+    for value in (2, 4, 16):
+        check_power_of_two("Lanes", value, 2, 16)
+    for value in (0, 1, 3, 12, 32, -2):
+        rule = f"^Lanes must be a power of two from 2 to 16, not {value}$"
+        with pytest.raises(ValueError, match=rule):
+            check_power_of_two("Lanes", value, 2, 16)
+    with pytest.raises(TypeError, match=r"^Lanes must be an integer, not 4\.0$"):
+        check_power_of_two("Lanes", 4.0, 2, 16)

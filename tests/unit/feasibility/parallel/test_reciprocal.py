@@ -15,6 +15,10 @@ LANES = (1, 2, 4, 8, 16)
 FULL = Config(checker="parallel")
 
 
+def precision_of(config):
+    return Precision.of(config.lanes, config.coordinate_bits, config.altitude_bits)
+
+
 def values(precision, lanes, n, d, fraction, k):
     """What lanes add up to, of a slope d/n; the fraction bits are ``fraction``."""
     reciprocal = precision.of_length(n)
@@ -26,7 +30,7 @@ def values(precision, lanes, n, d, fraction, k):
 
 def minors_hold(config, lengths, precision=None):
     """Whether every cell's minor coordinate is that of the formula."""
-    precision = precision or Precision.of(config)
+    precision = precision or precision_of(config)
     for n in lengths:
         k = np.arange(n + 1, dtype=np.int64)
         d = np.arange(-n, n + 1, dtype=np.int64)[:, None]
@@ -38,7 +42,7 @@ def minors_hold(config, lengths, precision=None):
 
 def rises_hold(config, lengths, rises, precision=None):
     """Whether every cell's altitude is the exact one rounded up."""
-    precision = precision or Precision.of(config)
+    precision = precision or precision_of(config)
     rises = np.asarray(rises, dtype=np.int64)[:, None]
     for n in lengths:
         k = np.arange(n + 1, dtype=np.int64)
@@ -77,7 +81,7 @@ def test_all_slopes_of_the_full_map(lanes):
 
 def test_three_bits_less_do_not_suffice():
     """So the tests above see what goes wrong."""
-    precision = Precision.of(FULL)
+    precision = precision_of(FULL)
     coarser = dataclasses.replace(precision, reciprocal=precision.reciprocal - 3)
     assert not rises_hold(FULL, range(480, 512), [4095, -4095], coarser)
     unbiased = dataclasses.replace(precision, minor_bias=1 << precision.minor - 1)
@@ -85,7 +89,7 @@ def test_three_bits_less_do_not_suffice():
 
 
 def test_precision_of_the_default():
-    assert Precision.of(FULL) == Precision(
+    assert precision_of(FULL) == Precision(
         reciprocal=32, minor=17, rise=16, minor_bias=(1 << 16) + 3 * 32, rise_bias=(1 << 16) - 32
     )
 
@@ -93,8 +97,8 @@ def test_precision_of_the_default():
 def test_table():
     """Two differences of either sign, 2 cycles, one of them, and what waits stays."""
     config = Config(map_size=16, coarse_factor=2)
-    dut = Reciprocals(config.coordinate_bits, Precision.of(config))
-    precision = Precision.of(config)
+    dut = Reciprocals(config.coordinate_bits, precision_of(config))
+    precision = precision_of(config)
 
     async def bench(ctx):
         for first in range(-16, 16):

@@ -57,7 +57,7 @@ _ECP5 = _Device(
 )
 # With 150 MHz requested, routing did not terminate within hours.
 _LESS_ASKED = replace(_ECP5, asked_mhz=100)
-_UNITS: Mapping[str, tuple[str, Config, _Device]] = MappingProxyType(
+_UNITS: Mapping[str, tuple[str, Config | None, _Device]] = MappingProxyType(
     {
         "GA core": (_CORE, _PLAIN, _ECP5),
         "population, 11 crossovers": (
@@ -67,7 +67,7 @@ _UNITS: Mapping[str, tuple[str, Config, _Device]] = MappingProxyType(
         ),
         "selection": ("hdl.ga_core.selection.Selection", _PLAIN, _ECP5),
         "mutation": ("hdl.ga_core.mutation.Mutation", _PLAIN, _ECP5),
-        "random source": ("hdl.ga_core.random_source.RandomSource", _PLAIN, _ECP5),
+        "random source": ("hdl.ga_core.random_source.RandomSource", None, _ECP5),
         "receiving": ("hdl.command.receiver.CommandReceiver", _PLAIN, _ECP5),
         "transmitting": ("hdl.command.transmitter.ReplyTransmitter", _PLAIN, _ECP5),
         "line": ("hdl.link.line.Line", _PLAIN, _ECP5),
@@ -182,10 +182,11 @@ def paper_jobs() -> Iterator[Job]:
     return (_PaperJob(PAPERS_TABLE.name, name) for name in PAPERS_TABLE.order)
 
 
-def _component(path: str, config: Config) -> Any:
-    """Return a component by the path of its class."""
+def _component(path: str, config: Config | None) -> Any:
+    """Return a component by the path of its class, whose argument is ``config`` if it has one."""
     module, _, name = path.rpartition(".")
-    return getattr(importlib.import_module(module), name)(config)
+    component = getattr(importlib.import_module(module), name)
+    return component() if config is None else component(config)
 
 
 def _write(unit: Any, folder: Path, platform: Any = None) -> None:

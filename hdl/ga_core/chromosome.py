@@ -3,45 +3,41 @@
 from amaranth import *
 from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
-from amaranth.utils import ceil_log2
 
-from hdl.config import Config
+from hdl.primitives.arguments import check_integer
 from hdl.primitives.multiplexer import multiplex, one_hot_multiplex
 
 
 __all__ = [
     "Chromosome",
     "ReadIndex",
-    "half_bits",
     "half_signature",
     "pending_layout",
-    "position_bits",
+    "place_shape",
     "source_layout",
 ]
 
 
-def half_bits(config: Config) -> int:
-    """Return the width of the position of a waypoint in its half of a chromosome."""
-    return ceil_log2(config.tail_size)
+def place_shape(max_waypoints: int) -> Shape:
+    """Return the shape of the place of a waypoint in its half of a chromosome.
+
+    The tail is the longer half where they differ.
+    """
+    return Shape.cast(range(max_waypoints - max_waypoints // 2))
 
 
-def position_bits(config: Config) -> int:
-    """Return the width of a position that lock-step reading counts: two past the longest path."""
-    return (config.max_waypoints + 2).bit_length()
-
-
-def half_signature(config: Config) -> wiring.Signature:
+def half_signature(waypoint_bits: int, max_waypoints: int) -> wiring.Signature:
     """Return the signature of a write to one half: whether, where, what."""
     return wiring.Signature(
         {
             "valid": Out(1),
-            "at": Out(half_bits(config)),
-            "waypoint": Out(config.waypoint_bits),
+            "at": Out(place_shape(max_waypoints)),
+            "waypoint": Out(waypoint_bits),
         }
     )
 
 
-def pending_layout(config: Config) -> data.StructLayout:
+def pending_layout(max_waypoints: int, patch_count: int) -> data.StructLayout:
     """Return the layout of a mutation that is made when the path is read: at most one is set.
 
     ``at`` is the waypoint moved, removed, or after which one is added; ``patch`` the number of the
@@ -52,19 +48,19 @@ def pending_layout(config: Config) -> data.StructLayout:
             "perturb": 1,
             "insert": 1,
             "delete": 1,
-            "patch": range(config.patches),
-            "at": config.index_bits,
+            "patch": range(patch_count),
+            "at": range(max_waypoints),
         }
     )
 
 
-def source_layout(config: Config) -> data.StructLayout:
+def source_layout(max_waypoints: int, patch_count: int) -> data.StructLayout:
     """Return the layout of where a waypoint is read: a patch, or place ``at`` in one of the halves.
 
     One bit is set of ``patches``, ``head`` and ``tail`` together.
     """
     return data.StructLayout(
-        {"patches": config.patches, "head": 1, "tail": 1, "at": half_bits(config)}
+        {"patches": patch_count, "head": 1, "tail": 1, "at": place_shape(max_waypoints)}
     )
 
 
@@ -77,40 +73,54 @@ class ReadIndex(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    max_waypoints : int
+        Waypoints of the longest path, 3 or more.
+    patch_count : int
+        New waypoints of the children, 1 or more.
 
     Members
     -------
     advance : In(1)
-    position : In(index_bits)
-    head : In(range(head_size + 1))
+    position : In(range(max_waypoints))
+    head : In(range(max_waypoints // 2 + 1))
         Waypoints in the head; those after them lie in the tail.
     pending : In(pending_layout)
     source : Out(source_layout)
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, config):
-        self.config = config
+    def __init__(self, *, max_waypoints, patch_count):
+        check_integer("Max waypoints", max_waypoints, 3)
+        check_integer("Patch count", patch_count, 1)
+
+        self.max_waypoints = max_waypoints
+        self.patch_count = patch_count
         super().__init__(
             {
                 "advance": In(1),
-                "position": In(config.index_bits),
-                "head": In(range(config.head_size + 1)),
-                "pending": In(pending_layout(config)),
-                "source": Out(source_layout(config)),
+                "position": In(range(max_waypoints)),
+                "head": In(range(max_waypoints // 2 + 1)),
+                "pending": In(pending_layout(max_waypoints, patch_count)),
+                "source": Out(source_layout(max_waypoints, patch_count)),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
-        config, position, pending = self.config, self.position, self.pending
+        position, pending = self.position, self.pending
+        head_size = self.max_waypoints // 2
+        place = place_shape(self.max_waypoints)
 
         # A path with a mutation goes on as it is up to `mark`: there is the patch, or from there on
         # the index is one on or back. The tail begins at `start`, and that is one off, too, where
         # the mutation is in the head.
-        mark = Signal(config.index_bits, reset_less=True)
-        start = Signal(range(config.head_size + 2), init=config.head_size, reset_less=True)
-        patches = Signal(config.patches, reset_less=True)
+        mark = Signal(range(self.max_waypoints), reset_less=True)
+        start = Signal(range(head_size + 2), init=head_size, reset_less=True)
+        patches = Signal(self.patch_count, reset_less=True)
         shifts = Signal(reset_less=True)
         shifts_tail = Signal()
         m.d.comb += shifts_tail.eq((pending.insert | pending.delete) & (pending.at < self.head))
@@ -125,7 +135,7 @@ class ReadIndex(wiring.Component):
 
         # Where the tail begins in the path, and what one of the index less or more makes of that
         # and of 0; then all that the place may be, before it is known which it is.
-        middle = Signal(half_bits(config), reset_less=True)
+        middle = Signal(place, reset_less=True)
         shifted_middle = Signal.like(middle, reset_less=True)
         shifted_start = Signal.like(middle, reset_less=True)
         m.d.sync += [
@@ -133,20 +143,20 @@ class ReadIndex(wiring.Component):
             shifted_middle.eq(Mux(pending.insert, self.head + 1, self.head - 1)),
             shifted_start.eq(Mux(pending.insert, 1, -1)),
         ]
-        patched = Signal(config.patches)
+        patched = Signal(self.patch_count)
         shifted = Signal()
         tail = Signal()
         places = [
-            Signal(half_bits(config), name=name)
+            Signal(place, name=name)
             for name in ("in_head", "in_tail", "in_shifted_head", "in_shifted_tail")
         ]
         m.d.comb += [
-            patched.eq(patches & (position == mark).replicate(config.patches)),
+            patched.eq(patches & (position == mark).replicate(self.patch_count)),
             shifted.eq(shifts & (position >= mark)),
             tail.eq(position >= start),
             *(
-                place.eq(position - base)
-                for place, base in zip(
+                found.eq(position - base)
+                for found, base in zip(
                     places, (C(0), middle, shifted_start, shifted_middle), strict=True
                 )
             ),
@@ -175,7 +185,12 @@ class Chromosome(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    waypoint_bits : int
+        Width of a waypoint.
+    max_waypoints : int
+        Waypoints of the longest path, 3 or more.
+    patch_count : int
+        New waypoints of the children, 1 or more.
 
     Members
     -------
@@ -183,38 +198,50 @@ class Chromosome(wiring.Component):
     bank : In(1)
         The bank read.
     source : In(source_layout)
-    patches : In(waypoint_bits).array(patches)
+    patches : In(waypoint_bits).array(patch_count)
         New waypoints.
     waypoint : Out(waypoint_bits)
     written : In(1)
         The bank written.
     head, tail : In(half_signature)
         Writes to the halves.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, config):
-        self.config = config
+    def __init__(self, *, waypoint_bits, max_waypoints, patch_count):
+        check_integer("Waypoint width", waypoint_bits, 1)
+        check_integer("Max waypoints", max_waypoints, 3)
+        check_integer("Patch count", patch_count, 1)
+
+        self.waypoint_bits = waypoint_bits
+        self.max_waypoints = max_waypoints
+        self.patch_count = patch_count
         super().__init__(
             {
                 "advance": In(1),
                 "bank": In(1),
-                "source": In(source_layout(config)),
-                "patches": In(config.waypoint_bits).array(config.patches),
-                "waypoint": Out(config.waypoint_bits),
+                "source": In(source_layout(max_waypoints, patch_count)),
+                "patches": In(waypoint_bits).array(patch_count),
+                "waypoint": Out(waypoint_bits),
                 "written": In(1),
-                "head": In(half_signature(config)),
-                "tail": In(half_signature(config)),
+                "head": In(half_signature(waypoint_bits, max_waypoints)),
+                "tail": In(half_signature(waypoint_bits, max_waypoints)),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
-        config = self.config
 
         read = {}
         for name, write in (("head", self.head), ("tail", self.tail)):
             m.submodules[name] = half = memory.Memory(
-                shape=config.waypoint_bits, depth=2 << half_bits(config), init=[]
+                shape=self.waypoint_bits,
+                depth=2 << place_shape(self.max_waypoints).width,
+                init=[],
             )
             write_port = half.write_port()
             read_port = half.read_port(domain="comb")
@@ -226,7 +253,7 @@ class Chromosome(wiring.Component):
             ]
             read[name] = read_port.data
 
-        waypoint = Signal(config.waypoint_bits, reset_less=True)
+        waypoint = Signal(self.waypoint_bits, reset_less=True)
         m.d.comb += self.waypoint.eq(waypoint)
         with m.If(self.advance):
             select = Cat(self.source.head, self.source.tail, self.source.patches)

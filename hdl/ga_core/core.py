@@ -111,7 +111,9 @@ class Core(wiring.Component):
                 "waypoints": Out(stream.Signature(waypoint_layout(config.waypoint_bits))),
                 "parents": Out(config.slot_bits).array(config.crossovers),
                 "survivors": Out(config.slot_bits).array(config.survivors),
-                "mutations": Out(mutation_layout(config)).array(config.mutators),
+                "mutations": Out(mutation_layout(config.children, config.max_waypoints)).array(
+                    config.mutators
+                ),
                 "patches": Out(config.waypoint_bits).array(config.patches),
                 **(lookup if self.has_map else {}),
             }
@@ -123,7 +125,13 @@ class Core(wiring.Component):
         kept = config.elites + config.survivors
 
         m.submodules.selection = selection = Selection(config)
-        m.submodules.mapping = mapping = SlotMapping(config)
+        m.submodules.mapping = mapping = SlotMapping(
+            population=config.population,
+            elite_ports=config.elites,
+            survivor_ports=config.survivors,
+            parent_ports=config.crossovers,
+            max_waypoints=config.max_waypoints,
+        )
         m.submodules.population = population = Population(config)
         m.submodules.mutation = mutation = Mutation(config)
 
@@ -194,7 +202,7 @@ class Core(wiring.Component):
             request.eq(self.start_requests.p),
         ]
         limits = Signal(
-            limits_layout(config),
+            limits_layout(config.coordinate_bits, config.altitude_bits),
             init={
                 "x": config.map_size - 1,
                 "y": config.map_size - 1,

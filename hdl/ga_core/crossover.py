@@ -4,24 +4,24 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config
 from hdl.ga_core.chromosome import half_signature
+from hdl.primitives.arguments import check_integer
 
 
 __all__ = ["Crossover", "parent_signature", "parents_of"]
 
 
-def parent_signature(config: Config) -> wiring.Signature:
+def parent_signature(waypoint_bits: int, max_waypoints: int) -> wiring.Signature:
     """Return the signature of a parent that passes by: its present waypoint and its length."""
     return wiring.Signature(
-        {"waypoint": Out(config.waypoint_bits), "length": Out(config.length_bits)}
+        {"waypoint": Out(waypoint_bits), "length": Out(range(max_waypoints + 1))}
     )
 
 
-def parents_of(config: Config, child: int) -> tuple[int, int]:
+def parents_of(child: int, crossovers: int) -> tuple[int, int]:
     """Return which parent a child has its head of, and which its tail."""
     first = child // 2
-    second = (first + 1) % config.crossovers
+    second = (first + 1) % crossovers
     return (second, first) if child % 2 else (first, second)
 
 
@@ -37,13 +37,16 @@ class Crossover(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    waypoint_bits : int
+        Width of a waypoint.
+    max_waypoints : int
+        Waypoints of the longest path, 3 or more.
 
     Members
     -------
     on : In(1)
         Waypoints pass.
-    position : In(index_bits)
+    position : In(range(max_waypoints))
         Position of the waypoints in their paths.
     parents : In(parent_signature).array(2)
     heads, tails : Out(half_signature).array(2)
@@ -51,20 +54,28 @@ class Crossover(wiring.Component):
         second, the second the others. Combinational; ``valid`` and ``at`` depend on ``on``,
         ``position`` and the lengths alone, so that they can be worked out before the waypoints are
         there.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, config):
-        if not isinstance(config, Config):
-            raise TypeError(f"Config must be a Config, not {config!r}")
+    def __init__(self, waypoint_bits, max_waypoints):
+        check_integer("Waypoint width", waypoint_bits, 1)
+        check_integer("Max waypoints", max_waypoints, 3)
 
-        self.config = config
+        self.waypoint_bits = waypoint_bits
+        self.max_waypoints = max_waypoints
+        parent = parent_signature(waypoint_bits, max_waypoints)
+        half = half_signature(waypoint_bits, max_waypoints)
         super().__init__(
             {
                 "on": In(1),
-                "position": In(config.index_bits),
-                "parents": In(parent_signature(config)).array(2),
-                "heads": Out(half_signature(config)).array(2),
-                "tails": Out(half_signature(config)).array(2),
+                "position": In(range(max_waypoints)),
+                "parents": In(parent).array(2),
+                "heads": Out(half).array(2),
+                "tails": Out(half).array(2),
             }
         )
 
@@ -76,7 +87,7 @@ class Crossover(wiring.Component):
             head = self.heads[number]
             tail = self.tails[1 - number]
 
-            middle = Signal(self.config.length_bits - 1, name=f"middle_{number}")
+            middle = Signal(range(self.max_waypoints // 2 + 1), name=f"middle_{number}")
             m.d.comb += [
                 middle.eq(parent.length >> 1),
                 head.valid.eq(self.on & (self.position < middle)),

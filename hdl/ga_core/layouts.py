@@ -3,8 +3,6 @@
 from amaranth.hdl import Shape
 from amaranth.lib import data
 
-from hdl.config import Config
-
 
 __all__ = [
     "limits_layout",
@@ -13,25 +11,29 @@ __all__ = [
 ]
 
 
-def limits_layout(config: Config) -> data.StructLayout:
-    """Highest x, y and altitude of a new waypoint."""
+def limits_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
+    """Return the layout of the highest x, y and altitude of a new waypoint.
+
+    It is the layout of a waypoint, too.
+    """
     return data.StructLayout(
-        {
-            "x": config.coordinate_bits,
-            "y": config.coordinate_bits,
-            "altitude": config.altitude_bits,
-        }
+        {"x": coordinate_bits, "y": coordinate_bits, "altitude": altitude_bits}
     )
 
 
-def offset_layout(config: Config) -> data.StructLayout:
-    """Signed distance of a new waypoint from the one it is made of, within the mutation box."""
-    boxes = {"x": config.box_cells, "y": config.box_cells, "altitude": config.box_steps}
+def offset_layout(box_cells: int, box_steps: int) -> data.StructLayout:
+    """Return the layout of the signed distance of a new waypoint from the one it is made of.
+
+    It is at most ``box_cells`` in x and y, and at most ``box_steps`` in altitude.
+    """
+    boxes = {"x": box_cells, "y": box_cells, "altitude": box_steps}
     return data.StructLayout(
         {axis: Shape.cast(range(-box, box + 1)) for axis, box in boxes.items()}
     )
 
 
-def mutation_layout(config: Config) -> data.StructLayout:
-    """What one mutator did."""
-    return data.StructLayout({"applied": 1, "child": config.child_bits, "index": config.index_bits})
+def mutation_layout(children: int, max_waypoints: int) -> data.StructLayout:
+    """Return the layout of what one mutator did: to which child, at which of its waypoints."""
+    return data.StructLayout(
+        {"applied": 1, "child": range(children), "index": range(max_waypoints)}
+    )

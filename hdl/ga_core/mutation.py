@@ -111,16 +111,19 @@ class Mutation(wiring.Component):
 
         self.config = config
         self.avoids_ground = config.checker is not CheckerBuild.NONE
-        self.latency = MutationPlan.latency_of(config) + 1
+        self.limits_layout = limits_layout(config.coordinate_bits, config.altitude_bits)
+        self.offset_layout = offset_layout(config.box_cells, config.box_steps)
+        record = mutation_layout(config.children, config.max_waypoints)
+        self.latency = MutationPlan.latency_of(config.mutators) + 1
         if self.avoids_ground:
-            self.latency += TerrainAwareSampler.latency_of(config)
+            self.latency += TerrainAwareSampler.latency_of(config.patches)
             members = {
                 "run": In(1),
                 "settled": In(1),
                 "peeks": Out(1),
                 "peek": Out(1),
                 "peek_position": Out(config.index_bits),
-                "offset": In(offset_layout(config)),
+                "offset": In(self.offset_layout),
                 "offset_taken": Out(1),
                 "avoid": In(1),
                 "lookup_valid": Out(1),
@@ -132,7 +135,7 @@ class Mutation(wiring.Component):
             }
         else:
             members = {
-                "offsets": In(data.ArrayLayout(offset_layout(config), config.patches)),
+                "offsets": In(data.ArrayLayout(self.offset_layout, config.patches)),
                 "carrying": In(1),
                 "position": In(config.index_bits),
             }
@@ -144,12 +147,12 @@ class Mutation(wiring.Component):
                 "draws": In(data.ArrayLayout(RandomWordLayout.OFFSET_BITS, config.mutators)),
                 "lengths": In(config.length_bits).array(config.crossovers),
                 "planned": Out(1),
-                "limits": In(limits_layout(config)),
+                "limits": In(self.limits_layout),
                 "waypoints": In(config.waypoint_bits).array(config.crossovers),
                 "on": In(1),
                 "done": Out(1),
-                "results": Out(mutation_layout(config)).array(config.mutators),
-                "mutations": Out(mutation_layout(config)).array(config.mutators),
+                "results": Out(record).array(config.mutators),
+                "mutations": Out(record).array(config.mutators),
                 "patches": Out(config.waypoint_bits).array(config.patches),
                 "refused": Out(range(config.mutators + 1)),
                 **members,
@@ -160,7 +163,11 @@ class Mutation(wiring.Component):
         m = Module()
         config = self.config
 
-        m.submodules.plan = plan = MutationPlan(config)
+        m.submodules.plan = plan = MutationPlan(
+            mutators=config.mutators,
+            crossovers=config.crossovers,
+            max_waypoints=config.max_waypoints,
+        )
         m.d.comb += [
             plan.start.eq(self.start),
             plan.clear.eq(self.clear),
@@ -174,7 +181,13 @@ class Mutation(wiring.Component):
 
         mutators = []
         for number, kind in enumerate(config.mutations):
-            m.submodules[f"mutator_{number}"] = mutator = Mutator(config, kind)
+            m.submodules[f"mutator_{number}"] = mutator = Mutator(
+                kind,
+                crossovers=config.crossovers,
+                waypoint_bits=config.waypoint_bits,
+                min_waypoints=config.MIN_WAYPOINTS,
+                max_waypoints=config.max_waypoints,
+            )
             mutators.append(mutator)
             m.d.comb += [
                 mutator.planned.eq(plan.valid & (plan.number == number)),
@@ -197,7 +210,12 @@ class Mutation(wiring.Component):
         m.d.comb += self.planned.eq(complete)
         m.d.sync += self.done.eq(self.on & ~self.done)
         for number, mutator in enumerate(mutators[: self.config.patches]):
-            m.submodules[f"perturber_{number}"] = perturber = WaypointPerturber(self.config)
+            m.submodules[f"perturber_{number}"] = perturber = WaypointPerturber(
+                crossovers=self.config.crossovers,
+                max_waypoints=self.config.max_waypoints,
+                limits_layout=self.limits_layout,
+                offset_layout=self.offset_layout,
+            )
             m.d.comb += [
                 perturber.plan.eq(mutator.kept),
                 perturber.offset.eq(self.offsets[number]),
@@ -213,7 +231,16 @@ class Mutation(wiring.Component):
 
     def _search(self, m, mutators, complete):
         """Look for new waypoints above the ground."""
-        m.submodules.sampler = sampler = TerrainAwareSampler(self.config)
+        config = self.config
+        m.submodules.sampler = sampler = TerrainAwareSampler(
+            patch_count=config.patches,
+            candidates=config.candidates,
+            crossovers=config.crossovers,
+            max_waypoints=config.max_waypoints,
+            limits_layout=self.limits_layout,
+            offset_layout=self.offset_layout,
+            lookup_latency=config.lookup_latency,
+        )
         m.d.comb += [
             sampler.fetch.eq(complete),
             sampler.clear.eq(self.clear),
@@ -227,7 +254,7 @@ class Mutation(wiring.Component):
         for target, waypoint in zip(sampler.waypoints, self.waypoints, strict=True):
             m.d.comb += target.eq(waypoint)
 
-        patching = mutators[: self.config.patches]
+        patching = mutators[: config.patches]
         for number, mutator in enumerate(patching):
             m.d.comb += [
                 sampler.plans[number].eq(mutator.kept),

@@ -5,7 +5,7 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import ceil_log2
 
-from hdl.config import Config
+from hdl.primitives.arguments import check_integer
 from hdl.primitives.multiplexer import multiplex, one_hot_multiplex
 from hdl.protocol.random_words import RandomWordLayout
 
@@ -13,7 +13,7 @@ from hdl.protocol.random_words import RandomWordLayout
 __all__ = ["MutationPlan", "plan_layout"]
 
 
-def plan_layout(config: Config) -> data.StructLayout:
+def plan_layout(crossovers: int, max_waypoints: int) -> data.StructLayout:
     """Return the layout of one mutator's plan.
 
     ``length`` is that of the child, ``index`` the waypoint's there; ``parent`` and ``position`` say
@@ -21,11 +21,11 @@ def plan_layout(config: Config) -> data.StructLayout:
     """
     return data.StructLayout(
         {
-            "child": config.child_bits,
-            "length": config.length_bits,
-            "index": config.index_bits,
-            "parent": range(config.crossovers),
-            "position": config.index_bits,
+            "child": range(2 * crossovers),
+            "length": range(max_waypoints + 1),
+            "index": range(max_waypoints),
+            "parent": range(crossovers),
+            "position": range(max_waypoints),
         }
     )
 
@@ -38,7 +38,12 @@ class MutationPlan(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    mutators : int
+        Mutators, 1 or more.
+    crossovers : int
+        Crossover modules, 2 or more. Each has a parent and breeds two children.
+    max_waypoints : int
+        Waypoints of the longest path, 3 or more.
 
     Members
     -------
@@ -46,42 +51,51 @@ class MutationPlan(wiring.Component):
         The inputs below are complete; they stay until the last plan is there.
     clear : In(1)
         Stop. Stronger than ``start``.
-    children : In(ArrayLayout(child_bits, mutators))
+    children : In(ArrayLayout(range(2 * crossovers), mutators))
         Child of each mutator.
     draws : In(ArrayLayout(16, mutators))
         Draw of each mutator's waypoint.
-    lengths : In(length_bits).array(crossovers)
+    lengths : In(range(max_waypoints + 1)).array(crossovers)
         Length of each parent.
     valid : Out(1)
     number : Out(range(mutators))
         While ``valid``: the mutator whose plan this is.
     plan : Out(plan_layout)
 
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     @staticmethod
-    def latency_of(config: Config) -> int:
+    def latency_of(mutators: int) -> int:
         """Return the clocks from ``start`` to the last plan."""
-        return config.mutators + 7
+        return mutators + 7
 
-    def __init__(self, config):
-        self.config = config
+    def __init__(self, *, mutators, crossovers, max_waypoints):
+        check_integer("Mutators", mutators, 1)
+        check_integer("Crossovers", crossovers, 2)
+        check_integer("Max waypoints", max_waypoints, 3)
+
+        self.mutators = mutators
+        self.crossovers = crossovers
+        self.max_waypoints = max_waypoints
         super().__init__(
             {
                 "start": In(1),
                 "clear": In(1),
-                "children": In(data.ArrayLayout(config.child_bits, config.mutators)),
-                "draws": In(data.ArrayLayout(RandomWordLayout.OFFSET_BITS, config.mutators)),
-                "lengths": In(config.length_bits).array(config.crossovers),
+                "children": In(data.ArrayLayout(range(2 * crossovers), mutators)),
+                "draws": In(data.ArrayLayout(RandomWordLayout.OFFSET_BITS, mutators)),
+                "lengths": In(range(max_waypoints + 1)).array(crossovers),
                 "valid": Out(1),
-                "number": Out(range(config.mutators)),
-                "plan": Out(plan_layout(config)),
+                "number": Out(range(mutators)),
+                "plan": Out(plan_layout(crossovers, max_waypoints)),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
-        config = self.config
 
         def stage(name, valid, **fields):
             """Register ``fields``, given as values, behind a ``valid`` that ``clear`` lowers."""
@@ -98,10 +112,10 @@ class MutationPlan(wiring.Component):
             """Return those of a stage's ``registers`` that the next one only hands on."""
             return {name: registers[name] for name in names}
 
-        number = Signal(range(config.mutators + 1), init=config.mutators)
-        running = number != config.mutators
+        number = Signal(range(self.mutators + 1), init=self.mutators)
+        running = number != self.mutators
         with m.If(self.clear):
-            m.d.sync += number.eq(config.mutators)
+            m.d.sync += number.eq(self.mutators)
         with m.Elif(self.start):
             m.d.sync += number.eq(0)
         with m.Elif(running):
@@ -120,12 +134,12 @@ class MutationPlan(wiring.Component):
             "decoded",
             drawn["valid"],
             **kept(drawn, "number", "child", "draw"),
-            select=(1 << (drawn["child"] >> 1))[: config.crossovers],
+            select=(1 << (drawn["child"] >> 1))[: self.crossovers],
         )
         # Even children have the head of the first parent of their module, odd ones of the second,
         # which is the first of the next module.
         select = decoded["select"]
-        first = (decoded["child"] >> 1)[: ceil_log2(config.crossovers)]
+        first = (decoded["child"] >> 1)[: ceil_log2(self.crossovers)]
         second = Mux(select[-1], 0, first + 1)[: len(first)]
         looked_up = stage(
             "looked_up",
@@ -140,7 +154,7 @@ class MutationPlan(wiring.Component):
 
         head_length = Mux(looked_up["odd"], looked_up["second_length"], looked_up["first_length"])
         tail_length = Mux(looked_up["odd"], looked_up["first_length"], looked_up["second_length"])
-        length = Signal(config.length_bits)
+        length = Signal(range(self.max_waypoints + 1))
         m.d.comb += length.eq((head_length >> 1) + ((tail_length + 1) >> 1))
         joined = stage(
             "joined",
@@ -154,7 +168,7 @@ class MutationPlan(wiring.Component):
         )
 
         # One product of half the width each, then their sum.
-        half = config.length_bits // 2
+        half = len(length) // 2
         passed = ("number", "child", "length", "head", "skipped", "head_parent", "tail_parent")
         multiplied = stage(
             "multiplied",
@@ -167,7 +181,7 @@ class MutationPlan(wiring.Component):
         aimed = stage(
             "aimed",
             multiplied["valid"],
-            index=(product >> RandomWordLayout.OFFSET_BITS)[: config.index_bits],
+            index=(product >> RandomWordLayout.OFFSET_BITS)[: len(self.plan.index)],
             **kept(multiplied, *passed),
         )
 
@@ -179,7 +193,7 @@ class MutationPlan(wiring.Component):
             parent=Mux(in_head, aimed["head_parent"], aimed["tail_parent"]),
             position=Mux(
                 in_head, aimed["index"], aimed["index"] - aimed["head"] + aimed["skipped"]
-            )[: config.index_bits],
+            )[: len(self.plan.index)],
         )
         m.d.comb += [
             self.valid.eq(found["valid"]),

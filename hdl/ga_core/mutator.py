@@ -4,9 +4,10 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config, MutationKind
+from hdl.config import MutationKind
 from hdl.ga_core.layouts import mutation_layout
 from hdl.ga_core.mutation_plan import plan_layout
+from hdl.primitives.arguments import check_integer
 
 
 __all__ = ["Mutator"]
@@ -19,8 +20,13 @@ class Mutator(wiring.Component):
 
     Parameters
     ----------
-    config : Config
     kind : MutationKind
+    crossovers : int
+        Crossover modules, 2 or more. Each has a parent and breeds two children.
+    waypoint_bits : int
+        Width of a waypoint.
+    min_waypoints, max_waypoints : int
+        Waypoints of the shortest path, 1 or more, and of the longest, 3 or more.
 
     Members
     -------
@@ -41,28 +47,40 @@ class Mutator(wiring.Component):
     record : Out(mutation_layout)
     patch : Out(waypoint_bits)
         The new waypoint; 0 if there is none. Both are steady from one ``store`` to the next.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, config, kind):
-        if not isinstance(config, Config):
-            raise TypeError(f"Config must be a Config, not {config!r}")
-
-        self.config = config
+    def __init__(self, kind, *, crossovers, waypoint_bits, min_waypoints, max_waypoints):
         self.kind = MutationKind(kind)
+        check_integer("Crossovers", crossovers, 2)
+        check_integer("Waypoint width", waypoint_bits, 1)
+        check_integer("Min waypoints", min_waypoints, 1)
+        check_integer("Max waypoints", max_waypoints, 3)
+
+        self.crossovers = crossovers
+        self.waypoint_bits = waypoint_bits
+        self.min_waypoints = min_waypoints
+        self.max_waypoints = max_waypoints
+        plan = plan_layout(crossovers, max_waypoints)
+        record = mutation_layout(2 * crossovers, max_waypoints)
         patch = {
             "made": In(1),
-            "waypoint": In(config.waypoint_bits),
-            "patch": Out(config.waypoint_bits),
+            "waypoint": In(waypoint_bits),
+            "patch": Out(waypoint_bits),
         }
         super().__init__(
             {
                 "planned": In(1),
-                "plan": In(plan_layout(config)),
-                "kept": Out(plan_layout(config)),
+                "plan": In(plan),
+                "kept": Out(plan),
                 "allowed": Out(1),
-                "result": Out(mutation_layout(config)),
+                "result": Out(record),
                 "store": In(1),
-                "record": Out(mutation_layout(config)),
+                "record": Out(record),
                 **({} if self.kind is MutationKind.DELETE else patch),
             }
         )
@@ -72,8 +90,8 @@ class Mutator(wiring.Component):
 
         allowed = {
             MutationKind.PERTURB: C(1),
-            MutationKind.INSERT: self.plan.length < self.config.max_waypoints,
-            MutationKind.DELETE: self.plan.length > self.config.MIN_WAYPOINTS,
+            MutationKind.INSERT: self.plan.length < self.max_waypoints,
+            MutationKind.DELETE: self.plan.length > self.min_waypoints,
         }
         with m.If(self.planned):
             m.d.sync += [self.kept.eq(self.plan), self.allowed.eq(allowed[self.kind])]

@@ -5,6 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.layouts import read_layout, waypoint_layout
+from hdl.primitives.arguments import check_integer
 
 
 __all__ = ["PathReader"]
@@ -21,7 +22,12 @@ class PathReader(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    slot_bits : int
+        Width of the number of a slot.
+    waypoint_bits : int
+        Width of a waypoint.
+    max_waypoints : int
+        Waypoints of the longest path, 3 or more.
 
     Members
     -------
@@ -34,7 +40,7 @@ class PathReader(wiring.Component):
         A read is under way: the population must not change.
     slot : Out(slot_bits)
         Slot being read.
-    length : In(length_bits)
+    length : In(range(max_waypoints + 1))
         Length of its path, two clocks after ``slot``.
     rewind : Out(1)
     primes : In(1)
@@ -42,34 +48,44 @@ class PathReader(wiring.Component):
     steps : Out(1)
         It steps in the next clock.
     waypoint : In(waypoint_bits)
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, config):
-        self.config = config
+    def __init__(self, *, slot_bits, waypoint_bits, max_waypoints):
+        self.slot_bits = slot_bits
+        self.waypoint_bits = waypoint_bits
+        check_integer("Slot width", slot_bits, 1)
+        check_integer("Waypoint width", waypoint_bits, 1)
+        check_integer("Max waypoints", max_waypoints, 3)
+
+        self.max_waypoints = max_waypoints
         super().__init__(
             {
-                "reads": In(stream.Signature(read_layout(config.slot_bits))),
+                "reads": In(stream.Signature(read_layout(slot_bits))),
                 "allow": In(1),
-                "waypoints": Out(stream.Signature(waypoint_layout(config.waypoint_bits))),
+                "waypoints": Out(stream.Signature(waypoint_layout(waypoint_bits))),
                 "active": Out(1),
-                "slot": Out(config.slot_bits),
-                "length": In(config.length_bits),
+                "slot": Out(slot_bits),
+                "length": In(range(max_waypoints + 1)),
                 "rewind": Out(1),
                 "primes": In(1),
                 "steps": Out(1),
-                "waypoint": In(config.waypoint_bits),
+                "waypoint": In(waypoint_bits),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
-        config = self.config
         waypoints = self.waypoints
 
         # Whether the next waypoint ends a path, and all paths, is known a clock before. `second` is
         # two past that waypoint's position; no path has but one.
-        left = Signal(range(config.population + 1))
-        second = Signal(config.length_bits + 1)
+        left = Signal.like(self.reads.p.count)
+        second = Signal(len(self.length) + 1)
         last = Signal()
         only = Signal()
         final = Signal()
@@ -78,13 +94,13 @@ class PathReader(wiring.Component):
 
         # The waypoint in the register, and the one before it, if it has moved aside.
         loaded = Signal()
-        present = Signal(waypoint_layout(config.waypoint_bits))
+        present = Signal.like(waypoints.p)
         ends = Signal()
         ends_all = Signal()
         reading = Signal()
         step = Signal()
         full = Signal()
-        aside = Signal(waypoint_layout(config.waypoint_bits), reset_less=True)
+        aside = Signal.like(waypoints.p, reset_less=True)
         m.d.comb += [
             present.waypoint.eq(self.waypoint),
             present.last.eq(ends),

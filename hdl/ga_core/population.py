@@ -8,9 +8,9 @@ from hdl.config import CheckerBuild, Config, MutationKind
 from hdl.ga_core.chromosome import (
     Chromosome,
     ReadIndex,
-    half_bits,
     half_signature,
     pending_layout,
+    place_shape,
 )
 from hdl.ga_core.crossover import Crossover, parents_of
 from hdl.ga_core.layouts import mutation_layout
@@ -18,7 +18,7 @@ from hdl.ga_core.path_reader import PathReader
 from hdl.ga_core.position_counter import PositionCounter
 from hdl.ga_core.read_crossbar import ReadCrossbar
 from hdl.ga_core.read_pointer import ReadPointer
-from hdl.ga_core.slot_mapping import carrier_layout, carriers
+from hdl.ga_core.slot_mapping import carrier_layout
 from hdl.layouts import read_layout, waypoint_layout, write_layout
 from hdl.primitives.fanout import fanout
 from hdl.primitives.multiplexer import one_hot_multiplex
@@ -98,18 +98,20 @@ class Population(wiring.Component):
             raise TypeError(f"Config must be a Config, not {config!r}")
 
         self.config = config
-        ports = carriers(config)
+        ports = config.elites + config.survivors + config.crossovers
+        carrier = carrier_layout(config.population, config.max_waypoints)
+        mutation = mutation_layout(config.children, config.max_waypoints)
         peeks = {"peeks": In(1), "peek": In(1), "peek_position": In(config.index_bits)}
         super().__init__(
             {
-                "carried": In(carrier_layout(config)).array(ports),
+                "carried": In(carrier).array(ports),
                 "launch": In(1),
                 "waypoints": Out(config.waypoint_bits).array(ports),
                 "position": Out(config.index_bits),
                 "carrying": Out(1),
                 "done": Out(1),
                 "patches": In(config.waypoint_bits).array(config.patches),
-                "mutations": In(mutation_layout(config)).array(config.mutators),
+                "mutations": In(mutation).array(config.mutators),
                 "update": In(1),
                 "lengths": Out(config.length_bits, init=config.MIN_WAYPOINTS).array(
                     config.population
@@ -131,7 +133,7 @@ class Population(wiring.Component):
         m = Module()
         config = self.config
         kept = config.elites + config.survivors
-        half = half_bits(config)
+        ports = len(self.carried)
 
         # Slots that share a copy of what all of them need.
         parts = config.population // _SLOTS_OF_PART
@@ -148,13 +150,21 @@ class Population(wiring.Component):
         written_length = Signal(config.length_bits, reset_less=True)
         written_tail = Signal()
         closing = Signal()  # The waypoint that is written ends its path.
-        written_at = Signal(half)
+        written_at = Signal(place_shape(config.max_waypoints))
         taken = Signal()
         read_slot = Signal(config.population, reset_less=True)
         read_length = Signal(config.length_bits, reset_less=True)
         peeks = Signal()
-        m.submodules.read_pointer = pointer = ReadPointer(config, parts)
-        m.submodules.path_reader = reader = PathReader(config)
+        m.submodules.read_pointer = pointer = ReadPointer(
+            max_waypoints=config.max_waypoints,
+            parts=parts,
+            peeks=config.checker is not CheckerBuild.NONE,
+        )
+        m.submodules.path_reader = reader = PathReader(
+            slot_bits=config.slot_bits,
+            waypoint_bits=config.waypoint_bits,
+            max_waypoints=config.max_waypoints,
+        )
         connect(m, flipped(self.reads), reader.reads)
         connect(m, reader.waypoints, flipped(self.read_waypoints))
         m.d.sync += [
@@ -169,7 +179,7 @@ class Population(wiring.Component):
             taken.eq(self.writes.valid & self.writes.ready),
         ]
         writing, *writings = fanout(
-            m, *[taken] * (1 + ReadCrossbar.parts_of(config)), name="writing"
+            m, *[taken] * (1 + ReadCrossbar.parts_of(ports)), name="writing"
         )
         m.d.sync += [
             closing.eq(taken & write.last),
@@ -201,7 +211,9 @@ class Population(wiring.Component):
                 pointer.peek_position.eq(self.peek_position),
             ]
 
-        m.submodules.position_counter = counter = PositionCounter(config)
+        m.submodules.position_counter = counter = PositionCounter(
+            ports=ports, max_waypoints=config.max_waypoints
+        )
         running, following = counter.running, counter.following
         m.d.comb += [
             counter.begin.eq(begin),
@@ -219,9 +231,11 @@ class Population(wiring.Component):
         heads = []
         tails = []
         for number in range(config.crossovers):
-            m.submodules[f"crossover_{number}"] = module = Crossover(config)
+            m.submodules[f"crossover_{number}"] = module = Crossover(
+                config.waypoint_bits, config.max_waypoints
+            )
             m.d.comb += [module.on.eq(running), module.position.eq(following)]
-            parents = parents_of(config, 2 * number)
+            parents = parents_of(2 * number, config.crossovers)
             for port, parent in zip(module.parents, parents, strict=True):
                 m.d.comb += [
                     port.waypoint.eq(self.waypoints[kept + parent]),
@@ -231,7 +245,9 @@ class Population(wiring.Component):
             tails += module.tails
 
         # All slots but the children's keep their paths in order: one index serves them.
-        m.submodules.kept_index = kept_index = ReadIndex(config)
+        m.submodules.kept_index = kept_index = ReadIndex(
+            max_waypoints=config.max_waypoints, patch_count=config.patches
+        )
         m.d.comb += [
             kept_index.advance.eq(pointer.advance[0]),
             kept_index.position.eq(pointer.ahead),
@@ -249,7 +265,11 @@ class Population(wiring.Component):
 
         slots = []
         for number in range(config.population):
-            m.submodules[f"slot_{number}"] = slot = Chromosome(config)
+            m.submodules[f"slot_{number}"] = slot = Chromosome(
+                waypoint_bits=config.waypoint_bits,
+                max_waypoints=config.max_waypoints,
+                patch_count=config.patches,
+            )
             slots.append(slot)
             part = number // _SLOTS_OF_PART
             advance = pointer.advance[part]
@@ -285,7 +305,9 @@ class Population(wiring.Component):
                 ]
 
         # Only the first port, from which the host reads, has to hold a waypoint.
-        m.submodules.crossbar = crossbar = ReadCrossbar(config)
+        m.submodules.crossbar = crossbar = ReadCrossbar(
+            ports=ports, population=config.population, waypoint_bits=config.waypoint_bits
+        )
         m.d.comb += [
             crossbar.step.eq(pointer.step),
             *(target.eq(copy) for target, copy in zip(crossbar.writing, writings, strict=True)),
@@ -312,8 +334,9 @@ class Population(wiring.Component):
         """
         config, carried = self.config, self.carried[number]
 
-        head = half_signature(config).create(path=(f"head_{number}",))
-        tail = half_signature(config).create(path=(f"tail_{number}",))
+        half = half_signature(config.waypoint_bits, config.max_waypoints)
+        head = half.create(path=(f"head_{number}",))
+        tail = half.create(path=(f"tail_{number}",))
         inside = Signal(name=f"inside_{number}")
         m.d.comb += [
             inside.eq(running & (following < carried.length)),
@@ -333,11 +356,11 @@ class Population(wiring.Component):
         config = self.config
         kept = config.elites + config.survivors
         head_parent, tail_parent = (
-            self.carried[kept + parent].length for parent in parents_of(config, child)
+            self.carried[kept + parent].length for parent in parents_of(child, config.crossovers)
         )
 
         # At most one mutator works on a child.
-        bred = Signal(pending_layout(config), name=f"bred_{child}")
+        bred = Signal(pending_layout(config.max_waypoints, config.patches), name=f"bred_{child}")
         hits = Signal(config.mutators, name=f"hits_{child}", reset_less=True)
         patches = [C(number, len(bred.patch)) for number in range(config.patches)]
         m.d.sync += hits.eq(Cat(each.applied & (each.child == child) for each in self.mutations))
@@ -354,7 +377,9 @@ class Population(wiring.Component):
             init=config.head_size,
             name=f"middle_{child}",
         )
-        pending = Signal(pending_layout(config), name=f"pending_{child}")
+        pending = Signal(
+            pending_layout(config.max_waypoints, config.patches), name=f"pending_{child}"
+        )
         joined = Signal(config.length_bits, name=f"joined_{child}", reset_less=True)
         m.d.sync += joined.eq((head_parent >> 1) + ((tail_parent + 1) >> 1))
         length = self.lengths[kept + child]
@@ -371,6 +396,8 @@ class Population(wiring.Component):
                 *(pending[kind.name.lower()].eq(0) for kind in MutationKind),
             ]
 
-        m.submodules[f"index_{child}"] = index = ReadIndex(config)
+        m.submodules[f"index_{child}"] = index = ReadIndex(
+            max_waypoints=config.max_waypoints, patch_count=config.patches
+        )
         m.d.comb += [index.head.eq(head), index.pending.eq(pending)]
         return index

@@ -4,9 +4,7 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config
-from hdl.ga_core.chromosome import position_bits
-from hdl.ga_core.slot_mapping import carriers
+from hdl.primitives.arguments import check_integer
 
 
 __all__ = ["PositionCounter"]
@@ -20,38 +18,50 @@ class PositionCounter(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    ports : int
+        Paths that pass at once, 1 or more.
+    max_waypoints : int
+        Waypoints of the longest path, 3 or more.
 
     Members
     -------
     begin : In(1)
         Pulse, in the clock before the first of the crossover. Not during one.
-    lengths : In(length_bits).array(carriers)
+    lengths : In(range(max_waypoints + 1)).array(ports)
         Length of the path of each port, 2 or more. Steady from ``begin`` to ``done``.
     goes_on : Out(1)
         ``running``, and in the next clock, too.
     running : Out(1)
         The ports take the waypoints at ``following``: from the first clock of the crossover on, for
         as many clocks as the longest path has waypoints.
-    following : Out(index_bits)
+    following : Out(range(max_waypoints))
         0, 1, ... while ``running``.
-    carrying, position : Out(1), Out(index_bits)
+    carrying, position : Out(1), Out(range(max_waypoints))
         ``running`` and ``following`` of a clock ago: the ports hold those waypoints.
     done : Out(1)
         In the clock after the last of ``running``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, config: Config):
-        self.config = config
+    def __init__(self, *, ports, max_waypoints):
+        check_integer("Ports", ports, 1)
+        check_integer("Max waypoints", max_waypoints, 3)
+
+        self.ports = ports
+        self.max_waypoints = max_waypoints
         super().__init__(
             {
                 "begin": In(1),
-                "lengths": In(config.length_bits).array(carriers(config)),
+                "lengths": In(range(max_waypoints + 1)).array(ports),
                 "goes_on": Out(1),
                 "running": Out(1),
-                "following": Out(config.index_bits),
+                "following": Out(range(max_waypoints)),
                 "carrying": Out(1),
-                "position": Out(config.index_bits),
+                "position": Out(range(max_waypoints)),
                 "done": Out(1),
             }
         )
@@ -62,7 +72,7 @@ class PositionCounter(wiring.Component):
         # Whether all paths end is worked out in three clocks: each of them first, for the waypoint
         # after the following one, then all. So `third` is three past `following`.
         last = Signal()
-        third = Signal(position_bits(self.config), init=2)
+        third = Signal(range(self.max_waypoints + 3), init=2)
         ended = Signal(len(self.lengths), reset_less=True)
         passes = self.begin | self.goes_on
         m.d.comb += self.goes_on.eq(self.running & ~last)

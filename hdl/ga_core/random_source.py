@@ -97,11 +97,6 @@ class RandomSource(wiring.Component):
 
     Equals :class:`sim.model.random_source.RandomSource`.
 
-    Parameters
-    ----------
-    config : Config, optional
-        Not used, the source is the same in all; taken so that every top is made in one way.
-
     Members
     -------
     seed : In(64)
@@ -122,10 +117,6 @@ class RandomSource(wiring.Component):
     step: In(1)
     words: Out(data.ArrayLayout(WORD_BITS, LANES))
     ready: Out(1)
-
-    def __init__(self, config=None):
-        self.config = config
-        super().__init__()
 
     def elaborate(self, platform):
         m = Module()

@@ -4,8 +4,7 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config
-from hdl.ga_core.slot_mapping import carriers
+from hdl.primitives.arguments import check_integer
 from hdl.primitives.multiplexer import one_hot_multiplex_tree
 
 
@@ -21,40 +20,56 @@ class ReadCrossbar(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    ports : int
+        Ports, 1 or more.
+    population : int
+        Slots, 2 or more.
+    waypoint_bits : int
+        Width of a waypoint.
 
     Members
     -------
-    selects : In(population).array(carriers)
+    selects : In(population).array(ports)
         The slot of each port, decoded: at most one bit is set. What passes follows it a clock
         later.
     slots : In(waypoint_bits).array(population)
         Present waypoint of each slot.
     step : In(1)
         The first port takes its waypoint; the others do in every clock.
-    writing : In(1).array(parts_of(config))
+    writing : In(1).array(parts_of(ports))
         All ports take ``written`` instead: equal, each for some of the ports. Stronger than
         ``step``.
     written : In(waypoint_bits)
-    waypoints : Out(waypoint_bits).array(carriers)
+    waypoints : Out(waypoint_bits).array(ports)
         What each port took in the clock before, the first one at its latest ``step``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     @staticmethod
-    def parts_of(config: Config) -> int:
+    def parts_of(ports: int) -> int:
         """Return the number of parts of the ports that are controlled by registers of their own."""
-        return -(-carriers(config) // _PORTS_OF_PART)
+        return -(-ports // _PORTS_OF_PART)
 
-    def __init__(self, config: Config):
-        self.config = config
+    def __init__(self, *, ports, population, waypoint_bits):
+        check_integer("Ports", ports, 1)
+        check_integer("Population", population, 2)
+        check_integer("Waypoint width", waypoint_bits, 1)
+
+        self.ports = ports
+        self.population = population
+        self.waypoint_bits = waypoint_bits
         super().__init__(
             {
-                "selects": In(config.population).array(carriers(config)),
-                "slots": In(config.waypoint_bits).array(config.population),
+                "selects": In(population).array(ports),
+                "slots": In(waypoint_bits).array(population),
                 "step": In(1),
-                "writing": In(1).array(self.parts_of(config)),
-                "written": In(config.waypoint_bits),
-                "waypoints": Out(config.waypoint_bits).array(carriers(config)),
+                "writing": In(1).array(self.parts_of(ports)),
+                "written": In(waypoint_bits),
+                "waypoints": Out(waypoint_bits).array(ports),
             }
         )
 

@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import CheckerBuild, Config
+from hdl.primitives.arguments import check_integer
 from hdl.primitives.fanout import fanout
 
 
@@ -23,9 +23,12 @@ class ReadPointer(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    max_waypoints : int
+        Waypoints of the longest path, 3 or more.
     parts : int
-        Copies of ``advance``, which reaches all slots.
+        Copies of ``advance``, which reaches all slots: 1 or more.
+    peeks : bool
+        Whether positions are peeked at.
 
     Members
     -------
@@ -41,9 +44,9 @@ class ReadPointer(wiring.Component):
         A crossover begins with the next clock; all are equal.
     passes : In(1)
         The ports take waypoints in the next clock for another reason.
-    peek, peek_position : In(1), In(index_bits)
-        Only with a map: see :class:`hdl.ga_core.population.Population`.
-    ahead : Out(index_bits)
+    peek, peek_position : In(1), In(range(max_waypoints))
+        Only with ``peeks``: see :class:`hdl.ga_core.population.Population`.
+    ahead : Out(range(max_waypoints))
     advance : Out(1).array(parts)
         All slots read.
     step : Out(1)
@@ -54,12 +57,21 @@ class ReadPointer(wiring.Component):
         They have, or what was asked for after them, and nothing of the above is under way.
     peeking : Out(1)
         A peek is under way, other than one of this clock.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, config: Config, parts: int):
-        self.config = config
-        self.peeks = config.checker is not CheckerBuild.NONE
-        peeks = {"peek": In(1), "peek_position": In(config.index_bits)}
+    def __init__(self, *, max_waypoints, parts, peeks):
+        check_integer("Max waypoints", max_waypoints, 3)
+        check_integer("Parts", parts, 1)
+
+        self.max_waypoints = max_waypoints
+        self.parts = parts
+        self.peeks = bool(peeks)
+        members = {"peek": In(1), "peek_position": In(range(max_waypoints))}
         super().__init__(
             {
                 "taken": In(1),
@@ -68,13 +80,13 @@ class ReadPointer(wiring.Component):
                 "rewinds": In(1),
                 "begin": In(1).array(parts),
                 "passes": In(1),
-                "ahead": Out(config.index_bits),
+                "ahead": Out(range(max_waypoints)),
                 "advance": Out(1).array(parts),
                 "step": Out(1),
                 "primes": Out(1),
                 "primed": Out(1),
                 "peeking": Out(1),
-                **(peeks if self.peeks else {}),
+                **(members if self.peeks else {}),
             }
         )
 

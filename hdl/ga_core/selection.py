@@ -76,7 +76,9 @@ class Selection(wiring.Component):
             config.mutators + config.patches * config.candidates + 2,
         )
         self.boxes = {"x": config.box_cells, "y": config.box_cells, "altitude": config.box_steps}
-        offsets = data.ArrayLayout(offset_layout(config), config.patches * config.candidates)
+        offsets = data.ArrayLayout(
+            offset_layout(config.box_cells, config.box_steps), config.patches * config.candidates
+        )
         super().__init__(
             {
                 "seed": In(SEED_BITS),
@@ -188,7 +190,7 @@ class Selection(wiring.Component):
             data.StructLayout({name: range(2 * box + 1) for name, box in self.boxes.items()}),
             reset_less=True,
         )
-        offset = Signal(offset_layout(config))
+        offset = Signal(offset_layout(config.box_cells, config.box_steps))
         for (name, box), (low, high) in zip(self.boxes.items(), at.offsets, strict=True):
             m.d.sync += scaled[name].eq(mutation_bits[low:high] * (2 * box + 1) >> (high - low))
             m.d.comb += offset[name].eq(scaled[name] - box)

@@ -3,27 +3,23 @@
 from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
+from amaranth.utils import ceil_log2
 
-from hdl.config import Config
 from hdl.layouts import ranking_layout
+from hdl.primitives.arguments import check_integer
 from hdl.primitives.multiplexer import one_hot_multiplex
 
 
-__all__ = ["SlotMapping", "carrier_layout", "carriers"]
+__all__ = ["SlotMapping", "carrier_layout"]
 
 
-def carriers(config: Config) -> int:
-    """Return how many paths are read at once: elites, survivors, then crossover parents."""
-    return config.elites + config.survivors + config.crossovers
-
-
-def carrier_layout(config: Config) -> data.StructLayout:
+def carrier_layout(population: int, max_waypoints: int) -> data.StructLayout:
     """Return the layout of what a read port carries: the path of ``slot``, ``length`` waypoints.
 
     ``select`` is ``slot`` decoded: the bit of that number alone is set.
     """
     return data.StructLayout(
-        {"slot": config.slot_bits, "length": config.length_bits, "select": config.population}
+        {"slot": range(population), "length": range(max_waypoints + 1), "select": population}
     )
 
 
@@ -36,7 +32,12 @@ class SlotMapping(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    population : int
+        Slots, 2 or more.
+    elite_ports, survivor_ports, parent_ports : int
+        Ports of elites, of survivors and of parents, 1 or more of each.
+    max_waypoints : int
+        Waypoints of the longest path, 3 or more.
 
     Members
     -------
@@ -46,36 +47,67 @@ class SlotMapping(wiring.Component):
         Whether ``ranking`` is taken: the ranks below are complete.
     clear : In(1)
         What has been worked in is void.
-    parents : In(ArrayLayout(slot_bits, crossovers))
-    survivors : In(ArrayLayout(slot_bits, survivors))
+    parents : In(ArrayLayout(range(population), parent_ports))
+    survivors : In(ArrayLayout(range(population), survivor_ports))
         Ranks drawn.
-    lengths : In(length_bits).array(population)
+    lengths : In(range(max_waypoints + 1)).array(population)
         Length of the path in each slot.
-    carried : Out(carrier_layout).array(carriers)
+    carried : Out(carrier_layout).array(ports)
+        Elites, survivors, then parents.
     mapped : Out(1)
         Pulse, in the first clock in which ``carried`` is complete.
+
+    Attributes
+    ----------
+    ports : int
+        Ports of all kinds.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, config):
-        self.config = config
+    def __init__(
+        self,
+        *,
+        population,
+        elite_ports,
+        survivor_ports,
+        parent_ports,
+        max_waypoints,
+    ):
+        check_integer("Population", population, 2)
+        check_integer("Elite ports", elite_ports, 1)
+        check_integer("Survivor ports", survivor_ports, 1)
+        check_integer("Parent ports", parent_ports, 1)
+        check_integer("Max waypoints", max_waypoints, 3)
+
+        self.population = population
+        self.elite_ports = elite_ports
+        self.survivor_ports = survivor_ports
+        self.parent_ports = parent_ports
+        self.max_waypoints = max_waypoints
+        self.ports = elite_ports + survivor_ports + parent_ports
+        self.carrier_layout = carrier_layout(population, max_waypoints)
+        rank = range(population)
         super().__init__(
             {
-                "ranking": In(stream.Signature(ranking_layout(config.slot_bits))),
+                "ranking": In(stream.Signature(ranking_layout(ceil_log2(population)))),
                 "allow": In(1),
                 "clear": In(1),
-                "parents": In(data.ArrayLayout(config.slot_bits, config.crossovers)),
-                "survivors": In(data.ArrayLayout(config.slot_bits, config.survivors)),
-                "lengths": In(config.length_bits).array(config.population),
-                "carried": Out(carrier_layout(config)).array(carriers(config)),
+                "parents": In(data.ArrayLayout(rank, parent_ports)),
+                "survivors": In(data.ArrayLayout(rank, survivor_ports)),
+                "lengths": In(range(max_waypoints + 1)).array(population),
+                "carried": Out(self.carrier_layout).array(self.ports),
                 "mapped": Out(1),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
-        config = self.config
 
-        word = Signal(ranking_layout(config.slot_bits), reset_less=True)
+        word = Signal.like(self.ranking.p, reset_less=True)
         taken = Signal()
         m.d.comb += self.ranking.ready.eq(self.allow)
         m.d.sync += [
@@ -86,8 +118,8 @@ class SlotMapping(wiring.Component):
         # Each port compares the halves of a rank while the word is taken, looks at both results
         # while the slot is decoded, and takes the word in the clock after its length is looked up.
         slot = Signal.like(word.slot, reset_less=True)
-        select = Signal(config.population, reset_less=True)
-        found = Signal(carrier_layout(config), reset_less=True)
+        select = Signal(self.population, reset_less=True)
+        found = Signal(self.carrier_layout, reset_less=True)
         last, final = Signal(), Signal()
         m.d.sync += [
             slot.eq(word.slot),
@@ -95,14 +127,14 @@ class SlotMapping(wiring.Component):
             found.slot.eq(slot),
             found.select.eq(select),
             found.length.eq(one_hot_multiplex(select, self.lengths)),
-            last.eq(taken & (word.rank == config.population - 1) & ~self.clear),
+            last.eq(taken & (word.rank == self.population - 1) & ~self.clear),
             final.eq(last & ~self.clear),
             self.mapped.eq(final & ~self.clear),
         ]
-        ranks = [*range(config.elites), *self.survivors, *self.parents]
-        half = config.slot_bits // 2
+        ranks = [*range(self.elite_ports), *self.survivors, *self.parents]
+        half = len(word.rank) // 2
         for number, rank in enumerate(ranks):
-            rank = C(rank, config.slot_bits) if isinstance(rank, int) else rank
+            rank = C(rank, len(word.rank)) if isinstance(rank, int) else rank
             low = Signal(name=f"low_{number}", reset_less=True)
             high = Signal(name=f"high_{number}", reset_less=True)
             equal = Signal(name=f"equal_{number}")
@@ -113,7 +145,7 @@ class SlotMapping(wiring.Component):
                 equal.eq(taken & low & high),
                 hit.eq(equal),
             ]
-            carried = Signal(carrier_layout(config), name=f"port_{number}", reset_less=True)
+            carried = Signal(self.carrier_layout, name=f"port_{number}", reset_less=True)
             m.d.comb += self.carried[number].eq(carried)
             with m.If(hit):
                 m.d.sync += carried.eq(found)

@@ -4,11 +4,10 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config
-from hdl.ga_core.layouts import limits_layout, offset_layout
 from hdl.ga_core.mutation_plan import plan_layout
 from hdl.ga_core.read_pointer import PEEK_LATENCY
 from hdl.ga_core.waypoint_perturber import within
+from hdl.primitives.arguments import check_integer
 from hdl.primitives.multiplexer import multiplex, one_hot_multiplex
 
 
@@ -32,13 +31,23 @@ class TerrainAwareSampler(wiring.Component):
 
     Parameters
     ----------
-    config : Config
-        With a map.
+    patch_count : int
+        New waypoints of the children, 1 or more.
+    candidates : int
+        Draws of each new waypoint, 1 or more.
+    crossovers : int
+        Crossover modules, 2 or more. Each has a parent.
+    max_waypoints : int
+        Waypoints of the longest path, 3 or more.
+    limits_layout, offset_layout : StructLayout
+        With ``x``, ``y`` and ``altitude``: see :mod:`hdl.ga_core.layouts`.
+    lookup_latency : int
+        Clocks from a cell to its altitude, 1 or more.
 
     Members
     -------
-    plans : In(plan_layout).array(patches)
-    needed : In(patches)
+    plans : In(plan_layout).array(patch_count)
+    needed : In(patch_count)
         Which patches are to be made. Both must stay from ``fetch`` to the end of ``run``.
     fetch : In(1)
         Pulse: the plans are complete.
@@ -46,7 +55,7 @@ class TerrainAwareSampler(wiring.Component):
         What has been fetched is void. Stronger than ``fetch``.
     settled : In(1)
     peeks, peek : Out(1)
-    peek_position : Out(index_bits)
+    peek_position : Out(range(max_waypoints))
     waypoints : In(waypoint_bits).array(crossovers)
         See :class:`hdl.ga_core.population.Population`; its ports of the parents.
     fetched : Out(1)
@@ -62,55 +71,79 @@ class TerrainAwareSampler(wiring.Component):
     avoid : In(1)
         Whether to refuse candidates in the ground; otherwise every first one is taken.
     lookup_valid : Out(1)
-    lookup_x, lookup_y : Out(coordinate_bits)
+    lookup_x, lookup_y : Out(limits_layout["x"]), Out(limits_layout["y"])
         The cell of a candidate.
-    lookup_altitude : In(altitude_bits)
-        The ground of the cell of ``config.lookup_latency`` clocks ago.
+    lookup_altitude : In(limits_layout["altitude"])
+        The ground of the cell of ``lookup_latency`` clocks ago.
     decided : Out(1)
         All patches that are needed have been decided.
-    found : Out(patches)
+    found : Out(patch_count)
         Which of them have been made; 0 for one that is not needed.
-    patches : Out(waypoint_bits).array(patches)
+    patches : Out(waypoint_bits).array(patch_count)
         The new waypoints that have been found.
-    redrawn : Out(range(patches * candidates))
+    redrawn : Out(range(patch_count * candidates))
         Candidates that took the place of one in the ground.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     @staticmethod
-    def latency_of(config: Config) -> int:
+    def latency_of(patch_count: int) -> int:
         """Return the clocks from ``fetch`` to ``fetched``."""
-        return config.patches + PEEK_LATENCY + 1
+        return patch_count + PEEK_LATENCY + 1
 
-    def __init__(self, config):
-        if not isinstance(config, Config):
-            raise TypeError(f"Config must be a Config, not {config!r}")
+    def __init__(
+        self,
+        *,
+        patch_count,
+        candidates,
+        crossovers,
+        max_waypoints,
+        limits_layout,
+        offset_layout,
+        lookup_latency,
+    ):
+        check_integer("Patch count", patch_count, 1)
+        check_integer("Candidates", candidates, 1)
+        check_integer("Crossovers", crossovers, 2)
+        check_integer("Max waypoints", max_waypoints, 3)
+        check_integer("Lookup latency", lookup_latency, 1)
 
-        self.config = config
+        self.patch_count = patch_count
+        self.candidates = candidates
+        self.crossovers = crossovers
+        self.max_waypoints = max_waypoints
+        self.limits_layout = limits_layout
+        self.offset_layout = offset_layout
+        self.lookup_latency = lookup_latency
         super().__init__(
             {
-                "plans": In(plan_layout(config)).array(config.patches),
-                "needed": In(config.patches),
+                "plans": In(plan_layout(crossovers, max_waypoints)).array(patch_count),
+                "needed": In(patch_count),
                 "fetch": In(1),
                 "clear": In(1),
                 "settled": In(1),
                 "peeks": Out(1),
                 "peek": Out(1),
-                "peek_position": Out(config.index_bits),
-                "waypoints": In(config.waypoint_bits).array(config.crossovers),
+                "peek_position": Out(range(max_waypoints)),
+                "waypoints": In(limits_layout.size).array(crossovers),
                 "fetched": Out(1),
                 "run": In(1),
-                "offset": In(offset_layout(config)),
+                "offset": In(offset_layout),
                 "offset_taken": Out(1),
-                "limits": In(limits_layout(config)),
+                "limits": In(limits_layout),
                 "avoid": In(1),
                 "lookup_valid": Out(1),
-                "lookup_x": Out(config.coordinate_bits),
-                "lookup_y": Out(config.coordinate_bits),
-                "lookup_altitude": In(config.altitude_bits),
+                "lookup_x": Out(limits_layout["x"].shape),
+                "lookup_y": Out(limits_layout["y"].shape),
+                "lookup_altitude": In(limits_layout["altitude"].shape),
                 "decided": Out(1),
-                "found": Out(config.patches),
-                "patches": Out(config.waypoint_bits).array(config.patches),
-                "redrawn": Out(range(config.patches * config.candidates)),
+                "found": Out(patch_count),
+                "patches": Out(limits_layout.size).array(patch_count),
+                "redrawn": Out(range(patch_count * candidates)),
             }
         )
 
@@ -121,7 +154,7 @@ class TerrainAwareSampler(wiring.Component):
         m.d.sync += running.eq(self.run)
 
         # A queue of the waypoints to be moved. The one that is moved goes to its end.
-        axes = limits_layout(self.config)
+        axes = self.limits_layout
         bases = [Signal(axes, name=f"base_{i}", reset_less=True) for i in range(len(self.plans))]
         fetched, waypoint = self._fetch(m)
         following = Signal(axes)
@@ -137,11 +170,9 @@ class TerrainAwareSampler(wiring.Component):
 
     def _fetch(self, m):
         """Read the waypoints ahead; return whether the next is there, and that waypoint."""
-        config = self.config
-
         wanted = Signal()
-        number = Signal(range(config.patches))
-        last = number == config.patches - 1
+        number = Signal(range(self.patch_count))
+        last = number == self.patch_count - 1
         m.d.comb += [
             self.peeks.eq(wanted),
             self.peek.eq(wanted & (self.settled | (number != 0))),
@@ -161,10 +192,10 @@ class TerrainAwareSampler(wiring.Component):
         m.d.sync += valid.eq(Mux(self.clear, 0, Cat(self.peek, valid)))
         parent = multiplex(number, [plan.parent for plan in self.plans])
         for stage in range(latency - 1):
-            delayed = Signal(range(config.crossovers), name=f"parent_{stage}", reset_less=True)
+            delayed = Signal(range(self.crossovers), name=f"parent_{stage}", reset_less=True)
             m.d.sync += delayed.eq(parent)
             parent = delayed
-        select = Signal(config.crossovers, reset_less=True)
+        select = Signal(self.crossovers, reset_less=True)
         m.d.sync += [
             select.eq(1 << parent),
             self.fetched.eq(valid[-1] & ~valid[-2] & ~self.clear),
@@ -177,13 +208,12 @@ class TerrainAwareSampler(wiring.Component):
         These are: whether there is one, its patch (one-hot), whether it is the patch's last, and
         the waypoint. Each step ends in registers.
         """
-        config = self.config
-        axes = limits_layout(config)
+        axes = self.limits_layout
 
-        turn = Signal(config.patches, init=1)
-        candidate = Signal(range(max(2, config.candidates)))
+        turn = Signal(self.patch_count, init=1)
+        candidate = Signal(range(max(2, self.candidates)))
         exhausted = Signal()
-        last = candidate == config.candidates - 1
+        last = candidate == self.candidates - 1
         exhausts = Signal()
         m.d.comb += exhausts.eq(exhausted | (self.offset_taken & turn[-1] & last))
         # It enables all bases and all offsets: a register.
@@ -196,7 +226,7 @@ class TerrainAwareSampler(wiring.Component):
                 m.d.sync += candidate.eq(candidate + 1)
 
         valid = self.offset_taken
-        known = data.StructLayout({"turn": config.patches, "last": 1})
+        known = data.StructLayout({"turn": self.patch_count, "last": 1})
         facts = Signal(known)
         m.d.comb += [facts.turn.eq(turn), facts.last.eq(last)]
 
@@ -224,7 +254,7 @@ class TerrainAwareSampler(wiring.Component):
             self.lookup_y.eq(waypoint.y),
         ]
 
-        for stage in range(1, config.lookup_latency + 1):
+        for stage in range(1, self.lookup_latency + 1):
             valid, facts = after(stage, valid, facts)
             later_waypoint = Signal(axes, name=f"waypoint_{stage}", reset_less=True)
             m.d.sync += later_waypoint.eq(waypoint)
@@ -247,7 +277,7 @@ class TerrainAwareSampler(wiring.Component):
 
         patches = [
             Signal.like(judged_waypoint, name=f"patch_{number}", reset_less=True)
-            for number in range(self.config.patches)
+            for number in range(self.patch_count)
         ]
         m.d.comb += [port.eq(patch) for port, patch in zip(self.patches, patches, strict=True)]
         decided = Signal(len(self.needed))

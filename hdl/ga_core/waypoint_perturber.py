@@ -4,9 +4,8 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config
-from hdl.ga_core.layouts import limits_layout, offset_layout
 from hdl.ga_core.mutation_plan import plan_layout
+from hdl.primitives.arguments import check_integer
 from hdl.primitives.multiplexer import multiplex
 
 
@@ -35,7 +34,12 @@ class WaypointPerturber(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    crossovers : int
+        Crossover modules, 2 or more. Each has a parent.
+    max_waypoints : int
+        Waypoints of the longest path, 3 or more.
+    limits_layout, offset_layout : StructLayout
+        With ``x``, ``y`` and ``altitude``: see :mod:`hdl.ga_core.layouts`.
 
     Members
     -------
@@ -44,38 +48,46 @@ class WaypointPerturber(wiring.Component):
     offset : In(offset_layout)
     limits : In(limits_layout)
     carrying : In(1)
-    position : In(index_bits)
+    position : In(range(max_waypoints))
     waypoints : In(waypoint_bits).array(crossovers)
         While ``carrying``: waypoint of each parent at ``position``.
     moved : Out(waypoint_bits)
+        A waypoint has the width of ``limits_layout``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, config):
-        if not isinstance(config, Config):
-            raise TypeError(f"Config must be a Config, not {config!r}")
+    def __init__(self, *, crossovers, max_waypoints, limits_layout, offset_layout):
+        check_integer("Crossovers", crossovers, 2)
+        check_integer("Max waypoints", max_waypoints, 3)
 
-        self.config = config
+        self.crossovers = crossovers
+        self.max_waypoints = max_waypoints
+        self.limits_layout = limits_layout
+        self.offset_layout = offset_layout
         super().__init__(
             {
-                "plan": In(plan_layout(config)),
-                "offset": In(offset_layout(config)),
-                "limits": In(limits_layout(config)),
+                "plan": In(plan_layout(crossovers, max_waypoints)),
+                "offset": In(offset_layout),
+                "limits": In(limits_layout),
                 "carrying": In(1),
-                "position": In(config.index_bits),
-                "waypoints": In(config.waypoint_bits).array(config.crossovers),
-                "moved": Out(config.waypoint_bits),
+                "position": In(range(max_waypoints)),
+                "waypoints": In(limits_layout.size).array(crossovers),
+                "moved": Out(limits_layout.size),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
 
-        axes = limits_layout(self.config)
-        passed = Signal(axes, reset_less=True)
+        passed = Signal(self.limits_layout, reset_less=True)
         with m.If(self.carrying & (self.position == self.plan.position)):
             m.d.sync += passed.eq(multiplex(self.plan.parent, self.waypoints))
 
-        moved = Signal(axes)
+        moved = Signal(self.limits_layout)
         m.d.comb += self.moved.eq(moved)
         for axis in ("x", "y", "altitude"):
             total = passed[axis] + self.offset[axis]

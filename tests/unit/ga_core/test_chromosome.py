@@ -8,9 +8,12 @@ from amaranth.sim import Simulator
 
 from hdl.config import Config
 from hdl.ga_core.chromosome import Chromosome, ReadIndex
+from tests.wrong_sizes import check_sizes
 
 
 CONFIG = Config(max_waypoints=7)
+INDEX_SIZES = {"max_waypoints": CONFIG.max_waypoints, "patch_count": CONFIG.patches}
+SIZES = {"waypoint_bits": CONFIG.waypoint_bits, **INDEX_SIZES}
 
 
 def simulate(dut, testbench):
@@ -23,7 +26,7 @@ def simulate(dut, testbench):
 @pytest.mark.parametrize("kind", [None, "perturb", "insert", "delete"])
 def test_index_of_every_path_and_mutation(kind):
     """Every length of the head and of the path, every place of the mutation."""
-    dut = ReadIndex(CONFIG)
+    dut = ReadIndex(**INDEX_SIZES)
 
     async def testbench(ctx):
         ctx.set(dut.advance, 1)
@@ -60,7 +63,7 @@ def test_index_of_every_path_and_mutation(kind):
 
 
 def test_index_stays_without_advance():
-    dut = ReadIndex(CONFIG)
+    dut = ReadIndex(**INDEX_SIZES)
 
     async def testbench(ctx):
         ctx.set(dut.head, 3)
@@ -79,7 +82,7 @@ def test_index_stays_without_advance():
 
 def test_banks_and_halves_keep_what_is_written():
     """All places of both halves and banks, both halves written at once, one bank read meanwhile."""
-    dut = Chromosome(CONFIG)
+    dut = Chromosome(**SIZES)
     rng = random.Random(1)
     places = range(CONFIG.tail_size)
     held = {}
@@ -113,7 +116,7 @@ def test_banks_and_halves_keep_what_is_written():
 
 
 def test_patches_stand_in_for_the_halves():
-    dut = Chromosome(CONFIG)
+    dut = Chromosome(**SIZES)
 
     async def testbench(ctx):
         ctx.set(dut.advance, 1)
@@ -129,3 +132,15 @@ def test_patches_stand_in_for_the_halves():
         assert ctx.get(dut.waypoint) == 100 + CONFIG.patches - 1
 
     simulate(dut, testbench)
+
+
+INDEX_RULES = {
+    "max_waypoints": ("Max waypoints", 3),
+    "patch_count": ("Patch count", 1),
+}
+
+
+def test_sizes():
+    check_sizes(ReadIndex, INDEX_SIZES, INDEX_RULES)
+    rules = {"waypoint_bits": ("Waypoint width", 1), **INDEX_RULES}
+    check_sizes(Chromosome, SIZES, rules)

@@ -9,11 +9,12 @@ from amaranth.sim import Simulator
 from hdl.config import Config
 from hdl.ga_core.crossover import Crossover, parents_of
 from hdl.protocol.breeding import crossover
+from tests.wrong_sizes import check_sizes
 
 
 def breed(config, pairs):
     """Return the children of each pair of parents, as heads and tails."""
-    dut = Crossover(config)
+    dut = Crossover(config.waypoint_bits, config.max_waypoints)
     bred = []
 
     async def testbench(ctx):
@@ -66,10 +67,16 @@ def test_parents_are_a_ring_and_used_twice():
     config = Config()
     paths = [[2 * i, 2 * i + 1] for i in range(config.crossovers)]
     for child, path in enumerate(crossover(paths)):
-        head, tail = parents_of(config, child)
+        head, tail = parents_of(child, config.crossovers)
         assert path == [paths[head][0], paths[tail][1]]
 
 
-def test_wrong_config():
-    with pytest.raises(TypeError, match=r"^Config must be a Config, not 16$"):
-        Crossover(16)
+def test_sizes():
+    check_sizes(
+        Crossover,
+        {"waypoint_bits": 30, "max_waypoints": 16},
+        {
+            "waypoint_bits": ("Waypoint width", 1),
+            "max_waypoints": ("Max waypoints", 3),
+        },
+    )

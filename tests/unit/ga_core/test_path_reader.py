@@ -8,6 +8,7 @@ import pytest
 from hdl.config import CheckerBuild, Config
 from hdl.ga_core.path_reader import PathReader
 from tests.streams import simulate
+from tests.wrong_sizes import check_sizes
 
 
 CONFIG = Config(
@@ -20,6 +21,11 @@ CONFIG = Config(
     max_waypoints=5,
     checker=CheckerBuild.NONE,
 )
+SIZES = {
+    "slot_bits": CONFIG.slot_bits,
+    "waypoint_bits": CONFIG.waypoint_bits,
+    "max_waypoints": CONFIG.max_waypoints,
+}
 #: Clocks after a rewind in which the first waypoints are not there.
 FILLING = 1
 
@@ -90,7 +96,7 @@ async def read(ctx, dut, slots, first, count, is_ready):
 
 @pytest.mark.parametrize("eagerness", [1, 0.6, 0.1])
 def test_paths_come_in_order(eagerness):
-    dut = PathReader(CONFIG)
+    dut = PathReader(**SIZES)
 
     async def bench(ctx):
         rng = random.Random(1)
@@ -107,7 +113,7 @@ def test_paths_come_in_order(eagerness):
 
 def test_clocks():
     """The first waypoint after 5 clocks, then one a clock, and 3 clocks between two paths."""
-    dut = PathReader(CONFIG)
+    dut = PathReader(**SIZES)
 
     async def bench(ctx):
         rng = random.Random(2)
@@ -123,7 +129,7 @@ def test_clocks():
 
 
 def test_none_is_taken_unless_allowed():
-    dut = PathReader(CONFIG)
+    dut = PathReader(**SIZES)
 
     async def bench(ctx):
         ctx.set(dut.reads.payload, {"slot": 0, "count": 1})
@@ -135,3 +141,15 @@ def test_none_is_taken_unless_allowed():
             assert not ctx.get(dut.rewind)
 
     simulate(dut, bench)
+
+
+def test_sizes():
+    check_sizes(
+        PathReader,
+        SIZES,
+        {
+            "slot_bits": ("Slot width", 1),
+            "waypoint_bits": ("Waypoint width", 1),
+            "max_waypoints": ("Max waypoints", 3),
+        },
+    )

@@ -109,7 +109,7 @@ async def breed(ctx, dut, paths, carried, mutations=(), patches=()):
 
     children = []
     for child in range(config.children):
-        head, tail = (bred[kept + parent] for parent in parents_of(config, child))
+        head, tail = (bred[kept + parent] for parent in parents_of(child, config.crossovers))
         children.append(head[: len(head) // 2] + tail[len(tail) // 2 :])
     for port, patch in zip(dut.patches, patches, strict=False):
         ctx.set(port, patch)

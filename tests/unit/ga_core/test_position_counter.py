@@ -5,15 +5,14 @@ import random
 
 import pytest
 
-from hdl.config import Config
 from hdl.ga_core.position_counter import PositionCounter
 from tests.streams import simulate
+from tests.wrong_sizes import check_sizes
 
 
 @pytest.mark.parametrize("most", [3, 6, 16, 20])
 def test_as_many_clocks_as_the_longest_path_has_waypoints(most):
-    config = Config(max_waypoints=most)
-    dut = PositionCounter(config)
+    dut = PositionCounter(ports=21, max_waypoints=most)
 
     async def bench(ctx):
         rng = random.Random(most)
@@ -47,3 +46,14 @@ def test_as_many_clocks_as_the_longest_path_has_waypoints(most):
             await ctx.tick()
 
     simulate(dut, bench)
+
+
+def test_sizes():
+    check_sizes(
+        PositionCounter,
+        {"ports": 21, "max_waypoints": 16},
+        {
+            "ports": ("Ports", 1),
+            "max_waypoints": ("Max waypoints", 3),
+        },
+    )

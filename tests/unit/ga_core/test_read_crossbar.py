@@ -6,16 +6,17 @@ import random
 import pytest
 
 from hdl.ga_core.read_crossbar import ReadCrossbar
-from tests.chips import TINY
 from tests.streams import simulate
+from tests.wrong_sizes import check_sizes
 
 
-CONFIG = TINY.replace(altitude_bits=5)
+POPULATION, WAYPOINT_BITS = 8, 13
+SIZES = {"ports": 6, "population": POPULATION, "waypoint_bits": WAYPOINT_BITS}
 
 
 async def pass_new(ctx, dut, rng):
     """Give every slot another waypoint, pass a clock, return what was given."""
-    given = [rng.getrandbits(CONFIG.waypoint_bits) for _ in dut.slots]
+    given = [rng.getrandbits(WAYPOINT_BITS) for _ in dut.slots]
     for slot, waypoint in zip(dut.slots, given, strict=True):
         ctx.set(slot, waypoint)
     await ctx.tick()
@@ -23,14 +24,14 @@ async def pass_new(ctx, dut, rng):
 
 
 def test_what_passes_follows_the_choice_a_clock_later():
-    dut = ReadCrossbar(CONFIG)
+    dut = ReadCrossbar(**SIZES)
 
     async def bench(ctx):
         rng = random.Random(1)
         ctx.set(dut.step, 1)
         chosen = {}
         for _ in range(40):
-            chosen, before = [rng.randrange(CONFIG.population) for _ in dut.selects], chosen
+            chosen, before = [rng.randrange(POPULATION) for _ in dut.selects], chosen
             for select, slot in zip(dut.selects, chosen, strict=True):
                 ctx.set(select, 1 << slot)
             for clock in range(3):
@@ -43,7 +44,7 @@ def test_what_passes_follows_the_choice_a_clock_later():
 
 
 def test_nothing_passes_where_nothing_is_chosen():
-    dut = ReadCrossbar(CONFIG)
+    dut = ReadCrossbar(**SIZES)
 
     async def bench(ctx):
         rng = random.Random(2)
@@ -57,7 +58,7 @@ def test_nothing_passes_where_nothing_is_chosen():
 
 @pytest.mark.parametrize("step", [0, 1])
 def test_the_first_port_waits_for_a_step_and_all_take_what_is_written(step):
-    dut = ReadCrossbar(CONFIG)
+    dut = ReadCrossbar(**SIZES)
 
     async def bench(ctx):
         rng = random.Random(3)
@@ -80,3 +81,15 @@ def test_the_first_port_waits_for_a_step_and_all_take_what_is_written(step):
         assert {ctx.get(port) for port in dut.waypoints} == {0x123}
 
     simulate(dut, bench)
+
+
+def test_sizes():
+    check_sizes(
+        ReadCrossbar,
+        SIZES,
+        {
+            "ports": ("Ports", 1),
+            "population": ("Population", 2),
+            "waypoint_bits": ("Waypoint width", 1),
+        },
+    )

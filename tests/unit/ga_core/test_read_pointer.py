@@ -1,16 +1,17 @@
+# amaranth: UnusedElaboratable=no
 """Positions read in lock step, as the registers behind them see them."""
 
 import random
 
 import pytest
 
-from hdl.config import CheckerBuild, Config
 from hdl.ga_core.read_pointer import PEEK_LATENCY, ReadPointer
 from tests.streams import simulate
+from tests.wrong_sizes import check_sizes
 
 
-CONFIG = Config(checker=CheckerBuild.PARALLEL)
-PARTS = 3
+MAX_WAYPOINTS = 16
+SIZES = {"max_waypoints": MAX_WAYPOINTS, "parts": 3, "peeks": True}
 #: Most clocks from what changes the population to its first waypoints.
 SETTLING = 4
 
@@ -52,14 +53,14 @@ class Registers:
 
 @pytest.mark.parametrize("cause", ["rewinds", "update", "taken"])
 def test_the_first_waypoints_are_read_again(cause):
-    dut = ReadPointer(CONFIG, PARTS)
+    dut = ReadPointer(**SIZES)
 
     async def bench(ctx):
         rng = random.Random(1)
         registers = Registers(ctx, dut)
         await registers.settle()
         for _ in range(30):
-            for _ in range(rng.randrange(CONFIG.max_waypoints)):
+            for _ in range(rng.randrange(MAX_WAYPOINTS)):
                 await registers.clock("passes")
             await registers.clock(cause)
             # What was read before the change of a length, or of an index after it, is of no use.
@@ -73,14 +74,14 @@ def test_the_first_waypoints_are_read_again(cause):
 
 
 def test_a_crossover_takes_one_position_a_clock():
-    dut = ReadPointer(CONFIG, PARTS)
+    dut = ReadPointer(**SIZES)
 
     async def bench(ctx):
         rng = random.Random(2)
         registers = Registers(ctx, dut)
         for _ in range(20):
             await registers.settle()
-            longest = rng.randint(2, CONFIG.max_waypoints)
+            longest = rng.randint(2, MAX_WAYPOINTS)
             await registers.clock("begin")
             for position in range(longest):
                 await registers.clock(*["passes"] * (position < longest - 1))
@@ -95,14 +96,14 @@ def test_a_crossover_takes_one_position_a_clock():
 
 @pytest.mark.parametrize("count", [1, 2, 3, 7])
 def test_positions_that_are_peeked_at(count):
-    dut = ReadPointer(CONFIG, PARTS)
+    dut = ReadPointer(**SIZES)
 
     async def bench(ctx):
         rng = random.Random(count)
         registers = Registers(ctx, dut)
         for _ in range(20):
             await registers.settle()
-            positions = [rng.randrange(CONFIG.max_waypoints) for _ in range(count)]
+            positions = [rng.randrange(MAX_WAYPOINTS) for _ in range(count)]
             seen = []
             for clock in range(count + PEEK_LATENCY - 1):
                 if clock < count:
@@ -117,3 +118,19 @@ def test_positions_that_are_peeked_at(count):
             assert await registers.settle() <= 6 - PEEK_LATENCY + 1
 
     simulate(dut, bench)
+
+
+def test_sizes():
+    check_sizes(
+        ReadPointer,
+        SIZES,
+        {
+            "max_waypoints": ("Max waypoints", 3),
+            "parts": ("Parts", 1),
+        },
+    )
+
+
+def test_peeks_only_where_wanted():
+    assert hasattr(ReadPointer(**SIZES), "peek")
+    assert not hasattr(ReadPointer(**{**SIZES, "peeks": False}), "peek")

@@ -7,9 +7,17 @@ from amaranth.sim import Simulator
 
 from hdl.config import Config
 from hdl.ga_core.slot_mapping import SlotMapping
+from tests.wrong_sizes import check_sizes
 
 
 CONFIG = Config()
+SIZES = {
+    "population": CONFIG.population,
+    "elite_ports": CONFIG.elites,
+    "survivor_ports": CONFIG.survivors,
+    "parent_ports": CONFIG.crossovers,
+    "max_waypoints": CONFIG.max_waypoints,
+}
 #: Clocks from the last word of a ranking to ``mapped``.
 LATENCY = 4
 
@@ -54,7 +62,7 @@ class Bench:
 
 
 def simulate(function):
-    dut = SlotMapping(CONFIG)
+    dut = SlotMapping(**SIZES)
     simulator = Simulator(dut)
     simulator.add_clock(1e-8)
 
@@ -110,3 +118,17 @@ def test_nothing_is_taken_unless_allowed():
             await ctx.tick()
 
     simulate(bench)
+
+
+def test_sizes():
+    check_sizes(
+        SlotMapping,
+        SIZES,
+        {
+            "population": ("Population", 2),
+            "elite_ports": ("Elite ports", 1),
+            "survivor_ports": ("Survivor ports", 1),
+            "parent_ports": ("Parent ports", 1),
+            "max_waypoints": ("Max waypoints", 3),
+        },
+    )

@@ -7,9 +7,11 @@ import random
 import pytest
 
 from hdl.config import CheckerBuild, Config
+from hdl.ga_core.layouts import limits_layout, offset_layout
 from hdl.ga_core.read_pointer import PEEK_LATENCY
 from hdl.ga_core.terrain_aware_sampler import TerrainAwareSampler
 from tests.streams import simulate
+from tests.wrong_sizes import check_sizes
 
 
 SMALL = Config(
@@ -37,13 +39,24 @@ CONFIGS = {
 }
 
 
+def sizes_of(config):
+    """Return the arguments of the unit in the chip of ``config``."""
+    return {
+        "patch_count": config.patches,
+        "candidates": config.candidates,
+        "crossovers": config.crossovers,
+        "max_waypoints": config.max_waypoints,
+        "limits_layout": limits_layout(config.coordinate_bits, config.altitude_bits),
+        "offset_layout": offset_layout(config.box_cells, config.box_steps),
+        "lookup_latency": config.lookup_latency,
+    }
+
+
 class Bench:
     """Plays the population, the selection unit and the checker."""
 
-    def __init__(self, ctx, dut, rng):
-        self.ctx, self.dut, self.rng = ctx, dut, rng
-        self.config = dut.config
-        config = self.config
+    def __init__(self, ctx, dut, config, rng):
+        self.ctx, self.dut, self.config, self.rng = ctx, dut, config, rng
         self.ground = collections.defaultdict(lambda: rng.randint(0, config.blocked_altitude))
         self.parents = [self.path() for _ in range(config.crossovers)]
         self.offsets = []
@@ -165,7 +178,7 @@ class Bench:
         ctx.set(dut.limits, dict(zip(("x", "y", "altitude"), limits, strict=True)))
         ctx.set(dut.avoid, avoid)
         found, redrawn, last = self.expected(bases, needed, limits, avoid)
-        assert await self.fetch() == TerrainAwareSampler.latency_of(config)
+        assert await self.fetch() == TerrainAwareSampler.latency_of(config.patches)
         for _ in range(rng.randrange(4)):
             await self.tick()
 
@@ -196,11 +209,11 @@ class Bench:
 
 
 def bench_of(function, config=SMALL, seed=1):
-    dut = TerrainAwareSampler(config)
+    dut = TerrainAwareSampler(**sizes_of(config))
 
     async def testbench(ctx):
         ctx.set(dut.settled, 1)
-        await function(ctx, dut, Bench(ctx, dut, random.Random(seed)))
+        await function(ctx, dut, Bench(ctx, dut, config, random.Random(seed)))
 
     simulate(dut, testbench)
 
@@ -242,14 +255,14 @@ def test_fetch_waits_until_settled():
                 await unit.tick()
                 ctx.set(dut.settled, 0)
                 clocks += 1
-            assert clocks == TerrainAwareSampler.latency_of(SMALL) - 1
+            assert clocks == TerrainAwareSampler.latency_of(SMALL.patches) - 1
 
     bench_of(bench)
 
 
 def test_clear_in_every_clock_of_a_fetch():
     async def bench(ctx, dut, unit):
-        for clocks in range(TerrainAwareSampler.latency_of(SMALL)):
+        for clocks in range(TerrainAwareSampler.latency_of(SMALL.patches)):
             unit.plan()
             ctx.set(dut.fetch, 1)
             for _ in range(clocks):
@@ -261,7 +274,7 @@ def test_clear_in_every_clock_of_a_fetch():
             ctx.set(dut.fetch, 0)
             ctx.set(dut.clear, 0)
             ctx.set(dut.settled, 1)
-            for _ in range(TerrainAwareSampler.latency_of(SMALL) + 2):
+            for _ in range(TerrainAwareSampler.latency_of(SMALL.patches) + 2):
                 assert not ctx.get(dut.fetched)
                 assert not ctx.get(dut.peek)
                 await unit.tick()
@@ -291,6 +304,15 @@ def test_nothing_outlives_its_generation():
     bench_of(bench)
 
 
-def test_wrong_config():
-    with pytest.raises(TypeError, match=r"^Config must be a Config, not 3$"):
-        TerrainAwareSampler(3)
+def test_sizes():
+    check_sizes(
+        TerrainAwareSampler,
+        sizes_of(SMALL),
+        {
+            "patch_count": ("Patch count", 1),
+            "candidates": ("Candidates", 1),
+            "crossovers": ("Crossovers", 2),
+            "max_waypoints": ("Max waypoints", 3),
+            "lookup_latency": ("Lookup latency", 1),
+        },
+    )

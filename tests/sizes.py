@@ -1,3 +1,4 @@
+# amaranth: UnusedElaboratable=no
 """Check of a unit's sizes, which are parameters of its constructor."""
 
 import re

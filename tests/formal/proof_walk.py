@@ -25,7 +25,7 @@ class Walk(Elaboratable):
     """
 
     def __init__(self, unit):
-        self.config = Config(
+        self.config = config = Config(
             map_size=8,
             coarse_factor=2,
             altitude_bits=4,
@@ -33,7 +33,9 @@ class Walk(Elaboratable):
             checker="two-tier",
             lanes=1,
         )
-        self.dut = unit(CellWalker)(self.config)
+        self.dut = unit(CellWalker)(
+            config.coordinate_bits, config.altitude_bits, config.segment_bits
+        )
 
     def elaborate(self, platform):
         m = Module()

@@ -4,26 +4,27 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config
 from hdl.feasibility.two_tier.cell_walker import level_layout, visit_layout
+from hdl.primitives.arguments import check_integer
 
 
 __all__ = ["AltitudeCompare", "tested_layout"]
 
 
-def tested_layout(config: Config) -> data.StructLayout:
+def tested_layout(coordinate_bits: int, segment_bits: int, latency: int) -> data.StructLayout:
     """Return the layout of a cell that has been compared.
 
     ``hit``: the path is not above its ground. ``blocked``: no path may cross that ground.
     ``reads``: addresses of the same path given to a memory since, that of this cycle included.
-    ``open``: neither this nor any of those is the path's last cell.
+    ``open``: neither this nor any of those is the path's last cell. ``latency``: cycles from a
+    visit to its test.
     """
     return data.StructLayout(
         {
-            "visit": visit_layout(config),
+            "visit": visit_layout(coordinate_bits, segment_bits),
             "hit": 1,
             "blocked": 1,
-            "reads": range(AltitudeCompare.latency_of(config) + 1),
+            "reads": range(latency + 1),
             "open": 1,
         }
     )
@@ -37,7 +38,18 @@ class AltitudeCompare(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    coordinate_bits, altitude_bits : int
+        Widths of a coordinate and of an altitude, 1 or more. The top altitude marks ground that no
+        path may cross.
+    segment_bits : int
+        Width of the number of a segment in its path, 1 or more.
+    memory_latency : int
+        Cycles from an address to its data, 1 or 2.
+
+    Attributes
+    ----------
+    latency : int
+        Cycles from a visit to its test.
 
     Members
     -------
@@ -54,34 +66,38 @@ class AltitudeCompare(wiring.Component):
     tested : Out(tested_layout)
     """
 
-    @staticmethod
-    def latency_of(config: Config) -> int:
-        """Return the cycles from a visit to its test."""
-        return config.memory_latency + 3
-
-    def __init__(self, config):
-        self.config = config
+    def __init__(
+        self, coordinate_bits: int, altitude_bits: int, segment_bits: int, memory_latency: int
+    ):
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_integer("Altitude width", altitude_bits, 1)
+        check_integer("Segment width", segment_bits, 1)
+        check_integer("Memory latency", memory_latency, 1, 2)
+        self.coordinate_bits = coordinate_bits
+        self.altitude_bits = altitude_bits
+        self.segment_bits = segment_bits
+        self.memory_latency = memory_latency
+        self.latency = memory_latency + 3
         super().__init__(
             {
                 "visiting": In(1),
-                "visit": In(visit_layout(config)),
-                "level": In(level_layout(config)),
-                "ground": In(config.altitude_bits),
+                "visit": In(visit_layout(coordinate_bits, segment_bits)),
+                "level": In(level_layout(coordinate_bits, altitude_bits)),
+                "ground": In(altitude_bits),
                 "drop": In(1),
                 "valid": Out(1),
-                "tested": Out(tested_layout(config)),
+                "tested": Out(tested_layout(coordinate_bits, segment_bits, self.latency)),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
-        config = self.config
 
         # The youngest first: the cell of this cycle, then those in the pipeline.
         valids, visits = [self.visiting], [self.visit]
-        for stage in range(1, self.latency_of(config) + 1):
+        for stage in range(1, self.latency + 1):
             valid = Signal(name=f"valid_{stage}")
-            visit = Signal(visit_layout(config), name=f"visit_{stage}", reset_less=True)
+            visit = Signal.like(self.visit, name=f"visit_{stage}", reset_less=True)
             m.d.sync += [valid.eq(valids[-1] & ~self.drop), visit.eq(visits[-1])]
             valids.append(valid)
             visits.append(visit)
@@ -93,10 +109,10 @@ class AltitudeCompare(wiring.Component):
                 value = register
             return value
 
-        steps = later(self.level.steps, config.memory_latency, "steps")
-        scaled = later(self.level.scaled, config.memory_latency + 1, "scaled")
+        steps = later(self.level.steps, self.memory_latency, "steps")
+        scaled = later(self.level.scaled, self.memory_latency + 1, "scaled")
         scaled_ground = Signal(self.level.scaled.shape(), reset_less=True)
-        top = later(self.ground == config.blocked_altitude, 1, "top")
+        top = later(self.ground == (1 << self.altitude_bits) - 1, 1, "top")
         m.d.sync += [
             scaled_ground.eq(self.ground * steps),
             self.tested.hit.eq(scaled <= scaled_ground),

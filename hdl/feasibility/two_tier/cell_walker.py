@@ -4,14 +4,14 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config
 from hdl.feasibility.two_tier.segment_setup import segment_layout
+from hdl.primitives.arguments import check_integer
 
 
 __all__ = ["CellWalker", "level_layout", "visit_layout"]
 
 
-def visit_layout(config: Config) -> data.StructLayout:
+def visit_layout(coordinate_bits: int, segment_bits: int) -> data.StructLayout:
     """Return the layout of one visited cell, in cells of its map, and its place in the path.
 
     ``coarse``: its map is the coarse one. ``segment``: number of its segment. ``first``: it is the
@@ -19,10 +19,10 @@ def visit_layout(config: Config) -> data.StructLayout:
     """
     return data.StructLayout(
         {
-            "x": config.coordinate_bits,
-            "y": config.coordinate_bits,
+            "x": coordinate_bits,
+            "y": coordinate_bits,
             "coarse": 1,
-            "segment": config.segment_bits,
+            "segment": segment_bits,
             "first": 1,
             "ends_segment": 1,
             "ends_path": 1,
@@ -30,14 +30,9 @@ def visit_layout(config: Config) -> data.StructLayout:
     )
 
 
-def level_layout(config: Config) -> data.StructLayout:
+def level_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
     """Return the layout of an altitude: the exact quotient ``scaled / steps``, ``steps`` not 0."""
-    return data.StructLayout(
-        {
-            "scaled": config.altitude_bits + config.coordinate_bits,
-            "steps": config.coordinate_bits,
-        }
-    )
+    return data.StructLayout({"scaled": altitude_bits + coordinate_bits, "steps": coordinate_bits})
 
 
 class CellWalker(wiring.Component):
@@ -57,7 +52,10 @@ class CellWalker(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    coordinate_bits, altitude_bits : int
+        Widths of a coordinate and of an altitude, 1 or more.
+    segment_bits : int
+        Width of the number of a segment in its path, 1 or more.
 
     Members
     -------
@@ -82,25 +80,31 @@ class CellWalker(wiring.Component):
         Altitude at the cell that was visited in the cycle before.
     """
 
-    def __init__(self, config):
-        self.config = config
+    def __init__(self, coordinate_bits: int, altitude_bits: int, segment_bits: int):
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_integer("Altitude width", altitude_bits, 1)
+        check_integer("Segment width", segment_bits, 1)
+        self.coordinate_bits = coordinate_bits
+        self.altitude_bits = altitude_bits
+        self.segment_bits = segment_bits
+        segments = segment_layout(coordinate_bits, altitude_bits, segment_bits)
         super().__init__(
             {
-                "segments": In(stream.Signature(segment_layout(config))),
+                "segments": In(stream.Signature(segments)),
                 "room": In(1),
                 "segment_room": In(1),
                 "begins": Out(1),
                 "segment_begins": Out(1),
                 "drop": In(1),
                 "visiting": Out(1),
-                "visit": Out(visit_layout(config)),
-                "level": Out(level_layout(config)),
+                "visit": Out(visit_layout(coordinate_bits, segment_bits)),
+                "level": Out(level_layout(coordinate_bits, altitude_bits)),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
-        config = self.config
+        xy = self.coordinate_bits
 
         segment = self.segments.p
         active = Signal()
@@ -110,10 +114,10 @@ class CellWalker(wiring.Component):
         west = Signal()
         south = Signal()
         steep = Signal()
-        left = Signal(config.coordinate_bits)
-        error = Signal(signed(config.coordinate_bits + 2))
-        growth = Signal(config.coordinate_bits + 1)
-        excess = Signal(signed(config.coordinate_bits + 2))
+        left = Signal(xy)
+        error = Signal(signed(xy + 2))
+        growth = Signal(xy + 1)
+        excess = Signal(signed(xy + 2))
 
         visit = self.visit
         opens = Signal()
@@ -145,7 +149,7 @@ class CellWalker(wiring.Component):
         with m.Elif(free):
             m.d.sync += active.eq(load)
 
-        grown = Signal(signed(config.coordinate_bits + 2))
+        grown = Signal(signed(xy + 2))
         across = Signal()  # A step along the shorter side.
         m.d.comb += [grown.eq(error + growth), across.eq(grown >= 0)]
         with m.If(load):
@@ -177,8 +181,8 @@ class CellWalker(wiring.Component):
                 m.d.sync += visit.x.eq(Mux(west, visit.x - 1, visit.x + 1))
 
         # The altitude follows a cycle later, so that the product of a new segment has a cycle.
-        steps = Signal(config.coordinate_bits)
-        climb = Signal(signed(config.altitude_bits + 1))
+        steps = Signal(xy)
+        climb = Signal(signed(self.altitude_bits + 1))
         scaled_start = Signal(self.level.scaled.shape())
         begins = Signal()
         with m.If(load):

@@ -6,25 +6,33 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.feasibility.map_memory import MapMemory
 from hdl.layouts import cell_layout
+from hdl.primitives.arguments import check_integer
 
 
 __all__ = ["CoarseMap"]
 
 
 class CoarseMap(wiring.Component):
-    """Memory of the maxima of blocks of ``coarse_factor`` x ``coarse_factor`` cells.
+    """Memory of the maxima of square blocks of cells.
 
     Cells written to the detailed map pass through this unit, which records the blocks that they
     span. After the last cell of a rectangle it reads every cell of those blocks again, one a cycle,
     and writes their maxima, so that a maximum falls with its cell. ``busy`` is high for
-    ``coarse_factor`` squared cycles a block and ``scan_latency + 2`` more in all, from the cycle
-    after the last cell on.
+    a cycle for each cell of these blocks and ``scan_latency + 2`` more, from the cycle after the
+    last cell on.
 
     Source: *allaire two-tier*, section 3.1.1.
 
     Parameters
     ----------
-    config : Config
+    coordinate_bits : int
+        Width of x and of y in cells, 2 or more.
+    coarse_bits : int
+        Width of x and of y in blocks, from 1 to ``coordinate_bits - 1``.
+    altitude_bits : int
+        Width of an altitude, 1 or more.
+    memory_latency : int
+        Cycles from a block to its maximum, 1 or 2.
     scan_latency : int
         Cycles from ``scanning`` to its ``scanned``, 1 or more.
 
@@ -48,39 +56,46 @@ class CoarseMap(wiring.Component):
         Its maximum, ``memory_latency`` cycles later; undefined until the block was scanned. See
         :class:`hdl.feasibility.map_memory.MapMemory`.
 
-    Raises
-    ------
-    ValueError
-        If ``scan_latency`` is out of its range.
     """
 
-    def __init__(self, config, *, scan_latency):
-        if scan_latency < 1:
-            raise ValueError(f"Latency of a scan must be 1 or more, not {scan_latency!r}")
-
-        self.config = config
+    def __init__(
+        self,
+        coordinate_bits: int,
+        coarse_bits: int,
+        altitude_bits: int,
+        *,
+        memory_latency: int,
+        scan_latency: int,
+    ):
+        check_integer("Coordinate width", coordinate_bits, 2)
+        check_integer("Coarse width", coarse_bits, 1, coordinate_bits - 1)
+        check_integer("Altitude width", altitude_bits, 1)
+        check_integer("Memory latency", memory_latency, 1, 2)
+        check_integer("Latency of a scan", scan_latency, 1)
+        self.coordinate_bits = coordinate_bits
+        self.coarse_bits = coarse_bits
+        self.altitude_bits = altitude_bits
+        self.memory_latency = memory_latency
         self.scan_latency = scan_latency
         super().__init__(
             {
-                "writes": In(
-                    stream.Signature(cell_layout(config.coordinate_bits, config.altitude_bits))
-                ),
+                "writes": In(stream.Signature(cell_layout(coordinate_bits, altitude_bits))),
                 "written": Out(1),
                 "busy": Out(1),
                 "scanning": Out(1),
-                "scan_x": Out(config.coordinate_bits),
-                "scan_y": Out(config.coordinate_bits),
-                "scanned": In(config.altitude_bits),
-                "x": In(config.coarse_bits),
-                "y": In(config.coarse_bits),
-                "altitude": Out(config.altitude_bits),
+                "scan_x": Out(coordinate_bits),
+                "scan_y": Out(coordinate_bits),
+                "scanned": In(altitude_bits),
+                "x": In(coarse_bits),
+                "y": In(coarse_bits),
+                "altitude": Out(altitude_bits),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
-        config = self.config
-        bits = config.coordinate_bits - config.coarse_bits
+        coarse_bits = self.coarse_bits
+        bits = self.coordinate_bits - coarse_bits
 
         cell = self.writes.p
         m.d.comb += [
@@ -92,7 +107,7 @@ class CoarseMap(wiring.Component):
         block_x, block_y = cell.x >> bits, cell.y >> bits
         fresh = Signal(init=1)
         west, east, south, north = (
-            Signal(config.coarse_bits, name=name) for name in ("west", "east", "south", "north")
+            Signal(coarse_bits, name=name) for name in ("west", "east", "south", "north")
         )
         with m.If(self.written):
             m.d.sync += fresh.eq(cell.last)
@@ -108,7 +123,7 @@ class CoarseMap(wiring.Component):
         # One cycle to settle, then all cells of a block, and those of the next one.
         starting = Signal()
         m.d.sync += starting.eq(self.written & cell.last)
-        at_x, at_y = Signal(config.coarse_bits), Signal(config.coarse_bits)
+        at_x, at_y = Signal(coarse_bits), Signal(coarse_bits)
         inner_x, inner_y = Signal(bits), Signal(bits)
         block_ends = Signal()
         m.d.comb += [
@@ -133,7 +148,7 @@ class CoarseMap(wiring.Component):
                         m.d.sync += self.scanning.eq(0)
 
         # Answers, with their blocks.
-        block = {"x": config.coarse_bits, "y": config.coarse_bits}
+        block = {"x": coarse_bits, "y": coarse_bits}
         asked = Signal(data.StructLayout({"valid": 1, "first": 1, "last": 1, **block}))
         m.d.comb += [
             asked.valid.eq(self.scanning),
@@ -142,28 +157,28 @@ class CoarseMap(wiring.Component):
             asked.x.eq(at_x),
             asked.y.eq(at_y),
         ]
-        under_way = [starting, self.scanning]
+        in_flight = [starting, self.scanning]
         for cycle in range(self.scan_latency):
             following = Signal.like(asked, name=f"asked_{cycle}")
             m.d.sync += following.eq(asked)
             asked = following
-            under_way.append(asked.valid)
+            in_flight.append(asked.valid)
 
-        highest = Signal(config.altitude_bits)
+        highest = Signal(self.altitude_bits)
         writing = Signal()
-        row = Signal(2 * config.coarse_bits)
+        row = Signal(2 * coarse_bits)
         m.d.sync += [
             writing.eq(asked.valid & asked.last),
             row.eq(Cat(asked.x, asked.y)),
         ]
         with m.If(asked.valid & (asked.first | (self.scanned > highest))):
             m.d.sync += highest.eq(self.scanned)
-        m.d.comb += self.busy.eq(Cat(under_way).any() | writing)
+        m.d.comb += self.busy.eq(Cat(in_flight).any() | writing)
 
         m.submodules.blocks = blocks = MapMemory(
             rows=1 << len(row),
-            width=config.altitude_bits,
-            latency=config.memory_latency,
+            width=self.altitude_bits,
+            latency=self.memory_latency,
             ports=1,
         )
         port = blocks.a

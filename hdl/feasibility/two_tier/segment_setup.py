@@ -6,12 +6,15 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
 from hdl.layouts import point_layout
+from hdl.primitives.arguments import check_integer
 
 
 __all__ = ["TwoTierSegmentSetup", "segment_layout"]
 
 
-def segment_layout(config: Config) -> data.StructLayout:
+def segment_layout(
+    coordinate_bits: int, altitude_bits: int, segment_bits: int
+) -> data.StructLayout:
     """Return the layout of one segment to be walked.
 
     ``x``, ``y`` of its first cell, in cells of its map; ``west`` and ``south``: x, y do not grow;
@@ -21,17 +24,17 @@ def segment_layout(config: Config) -> data.StructLayout:
     """
     return data.StructLayout(
         {
-            "x": config.coordinate_bits,
-            "y": config.coordinate_bits,
+            "x": coordinate_bits,
+            "y": coordinate_bits,
             "west": 1,
             "south": 1,
             "steep": 1,
-            "steps": config.coordinate_bits,
-            "minor": config.coordinate_bits,
-            "altitude": config.altitude_bits,
-            "climb": signed(config.altitude_bits + 1),
+            "steps": coordinate_bits,
+            "minor": coordinate_bits,
+            "altitude": altitude_bits,
+            "climb": signed(altitude_bits + 1),
             "coarse": 1,
-            "number": config.segment_bits,
+            "number": segment_bits,
             "last": 1,
         }
     )
@@ -49,7 +52,14 @@ class TwoTierSegmentSetup(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    coordinate_bits : int
+        Width of x and of y in cells of the detailed map, 2 or more.
+    coarse_bits : int
+        Width of x and of y in cells of the coarse map, from 1 to ``coordinate_bits - 1``.
+    altitude_bits : int
+        Width of an altitude, 1 or more.
+    segment_bits : int
+        Width of the number of a segment in its path, 1 or more.
 
     Members
     -------
@@ -59,46 +69,52 @@ class TwoTierSegmentSetup(wiring.Component):
         One segment fewer than points, path by path.
     """
 
-    def __init__(self, config):
-        self.config = config
+    def __init__(
+        self, coordinate_bits: int, coarse_bits: int, altitude_bits: int, segment_bits: int
+    ):
+        check_integer("Coordinate width", coordinate_bits, 2)
+        check_integer("Coarse width", coarse_bits, 1, coordinate_bits - 1)
+        check_integer("Altitude width", altitude_bits, 1)
+        check_integer("Segment width", segment_bits, 1)
+        self.coordinate_bits = coordinate_bits
+        self.coarse_bits = coarse_bits
+        self.altitude_bits = altitude_bits
+        self.segment_bits = segment_bits
+        segments = segment_layout(coordinate_bits, altitude_bits, segment_bits)
         super().__init__(
             {
-                "points": In(
-                    stream.Signature(point_layout(config.coordinate_bits, config.altitude_bits))
-                ),
-                "segments": Out(stream.Signature(segment_layout(config))),
+                "points": In(stream.Signature(point_layout(coordinate_bits, altitude_bits))),
+                "segments": Out(stream.Signature(segments)),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
-        config = self.config
-        shift = config.coordinate_bits - config.coarse_bits
+        xy, z = self.coordinate_bits, self.altitude_bits
+        shift = xy - self.coarse_bits
 
         point = self.points.p
         taken = Signal()
         first = Signal(init=1)
-        previous = Signal(
-            point_layout(config.coordinate_bits, config.altitude_bits), reset_less=True
-        )
-        number = Signal(config.segment_bits)
+        previous = Signal.like(point, reset_less=True)
+        number = Signal(self.segment_bits)
         coarse = Signal()
 
         measured = Signal()  # The first stage holds a segment: its sides with their signs.
         sides = Signal(
             data.StructLayout(
                 {
-                    "x": config.coordinate_bits,
-                    "y": config.coordinate_bits,
-                    "altitude": config.altitude_bits,
-                    "goal": config.altitude_bits,
-                    "climb": signed(config.altitude_bits + 1),
-                    "across": config.coordinate_bits,
-                    "along": config.coordinate_bits,
+                    "x": xy,
+                    "y": xy,
+                    "altitude": z,
+                    "goal": z,
+                    "climb": signed(z + 1),
+                    "across": xy,
+                    "along": xy,
                     "west": 1,
                     "south": 1,
                     "coarse": 1,
-                    "number": config.segment_bits,
+                    "number": self.segment_bits,
                     "last": 1,
                 }
             ),
@@ -126,7 +142,7 @@ class TwoTierSegmentSetup(wiring.Component):
                 previous.eq(point),
                 first.eq(point.last),
                 number.eq(Mux(first, 0, number + 1)),
-                coarse.eq(~first & (coarse | (number == config.DETAILED_SEGMENTS - 1))),
+                coarse.eq(~first & (coarse | (number == Config.DETAILED_SEGMENTS - 1))),
             ]
             with m.If(~first):
                 m.d.sync += [

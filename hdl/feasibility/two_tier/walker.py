@@ -49,18 +49,29 @@ class TwoTierWalker(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         config = self.config
+        xy, z = config.coordinate_bits, config.altitude_bits
 
-        m.submodules.setup = setup = TwoTierSegmentSetup(config)
-        m.submodules.line = line = CellWalker(config)
-        m.submodules.compare = compare = AltitudeCompare(config)
+        m.submodules.setup = setup = TwoTierSegmentSetup(
+            xy, config.coarse_bits, z, config.segment_bits
+        )
+        m.submodules.line = line = CellWalker(xy, z, config.segment_bits)
+        m.submodules.compare = compare = AltitudeCompare(
+            xy, z, config.segment_bits, config.memory_latency
+        )
         m.submodules.detailed = detailed = MapMemory(
             rows=config.map_size**2,
-            width=config.altitude_bits,
+            width=z,
             latency=config.memory_latency,
             ports=1,
             number=0,
         )
-        m.submodules.coarse = coarse = CoarseMap(config, scan_latency=config.lookup_latency)
+        m.submodules.coarse = coarse = CoarseMap(
+            xy,
+            config.coarse_bits,
+            z,
+            memory_latency=config.memory_latency,
+            scan_latency=config.lookup_latency,
+        )
 
         visit = line.visit
         connect(m, setup.segments, line.segments)
@@ -80,7 +91,7 @@ class TwoTierWalker(wiring.Component):
         # All other accesses pass a register, so that the walk has the shortest path to the memory.
         write = self.writes.p
         connect(m, flipped(self.writes), coarse.writes)
-        address = Signal(2 * config.coordinate_bits, reset_less=True)
+        address = Signal(2 * xy, reset_less=True)
         with m.If(coarse.scanning):
             m.d.sync += address.eq(Cat(coarse.scan_x, coarse.scan_y))
         with m.Elif(coarse.written):
@@ -101,7 +112,7 @@ class TwoTierWalker(wiring.Component):
             earlier = Signal(name=f"from_coarse_{cycle}", reset_less=True)
             m.d.sync += earlier.eq(from_coarse)
             from_coarse = earlier
-        ground = Signal(config.altitude_bits, reset_less=True)
+        ground = Signal(z, reset_less=True)
         m.d.sync += ground.eq(Mux(from_coarse, coarse.altitude, port.data))
         m.d.comb += [
             compare.ground.eq(ground),

@@ -11,7 +11,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from hdl.config import Config
-from hdl.feasibility.two_tier.cell_walker import CellWalker, level_layout, visit_layout
+from hdl.feasibility.two_tier.cell_walker import CellWalker
 from hdl.feasibility.two_tier.segment_setup import TwoTierSegmentSetup
 from hdl.layouts import point_layout
 from sim.model.checker import to_coarse, walk
@@ -29,20 +29,26 @@ class Walk(wiring.Component):
     def __init__(self, config):
         self.config = config
         points = point_layout(config.coordinate_bits, config.altitude_bits)
+        self.walker = walker = CellWalker(
+            config.coordinate_bits, config.altitude_bits, config.segment_bits
+        )
         super().__init__(
             {
                 "points": In(stream.Signature(points)),
                 "room": In(1),
                 "visiting": Out(1),
-                "visit": Out(visit_layout(config)),
-                "level": Out(level_layout(config)),
+                "visit": Out(walker.visit.shape()),
+                "level": Out(walker.level.shape()),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
-        m.submodules.setup = setup = TwoTierSegmentSetup(self.config)
-        m.submodules.walker = walker = CellWalker(self.config)
+        config = self.config
+        m.submodules.setup = setup = TwoTierSegmentSetup(
+            config.coordinate_bits, config.coarse_bits, config.altitude_bits, config.segment_bits
+        )
+        m.submodules.walker = walker = self.walker
         connect(m, flipped(self.points), setup.points)
         connect(m, setup.segments, walker.segments)
         m.d.comb += [
@@ -96,7 +102,7 @@ def visits(config, paths, pauses=(0,)):
                 taken.append(cycle)
             if visiting:
                 level = ctx.get(dut.level)
-                waiting = [visit[field] for field, _ in visit_layout(config)]
+                waiting = [visit[field] for field, _ in dut.visit.shape()]
                 seen.append((cycle, (*waiting, Fraction(level.scaled, level.steps))))
             if len(seen) == total:
                 return

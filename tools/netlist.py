@@ -11,7 +11,11 @@ then gets a colour from its type, its parameters and the colours of what it is w
 colours no longer split any further (colour refinement). The two netlists are equal up to names if
 both have the same colours, each equally often. Names and source locations do not count, nor do
 attributes except those that change what the tools make of the netlist: ``keep``, initial values,
-sites, and ``no_rw_check`` of memories.
+sites, and of memories ``no_rw_check`` and the kind of RAM.
+
+Yosys keeps a memory as ports with a common name. Here it is a cell as well, wired to each of its
+ports, so that the order and the names of ports do not count. ``memory_collect``, which makes one
+cell of a memory and its ports, sorts the ports by their names.
 """
 
 from __future__ import annotations
@@ -19,6 +23,7 @@ from __future__ import annotations
 import argparse
 import collections
 import hashlib
+import itertools
 import json
 import shutil
 import subprocess
@@ -39,13 +44,15 @@ __all__ = ["BOARDS_COMPARED", "Netlist", "main"]
 #: Boards whose chips are compared unless others are named: those with the full design.
 BOARDS_COMPARED = ("ulx3s-85f", "ecpix5-85f")
 
-#: Parameters that name something and say nothing of the circuit.
-_NAMES = frozenset({"MEMID", "SRC_PATTERN"})
-#: Attributes of cells that count.
-_ATTRIBUTES = frozenset({"BEL", "keep", "no_rw_check"})
+#: Parameters that name or number something; see :func:`_with_memories`.
+_NAMES = frozenset({"MEMID", "PORTID", "PRIORITY_MASK", "SRC_PATTERN"})
+_KINDS_OF_RAM = {"logic_block", "ram_block", "ram_style", "ramstyle", "syn_ramstyle"}
+_KINDS_OF_ROM = {"rom_block", "rom_style", "romstyle", "syn_romstyle"}
+#: Attributes of cells and memories that count.
+_ATTRIBUTES = frozenset({"BEL", "keep", "no_rw_check"} | _KINDS_OF_RAM | _KINDS_OF_ROM)
 _SCRIPT = (
     "read_verilog -icells design.v; hierarchy -top {top}; proc; flatten; opt_clean -purge; "
-    "memory_dff; memory_collect; opt_clean -purge; {passes}write_json flat.json"
+    "{passes}write_json flat.json"
 )
 #: Program that exports the chips of boards; it runs at the root of the tree to be exported.
 _PREPARE = """
@@ -89,7 +96,7 @@ class Netlist:
     colours : collections.Counter
         Colour of every cell and output, and how many have it.
     colour_of : dict of str to str
-        Colour of each cell by its name in the flat netlist.
+        Colour of each cell and memory by its name in the flat netlist.
     """
 
     def __init__(self, module: Module, *, port_names: bool = True) -> None:
@@ -97,7 +104,8 @@ class Netlist:
             (name if port_names else str(len(port["bits"])), port)
             for name, port in module["ports"].items()
         ]
-        self._cells: list[Module] = list(module["cells"].values())
+        named = _with_memories(module)
+        self._cells: list[Module] = list(named.values())
         #: What the attributes of a net say of its bits.
         self._marks: dict[Bit, str] = collections.defaultdict(str)
         for net in module["netnames"].values():
@@ -108,7 +116,7 @@ class Netlist:
             for bit, init in zip(net["bits"], reversed(attributes.get("init", "")), strict=False):
                 self._marks[bit] += init
         colours = self._refined()
-        self.colour_of = dict(zip(module["cells"], colours, strict=True))
+        self.colour_of = dict(zip(named, colours, strict=True))
 
     @classmethod
     def read(
@@ -148,7 +156,7 @@ class Netlist:
 
     @property
     def cells(self) -> int:
-        """Number of cells, memories and multi-bit operators counted once each."""
+        """Number of cells; multi-bit operators, memories and their ports count once each."""
         return len(self._cells)
 
     @property
@@ -214,6 +222,68 @@ class Netlist:
         for name, port in self._ports:
             if port["direction"] == "output":
                 yield _digest("output", name, [bits[bit] for bit in port["bits"]])
+
+
+def _with_memories(module: Module) -> dict[str, Module]:
+    """Return the cells of a module by name, among them its memories.
+
+    A memory, its reads and its writes share a wire, ``MEMID``; first contents are a parameter of
+    the memory. Yosys numbers the writes of a memory in the order of the text and keeps a list of
+    the writes over which each prevails; here, a cell is wired to both writes of such a pair.
+    """
+    numbers = itertools.count(-1, -1)  # Those of Yosys are positive.
+    wires: dict[object, list[int]] = collections.defaultdict(lambda: [next(numbers)])
+    first: dict[str, list[Module]] = collections.defaultdict(list)
+    cells: dict[str, Module] = {}
+    for name, cell in module["cells"].items():
+        parameters = cell["parameters"]
+        memory = parameters.get("MEMID", "").removeprefix("\\")
+        if cell["type"] == "$meminit_v2":
+            first[memory].append(cell)
+            continue
+        connections = dict(cell["connections"])
+        if memory:
+            connections["MEMID"] = wires[memory]
+        if cell["type"] == "$memwr_v2":
+            connections["PORTID"] = wires[memory, int(parameters["PORTID"], 2)]
+            for other, prevails in enumerate(reversed(parameters["PRIORITY_MASK"])):
+                if prevails == "1":
+                    ends = {"OVER": connections["PORTID"], "UNDER": wires[memory, other]}
+                    cells[f"{name} over {other}"] = _cell("priority", ends)
+        cells[name] = cell | {"connections": connections}
+    for name, memory in module.get("memories", {}).items():
+        cells[name] = _cell(
+            "memory",
+            {"MEMID": wires[name]},
+            memory["attributes"],
+            size=memory["size"],
+            start_offset=memory["start_offset"],
+            contents=_contents(first[name], memory["width"]),
+        )
+    return cells
+
+
+def _cell(
+    kind: str, connections: Module, attributes: Module | None = None, **parameters: object
+) -> Module:
+    return {
+        "type": kind,
+        "parameters": parameters,
+        "attributes": attributes or {},
+        "connections": connections,
+    }
+
+
+def _contents(cells: list[Module], width: int) -> list[tuple[int, str]]:
+    """Return the bits that ``cells`` write to a memory at first, with their places."""
+    contents: dict[int, str] = {}
+    for cell in sorted(cells, key=lambda cell: int(cell["parameters"]["PRIORITY"], 2)):
+        connections = cell["connections"]
+        start = int("".join(reversed(connections["ADDR"])), 2) * width
+        for place, bit in enumerate(connections["DATA"]):
+            if connections["EN"][place % width] == "1":
+                contents[start + place] = bit
+    return sorted((place, bit) for place, bit in contents.items() if bit in "01")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -62,6 +62,85 @@ def netlist(folder, text):
     return Netlist.read(file, "top")
 
 
+#: Two memories; the first has two reads and three writes, of which the second prevails over the
+#: first.
+MEMORIES = """
+module top(input clk, w, v, input [2:0] a, b, c, input [3:0] d, e, output reg [3:0] x, y, z);
+    reg [3:0] near [0:7];
+    reg [3:0] far [0:7];
+    initial begin
+        near[0] = 4'h3;
+        near[5] = 4'h6;
+        near[0] = 4'h9;
+        far[0] = 4'h9;
+        far[5] = 4'h6;
+    end
+    always @(posedge clk) begin
+        if (w) near[a] <= d;
+        if (v) near[b] <= e;
+        if (v) far[c] <= d;
+    end
+    always @(posedge clk) if (w) near[c] <= e;
+    always @(posedge clk) x <= near[a];
+    always @(posedge clk) y <= near[b];
+    always @(posedge clk) z <= far[c];
+endmodule
+"""
+
+MEMORIES_RENAMED = """
+module top(input clk, w, v, input [2:0] a, b, c, input [3:0] d, e, output [3:0] x, y, z);
+    reg [3:0] bow [0:7];
+    reg [3:0] p, q;
+    assign x = q, y = p;
+    always @(posedge clk) p <= bow[b];
+    always @(posedge clk) q <= bow[a];
+    always @(posedge clk) if (w) bow[c] <= e;
+    always @(posedge clk) begin
+        if (w) bow[a] <= d;
+        if (v) bow[b] <= e;
+    end
+    initial bow[5] = 4'h6;
+    initial bow[0][1:0] = 2'h1;
+    initial bow[0][3:2] = 2'h2;
+    initial bow[7] = 4'hx;
+    bank aft(.clk(clk), .write(v), .at(c), .data(d), .read(z));
+endmodule
+module bank(input clk, write, input [2:0] at, input [3:0] data, output reg [3:0] read);
+    reg [3:0] rows [0:7];
+    always @(posedge clk) read <= rows[at];
+    always @(posedge clk) if (write) rows[at] <= data;
+    initial rows[5] = 4'h6;
+    initial rows[0] = 4'h9;
+endmodule
+"""
+
+MEMORIES_ALTERED = {
+    "width": ("reg [3:0] far [0:7]", "reg [4:0] far [0:7]"),
+    "depth": ("reg [3:0] far [0:7]", "reg [3:0] far [0:6]"),
+    "offset": ("reg [3:0] far [0:7]", "reg [3:0] far [-1:6]"),
+    "attribute": ("reg [3:0] far [0:7]", '(* ram_style = "block" *) reg [3:0] far [0:7]'),
+    "first contents": ("far[5] = 4'h6", "far[5] = 4'h7"),
+    "place of first contents": ("far[5] = 4'h6", "far[4] = 4'h6"),
+    "no first contents": ("        far[5] = 4'h6;\n", ""),
+    "order of first contents": (
+        "near[0] = 4'h3;\n        near[5] = 4'h6;\n        near[0] = 4'h9;",
+        "near[0] = 4'h9;\n        near[5] = 4'h6;\n        near[0] = 4'h3;",
+    ),
+    "enable of a write": ("if (w) near[a] <= d", "if (v) near[a] <= d"),
+    "memory of a write": ("if (v) far[c] <= d", "if (v) near[c] <= d"),
+    "memory of a read": ("x <= near[a]", "x <= far[a]"),
+    "memories exchanged": ("y <= near[b];\n", "y <= far[b];\n"),
+    "priority of writes": (
+        "if (w) near[a] <= d;\n        if (v) near[b] <= e;",
+        "if (v) near[b] <= e;\n        if (w) near[a] <= d;",
+    ),
+    "no priority of writes": (
+        "if (v) near[b] <= e;",
+        "end\n    always @(posedge clk) begin\n        if (v) near[b] <= e;",
+    ),
+}
+
+
 @pytest.fixture(scope="module")
 def original(tmp_path_factory):
     return netlist(tmp_path_factory.mktemp("original"), DESIGN)
@@ -81,6 +160,37 @@ def test_altered(original, old, new, tmp_path):
     altered = netlist(tmp_path, DESIGN.replace(old, new))
     assert altered.colours != original.colours
     assert altered.digest != original.digest
+
+
+@pytest.fixture(scope="module")
+def memories(tmp_path_factory):
+    return netlist(tmp_path_factory.mktemp("memories"), MEMORIES)
+
+
+def test_memories_renamed_and_reordered(memories, tmp_path):
+    renamed = netlist(tmp_path, MEMORIES_RENAMED)
+    assert renamed.colours == memories.colours
+    assert renamed.digest == memories.digest
+    assert renamed.colour_of["aft.rows"] == memories.colour_of["far"]
+    assert renamed.colour_of["bow"] == memories.colour_of["near"]
+    assert len(set(memories.colour_of.values())) == len(memories.colour_of)
+
+
+@pytest.mark.parametrize(("old", "new"), MEMORIES_ALTERED.values(), ids=MEMORIES_ALTERED)
+def test_memories_altered(memories, old, new, tmp_path):
+    assert MEMORIES.count(old) == 1
+    altered = netlist(tmp_path, MEMORIES.replace(old, new))
+    assert altered.colours != memories.colours
+    assert altered.digest != memories.digest
+
+
+def test_memories_exchanged(tmp_path):
+    """Two memories of one size, each with a write and a read, differ by their wires."""
+    text = MEMORIES.replace("        if (v) near[b] <= e;\n", "").replace("y <= near[b]", "y <= b")
+    exchanged = text.replace("x <= near[a]", "x <= far[a]").replace("z <= far[c]", "z <= near[c]")
+    both = exchanged.replace("near", "other").replace("far", "near").replace("other", "far")
+    digests = [netlist(tmp_path, each).digest for each in (text, exchanged, both)]
+    assert digests[0] != digests[1] == digests[2]
 
 
 def test_ports_without_names(tmp_path):

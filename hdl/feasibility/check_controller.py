@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 from hdl.config import Config
 from hdl.feasibility.layouts import count_layout, verdict_layout
 from hdl.feasibility.path_source import PathSource
-from hdl.feasibility.result_store import ResultStore
+from hdl.feasibility.result_store import RecordLayouts, ResultStore
 from hdl.layouts import (
     check_layout,
     point_layout,
@@ -71,6 +71,10 @@ class CheckController(wiring.Component):
 
     def __init__(self, config: Config):
         self.config = config
+        self.verdict_layout = verdict_layout(
+            config.coordinate_bits, config.segment_bits, config.path_cells_bits
+        )
+        self.count_layout = count_layout(config.coordinate_bits, config.segment_bits)
         points = point_layout(config.coordinate_bits, config.altitude_bits)
         population = {
             "reads": Out(stream.Signature(read_layout(config.slot_bits))),
@@ -86,8 +90,8 @@ class CheckController(wiring.Component):
                 **(population if config.genetic else {}),
                 "counting": Out(1),
                 "paths": Out(stream.Signature(points)),
-                "verdicts": In(stream.Signature(verdict_layout(config))),
-                "counts": In(stream.Signature(count_layout(config))),
+                "verdicts": In(stream.Signature(self.verdict_layout)),
+                "counts": In(stream.Signature(self.count_layout)),
                 "counters": Out(check_counters_layout(config)),
                 "checked": Out(9),
                 "totals": Out(struct(check_reply(config))),
@@ -98,11 +102,23 @@ class CheckController(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
+        config = self.config
 
-        m.submodules.source = source = PathSource(self.config)
-        m.submodules.store = store = ResultStore(self.config)
+        m.submodules.source = source = PathSource(
+            config.coordinate_bits,
+            config.altitude_bits,
+            config.max_waypoints,
+            config.population if config.genetic else None,
+        )
+        m.submodules.store = store = ResultStore(
+            config.checked_paths,
+            config.max_segments,
+            self.verdict_layout,
+            self.count_layout,
+            RecordLayouts.of(config),
+        )
         connect(m, flipped(self.points), source.points)
-        if self.config.genetic:
+        if config.genetic:
             connect(m, source.reads, flipped(self.reads))
             m.submodules.read = read = StreamRegister(self.waypoints.payload.shape())
             connect(m, flipped(self.waypoints), read.words)

@@ -7,7 +7,8 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 from hdl.config import CheckerBuild, Config
 from hdl.feasibility.layouts import count_layout, verdict_layout
 from hdl.feasibility.parallel.walker import ParallelWalker
-from hdl.feasibility.result_collector import Results
+from hdl.feasibility.queue_depths import count_depth
+from hdl.feasibility.result_collector import VERDICT_PLACES, Results
 from hdl.feasibility.two_tier.walker import TwoTierWalker
 from hdl.layouts import cell_layout, point_layout
 
@@ -78,14 +79,18 @@ class Checker(wiring.Component):
             raise ValueError(f"Config.checker must name a build, not {config.checker.value!r}")
 
         self.config = config
+        verdicts = verdict_layout(
+            config.coordinate_bits, config.segment_bits, config.path_cells_bits
+        )
+        counts = count_layout(config.coordinate_bits, config.segment_bits)
         points = point_layout(config.coordinate_bits, config.altitude_bits)
         cells = cell_layout(config.coordinate_bits, config.altitude_bits)
         super().__init__(
             {
                 "count": In(1),
                 "points": In(stream.Signature(points)),
-                "verdicts": Out(stream.Signature(verdict_layout(config))),
-                "counts": Out(stream.Signature(count_layout(config))),
+                "verdicts": Out(stream.Signature(verdicts)),
+                "counts": Out(stream.Signature(counts)),
                 "busy": Out(1),
                 "collision": Out(1),
                 "clear": Out(1),
@@ -99,9 +104,16 @@ class Checker(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
+        config = self.config
 
         m.submodules.walker = walker = self._walker()
-        m.submodules.results = results = Results(self.config)
+        m.submodules.results = results = Results(
+            config.coordinate_bits,
+            config.segment_bits,
+            config.path_cells_bits,
+            verdict_places=VERDICT_PLACES if config.genetic else 1,
+            count_places=count_depth(config) if config.genetic else 1,
+        )
         connect(m, flipped(self.points), walker.points)
         connect(m, results.verdicts, flipped(self.verdicts))
         connect(m, results.counts, flipped(self.counts))

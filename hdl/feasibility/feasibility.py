@@ -71,6 +71,10 @@ class Feasibility(wiring.Component):
         self.checker = Checker(config)
         self.config = config
         place = place_layout(config)
+        self.verdict_layout = verdict_layout(
+            config.coordinate_bits, config.segment_bits, config.path_cells_bits
+        )
+        counts = count_layout(config.coordinate_bits, config.segment_bits)
         cells = cell_layout(config.coordinate_bits, config.altitude_bits)
         self.address_bits = ceil_log2(config.population * config.max_waypoints)
         super().__init__(
@@ -86,8 +90,8 @@ class Feasibility(wiring.Component):
                 "busy": Out(1),
                 "collision": Out(1),
                 "clear": Out(1),
-                "verdict": Out(verdict_layout(config)),
-                "counts": Out(stream.Signature(count_layout(config))),
+                "verdict": Out(self.verdict_layout),
+                "counts": Out(stream.Signature(counts)),
                 "writes": In(stream.Signature(cells)),
             }
         )
@@ -107,7 +111,7 @@ class Feasibility(wiring.Component):
             self.clear.eq(checker.clear & ~waiting),
         ]
 
-        held = Signal(verdict_layout(self.config))
+        held = Signal(self.verdict_layout)
         m.d.comb += [
             checker.verdicts.ready.eq(1),
             self.verdict.eq(Mux(checker.verdicts.valid, checker.verdicts.p, held)),

@@ -2,8 +2,6 @@
 
 from amaranth.lib import data
 
-from hdl.config import Config
-
 
 __all__ = ["count_layout", "verdict_layout"]
 
@@ -11,7 +9,9 @@ __all__ = ["count_layout", "verdict_layout"]
 CYCLES_BITS = 24
 
 
-def verdict_layout(config: Config) -> data.StructLayout:
+def verdict_layout(
+    coordinate_bits: int, segment_bits: int, path_cells_bits: int
+) -> data.StructLayout:
     """Return the layout of the verdict on one path.
 
     ``collision`` (else the path is clear); ``segment``, ``x``, ``y`` of the first colliding cell,
@@ -23,24 +23,23 @@ def verdict_layout(config: Config) -> data.StructLayout:
     return data.StructLayout(
         {
             "collision": 1,
-            "segment": config.segment_bits,
-            "x": config.coordinate_bits,
-            "y": config.coordinate_bits,
+            "segment": segment_bits,
+            "x": coordinate_bits,
+            "y": coordinate_bits,
             "coarse": 1,
-            "cells": config.path_cells_bits,
-            "reads": config.path_cells_bits + 1,
+            "cells": path_cells_bits,
+            "reads": path_cells_bits + 1,
             "cycles": CYCLES_BITS,
-            "entries": config.segment_bits + 1,
+            "entries": segment_bits + 1,
         }
     )
 
 
-def count_layout(config: Config) -> data.StructLayout:
-    """Return the layout of one segment's colliding cells: those of terrain, and blocked ones."""
+def count_layout(coordinate_bits: int, segment_bits: int) -> data.StructLayout:
+    """Return the layout of one segment's colliding cells: those of terrain, and blocked ones.
+
+    Each is from 0 to the cells along an edge of the map.
+    """
     return data.StructLayout(
-        {
-            "segment": config.segment_bits,
-            "terrain": config.segment_cells_bits,
-            "nofly": config.segment_cells_bits,
-        }
+        {"segment": segment_bits, "terrain": coordinate_bits + 1, "nofly": coordinate_bits + 1}
     )

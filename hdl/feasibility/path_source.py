@@ -4,8 +4,8 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.config import Config
 from hdl.layouts import check_layout, point_layout, read_layout, waypoint_layout
+from hdl.primitives.arguments import check_integer
 from hdl.primitives.commit_ring import CommitRing
 
 
@@ -22,12 +22,21 @@ class PathSource(wiring.Component):
     The first point of one path is offered 4 cycles after the unit is turned on, that of a batch
     ``13 + count * 5 / 4`` cycles at most.
 
-    Without a genetic core there is no population and no batch. The buffer is one block RAM on the
-    target.
+    Without a population there is no batch. The buffer is one block RAM on the target.
 
     Parameters
     ----------
-    config : Config
+    coordinate_bits, altitude_bits : int
+        Widths of a coordinate and of an altitude, 1 or more.
+    max_waypoints : int
+        Waypoints of the longest path, 1 or more.
+    population : int or None
+        Paths of the population, 2..256; None on a chip without one.
+
+    Attributes
+    ----------
+    depth : int
+        Points that the buffer holds.
 
     Members
     -------
@@ -47,23 +56,40 @@ class PathSource(wiring.Component):
         Points for the checker; ``last`` marks each goal.
     """
 
-    def __init__(self, config: Config):
-        self.config = config
-        self.point_layout = point_layout(config.coordinate_bits, config.altitude_bits)
+    def __init__(
+        self,
+        coordinate_bits: int,
+        altitude_bits: int,
+        max_waypoints: int,
+        population: int | None,
+    ):
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_integer("Altitude width", altitude_bits, 1)
+        check_integer("Max waypoints", max_waypoints, 1)
+        if population is not None:
+            check_integer("Population", population, 2, 256)
+        self.coordinate_bits = coordinate_bits
+        self.altitude_bits = altitude_bits
+        self.max_waypoints = max_waypoints
+        self.population = population
+        self.point_layout = point_layout(coordinate_bits, altitude_bits)
+        waypoint_bits = 2 * coordinate_bits + altitude_bits
         # Room for one path, and for twice the backlog of a batch.
-        rows = max(2 * config.checked_paths, config.max_waypoints + 2)
+        rows = max(2 * (population or 1), max_waypoints + 2)
         self.depth = 1 << (rows - 1).bit_length()
-        population = {
-            "reads": Out(stream.Signature(read_layout(config.slot_bits))),
-            "waypoints": In(stream.Signature(waypoint_layout(config.waypoint_bits))),
-        }
+        reader = {}
+        if population is not None:
+            reader = {
+                "reads": Out(stream.Signature(read_layout((population - 1).bit_length()))),
+                "waypoints": In(stream.Signature(waypoint_layout(waypoint_bits))),
+            }
         super().__init__(
             {
                 "forget": In(1),
                 "points": In(stream.Signature(self.point_layout)),
                 "on": In(1),
-                "checks": In(check_layout(config.waypoint_bits)),
-                **(population if config.genetic else {}),
+                "checks": In(check_layout(waypoint_bits)),
+                **reader,
                 "paths": Out(stream.Signature(self.point_layout)),
             }
         )
@@ -111,11 +137,11 @@ class PathSource(wiring.Component):
                 ]
                 with m.If(self.on):
                     m.next = "All"
-                    if self.config.genetic:
+                    if self.population is not None:
                         with m.If(checks.batch):
                             m.next = "Ask"
 
-            if self.config.genetic:
+            if self.population is not None:
                 self._read_out(m, point, write, room, put)
 
             with m.State("All"):
@@ -123,7 +149,7 @@ class PathSource(wiring.Component):
                 with m.If(~self.on):
                     m.next = "Off"
 
-        if self.config.genetic:
+        if self.population is not None:
             # Each path still to come may take an extra cycle.
             flowing = Signal()
             with m.If(~self.on):

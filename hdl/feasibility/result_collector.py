@@ -4,18 +4,17 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.config import Config
 from hdl.feasibility.layouts import CYCLES_BITS, count_layout, verdict_layout
-from hdl.feasibility.queue_depths import count_depth
 from hdl.feasibility.result_queue import ResultQueue
 from hdl.feasibility.walker_signature import step_layout
+from hdl.primitives.arguments import check_integer
 
 
-__all__ = ["Results"]
+__all__ = ["VERDICT_PLACES", "Results"]
 
 #: Verdicts that can wait, those of paths in flight included: as many as paths of one cell can be in
 #: flight in a walker, so that such paths follow each other at full rate.
-_VERDICT_PLACES = 8
+VERDICT_PLACES = 8
 
 
 class Results(wiring.Component):
@@ -24,9 +23,8 @@ class Results(wiring.Component):
     A path is decided by its first step that hits or, when counting, by its last step. Its verdict
     is offered in the next cycle, if all before it have been transferred. When it is offered, all
     its counts have been offered or are next in their queue. A place in either queue is reserved
-    before the path or segment begins, so that steps need not wait. Without a genetic core, paths
-    come alone, there is one place for a verdict and one for a count, and ``counts`` must always be
-    ready.
+    before the path or segment begins, so that steps need not wait. With one place for a count, none
+    is reserved, and ``counts`` must always be ready.
 
     ``cycles`` of a verdict begin with the one in which the path's first point is taken or, if that
     is later, with the one after the previous path's last. They end with the one in which the
@@ -35,7 +33,14 @@ class Results(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    coordinate_bits : int
+        Width of a coordinate, 1 or more.
+    segment_bits : int
+        Width of the number of a segment in its path, 1 or more.
+    path_cells_bits : int
+        Width of a number of cells of a path, 1 or more.
+    verdict_places, count_places : int
+        Verdicts and counts that can wait, 1 or more.
 
     Members
     -------
@@ -55,11 +60,26 @@ class Results(wiring.Component):
     counts : Out(stream.Signature(count_layout))
     """
 
-    def __init__(self, config):
-        if not isinstance(config, Config):
-            raise TypeError(f"Config must be a Config, not {config!r}")
-
-        self.config = config
+    def __init__(
+        self,
+        coordinate_bits: int,
+        segment_bits: int,
+        path_cells_bits: int,
+        *,
+        verdict_places: int,
+        count_places: int,
+    ):
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_integer("Segment width", segment_bits, 1)
+        check_integer("Width of a path's cells", path_cells_bits, 1)
+        check_integer("Places for verdicts", verdict_places, 1)
+        check_integer("Places for counts", count_places, 1)
+        self.coordinate_bits = coordinate_bits
+        self.segment_bits = segment_bits
+        self.path_cells_bits = path_cells_bits
+        self.verdict_places = verdict_places
+        self.count_places = count_places
+        sizes = (coordinate_bits, segment_bits, path_cells_bits)
         super().__init__(
             {
                 "count": In(1),
@@ -68,18 +88,18 @@ class Results(wiring.Component):
                 "segment_begins": In(1),
                 "room": Out(1, init=1),
                 "segment_room": Out(1, init=1),
-                "step": In(step_layout(config)),
+                "step": In(step_layout(*sizes)),
                 "drop": Out(1),
                 "hit": Out(1),
                 "free": Out(1),
-                "verdicts": Out(stream.Signature(verdict_layout(config))),
-                "counts": Out(stream.Signature(count_layout(config))),
+                "verdicts": Out(stream.Signature(verdict_layout(*sizes))),
+                "counts": Out(stream.Signature(count_layout(coordinate_bits, segment_bits))),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
-        config, step = self.config, self.step
+        step = self.step
 
         # Steps of a path may still come after it has been decided.
         decided = Signal(init=1)
@@ -93,16 +113,16 @@ class Results(wiring.Component):
         found = Signal(
             data.StructLayout(
                 {
-                    "segment": config.segment_bits,
-                    "x": config.coordinate_bits,
-                    "y": config.coordinate_bits,
+                    "segment": self.segment_bits,
+                    "x": self.coordinate_bits,
+                    "y": self.coordinate_bits,
                     "coarse": 1,
-                    "cells": config.path_cells_bits,
+                    "cells": self.path_cells_bits,
                 }
             )
         )
         has_hit, earlier = Signal(), Signal()
-        passed, cells = Signal(config.path_cells_bits), Signal(config.path_cells_bits)
+        passed, cells = Signal(self.path_cells_bits), Signal(self.path_cells_bits)
         m.d.comb += [
             earlier.eq(has_hit & ~step.first),
             self.hit.eq(live & step.hit & ~earlier),
@@ -144,7 +164,7 @@ class Results(wiring.Component):
         ]
         m.d.comb += cycles.eq(Mux(was_decided, 1, cycles_before + (counts | was_taken)))
 
-        entries = Signal(config.segment_bits + 1)
+        entries = Signal(self.segment_bits + 1)
         entered = Signal()
 
         verdict = Signal(self.verdicts.payload.shape())
@@ -170,8 +190,7 @@ class Results(wiring.Component):
                 verdict.y.eq(step.y),
                 verdict.coarse.eq(step.coarse),
             ]
-        verdict_depth = _VERDICT_PLACES if config.genetic else 1
-        verdict_queue = ResultQueue(verdict.shape(), verdict_depth)
+        verdict_queue = ResultQueue(verdict.shape(), self.verdict_places)
         m.submodules.verdict_queue = verdict_queue
         m.d.comb += [verdict_queue.put.eq(decides), verdict_queue.word.eq(verdict)]
         connect(m, verdict_queue.words, flipped(self.verdicts))
@@ -179,8 +198,7 @@ class Results(wiring.Component):
         # Counts of the segment so far.
         fresh, collided = Signal(init=1), Signal()
         collides = Signal()
-        terrain, nofly = (Signal(config.segment_cells_bits, name=n) for n in ("terrain", "nofly"))
-        depth = count_depth(config) if config.genetic else 1
+        terrain, nofly = (Signal.like(step[name], name=name) for name in ("terrain", "nofly"))
         entry = Signal(self.counts.payload.shape())
         m.d.comb += [
             entry.segment.eq(step.segment),
@@ -197,19 +215,19 @@ class Results(wiring.Component):
                 nofly.eq(entry.nofly),
                 entries.eq(verdict.entries),
             ]
-        m.submodules.count_queue = count_queue = ResultQueue(entry.shape(), depth)
+        m.submodules.count_queue = count_queue = ResultQueue(entry.shape(), self.count_places)
         m.d.comb += [count_queue.put.eq(entered), count_queue.word.eq(entry)]
         connect(m, count_queue.words, flipped(self.counts))
 
         freed = self.verdicts.valid & self.verdicts.ready
-        m.d.sync += self.room.eq(_promised(m, "places", verdict_depth, self.begins, freed))
+        m.d.sync += self.room.eq(_promised(m, "places", self.verdict_places, self.begins, freed))
 
-        if config.genetic:
+        if self.count_places > 1:
             # Each segment that begins may need a count.
             freed = self.counts.valid & self.counts.ready
             unused = live & self.count & step.ends_segment & ~entered
             used = self.segment_begins & self.count
-            more = _promised(m, "segment_places", depth, used, freed, unused)
+            more = _promised(m, "segment_places", self.count_places, used, freed, unused)
             m.d.sync += self.segment_room.eq(~self.count | more)
 
         return m

@@ -1,17 +1,46 @@
 """Store of the latest check's results, for the host to read."""
 
+from dataclasses import dataclass
+
 from amaranth import *
 from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
-from hdl.feasibility.layouts import count_layout, verdict_layout
 from hdl.layouts import record_layout, result_read_layout, struct
+from hdl.primitives.arguments import check_integer
 from hdl.primitives.delay_line import delay_line
-from hdl.protocol import check_reply, entry_record, hit_record, path_record
+from hdl.protocol import Layout, check_reply, entry_record, hit_record, path_record
 
 
-__all__ = ["ResultStore"]
+__all__ = ["RecordLayouts", "ResultStore"]
+
+
+@dataclass(frozen=True)
+class RecordLayouts:
+    """Layouts of a check's results on the link.
+
+    Attributes
+    ----------
+    totals : Layout
+        Sums over all paths: :func:`hdl.protocol.check_reply`.
+    path, hit, entry : Layout
+        Of each path, of its collision, and of each segment with colliding cells:
+        :func:`hdl.protocol.path_record`, ``hit_record`` and ``entry_record``. Their fields are
+        those of a verdict and of a count.
+    """
+
+    totals: Layout
+    path: Layout
+    hit: Layout
+    entry: Layout
+
+    @classmethod
+    def of(cls, config: Config) -> "RecordLayouts":
+        """Return the layouts for ``config``."""
+        return cls(
+            check_reply(config), path_record(config), hit_record(config), entry_record(config)
+        )
 
 
 class ResultStore(wiring.Component):
@@ -27,7 +56,13 @@ class ResultStore(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    checked_paths : int
+        Most paths of a check, 1 or more.
+    max_segments : int
+        Segments of the longest path, 1 or more.
+    verdict_layout, count_layout : data.StructLayout
+        See :mod:`hdl.feasibility.layouts`.
+    record_layouts : RecordLayouts
 
     Members
     -------
@@ -49,14 +84,27 @@ class ResultStore(wiring.Component):
         cycles after a read is taken; then a byte a cycle, with 2 cycles before each entry and path.
     """
 
-    def __init__(self, config: Config):
-        self.config = config
-        self.totals_layout = struct(check_reply(config))
+    def __init__(
+        self,
+        checked_paths: int,
+        max_segments: int,
+        verdict_layout: data.StructLayout,
+        count_layout: data.StructLayout,
+        record_layouts: RecordLayouts,
+    ):
+        check_integer("Paths of a check", checked_paths, 1)
+        check_integer("Segments of a path", max_segments, 1)
+        self.checked_paths = checked_paths
+        self.max_segments = max_segments
+        self.verdict_layout = verdict_layout
+        self.count_layout = count_layout
+        self.record_layouts = record_layouts
+        self.totals_layout = struct(record_layouts.totals)
         super().__init__(
             {
                 "clear": In(1),
-                "verdicts": In(stream.Signature(verdict_layout(config))),
-                "counts": In(stream.Signature(count_layout(config))),
+                "verdicts": In(stream.Signature(verdict_layout)),
+                "counts": In(stream.Signature(count_layout)),
                 "paths": Out(9),
                 "complete": Out(1),
                 "totals": Out(self.totals_layout),
@@ -67,17 +115,16 @@ class ResultStore(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        config = self.config
         verdict, count = self.verdicts.p, self.counts.p
 
-        rows = config.checked_paths * config.max_segments
-        hit = hit_record(config)
+        rows = self.checked_paths * self.max_segments
+        hit, entry = self.record_layouts.hit, self.record_layouts.entry
         names = [name for name, _ in hit.fields]
         verdict_row = data.StructLayout(
             {"first": range(rows), "collision": 1, "entries": 7, **dict(hit.fields)}
         )
         m.submodules.entry_rows = entry_rows = memory.Memory(
-            shape=struct(entry_record(config)), depth=rows, init=[]
+            shape=struct(entry), depth=rows, init=[]
         )
 
         # Entries that have come, and those that the verdicts have announced.
@@ -101,7 +148,7 @@ class ResultStore(wiring.Component):
             *(row[name].eq(verdict[name]) for name in names),
             entry_write.en.eq(self.counts.valid),
             entry_write.addr.eq(come),
-            *(entry_write.data[name].eq(count[name]) for name, _ in entry_record(config).fields),
+            *(entry_write.data[name].eq(count[name]) for name, _ in entry.fields),
         ]
         with m.If(self.verdicts.valid):
             m.d.sync += [paths.eq(paths + 1), told.eq(told + verdict.entries)]
@@ -109,7 +156,7 @@ class ResultStore(wiring.Component):
         # The rest is kept a cycle later: it is wide, and far from the checker.
         came, kept = Signal(), Signal.like(verdict, reset_less=True)
         kept_row = Signal(verdict_row, reset_less=True)
-        kept_at = Signal(range(max(2, config.checked_paths)), reset_less=True)
+        kept_at = Signal(range(max(2, self.checked_paths)), reset_less=True)
         m.d.sync += [
             came.eq(self.verdicts.valid),
             kept.eq(verdict),
@@ -118,7 +165,8 @@ class ResultStore(wiring.Component):
         ]
         with m.If(came):
             m.d.sync += [
-                totals[name].eq(totals[name] + kept[name]) for name, _ in check_reply(config).fields
+                totals[name].eq(totals[name] + kept[name])
+                for name, _ in self.record_layouts.totals.fields
             ]
         with m.If(self.counts.valid):
             m.d.sync += come.eq(come + 1)
@@ -134,14 +182,14 @@ class ResultStore(wiring.Component):
 
     def _keep(self, m, came, at, row, number):
         """Keep the ``row`` that ``came``; return the row ``number``, a cycle later at most."""
-        if self.config.checked_paths == 1:
+        if self.checked_paths == 1:
             only = Signal.like(row)
             with m.If(came):
                 m.d.sync += only.eq(row)
             return only
 
         m.submodules.verdict_rows = rows = memory.Memory(
-            shape=row.shape(), depth=self.config.checked_paths, init=[]
+            shape=row.shape(), depth=self.checked_paths, init=[]
         )
         write, read = rows.write_port(), rows.read_port()
         m.d.comb += [
@@ -154,8 +202,8 @@ class ResultStore(wiring.Component):
 
     def _serve(self, m, number, result, entry_read):
         """Serve the requested results."""
-        config = self.config
-        path, hit, entry = path_record(config), hit_record(config), entry_record(config)
+        layouts = self.record_layouts
+        path, hit, entry = layouts.path, layouts.hit, layouts.entry
 
         paths = Signal(9, reset_less=True)  # Left, with the one being sent.
         entries = Signal(7, reset_less=True)  # Of this path, left.

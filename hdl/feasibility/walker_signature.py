@@ -10,7 +10,7 @@ from hdl.layouts import cell_layout, point_layout
 __all__ = ["step_layout", "walker_signature"]
 
 
-def step_layout(config: Config) -> data.StructLayout:
+def step_layout(coordinate_bits: int, segment_bits: int, path_cells_bits: int) -> data.StructLayout:
     """Return the layout of a step, which is the progress of one cycle.
 
     ``valid``
@@ -21,7 +21,7 @@ def step_layout(config: Config) -> data.StructLayout:
     ``segment``
         Number of the segment in its path.
     ``cells``
-        Cells of the path in this step, 0..map_size.
+        Cells of the path in this step, from 0 to those along an edge of the map.
     ``hit``, ``until``
         One of these cells collides; number of cells up to and including the first that does.
     ``x``, ``y``, ``coarse``
@@ -38,16 +38,16 @@ def step_layout(config: Config) -> data.StructLayout:
             "first": 1,
             "ends_segment": 1,
             "ends_path": 1,
-            "segment": config.segment_bits,
-            "cells": config.segment_cells_bits,
+            "segment": segment_bits,
+            "cells": coordinate_bits + 1,
             "hit": 1,
-            "until": config.segment_cells_bits,
-            "x": config.coordinate_bits,
-            "y": config.coordinate_bits,
+            "until": coordinate_bits + 1,
+            "x": coordinate_bits,
+            "y": coordinate_bits,
             "coarse": 1,
-            "terrain": config.segment_cells_bits,
-            "nofly": config.segment_cells_bits,
-            "reads": config.path_cells_bits + 1,
+            "terrain": coordinate_bits + 1,
+            "nofly": coordinate_bits + 1,
+            "reads": path_cells_bits + 1,
         }
     )
 
@@ -82,6 +82,7 @@ def walker_signature(config: Config) -> wiring.Signature:
     lookup_altitude : Out(altitude_bits)
         Its altitude, ``config.lookup_latency`` cycles later.
     """
+    step = step_layout(config.coordinate_bits, config.segment_bits, config.path_cells_bits)
     points = point_layout(config.coordinate_bits, config.altitude_bits)
     cells = cell_layout(config.coordinate_bits, config.altitude_bits)
     return wiring.Signature(
@@ -92,7 +93,7 @@ def walker_signature(config: Config) -> wiring.Signature:
             "segment_room": In(1),
             "begins": Out(1),
             "segment_begins": Out(1),
-            "step": Out(step_layout(config)),
+            "step": Out(step),
             "drop": In(1),
             "writes": In(stream.Signature(cells)),
             "lookup_valid": In(1),

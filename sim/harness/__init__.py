@@ -74,7 +74,10 @@ class VerilatedChecker:
         self.config = config
         self._cell = cell_layout(config.coordinate_bits, config.altitude_bits)
         self._point = point_layout(config.coordinate_bits, config.altitude_bits)
-        self._verdict, self._count = verdict_layout(config), count_layout(config)
+        self._verdict = verdict_layout(
+            config.coordinate_bits, config.segment_bits, config.path_cells_bits
+        )
+        self._count = count_layout(config.coordinate_bits, config.segment_bits)
         program = build_verilator(
             BuildCache(build_root() / "sim"),
             exported_verilog("path_checker", config),

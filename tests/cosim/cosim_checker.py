@@ -33,8 +33,10 @@ class Bench:
         layouts = {
             "points": point_layout(CONFIG.coordinate_bits, CONFIG.altitude_bits),
             "writes": cell_layout(CONFIG.coordinate_bits, CONFIG.altitude_bits),
-            "verdicts": verdict_layout(CONFIG),
-            "counts": count_layout(CONFIG),
+            "verdicts": verdict_layout(
+                CONFIG.coordinate_bits, CONFIG.segment_bits, CONFIG.path_cells_bits
+            ),
+            "counts": count_layout(CONFIG.coordinate_bits, CONFIG.segment_bits),
         }
         for name, layout in layouts.items():
             stream = Stream(dut, name, layout, dut.clk)

@@ -13,6 +13,7 @@ from hdl.feasibility.path_source import PathSource
 from hdl.ga_core.core import Core
 from tests.chips import random_path
 from tests.streams import put, simulate
+from tests.wrong_sizes import check_sizes
 
 
 CONFIG = Config(
@@ -35,7 +36,9 @@ class Chip(wiring.Component):
 
     def __init__(self):
         self.core = Core(CONFIG)
-        self.source = PathSource(CONFIG)
+        self.source = PathSource(
+            CONFIG.coordinate_bits, CONFIG.altitude_bits, CONFIG.max_waypoints, CONFIG.population
+        )
         super().__init__({})
 
     def elaborate(self, platform):
@@ -162,3 +165,22 @@ def test_the_longest_path_fits():
     path = list(range(CONFIG.max_waypoints + 2))
     [(points, _, _)] = offered([], [(path, "check")])
     assert points == words(path)
+
+
+def test_sizes():
+    sizes = {"coordinate_bits": 4, "altitude_bits": 4, "max_waypoints": 5, "population": 16}
+    limits = {
+        "coordinate_bits": ("Coordinate width", 1),
+        "altitude_bits": ("Altitude width", 1),
+        "max_waypoints": ("Max waypoints", 1),
+        "population": ("Population", 2, 256),
+    }
+    check_sizes(PathSource, sizes, limits)
+
+
+@pytest.mark.parametrize(
+    ("max_waypoints", "population", "depth"), [(5, 16, 32), (5, None, 8), (62, None, 64)]
+)
+def test_depth_of_the_buffer(max_waypoints, population, depth):
+    """Room for one path, and for twice as many points as paths of a batch."""
+    assert PathSource(4, 4, max_waypoints, population).depth == depth

@@ -6,9 +6,11 @@ import random
 import pytest
 
 from hdl.config import CheckerBuild, Config
-from hdl.feasibility.result_store import ResultStore
+from hdl.feasibility.layouts import count_layout, verdict_layout
+from hdl.feasibility.result_store import RecordLayouts, ResultStore
 from hdl.protocol import PathResult, pack_results
 from tests.streams import collect, put, simulate
+from tests.wrong_sizes import check_sizes
 
 
 CONFIG = Config(
@@ -63,7 +65,13 @@ def served(batches, reads, *, pauses=(0,), late=False):
 
     ``late``: entries come after all verdicts, instead of each before its own.
     """
-    store = ResultStore(CONFIG)
+    store = ResultStore(
+        CONFIG.checked_paths,
+        CONFIG.max_segments,
+        verdict_layout(CONFIG.coordinate_bits, CONFIG.segment_bits, CONFIG.path_cells_bits),
+        count_layout(CONFIG.coordinate_bits, CONFIG.segment_bits),
+        RecordLayouts.of(CONFIG),
+    )
     records, outcomes = [], []
 
     async def bench(ctx):
@@ -150,3 +158,15 @@ def test_clocks():
         entries = sum(len(result.entries) for result, _ in batch)
         # The bench notices a cycle after it came.
         assert cycles - 1 == len(body) + 2 * (len(batch) + entries)
+
+
+def test_sizes():
+    sizes = {
+        "checked_paths": 8,
+        "max_segments": 7,
+        "verdict_layout": verdict_layout(5, 3, 8),
+        "count_layout": count_layout(5, 3),
+        "record_layouts": RecordLayouts.of(CONFIG),
+    }
+    limits = {"checked_paths": ("Paths of a check", 1), "max_segments": ("Segments of a path", 1)}
+    check_sizes(ResultStore, sizes, limits)

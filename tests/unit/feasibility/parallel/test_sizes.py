@@ -9,46 +9,41 @@ from hdl.feasibility.parallel.reciprocal import Precision, Reciprocals
 from hdl.feasibility.parallel.segment_setup import SegmentSetup
 from hdl.feasibility.parallel.slopes import Slopes
 from hdl.feasibility.parallel.terrain_memory import TerrainMemory
-from tests.sizes import check_sizes
+from tests.wrong_sizes import check_sizes
 
 
-LANES = ("Lanes", 8, "a power of two from 1 to 32", (0, 3, 64))
-XY = ("Coordinate width", 5, "1 or more", (0,))
-Z = ("Altitude width", 4, "1 or more", (0, -2))
-SEGMENT = ("Segment width", 3, "1 or more", (0,))
+WIDTHS = {"coordinate_bits": 5, "altitude_bits": 4}
+UNITS = [
+    (HitLocator, {"lanes": 2, "coordinate_bits": 5}),
+    (Lanes, {"lane_count": 2, **WIDTHS, "segment_bits": 3}),
+    (SegmentSetup, {"lanes": 2, **WIDTHS, "segment_bits": 3}),
+    (Slopes, {"lanes": 2, **WIDTHS}),
+    (TerrainMemory, {"lane_count": 2, **WIDTHS, "memory_latency": 2}),
+]
+LIMITS = {
+    "coordinate_bits": ("Coordinate width", 1),
+    "altitude_bits": ("Altitude width", 1),
+    "segment_bits": ("Segment width", 1),
+    "memory_latency": ("Memory latency", 1, 2),
+}
 
 
-@pytest.mark.parametrize(
-    ("unit", "sizes"),
-    [
-        (HitLocator, {"lanes": LANES, "coordinate_bits": XY}),
-        (
-            Lanes,
-            {
-                "lane_count": LANES,
-                "coordinate_bits": XY,
-                "altitude_bits": Z,
-                "segment_bits": SEGMENT,
-            },
-        ),
-        (
-            SegmentSetup,
-            {"lanes": LANES, "coordinate_bits": XY, "altitude_bits": Z, "segment_bits": SEGMENT},
-        ),
-        (Slopes, {"lanes": LANES, "coordinate_bits": XY, "altitude_bits": Z}),
-        (
-            TerrainMemory,
-            {
-                "lane_count": LANES,
-                "coordinate_bits": XY,
-                "altitude_bits": Z,
-                "memory_latency": ("Memory latency", 2, "from 1 to 2", (0, 3)),
-            },
-        ),
-    ],
-)
+@pytest.mark.parametrize(("unit", "sizes"), UNITS)
 def test_sizes(unit, sizes):
-    check_sizes(unit, sizes)
+    check_sizes(unit, sizes, {name: LIMITS[name] for name in sizes if name in LIMITS})
+
+
+@pytest.mark.parametrize(("unit", "sizes"), UNITS)
+def test_lanes(unit, sizes):
+    (name,) = set(sizes) & {"lanes", "lane_count"}
+    for count in (1, 8, 32):
+        assert getattr(unit(**{**sizes, name: count}), name) == count
+    for count in (0, 3, 64):
+        rule = f"^Lanes must be a power of two from 1 to 32, not {count}$"
+        with pytest.raises(ValueError, match=rule):
+            unit(**{**sizes, name: count})
+    with pytest.raises(TypeError, match=r"^Lanes must be an integer, not 2\.0$"):
+        unit(**{**sizes, name: 2.0})
 
 
 def test_width_of_reciprocals():

@@ -7,42 +7,41 @@ from hdl.feasibility.two_tier.altitude_compare import AltitudeCompare
 from hdl.feasibility.two_tier.cell_walker import CellWalker
 from hdl.feasibility.two_tier.coarse_map import CoarseMap
 from hdl.feasibility.two_tier.segment_setup import TwoTierSegmentSetup
-from tests.sizes import check_sizes
+from tests.wrong_sizes import check_sizes
 
 
-Z = ("Altitude width", 4, "1 or more", (0,))
-SEGMENT = ("Segment width", 3, "1 or more", (0,))
-LATENCY = ("Memory latency", 1, "from 1 to 2", (0, 3))
-TWO_MAPS = {
-    "coordinate_bits": ("Coordinate width", 5, "2 or more", (1,)),
-    "coarse_bits": ("Coarse width", 3, "from 1 to 4", (0, 5)),
-    "altitude_bits": Z,
+ONE_MAP = {"coordinate_bits": 5, "altitude_bits": 4, "segment_bits": 3}
+TWO_MAPS = {"coordinate_bits": 5, "coarse_bits": 1, "altitude_bits": 4}
+LIMITS = {
+    "altitude_bits": ("Altitude width", 1),
+    "segment_bits": ("Segment width", 1),
+    "memory_latency": ("Memory latency", 1, 2),
+    "scan_latency": ("Latency of a scan", 1),
 }
-ONE_MAP = {
-    "coordinate_bits": ("Coordinate width", 5, "1 or more", (0,)),
-    "altitude_bits": Z,
-    "segment_bits": SEGMENT,
-}
+
+
+@pytest.mark.parametrize(
+    ("unit", "sizes"), [(CellWalker, ONE_MAP), (AltitudeCompare, {**ONE_MAP, "memory_latency": 1})]
+)
+def test_sizes_with_one_map(unit, sizes):
+    limits = {**LIMITS, "coordinate_bits": ("Coordinate width", 1)}
+    check_sizes(unit, sizes, {name: limits[name] for name in sizes})
 
 
 @pytest.mark.parametrize(
     ("unit", "sizes"),
     [
-        (TwoTierSegmentSetup, TWO_MAPS | {"segment_bits": SEGMENT}),
-        (CellWalker, ONE_MAP),
-        (AltitudeCompare, ONE_MAP | {"memory_latency": LATENCY}),
-        (
-            CoarseMap,
-            TWO_MAPS
-            | {
-                "memory_latency": LATENCY,
-                "scan_latency": ("Latency of a scan", 3, "1 or more", (0,)),
-            },
-        ),
+        (TwoTierSegmentSetup, {**TWO_MAPS, "segment_bits": 3}),
+        (CoarseMap, {**TWO_MAPS, "memory_latency": 2, "scan_latency": 3}),
     ],
 )
-def test_sizes(unit, sizes):
-    check_sizes(unit, sizes)
+def test_sizes_with_two_maps(unit, sizes):
+    limits = {
+        **LIMITS,
+        "coordinate_bits": ("Coordinate width", 2),
+        "coarse_bits": ("Coarse width", 1, 4),
+    }
+    check_sizes(unit, sizes, {name: limits[name] for name in sizes})
 
 
 @pytest.mark.parametrize("memory_latency", [1, 2])

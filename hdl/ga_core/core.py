@@ -18,6 +18,7 @@ from hdl.layouts import (
     waypoint_layout,
     write_layout,
 )
+from hdl.primitives.assign import assign_each
 from hdl.primitives.skid_buffer import SkidBuffer
 
 
@@ -150,9 +151,9 @@ class Core(wiring.Component):
             population.allow.eq(allow),
             population.launch.eq(control.launch),
             population.update.eq(control.update_on),
-            *_each(population.carried, mapping.carried),
-            *_each(population.patches, mutation.patches),
-            *_each(population.mutations, mutation.results),
+            assign_each(population.carried, mapping.carried),
+            assign_each(population.patches, mutation.patches),
+            assign_each(population.mutations, mutation.results),
         ]
 
         parents = mapping.carried[kept:]
@@ -161,10 +162,10 @@ class Core(wiring.Component):
             mutation.children.eq(selection.children),
             mutation.draws.eq(selection.waypoints),
             mutation.on.eq(control.mutation_on),
-            *_each(mutation.lengths, (parent.length for parent in parents)),
-            *_each(mutation.waypoints, population.waypoints[kept:]),
-            *_each(self.mutations, mutation.mutations),
-            *_each(self.patches, mutation.patches),
+            assign_each(mutation.lengths, (parent.length for parent in parents)),
+            assign_each(mutation.waypoints, population.waypoints[kept:]),
+            assign_each(self.mutations, mutation.mutations),
+            assign_each(self.patches, mutation.patches),
         ]
         if self.has_map:
             self._search(m, request, selection, population, mutation)
@@ -179,8 +180,8 @@ class Core(wiring.Component):
         survivors = mapping.carried[config.elites : kept]
         with m.If(control.update_on):
             m.d.sync += [
-                *_each(self.survivors, (survivor.slot for survivor in survivors)),
-                *_each(self.parents, (parent.slot for parent in parents)),
+                assign_each(self.survivors, (survivor.slot for survivor in survivors)),
+                assign_each(self.parents, (parent.slot for parent in parents)),
             ]
         m.d.comb += [
             control.crossover_done.eq(population.done),
@@ -232,7 +233,7 @@ class Core(wiring.Component):
             mapping.allow.eq(allow & selection.ready),
             mapping.parents.eq(selection.parents),
             mapping.survivors.eq(selection.survivors),
-            *_each(mapping.lengths, population.lengths),
+            assign_each(mapping.lengths, population.lengths),
             void.eq(control.update_on | overtaken),
             mapping.clear.eq(void),
             mutation.clear.eq(void),
@@ -276,8 +277,3 @@ class Core(wiring.Component):
             control.redrawn.eq(mutation.redrawn),
             control.left_out.eq(mutation.left_out),
         ]
-
-
-def _each(targets, sources):
-    """Return the assignments of each of ``sources`` to its target."""
-    return [target.eq(source) for target, source in zip(targets, sources, strict=True)]

@@ -1,0 +1,128 @@
+"""Read index of a child, with the mutation that is pending there."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import MutationKind
+from hdl.ga_core.chromosome import ReadIndex, pending_layout, source_layout
+from hdl.primitives.arguments import check_integer
+from hdl.primitives.multiplexer import one_hot_multiplex
+
+
+__all__ = ["ChildIndex"]
+
+
+class ChildIndex(wiring.Component):
+    """Read index of a child: knows its length, its middle and its pending mutation.
+
+    The halves of a child lie apart, and its mutation is made when it is read; so a child needs an
+    index of its own, while one serves all paths that lie in order.
+
+    Parameters
+    ----------
+    kinds : sequence of MutationKind
+        Kind of each mutator, one or more; those that make a new waypoint come first.
+    min_waypoints, max_waypoints : int
+        Waypoints of the shortest path, 1 or more, and of the longest, 3 or more.
+
+    Members
+    -------
+    advance, position, source
+        See :class:`hdl.ga_core.chromosome.ReadIndex`.
+    parent_lengths : In(range(max_waypoints + 1)).array(2)
+        Lengths of the parent of the head and of that of the tail. Steady in the cycle of
+        ``update`` and the one before.
+    applied : In(len(kinds))
+        In the cycle before ``update``: mutators that have changed this child, at most one.
+    indices : In(range(max_waypoints)).array(len(kinds))
+        With ``update``: index of the waypoint of each mutator.
+    update : In(1)
+        The child becomes the path that is read.
+    rewrite : In(1)
+        The host has replaced the path by one of ``rewritten_length`` waypoints, which lies in
+        order. Not with ``update``.
+    rewritten_length : In(range(max_waypoints + 1))
+    length : Out(range(max_waypoints + 1))
+        Length of the path, with its mutation. ``min_waypoints`` after reset.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter has the wrong kind, or is out of its range.
+    """
+
+    def __init__(self, kinds, *, min_waypoints, max_waypoints):
+        self.kinds = tuple(MutationKind(kind) for kind in kinds)
+        check_integer("Min waypoints", min_waypoints, 1)
+        check_integer("Max waypoints", max_waypoints, 3)
+
+        self.min_waypoints = min_waypoints
+        self.max_waypoints = max_waypoints
+        self.patch_count = sum(kind is not MutationKind.DELETE for kind in self.kinds)
+        length = range(max_waypoints + 1)
+        super().__init__(
+            {
+                "advance": In(1),
+                "position": In(range(max_waypoints)),
+                "source": Out(source_layout(max_waypoints, self.patch_count)),
+                "parent_lengths": In(length).array(2),
+                "applied": In(len(self.kinds)),
+                "indices": In(range(max_waypoints)).array(len(self.kinds)),
+                "update": In(1),
+                "rewrite": In(1),
+                "rewritten_length": In(length),
+                "length": Out(length, init=min_waypoints),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        head_size = self.max_waypoints // 2
+        head_length, tail_length = self.parent_lengths
+
+        # The mutation, in the cycle of the update. At most one mutator works on a child.
+        bred = Signal(pending_layout(self.max_waypoints, self.patch_count))
+        applied = Signal.like(self.applied, reset_less=True)
+        patches = [C(number, len(bred.patch)) for number in range(self.patch_count)]
+        m.d.sync += applied.eq(self.applied)
+        m.d.comb += [
+            bred.at.eq(one_hot_multiplex(applied, self.indices)),
+            bred.patch.eq(one_hot_multiplex(applied[: self.patch_count], patches)),
+        ]
+        for kind in MutationKind:
+            of_kind = Cat(bit for bit, of in zip(applied, self.kinds, strict=True) if of is kind)
+            m.d.comb += bred[kind.name.lower()].eq(of_kind.any())
+
+        middle = Signal(range(head_size + 1), init=head_size)
+        pending = Signal.like(bred)
+        joined = Signal.like(self.length, init=0, reset_less=True)
+        m.d.sync += joined.eq((head_length >> 1) + ((tail_length + 1) >> 1))
+        with m.If(self.rewrite):
+            m.d.sync += self.length.eq(self.rewritten_length)
+        with m.If(self.update):
+            # One less is all ones more.
+            change = bred.insert | bred.delete.replicate(len(self.length))
+            m.d.sync += [
+                middle.eq(head_length >> 1),
+                self.length.eq(joined + change),
+                pending.eq(bred),
+            ]
+        with m.Elif(self.rewrite):
+            m.d.sync += [
+                middle.eq(head_size),
+                *(pending[kind.name.lower()].eq(0) for kind in MutationKind),
+            ]
+
+        m.submodules.index = index = ReadIndex(
+            max_waypoints=self.max_waypoints, patch_count=self.patch_count
+        )
+        m.d.comb += [
+            index.advance.eq(self.advance),
+            index.position.eq(self.position),
+            index.head.eq(middle),
+            index.pending.eq(pending),
+            self.source.eq(index.source),
+        ]
+
+        return m

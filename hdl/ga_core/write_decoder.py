@@ -1,0 +1,118 @@
+"""Decoder of the waypoints that the host writes to the population."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+from amaranth.utils import ceil_log2
+
+from hdl.ga_core.chromosome import place_shape
+from hdl.layouts import write_layout
+from hdl.primitives.arguments import check_integer
+from hdl.primitives.fanout import fanout
+
+
+__all__ = ["WriteDecoder"]
+
+
+class WriteDecoder(wiring.Component):
+    """Accepts waypoints for the population, one per cycle, and says where each is written.
+
+    All outputs but ``taken`` are registers, since they reach all slots. They belong to the waypoint
+    that was taken in the cycle before.
+
+    Parameters
+    ----------
+    population : int
+        Slots, 2 or more.
+    waypoint_bits : int
+        Width of a waypoint.
+    max_waypoints : int
+        Waypoints of the longest path, 3 or more.
+    parts : int
+        Parts of the chip that get ``writing`` from a register of each, 1 or more.
+
+    Members
+    -------
+    writes : In(stream.Signature(write_layout))
+        Waypoints, each with its slot and its index.
+    allow : In(1)
+        Waypoints are accepted.
+    taken : Out(1)
+        A waypoint is accepted in this cycle. Combinational.
+    writing : Out(1).array(parts)
+        A waypoint was accepted in the cycle before. All are equal.
+    waypoint : Out(waypoint_bits)
+    slots : Out(population)
+        The slot, decoded: the bit of that number alone is set.
+    completed : Out(population)
+        ``slots`` if the waypoint ends its path, otherwise 0.
+    in_tail : Out(1)
+        The waypoint belongs to the tail of the slot.
+    at : Out(place_shape(max_waypoints))
+        Place of the waypoint in its half.
+    length : Out(range(max_waypoints + 1))
+        Waypoints of the path if this one ends it.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
+    """
+
+    def __init__(self, *, population, waypoint_bits, max_waypoints, parts):
+        check_integer("Population", population, 2)
+        check_integer("Waypoint width", waypoint_bits, 1)
+        check_integer("Max waypoints", max_waypoints, 3)
+        check_integer("Parts", parts, 1)
+
+        self.population = population
+        self.waypoint_bits = waypoint_bits
+        self.max_waypoints = max_waypoints
+        self.parts = parts
+        write = write_layout(ceil_log2(population), ceil_log2(max_waypoints), waypoint_bits)
+        super().__init__(
+            {
+                "writes": In(stream.Signature(write)),
+                "allow": In(1),
+                "taken": Out(1),
+                "writing": Out(1).array(parts),
+                "waypoint": Out(waypoint_bits),
+                "slots": Out(population),
+                "completed": Out(population),
+                "in_tail": Out(1),
+                "at": Out(place_shape(max_waypoints)),
+                "length": Out(range(max_waypoints + 1)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        write = self.writes.p
+        head_size = self.max_waypoints // 2
+
+        waypoint = Signal.like(self.waypoint, reset_less=True)
+        slots = Signal.like(self.slots, reset_less=True)
+        length = Signal.like(self.length, reset_less=True)
+        last = Signal()
+        writing = fanout(m, *[self.taken] * self.parts, name="writing")
+        m.d.comb += [
+            self.writes.ready.eq(self.allow),
+            self.taken.eq(self.writes.valid & self.allow),
+            *(part.eq(register) for part, register in zip(self.writing, writing, strict=True)),
+            self.waypoint.eq(waypoint),
+            self.slots.eq(slots),
+            self.completed.eq(Cat(last & slot for slot in slots)),
+            self.length.eq(length),
+        ]
+
+        in_tail = write.index >= head_size
+        m.d.sync += [
+            last.eq(self.taken & write.last),
+            waypoint.eq(write.waypoint),
+            slots.eq(1 << write.slot),
+            length.eq(write.index + 1),
+            self.in_tail.eq(in_tail),
+            self.at.eq(Mux(in_tail, write.index - head_size, write.index)),
+        ]
+
+        return m

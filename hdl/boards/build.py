@@ -159,6 +159,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--hours", type=float, help="longest time of a seed (default: no limit)")
     parser.add_argument("--out", type=Path, default=Path("build/bitstream"), help="folder")
+    parser.add_argument(
+        "--sources", action="store_true", help="write Verilog, constraints and scripts, run no tool"
+    )
     options = parser.parse_args(arguments)
     if options.board not in BOARDS:
         sys.stderr.write(f"bitstream: BOARD must be one of {', '.join(BOARDS)}.\n")
@@ -172,6 +175,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     limit_s = None if options.hours is None else 3600 * options.hours
     folder = options.out / options.board
+    if options.sources:
+        prepare(find_board(options.board), folder)
+        sys.stdout.write(f"{folder / f'{NAME}.v'}\n")
+        return 0
     try:
         routed = build(
             find_board(options.board),

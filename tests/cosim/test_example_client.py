@@ -127,6 +127,11 @@ def test_with_the_model(client, config):
         assert client(port) == expected_line(config)
 
 
+def test_the_page_names_the_line_of_the_default_chip():
+    page = (ROOT / "docs" / "protocol.md").read_text()
+    assert f"`{expected_line(DEFAULT_CONFIG).strip()}`" in page
+
+
 def test_over_a_bad_line(client):
     """Every fifth frame is lost or damaged; each command is executed once all the same."""
 

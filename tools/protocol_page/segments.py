@@ -91,7 +91,7 @@ def split_request(config: Config, command: Command, payload: bytes) -> list[Segm
     if command is Command.GENERATE:
         return [Segment("fields", generate_request(config, LinkMode(payload[0])), payload)]
     if command not in _REQUESTS:
-        return []
+        return _nothing(command, "request", payload)
     layout = _REQUESTS[command](config)
     rest = payload[layout.size :]
     segments = [Segment("fields", layout, payload[: layout.size])]
@@ -124,10 +124,17 @@ def split_reply(config: Config, command: Command, request: bytes, payload: bytes
             *_waypoints(config, rest),
         ]
     if command not in _REPLIES:
-        return []
+        return _nothing(command, "reply", payload)
     layout = _REPLIES[command](config)
     segments = [Segment("fields", layout, payload[: layout.size])]
     return [*segments, *_results(config, payload[layout.size :])]
+
+
+def _nothing(command: Command, message: str, payload: bytes) -> list[Segment]:
+    """Return no segments, for a message without a payload."""
+    if payload:
+        raise ValueError(f"The {message} {command.name} has a payload, of which no layout is known")
+    return []
 
 
 def _waypoints(config: Config, packed: bytes) -> Iterator[Segment]:

@@ -102,6 +102,15 @@ def test_seeds_until_timing_closes(tools, tmp_path):
     assert report["clocks"] == {"clock": [100, 100]}
 
 
+def test_sources_alone_run_no_tool(tools, tmp_path, capsys):
+    tools()
+    assert main(["ulx3s-85f", "--sources", "--out", str(tmp_path)]) == 0
+    verilog = tmp_path / "ulx3s-85f" / "chip.v"
+    assert capsys.readouterr().out == f"{verilog}\n"
+    assert verilog.read_text() == "module"
+    assert not (tmp_path / "calls").exists()
+
+
 def test_the_boards_seed_is_tried_first(tools, tmp_path):
     tools(achieved=(90, 91, 92, 93))
     board = replace(BOARD, seed=3)

@@ -9,6 +9,7 @@ from hdl.protocol import Command, Status, StickyError
 from hdl.protocol.codec import FrameError, decode_frame, encode_frame
 from sim.model.chip import ChipModel
 from tools.protocol_page.files import FRAMES, contents
+from tools.protocol_page.segments import split_reply, split_request
 
 
 GOLDEN = json.loads(FRAMES.read_text())
@@ -61,3 +62,13 @@ def test_damaged_frames():
                 decode_frame(bytes.fromhex(exchange["request"]["frame"])[:-1])
             kinds.append(caught.value.kind)
     assert kinds == [StickyError.CRC, StickyError.MALFORMED, StickyError.MALFORMED]
+
+
+def test_a_payload_without_a_layout_is_no_payload_of_the_page():
+    config = Config()
+    assert split_request(config, Command.OPEN, b"") == []
+    assert split_reply(config, Command.OPEN, b"", b"") == []
+    with pytest.raises(ValueError, match=r"^The request OPEN has a payload, of which no layout is"):
+        split_request(config, Command.OPEN, b"1")
+    with pytest.raises(ValueError, match=r"^The reply OPEN has a payload, of which no layout is"):
+        split_reply(config, Command.OPEN, b"", b"1")

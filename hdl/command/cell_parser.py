@@ -3,13 +3,13 @@
 from math import gcd
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.command.layouts import payload_members
-from hdl.config import Config
-from hdl.layouts import cell_layout, struct
-from hdl.protocol import Status, map_request
+from hdl.layouts import cell_layout
+from hdl.primitives.arguments import check_integer
+from hdl.protocol import Status
 
 
 __all__ = ["CellParser"]
@@ -28,50 +28,58 @@ class CellParser(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    coordinate_bits, altitude_bits : int
+        Widths of a coordinate and of an altitude, 1 or more.
+    rectangle_layout : data.StructLayout
+        Fields of a MAP: ``x``, ``y``, ``width`` and ``height``, in cells.
 
     Members
     -------
     on, repeated, bytes, ended, done, status
         See :func:`hdl.command.layouts.payload_members`.
-    rectangle : In(struct of map_request)
+    rectangle : In(rectangle_layout)
         South-western cell and size; it lies on the map.
     writes : Out(stream of x, y, altitude, last)
         Cells for the checker; registers. After the ``last`` cell, not ready until the checker has
         applied the rectangle.
     """
 
-    def __init__(self, config: Config):
-        self.config = config
-        self.cell_layout = cell_layout(config.coordinate_bits, config.altitude_bits)
-        self.rectangle_layout = struct(map_request(config))
+    def __init__(
+        self, coordinate_bits: int, altitude_bits: int, rectangle_layout: data.StructLayout
+    ):
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_integer("Altitude width", altitude_bits, 1)
+        self.coordinate_bits = coordinate_bits
+        self.altitude_bits = altitude_bits
+        self.rectangle_layout = rectangle_layout
+        self.cell_layout = cell_layout(coordinate_bits, altitude_bits)
         super().__init__(
             {
                 **payload_members(),
-                "rectangle": In(self.rectangle_layout),
+                "rectangle": In(rectangle_layout),
                 "writes": Out(stream.Signature(self.cell_layout)),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
-        config = self.config
-        step = gcd(8, config.altitude_bits)
+        coordinate_bits, altitude_bits = self.coordinate_bits, self.altitude_bits
+        step = gcd(8, altitude_bits)
 
         # A byte, and the cell that it fills.
         byte = Signal(8)
         left = Signal(range(8 // step + 1))  # Steps left in the byte.
-        cell = Signal(config.altitude_bits)
-        steps = config.altitude_bits // step
+        cell = Signal(altitude_bits)
+        steps = altitude_bits // step
         missing = Signal(range(steps + 1), init=steps)
         # Place of the next cell in the rectangle.
-        column = Signal(config.coordinate_bits)
-        row = Signal(config.coordinate_bits)
+        column = Signal(coordinate_bits)
+        row = Signal(coordinate_bits)
         complete = Signal()  # The last cell of the rectangle is held.
         held = Signal()
-        altitude = Signal(config.altitude_bits)
-        x = Signal(config.coordinate_bits)
-        y = Signal(config.coordinate_bits)
+        altitude = Signal(altitude_bits)
+        x = Signal(coordinate_bits)
+        y = Signal(coordinate_bits)
 
         last_column = Signal.like(column)
         last_row = Signal.like(row)

@@ -3,10 +3,12 @@
 from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
+from amaranth.utils import exact_log2
 
 from hdl.command.layouts import AnswerKind
 from hdl.config import CheckerBuild, Config
-from hdl.layouts import check_layout, start_layout, struct
+from hdl.layouts import check_layout, struct
+from hdl.primitives.arguments import check_integer, check_power_of_two
 from hdl.protocol import (
     CheckFlag,
     Command,
@@ -68,62 +70,94 @@ class FieldDecoder(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    fields : dict of Command to Layout
+        Fixed fields of each numbered request of the chip: see :func:`request_fields`.
+    population : int
+        Slots, 2..256.
+    children : int
+        Paths made each generation, from 1 to ``population - 1``; they are in the last slots.
+    map_size : int
+        Cells along each edge of the map, a power of two, 2..65536.
+    altitude_bits : int
+        Width of an altitude, 1..16. A new waypoint is always below the top altitude.
 
     Members
     -------
     code : In(8)
-        One of the commands in :func:`request_fields`.
+        One of the commands in ``fields``.
     byte, take : In(8), In(1)
         A byte of its fields, taken in the cycles in which ``take`` is high.
     ended : In(1)
         The last byte of the request has been taken.
-    checked : In(9)
-        Paths of the latest check, whose results may be requested.
     status : Out(8)
         :class:`hdl.protocol.Status`: OK, or the error of the fields.
     kind, slot, count : Out
         Answer to the request if its payload is right: see
         :data:`hdl.command.layouts.answer_layout`.
-    start : Out(start_layout)
+
+    Only with a START among ``fields``:
+
+    start : Out(struct of start_request)
         Fields of a START.
     write_slot : Out(8)
         Slot of a WRITE.
     identity : Out(1)
         A GENERATE carries no order of the slots.
+
+    Only with a MAP among ``fields``:
+
     rectangle : Out(struct of map_request)
         Fields of a MAP.
     checks : Out(check_layout)
-        Check that a CHECK or CHECK_PATHS asks for. Outputs that no command of the chip sets are 0.
+        Check that a CHECK or CHECK_PATHS asks for.
+    checked : In(9)
+        Paths of the latest check, whose results may be requested.
     """
 
-    def __init__(self, config: Config):
-        self.config = config
-        self._fields = request_fields(config)
-        self.size = max(layout.size for layout in self._fields.values())
+    def __init__(
+        self,
+        fields: dict[Command, Layout],
+        population: int,
+        children: int,
+        map_size: int,
+        altitude_bits: int,
+    ):
+        check_integer("Population", population, 2, 256)
+        check_integer("Children", children, 1, population - 1)
+        check_power_of_two("Map size", map_size, 2, 1 << 16)
+        check_integer("Altitude width", altitude_bits, 1, 16)
+        self.fields = fields
+        self.population = population
+        self.children = children
+        self.map_size = map_size
+        self.altitude_bits = altitude_bits
+        self.size = max(layout.size for layout in fields.values())
         # The bytes of the fields, the last one highest.
         self._packed = Signal(8 * self.size)
-        self.start_layout = start_layout(config)
-        self.rectangle_layout = struct(map_request(config))
-        self.check_layout = check_layout(config.waypoint_bits)
-        super().__init__(
-            {
-                "code": In(8),
-                "byte": In(8),
-                "take": In(1),
-                "ended": In(1),
-                "checked": In(9),
-                "status": Out(8),
-                "kind": Out(AnswerKind),
-                "slot": Out(8),
-                "count": Out(9),
-                "start": Out(self.start_layout),
+        members = {
+            "code": In(8),
+            "byte": In(8),
+            "take": In(1),
+            "ended": In(1),
+            "status": Out(8),
+            "kind": Out(AnswerKind),
+            "slot": Out(8),
+            "count": Out(9),
+        }
+        if Command.START in fields:
+            members |= {
+                "start": Out(struct(fields[Command.START])),
                 "write_slot": Out(8),
                 "identity": Out(1),
-                "rectangle": Out(self.rectangle_layout),
-                "checks": Out(self.check_layout),
             }
-        )
+        if Command.MAP in fields:
+            waypoint_bits = 2 * exact_log2(map_size) + altitude_bits
+            members |= {
+                "rectangle": Out(struct(fields[Command.MAP])),
+                "checks": Out(check_layout(waypoint_bits)),
+                "checked": In(9),
+            }
+        super().__init__(members)
 
     def elaborate(self, platform):
         m = Module()
@@ -132,19 +166,19 @@ class FieldDecoder(wiring.Component):
             m.d.sync += self._packed.eq(Cat(self._packed[8:], self.byte))
 
         m.d.comb += self.kind.eq(AnswerKind.EMPTY)
-        if Command.START in self._fields:
+        if Command.START in self.fields:
             m.d.comb += [
                 self.start.eq(self._of(Command.START)),
                 self.write_slot.eq(self._of(Command.WRITE).slot),
                 self.identity.eq(self._of(Command.GENERATE).mode == LinkMode.POPULATION),
             ]
-        if Command.MAP in self._fields:
+        if Command.MAP in self.fields:
             m.d.comb += self.rectangle.eq(self._of(Command.MAP))
             m.d.sync += [
                 self.checks.batch.eq(0),
                 self.checks.counting.eq(self._of(Command.CHECK).flags & CheckFlag.COUNT.value),
             ]
-        if Command.CHECK_PATHS in self._fields:
+        if Command.CHECK_PATHS in self.fields:
             batch = self._of(Command.CHECK_PATHS)
             with m.If(self.code == Command.CHECK_PATHS):
                 m.d.sync += [
@@ -174,7 +208,7 @@ class FieldDecoder(wiring.Component):
             with m.Case(*FOLLOWED):
                 m.d.sync += followed.eq(1)
         with m.Switch(self.code):
-            for command in self._fields:
+            for command in self.fields:
                 with m.Case(command):
                     if command in judges:
                         m.d.sync += wrong[command].eq(judges[command](m))
@@ -186,7 +220,7 @@ class FieldDecoder(wiring.Component):
         return m
 
     def _of(self, command):
-        layout = self._fields[command]
+        layout = self.fields[command]
         start = 8 * (self.size - layout.size)
         return data.View(struct(layout), self._packed[start : start + layout.bits])
 
@@ -202,10 +236,10 @@ class FieldDecoder(wiring.Component):
 
     def _judge_start(self, m):
         return (
-            (self.start.x >= self.config.map_size)
-            | (self.start.y >= self.config.map_size)
-            | (self.start.altitude >= self.config.blocked_altitude)
-            | (self.start.avoid_ground & (Command.MAP not in self._fields))
+            (self.start.x >= self.map_size)
+            | (self.start.y >= self.map_size)
+            | (self.start.altitude >= (1 << self.altitude_bits) - 1)
+            | (self.start.avoid_ground & (Command.MAP not in self.fields))
         )
 
     def _judge_read(self, m):
@@ -218,22 +252,21 @@ class FieldDecoder(wiring.Component):
         return self._no_slots(asked)
 
     def _no_slots(self, asked):
-        return (asked.count == 0) | (asked.slot + asked.count > self.config.population)
+        return (asked.count == 0) | (asked.slot + asked.count > self.population)
 
     def _judge_generate(self, m):
-        config = self.config
         wrong = Signal(name="bad_mode")
         with m.Switch(self._of(Command.GENERATE).mode):
             with m.Case(LinkMode.POPULATION):
                 m.d.comb += [
                     self.kind.eq(AnswerKind.PATHS),
-                    self.count.eq(config.population),
+                    self.count.eq(self.population),
                 ]
             with m.Case(LinkMode.RANK):
                 m.d.comb += [
                     self.kind.eq(AnswerKind.CHILDREN),
-                    self.slot.eq(config.elites + config.survivors),
-                    self.count.eq(config.children),
+                    self.slot.eq(self.population - self.children),
+                    self.count.eq(self.children),
                 ]
             with m.Case(LinkMode.RECIPE):
                 m.d.comb += self.kind.eq(AnswerKind.RECIPE)
@@ -242,7 +275,7 @@ class FieldDecoder(wiring.Component):
         return wrong
 
     def _judge_map(self, m):
-        rectangle, edge = self.rectangle, self.config.map_size
+        rectangle, edge = self.rectangle, self.map_size
         return (
             (rectangle.width == 0)
             | (rectangle.height == 0)

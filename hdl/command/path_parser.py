@@ -6,8 +6,8 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 
 from hdl.command.layouts import payload_members
 from hdl.command.waypoint_assembler import WaypointAssembler
-from hdl.config import Config
 from hdl.layouts import write_layout
+from hdl.primitives.arguments import check_integer
 from hdl.protocol import Status
 
 
@@ -22,7 +22,12 @@ class PathParser(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    population : int
+        Slots, 2..256.
+    waypoint_bits : int
+        Width of a waypoint, 1 or more.
+    min_waypoints, max_waypoints : int
+        Waypoints of the shortest and of the longest path, 1 or more, and 2 or more.
 
     Members
     -------
@@ -34,9 +39,17 @@ class PathParser(wiring.Component):
         Waypoints for the present population; ``valid`` is a register.
     """
 
-    def __init__(self, config: Config):
-        self.config = config
-        self.write_layout = write_layout(config.slot_bits, config.index_bits, config.waypoint_bits)
+    def __init__(self, population: int, waypoint_bits: int, min_waypoints: int, max_waypoints: int):
+        check_integer("Population", population, 2, 256)
+        check_integer("Waypoint width", waypoint_bits, 1)
+        check_integer("Min waypoints", min_waypoints, 1)
+        check_integer("Max waypoints", max_waypoints, 2)
+        self.population = population
+        self.waypoint_bits = waypoint_bits
+        self.min_waypoints = min_waypoints
+        self.max_waypoints = max_waypoints
+        slot_bits, index_bits = (population - 1).bit_length(), (max_waypoints - 1).bit_length()
+        self.write_layout = write_layout(slot_bits, index_bits, waypoint_bits)
         super().__init__(
             {
                 **payload_members(),
@@ -47,24 +60,22 @@ class PathParser(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        config = self.config
-
-        m.submodules.words = words = WaypointAssembler(config.waypoint_bits)
+        m.submodules.words = words = WaypointAssembler(self.waypoint_bits)
         word = words.words
         connect(m, flipped(self.bytes), words.bytes)
 
         # No reset is needed: `on` is low after a reset, and clears them.
         slot = Signal(9, reset_less=True)  # Of this path.
-        index = Signal(range(config.max_waypoints + 1), reset_less=True)
+        index = Signal(range(self.max_waypoints + 1), reset_less=True)
         any_word = Signal(reset_less=True)
         bad_value = Signal(reset_less=True)
         m.d.comb += [
             words.on.eq(self.on),
             words.repeated.eq(self.repeated),
             words.wrong.eq(
-                (slot >= config.population)
-                | (index >= config.max_waypoints)
-                | (word.p.last & (index < config.MIN_WAYPOINTS - 1))
+                (slot >= self.population)
+                | (index >= self.max_waypoints)
+                | (word.p.last & (index < self.min_waypoints - 1))
                 | bad_value
             ),
             self.writes.p.slot.eq(slot),

@@ -22,8 +22,8 @@ __all__ = ["PayloadDispatcher"]
 class PayloadDispatcher(wiring.Component):
     """The parsers of all commands with a payload of variable length, one of which is on at a time.
 
-    The parser is chosen by the code well before it is turned on, and turned on by a register of its
-    own: neither the code nor the state of the receiver lies on a path through a parser.
+    The parser is chosen by the code well before it is turned on, and turned on by a separate
+    register: neither the code nor the state of the receiver lies on a path through a parser.
 
     Parameters
     ----------
@@ -120,9 +120,12 @@ class PayloadDispatcher(wiring.Component):
     def _parsers(self, m):
         """Add the parsers, and return each by its command."""
         parsers = {}
-        if self.config.genetic:
-            m.submodules.path_parser = path_parser = PathParser(self.config)
-            m.submodules.ranking_parser = ranking_parser = RankingParser(self.config)
+        config = self.config
+        if config.genetic:
+            m.submodules.path_parser = path_parser = PathParser(
+                config.population, config.waypoint_bits, config.MIN_WAYPOINTS, config.max_waypoints
+            )
+            m.submodules.ranking_parser = ranking_parser = RankingParser(config.population)
             parsers |= {Command.WRITE: path_parser, Command.GENERATE: ranking_parser}
             connect(m, path_parser.writes, flipped(self.writes))
             connect(m, ranking_parser.ranking, flipped(self.ranking))
@@ -132,8 +135,12 @@ class PayloadDispatcher(wiring.Component):
                 ranking_parser.ranked.eq(self.ranked),
             ]
         if self.has_checker:
-            m.submodules.cell_parser = cell_parser = CellParser(self.config)
-            m.submodules.point_parser = point_parser = PointParser(self.config)
+            m.submodules.cell_parser = cell_parser = CellParser(
+                config.coordinate_bits, config.altitude_bits, self.rectangle.shape()
+            )
+            m.submodules.point_parser = point_parser = PointParser(
+                config.coordinate_bits, config.altitude_bits, config.max_waypoints
+            )
             parsers |= {Command.MAP: cell_parser, Command.CHECK: point_parser}
             connect(m, cell_parser.writes, flipped(self.cells))
             connect(m, point_parser.points, flipped(self.points))

@@ -6,8 +6,8 @@ from amaranth.lib.wiring import Out, connect, flipped
 
 from hdl.command.layouts import payload_members
 from hdl.command.waypoint_assembler import WaypointAssembler
-from hdl.config import Config
 from hdl.layouts import point_layout
+from hdl.primitives.arguments import check_integer
 from hdl.protocol import Status
 
 
@@ -22,7 +22,10 @@ class PointParser(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    coordinate_bits, altitude_bits : int
+        Widths of a coordinate and of an altitude, 1 or more.
+    max_waypoints : int
+        Waypoints of the longest path, without its two ends, 1 or more.
 
     Members
     -------
@@ -32,16 +35,22 @@ class PointParser(wiring.Component):
         At most as many as a path may have, and none after the ``last``; ``valid`` is a register.
     """
 
-    def __init__(self, config: Config):
-        self.config = config
-        self.point_layout = point_layout(config.coordinate_bits, config.altitude_bits)
+    def __init__(self, coordinate_bits: int, altitude_bits: int, max_waypoints: int):
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_integer("Altitude width", altitude_bits, 1)
+        check_integer("Max waypoints", max_waypoints, 1)
+        self.coordinate_bits = coordinate_bits
+        self.altitude_bits = altitude_bits
+        self.max_waypoints = max_waypoints
+        self.point_layout = point_layout(coordinate_bits, altitude_bits)
         super().__init__({**payload_members(), "points": Out(stream.Signature(self.point_layout))})
 
     def elaborate(self, platform):
         m = Module()
-        most = self.config.max_waypoints + 2
+        most = self.max_waypoints + 2
 
-        m.submodules.words = words = WaypointAssembler(self.config.waypoint_bits)
+        waypoint_bits = 2 * self.coordinate_bits + self.altitude_bits
+        m.submodules.words = words = WaypointAssembler(waypoint_bits)
         word = words.words
         connect(m, flipped(self.bytes), words.bytes)
 

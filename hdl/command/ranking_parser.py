@@ -5,8 +5,8 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.command.layouts import payload_members
-from hdl.config import Config
 from hdl.layouts import ranking_layout
+from hdl.primitives.arguments import check_integer
 from hdl.protocol import Status
 
 
@@ -21,7 +21,8 @@ class RankingParser(wiring.Component):
 
     Parameters
     ----------
-    config : Config
+    population : int
+        Slots, 2..256.
 
     Members
     -------
@@ -35,9 +36,10 @@ class RankingParser(wiring.Component):
         The core has applied the ranking.
     """
 
-    def __init__(self, config: Config):
-        self.config = config
-        self.ranking_layout = ranking_layout(config.slot_bits)
+    def __init__(self, population: int):
+        check_integer("Population", population, 2, 256)
+        self.population = population
+        self.ranking_layout = ranking_layout((population - 1).bit_length())
         super().__init__(
             {
                 **payload_members(),
@@ -49,12 +51,12 @@ class RankingParser(wiring.Component):
 
     def elaborate(self, platform):
         m = Module()
-        config = self.config
+        population = self.population
         byte = self.bytes.payload
         ranking = self.ranking
 
-        rank = Signal(range(config.population + 1))
-        seen = Signal(config.population)
+        rank = Signal(range(population + 1))
+        seen = Signal(population)
         too_high = Signal()
         bad_value = Signal()
         fresh = Signal()  # A slot has come and is not checked yet.
@@ -62,7 +64,7 @@ class RankingParser(wiring.Component):
         idle = Signal()
         take = Signal()
         m.d.comb += [
-            complete.eq(rank == config.population),
+            complete.eq(rank == population),
             idle.eq(~fresh & ~ranking.valid),
             take.eq(self.bytes.valid & self.bytes.ready),
         ]
@@ -82,7 +84,7 @@ class RankingParser(wiring.Component):
             m.d.sync += [
                 ranking.p.rank.eq(rank),
                 ranking.p.slot.eq(Mux(self.identity, rank, byte)),
-                too_high.eq(byte >= config.population),
+                too_high.eq(byte >= population),
             ]
 
         with m.FSM():

@@ -157,7 +157,13 @@ class CommandReceiver(wiring.Component):
         m = Module()
         config = self.config
 
-        m.submodules.fields = fields = FieldDecoder(config)
+        m.submodules.fields = fields = FieldDecoder(
+            request_fields(config),
+            config.population,
+            config.children,
+            config.map_size,
+            config.altitude_bits,
+        )
         m.submodules.payload = payload = PayloadDispatcher(config)
         m.submodules.header = header = HeaderComparator()
         request = _Request(fields.size)

@@ -4,6 +4,8 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from hdl.primitives.arguments import check_integer
+
 
 __all__ = ["WaypointAssembler"]
 
@@ -17,7 +19,7 @@ class WaypointAssembler(wiring.Component):
     Parameters
     ----------
     waypoint_bits : int
-        Width of a waypoint, without its ``last`` flag.
+        Width of a waypoint, without its ``last`` flag, 1 or more.
 
     Members
     -------
@@ -42,6 +44,7 @@ class WaypointAssembler(wiring.Component):
     """
 
     def __init__(self, waypoint_bits: int):
+        check_integer("Waypoint width", waypoint_bits, 1)
         self.waypoint_bits = waypoint_bits
         self.word_layout = data.StructLayout({"waypoint": waypoint_bits, "last": 1})
         super().__init__(

@@ -4,7 +4,6 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import Config
 from hdl.layouts import point_layout
 from hdl.primitives.arguments import check_integer
 
@@ -43,9 +42,9 @@ def segment_layout(
 class TwoTierSegmentSetup(wiring.Component):
     """Makes segments of points: differences, sides in order of length, and the map.
 
-    The first :attr:`hdl.config.Config.DETAILED_SEGMENTS` segments of a path are for the detailed
-    map, all others for the coarse one: their points become the blocks that they lie in, with their
-    own altitudes (*allaire two-tier*, section 3.2).
+    The first ``detailed_segments`` of a path are for the detailed map, all others for the coarse
+    one: their points become the blocks that they lie in, with their own altitudes (*allaire
+    two-tier*, section 3.2).
 
     A pipeline of two stages, which takes a point and offers a segment every cycle: the segment is
     offered 2 cycles after its second point is taken. With ``segments`` stalled, two wait here.
@@ -60,6 +59,8 @@ class TwoTierSegmentSetup(wiring.Component):
         Width of an altitude, 1 or more.
     segment_bits : int
         Width of the number of a segment in its path, 1 or more.
+    detailed_segments : int
+        Segments of a path for the detailed map, 1 or more.
 
     Members
     -------
@@ -70,16 +71,23 @@ class TwoTierSegmentSetup(wiring.Component):
     """
 
     def __init__(
-        self, coordinate_bits: int, coarse_bits: int, altitude_bits: int, segment_bits: int
+        self,
+        coordinate_bits: int,
+        coarse_bits: int,
+        altitude_bits: int,
+        segment_bits: int,
+        detailed_segments: int,
     ):
         check_integer("Coordinate width", coordinate_bits, 2)
         check_integer("Coarse width", coarse_bits, 1, coordinate_bits - 1)
         check_integer("Altitude width", altitude_bits, 1)
         check_integer("Segment width", segment_bits, 1)
+        check_integer("Detailed segments", detailed_segments, 1)
         self.coordinate_bits = coordinate_bits
         self.coarse_bits = coarse_bits
         self.altitude_bits = altitude_bits
         self.segment_bits = segment_bits
+        self.detailed_segments = detailed_segments
         segments = segment_layout(coordinate_bits, altitude_bits, segment_bits)
         super().__init__(
             {
@@ -142,7 +150,7 @@ class TwoTierSegmentSetup(wiring.Component):
                 previous.eq(point),
                 first.eq(point.last),
                 number.eq(Mux(first, 0, number + 1)),
-                coarse.eq(~first & (coarse | (number == Config.DETAILED_SEGMENTS - 1))),
+                coarse.eq(~first & (coarse | (number == self.detailed_segments - 1))),
             ]
             with m.If(~first):
                 m.d.sync += [

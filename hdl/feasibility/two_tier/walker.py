@@ -52,7 +52,7 @@ class TwoTierWalker(wiring.Component):
         xy, z = config.coordinate_bits, config.altitude_bits
 
         m.submodules.setup = setup = TwoTierSegmentSetup(
-            xy, config.coarse_bits, z, config.segment_bits
+            xy, config.coarse_bits, z, config.segment_bits, config.DETAILED_SEGMENTS
         )
         m.submodules.line = line = CellWalker(xy, z, config.segment_bits)
         m.submodules.compare = compare = AltitudeCompare(

@@ -7,9 +7,11 @@ import pytest
 
 from hdl.command.cell_parser import CellParser
 from hdl.config import Config
-from hdl.protocol import Status, pack_cells
+from hdl.layouts import struct
+from hdl.protocol import Status, map_request, pack_cells
 from tests.payloads import hand_over
 from tests.streams import collect
+from tests.wrong_sizes import check_sizes
 
 
 PAUSES = pytest.mark.parametrize("pauses", [(0,), (0, 3, 1, 0, 7)], ids=["steady", "stalled"])
@@ -20,9 +22,13 @@ def config_of(bits):
     return Config(map_size=32, coarse_factor=4, altitude_bits=bits, max_waypoints=4)
 
 
+def parser_of(bits):
+    return CellParser(5, bits, struct(map_request(config_of(bits))))
+
+
 def written(bits, payloads, x, y, width, height, *, repeated=False, pauses=(0,)):
     """Return the outcomes of ``payloads``, and the cells written as x, y, altitude, last."""
-    unit = CellParser(config_of(bits))
+    unit = parser_of(bits)
     cells = []
 
     async def collect_writes(ctx):
@@ -110,7 +116,7 @@ def test_repeated_writes_nothing():
 
 def test_it_waits_for_the_map():
     """After the last cell, the checker accepts no cell until it has applied the rectangle."""
-    unit = CellParser(config_of(8))
+    unit = parser_of(8)
     busy_cycles = 57
     done_at = []
 
@@ -132,3 +138,13 @@ def test_it_waits_for_the_map():
     assert done_at == [0] * busy_cycles
     # A cell is a byte here: each takes 2 cycles, and the last is held for one.
     assert outcomes[0][1] == 2 * 6 + busy_cycles + 4
+
+
+def test_sizes():
+    sizes = {
+        "coordinate_bits": 5,
+        "altitude_bits": 8,
+        "rectangle_layout": struct(map_request(config_of(8))),
+    }
+    limits = {"coordinate_bits": ("Coordinate width", 1), "altitude_bits": ("Altitude width", 1)}
+    check_sizes(CellParser, sizes, limits)

@@ -10,6 +10,7 @@ from hdl.config import Config
 from hdl.protocol import Status, pack_paths
 from tests.payloads import hand_over
 from tests.streams import collect
+from tests.wrong_sizes import check_sizes
 
 
 CONFIG = Config(max_waypoints=5)
@@ -18,7 +19,7 @@ PAUSES = pytest.mark.parametrize("pauses", [(0,), (0, 6, 1)], ids=["steady", "st
 
 
 def taken(payloads, *, repeated=False, pauses=(0,)):
-    unit = PointParser(CONFIG)
+    unit = PointParser(CONFIG.coordinate_bits, CONFIG.altitude_bits, CONFIG.max_waypoints)
     points = []
 
     async def collect_points(ctx):
@@ -80,3 +81,13 @@ def test_repeated_hands_nothing_on():
     outcomes, points = taken([pack_paths(CONFIG, [path_of(4)])], repeated=True)
     assert outcomes[0][0] is Status.OK
     assert points == []
+
+
+def test_sizes():
+    sizes = {"coordinate_bits": 9, "altitude_bits": 12, "max_waypoints": 5}
+    limits = {
+        "coordinate_bits": ("Coordinate width", 1),
+        "altitude_bits": ("Altitude width", 1),
+        "max_waypoints": ("Max waypoints", 1),
+    }
+    check_sizes(PointParser, sizes, limits)

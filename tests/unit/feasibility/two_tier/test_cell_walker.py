@@ -46,7 +46,11 @@ class Walk(wiring.Component):
         m = Module()
         config = self.config
         m.submodules.setup = setup = TwoTierSegmentSetup(
-            config.coordinate_bits, config.coarse_bits, config.altitude_bits, config.segment_bits
+            config.coordinate_bits,
+            config.coarse_bits,
+            config.altitude_bits,
+            config.segment_bits,
+            config.DETAILED_SEGMENTS,
         )
         m.submodules.walker = walker = self.walker
         connect(m, flipped(self.points), setup.points)

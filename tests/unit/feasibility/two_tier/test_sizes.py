@@ -15,6 +15,7 @@ TWO_MAPS = {"coordinate_bits": 5, "coarse_bits": 1, "altitude_bits": 4}
 LIMITS = {
     "altitude_bits": ("Altitude width", 1),
     "segment_bits": ("Segment width", 1),
+    "detailed_segments": ("Detailed segments", 1),
     "memory_latency": ("Memory latency", 1, 2),
     "scan_latency": ("Latency of a scan", 1),
 }
@@ -31,7 +32,7 @@ def test_sizes_with_one_map(unit, sizes):
 @pytest.mark.parametrize(
     ("unit", "sizes"),
     [
-        (TwoTierSegmentSetup, {**TWO_MAPS, "segment_bits": 3}),
+        (TwoTierSegmentSetup, {**TWO_MAPS, "segment_bits": 3, "detailed_segments": 2}),
         (CoarseMap, {**TWO_MAPS, "memory_latency": 2, "scan_latency": 3}),
     ],
 )

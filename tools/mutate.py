@@ -6,11 +6,10 @@ condition is inverted or dropped. The sites are drawn uniformly from all of the 
 seed; what is drawn from is in :mod:`tools.mutation.sites`, with the files left out.
 
 The tests that mirror the file look for the alteration first, then those of its package. If they
-pass, the circuits of all tops are compared with the original's: where nothing differs, the
-alteration is equivalent. Else all tests of units, models and records follow, then whole chips in
-simulation. What they let pass is equivalent if the netlists are equal up to names
-(:mod:`tools.netlist`), and otherwise a survivor: a missing test, a needless line, or a proof to
-write.
+pass, the circuits of all tops are compared with the original's: where they are equal up to names
+(:mod:`tools.netlist`), as they stand or after optimization, the alteration is equivalent. Else all
+tests of units, models and records follow, then whole chips in simulation. What they let pass is a
+survivor: a missing test, a needless line, or a proof to write.
 
 Each result is a line of JSON in ``build/mutation/results.jsonl``, written when it is known; a
 second call goes on from there. What is killed counts as killed as long as its line stays as it is;

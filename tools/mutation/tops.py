@@ -33,7 +33,7 @@ _SMALL_CHIPS: dict[str, Config] = {
         elites=1, survivors=3, box_percent=100, survivor_selection=SurvivorSelection.RANK
     ),
 }
-#: The shipped sizes, further builds, and one board of each family.
+#: The shipped sizes, and further builds.
 _CHIPS: dict[str, Config] = {
     "default": Config(),
     "no_checker": Config(checker=CheckerBuild.NONE, lanes=1),
@@ -45,6 +45,7 @@ _CHIPS: dict[str, Config] = {
     "lanes_1": SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=1),
     "odd": SMALL.replace(max_waypoints=20, survivors=1, elites=1, children=6, deletes=3),
 }
+#: One board of each family.
 _BOARDS = ("ulx3s-85f", "arty-a7-100", "icebreaker")
 
 
@@ -73,7 +74,11 @@ def _writers(chips: dict[str, Config], boards: Sequence[str]) -> dict[str, Write
 
 
 #: Tops by name; the small ones take seconds, the large ones minutes.
-SETS = {"small": _writers(_SMALL_CHIPS, ()), "large": _writers(_CHIPS, _BOARDS)}
+SETS = {
+    "small": _writers(_SMALL_CHIPS, ()),
+    "large": _writers(_CHIPS, ()),
+    "boards": _writers({}, _BOARDS),
+}
 
 
 def main(arguments: Sequence[str]) -> int:

@@ -139,20 +139,20 @@ class Workshop:
             return "killed", failed[0]
         if self.depth == "near":
             return "survived", ""
-        changed = self._changed("small") or self._changed("large")
+        changed = self._changed("small") or self._changed("large") or self._changed("boards")
         shown = not alteration.guard and not alteration.file.startswith(_SHARED)
         if not changed and shown:
             return "equivalent", "the same RTLIL of every top"
         if changed == ["elaboration"]:
             # Some test must say so, and not this tool.
             shown = False
+        if shown and self._equal_netlists(alteration.file):
+            return "equivalent", "the same netlist of every top"
         if failed := self.failures(rest, ["-x"]):
             return "killed", failed[0]
-        whole = self.depth == "chips" and changed
-        if whole and (failed := self.failures(slow_suite(self.folder), ["-x"])):
+        chips = slow_suite(self.folder) if self.depth == "chips" and changed else ()
+        if failed := self.failures(chips, ["-x"]):
             return "killed", failed[0]
-        if whole and shown and self._equal_netlists():
-            return "equivalent", "the same netlist of every top"
         return "survived", ", ".join(changed)
 
     @contextmanager
@@ -231,8 +231,10 @@ class Workshop:
             self._circuits[name] = self._digests(folder)
         return self._circuits[name]
 
-    def _equal_netlists(self) -> bool:
-        for which in ("small", "large"):
+    def _equal_netlists(self, file: str) -> bool:
+        """Return whether an altered ``file`` leaves every top as it is; boards' tops if it can."""
+        cells = file.startswith("hdl/boards/") or file == "hdl/primitives/cells.py"
+        for which in ("small", "large", *(["boards"] if cells else [])):
             original = self._originals(which, "verilog")
             folder = self._write(which, "altered", "verilog")
             if folder is None:

@@ -187,9 +187,15 @@ def test_a_test_that_hangs_is_ended(project, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("new", "verdict"), [("(a + a)", "equivalent"), ("(a - 1)", "survived")], ids=["same", "other"]
+    ("new", "verdict", "by"),
+    [
+        ("(a + a)", "equivalent", "the same RTLIL of every top"),
+        ("(a * 2 + 16)", "equivalent", "the same netlist of every top"),
+        ("(a - 1)", "survived", "small"),
+    ],
+    ids=["same", "other text", "other circuit"],
 )
-def test_what_no_test_sees_is_compared_by_its_circuit(project, tmp_path, new, verdict):
+def test_what_no_test_sees_is_compared_by_its_circuit(project, tmp_path, new, verdict, by):
     """The tops of the project in small are lines of text that the unit computes."""
     (project / "tools").unlink()
     (project / "tools" / "mutation").mkdir(parents=True)
@@ -199,12 +205,15 @@ def test_what_no_test_sees_is_compared_by_its_circuit(project, tmp_path, new, ve
     (project / "tools" / "mutation" / "tops.py").write_text(
         "import pathlib, sys\n"
         "from hdl.unit import unseen\n"
-        "pathlib.Path(sys.argv[2], sys.argv[1] + '.il').write_text(str(unseen(5)))\n"
+        "stem = pathlib.Path(sys.argv[2], sys.argv[1])\n"
+        "stem.with_suffix('.il').write_text(str(unseen(5)))\n"
+        "text = f'module planner(output [3:0] q); assign q = {unseen(5) & 15}; endmodule'\n"
+        "stem.with_suffix('.v').write_text(text)\n"
     )
     old = alteration_to(project, "((a) + (2))")
     alteration = dataclasses.replace(old, new=new)
     result = Workshop(project, tmp_path / "shop", depth="units").judge(alteration)
-    assert result.verdict == verdict
+    assert (result.verdict, result.by) == (verdict, by)
 
 
 def entry(verdict, depth="chips", file="hdl/unit.py"):

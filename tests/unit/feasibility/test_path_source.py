@@ -167,6 +167,27 @@ def test_the_longest_path_fits():
     assert points == words(path)
 
 
+def test_a_read_waits_until_it_is_taken():
+    """Just one, however late the population is ready for it."""
+    source = PathSource(4, 4, 5, 16)
+
+    async def bench(ctx):
+        ctx.set(source.checks, {"batch": 1, "slot": 3, "count": 2, "start": START, "goal": GOAL})
+        ctx.set(source.on, 1)
+        await ctx.tick().until(source.reads.valid)
+        for _ in range(5):
+            assert ctx.get(source.reads.valid)
+            assert ctx.get(source.reads.p) == {"slot": 3, "count": 2}
+            await ctx.tick()
+        ctx.set(source.reads.ready, 1)
+        await ctx.tick()
+        for _ in range(5):
+            assert not ctx.get(source.reads.valid)
+            await ctx.tick()
+
+    simulate(source, bench)
+
+
 def test_sizes():
     sizes = {"coordinate_bits": 4, "altitude_bits": 4, "max_waypoints": 5, "population": 16}
     limits = {

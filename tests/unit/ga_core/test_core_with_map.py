@@ -36,7 +36,7 @@ def test_matches_model(name):
     async def bench(ctx, dut):
         rng = random.Random(name)
         driver = Driver(ctx, dut, rng, (0, 2, 0, 1) if name == "more_patches" else (0,))
-        left_out = redrawn = waited = 0
+        left_out = redrawn = waited = refused = 0
         await fill(driver)
         for generation in range(18):
             if generation % 6 == 0:
@@ -51,6 +51,7 @@ def test_matches_model(name):
                 assert not done.redrawn
             left_out += done.left_out
             redrawn += done.redrawn
+            refused += done.refused
             waited += done.mutation_clocks > 2
             if generation % 4 == 1:
                 await driver.load(rng.randrange(config.population), driver.path())
@@ -61,7 +62,9 @@ def test_matches_model(name):
         await driver.check_population()
         counters = ctx.get(dut.counters)
         assert (counters[Counter.LEFT_OUT], counters[Counter.REDRAWN]) == (left_out, redrawn)
+        assert counters[Counter.REFUSED_MUTATIONS] == refused
         assert left_out > 0
+        assert refused > 0
         assert (redrawn > 0) == (config.redraws > 0)
         assert waited > 0
 

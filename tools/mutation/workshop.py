@@ -22,7 +22,18 @@ from tools.mutation.suites import slow_suite, suites
 
 __all__ = ["Result", "Workshop"]
 
-_COPIED = ("hdl", "host", "sim", "tests", "tools", "bench", "pathgene", "docs", "examples")
+_COPIED = (
+    "hdl",
+    "host",
+    "sim",
+    "tests",
+    "tools",
+    "bench",
+    "pathgene",
+    "docs",
+    "examples",
+    "constraints",
+)
 _FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+(?: \S+)*?)(?: - .*)?$", re.MULTILINE)
 #: Folders whose results do not all show in a netlist: hosts and models use them as well.
 _SHARED = ("hdl/protocol/", "hdl/config.py")

@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 from hdl.config import CheckerBuild, Config
 from hdl.layouts import generation_signature
 from hdl.primitives.one_hot_sequencer import OneHotSequencer
-from hdl.protocol import ChipState, Counter, counters_reply, status_reply
+from hdl.protocol import COUNTER_BITS, ChipState, Counter, status_reply
 
 
 __all__ = ["Control", "counters_layout", "cycles_layout"]
@@ -38,8 +38,7 @@ def counters_layout(config: Config) -> data.StructLayout:
         counted += [Counter.LONGEST, Counter.GENERATIONS, Counter.REFUSED_MUTATIONS]
         if config.checker is not CheckerBuild.NONE:
             counted += [Counter.REDRAWN, Counter.LEFT_OUT]
-    widths = dict(counters_reply(config).fields)
-    return data.StructLayout({counter.value: widths[counter] for counter in counted})
+    return data.StructLayout({counter.value: COUNTER_BITS for counter in counted})
 
 
 class Control(wiring.Component):

@@ -67,7 +67,7 @@ class Planner(wiring.Component):
             if self.config.genetic:
                 reset = ResetSignal(domain)
 
-        m.submodules.line = line = Line(self.config)
+        m.submodules.line = line = Line(self.config.clocks_per_bit, self.config.receive_buffer)
         m.submodules.receiver = receiver = CommandReceiver(self.config)
         m.submodules.transmitter = transmitter = ReplyTransmitter(self.config)
         control = Control(self.config)

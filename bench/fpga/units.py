@@ -57,29 +57,29 @@ _ECP5 = _Device(
 )
 # With 150 MHz requested, routing did not terminate within hours.
 _LESS_ASKED = replace(_ECP5, asked_mhz=100)
-_UNITS: Mapping[str, tuple[str, Config | None, _Device]] = MappingProxyType(
+_UNITS: Mapping[str, tuple[str, tuple[Any, ...], _Device]] = MappingProxyType(
     {
-        "GA core": (_CORE, _PLAIN, _ECP5),
+        "GA core": (_CORE, (_PLAIN,), _ECP5),
         "population, 11 crossovers": (
             "hdl.ga_core.population.Population",
-            _PLAIN,
+            (_PLAIN,),
             _LESS_ASKED,
         ),
-        "selection": ("hdl.ga_core.selection.Selection", _PLAIN, _ECP5),
-        "mutation": ("hdl.ga_core.mutation.Mutation", _PLAIN, _ECP5),
-        "random source": ("hdl.ga_core.random_source.RandomSource", None, _ECP5),
-        "receiving": ("hdl.command.receiver.CommandReceiver", _PLAIN, _ECP5),
-        "transmitting": ("hdl.command.transmitter.ReplyTransmitter", _PLAIN, _ECP5),
-        "line": ("hdl.link.line.Line", _PLAIN, _ECP5),
-        "checker, two-tier": (_CHECKER, _TWO_TIER, _ECP5),
+        "selection": ("hdl.ga_core.selection.Selection", (_PLAIN,), _ECP5),
+        "mutation": ("hdl.ga_core.mutation.Mutation", (_PLAIN,), _ECP5),
+        "random source": ("hdl.ga_core.random_source.RandomSource", (), _ECP5),
+        "receiving": ("hdl.command.receiver.CommandReceiver", (_PLAIN,), _ECP5),
+        "transmitting": ("hdl.command.transmitter.ReplyTransmitter", (_PLAIN,), _ECP5),
+        "line": ("hdl.link.line.Line", (_PLAIN.clocks_per_bit, _PLAIN.receive_buffer), _ECP5),
+        "checker, two-tier": (_CHECKER, (_TWO_TIER,), _ECP5),
         "checker, parallel, 8 lanes": (
             _CHECKER,
-            _PLAIN.replace(checker=CheckerBuild.PARALLEL, lanes=8),
+            (_PLAIN.replace(checker=CheckerBuild.PARALLEL, lanes=8),),
             _ECP5,
         ),
         "checker, parallel, 16 lanes": (
             _CHECKER,
-            _PLAIN.replace(checker=CheckerBuild.PARALLEL, lanes=16),
+            (_PLAIN.replace(checker=CheckerBuild.PARALLEL, lanes=16),),
             _ECP5,
         ),
     }
@@ -126,9 +126,9 @@ class _UnitJob(Job):
 
     def prepare(self, folder: Path) -> str:
         """Write the sources; see :class:`~bench.fpga.job.Job`."""
-        top, config, device = _UNITS[self.name]
+        top, arguments, device = _UNITS[self.name]
         # With the device's own cells.
-        _write(Harness(_component(top, config)), folder, find_board(device.board).platform())
+        _write(Harness(_component(top, *arguments)), folder, find_board(device.board).platform())
         return digest_of(Netlist.read(folder / "unit.v", "unit"), device)
 
     def measure(self, folder: Path) -> dict[str, Any]:
@@ -182,11 +182,11 @@ def paper_jobs() -> Iterator[Job]:
     return (_PaperJob(PAPERS_TABLE.name, name) for name in PAPERS_TABLE.order)
 
 
-def _component(path: str, config: Config | None) -> Any:
-    """Return a component by the path of its class, whose argument is ``config`` if it has one."""
+def _component(path: str, *arguments: Any) -> Any:
+    """Return the component with ``arguments``, by the path of its class."""
     module, _, name = path.rpartition(".")
     component = getattr(importlib.import_module(module), name)
-    return component() if config is None else component(config)
+    return component(*arguments)
 
 
 def _write(unit: Any, folder: Path, platform: Any = None) -> None:

@@ -42,6 +42,11 @@ class CellParser(wiring.Component):
     writes : Out(stream of x, y, altitude, last)
         Cells for the checker; registers. After the ``last`` cell, not ready until the checker has
         applied the rectangle.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     def __init__(

@@ -112,6 +112,11 @@ class FieldDecoder(wiring.Component):
         Check that a CHECK or CHECK_PATHS asks for.
     checked : In(9)
         Paths of the latest check, whose results may be requested.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     def __init__(

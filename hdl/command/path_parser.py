@@ -37,6 +37,11 @@ class PathParser(wiring.Component):
         The first slot; steady from the cycle before ``on``.
     writes : Out(stream of slot, index, waypoint, last)
         Waypoints for the present population; ``valid`` is a register.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     def __init__(self, population: int, waypoint_bits: int, min_waypoints: int, max_waypoints: int):

@@ -33,6 +33,11 @@ class PointParser(wiring.Component):
         See :func:`hdl.command.layouts.payload_members`.
     points : Out(stream of x, y, altitude, last)
         At most as many as a path may have, and none after the ``last``; ``valid`` is a register.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     def __init__(self, coordinate_bits: int, altitude_bits: int, max_waypoints: int):

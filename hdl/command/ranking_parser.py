@@ -34,6 +34,11 @@ class RankingParser(wiring.Component):
         The slots from the best path to the worst; registers.
     ranked : In(1)
         The core has applied the ranking.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     def __init__(self, population: int):

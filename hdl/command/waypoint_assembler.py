@@ -41,6 +41,11 @@ class WaypointAssembler(wiring.Component):
         The payload is steady while ``busy``.
     passes : Out(1)
         A waypoint that is not wrong leaves, whether it was offered or ``repeated``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     def __init__(self, waypoint_bits: int):

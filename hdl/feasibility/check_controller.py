@@ -19,17 +19,19 @@ from hdl.layouts import (
 )
 from hdl.primitives.skid_buffer import SkidBuffer
 from hdl.primitives.stream_register import StreamRegister
-from hdl.protocol import Counter, check_reply, counters_reply
+from hdl.protocol import COUNTER_BITS, Counter, check_reply
 
 
 __all__ = ["CheckController", "check_counters_layout"]
 
 
-def check_counters_layout(config: Config) -> data.StructLayout:
-    """Return the layout of the counters of checks."""
-    widths = dict(counters_reply(config).fields)
-    counted = (Counter.FEASIBILITY, Counter.CELLS, Counter.READS, Counter.PATHS)
-    return data.StructLayout({counter.value: widths[counter] for counter in counted})
+#: Counters of checks.
+check_counters_layout = data.StructLayout(
+    {
+        counter.value: COUNTER_BITS
+        for counter in (Counter.FEASIBILITY, Counter.CELLS, Counter.READS, Counter.PATHS)
+    }
+)
 
 
 class CheckController(wiring.Component):
@@ -92,7 +94,7 @@ class CheckController(wiring.Component):
                 "paths": Out(stream.Signature(points)),
                 "verdicts": In(stream.Signature(self.verdict_layout)),
                 "counts": In(stream.Signature(self.count_layout)),
-                "counters": Out(check_counters_layout(config)),
+                "counters": Out(check_counters_layout),
                 "checked": Out(9),
                 "totals": Out(struct(check_reply(config))),
                 "result_reads": In(stream.Signature(result_read_layout)),

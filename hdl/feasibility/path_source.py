@@ -54,6 +54,11 @@ class PathSource(wiring.Component):
         Their waypoints.
     paths : Out(stream.Signature(point_layout))
         Points for the checker; ``last`` marks each goal.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     def __init__(

@@ -58,6 +58,11 @@ class Results(wiring.Component):
         First hit of a path, and end of a path without one: in the cycle of the step.
     verdicts : Out(stream.Signature(verdict_layout))
     counts : Out(stream.Signature(count_layout))
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     def __init__(

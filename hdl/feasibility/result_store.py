@@ -82,6 +82,11 @@ class ResultStore(wiring.Component):
     records : Out(stream.Signature(record_layout))
         Their results in the format of :mod:`hdl.protocol.results`. The first byte is offered 3
         cycles after a read is taken; then a byte a cycle, with 2 cycles before each entry and path.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     def __init__(

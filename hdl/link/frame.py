@@ -8,6 +8,7 @@ from amaranth.lib.crc.catalog import CRC32_ISO_HDLC
 from amaranth.lib.wiring import In, Out
 
 from hdl.link.cobs import CobsDecoder, CobsEncoder
+from hdl.primitives.arguments import check_power_of_two
 from hdl.primitives.commit_ring import CommitRing
 from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, frame_crc
 
@@ -49,7 +50,7 @@ class FrameReceiver(wiring.Component):
     Parameters
     ----------
     receive_buffer : int
-        Depth of the buffer, a power of two.
+        Depth of the buffer: a power of two, 8..32768.
 
     Members
     -------
@@ -62,9 +63,15 @@ class FrameReceiver(wiring.Component):
         High for one cycle, 2 cycles after the delimiter of a discarded frame.
     line_busy : Out(1)
         A frame has begun and not ended: bytes have come since the last delimiter.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     def __init__(self, receive_buffer):
+        check_power_of_two("Receive buffer", receive_buffer, 8, 1 << 15)
         self.receive_buffer = receive_buffer
         self.requests_layout = data.StructLayout({"data": 8, "last": 1, "plain": 1})
         super().__init__(

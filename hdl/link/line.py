@@ -4,12 +4,11 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.config import Config
 from hdl.link.frame import FrameReceiver, FrameTransmitter
 from hdl.link.uart import UartReceiver, UartTransmitter
 from hdl.primitives.skid_buffer import SkidBuffer
 from hdl.primitives.stream_register import StreamRegister
-from hdl.protocol import Counter, counters_reply
+from hdl.protocol import COUNTER_BITS
 
 
 __all__ = ["Line"]
@@ -20,8 +19,10 @@ class Line(wiring.Component):
 
     Parameters
     ----------
-    config : Config
-        Its ``clocks_per_bit`` is the divisor of the UART.
+    clocks_per_bit : int
+        Divisor of the UART: cycles per bit, 4..65535.
+    receive_buffer : int
+        Bytes of received bodies that the chip can hold: a power of two, 8..32768.
 
     Members
     -------
@@ -40,16 +41,20 @@ class Line(wiring.Component):
     bytes_received, bytes_sent : Out(48)
         All bytes on the line since reset. A byte counts when its stop bit is received or its start
         bit is about to be sent.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, config: Config):
-        if not isinstance(config, Config):
-            raise TypeError(f"Config must be a Config, not {config!r}")
-        self.config = config
-
-        self._frame_receiver = FrameReceiver(config.receive_buffer)
+    def __init__(self, clocks_per_bit: int, receive_buffer: int):
+        self.clocks_per_bit = clocks_per_bit
+        self.receive_buffer = receive_buffer
+        self._uart_receiver = UartReceiver(clocks_per_bit)
+        self._uart_transmitter = UartTransmitter(clocks_per_bit)
+        self._frame_receiver = FrameReceiver(receive_buffer)
         self._frame_transmitter = FrameTransmitter()
-        counters = dict(counters_reply(config).fields)
         super().__init__(
             {
                 "rx": In(1, init=1),
@@ -59,17 +64,16 @@ class Line(wiring.Component):
                 "errors": Out(4),
                 "busy": Out(1),
                 "sending": Out(1),
-                "bytes_received": Out(counters[Counter.BYTES_RECEIVED]),
-                "bytes_sent": Out(counters[Counter.BYTES_SENT]),
+                "bytes_received": Out(COUNTER_BITS),
+                "bytes_sent": Out(COUNTER_BITS),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
-        divisor = self.config.clocks_per_bit
 
-        m.submodules.uart_receiver = uart_receiver = UartReceiver(divisor)
-        m.submodules.uart_transmitter = uart_transmitter = UartTransmitter(divisor)
+        m.submodules.uart_receiver = uart_receiver = self._uart_receiver
+        m.submodules.uart_transmitter = uart_transmitter = self._uart_transmitter
         m.submodules.frame_receiver = frame_receiver = self._frame_receiver
         m.submodules.frame_transmitter = frame_transmitter = self._frame_transmitter
 

@@ -40,6 +40,7 @@ each other without gaps.
 
 from hdl.protocol.codec import BODY_HEADER_BYTES, CRC_BYTES, DELIMITER, VERSION, frame_crc
 from hdl.protocol.codes import (
+    COUNTER_BITS,
     CheckFlag,
     ChipState,
     Command,
@@ -77,6 +78,7 @@ from hdl.protocol.results import PathResult, pack_results, unpack_results
 
 __all__ = [
     "BODY_HEADER_BYTES",
+    "COUNTER_BITS",
     "CRC_BYTES",
     "DELIMITER",
     "VERSION",

@@ -5,7 +5,19 @@ from __future__ import annotations
 import enum
 
 
-__all__ = ["CheckFlag", "ChipState", "Command", "Counter", "LinkMode", "Status", "StickyError"]
+__all__ = [
+    "COUNTER_BITS",
+    "CheckFlag",
+    "ChipState",
+    "Command",
+    "Counter",
+    "LinkMode",
+    "Status",
+    "StickyError",
+]
+
+#: Width of every :class:`Counter`.
+COUNTER_BITS = 48
 
 
 class Command(enum.IntEnum):

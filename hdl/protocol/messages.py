@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hdl.config import CheckerBuild, Config, SurvivorSelection
 from hdl.protocol.codec import VERSION
-from hdl.protocol.codes import Counter, LinkMode
+from hdl.protocol.codes import COUNTER_BITS, Counter, LinkMode
 from hdl.protocol.layout import Layout, numbered
 from hdl.protocol.random_words import SEED_BITS
 
@@ -186,7 +186,7 @@ def counters_reply(config: Config) -> Layout:
     Each counter is consistent in itself; counters that run while the answer is made are read some
     cycles apart. The bytes sent do not include this answer.
     """
-    return Layout(tuple((counter.value, 48) for counter in Counter))
+    return Layout(tuple((counter.value, COUNTER_BITS) for counter in Counter))
 
 
 def survivors_reply(config: Config) -> Layout:

@@ -209,6 +209,71 @@ def test_no_elaborate_is_too_long():
     assert long == {}
 
 
+# --- Units ---------------------------------------------------------------------------------------
+
+
+def components(trees: dict[str, ast.Module]) -> dict[str, tuple[str, ast.ClassDef]]:
+    """Return the components of ``hdl/`` by their names, each with its file."""
+    return {
+        node.name: (path, node)
+        for path, tree in trees.items()
+        if path.startswith("hdl/")
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ClassDef)
+        and any(ast.unparse(base) == "wiring.Component" for base in node.bases)
+    }
+
+
+def leaves_with_config(trees: dict[str, ast.Module]) -> list[str]:
+    """Return the components that take the configuration and make no other component."""
+    found = components(trees)
+    leaves = []
+    for name, (path, component) in found.items():
+        made = {
+            node.func.id
+            for node in ast.walk(component)
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+        }
+        parameters = {
+            argument.arg
+            for function in component.body
+            if isinstance(function, ast.FunctionDef) and function.name == "__init__"
+            for argument in (*function.args.args, *function.args.kwonlyargs)
+        }
+        if "config" in parameters and not made & found.keys():
+            leaves.append(f"{path}: {name}")
+    return sorted(leaves)
+
+
+def test_no_leaf_takes_the_configuration():
+    """A leaf takes the sizes it needs: then it can be reused, and other sizes do not change it."""
+    assert leaves_with_config(trees()) == []
+
+
+def test_leaves_with_the_configuration_are_found():
+    source = """
+class Owner(wiring.Component):
+    def __init__(self, config: Config):
+        self.config = config
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.leaf = Leaf(self.config)
+        return m
+class Leaf(wiring.Component):
+    def __init__(self, width, *, config):
+        super().__init__({"out": Out(width)})
+class Plain(wiring.Component):
+    def __init__(self, width):
+        super().__init__({"out": Out(width)})
+class NoComponent:
+    def __init__(self, config):
+        pass
+"""
+    assert leaves_with_config({"hdl/a.py": ast.parse(source)}) == ["hdl/a.py: Leaf"]
+    assert leaves_with_config({"host/a.py": ast.parse(source)}) == []
+    assert len(components(trees())) > 50
+
+
 # --- Names ---------------------------------------------------------------------------------------
 
 

@@ -36,6 +36,11 @@ class HitLocator(wiring.Component):
     x, y : Out(coordinate_bits)
     terrain, nofly : Out(range(lanes + 1))
         See :func:`hdl.feasibility.walker_signature.step_layout`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     def __init__(self, lanes: int, coordinate_bits: int):

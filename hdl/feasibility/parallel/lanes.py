@@ -65,6 +65,11 @@ class Lanes(wiring.Component):
         ``launched``, a cycle later.
     group : Out(group_layout)
     lanes : Out(lane_layout).array(lane_count)
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     def __init__(

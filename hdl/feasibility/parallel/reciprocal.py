@@ -101,6 +101,11 @@ class Reciprocals(wiring.Component):
         Put the reciprocal of the selected one in ``reciprocal``.
     reciprocal : Out(Precision.reciprocal)
         In units of 2^-``Precision.reciprocal``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     def __init__(self, coordinate_bits: int, precision: Precision):

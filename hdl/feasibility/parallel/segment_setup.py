@@ -105,6 +105,11 @@ class SegmentSetup(wiring.Component):
         The group that is launched.
     segment : Out(segment_layout)
         With ``token.starts_segment``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     def __init__(self, lanes: int, coordinate_bits: int, altitude_bits: int, segment_bits: int):

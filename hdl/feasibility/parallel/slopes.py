@@ -57,6 +57,11 @@ class Slopes(wiring.Component):
         First cell of each lane, even if it lies past the end of the segment.
     step : Out(motion_layout)
         Gain of every lane in a cycle.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     def __init__(self, lanes: int, coordinate_bits: int, altitude_bits: int):

@@ -92,6 +92,11 @@ class TerrainMemory(wiring.Component):
     lookup_altitude : Out(altitude_bits)
         Its altitude, ``memory_latency + 2`` cycles later, one small multiplexer behind
         registers. Writes and look-ups reach the memory one cycle after they are given.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     def __init__(

@@ -64,6 +64,11 @@ class AltitudeCompare(wiring.Component):
         Discard cells visited after the tested one, that of this cycle included.
     valid : Out(1)
     tested : Out(tested_layout)
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     def __init__(

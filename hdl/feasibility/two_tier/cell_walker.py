@@ -78,6 +78,11 @@ class CellWalker(wiring.Component):
         A register.
     level : Out(level_layout)
         Altitude at the cell that was visited in the cycle before.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     def __init__(self, coordinate_bits: int, altitude_bits: int, segment_bits: int):

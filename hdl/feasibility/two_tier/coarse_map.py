@@ -56,6 +56,10 @@ class CoarseMap(wiring.Component):
         Its maximum, ``memory_latency`` cycles later; undefined until the block was scanned. See
         :class:`hdl.feasibility.map_memory.MapMemory`.
 
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     def __init__(

@@ -68,6 +68,11 @@ class TwoTierSegmentSetup(wiring.Component):
         Paths of two points or more, one after the other.
     segments : Out(stream.Signature(segment_layout))
         One segment fewer than points, path by path.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
     """
 
     def __init__(

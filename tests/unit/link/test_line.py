@@ -1,4 +1,5 @@
 # amaranth: UnusedElaboratable=no
+# amaranth: UnusedElaboratable=no
 """The line: bytes are counted both ways, and `sending` lasts as long as an answer."""
 
 import pytest
@@ -21,7 +22,7 @@ async def receive(ctx, dut, byte):
 
 def test_received_bytes_are_counted():
     """Those of damaged frames, too."""
-    dut = Line(SMALL)
+    dut = Line(SMALL.clocks_per_bit, SMALL.receive_buffer)
     counted = []
 
     async def bench(ctx):
@@ -37,7 +38,7 @@ def test_received_bytes_are_counted():
 
 
 def test_sent_bytes_are_counted_up_to_the_end_of_sending():
-    dut = Line(SMALL)
+    dut = Line(SMALL.clocks_per_bit, SMALL.receive_buffer)
     pulses = []
 
     async def bench(ctx):
@@ -57,7 +58,7 @@ def test_sent_bytes_are_counted_up_to_the_end_of_sending():
 
 
 def test_a_frame_that_is_too_short_is_malformed():
-    dut = Line(SMALL)
+    dut = Line(SMALL.clocks_per_bit, SMALL.receive_buffer)
     errors = []
 
     async def bench(ctx):
@@ -75,6 +76,14 @@ def test_a_frame_that_is_too_short_is_malformed():
     assert errors == [StickyError.MALFORMED]
 
 
-def test_wrong_config():
-    with pytest.raises(TypeError, match=r"^Config must be a Config, not 3$"):
-        Line(3)
+def test_sizes():
+    line = Line(433, 2048)
+    assert (line.clocks_per_bit, line.receive_buffer) == (433, 2048)
+    with pytest.raises(TypeError, match=r"^Clocks per bit must be an integer, not 4\.0$"):
+        Line(4.0, 2048)
+    with pytest.raises(ValueError, match=r"^Clocks per bit must be from 4 to 65535, not 3$"):
+        Line(3, 2048)
+    for size in (4, 96, 1 << 16):
+        rule = f"^Receive buffer must be a power of two from 8 to 32768, not {size}$"
+        with pytest.raises(ValueError, match=rule):
+            Line(4, size)

@@ -1,4 +1,4 @@
-"""Ground, paths and a third opinion for the tests of the collision checker."""
+"""Ground, paths and an independent check for the tests of the collision checker."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from sim.model.checker import TerrainModel
 from sim.model.checker_kernels import Batch, Verdicts
 
 
-#: A map of which every segment can be tried.
+#: A map small enough to test every segment.
 TINY = Config(
     max_waypoints=4,
     map_size=8,
@@ -22,24 +22,24 @@ BUILDS = tuple(build for build in CheckerBuild if build is not CheckerBuild.NONE
 
 
 def ground(config, rng, *, peaks=0.002, blocked=0.001):
-    """Low rough ground of a quarter of the altitudes, with peaks and blocked cells strewn in."""
+    """Return low rough ground with scattered peaks and blocked cells."""
     edge, top = config.map_size, config.blocked_altitude
     heights = rng.integers(0, top // 4 + 1, (edge, edge))
-    strewn = rng.random((edge, edge))
-    heights[strewn < peaks] = rng.integers(top // 2, top, np.count_nonzero(strewn < peaks))
-    heights[strewn > 1 - blocked] = top
+    scattered = rng.random((edge, edge))
+    heights[scattered < peaks] = rng.integers(top // 2, top, np.count_nonzero(scattered < peaks))
+    heights[scattered > 1 - blocked] = top
     terrain = TerrainModel(config)
     terrain.write(0, 0, heights)
     return terrain
 
 
 def random_batch(config, rng, paths, points=None):
-    """Paths of ``points`` points each, or of every number: long, short and standing segments."""
+    """Return random paths of ``points`` points, by default of any number, some segments short."""
     most = config.max_waypoints + 2
     lengths = np.full(paths, points) if points else rng.integers(2, most + 1, paths)
     total, edge, top = int(lengths.sum()), config.map_size, config.blocked_altitude
     drawn = np.stack([rng.integers(0, edge, total), rng.integers(0, edge, total)], axis=1)
-    # Every third point stays near the one before it.
+    # About a third of the points stay near their predecessors.
     near = rng.integers(-2, 3, (total, 2)) + np.roll(drawn, 1, axis=0)
     drawn = np.where(rng.random((total, 1)) < 1 / 3, near.clip(0, edge - 1), drawn)
     altitudes = rng.integers(top // 4, top + 1, (total, 1))
@@ -48,19 +48,19 @@ def random_batch(config, rng, paths, points=None):
 
 
 def paths_of(batch):
-    """The paths of a batch as :func:`sim.model.checker.check_path` takes them."""
+    """Return the paths of a batch in the form of :func:`sim.model.checker.check_path`."""
     points = [tuple(point) for point in batch.points.tolist()]
     return [points[i:j] for i, j in zip(batch.bounds[:-1], batch.bounds[1:], strict=True)]
 
 
 def closed_form(config, terrain, batch):
-    """All cells of a batch at once, by the formula: another way to :func:`check_batch`, counting.
+    """Check a batch, all cells at once, by the formula, independently of :func:`check_batch`.
 
-    Memory goes with the number of cells.
+    Memory is proportional to the number of cells.
     """
     number = np.diff(batch.bounds)
     path = np.repeat(np.arange(len(batch)), number - 1)
-    first = np.arange(len(path)) + path  # The point that each segment leaves.
+    first = np.arange(len(path)) + path  # First point of each segment.
     segment = first - batch.bounds[path]
     is_coarse = (config.checker is CheckerBuild.TWO_TIER) & (segment >= config.DETAILED_SEGMENTS)
     factor = np.where(is_coarse, config.coarse_factor, 1)[:, None]
@@ -106,7 +106,7 @@ def closed_form(config, terrain, batch):
 
 
 def assert_same(one, other):
-    """Two :class:`Verdicts` are the same in every member, but for counts that one lacks."""
+    """Assert that two :class:`Verdicts` are equal, except counts that one of them lacks."""
     for name in ("collision", "segment", "x", "y", "coarse", "cells"):
         assert np.array_equal(getattr(one, name), getattr(other, name)), name
     if one.colliding is not None and other.colliding is not None:

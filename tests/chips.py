@@ -126,6 +126,13 @@ class Pair:
         self.paths = list(done.paths)
         return done
 
+    def lengthen(self):
+        """Lengthen to the maximum every path that a deletion has shortened."""
+        full = self.config.max_waypoints
+        for slot, path in enumerate(self.paths):
+            if len(path) < full:
+                self.load(slot, [path + path[: full - len(path)]])
+
     def check(self):
         """Compare populations, status and counters; return the board's counters."""
         count = self.config.population

@@ -1,4 +1,4 @@
-"""What all tests share: hypothesis' profile, Ctrl-C, and simulators that may be missing."""
+"""Settings and fixtures of all tests: hypothesis profile, signals, simulators, boards."""
 
 import shutil
 import signal
@@ -11,12 +11,12 @@ from tests.chips import Pair, board_url
 from tools.runner import SIMULATORS
 
 
-# The same examples in every run: a failure can be repeated, and no test fails by a slow machine.
+# The same examples in every run, without deadlines: failures repeat, slow machines do not fail.
 settings.register_profile("repeatable", derandomize=True, deadline=None, database=None)
 settings.load_profile("repeatable")
 
-# A shell's background jobs ignore Ctrl-C and SIGQUIT, under nohup SIGHUP too, and so would every
-# program that the tests start.
+# A shell's background jobs ignore Ctrl-C and SIGQUIT, and SIGHUP under nohup. Programs that the
+# tests start must not inherit that.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 for _number in (signal.SIGQUIT, signal.SIGHUP):
     signal.signal(_number, signal.SIG_DFL)
@@ -24,14 +24,14 @@ for _number in (signal.SIGQUIT, signal.SIGHUP):
 
 @pytest.fixture
 def icarus():
-    """Skips where Icarus Verilog is not installed: the one simulator that is no Python package."""
+    """Skip the test if Icarus Verilog, which is not a Python package, is not installed."""
     if shutil.which("iverilog") is None:
         pytest.skip("Icarus Verilog is not installed (Debian package iverilog)")
 
 
 @pytest.fixture(params=SIMULATORS)
 def simulator(request):
-    """Each Verilog simulator in turn."""
+    """Name of a Verilog simulator, each in turn."""
     if request.param == "icarus":
         request.getfixturevalue("icarus")
     return request.param
@@ -39,7 +39,7 @@ def simulator(request):
 
 @pytest.fixture
 def pair():
-    """Opens a simulated board and the model of the same chip; closes both."""
+    """Function that opens a simulated board and its model, closed after the test."""
     opened = []
 
     def open_pair(config, seed=1, **options):

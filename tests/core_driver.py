@@ -1,4 +1,4 @@
-"""Drives the genetic core in the Amaranth simulator, with its model beside it."""
+"""Driver of the genetic core and its model in the Amaranth simulator."""
 
 import collections
 import itertools
@@ -18,9 +18,9 @@ __all__ = ["Driver", "fill", "ranked_after", "shuffled", "simulate"]
 
 
 class Driver:
-    """Drives a core, and the model beside it, in one test bench.
+    """Driver of a core and its model.
 
-    Where there is a map, it answers the core's lookups; what the core did not ask for is anything.
+    On a chip with a map, the driver answers lookups; at other times the altitude is random.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ class Driver:
     dut : GeneticCoreTop
     rng : random.Random
     pauses : iterable of int
-        Clocks before each word of a stream, for ever.
+        Idle cycles before each word of a stream, repeated.
 
     Attributes
     ----------
@@ -48,10 +48,10 @@ class Driver:
         self.looked_up = collections.deque([None] * (dut.config.lookup_latency - 1))
         self.garbage = random.Random(0)
         self.pauses = itertools.cycle(pauses)
-        self.clocks = 0
+        self.cycles = 0
 
     async def tick(self):
-        self.clocks += 1
+        self.cycles += 1
         if self.has_map:
             self.look_up()
             await self.ctx.tick()
@@ -73,7 +73,7 @@ class Driver:
         self.looked_up.append(cell)
 
     def survey(self, lowest=0, highest=None):
-        """Give every cell of the map a random altitude."""
+        """Set every cell of the map to a random altitude."""
         size = self.config.map_size
         highest = self.config.blocked_altitude if highest is None else highest
         self.terrain.write(
@@ -95,7 +95,7 @@ class Driver:
         self.ctx.set(stream.valid, 0)
 
     async def start(self, seed, *, limits=None, avoid_ground=False):
-        """Start a run, with random limits unless they are given."""
+        """Start a run; limits default to random ones."""
         config = self.config
         limits = limits or Limits(
             self.rng.randrange(config.map_size),
@@ -169,7 +169,7 @@ class Driver:
         raise TimeoutError(f"Never in {state!r}")
 
     async def generate(self, order):
-        """Run a generation, and check all that it says it did."""
+        """Run a generation and compare everything the core reports with the model."""
         ctx, dut = self.ctx, self.dut
         self.lookups.clear()
         ctx.set(dut.pending, 1)
@@ -181,9 +181,9 @@ class Driver:
         await self.enter(ChipState.CROSSOVER)
         ctx.set(dut.receive_done, 0)
         ctx.set(dut.generate, 0)
-        started = self.clocks
+        started = self.cycles
         await self.enter(ChipState.TRANSMIT)
-        elapsed = self.clocks - started
+        elapsed = self.cycles - started
         ctx.set(dut.transmit_done, 1)
         await self.enter(ChipState.LISTEN)
         ctx.set(dut.transmit_done, 0)
@@ -200,13 +200,13 @@ class Driver:
             )
         for patch, mutated in zip(dut.patches, expected.mutations, strict=False):
             assert ctx.get(patch) == mutated.waypoint
-        clocks = ctx.get(dut.cycles)
-        assert (clocks.crossover, clocks.mutation, clocks.update) == (
+        cycles = ctx.get(dut.cycles)
+        assert (cycles.crossover, cycles.mutation, cycles.update) == (
             expected.crossover_clocks,
             expected.mutation_clocks,
             expected.update_clocks,
         )
-        assert elapsed == sum((clocks.crossover, clocks.mutation, clocks.update))
+        assert elapsed == sum((cycles.crossover, cycles.mutation, cycles.update))
         if not self.has_map:
             assert elapsed <= self.config.max_waypoints + 4
         assert ctx.get(dut.generation) == self.model.generation
@@ -236,10 +236,10 @@ async def fill(driver, length=None):
 
 
 async def ranked_after(driver):
-    """Return the clocks from the last word of a ranking to ``ranked``."""
-    clocks = 1
+    """Return the cycles from the last word of a ranking to ``ranked``."""
+    cycles = 1
     while not driver.ctx.get(driver.dut.ranked):
         await driver.tick()
-        clocks += 1
-        assert clocks < 50
-    return clocks
+        cycles += 1
+        assert cycles < 50
+    return cycles

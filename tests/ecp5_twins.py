@@ -1,4 +1,4 @@
-"""Compares components built of an ECP5's primitives with their generic twins, on Icarus."""
+"""Comparison of components built from ECP5 primitives with their generic versions, in Icarus."""
 
 import re
 import subprocess
@@ -12,20 +12,20 @@ from hdl.boards.ecp5_floor_plan import MAP_SITES
 
 __all__ = ["ECP5", "twins_of"]
 
-#: As much of the platform of an LFE5U-85F as a component looks at.
+#: The part of the platform of an LFE5U-85F that components use.
 ECP5 = SimpleNamespace(cells=Ecp5Cells(MAP_SITES))
 
 
 def twins_of(make, primitive, bench, folder):
-    """Assert that a component has the same outputs with both cells in all cycles of a bench.
+    """Assert that both versions of a component have the same outputs in every cycle of a bench.
 
     Parameters
     ----------
     make : callable
         Returns the component.
     primitive, bench : str
-        Verilog: module of the primitive; module ``bench`` with an instance of ``simulated`` and one
-        of ``built``, which says how many of their outputs differ and how many say something.
+        Verilog modules. ``bench`` instantiates ``simulated`` and ``built`` and prints how many of
+        their outputs differ and how many it compared.
     folder : Path
 
     Returns

@@ -1,7 +1,7 @@
-"""A line with faults, seeded, in front of a chip that is a function of bytes.
+"""A line with seeded faults in front of a chip that is a function of bytes.
 
-Time is virtual: reading waits by moving a clock on, so that timeouts cost nothing and every run
-with one seed is the same.
+Time is virtual: a read advances a clock, so timeouts cost no time, and the same seed gives the same
+run.
 """
 
 import random
@@ -14,7 +14,7 @@ __all__ = ["ByteFaults", "FaultyTransport", "FrameFaults", "VirtualClock"]
 
 
 class VirtualClock:
-    """Seconds since the start; called, it tells them."""
+    """A clock that returns its attribute ``now_s``."""
 
     def __init__(self) -> None:
         self.now_s = 0.0
@@ -29,8 +29,8 @@ class ByteFaults:
     Parameters
     ----------
     rate : float
-        Probability, per byte, of each of five faults: one bit flipped, byte lost, a random byte put
-        before it, byte repeated, and, of delimiters only, lost once more.
+        Probability per byte of each of five faults: a flipped bit, a repeated byte, a lost byte, a
+        random byte before it, and a second chance of loss for delimiters.
     rng : random.Random
         Source of all draws.
 
@@ -46,7 +46,7 @@ class ByteFaults:
         self._rng = rng
 
     def __call__(self, data: bytes) -> bytes:
-        """Return what arrives of ``data``."""
+        """Return the bytes that arrive when ``data`` is sent."""
         rng, rate = self._rng, self.rate
         arrived = bytearray()
         for value in data:
@@ -68,12 +68,12 @@ class ByteFaults:
 
 
 class FrameFaults:
-    """Faults of whole frames: lost, repeated, merged with the next, or after the next.
+    """Faults of whole frames: lost, repeated, merged with the next, or swapped with the next.
 
     Parameters
     ----------
     rate : float
-        Probability of each, per frame.
+        Probability per frame of each fault.
     rng : random.Random
         Source of all draws.
 
@@ -91,7 +91,7 @@ class FrameFaults:
         self._late = b""
 
     def __call__(self, data: bytes) -> bytes:
-        """Return what arrives of ``data``; a frame is on its way when its delimiter is."""
+        """Return the bytes that arrive; a frame arrives with its delimiter."""
         *frames, self._begun = (self._begun + data).split(bytes([DELIMITER]))
         return b"".join(self._pass(frame + bytes([DELIMITER])) for frame in frames)
 
@@ -120,11 +120,11 @@ class FaultyTransport:
     Parameters
     ----------
     chip : Callable[[bytes], bytes]
-        Takes what arrives and returns what it sends in answer.
+        Returns the chip's reply to the bytes that arrive.
     clock : VirtualClock
-        Moved on by every read: by the time of the bytes, or by the timeout.
+        Advanced by every read, by the time of its bytes or by the timeout.
     to_board, from_board : Callable[[bytes], bytes]
-        The faults; they return what arrives of what is sent.
+        Faults: they return the bytes that arrive when their argument is sent.
     """
 
     #: Seconds per byte: 3 Mbit/s.
@@ -152,7 +152,7 @@ class FaultyTransport:
         return len(self._received)
 
     def read(self, size: int = 1) -> bytes:
-        """Return at most ``size`` bytes; with none there, only the time passes."""
+        """Return at most ``size`` bytes; if there are none, let the timeout pass."""
         part = bytes(self._received[:size])
         del self._received[:size]
         if part:
@@ -163,9 +163,9 @@ class FaultyTransport:
         return part
 
     def write(self, data: bytes) -> int:
-        """Send ``data``; the chip answers at once."""
+        """Send ``data``; the chip replies at once."""
         arrived = self._to_board(bytes(data))
-        # A line delivers in pieces.
+        # Bytes arrive in pieces.
         for at in range(0, len(arrived), 61):
             self._received += self._from_board(self._chip(arrived[at : at + 61]))
         return len(data)

@@ -1,8 +1,8 @@
-"""Frames for a chip, good ones and broken ones, drawn at random, and the model's answers to them.
+"""Random valid and broken frames for a chip, and the model's replies to them.
 
-Where the chip is allowed to differ from the model, the draws keep away: a refused WRITE may change
-waypoints, so all are written anew after one; and what depends on the bytes that have come while
-earlier commands were executed goes alone.
+The draws avoid the cases in which chip and model may differ: a refused WRITE may change waypoints,
+so all paths are rewritten after one; and a command whose reply depends on bytes received while
+earlier commands ran is sent alone.
 """
 
 import random
@@ -29,15 +29,16 @@ from hdl.protocol import (
 )
 from hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
 from host.device.map_frames import map_frames
+from sim.board.scheme import start_simulated
 from sim.model.chip import ChipModel
 from sim.model.frames import FrameReceiverModel
-from tests.chips import LINE_CYCLES, random_path
+from tests.chips import LINE_CYCLES, board_url, random_path
 from tests.faults import ByteFaults
 
 
-__all__ = ["Fuzz"]
+__all__ = ["Fuzz", "fuzz_simulated_board"]
 
-#: Commands that depend on which bytes have come until they are executed.
+#: Commands whose replies depend on the bytes received before they run.
 _ALONE = (Command.STATUS, Command.COUNTERS, Command.CLEAR)
 _WEIGHTS = {
     Command.GENERATE: 30,
@@ -50,7 +51,7 @@ _WEIGHTS = {
     Command.INFO: 3,
     Command.OPEN: 3,
 }
-#: Besides those, where there is a checker.
+#: Additional commands of a chip with a checker.
 _CHECKER_WEIGHTS = {
     Command.MAP: 8,
     Command.CHECK: 10,
@@ -60,7 +61,7 @@ _CHECKER_WEIGHTS = {
 
 
 class Fuzz:
-    """Draws what goes to a chip, and knows what must come back.
+    """Source of random requests to a chip and of the replies it must give.
 
     Parameters
     ----------
@@ -72,9 +73,9 @@ class Fuzz:
     frames : int
         Frames drawn, broken ones included.
     statuses : dict of Status to int
-        How often each was answered.
+        Number of replies with each status.
     dropped : set of StickyError
-        Why frames were dropped.
+        Reasons for which frames were dropped.
     """
 
     def __init__(self, config, seed):
@@ -87,7 +88,7 @@ class Fuzz:
         self._rng = random.Random(seed)
         self._faults = ByteFaults(0.01, self._rng)
         self._weights = dict(_WEIGHTS)
-        self._map = []  # What the chip must be told before it can be asked.
+        self._map = []  # MAP payloads to send first.
         if config.checker is not CheckerBuild.NONE:
             self._weights |= _CHECKER_WEIGHTS
             edge, top = config.map_size, config.blocked_altitude
@@ -99,21 +100,21 @@ class Fuzz:
         self._unended = 0
 
     def exchange(self, port):
-        """Send one batch to ``port``, a serial port with a chip behind it; compare the answers."""
+        """Send a batch to ``port``, the serial port of a chip, and compare the replies."""
         batch, expected, counters = self.batch()
         port.write(batch)
         answers = port.read(len(expected))
         if counters:
-            answers, expected = self._without_clocks(answers), self._without_clocks(expected)
+            answers, expected = map(self._without_line_cycles, (answers, expected))
         assert answers == expected, (
             f"in frame {self.frames}: to {batch.hex(' ')} the answer {answers.hex(' ')}, "
             f"not {expected.hex(' ')}"
         )
 
     def batch(self):
-        """Return bytes that fit in the receive buffer, the model's answers, and a flag.
+        """Return bytes that fit in the receive buffer, the model's replies, and a flag.
 
-        The flag says that they ask for the counters.
+        The flag is true if the bytes request the counters.
         """
         batch, answers = b"", b""
         while True:
@@ -131,8 +132,8 @@ class Fuzz:
         self._unended = len(begun) + (0 if ended else self._unended)
         return batch, answers, alone == Command.COUNTERS
 
-    def _without_clocks(self, answers):
-        """Return ``answers`` without counts of clocks that depend on the line."""
+    def _without_line_cycles(self, answers):
+        """Return ``answers`` without the cycle counts that depend on the line."""
         layout = counters_reply(self.config)
         told = b""
         for body, plain in _bodies(answers):
@@ -143,7 +144,7 @@ class Fuzz:
         return told
 
     def _answers(self, data):
-        """Feed the model, and follow session and sequence numbers by its answers."""
+        """Feed the model, and track session and sequence numbers by its replies."""
         answers = self._model.feed(data)
         self._receiver.feed(data)
         self.dropped.update(self._receiver.verdicts)
@@ -162,7 +163,7 @@ class Fuzz:
         return answers
 
     def _draw(self):
-        """Return a few bytes, mostly a frame, and its command if it has to go alone."""
+        """Return a few bytes, usually a frame, and its command if it must be sent alone."""
         rng = self._rng
         self.frames += 1
         if self._map:
@@ -170,7 +171,7 @@ class Fuzz:
         if self._rewrite:
             self._rewrite = False
             body = self._body(Command.WRITE, self._paths(0, self.config.population))
-            # The delimiter ends what a broken frame has left on the line.
+            # The delimiter ends the rest of a broken frame.
             return b"\0" + encode_frame(body), None
         if rng.random() < 0.05:
             return bytes(rng.choices((0, 1, 2, *range(256)), k=rng.randrange(1, 12))), None
@@ -244,7 +245,7 @@ class Fuzz:
         return write_request(self.config).pack(slot=slot) + pack_paths(self.config, paths)
 
     def _broken(self, body):
-        """Return ``body`` with one thing wrong, or merely another."""
+        """Return ``body`` with one part changed, not always to an invalid value."""
         rng = self._rng
         session, sequence, code = body[:BODY_HEADER_BYTES]
         payload = body[BODY_HEADER_BYTES:]
@@ -253,7 +254,7 @@ class Fuzz:
                 session = rng.choice((session - 1, session + 1, rng.randrange(256))) % 256
             case 1:
                 sequence = (sequence + rng.choice((-127, -128, -2, 1, 128, 129))) % 256
-            case 2 | 3:  # As if the answer had been lost.
+            case 2 | 3:  # As if the reply had been lost.
                 sequence = (sequence - 1) % 256
             case 4:
                 code = rng.choice((0, rng.randrange(16), rng.randrange(256)))
@@ -266,6 +267,17 @@ class Fuzz:
                 changed[at] = rng.choice((changed[at] ^ 1 << rng.randrange(8), rng.randrange(256)))
                 payload = bytes(changed)
         return bytes((session, sequence, code)) + payload
+
+
+def fuzz_simulated_board(config, seed, frames):
+    """Exchange random frames with a simulated board; return the :class:`Fuzz`."""
+    fuzz = Fuzz(config, seed)
+    with start_simulated(board_url("sim", config)) as board, board.open(timeout=30) as port:
+        while fuzz.frames < frames:
+            fuzz.exchange(port)
+        port.timeout = 0.1
+        assert port.read() == b""
+    return fuzz
 
 
 def _bodies(answers):

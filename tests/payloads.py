@@ -1,4 +1,4 @@
-"""Driver of a payload parser of ``hdl.command``, as the command receiver drives it."""
+"""Driver of a payload parser of ``hdl.command``, in place of the command receiver."""
 
 from hdl.protocol import Status
 from tests.streams import simulate
@@ -8,10 +8,10 @@ __all__ = ["hand_over"]
 
 
 def hand_over(unit, payloads, fields=None, *, repeated=False, collectors=(), limit=20_000):
-    """Return status and cycles of each of ``payloads``, one after the other.
+    """Return the status and the cycles of each of ``payloads``, parsed one after the other.
 
     Cycles count from the first in which the parser is on to the one in which it is done. ``fields``
-    are inputs to set before. Every byte is offered as early as possible.
+    are inputs to set first. Bytes are offered without pauses.
     """
     outcomes = []
 
@@ -21,7 +21,7 @@ def hand_over(unit, payloads, fields=None, *, repeated=False, collectors=(), lim
         ctx.set(unit.repeated, repeated)
         for payload in payloads:
             outcomes.append(await one(ctx, payload))
-            # While it is off, the parser returns to its reset state.
+            # The parser resets while it is off.
             ctx.set(unit.on, 0)
             await ctx.tick().repeat(2)
             assert not ctx.get(unit.done)

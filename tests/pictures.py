@@ -1,4 +1,4 @@
-"""What all pictures must do."""
+"""Assertions about every picture."""
 
 import itertools
 
@@ -6,7 +6,7 @@ from matplotlib.text import Text
 
 
 def texts_of(figure):
-    """Every text that is seen, with its box in pixels; no ticks outside the view."""
+    """Return the visible texts with their boxes in pixels, without ticks outside the view."""
     unseen = set()
     for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
         low, high = sorted(axis.get_view_interval())
@@ -26,9 +26,10 @@ def texts_of(figure):
 
 
 def assert_texts_apart(figure):
-    """No text overlaps another or leaves the figure."""
+    """Assert that there are texts, none overlaps another, and none leaves the figure."""
     width, height = figure.canvas.get_width_height()
     texts = texts_of(figure)
+    assert texts
     for text, box in texts:
         assert box.x0 >= 0, text
         assert box.y0 >= 0, text

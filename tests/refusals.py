@@ -1,4 +1,4 @@
-"""Commands that a chip refuses, and what it answers: the same for the gateware and its model."""
+"""Commands that a chip refuses and its replies, for the gateware and its model."""
 
 from hdl.protocol import Command, LinkMode, Status, pack_paths, start_request
 
@@ -7,9 +7,9 @@ __all__ = ["refusals"]
 
 
 def refusals(config, order):
-    """Return command, payload and status of each, for a chip of a population of 8.
+    """Return command, payload and status of each refusal by a chip with a population of 8.
 
-    ``order`` is a good ranking: all slots.
+    ``order`` is a valid ranking.
     """
     layout = start_request(config)
     good = {"seed": 0x0123456789ABCDEF, "x": 0, "y": 0, "altitude": 0, "avoid_ground": 0}

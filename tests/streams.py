@@ -1,4 +1,4 @@
-"""Streams of the Amaranth simulator, driven and collected by test benches."""
+"""Drivers of streams for test benches in the Amaranth simulator."""
 
 import itertools
 
@@ -9,7 +9,7 @@ __all__ = ["collect", "put", "simulate"]
 
 
 async def put(ctx, stream, payload, limit=10_000):
-    """Transfer ``payload`` to ``stream``, waiting at most ``limit`` clocks."""
+    """Transfer ``payload`` to ``stream``, waiting at most ``limit`` cycles."""
     ctx.set(stream.payload, payload)
     ctx.set(stream.valid, 1)
     for _ in range(limit):
@@ -17,11 +17,11 @@ async def put(ctx, stream, payload, limit=10_000):
         if ready:
             ctx.set(stream.valid, 0)
             return
-    raise TimeoutError(f"No transfer to {stream!r} within {limit} clocks")
+    raise TimeoutError(f"No transfer to {stream!r} within {limit} cycles")
 
 
 async def collect(ctx, stream, into, pauses=(0,)):
-    """Append every payload of ``stream`` to ``into``, with ``pauses`` before each, for ever."""
+    """Append every payload of ``stream`` to ``into``, after ``pauses`` cycles, repeated."""
     for pause in itertools.cycle(pauses):
         for _ in range(pause):
             await ctx.tick()
@@ -35,7 +35,7 @@ async def collect(ctx, stream, into, pauses=(0,)):
 
 
 def simulate(dut, *benches, background=()):
-    """Run ``benches`` on ``dut`` until the last of them ends; ``background`` ends with them."""
+    """Run ``benches`` on ``dut`` until all have ended; ``background`` benches end then."""
     simulator = Simulator(dut)
     simulator.add_clock(1e-8)
     for bench in benches:

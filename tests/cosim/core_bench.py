@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""Drives the genetic core in cocotb, with its model beside it: what its benches share."""
+"""Driver of the genetic core and its model for cocotb benches."""
 
 import collections
 import random
@@ -22,14 +22,14 @@ __all__ = ["Bench"]
 
 
 class Bench:
-    """Drives the core and the model beside it; where there is a map, answers lookups.
+    """Driver of the core and its model; answers lookups on a chip with a map.
 
     Parameters
     ----------
     dut : cocotb handle
     config : Config
     seed : int
-        Of everything random.
+        Seed of all draws.
     stalled : bool
         Whether the streams pause.
     """
@@ -74,7 +74,7 @@ class Bench:
             cocotb.start_soon(self.answer_lookups())
 
     async def answer_lookups(self):
-        """Say the altitude of each cell when its latency is over, and anything else otherwise."""
+        """Drive the altitude of each cell after its latency, and random values at other times."""
         dut, bits = self.dut, self.config.altitude_bits
         cells = collections.deque([None] * self.config.lookup_latency)
         garbage = random.Random(0)
@@ -93,13 +93,13 @@ class Bench:
             await FallingEdge(dut.clk)
 
     def survey(self, lowest, highest):
-        """Give every cell of the map a random altitude."""
+        """Set every cell of the map to a random altitude."""
         size = self.config.map_size
         generator = np.random.default_rng(self.rng.getrandbits(32))
         self.terrain.write(0, 0, generator.integers(lowest, highest + 1, (size, size)))
 
     def value(self, name, index=None):
-        """Return an output, or one of an array of them, in its own shape."""
+        """Return an output, or an element of an array of outputs, in its shape."""
         port = self.port(name if index is None else f"{name}__{index}").value.to_unsigned()
         shape = self.signature.members[name].shape
         return shape.from_bits(port) if hasattr(shape, "from_bits") else port
@@ -155,7 +155,7 @@ class Bench:
         await FallingEdge(self.dut.clk)
 
     async def generate(self):
-        """Run a generation on a random order, and check all that it says it did."""
+        """Run a generation with a random ranking and compare the core's reports with the model."""
         order = self.rng.sample(range(self.config.population), self.config.population)
         self.port("pending").value = 1
         await self.enter(ChipState.RECEIVE)
@@ -187,8 +187,8 @@ class Bench:
             )
             if i < self.config.patches:
                 assert self.value("patches", i) == mutated.waypoint
-        clocks = self.value("cycles")
-        assert (clocks.crossover, clocks.mutation, clocks.update) == (
+        cycles = self.value("cycles")
+        assert (cycles.crossover, cycles.mutation, cycles.update) == (
             done.crossover_clocks,
             done.mutation_clocks,
             done.update_clocks,

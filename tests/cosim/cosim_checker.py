@@ -1,4 +1,4 @@
-"""The exported checker on a map of 64 x 64: queues, stalls, a reset.
+"""The exported checker on a map of 64 x 64: queues, stalls and resets.
 
 ``CHECKER`` in the environment names the build.
 """
@@ -24,7 +24,7 @@ CONFIG = CHECKER_BENCH[os.environ.get("CHECKER", "parallel")]
 
 
 class Bench:
-    """Drives the checker, and its model beside it."""
+    """Driver of the checker and its model."""
 
     def __init__(self, dut, seed, *, stalled=False):
         self.dut = dut
@@ -80,7 +80,7 @@ class Bench:
         ]
 
     async def check(self, paths, *, count=False):
-        """Queue ``paths`` and compare everything that comes; return the cycles and reads."""
+        """Queue ``paths`` and compare verdicts and counts; return the cycles and reads."""
         self.dut.count.value = int(count)
         points = [
             {"x": x, "y": y, "altitude": altitude, "last": number == len(path) - 1}
@@ -110,7 +110,7 @@ class Bench:
 @cocotb.test()
 @cocotb.parametrize(stalled=[False, True], count=[False, True])
 async def queues(dut, stalled, count):
-    """Random paths, and rectangles that come and go between them."""
+    """Check random paths in queues, and change rectangles of the map between them."""
     bench = Bench(dut, seed=1 + count, stalled=stalled)
     await bench.reset()
     await bench.upload()
@@ -123,11 +123,11 @@ async def queues(dut, stalled, count):
 
 @cocotb.test()
 async def alone(dut):
-    """Paths one by one: cycles and reads are the model's, and the flags those of the verdict."""
+    """Check single paths: cycles and reads are the model's, the flags those of the verdict."""
     bench = Bench(dut, seed=3)
     await bench.reset()
     await bench.upload()
-    # The coarse map, where there is one, is up to date.
+    # Afterwards the coarse map, if any, is up to date.
     await bench.check([bench.path()])
     for number in range(200):
         path, count = bench.path(), number % 2 == 1
@@ -140,11 +140,11 @@ async def alone(dut):
 
 @cocotb.test()
 async def reset_during_a_check(dut):
-    """What was under way at a reset is gone; what is in the map stays."""
+    """Discard a check at a reset, and keep the map."""
     bench = Bench(dut, seed=4)
     await bench.reset()
     await bench.upload()
-    # The coarse map is up to date; a reset would leave it partly rebuilt.
+    # Afterwards the coarse map is up to date; a reset before would leave it partly rebuilt.
     await bench.check([bench.path()])
     for cycles in (3, 9, 20):
         driver = cocotb.start_soon(bench.points.put(*({"x": 31, "last": i == 7} for i in range(8))))

@@ -1,4 +1,4 @@
-"""The exported control unit: hand-overs without a clock between, and counters."""
+"""The exported control unit: states that follow without an idle cycle, and counters."""
 
 import random
 
@@ -42,18 +42,18 @@ INPUTS = (
 
 
 def port(unit, name):
-    """Return the name of a unit's port; the core has those of the units of a generation."""
+    """Return the name of a unit's port; those of a generation's units are the core's."""
     prefix = "core__" if unit in ("crossover", "mutation", "update") else ""
     return f"{prefix}{unit}_{name}"
 
 
 class Bench:
-    """Plays all units, and counts beside the control unit."""
+    """Driver in place of all units, with a model of the counters."""
 
     def __init__(self, dut):
         self.dut = dut
         self.counters = dict.fromkeys((name for name, _ in counters_layout(CONFIG)), 0)
-        #: What the next clock counts.
+        #: Counts that appear in the counters a cycle later.
         self.late = {}
         self.history = self.entered = ChipState.LISTEN.value
         self.state = ChipState.LISTEN
@@ -67,17 +67,17 @@ class Bench:
         await FallingEdge(self.dut.clk)
         self.dut.rst.value = 0
 
-    async def clock(self, *, busy=False, sending=False):
-        """Pass a clock, with bytes on the line or without; all before it must be counted.
+    async def cycle(self, *, busy=False, sending=False):
+        """Pass a cycle, with or without bytes on the line, and compare state and counters.
 
-        But for the clocks themselves, it is counted a clock late; and a state is noted so.
+        All counters except that of cycles lag by a cycle, and so does the history of states.
         """
         dut = self.dut
         dut.line_busy.value = busy
         dut.line_sending.value = sending
         assert dut.state.value.to_unsigned() == self.state
         for state, unit in UNITS.items():
-            if state is not ChipState.CROSSOVER:  # It begins by itself.
+            if state is not ChipState.CROSSOVER:  # Its unit starts on its own request.
                 assert int(dut[port(unit, "on")].value) == (state is self.state)
         counters = counters_layout(CONFIG).from_bits(dut.counters.value.to_unsigned())
         assert {name: counters[name] for name in self.counters} == self.counters
@@ -98,28 +98,28 @@ class Bench:
         self.state = state
         self.entered = (self.entered << 4 | state) & 0xFFFFFFFF
 
-    async def run(self, state, clocks):
-        """Be in ``state`` for ``clocks``; its unit is over in the last."""
+    async def run(self, state, cycles):
+        """Stay in ``state`` for ``cycles``; its unit is done in the last."""
         self.enter(state)
         done = self.dut[port(UNITS[state], "done")]
-        for left in range(clocks, 0, -1):
+        for left in range(cycles, 0, -1):
             done.value = left == 1
-            await self.clock()
+            await self.cycle()
         done.value = 0
 
     async def begin(self):
-        """Pass the clock between a command that asks for a generation and the generation."""
+        """Pass the cycle between a command that requests a generation and the generation."""
         dut = self.dut
         dut.receive_done.value = 1
         assert dut.core__begin.value
-        await self.clock()
+        await self.cycle()
         assert not dut.core__begin.value
         dut.receive_done.value = 0
 
 
 @cocotb.test()
 async def random_commands(dut):
-    """Units of random lengths, frames on the line meanwhile, and new seeds."""
+    """Run units of random durations, with frames on the line and new seeds."""
     rng = random.Random(6)
     bench = Bench(dut)
     await bench.reset()
@@ -130,12 +130,12 @@ async def random_commands(dut):
             if rng.random() < 0.1:
                 dut.core__restart.value = 1
                 generation = 0
-            await bench.clock(busy=rng.random() < 0.5, sending=rng.random() < 0.5)
+            await bench.cycle(busy=rng.random() < 0.5, sending=rng.random() < 0.5)
             if dut.core__restart.value:
                 bench.late[Counter.LONGEST] = -bench.counters[Counter.LONGEST]
             dut.core__restart.value = 0
         dut.pending.value = 1
-        await bench.clock()
+        await bench.cycle()
         dut.pending.value = 0
 
         order = rng.choices(("generate", "check", None), (6, 2, 2))[0]
@@ -149,7 +149,7 @@ async def random_commands(dut):
         if order == "check":
             await bench.run(ChipState.CHECK, rng.randint(1, 30))
         if order == "generate":
-            clocks = [rng.randint(1, 30) for _ in GENERATION]
+            cycles = [rng.randint(1, 30) for _ in GENERATION]
             told = {
                 Counter.REFUSED_MUTATIONS: (dut.core__refused, rng.randrange(CONFIG.mutators + 1)),
                 Counter.REDRAWN: (
@@ -160,36 +160,36 @@ async def random_commands(dut):
             }
             for port, count in told.values():
                 port.value = count
-            for state, length in zip(GENERATION, clocks, strict=True):
+            for state, length in zip(GENERATION, cycles, strict=True):
                 await bench.run(state, length)
             generation += 1
             bench.late |= {counter: count for counter, (_, count) in told.items()}
             bench.late[Counter.GENERATIONS] = 1
-            bench.late[Counter.LONGEST] = max(0, sum(clocks) - bench.counters[Counter.LONGEST])
+            bench.late[Counter.LONGEST] = max(0, sum(cycles) - bench.counters[Counter.LONGEST])
             latest = cycles_layout(CONFIG).from_bits(dut.cycles.value.to_unsigned())
-            assert [latest.crossover, latest.mutation, latest.update] == clocks
+            assert [latest.crossover, latest.mutation, latest.update] == cycles
         await bench.run(ChipState.TRANSMIT, rng.randint(1, 9))
         bench.enter(ChipState.LISTEN)
         assert dut.generation.value.to_unsigned() == generation
-    await bench.clock()
+    await bench.cycle()
 
 
 @cocotb.test()
 async def waits_for_the_draws(dut):
-    """A generation starts two clocks after its draws are there, and waiting is receiving."""
+    """Start a generation two cycles after its draws are ready; the wait counts as RECEIVE."""
     bench = Bench(dut)
     await bench.reset()
     dut.pending.value = 1
-    await bench.clock()
+    await bench.cycle()
     dut.pending.value = 0
     bench.enter(ChipState.RECEIVE)
     dut["generate"].value = 1
     dut.receive_done.value = 1
     for _ in range(20):
-        await bench.clock()
+        await bench.cycle()
     dut.core__ready.value = 1
-    await bench.clock()
+    await bench.cycle()
     await bench.begin()
     bench.enter(ChipState.CROSSOVER)
-    await bench.clock()
+    await bench.cycle()
     assert bench.counters[Counter.RECEIVE] == 22

@@ -15,11 +15,11 @@ CONFIG = Config(checker=CheckerBuild.NONE)
 @cocotb.test()
 @cocotb.parametrize(stalled=[False, True])
 async def random_generations(dut, stalled):
-    """Random paths; loads, reads and new seeds between the generations."""
+    """Breed random paths, with loads, reads and new seeds between the generations."""
     bench = Bench(dut, CONFIG, seed=1, stalled=stalled)
     await bench.reset()
     if not stalled:
-        # The memories keep what they hold over a reset; here they have been written never.
+        # A reset does not clear the memories, so this checks their contents at power-up.
         await bench.check_population()
     await bench.load_all()
     await bench.check_population()
@@ -37,7 +37,7 @@ async def random_generations(dut, stalled):
 
 @cocotb.test()
 async def full_length_parents(dut):
-    """At most ``max_waypoints + 8`` clocks a generation; in fact 4 more than waypoints."""
+    """Breed in at most ``max_waypoints + 8`` cycles; measured: ``max_waypoints + 4``."""
     bench = Bench(dut, CONFIG, seed=2)
     await bench.reset()
     refused = 0
@@ -57,7 +57,7 @@ async def full_length_parents(dut):
 
 @cocotb.test()
 async def generation_waits_for_its_draws(dut):
-    """A generation asked for at once after a new seed starts when its draws are there."""
+    """Start a generation requested right after a new seed when its draws are ready."""
     bench = Bench(dut, CONFIG, seed=3)
     await bench.reset()
     await bench.load_all()
@@ -70,7 +70,7 @@ async def generation_waits_for_its_draws(dut):
 
 @cocotb.test()
 async def ranked_after_the_last_rank(dut):
-    """``ranked`` rises as many clocks after the last rank as the docstring says."""
+    """Raise ``ranked`` as many cycles after the last rank as the docstring of the core states."""
     bench = Bench(dut, CONFIG, seed=4)
     await bench.reset()
     await bench.streams["ranking"].put(
@@ -79,5 +79,5 @@ async def ranked_after_the_last_rank(dut):
     begun = cocotb.simtime.get_sim_time("ns")
     await RisingEdge(dut.ranked)
     elapsed = cocotb.simtime.get_sim_time("ns") - begun
-    # From the falling edge after the last rank's clock to a rising edge.
+    # From the falling edge after the last rank's transfer to a rising edge.
     assert elapsed == 10 * (CONFIG.mutators + 13) - 15

@@ -13,14 +13,14 @@ CONFIG = Config(checker=CheckerBuild.PARALLEL)
 
 @cocotb.test()
 async def random_generations(dut):
-    """Maps that hit often, with and without regard to the ground."""
+    """Breed over maps with frequent hits, with and without avoiding the ground."""
     bench = Bench(dut, CONFIG, seed=5, stalled=True)
     await bench.reset()
     left_out = redrawn = waited = 0
     for run in range(6):
         bench.survey(0, bench.rng.choice((1000, 3000, 4095)))
         await bench.start(bench.rng.getrandbits(64), avoid_ground=run % 3 > 0)
-        # Short paths pass before all candidates have been looked up.
+        # Short paths have passed before all candidates are looked up.
         await bench.load_all(CONFIG.MIN_WAYPOINTS if run % 2 else None)
         for _ in range(5):
             done = await bench.generate()
@@ -37,7 +37,7 @@ async def random_generations(dut):
 
 @cocotb.test()
 async def full_length_parents(dut):
-    """Not a clock more than without a map, whatever the ground refuses."""
+    """Breed in the same cycles as without a map, however many waypoints the ground rejects."""
     bench = Bench(dut, CONFIG, seed=6)
     await bench.reset()
     for lowest in (4095, 0):

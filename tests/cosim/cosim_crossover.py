@@ -1,4 +1,4 @@
-"""The exported crossover module against the model: every pair of lengths, full-size waypoints."""
+"""The exported crossover unit against the model: every pair of lengths, full-size waypoints."""
 
 import itertools
 import random
@@ -15,14 +15,14 @@ CONFIG = Config(checker=CheckerBuild.NONE)
 
 
 async def breed(dut, parents):
-    """Let two paths pass; return the two children, each in the order of its halves."""
+    """Stream two parents through the unit; return the two children."""
     written = [({}, {}), ({}, {})]
     dut.on.value = 1
     for position in range(CONFIG.max_waypoints):
         dut.position.value = position
         for number, path in enumerate(parents):
             getattr(dut, f"parents__{number}__length").value = len(path)
-            # What passes after the end of a path is something else.
+            # After the end of a path its port carries arbitrary values.
             waypoint = path[position] if position < len(path) else 0x2AAAAAAA
             getattr(dut, f"parents__{number}__waypoint").value = waypoint
         await Timer(1, "ns")
@@ -43,7 +43,7 @@ async def breed(dut, parents):
 
 @cocotb.test()
 async def every_pair_of_lengths(dut):
-    """Match the model."""
+    """Match the model for every pair of lengths."""
     rng = random.Random(1)
     lengths = range(CONFIG.MIN_WAYPOINTS, CONFIG.max_waypoints + 1)
     for pair in itertools.product(lengths, lengths):
@@ -53,7 +53,7 @@ async def every_pair_of_lengths(dut):
 
 @cocotb.test()
 async def off(dut):
-    """Nothing is written while it is off."""
+    """Write nothing while the unit is off."""
     dut.on.value = 0
     for position in range(CONFIG.max_waypoints):
         dut.position.value = position

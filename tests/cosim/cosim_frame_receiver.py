@@ -1,4 +1,4 @@
-"""The exported frame receiver against the model, at a byte per cycle and at a line's pace."""
+"""The exported frame receiver against the model, at a byte per cycle and with pauses."""
 
 import random
 
@@ -19,7 +19,7 @@ CONFIG = Config(receive_buffer=512)
 
 
 class Bench:
-    """Drives at falling edges and samples before the rising one."""
+    """Driver that sets inputs at falling edges and samples before rising ones."""
 
     def __init__(self, dut, pauses):
         self.dut = dut
@@ -39,7 +39,7 @@ class Bench:
         Clock(dut.clk, 10, unit="ns").start()
 
     async def cycle(self, value=None):
-        """Pass one cycle, with a byte for the receiver or without."""
+        """Pass a cycle; ``value`` is a byte for the receiver or None."""
         dut = self.dut
         dut.bytes__valid.value = value is not None
         dut.bytes__payload.value = value or 0
@@ -64,14 +64,14 @@ class Bench:
             self._body.clear()
 
     async def feed(self, data, gap):
-        """Send bytes with ``gap`` cycles between two."""
+        """Send bytes with ``gap`` idle cycles between them."""
         for value in data:
             await self.cycle(value)
             for _ in range(gap):
                 await self.cycle()
 
     async def settle(self):
-        """Wait until all bodies are out: longer than the receiver needs to offer one."""
+        """Wait until the receiver has offered all bodies."""
         self._idle = 0
         while self._idle < 16:
             await self.cycle()
@@ -80,7 +80,7 @@ class Bench:
 @cocotb.test()
 @cocotb.parametrize((("gap", "longest_pause"), [(0, 0), (3, 2)]))
 async def frames_and_garbage(dut, gap, longest_pause):
-    """Bodies and verdicts are those of the model, whatever bytes come."""
+    """Match the model's bodies and verdicts on frames, faults and random bytes."""
     rng = random.Random(5)
     pauses = random.Random(6)
     bench = Bench(dut, iter(lambda: pauses.randrange(longest_pause + 1), None))

@@ -18,7 +18,7 @@ CONFIG = Config()
 
 
 class Bench:
-    """Drives at falling edges and samples before the rising one."""
+    """Driver that sets inputs at falling edges and samples before rising ones."""
 
     def __init__(self, dut, pauses):
         self.dut = dut
@@ -30,7 +30,7 @@ class Bench:
         Clock(dut.clk, 10, unit="ns").start()
 
     async def cycle(self, word=None):
-        """Pass one cycle, with a word of a reply or without; return whether it was taken."""
+        """Pass a cycle; return whether ``word``, a word of a reply or None, was accepted."""
         dut = self.dut
         dut.replies__valid.value = word is not None
         if word is not None:
@@ -47,17 +47,17 @@ class Bench:
         return taken
 
     async def until(self, condition, limit=20_000):
-        """Call ``condition`` once per cycle until it holds."""
+        """Await ``condition`` once per cycle until it is true."""
         for _ in range(limit):
             if await condition():
                 return
-        raise TimeoutError(f"Not within {limit} clocks")
+        raise TimeoutError(f"Not within {limit} cycles")
 
 
 @cocotb.test()
 @cocotb.parametrize(pauses=[(0,), (0, 2, 1)], source_pauses=[(0,), (0, 0, 7)])
 async def bodies_of_all_lengths(dut, pauses, source_pauses):
-    """Bodies as long as replies may be, with runs without a zero longer than a block."""
+    """Send bodies of up to the longest reply, with nonzero runs longer than a COBS block."""
     rng = random.Random(6)
     bench = Bench(dut, pauses)
     between = itertools.cycle(source_pauses)

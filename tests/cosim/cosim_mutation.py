@@ -24,7 +24,7 @@ CLOCK_NS = 10
 
 
 def random_draws(rng):
-    """Draws with many at the ends of their ranges."""
+    """Return random draws, many of them at the ends of their ranges."""
 
     def offset(box):
         return rng.choice((-box, box, rng.randint(-box, box)))
@@ -42,14 +42,14 @@ def random_draws(rng):
 
 
 def drive(dut, name, value):
-    """Set an input to ``value``, given in the input's own shape."""
+    """Set an input to ``value``, given in the input's shape."""
     shape = UNIT.signature.members[name].shape
     getattr(dut, name).value = shape.const(value).as_value().value
 
 
 @cocotb.test()
 async def random_generations(dut):
-    """Plans, new waypoints, clocks; paths of all lengths, then all shortest and all longest."""
+    """Compare plans, patches and cycles, on shortest, longest and random paths."""
     rng = random.Random(1)
     for name in ("start", "clear", "carrying", "on"):
         getattr(dut, name).value = 0

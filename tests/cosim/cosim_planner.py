@@ -1,4 +1,4 @@
-"""The whole exported chip at its UART pins, driven by the host's own code, against the model.
+"""The whole exported chip at its UART pins, driven by the host, against the model.
 
 CHIP in the environment chooses the configuration: ``small``, with a collision checker, or
 ``default`` for the paper's sizes.
@@ -16,7 +16,7 @@ from cocotb.simtime import get_sim_time
 from cocotb.task import bridge, resume
 from cocotb.triggers import Event, FallingEdge, First, Timer
 
-from hdl.config import CheckerBuild, Config
+from hdl.config import Config
 from hdl.protocol import Command, LinkMode, StickyError
 from hdl.protocol.codec import encode_frame
 from host.device.chip import Chip
@@ -32,19 +32,19 @@ CONFIG = {"small": CHECKING, "default": Config(clocks_per_bit=4)}[os.environ.get
 CLOCK_NS = 10
 BIT_NS = CLOCK_NS * CONFIG.clocks_per_bit
 BYTE_NS = 10 * BIT_NS
-#: Longer than the chip is silent; a try, 8 times as long, has to last for a window of frames.
+#: Exceeds the chip's longest silence; an attempt, 8 times as long, must fit a window of frames.
 TIMEOUT_S = CONFIG.receive_buffer * BYTE_NS / 4 * 1e-9
 
 
 class Pins:
     """A serial port at the pins of the chip, for host code in a thread.
 
-    Time is that of the simulation: a call returns when what it did is over there.
+    Time is simulated time: a call returns when the simulation has done its work.
 
     Parameters
     ----------
     dut : cocotb handle
-        The chip; its clock is started and it is reset here.
+        The chip. :meth:`power_up` starts its clock and resets it.
     """
 
     def __init__(self, dut):
@@ -74,7 +74,7 @@ class Pins:
         return len(self._received)
 
     def now_s(self):
-        """Return the seconds that had been simulated at the end of the latest call."""
+        """Return the simulated seconds at the end of the latest call."""
         return self._now_ns * 1e-9
 
     def close(self):
@@ -89,7 +89,7 @@ class Pins:
         await Timer(CLOCK_NS, "ns")
 
     async def _collect(self):
-        """Take bytes off ``tx``: the only code that runs while the chip is working."""
+        """Collect the bytes on ``tx``."""
         tx = self._dut.tx
         while True:
             if tx.value:
@@ -137,7 +137,7 @@ class Pins:
 
 
 def with_host(test):
-    """Run ``test``, a function of pins and a pair of chips, in a thread beside the simulation."""
+    """Make a cocotb test of ``test``, a function of pins and a pair of chips run in a thread."""
 
     async def run(dut):
         pins = Pins(dut)
@@ -159,9 +159,9 @@ def with_host(test):
 
 @with_host
 def every_command(pins, chips):
-    """The host's commands in all link modes; populations, status and counters."""
+    """Run the host's commands in all link modes; compare populations, status and counters."""
     assert chips.board.info == chips.model.info
-    # The memories keep their contents over a reset; here they have never been written.
+    # A reset does not clear the memories, so this checks their contents at power-up.
     assert chips.board.read(0, CONFIG.population) == [[0, 0]] * CONFIG.population
     assert chips.model.read(0, CONFIG.population) == [[0, 0]] * CONFIG.population
     chips.start()
@@ -176,9 +176,7 @@ def every_command(pins, chips):
 
 @with_host
 def map_and_checks(pins, chips):
-    """The checker's commands; each is executed once, though all frames come twice."""
-    if CONFIG.checker is CheckerBuild.NONE:
-        return
+    """Run the checker's commands; each is executed once although every frame arrives twice."""
     rng = np.random.default_rng(9)
     edge = CONFIG.map_size
     heights = rng.choice(
@@ -205,7 +203,7 @@ def map_and_checks(pins, chips):
 
 @with_host
 def damaged_frames(pins, chips):
-    """Frames are lost, damaged and doubled on the line: each command is executed once."""
+    """Lose, damage and repeat frames on the line; each command is executed once."""
     rng = random.Random(7)
     chips.start()
     traffic = chips.board.link.traffic
@@ -233,7 +231,7 @@ def damaged_frames(pins, chips):
 
 @with_host
 def garbage_and_break(pins, chips):
-    """After any bytes the chip answers, and reports the errors that it has seen."""
+    """Reply after arbitrary bytes, and report the line errors."""
     rng = random.Random(8)
     chips.start()
     pins.write(b"\7" * 5 + b"\0")
@@ -254,13 +252,13 @@ def garbage_and_break(pins, chips):
 
 @with_host
 def reset_in_an_answer(pins, chips):
-    """A reset of the chip is noticed, and the chip works again."""
+    """Detect a reset during a reply; the chip works afterwards."""
     link = chips.board.link
     pins.write(encode_frame(bytes((0, 0, Command.INFO)), plain=True))
     pins.timeout = TIMEOUT_S
-    assert len(pins.read(2)) == 2  # The answer has begun.
+    assert len(pins.read(2)) == 2  # The reply has begun.
     pins.reset()
-    # One message for a chip that was reset and one that another host has opened.
+    # A reset and another host's OPEN look alike, so one message names both.
     with pytest.raises(LinkError, match=r"^The board was reset or taken by another host: open"):
         link.request(Command.STATUS)
     chips.board = Chip(Link(pins, timeout_s=TIMEOUT_S, attempts=4, clock=pins.now_s))
@@ -271,29 +269,22 @@ def reset_in_an_answer(pins, chips):
 
 @with_host
 def reset_of_one_cycle(pins, chips):
-    """In the middle of any command, a reset of one cycle leaves the chip as after power-up.
-
-    But for its memories, which are written anew.
-    """
+    """Reset for one cycle during a command; the chip is as after power-up, except its memories."""
     rng = random.Random(10)
-    has_map = CONFIG.checker is not CheckerBuild.NONE
     heights = np.random.default_rng(10).integers(0, 12, (CONFIG.map_size, CONFIG.map_size))
     start, goal = random_path(CONFIG, rng, 2)
-    whole = [
+    commands = [
         lambda board: chips.step(LinkMode.RECIPE),
         lambda board: board.read(0, CONFIG.population),
+        lambda board: board.check_population(start, goal),
+        lambda board: board.upload_map(heights),
     ]
-    if has_map:
-        whole += [
-            lambda board: board.check_population(start, goal),
-            lambda board: board.upload_map(heights),
-        ]
-    # The generation or the check begins soon after the command; an answer is long.
+    # A generation or check begins soon after the command; a reply is long.
     most_cycles = (3, 30, 150, 600)
     if "Icarus" in cocotb.SIM_NAME:
-        whole, most_cycles = whole[:1], (30,)
+        commands, most_cycles = commands[:1], (30,)
     lost = 0
-    for command in whole:
+    for command in commands:
         for after in [rng.randrange(most) for most in most_cycles]:
             pins.reset_after = after
             try:
@@ -304,21 +295,19 @@ def reset_of_one_cycle(pins, chips):
             chips.board = Chip(Link(pins, timeout_s=TIMEOUT_S, attempts=4, clock=pins.now_s))
             chips.model = Chip(Link(ModelPort(ChipModel(CONFIG)), timeout_s=1, attempts=1))
             for chip in (chips.board, chips.model):
-                chip.clear_errors()  # The end of a frame is one to a new chip.
-                if has_map:
-                    chip.upload_map(heights)
+                chip.clear_errors()  # The rest of a frame is an error after the reset.
+                chip.upload_map(heights)
             chips.start()
             chips.step(LinkMode.RECIPE)
-            if has_map:
-                told = [chip.check_population(start, goal) for chip in (chips.board, chips.model)]
-                assert told[0] == told[1]
+            told = [chip.check_population(start, goal) for chip in (chips.board, chips.model)]
+            assert told[0] == told[1]
             paths = [chip.read(0, CONFIG.population) for chip in (chips.board, chips.model)]
             assert paths[0] == paths[1] == chips.paths
             counted = []
             for chip in (chips.board, chips.model):
                 counters = without_line_cycles(chip.counters())
-                # The host may have asked twice.
+                # The host may have repeated a request.
                 counted.append({k: v for k, v in counters.items() if not k.startswith("bytes")})
             assert counted[0] == counted[1]
             assert counted[0]["generations"] == 1
-    assert lost >= len(whole) * len(most_cycles) / 2
+    assert lost >= len(commands) * len(most_cycles) / 2

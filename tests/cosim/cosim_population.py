@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The exported population: access of the host, lock-step reading, updates, pending mutations."""
+"""The exported population: host access, lock-step reading, updates, pending mutations."""
 
 import random
 
@@ -24,7 +24,7 @@ CLOCK_NS = 10
 
 
 class Bench:
-    """Drives the population and keeps the paths that must be in it."""
+    """Driver of the population, with the paths that it must contain."""
 
     def __init__(self, dut, seed, *, stalled=False):
         self.dut = dut
@@ -76,7 +76,7 @@ class Bench:
         assert paths == self.paths[slot : slot + count]
 
     def mutate(self, children):
-        """Draw a mutation for each mutator, make it, and drive it."""
+        """Draw a mutation for each mutator, apply it to ``children``, and drive it."""
         numbers = self.rng.sample(range(CONFIG.children), CONFIG.mutators)
         for i, (kind, child) in enumerate(zip(CONFIG.mutations, numbers, strict=True)):
             path = children[child]
@@ -100,7 +100,7 @@ class Bench:
                         del path[index]
 
     async def generation(self):
-        """Breed, mutate and update; every port may read any slot."""
+        """Breed, mutate and update; any port may read any slot."""
         dut = self.dut
         carried = self.rng.choices(range(CONFIG.population), k=PORTS)
         for port, slot in enumerate(carried):
@@ -138,11 +138,11 @@ class Bench:
 @cocotb.test()
 @cocotb.parametrize(stalled=[False, True])
 async def generations(dut, stalled):
-    """Updates with loads and reads between them."""
+    """Update, with loads and reads between the generations."""
     bench = Bench(dut, seed=1, stalled=stalled)
     await bench.reset()
     if not stalled:
-        # The memories keep what they hold over a reset; here they have been written never.
+        # A reset does not clear the memories, so this checks their contents at power-up.
         await bench.check()
     for slot in bench.rng.sample(range(CONFIG.population), CONFIG.population):
         await bench.load(slot)
@@ -158,7 +158,7 @@ async def generations(dut, stalled):
 
 @cocotb.test()
 async def generations_in_a_row(dut):
-    """Mutations of mutated paths, copied or bred again before they are read."""
+    """Mutate mutated paths that are copied or bred again before they are read."""
     bench = Bench(dut, seed=2)
     await bench.reset()
     for slot in range(CONFIG.population):

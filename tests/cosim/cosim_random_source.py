@@ -14,7 +14,7 @@ TOP = "random_source"
 
 
 class Bench:
-    """Drives and samples at falling edges, in the middle of a clock."""
+    """Driver that sets and samples ports at falling edges."""
 
     def __init__(self, dut):
         self.dut = dut
@@ -22,8 +22,8 @@ class Bench:
             port.value = 0
         Clock(dut.clk, 10, unit="ns").start()
 
-    async def clock(self, **inputs):
-        """Hold the inputs for one clock; return what the outputs were in it, or None."""
+    async def cycle(self, **inputs):
+        """Hold the inputs for one cycle; return its words, or None if they are not ready."""
         for name in ("rst", "load", "step", "seed"):
             getattr(self.dut, name).value = inputs.get(name, 0)
         await FallingEdge(self.dut.clk)
@@ -35,32 +35,32 @@ class Bench:
         return words
 
     async def warm_up(self, first=False):
-        """Check that the clocks after a load are the warm-up's, to the last but one.
+        """Pass all cycles of the warm-up except the last, and check that no words are ready.
 
-        At the ``first`` one, two of them have passed.
+        After power-up (``first``) one cycle more has passed already.
         """
         for _ in range(WARM_UP_STEPS - (2 if first else 1)):
-            assert await self.clock() is None
+            assert await self.cycle() is None
 
 
 @cocotb.test()
 async def words_of_several_seeds(dut):
-    """Each clock's words, stepped at random, from power-up and through loads."""
+    """Match the words of every cycle, with random steps, from power-up and through loads."""
     rng = random.Random(1)
     bench = Bench(dut)
     await FallingEdge(dut.clk)
     for seed in (None, 0, 1, (1 << 64) - 1, rng.getrandbits(64), rng.getrandbits(64)):
-        # The load takes this clock; its end shows the state loaded.
+        # The load takes one cycle.
         if seed is not None:
-            assert await bench.clock(load=1, seed=seed, step=rng.randrange(2)) is None
+            assert await bench.cycle(load=1, seed=seed, step=rng.randrange(2)) is None
         await bench.warm_up(first=seed is None)
 
         source = RandomSource(seed or 0)
         expected = source.step()
-        assert await bench.clock(step=1) == expected, "ready late, or a step was not ignored"
+        assert await bench.cycle(step=1) == expected, "ready late, or a step was not ignored"
         for _ in range(200):
             step = rng.randrange(2)
             if step:
                 expected = source.step()
-            # A reset does nothing.
-            assert await bench.clock(step=step, rst=rng.randrange(2)) == expected
+            # A reset has no effect.
+            assert await bench.cycle(step=step, rst=rng.randrange(2)) == expected

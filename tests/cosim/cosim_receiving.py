@@ -45,7 +45,7 @@ GENERATE_KINDS = {
 
 
 class Bench:
-    """Driver of the receiver, as the control unit drives it."""
+    """Driver of the receiver, in place of the control unit."""
 
     def __init__(self, dut, *, stalled):
         self.dut = dut
@@ -77,7 +77,7 @@ class Bench:
         self.dut.rst.value = 0
 
     async def hand_over(self, body, plain):
-        """Return the answer to a body, whether a generation is to run, and the check to do."""
+        """Pass a body; return the reply, whether a generation is due, and the check or None."""
         dut = self.dut
         for taken in self.collected.values():
             taken.clear()
@@ -99,7 +99,7 @@ class Bench:
 
 
 def expected_kind(body, plain, answer):
-    """Return the answer that the transmitter must be asked for, given the model's answer."""
+    """Return the kind of reply that the transmitter must be asked for."""
     if not answer:
         return AnswerKind.SILENCE
     if plain:
@@ -117,13 +117,13 @@ def expected_kind(body, plain, answer):
 @cocotb.test()
 @cocotb.parametrize(stalled=[False, True])
 async def random_requests(dut, stalled):
-    """Statuses, orders to the core and sticky errors are those of the model."""
+    """Match the model's statuses, requests to the core and sticky errors."""
     bench = Bench(dut, stalled=stalled)
     await bench.reset()
     fuzz = Fuzz(CONFIG, seed=4 + stalled)
     receiver = FrameReceiverModel(CONFIG)
     model = ChipModel(CONFIG)
-    refused = generations = checks_done = session = expected = 0
+    refused = runs = generations = checks_done = session = expected = 0
     sticky = StickyError(0)
     while fuzz.frames < 300:
         batch, _, _ = fuzz.batch()
@@ -150,6 +150,10 @@ async def random_requests(dut, stalled):
             elif kind is AnswerKind.CHILDREN:
                 assert (told.slot, told.count) == (10, 22)
 
+            executed = not plain and answer[2] == Status.OK and body[1] == expected
+            started = executed and body[2] == Command.START
+            assert len(bench.collected["start_requests"]) == started, body
+            runs += started
             executes = model.core.generation > generation
             generations += executes
             assert generates == executes, body
@@ -178,13 +182,14 @@ async def random_requests(dut, stalled):
             assert dut.errors.value.to_unsigned() == sticky.value
             assert dut.session.value.to_unsigned() == session
     assert refused > 5
+    assert runs > 3
     assert generations > 20
     assert checks_done > 10
     assert session > 0
 
 
 def check_orders(collected, body, answer, generates):
-    """A START is ordered once, a generation passes its ranking on, and a refusal does neither."""
+    """Assert that START reaches the core with its values, and GENERATE with its ranking."""
     accepted = answer[2:3] == bytes((Status.OK,))
     requests = [
         (each.seed, each.x, each.y, each.altitude, each.avoid_ground)
@@ -202,7 +207,7 @@ def check_orders(collected, body, answer, generates):
 
 
 def check_checks(checks, points, body, paths):
-    """A check has the points or slots and the counting of the request."""
+    """Assert that a check has the points or slots and the counting of the request."""
     assert checks.batch == (body[2] == Command.CHECK_PATHS)
     if checks.batch:
         asked = check_paths_request(CONFIG).unpack(body[3:])
@@ -218,7 +223,7 @@ def check_checks(checks, points, body, paths):
 
 
 def written(writes, paths):
-    """Return ``paths`` after the orders to write."""
+    """Return ``paths`` after ``writes``."""
     paths = [list(path) for path in paths]
     path = []
     for word in writes:
@@ -233,7 +238,7 @@ def written(writes, paths):
 
 @cocotb.test()
 async def line_errors_stick(dut):
-    """Every error of the line stays until it is cleared, and so does a refusal."""
+    """Keep every error of the line, and a refusal, until CLEAR."""
     bench = Bench(dut, stalled=False)
     await bench.reset()
     for number, error in enumerate(list(StickyError)[:4]):

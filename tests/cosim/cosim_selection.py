@@ -21,7 +21,7 @@ UNIT = Selection(CONFIG)
 
 
 class Bench:
-    """Drives and samples at falling edges, in the middle of a clock."""
+    """Driver that sets and samples ports at falling edges."""
 
     def __init__(self, dut):
         self.dut = dut
@@ -29,7 +29,7 @@ class Bench:
             port.value = 0
         Clock(dut.clk, 10, unit="ns").start()
 
-    async def clock(self, **inputs):
+    async def cycle(self, **inputs):
         """Hold the inputs over one rising edge; return whether a set is ready after it."""
         for name in ("rst", "load", "next", "seed"):
             getattr(self.dut, name).value = inputs.get(name, 0)
@@ -37,14 +37,14 @@ class Bench:
         return bool(self.dut.ready.value)
 
     async def latency(self):
-        """Wait for the set after a strobe; return the clocks from the strobe to it."""
-        for clocks in range(2, WARM_UP_STEPS + UNIT.latency + 2):
-            if await self.clock():
-                return clocks
+        """Wait for the set after a strobe; return the cycles from the strobe to it."""
+        for cycles in range(2, WARM_UP_STEPS + UNIT.latency + 2):
+            if await self.cycle():
+                return cycles
         raise TimeoutError("no set became ready")
 
     def draws(self):
-        """Return the present set as the model's draws."""
+        """Return the current set in the model's form."""
         offsets = self._read("offsets")
         return model.Draws(
             *(
@@ -61,42 +61,42 @@ class Bench:
 
 @cocotb.test()
 async def sets_of_several_seeds(dut):
-    """Sets, when they come, and that they stay, through loads and a reset."""
+    """Match every set and its latency, through loads and resets; a set stays until ``next``."""
     rng = random.Random(2)
     bench = Bench(dut)
     await FallingEdge(dut.clk)
     unit = model.Selection(CONFIG)
     for seed in (None, 1, rng.getrandbits(64), None, (1 << 64) - 1):
         if seed is None:
-            assert not await bench.clock(rst=1)
+            assert not await bench.cycle(rst=1)
             assert await bench.latency() == WARM_UP_STEPS + UNIT.latency
         else:
-            assert not await bench.clock(load=1, seed=seed)
+            assert not await bench.cycle(load=1, seed=seed)
             assert await bench.latency() == WARM_UP_STEPS + UNIT.latency
         source = RandomSource(seed or 0)
         for _ in range(12):
             expected = unit.draw(source)
             assert bench.draws() == expected
             for _ in range(rng.choice((0, 0, 5))):
-                assert await bench.clock()
+                assert await bench.cycle()
                 assert bench.draws() == expected
-            assert not await bench.clock(next=1)
+            assert not await bench.cycle(next=1)
             assert await bench.latency() == UNIT.latency
 
 
 @cocotb.test()
 async def loads_in_the_middle_of_a_set(dut):
-    """A load in any clock of a set begins anew, and leaves nothing of the set behind."""
+    """Restart after a load in any cycle of a set, without a trace of the set."""
     rng = random.Random(3)
     bench = Bench(dut)
-    await bench.clock(rst=1)
+    await bench.cycle(rst=1)
     await bench.latency()
-    for clocks in range(UNIT.latency):
-        await bench.clock(next=1)
-        for _ in range(clocks):
-            # `next` before the set is ready does nothing.
-            await bench.clock(next=clocks < UNIT.latency - 1)
+    for cycles in range(UNIT.latency):
+        await bench.cycle(next=1)
+        for _ in range(cycles):
+            # `next` has no effect before the set is ready.
+            await bench.cycle(next=cycles < UNIT.latency - 1)
         seed = rng.getrandbits(64)
-        assert not await bench.clock(load=1, seed=seed)
+        assert not await bench.cycle(load=1, seed=seed)
         assert await bench.latency() == WARM_UP_STEPS + UNIT.latency
         assert bench.draws() == model.Selection(CONFIG).draw(RandomSource(seed))

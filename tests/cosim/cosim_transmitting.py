@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The exported reply transmitter: bodies of every kind, at the widths of the real chip."""
+"""The exported reply transmitter: bodies of every kind, at the widths of the default chip."""
 
 import itertools
 import random
@@ -43,7 +43,7 @@ def packed(layout, values):
 
 
 class Bench:
-    """Bench that sets random registers and paths, and predicts the answers."""
+    """Driver that sets random registers and paths, and predicts the replies."""
 
     def __init__(self, dut, *, stalled):
         self.dut = dut
@@ -73,7 +73,7 @@ class Bench:
         cocotb.start_soon(self._serve_results())
 
     def draw(self):
-        """Set all registers to other values."""
+        """Set all registers to random values."""
         dut, rng = self.dut, self.rng
 
         def fields(layout):
@@ -85,7 +85,7 @@ class Bench:
         self.counters = fields(counters_reply(CONFIG))
         self.recipe = fields(RECIPE)
         self.totals = fields(check_reply(CONFIG))
-        # Of each path of the latest check; at times there was none.
+        # Results of each path of the latest check; sometimes there was none.
         paths = rng.choice((0, 1, CONFIG.population))
         self.results = [rng.randbytes(rng.randint(1, 80)) for _ in range(paths)]
         self.survivors = [rng.randrange(CONFIG.population) for _ in range(CONFIG.survivors)]
@@ -120,7 +120,7 @@ class Bench:
             )
 
     def expected(self, kind, slot, count):
-        """Return the payload of an answer and the slots that must be read for it."""
+        """Return the payload of a reply and the slots that must be read for it."""
         if kind is AnswerKind.INFO:
             payload = info_reply(CONFIG).pack(session=self.session, **info_values(CONFIG))
             return payload, []
@@ -148,9 +148,9 @@ class Bench:
         return b"", []
 
     async def check(self, kind, slot=0, count=0):
-        """Have the transmitter send one answer, and compare it."""
+        """Compare a reply of the transmitter with the expected one."""
         dut, rng = self.dut, self.rng
-        if kind is AnswerKind.RESULTS:  # Requested only where there are results.
+        if kind is AnswerKind.RESULTS:  # Requested only if there are results.
             if not self.results:
                 return
             slot = rng.randrange(len(self.results))
@@ -189,7 +189,7 @@ class Bench:
 @cocotb.test()
 @cocotb.parametrize(stalled=[False, True])
 async def every_kind_after_every_other(dut, stalled):
-    """No answer leaves anything behind for the next."""
+    """Send every kind of reply after every other; none affects the next."""
     bench = Bench(dut, stalled=stalled)
     await bench.reset()
     kinds = list(AnswerKind)
@@ -205,7 +205,7 @@ async def every_kind_after_every_other(dut, stalled):
 
 @cocotb.test()
 async def first_byte_and_rate(dut):
-    """The first byte comes 3 cycles after ``on``; every six bytes of fields take one more."""
+    """Send the first byte 3 cycles after ``on``; every six bytes of fields take one cycle more."""
     bench = Bench(dut, stalled=False)
     await bench.reset()
     dut.answer.value = packed(answer_layout, {"kind": AnswerKind.COUNTERS, "session": 1})

@@ -1,6 +1,6 @@
-"""The exported UART on a line with bit times of its own.
+"""The exported UART on a line whose bit times differ from the UART's.
 
-The divisor is that of CLOCKS_PER_BIT in the environment: real ones on short streams, 4 on long.
+CLOCKS_PER_BIT in the environment is the divisor; streams are shorter with large divisors.
 """
 
 import os
@@ -19,7 +19,7 @@ CONFIG = Config(clocks_per_bit=int(os.environ.get("CLOCKS_PER_BIT", "33")))
 
 CLOCK_PS = 10_000
 BIT_PS = CLOCK_PS * CONFIG.clocks_per_bit
-# As many bits, about, whatever they last.
+# A similar simulated time for every divisor.
 COUNT = min(100, 1000 // CONFIG.clocks_per_bit)
 
 
@@ -57,16 +57,16 @@ class Bench:
                 await Timer(round(bit_ps), "ps")
 
     async def give(self, values):
-        """Offer bytes to the transmitter, the next as soon as one is taken."""
+        """Offer bytes to the transmitter, each as soon as its predecessor is accepted."""
         self.dut.sent__valid.value = 1
         for value in values:
             self.dut.sent__payload.value = value
-            # Ready until the clock edge that takes the byte.
+            # Ready until the clock edge that accepts the byte.
             await FallingEdge(self.dut.sent__ready)
         self.dut.sent__valid.value = 0
 
     async def read_line(self, count):
-        """Read ``count`` bytes off ``tx`` as a receiver with the right bit time does."""
+        """Read ``count`` bytes from ``tx`` at the nominal bit time."""
         values = []
         for _ in range(count):
             if self.dut.tx.value:
@@ -90,7 +90,7 @@ def random_bytes(seed):
 @cocotb.test()
 @cocotb.parametrize(mismatch_percent=[-2.0, 0.0, 2.0])
 async def receives_at_full_rate(dut, mismatch_percent):
-    """Bytes back to back, from a sender whose clock is slow, right, or fast."""
+    """Receive bytes without pauses from a slow, an exact and a fast sender."""
     bench = Bench(dut)
     values = random_bytes(1)
     await Timer(3 * CLOCK_PS + 1234, "ps")
@@ -102,7 +102,7 @@ async def receives_at_full_rate(dut, mismatch_percent):
 
 @cocotb.test()
 async def receives_after_a_break_and_noise(dut):
-    """A break is one error, a short spike none, and the bytes after them are right."""
+    """Count a break as one error and ignore a spike; receive the bytes after them."""
     bench = Bench(dut)
     await Timer(3 * CLOCK_PS, "ps")
     await bench.send([0x42])
@@ -122,7 +122,7 @@ async def receives_after_a_break_and_noise(dut):
 
 @cocotb.test()
 async def transmits_at_full_rate(dut):
-    """Bytes back to back: a byte every ten bits, none lost."""
+    """Transmit without pauses: a byte every ten bits."""
     bench = Bench(dut)
     values = random_bytes(2)
     giving = cocotb.start_soon(bench.give(values))
@@ -139,7 +139,7 @@ async def transmits_at_full_rate(dut):
 
 @cocotb.test()
 async def both_directions_at_once(dut):
-    """Neither direction disturbs the other."""
+    """Receive and transmit at the same time."""
     bench = Bench(dut)
     await Timer(3 * CLOCK_PS, "ps")
     values, answers = random_bytes(3), random_bytes(4)

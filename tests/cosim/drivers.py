@@ -1,7 +1,7 @@
-"""Streams of a design in cocotb: what benches share.
+"""Drivers of streams for cocotb benches.
 
-Ports are driven at falling edges, in the middle of a clock, and a transfer is seen at the rising
-edge that makes it; while a stream waits, Python sleeps.
+Ports are driven at falling edges, in the middle of a cycle, and a transfer is observed at its
+rising edge; no Python runs while a stream waits.
 """
 
 from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge
@@ -10,25 +10,25 @@ from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge
 __all__ = ["Stream", "pause"]
 
 
-async def pause(clk, clocks):
-    """Wait for ``clocks`` falling edges."""
-    if clocks:
-        await ClockCycles(clk, clocks, FallingEdge)
+async def pause(clk, cycles):
+    """Wait for ``cycles`` falling edges."""
+    if cycles:
+        await ClockCycles(clk, cycles, FallingEdge)
 
 
 class Stream:
-    """One stream of a design.
+    """A stream of a design.
 
     Parameters
     ----------
     dut : cocotb handle
     name : str
-        Of the stream: its ports are ``name__payload``, ``name__valid`` and ``name__ready``.
+        Name of the stream; its ports are ``name__payload``, ``name__valid`` and ``name__ready``.
     layout : amaranth.lib.data.Layout
-        Of the payload.
+        Layout of the payload.
     clk : cocotb handle
     pauses : callable
-        Returns the clocks to wait before the next word.
+        Returns the cycles to wait before the next word.
     """
 
     def __init__(self, dut, name, layout, clk, pauses=lambda: 0):
@@ -40,7 +40,7 @@ class Stream:
         self.pauses = pauses
 
     def idle(self, *, driven):
-        """Set the ports that a bench drives: of a stream it writes, or of one it reads."""
+        """Reset the ports that the bench drives: of a stream it writes (``driven``) or reads."""
         if driven:
             self._valid.value = 0
             self._payload.value = 0
@@ -58,7 +58,7 @@ class Stream:
             self._valid.value = 0
 
     async def get(self):
-        """Take one word; return a constant of the layout."""
+        """Read a word; return a constant of the layout."""
         await pause(self._clk, self.pauses())
         self._ready.value = 1
         await self._transfer(self._valid)
@@ -75,7 +75,7 @@ class Stream:
             await RisingEdge(self._clk)
 
     async def get_until(self, field):
-        """Take words up to the one whose ``field`` is set."""
+        """Read words up to the first whose ``field`` is set."""
         words = [await self.get()]
         while not words[-1][field]:
             words.append(await self.get())

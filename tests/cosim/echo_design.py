@@ -1,4 +1,4 @@
-"""A small chip for the tests of the simulators: a UART that sends back what it receives."""
+"""A small chip for the tests of the simulators: a UART that echoes."""
 
 from amaranth import *
 from amaranth.back import verilog
@@ -11,19 +11,19 @@ __all__ = ["UartEcho", "echo_verilog"]
 
 
 class UartEcho(wiring.Component):
-    """Sends every byte received, plus ``offset``, once per byte.
+    """UART that sends back every received byte plus ``offset``.
 
-    A frame starts 2 to 3 clocks after the middle of the stop bit of the byte it answers. Receiver
-    and sender run at the same rate, so that the buffer only bridges a stop bit's length.
+    A frame starts 2 to 3 cycles after the middle of the stop bit of its byte. Receiver and sender
+    run at the same rate, so the buffer only bridges the length of a stop bit.
 
     Parameters
     ----------
     clocks_per_bit : int
-        UART divisor, clocks, 2 or more.
+        Divisor of the UART, 2 or more.
     offset : int
         Added to each byte, modulo 256.
     bad_stop : bool
-        Whether to send a stop bit that is low: a chip with a fault, for tests of its detection.
+        Whether stop bits are low, for tests of the detection of faulty chips.
     """
 
     rx: In(1, init=1)

@@ -1,7 +1,6 @@
-"""Chips with one operator altered: the tests notice, and the planned path is another.
+"""Chips with one altered operator: the comparison with the model fails, and the path changes.
 
-What a board does is thus not done by the host behind its back, nor is the comparison with the model
-one that everything passes.
+So the board, not the host, computes the path, and the comparison can fail.
 """
 
 import dataclasses
@@ -19,12 +18,8 @@ from hdl.protocol import LinkMode
 from host.device.boards import open_board
 from host.device.chip import Chip
 from host.device.link import Link
-from host.evaluation import Evaluator
 from host.planners.base import Options
 from host.planners.ga_fpga import FpgaGeneticPlanner
-from host.problem import aircraft
-from host.problem.problem import Problem
-from host.terrain import Terrain
 from sim.board import SimulatedBoard, build_program
 from sim.exported import cached_verilog, exported_verilog
 from tests.chips import SMALL, Pair, board_url
@@ -32,7 +27,7 @@ from tests.chips import SMALL, Pair, board_url
 
 pytestmark = pytest.mark.cosim
 
-#: File of the gateware, what stands there, how often, and what to put in its place.
+#: File of the gateware, the text, its number of occurrences, and its replacement.
 ALTERATIONS = {
     "middle-rounded-up": (
         "ga_core/crossover.py",
@@ -70,7 +65,7 @@ sys.stdout.write(hdl.verilog.export("planner", Config(**json.loads(sys.argv[1]))
 
 
 def altered_verilog(folder, name):
-    """Return the Verilog that a copy of the gateware with one alteration exports."""
+    """Return the Verilog of a copy of the gateware with one alteration."""
 
     def export():
         file, old, times, new = ALTERATIONS[name]
@@ -93,7 +88,7 @@ def altered_verilog(folder, name):
 
 @pytest.fixture
 def open_chip():
-    """Opens a chip of this Verilog."""
+    """Function that opens a chip of the given Verilog."""
     boards = []
 
     def open_verilog(verilog):
@@ -106,19 +101,7 @@ def open_chip():
         board.close()
 
 
-@pytest.fixture(scope="module")
-def evaluator():
-    """A flight over a wall with a gap."""
-    elevation = np.full((31, 31), 100.0)
-    elevation[:24, 14:17] = 500.0
-    terrain = Terrain(
-        name="wall", elevation=elevation, dx_m=100.0, dy_m=100.0, crs=None, origin=(0.0, 0.0)
-    )
-    problem = Problem(terrain, (200, 300, 200), (2800, 300, 200), aircraft.load("silver-fox"))
-    return Evaluator(problem, threads=1)
-
-
-# One for the way; `tools.mutate` alters much more.
+# The first also runs in `make test`; `tools.mutate` makes many more alterations.
 @pytest.mark.parametrize(
     "name",
     [
@@ -126,11 +109,11 @@ def evaluator():
         for number, name in enumerate(ALTERATIONS)
     ],
 )
-def test_comparison_fails(name, tmp_path, open_chip):
+def test_comparison_with_the_model_fails(name, tmp_path, open_chip):
     verilog = altered_verilog(tmp_path, name)
     assert verilog != exported_verilog("planner", SMALL)
     chips = Pair(open_chip(verilog), open_board(board_url("model", SMALL)), seed=4)
-    assert chips.board.info == chips.model.info  # As the chip sees it, it is the same.
+    assert chips.board.info == chips.model.info  # INFO does not depend on the alteration.
     chips.start()
     with pytest.raises(AssertionError):
         breed(chips)
@@ -146,7 +129,7 @@ def planned(evaluator, chip):
     return planner.plan(evaluator, Options(generations=6, seed=2))
 
 
-def test_path_changes(tmp_path, evaluator, open_chip):
+def test_planned_path_changes(tmp_path, evaluator, open_chip):
     expected = planned(evaluator, open_board(board_url("model", SMALL)))
     same = planned(evaluator, open_board(board_url("sim", SMALL)))
     assert np.array_equal(same.path, expected.path)

@@ -13,27 +13,27 @@ import numpy as np
 import pytest
 
 from hdl.config import Config
-from hdl.protocol import LinkMode, Status, StickyError
+from hdl.protocol import LinkMode, StickyError
 from host.device.boards import open_board
 from host.device.chip import Chip
 from host.device.link import Link, LinkTimeoutError
 from host.errors import JobError
 from sim.board.scheme import start_simulated
 from tests.chips import SMALL, Pair, board_url
-from tests.fuzz import Fuzz
+from tests.fuzz import fuzz_simulated_board
 
 
 pytestmark = pytest.mark.cosim
 
 ROOT = Path(__file__).resolve().parents[2]
 DEFAULT = Config(clocks_per_bit=4)
-#: The longest paths that the papers mention, in a small population.
+#: The longest paths of the papers, in a small population.
 LONG_PATHS = SMALL.replace(max_waypoints=20)
 
 
 @pytest.mark.parametrize("generations", [10, pytest.param(60, marks=pytest.mark.long)])
 def test_default_chip_generation_by_generation(pair, generations):
-    """The same population after each, and the clocks that the model foretells."""
+    """Every generation matches, and the counters are those of the model."""
     chips = pair(DEFAULT)
     chips.start()
     for _ in range(generations):
@@ -66,7 +66,7 @@ def test_other_chips_in_every_mode(pair, config):
         chips.check()
 
 
-@pytest.mark.long  # As test_check_boards.py has it with a checker.
+@pytest.mark.long  # test_check_boards.py has the same with a checker.
 def test_icarus_agrees(pair, icarus):
     chips = pair(SMALL, seed=4, sim="icarus")
     chips.start()
@@ -75,52 +75,37 @@ def test_icarus_agrees(pair, icarus):
     chips.check()
 
 
-def keep_full(chips):
-    """Lengthen every path that a deletion has shortened."""
-    full = chips.config.max_waypoints
-    for slot, path in enumerate(chips.paths):
-        if len(path) < full:
-            chips.load(slot, [path + path[: full - len(path)]])
-
-
 @pytest.mark.parametrize(
     ("config", "generations"), [(DEFAULT, 60), (LONG_PATHS, 60)], ids=["default", "long-paths"]
 )
-def test_clocks_of_full_length_parents(pair, config, generations):
-    """At most ``max_waypoints + 8`` clocks from the accepted command to the new population."""
+def test_cycles_of_full_length_parents(pair, config, generations):
+    """A generation takes at most ``max_waypoints + 8`` cycles after its command is accepted."""
     chips = pair(config, seed=5)
     chips.start(config.max_waypoints)
     for _ in range(generations):
         chips.step(LinkMode.RECIPE)
-        keep_full(chips)
+        chips.lengthen()
     counters = chips.check()
-    # Measured on the chip: 4 clocks more than the waypoints of the longest path.
     assert counters["longest"] == config.max_waypoints + 4 <= config.max_waypoints + 8
     assert counters["crossover"] == generations * (config.max_waypoints + 1)
 
 
-def test_random_frames_get_the_answers_of_the_model():
+def test_replies_to_random_frames_as_the_model():
     """Whole, broken, repeated and damaged frames, and garbage between them; byte for byte."""
-    fuzz = Fuzz(SMALL, seed=1)
-    with start_simulated(board_url("sim", SMALL)) as board, board.open(timeout=5) as port:
-        while fuzz.frames < 3000:
-            fuzz.exchange(port)
-        port.timeout = 0.1
-        assert port.read() == b""
+    fuzz = fuzz_simulated_board(SMALL, seed=1, frames=3000)
     assert min(fuzz.statuses.values()) > 20, fuzz.statuses
     assert fuzz.dropped == {StickyError.MALFORMED, StickyError.CRC, StickyError.OVERRUN}
-    assert set(fuzz.statuses) == set(Status)
 
 
 def children():
-    """Processes of ours, ended ones included."""
+    """Return the child processes of this one, including ended ones."""
     found = set()
     for task in Path("/proc/self/task").iterdir():
         found.update(map(int, (task / "children").read_text().split()))
     return found
 
 
-def test_killed_board_is_told_in_a_sentence():
+def test_reports_a_killed_board_in_a_sentence():
     before = children()
     chip = open_board(board_url("sim", SMALL))
     (simulator,) = children() - before
@@ -137,7 +122,7 @@ def test_killed_board_is_told_in_a_sentence():
     assert children() <= before
 
 
-def test_stopped_board_is_given_up():
+def test_gives_up_a_stopped_board():
     before = children()
     with start_simulated(board_url("sim", SMALL)) as board:
         chip = Chip(Link(board.open(), timeout_s=0.2, attempts=3))
@@ -155,7 +140,7 @@ def test_stopped_board_is_given_up():
 
 
 def test_ctrl_c_does_not_wait_for_a_stopped_board(tmp_path):
-    """The best so far is written at once, and the simulator ends with its host."""
+    """The best path so far is written at once, and the simulator ends with its host."""
     terrain = tmp_path / "plain.npz"
     np.savez(terrain, elevation=np.zeros((21, 21)), dx_m=100.0, dy_m=100.0)
     command = [sys.executable, "-m", "host", "plan", "--terrain", terrain, "--agl", "--start",
@@ -170,7 +155,7 @@ def test_ctrl_c_does_not_wait_for_a_stopped_board(tmp_path):
         begun = time.monotonic()
         process.send_signal(signal.SIGINT)
         error = process.communicate(timeout=60)[1]
-        # A second for the board, and the picture's time; the board alone would take 15 s.
+        # A second for the board and time for the picture; waiting for the board would take 15 s.
         assert time.monotonic() - begun < 8
     assert process.returncode == 130
     assert error.splitlines()[-1] == "pathgene: Interrupted; the best path so far is written."
@@ -180,8 +165,7 @@ def test_ctrl_c_does_not_wait_for_a_stopped_board(tmp_path):
     assert not Path(f"/proc/{simulator}").exists()
 
 
-def test_stopped_board_goes_on_when_it_is_let():
-    """What was sent to it meanwhile, several times over, is done once."""
+def test_resumed_board_executes_repeated_requests_once():
     model = open_board(board_url("model", SMALL))
     with start_simulated(board_url("sim", SMALL)) as board:
         chips = Pair(Chip(Link(board.open(), timeout_s=0.1, attempts=3)), model)

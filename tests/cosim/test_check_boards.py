@@ -7,15 +7,10 @@ import pytest
 
 from hdl.protocol import Command, LinkMode, StickyError
 from host.device.link import RefusedError
-from host.evaluation import Evaluator
 from host.planners.base import Options
 from host.planners.ga_fpga import FpgaGeneticPlanner
-from host.problem import aircraft
-from host.problem.problem import Problem
-from host.terrain import Terrain
-from sim.board.scheme import start_simulated
 from tests.chips import CHECKERS, board_url, random_path, without_line_cycles
-from tests.fuzz import Fuzz
+from tests.fuzz import fuzz_simulated_board
 
 
 pytestmark = pytest.mark.cosim
@@ -25,7 +20,7 @@ CHIP = pytest.mark.parametrize("config", CHECKERS.values(), ids=CHECKERS)
 
 @pytest.fixture
 def pair(pair):
-    """Opens a simulated board and the model of the same chip, both with a map; closes both."""
+    """Function that opens a simulated board and its model with a map, closed after the test."""
 
     def open_pair(config, **options):
         chips = pair(config, **options)
@@ -36,14 +31,14 @@ def pair(pair):
 
 
 def upload(chips, rng, rows, columns, x=0, y=0):
-    """Write low ground with peaks and blocked cells into both."""
+    """Write low ground with peaks and blocked cells to both."""
     heights = rng.choice((0, 1, 2, 9, 15), (rows, columns), p=(0.5, 0.3, 0.16, 0.03, 0.01))
     for chip in (chips.board, chips.model):
         chip.upload_map(heights, x, y)
 
 
 def check_all(chips, counting):
-    """Have one path and the population checked; compare all that is said, clocks included."""
+    """Check a path and the population on both; compare the results, cycles included."""
     config, rng = chips.config, chips.rng
     path = random_path(config, rng, rng.randint(2, config.max_waypoints + 2))
     start, goal = random_path(config, rng, 2)
@@ -57,8 +52,8 @@ def check_all(chips, counting):
 
 
 @CHIP
-def test_every_verdict_and_clock_is_the_models(pair, config):
-    """While paths evolve and the map changes under them."""
+def test_verdicts_and_cycles_match_the_model(pair, config):
+    """Paths evolve and the map changes between the checks."""
     chips = pair(config)
     rng = np.random.default_rng(2)
     chips.start()
@@ -76,7 +71,7 @@ def test_every_verdict_and_clock_is_the_models(pair, config):
 
 
 @CHIP
-def test_new_waypoints_keep_off_the_ground(pair, config):
+def test_new_waypoints_avoid_the_ground(pair, config):
     chips = pair(config)
     rng = random.Random(3)
     highest = config.map_size - 1
@@ -91,11 +86,11 @@ def test_new_waypoints_keep_off_the_ground(pair, config):
 
 
 @pytest.mark.parametrize("checker", ["two-tier", pytest.param("parallel", marks=pytest.mark.long)])
-def test_a_chip_that_only_checks(pair, checker):
-    """Every verdict and clock is the model's, and what needs the genetic core is refused."""
+def test_check_only_chip(pair, checker):
+    """Verdicts and cycles match the model, and commands of the genetic core are refused."""
     chips = pair(CHECKERS[checker].replace(genetic=False))
     rng, config = chips.rng, chips.config
-    high = 12 << 2 * config.coordinate_bits  # Above all but the blocked cells.
+    high = 12 << 2 * config.coordinate_bits  # Above all cells except blocked ones.
     told = []
     for number in range(20):
         path = random_path(config, rng, 2 + number % (config.max_waypoints + 1))
@@ -117,14 +112,8 @@ def test_a_chip_that_only_checks(pair, checker):
 
 
 @CHIP
-def test_plans_with_its_counts_as_the_model_does(config):
-    elevation = np.full((31, 31), 100.0)
-    elevation[:24, 14:17] = 500.0
-    terrain = Terrain(
-        name="wall", elevation=elevation, dx_m=100.0, dy_m=100.0, crs=None, origin=(0.0, 0.0)
-    )
-    problem = Problem(terrain, (200, 300, 200), (2800, 300, 200), aircraft.load("silver-fox"))
-    evaluator, options = Evaluator(problem, threads=1), Options(generations=15, seed=2)
+def test_plans_with_counted_collisions_as_the_model(config, evaluator):
+    options = Options(generations=15, seed=2)
     board, model = (
         FpgaGeneticPlanner(board=board_url(scheme, config), feasibility="board").plan(
             evaluator, options
@@ -149,14 +138,8 @@ def test_icarus_agrees(pair, icarus):
     chips.check()
 
 
-def test_random_frames_get_the_answers_of_the_model():
+def test_replies_to_random_frames_as_the_model():
     """Whole, broken, repeated and damaged frames of every command; byte for byte."""
-    config = CHECKERS["parallel"]
-    fuzz = Fuzz(config, seed=1)
-    with start_simulated(board_url("sim", config)) as board, board.open(timeout=5) as port:
-        while fuzz.frames < 3000:
-            fuzz.exchange(port)
-        port.timeout = 0.1
-        assert port.read() == b""
+    fuzz = fuzz_simulated_board(CHECKERS["parallel"], seed=1, frames=3000)
     assert min(fuzz.statuses.values()) > 20, fuzz.statuses
     assert StickyError.CRC in fuzz.dropped

@@ -1,6 +1,6 @@
-"""The Verilated parallel checker over the terrain that comes with the packages.
+"""The Verilated parallel checker over the embedded terrain.
 
-All builds over all terrains: ``tests/long/test_checker_terrains.py``.
+For all builds over all terrains see ``tests/long/test_checker_terrains.py``.
 """
 
 import pytest
@@ -13,7 +13,7 @@ from sim.harness import VerilatedChecker
 
 pytestmark = [pytest.mark.cosim, pytest.mark.ci]
 
-#: As in test_parallel_checker.py, so that it is built once.
+#: The chip of test_parallel_checker.py, so that it is built once.
 FULL = Config(checker=CheckerBuild.PARALLEL)
 PATHS = 300
 

@@ -1,4 +1,4 @@
-"""examples/client.c, built by the system's compiler, with the model and the simulated board."""
+"""examples/client.c, compiled here, with the model and the simulated board."""
 
 import contextlib
 import itertools
@@ -27,7 +27,7 @@ WARNINGS = ("-std=c11", "-Wall", "-Wextra", "-Werror", "-pedantic")
 
 @pytest.fixture(scope="session")
 def client(tmp_path_factory):
-    """Run the client and return its standard output."""
+    """Function that runs the client and returns its standard output."""
     compiler = shutil.which("cc")
     if compiler is None:
         pytest.skip("a C compiler is not installed (Debian package gcc)")
@@ -45,7 +45,7 @@ def client(tmp_path_factory):
 
 
 def first_population(config):
-    """Return the population that docs/protocol.md defines."""
+    """Return the initial population defined in docs/protocol.md."""
     state = 1
 
     def draw(below):
@@ -66,7 +66,7 @@ def first_population(config):
 
 
 def cost(config, path):
-    """Return the cost that docs/protocol.md ranks by."""
+    """Return the cost of a path as defined in docs/protocol.md."""
     bits = config.coordinate_bits
     mask = (1 << bits) - 1
     points = [(word & mask, word >> bits & mask, word >> 2 * bits) for word in path]
@@ -78,7 +78,7 @@ def cost(config, path):
 
 
 def expected_line(config):
-    """Return what the client prints, from the same generations through the host's own code."""
+    """Return the line that the client must print, from the same generations run by the host."""
     with open_board(board_url("model", config)) as chip:
         highest = config.map_size - 1
         chip.start(1, (highest, highest, config.blocked_altitude - 1))
@@ -92,7 +92,7 @@ def expected_line(config):
 
 @contextlib.contextmanager
 def served_model(config, damage=lambda number, frame: frame):
-    """Serve the model at a port; ``damage`` alters every frame, counted in both directions."""
+    """Serve the model at a port; ``damage`` alters frames, numbered in both directions together."""
     listener = socket.create_server(("127.0.0.1", 0))
     listener.settimeout(30)
     frames = []
@@ -133,7 +133,7 @@ def test_the_page_names_the_line_of_the_default_chip():
 
 
 def test_over_a_bad_line(client):
-    """Every fifth frame is lost or damaged; each command is executed once all the same."""
+    """Every fifth frame is lost or damaged; each command is still executed once."""
 
     def damage(number, frame):
         if number % 5:
@@ -143,7 +143,7 @@ def test_over_a_bad_line(client):
 
     with served_model(SMALL, damage) as (port, frames):
         assert client(port, "20") == expected_line(SMALL)
-    # INFO, OPEN, START, WRITEs, generations and READs once each took fewer.
+    # INFO, OPEN, START, WRITEs, generations and READs would take fewer if each were sent once.
     assert len(frames) > 2 * (3 + SMALL.population + 5 + SMALL.population) * 6 / 5
 
 

@@ -1,4 +1,4 @@
-"""The exported frame receiver, under Verilator, against the model over long streams of bytes."""
+"""The exported frame receiver in Verilator against the model, on long streams of bytes."""
 
 import random
 import subprocess
@@ -26,7 +26,7 @@ LETTERS = {"M": StickyError.MALFORMED, "C": StickyError.CRC, "O": StickyError.OV
 
 
 def receive(data, longest_pause=0):
-    """Frames and verdicts, each in order, of the exported receiver."""
+    """Return the frames and verdicts of the exported receiver, and whether the line is busy."""
     text = cached_verilog(
         lambda: verilog.convert(
             FrameReceiver(CONFIG.receive_buffer), name="frame_receiver", emit_src=False
@@ -49,7 +49,7 @@ def receive(data, longest_pause=0):
 
 
 def mixed(rng, size):
-    """Frames of all lengths behind a bad line, and garbage between them."""
+    """Return frames of all lengths over a bad line, with garbage between them."""
     faults = ByteFaults(3e-4, rng)
     data = bytearray()
     while len(data) < size:
@@ -65,7 +65,7 @@ def mixed(rng, size):
     "size", [100_000, pytest.param(1_000_000, marks=pytest.mark.long)], ids=["short", "long"]
 )
 @pytest.mark.parametrize("kind", ["random", "mixed"])
-def test_equals_the_model_over_long_streams(kind, size):
+def test_matches_the_model_on_long_streams(kind, size):
     rng = random.Random(size)
     data = rng.randbytes(size) + GOOD if kind == "random" else mixed(rng, size)
     model = FrameReceiverModel(CONFIG)
@@ -86,7 +86,8 @@ def test_loses_only_whole_frames_when_the_reader_is_slow():
     model = FrameReceiverModel(CONFIG)
     sent = model.feed(data)
     frames, verdicts, _ = receive(data, longest_pause=400)
-    # What is left out is counted, and what comes is in order.
+    # Lost frames are counted, the others are in order.
+    assert frames
     rest = iter(sent)
     assert all(frame in rest for frame in frames)
     lost = verdicts.count(StickyError.OVERRUN) - model.verdicts.count(StickyError.OVERRUN)

@@ -1,4 +1,4 @@
-"""The exported parallel checker at full speed, under Verilator: every segment, and full sizes."""
+"""The exported parallel checker, compiled by Verilator: every segment, and full sizes."""
 
 import itertools
 
@@ -29,7 +29,7 @@ FULL = Config(checker=CheckerBuild.PARALLEL)
 
 
 def assert_equal(chip, terrain, paths, count=False, stall=0):
-    """Check verdicts and counts and, where nothing waits, cycles and reads; return the batch."""
+    """Compare verdicts and counts and, without stalls, cycles and reads; return the batch."""
     config = chip.config
     batch = chip.check(paths, count=count, stall=stall)
     for path, verdict, entries, model in zip(
@@ -51,7 +51,7 @@ def assert_equal(chip, terrain, paths, count=False, stall=0):
 
 
 def test_every_segment_of_a_tiny_map():
-    """All pairs of cells on many grounds, with altitudes at random: in one queue each."""
+    """All pairs of cells on eight maps, at random altitudes, queued."""
     rng = np.random.default_rng(1)
     cells = list(itertools.product(range(TINY.map_size), repeat=2))
     ends = np.array(list(itertools.product(cells, repeat=2)))
@@ -79,7 +79,7 @@ def test_every_segment_of_a_tiny_map():
     ],
 )
 def test_many_lanes_on_a_small_map(lanes, latency, bits):
-    """Rows of a segment that are mostly empty, paths alone and in a queue, and look-ups."""
+    """Rows of a segment that are mostly empty; single and queued paths; lookups."""
     config = TINY.replace(map_size=16, lanes=lanes, memory_latency=latency, altitude_bits=bits)
     rng = np.random.default_rng(lanes + bits)
     with VerilatedChecker(config) as chip:
@@ -99,7 +99,7 @@ def test_many_lanes_on_a_small_map(lanes, latency, bits):
 
 
 def check_full_size(config, paths, limit):
-    """The testing trajectory, and random paths over a rectangle that comes and goes."""
+    """Check the testing trajectory, and random paths over a changing rectangle."""
     rng = np.random.default_rng(config.lanes)
     terrain = TerrainModel(config)
     terrain.write(0, 0, padded_map(canyon_map(), config))
@@ -119,7 +119,7 @@ def check_full_size(config, paths, limit):
             batch = assert_equal(chip, terrain, drawn)
             assert 0 < sum(verdict["collision"] for verdict in batch.verdicts) < paths
             batch = assert_equal(chip, terrain, drawn, count=True)
-            # All of every path, back to back.
+            # Counting reads every cell of every path, without gaps.
             reads = sum(verdict["reads"] for verdict in batch.verdicts)
             assert reads >= 0.8 * config.lanes * batch.cycles
             assert_equal(chip, terrain, drawn[: paths // 4], count=True, stall=50)
@@ -143,7 +143,7 @@ def test_many_paths():
     check_full_size(FULL, 20_000, limit=44)
 
 
-def test_trajectory_is_what_the_limits_are_of():
+def test_limits_are_those_of_the_trajectory():
     """55 and 100 cells, then at most 96: 32 cycles of 8 lanes."""
     terrain = TerrainModel(FULL)
     terrain.write(0, 0, padded_map(canyon_map(), FULL))

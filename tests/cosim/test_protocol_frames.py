@@ -19,14 +19,15 @@ GOLDEN = json.loads(
 )
 
 
-def test_gateware_replies_so():
+def test_gateware_gives_the_golden_replies():
     chip = GOLDEN["chips"][0]
     config = Config(**chip["config"])
     with start_simulated(board_url("sim", config)) as board, board.open(timeout=30) as port:
+        assert chip["exchanges"][-1]["reply"] is not None
         for exchange in chip["exchanges"]:
             port.write(bytes.fromhex(exchange["request"]["frame"]))
             if exchange["reply"] is None:
-                continue  # A reply to it would stand before that to the next request.
+                continue  # A reply would precede that to the next request and fail there.
             replied = bytearray()
             while not replied.endswith(bytes([DELIMITER])):
                 byte = port.read(1)
@@ -40,7 +41,7 @@ def test_gateware_replies_so():
 
 
 def counters_of(config, frame):
-    """Return the counters in a reply, without those that boards tell a little apart."""
+    """Return the counters in a reply, without those that differ slightly between boards."""
     body, _ = decode_frame(bytes(frame[:-1]))
     values = counters_reply(config).unpack(body[3:])
     return {name: count for name, count in values.items() if name not in GOLDEN["timed"]}

@@ -23,12 +23,12 @@ CLOCKS_PER_BIT = 4
 
 @pytest.fixture(scope="session")
 def echo():
-    """The Verilated echo chip."""
+    """Program of the Verilated echo chip."""
     return build_program("verilator", echo_verilog(CLOCKS_PER_BIT), "uart_echo", CLOCKS_PER_BIT)
 
 
 def gone(pid, within_s=5.0):
-    """Wait until no process has this id, or only one that waits to be collected."""
+    """Wait until the process has ended; return False after ``within_s``."""
     deadline = time.monotonic() + within_s
     while time.monotonic() < deadline:
         try:
@@ -42,7 +42,7 @@ def gone(pid, within_s=5.0):
 
 
 def exchange(port, data):
-    """Send ``data`` from a thread while its echo is read, as full duplex as the line is."""
+    """Send ``data`` in a thread while its echo is read; return the echo."""
     writer = threading.Thread(target=port.write, args=(data,))
     writer.start()
     received = port.read(len(data))
@@ -69,7 +69,7 @@ def test_echo(simulator, clocks_per_bit):
 
 
 def test_line_runs_at_full_rate(echo):
-    # Back to back, a byte takes 10 bits, and its echo comes a byte and a few cycles later.
+    # Without pauses a byte takes 10 bits; its echo follows a byte and a few cycles later.
     with SimulatedBoard(echo, idle_clocks=0) as board, board.open(timeout=30) as port:
         start = board.cycles()
         port.write(bytes(1000))
@@ -78,7 +78,7 @@ def test_line_runs_at_full_rate(echo):
         assert board.wait(10) == 0
         used = int(board.log().split()[1]) - start
     frames = 1000 * 10 * CLOCKS_PER_BIT
-    # The bridge looks up every 64 cycles, creeps before the first byte, and ends between two looks.
+    # The bridge polls every 64 cycles, runs slowly before the first byte, and ends between polls.
     assert frames <= used <= frames + 64 * 100
 
 
@@ -93,7 +93,7 @@ def test_real_divisor():
         assert board.cycles() >= 5 * 10 * 868
 
 
-def test_pyserial_reaches_it(echo):
+def test_pyserial_connects(echo):
     with SimulatedBoard(echo) as board, serial.serial_for_url(board.url, timeout=10) as port:
         port.write(b"hello")
         assert port.read(5) == b"hello"
@@ -102,7 +102,7 @@ def test_pyserial_reaches_it(echo):
 def test_pseudo_terminal(echo):
     every_byte = bytes(range(256))  # Raw: no byte is a control character.
     with SimulatedBoard(echo, pty=True) as board:
-        for _ in range(2):  # The board stays when the terminal is closed.
+        for _ in range(2):  # The board keeps running when the terminal is closed.
             with serial.Serial(board.url, timeout=10) as port:
                 assert exchange(port, every_byte) == every_byte
         with pytest.raises(
@@ -145,7 +145,7 @@ def processor_seconds(pid):
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def test_idle_board_creeps(echo):
+def test_idle_board_runs_slowly(echo):
     with SimulatedBoard(echo, idle_clocks=10_000) as board, board.open(timeout=10) as port:
         exchange(port, b"x")
         time.sleep(0.1)  # 10,000 cycles take a few milliseconds.
@@ -154,7 +154,7 @@ def test_idle_board_creeps(echo):
         assert processor_seconds(board.pid) - used <= 0.1
         assert 64 <= board.cycles() - cycles <= 64 * 100
         start = time.monotonic()
-        assert exchange(port, b"y") == b"y"  # And wakes at once.
+        assert exchange(port, b"y") == b"y"  # It wakes at once.
         assert time.monotonic() - start < 0.5
 
 
@@ -181,7 +181,7 @@ def test_hanging_simulator_is_ended(echo):
         assert gone(board.pid)
 
 
-def test_terminated_simulator_sums_up(simulator):
+def test_terminated_simulator_prints_its_totals(simulator):
     program = build_program(simulator, echo_verilog(CLOCKS_PER_BIT), "uart_echo", CLOCKS_PER_BIT)
     with SimulatedBoard(program) as board:
         os.kill(board.pid, signal.SIGTERM)
@@ -281,7 +281,7 @@ LINE_TEST = ROOT / "tests" / "cosim" / "uart_line.cpp"
 
 @pytest.mark.parametrize("clocks_per_bit", [2, 3, 4, 33, 868])
 def test_line_levels(tmp_path_factory, clocks_per_bit):
-    """Every level of the driven line, and what the sampler makes of the same line."""
+    """The driver makes every level of the line, and the sampler reads the same bytes."""
     program = tmp_path_factory.getbasetemp() / "uart_line"
     if not program.exists():
         include = ROOT / "sim" / "board"
@@ -296,5 +296,5 @@ def test_line_levels(tmp_path_factory, clocks_per_bit):
     levels = "".join(bit * clocks_per_bit for bit in bits) + "1" * idle
     assert printed[0] == levels
     assert printed[1] == data.hex()
-    # Half a start bit is a glitch; ten bits of 0 are a frame without its stop.
+    # Half a start bit is a glitch; ten zeros are a frame without a stop bit.
     assert printed[2:] == ["glitch", "framing"]

@@ -63,7 +63,7 @@ def bench(tmp_path):
 
 @pytest.fixture
 def sample(simulator, bench):
-    """Run tests of the bench that match a name."""
+    """Function that runs the tests of the bench whose names match."""
 
     def start(name, **options):
         label = f"sample-{simulator}-{name}"
@@ -76,14 +76,14 @@ def sample(simulator, bench):
     return start
 
 
-def test_passes(sample):
+def test_returns_tests_and_log(sample):
     result = sample("passes")
     assert result.tests == 1
     assert result.waves is None
     assert "sample.passes passed" in result.log.read_text()
 
 
-def test_fails(sample, simulator):
+def test_names_a_failed_test(sample, simulator):
     with pytest.raises(
         CosimError,
         match=rf"^sample-{simulator}-\w+: 1 failed: fails \(as it should\); log \S+\.log$",
@@ -91,12 +91,12 @@ def test_fails(sample, simulator):
         sample("fails")
 
 
-def test_one_failure_among_others(sample):
+def test_names_one_failure_among_others(sample):
     with pytest.raises(CosimError, match=r": 1 failed: fails \(as it should\); log"):
         sample("(passes|fails)")
 
 
-def test_nothing_ran(sample, simulator):
+def test_refuses_a_run_without_tests(sample, simulator):
     with pytest.raises(CosimError, match=rf"^sample-{simulator}-nosuchtest: no test ran; log \S+$"):
         sample("nosuchtest")
 
@@ -109,17 +109,17 @@ def test_variables_and_seed_reach_the_bench(sample):
     assert texts[0] == texts[1] != texts[2]
 
 
-def test_dies(sample):
+def test_reports_a_dying_simulator(sample):
     with pytest.raises(CosimError, match=r": the simulator ended with status 3 before its results"):
         sample("dies")
 
 
-def test_hangs(sample):
+def test_ends_a_hanging_simulator(sample):
     with pytest.raises(CosimError, match=r" did not end within 3 s; its log is \S+\.log$"):
         sample("hangs", timeout_s=3)
 
 
-def test_broken_bench(simulator, bench):
+def test_reports_a_broken_bench(simulator, bench):
     bench.write_text("import nothing_of_this_name\n")
     with pytest.raises(CosimError):
         run(simulator, echo_verilog(), "uart_echo", bench, label=f"broken-{simulator}")
@@ -140,7 +140,7 @@ def test_waveform_of_icarus(bench):
     assert result.waves.stat().st_size > 100
 
 
-@pytest.mark.long  # Builds the run-time library and the chip once more.
+@pytest.mark.long  # Builds the run-time library and the chip again.
 def test_waveform_of_verilator(bench):
     result = run(
         "verilator",
@@ -154,7 +154,7 @@ def test_waveform_of_verilator(bench):
     assert "rx_bits" in result.waves.read_text()
 
 
-def test_bench_without_a_top(bench):
+def test_refuses_a_bench_without_a_top(bench):
     with pytest.raises(
         InputError,
         match=r"^The bench cosim_sample\.py must say TOP = 'name of a top', not None\.$",
@@ -162,17 +162,19 @@ def test_bench_without_a_top(bench):
         run_bench("verilator", bench)
 
 
-def test_benches_are_found(bench):
+def test_finds_benches(bench):
     assert benches(bench.parent) == {"sample": bench}
-    assert list(benches(BENCHES)) == sorted(benches(BENCHES))
+    found = list(benches(BENCHES))
+    assert found == sorted(found)
+    assert {"core", "planner"} <= set(found)
 
 
-def test_unknown_bench(capsys):
+def test_refuses_an_unknown_bench(capsys):
     assert main(["--bench", "nosuchbench"]) == 2
     assert capsys.readouterr().err.startswith("error: No bench 'nosuchbench'; choose from ")
 
 
-def test_lint_accepts_what_amaranth_writes(tmp_path):
+def test_lint_accepts_amaranths_verilog(tmp_path):
     path = tmp_path / "uart_echo.v"
     path.write_text(echo_verilog())
     assert lint_main([str(path)]) == 0

@@ -1,4 +1,4 @@
-"""The UART bench at divisors other than its own: the smallest, and 115,200 baud at 100 MHz."""
+"""The UART bench at other divisors: the smallest, and 115,200 baud at 100 MHz."""
 
 import pytest
 from amaranth.back import verilog

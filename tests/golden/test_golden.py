@@ -1,6 +1,6 @@
-"""The results that no change may alter, committed in ``golden.json``.
+"""Results that no change may alter, committed in ``golden.json``.
 
-``python -m tools.record --goldens`` makes the file anew, for a change that is to alter a result.
+``python -m tools.record --goldens`` rewrites the file after an intended change of results.
 """
 
 import json
@@ -16,8 +16,8 @@ GOLDEN = json.loads(GOLDENS.read_text())
 
 @pytest.mark.parametrize("part", ["generations", "paths", "frames"])
 def test_integers(part):
-    """Repeat populations, bytes and counters of runs; verdicts, cycles and reads; and frames."""
-    # As it comes back from a file.
+    """Populations, bytes and counters of runs; verdicts, cycles and reads; frames."""
+    # JSON turns tuples into lists.
     found = json.loads(json.dumps(GOLDEN_PARTS[part]()))
     assert list(differences(GOLDEN[part], found)) == []
 

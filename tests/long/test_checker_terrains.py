@@ -14,14 +14,14 @@ from sim.model.checker_cycles import batch_cycles
 pytestmark = [pytest.mark.cosim, pytest.mark.long]
 
 PATHS = 1_000
-#: So many are compared in cycles and reads, too: their model is slow.
+#: Paths of which cycles and reads are compared, which the model computes slowly.
 WITH_CYCLES = 200
 
 
 @pytest.mark.parametrize("name", [EMBEDDED, *TILES])
-def test_builds_say_what_the_model_says(name):
+def test_builds_match_the_model(name):
     if name not in names():
-        # Only the embedded terrain comes with the project.
+        # The project includes only the embedded terrain.
         pytest.skip(f"the elevation tile of {name} is not beside the repository")
     ground = Ground(name)
     evolved, _ = ground.evolved(PATHS)
@@ -35,7 +35,7 @@ def test_builds_say_what_the_model_says(name):
             for count in (False, True):
                 batch = checker.check(paths, count=count)
                 hits = sum(verdict["collision"] for verdict in batch.verdicts)
-                # Nearly all of the random ones. The coarse map may refuse all of the evolved ones.
+                # Nearly all random paths collide. All evolved ones may collide with the coarse map.
                 assert PATHS < hits <= 2 * PATHS
                 assert hits < 2 * PATHS or build is CheckerBuild.TWO_TIER
                 assert differing(batch, config, terrain, paths, count) == []

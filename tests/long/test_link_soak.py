@@ -1,4 +1,4 @@
-"""Soak runs of the link: random bytes into the model, and a session of hours over a bad line."""
+"""Soak runs of the link: random bytes to the model, and a long session over a bad line."""
 
 import random
 
@@ -17,7 +17,7 @@ from tests.faults import ByteFaults, FaultyTransport, FrameFaults, VirtualClock
 pytestmark = pytest.mark.long
 
 
-def test_twenty_million_random_bytes_leave_the_model_answering():
+def test_model_replies_after_twenty_million_random_bytes():
     rng = random.Random(29)
     model = FrameReceiverModel(Config())
     for _ in range(200):

@@ -1,4 +1,4 @@
-"""The whole map of the real size over the line of a simulated board."""
+"""Uploads of a full-size map over the line of a simulated board."""
 
 import os
 import signal
@@ -27,7 +27,7 @@ BUILDS = [
 
 @pytest.mark.parametrize("config", BUILDS, ids=lambda config: config.checker.value)
 def test_the_line_is_never_idle(config):
-    """At most 1.11 times the clocks of the cells' bytes alone; then the chip has that map."""
+    """The upload takes at most 1.11 times the cycles of the cells' bytes, and the map is right."""
     edge = config.map_size
     heights = np.random.default_rng(1).integers(0, 1 << config.altitude_bits, (edge, edge))
     with (
@@ -37,9 +37,9 @@ def test_the_line_is_never_idle(config):
         before = board.counters()
         board.upload_map(heights)
         after = board.counters()
-        clocks = after["clocks"] - before["clocks"]
+        cycles = after["clocks"] - before["clocks"]
         line = heights.size * config.altitude_bits // 8 * BITS_PER_BYTE * config.clocks_per_bit
-        assert line < clocks <= 1.11 * line
+        assert line < cycles <= 1.11 * line
         assert board.link.traffic.frames_repeated == 0
 
         model.upload_map(heights)
@@ -47,10 +47,10 @@ def test_the_line_is_never_idle(config):
 
 
 def check_the_same(board, model):
-    """Count the collisions of random paths on both."""
+    """Compare the counted collisions of random paths on both."""
     config = board.config
     edge = config.map_size
-    # Far up, so that paths get far before they collide.
+    # High altitudes, so that few cells collide.
     rng = np.random.default_rng(2)
     top = config.blocked_altitude
     for _ in range(20):
@@ -61,7 +61,7 @@ def check_the_same(board, model):
 
 
 def test_an_interrupted_upload_is_resumed():
-    """The board stands still in the middle, the host gives up, and later sends what is missing."""
+    """The board stops halfway, the host gives up, and later sends the missing cells."""
     config = BUILDS[0]
     edge = config.map_size
     heights = np.random.default_rng(1).integers(0, 1 << config.altitude_bits, (edge, edge))

@@ -1,7 +1,7 @@
-"""Dieharder over the raw bits of the random source: all draws of each clock, in port order.
+"""Dieharder on the raw bits of the random source: all draws of each cycle, in port order.
 
-An hour and more; ``make test-long`` installs Debian's package where it may. The
-published record is of these seeds.
+Takes more than an hour; ``make test-long`` installs the Debian package if it may. The published
+results are those of these seeds.
 """
 
 import shutil
@@ -19,12 +19,12 @@ ROOT = Path(__file__).parents[2]
 
 SEEDS = (1, 2)
 TWIN = (sys.executable, "-m", "sim.model.random_stream", "--seed")
-#: Tests of ``dieharder -a``, repetitions with another tuple size counted: 114 in version 3.31.
+#: Minimum results of ``dieharder -a``; version 3.31 gives 114.
 FEWEST_RESULTS = 100
 
 
 def dieharder(seed):
-    """Return the assessment of every test, by its name, tuple size and occurrence."""
+    """Return the assessment of every test, by name, tuple size and occurrence."""
     with subprocess.Popen([*TWIN, str(seed)], stdout=subprocess.PIPE, cwd=ROOT) as twin:
         report = subprocess.run(
             ["dieharder", "-g", "200", "-a"], stdin=twin.stdout, capture_output=True, check=True
@@ -46,7 +46,7 @@ def parse(report):
 
 @pytest.mark.skipif(shutil.which("dieharder") is None, reason="dieharder is not installed")
 def test_no_test_fails_twice():
-    """Of a sound source one result in a million is FAILED; the same test with two seeds, none."""
+    """A good source fails one test in a million, and no test with both seeds."""
     failed = None
     for seed in SEEDS:
         assessments = dieharder(seed)
@@ -58,7 +58,7 @@ def test_no_test_fails_twice():
     pytest.fail(f"FAILED with every seed of {SEEDS}: {sorted(failed)}")
 
 
-def test_report_is_read_whole():
+def test_parses_every_line_of_a_report():
     report = """
    rng_name    |rands/second|   Seed   |
 stdin_input_raw|  4.23e+06  |2910847918|
@@ -78,10 +78,10 @@ stdin_input_raw|  4.23e+06  |2910847918|
     }
 
 
-def test_battery_is_kept_busy():
-    """At least 100 MB/s: a battery reads some 200 GB."""
+def test_stream_is_fast_enough():
+    """The stream has at least 100 MB/s; a battery reads about 200 GB."""
     with subprocess.Popen([*TWIN, "1"], stdout=subprocess.PIPE, cwd=ROOT) as twin:
-        twin.stdout.read(1 << 20)  # Starts up, compiles.
+        twin.stdout.read(1 << 20)  # Start-up and compilation.
         start = time.perf_counter()
         size = len(twin.stdout.read(1 << 28))
         seconds = time.perf_counter() - start

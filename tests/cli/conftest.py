@@ -1,6 +1,7 @@
-"""A small terrain on disk, and the command line as a user runs it."""
+"""A small terrain on disk, and plans over it from the command line."""
 
 import json
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -8,9 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from host.cli import main
+
 
 ROOT = Path(__file__).resolve().parents[2]
-#: A flight over the hills, around the one no-fly circle.
+#: A flight over the hills around a no-fly circle.
 ENDS = (
     "--start",
     "500,500,100",
@@ -20,10 +23,52 @@ ENDS = (
     "--nofly-circle",
     "3000,2000,400",
 )
-#: No-fly zones from edge to edge.
+#: No-fly zones that block the map from edge to edge.
 WALL = [part for y in range(0, 4001, 400) for part in ("--nofly-circle", f"3000,{y},300")]
-#: What a plan writes.
+#: Files of a plan.
 FILES = ["path.geojson", "path.png", "summary.json", "terrain.npz"]
+
+
+#: Terms of a path that ``pathgene check`` must repeat.
+TERMS = (
+    "fitness",
+    "penalty",
+    "cost",
+    "length_m",
+    "mean_altitude_m",
+    "fuel_N",
+    "feasible",
+    "feasible_at_ds",
+    "minimum_clearance_m",
+    "impossible_arcs",
+    "waypoints",
+)
+
+
+def plan(hills, out, *options):
+    """Run ``pathgene plan`` over the hills in this process; return its exit status."""
+    return main(["plan", "--terrain", str(hills), *ENDS, *map(str, options), "--out", str(out)])
+
+
+def assert_check_agrees(out, summary, capsys):
+    """Assert that ``pathgene check`` of the summary in ``out`` repeats its terms."""
+    main(["check", "--path", str(out / "summary.json"), "--json"])
+    report = json.loads(capsys.readouterr().out)
+    assert {term: report[term] for term in TERMS} == {term: summary[term] for term in TERMS}
+
+
+def interrupted(arguments, line):
+    """Send Ctrl-C after the first line, which starts with ``line``; return the JSON."""
+    command = [sys.executable, "-m", "host", *map(str, arguments), "--generations", "10000000"]
+    with subprocess.Popen(
+        [*command, "--json"], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stderr.readline().startswith(line)
+        process.send_signal(signal.SIGINT)
+        output, error = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert error.splitlines()[-1] == "pathgene: Interrupted; the best path so far is written."
+    return json.loads(output)
 
 
 def summary_in(out):
@@ -43,7 +88,7 @@ def hills(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def pathgene():
-    """Run ``pathgene`` in a separate process; return the finished process."""
+    """Function that runs ``pathgene`` in a new process and returns the finished process."""
 
     def run(*arguments, timeout_s=120):
         return subprocess.run(
@@ -60,7 +105,7 @@ def pathgene():
 
 @pytest.fixture(scope="session")
 def planned(hills, pathgene, tmp_path_factory):
-    """Directory, process and summary of one plan."""
+    """Directory, process and summary of a plan."""
     out = tmp_path_factory.mktemp("plan") / "out"
     done = pathgene(
         "plan", "--terrain", hills, *ENDS, "--generations", 60, "--seed", 1, "--out", out, "--json"

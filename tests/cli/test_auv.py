@@ -1,9 +1,6 @@
 """``pathgene auv``, and its planners over terrain."""
 
 import json
-import signal
-import subprocess
-import sys
 
 import matplotlib.image
 import numpy as np
@@ -12,7 +9,7 @@ import pytest
 from host.auv.field import AuvField
 from host.cli import main
 
-from .conftest import ENDS, ROOT
+from .conftest import assert_check_agrees, interrupted, plan
 
 
 def run(capsys, out, *options):
@@ -29,7 +26,7 @@ def test_writes_a_summary_and_a_picture(tmp_path, capsys, planner):
     assert len(summary["history"]) == summary["generations"] == 12
     assert min(matplotlib.image.imread(tmp_path / "one" / "auv.png").shape[:2]) > 600
 
-    # The control points say it all.
+    # The control points determine the path.
     control = np.zeros((len(summary["control_points"]), 10, 2))
     counts = np.array([len(points) for points in summary["control_points"]])
     for row, points in zip(control, summary["control_points"], strict=True):
@@ -98,27 +95,9 @@ def test_refuses_bad_options(tmp_path, capsys, options, sentence):
 
 
 def test_interrupt_writes_the_best_so_far(tmp_path):
-    command = [
-        sys.executable,
-        "-m",
-        "host",
-        "auv",
-        "--generations",
-        "10000000",
-        "--out",
-        tmp_path,
-        "--json",
-    ]
-    with subprocess.Popen(
-        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as process:
-        assert process.stderr.readline().startswith("generation 1/")
-        process.send_signal(signal.SIGINT)
-        output, error = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert error.splitlines()[-1] == "pathgene: Interrupted; the best path so far is written."
-    assert json.loads(output) == json.loads((tmp_path / "auv.json").read_text())
-    assert json.loads(output)["interrupted"]
+    report = interrupted(["auv", "--out", tmp_path], "generation 1/")
+    assert report == json.loads((tmp_path / "auv.json").read_text())
+    assert report["interrupted"]
 
 
 @pytest.mark.parametrize(
@@ -129,31 +108,22 @@ def test_interrupt_writes_the_best_so_far(tmp_path):
         ("ga-auv", ("--population", "24", "--added-points", "6")),
     ],
 )
-def test_over_terrain_check_agrees(hills, tmp_path, capsys, planner, options):
+def test_check_agrees_over_terrain(hills, tmp_path, capsys, planner, options):
     assert (
-        main(
-            [
-                "plan",
-                "--terrain",
-                str(hills),
-                *ENDS,
-                "--planner",
-                planner,
-                *options,
-                "--generations",
-                "30",
-                "--seed",
-                "1",
-                "--out",
-                str(tmp_path),
-                "--json",
-            ]
+        plan(
+            hills,
+            tmp_path,
+            "--planner",
+            planner,
+            *options,
+            "--generations",
+            "30",
+            "--seed",
+            "1",
+            "--json",
         )
         == 0
     )
     summary = json.loads(capsys.readouterr().out)
     assert (summary["planner"], summary["feasible"]) == (planner, True)
-    assert main(["check", "--path", str(tmp_path / "summary.json"), "--json"]) == 0
-    report = json.loads(capsys.readouterr().out)
-    for name in ("fitness", "penalty", "cost", "length_m", "fuel_N", "feasible", "waypoints"):
-        assert report[name] == summary[name]
+    assert_check_agrees(tmp_path, summary, capsys)

@@ -12,7 +12,7 @@ from .conftest import ENDS
 
 
 def refused(capsys, *arguments):
-    """The sentence of a command that must fail with status 2."""
+    """Return the sentence of a command that must fail with status 2."""
     assert main([str(argument) for argument in arguments]) == 2
     output = capsys.readouterr()
     assert output.out == ""
@@ -160,7 +160,7 @@ def refused(capsys, *arguments):
         ),
     ],
 )
-def test_plan(hills, tmp_path, capsys, options, sentence):
+def test_plan_refuses_bad_options(hills, tmp_path, capsys, options, sentence):
     out = tmp_path / "out"
     said = refused(capsys, "plan", "--terrain", hills, *options, "--out", out)
     assert said.startswith(sentence.replace("{hills}", str(hills)))
@@ -176,26 +176,26 @@ def test_plan(hills, tmp_path, capsys, options, sentence):
         ("empty.hgt", b""),
     ],
 )
-def test_unreadable_terrain(tmp_path, capsys, name, content):
+def test_plan_refuses_an_unreadable_terrain(tmp_path, capsys, name, content):
     file = tmp_path / name
     if content is not None:
         file.write_bytes(content)
     assert name in refused(capsys, "plan", "--terrain", file, *ENDS, "--out", tmp_path / "out")
 
 
-def test_terrain_all_void(tmp_path, capsys):
+def test_plan_refuses_a_void_terrain(tmp_path, capsys):
     file = tmp_path / "void.npz"
     np.savez(file, elevation=np.full((9, 9), np.nan), dx_m=9.0, dy_m=9.0)
     assert "every node is void" in refused(capsys, "plan", "--terrain", file, *ENDS)
 
 
-def test_array_without_sides(tmp_path, capsys):
+def test_plan_refuses_an_array_without_cell_sides(tmp_path, capsys):
     file = tmp_path / "hills.npy"
     np.save(file, np.zeros((9, 9)))
     assert "--cell" in refused(capsys, "plan", "--terrain", file, *ENDS)
 
 
-def test_out_that_cannot_be_written(hills, tmp_path, capsys):
+def test_plan_refuses_an_unwritable_folder(hills, tmp_path, capsys):
     blocked = tmp_path / "file"
     blocked.write_text("in the way")
     sentence = refused(capsys, "plan", "--terrain", hills, *ENDS, "--out", blocked / "out")
@@ -205,7 +205,7 @@ def test_out_that_cannot_be_written(hills, tmp_path, capsys):
     )
 
 
-def test_board_that_does_not_answer(hills, capsys, tmp_path):
+def test_refuses_a_silent_board(hills, capsys, tmp_path):
     with socket.create_server(("127.0.0.1", 0)) as server:
         url = f"socket://127.0.0.1:{server.getsockname()[1]}"
         assert refused(capsys, "board", "info", "--board", url).startswith("Nothing answers at")
@@ -215,8 +215,8 @@ def test_board_that_does_not_answer(hills, capsys, tmp_path):
         assert sentence.startswith("Nothing answers at")
 
 
-def test_board_of_another_protocol(hills, capsys, tmp_path, monkeypatch):
-    """A board of the next release is recognized before anything is sent to it."""
+def test_refuses_a_board_of_another_protocol(hills, capsys, tmp_path, monkeypatch):
+    """The board's version is checked before any other request."""
     monkeypatch.setitem(info_values.__globals__, "VERSION", VERSION + 1)
     sentence = refused(
         capsys, "plan", "--terrain", hills, *ENDS, "--board", "model:", "--out", tmp_path / "out"
@@ -227,7 +227,7 @@ def test_board_of_another_protocol(hills, capsys, tmp_path, monkeypatch):
     )
 
 
-def test_address_that_is_busy(capsys):
+def test_serve_refuses_a_busy_address(capsys):
     with socket.create_server(("127.0.0.1", 0)) as server:
         address = f"127.0.0.1:{server.getsockname()[1]}"
         assert refused(capsys, "board", "serve", "--listen", address) == (
@@ -255,7 +255,7 @@ def test_address_that_is_busy(capsys):
         ),
     ],
 )
-def test_check(hills, tmp_path, capsys, name, content, sentence):
+def test_check_refuses_bad_paths(hills, tmp_path, capsys, name, content, sentence):
     file = tmp_path / name
     if content is not None:
         file.write_text(content)
@@ -263,13 +263,13 @@ def test_check(hills, tmp_path, capsys, name, content, sentence):
     assert said.startswith(sentence.replace("{}", str(file)))
 
 
-def test_check_without_terrain(tmp_path, capsys):
+def test_check_refuses_a_path_without_terrain(tmp_path, capsys):
     file = tmp_path / "path.csv"
     file.write_text("x,y,z\n500,500,900\n5500,3500,900\n")
     assert refused(capsys, "check", "--path", file) == "The terrain is missing; give --terrain."
 
 
-def test_check_with_another_start(hills, tmp_path, capsys):
+def test_check_refuses_another_start(hills, tmp_path, capsys):
     file = tmp_path / "path.csv"
     file.write_text("x,y,z\n500,500,900\n5500,3500,900\n")
     said = refused(capsys, "check", "--terrain", hills, "--path", file, "--start", "500,600,900")
@@ -321,5 +321,5 @@ def test_check_with_another_start(hills, tmp_path, capsys):
         ),
     ],
 )
-def test_other_commands(capsys, arguments, sentence):
+def test_other_commands_refuse_bad_options(capsys, arguments, sentence):
     assert refused(capsys, *arguments).startswith(sentence)

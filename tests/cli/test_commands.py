@@ -102,10 +102,10 @@ def test_verilog(capsys, tmp_path):
 
 
 def test_check_takes_the_options_of_a_summary(capsys, tmp_path):
-    """Also when the terrain is given: how it was filled, its cells, the step."""
+    """The options apply also to a given terrain: filling, cells and step."""
     ny, nx = 40, 60
     heights = np.full((ny, nx), 100.0)
-    heights[:, 25:30] = np.nan  # A river of voids across the way.
+    heights[:, 25:30] = np.nan  # A river of voids blocks the way.
     file = tmp_path / "river.npy"
     np.save(file, heights)
     out = tmp_path / "out"

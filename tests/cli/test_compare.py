@@ -84,6 +84,7 @@ def test_every_planner_takes_part(compared):
 
 def test_check_agrees_with_every_run(compared, hills, tmp_path, capsys):
     *_, report = compared
+    assert report["planners"]
     for planner in report["planners"]:
         for run in planner["runs"]:
             file = tmp_path / "path.csv"
@@ -110,7 +111,7 @@ def test_check_agrees_with_every_run(compared, hills, tmp_path, capsys):
             }
 
 
-def test_a_comparison_that_is_done_is_printed_at_once(compared, hills, capsys):
+def test_prints_a_finished_comparison_at_once(compared, hills, capsys):
     out, _, report = compared
     before = (out / "runs.jsonl").read_bytes()
     assert (
@@ -138,7 +139,7 @@ def test_interrupted_and_resumed(hills, tmp_path, capsys):
         hills, tmp_path, "ga-pc", "--runs", 6, "--generations", 10**6, "--time-limit", 0.6
     )
     file = tmp_path / "runs.jsonl"
-    # A session of its own, so that the signal reaches all its processes, as from a terminal.
+    # A new session, so that the signal reaches all its processes, as from a terminal.
     with subprocess.Popen(
         [sys.executable, "-m", "host", *command, "--jobs", "2"],
         cwd=ROOT,
@@ -170,7 +171,7 @@ def test_interrupted_and_resumed(hills, tmp_path, capsys):
     assert file.read_bytes().count(b"\n") == 6
 
 
-def test_planners_that_find_nothing_feasible_are_no_failure(hills, tmp_path, capsys):
+def test_planners_without_feasible_paths_do_not_fail(hills, tmp_path, capsys):
     wall = [part for y in range(0, 4001, 400) for part in ("--nofly-circle", f"3000,{y},300")]
     assert (
         main(
@@ -195,7 +196,7 @@ def test_planners_that_find_nothing_feasible_are_no_failure(hills, tmp_path, cap
     assert rows[1].split()[:3] == ["ga-pc", "2", "0%"]
 
 
-def test_a_planner_that_fails_is_reported_and_affects_no_other(hills, tmp_path, capsys):
+def test_reports_a_failed_planner_and_completes_the_others(hills, tmp_path, capsys):
     assert (
         main(
             arguments(
@@ -256,7 +257,7 @@ def test_a_planner_that_fails_is_reported_and_affects_no_other(hills, tmp_path, 
         ("ga-pc", ["--goal", "9500,3500,100"], "The goal at (9500, 3500) is outside the map"),
     ],
 )
-def test_bad_input(hills, tmp_path, capsys, planners, options, sentence):
+def test_refuses_bad_options(hills, tmp_path, capsys, planners, options, sentence):
     out = tmp_path / "out"
     assert main(arguments(hills, out, planners, *options)) == 2
     output = capsys.readouterr()
@@ -266,7 +267,7 @@ def test_bad_input(hills, tmp_path, capsys, planners, options, sentence):
     assert not out.exists()
 
 
-def test_runs_of_another_problem_are_refused(compared, hills, capsys):
+def test_refuses_runs_of_another_problem(compared, hills, capsys):
     out, *_ = compared
     before = (out / "compare.json").read_bytes()
     assert main([*arguments(hills, out, "ga-pc", "--runs", 1), "--wind", "1,0"]) == 2
@@ -276,7 +277,7 @@ def test_runs_of_another_problem_are_refused(compared, hills, capsys):
     assert (out / "compare.json").read_bytes() == before
 
 
-def test_an_option_without_effect_is_reported(compared, hills, capsys):
+def test_reports_an_option_without_effect(compared, hills, capsys):
     out, *_ = compared
     assert (
         main(

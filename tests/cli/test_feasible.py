@@ -46,7 +46,7 @@ def level(tmp_path):
 
 
 def feasible(capsys, *arguments):
-    """Output of the command, which is the same object with and without ``--json``."""
+    """Return the output of the command, the same object with and without ``--json``."""
     command = ["feasible", *map(str, arguments)]
     assert main(command) == 0
     line = capsys.readouterr().out
@@ -58,7 +58,7 @@ def feasible(capsys, *arguments):
 
 
 def refused(capsys, *arguments):
-    """The sentence of a command that must fail with status 2."""
+    """Return the sentence of a command that must fail with status 2."""
     assert main(["feasible", *map(str, arguments)]) == 2
     output = capsys.readouterr()
     assert output.out == ""
@@ -93,8 +93,8 @@ def test_the_testing_trajectory_in_detail(canyon, capsys, mode):
     assert printed["cells"] == 55 + 100 + 94
 
 
-def test_modes_differ_in_their_cycles_only(canyon, capsys):
-    """One cell per cycle against eight, and the paper's stop at the coarse mountain."""
+def test_modes_differ_only_in_their_cycles(canyon, capsys):
+    """A cell per cycle against eight, and the stop of the two-tier mode at the coarse map."""
     cycles = {mode: feasible(capsys, *canyon, "--mode", mode)["cycles"] for mode in MODES}
     assert cycles["parallel"] <= 44
     assert cycles["parallel"] < cycles["two-tier"] <= 171 < cycles["detailed"]
@@ -102,7 +102,7 @@ def test_modes_differ_in_their_cycles_only(canyon, capsys):
 
 
 def test_counts_of_every_segment(level, capsys):
-    """The third of the path outside the given map is blocked like a no-fly cell."""
+    """The third of the path outside the given map counts as no-fly cells."""
     printed = feasible(capsys, *level, "--count", "--mode", "detailed")
     assert list(printed) == [*KEYS, "colliding"]
     assert (printed["segment"], printed["cell"], printed["map"]) == (0, [10, 5], "detailed")
@@ -115,19 +115,19 @@ def test_counts_of_every_segment(level, capsys):
     assert stopped["reads"] < printed["reads"]
 
 
-def test_a_smaller_map_is_padded_with_no_fly(level, tmp_path, capsys):
+def test_pads_a_smaller_map_with_no_fly_cells(level, tmp_path, capsys):
     path = write_path(tmp_path / "long.csv", [(0, 29, 200), (0, 31, 200), (41, 31, 200)])
     printed = feasible(capsys, *level[:3], path, "--mode", "parallel", "--count")
     assert (printed["segment"], printed["cell"], printed["cells"]) == (0, [0, 30], 2)
     assert printed["colliding"] == [[0, 2], [0, 42]]
 
 
-#: Small chips, which other tests simulate, too.
+#: Small chips, which other tests simulate as well.
 SMALL = {**CHECKERS, "detailed": CHECKERS["parallel"].replace(lanes=1)}
 
 
 def small_cases(folder, cases):
-    """Yield the options of random small jobs, and their map and path."""
+    """Yield the options, map and path of random small jobs."""
     rng = np.random.default_rng(3)
     edge, top = SMALL["detailed"].map_size, SMALL["detailed"].blocked_altitude
     for _ in range(cases):
@@ -142,7 +142,7 @@ def small_cases(folder, cases):
 
 @pytest.mark.parametrize("mode", MODES)
 def test_matches_the_model(tmp_path, capsys, mode):
-    """A small board with its sizes in its URL."""
+    """Verdicts match on small boards with their sizes in the URL."""
     config = SMALL[mode]
     board = board_url("model", config)
     collisions = 0
@@ -174,8 +174,8 @@ def test_matches_the_model(tmp_path, capsys, mode):
     "mode", [pytest.param(mode, marks=[] if mode == "parallel" else pytest.mark.long)
              for mode in MODES],
 )  # fmt: skip
-def test_the_gateware_says_what_the_model_says(tmp_path, capsys, mode):
-    """Cycles and reads are the same over the link."""
+def test_gateware_matches_the_model(tmp_path, capsys, mode):
+    """Verdicts, cycles and reads are equal over the link."""
     for options, _, _ in small_cases(tmp_path, 2):
         printed = [
             feasible(capsys, *options, "--board", board_url(scheme, SMALL[mode]), "--mode", mode)
@@ -184,7 +184,7 @@ def test_the_gateware_says_what_the_model_says(tmp_path, capsys, mode):
         assert printed[0] == printed[1]
 
 
-def test_a_terminal_sees_how_far_the_upload_is(level, capsys, monkeypatch):
+def test_shows_the_progress_of_the_upload_on_a_terminal(level, capsys, monkeypatch):
     assert main(["feasible", *map(str, level)]) == 0
     assert capsys.readouterr().err == ""
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
@@ -218,8 +218,7 @@ def test_boards_are_built_for_their_mode(url, mode, order, build):
     assert (config.checker, config.lanes) == build
 
 
-def test_a_real_board_is_what_it_is(level, capsys, monkeypatch):
-    """The board's sizes limit the files, and its build limits the mode."""
+def test_a_real_board_limits_sizes_and_mode(level, capsys, monkeypatch):
     is_closed = []
     real = host.cli.feasible.open_board
     served = "model:?checker=parallel&lanes=4&map_size=64&max_waypoints=3"
@@ -249,7 +248,7 @@ def test_a_real_board_is_what_it_is(level, capsys, monkeypatch):
     assert len(is_closed) == 7
 
 
-def test_a_chip_without_a_genetic_core(level, capsys):
+def test_works_on_a_check_only_chip(level, capsys):
     verdict = feasible(capsys, *level)
     assert feasible(capsys, *level, "--board", "model:?genetic=0") == verdict
 
@@ -297,7 +296,7 @@ def text(name, content):
          "{}: altitudes must be from 0 to 4095, not -1 to 3."),
     ],
 )  # fmt: skip
-def test_bad_maps(level, tmp_path, capsys, name, make, sentence):
+def test_refuses_bad_maps(level, tmp_path, capsys, name, make, sentence):
     make(tmp_path)
     said = refused(capsys, "--map", tmp_path / name, *level[2:])
     assert said == sentence.replace("{}", str(tmp_path / name))
@@ -322,7 +321,7 @@ def test_bad_maps(level, tmp_path, capsys, name, make, sentence):
          "leave some out, or give a simulated board a larger max_waypoints."),
     ],
 )  # fmt: skip
-def test_bad_paths(level, tmp_path, capsys, rows, sentence):
+def test_refuses_bad_paths(level, tmp_path, capsys, rows, sentence):
     file = tmp_path / "bad.csv"
     file.write_text(rows)
     said = refused(capsys, *level[:3], file)
@@ -349,11 +348,11 @@ def test_bad_paths(level, tmp_path, capsys, rows, sentence):
         (["--board", "/dev/nowhere"], "No board can be opened at '/dev/nowhere' ("),
     ],
 )  # fmt: skip
-def test_bad_boards(level, capsys, options, sentence):
+def test_refuses_bad_boards(level, capsys, options, sentence):
     assert refused(capsys, *level, *options).startswith(sentence)
 
 
-def test_files_are_judged_before_a_board_is_built(level, tmp_path, capsys, monkeypatch):
+def test_reads_files_before_a_board_is_built(level, tmp_path, capsys, monkeypatch):
     def opened(url):
         raise AssertionError(url)
 

@@ -31,7 +31,7 @@ COMMANDS = [
 
 
 def example(command, capsys):
-    """Arguments of the example in the help of a command."""
+    """Return the arguments of the example in the help of a command."""
     with pytest.raises(SystemExit) as caught:
         main([*command, "--help"])
     assert caught.value.code == 0
@@ -41,7 +41,7 @@ def example(command, capsys):
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory):
-    """A directory with the files of the examples: a tile of 15 km, and a path over it."""
+    """Directory with the files of the examples: a tile of 15 km and a path over it."""
     place = tmp_path_factory.mktemp("place")
     y, x = np.mgrid[:151, :151]
     with rasterio.open(
@@ -74,15 +74,15 @@ def place(tmp_path_factory):
 def test_the_example_of_every_command_runs(command, place, capsys, monkeypatch):
     arguments = example(command, capsys)
     assert tuple(arguments[: len(command)]) == command
-    if command == ("board", "serve"):  # Serves until Ctrl-C: tests/cosim runs it.
+    if command == ("board", "serve"):  # It serves until Ctrl-C; tests/cosim runs it.
         assert build_parser().parse_args(arguments).listen == "127.0.0.1:5000"
         return
     monkeypatch.chdir(place)
-    # The model stands in for boards that take long to build or are absent.
+    # The model replaces boards that take long to build or are absent.
     arguments = ["model:" if word in ("sim:", "/dev/ttyUSB0") else word for word in arguments]
-    if command == ("compare",):  # Several processes have tests of their own.
+    if command == ("compare",):  # test_compare.py tests several processes.
         arguments += ["--jobs", "1"]
-    if command == ("check",):  # It may run before the plan whose path it names.
+    if command == ("check",):  # The plan that makes its path may not have run.
         arguments[arguments.index("out/path.geojson")] = "path.csv"
     assert main(arguments) == 0
     output = capsys.readouterr().out
@@ -94,7 +94,7 @@ def test_the_example_of_every_command_runs(command, place, capsys, monkeypatch):
             assert (place / arguments[arguments.index(option) + 1]).exists()
 
 
-# Quick arguments of each command that prints a result.
+# Quick arguments for each command that prints a result.
 JSON = [
     "plan --terrain tile.tif --agl --start 1200,1200,100 --goal 14000,14000,100 --generations 5",
     "compare --planners ga-pc --terrain tile.tif --agl --start 1200,1200,100 "
@@ -117,20 +117,20 @@ def test_every_command_speaks_json(line, place, capsys, monkeypatch):
     assert json.loads(capsys.readouterr().out)
 
 
-def test_no_command_is_without_json():
+def test_no_command_lacks_json():
     spoken = {tuple(line.split()[: len(command)]) for line in JSON for command in COMMANDS}
     groups = {(), ("board",), ("terrain",)}
     assert set(COMMANDS) - groups - {("board", "serve")} <= spoken
 
 
-def test_help_answers_at_once(pathgene):
-    assert pathgene("--help").returncode == 0  # Compiled and in the cache of files.
+def test_help_is_quick(pathgene):
+    assert pathgene("--help").returncode == 0  # Now it is compiled and in the file cache.
     took_s = []
     for _ in range(3):
         started = time.perf_counter()
         pathgene("--help")
         took_s.append(time.perf_counter() - started)
-    # 0.13 s here; the bound leaves room for a busy machine.
+    # It takes 0.13 s; the bound allows for a busy machine.
     assert min(took_s) < 1.0
 
 
@@ -167,7 +167,7 @@ def test_help_answers_at_once(pathgene):
         ),
     ],
 )
-def test_usage_errors_are_one_sentence(arguments, sentence, capsys):
+def test_usage_errors_are_sentences(arguments, sentence, capsys):
     assert main(arguments) == 2
     output = capsys.readouterr()
     assert output.out == ""

@@ -3,7 +3,6 @@
 import json
 import math
 import os
-import signal
 import subprocess
 import sys
 
@@ -14,10 +13,10 @@ import rasterio
 from host.cli import main
 from host.terrain import load
 
-from .conftest import ENDS, FILES, ROOT, WALL, summary_in
+from .conftest import ENDS, FILES, ROOT, TERMS, WALL, interrupted, plan, summary_in
 
 
-def test_plans_and_writes_everything(planned):
+def test_writes_all_files(planned):
     out, done, summary = planned
     assert done.returncode == 0, done.stderr
     assert sorted(entry.name for entry in out.iterdir()) == FILES
@@ -49,28 +48,12 @@ def test_check_agrees_with_the_summary(planned, pathgene, hills):
             "--json",
         ).stdout
     )
-    terms = [
-        "fitness",
-        "penalty",
-        "cost",
-        "length_m",
-        "mean_altitude_m",
-        "fuel_N",
-        "feasible",
-        "feasible_at_ds",
-        "minimum_clearance_m",
-        "impossible_arcs",
-        "waypoints",
-        "nofly",
-        "ds_m",
-        "uav",
-        "wind",
-    ]
+    terms = [*TERMS, "nofly", "ds_m", "uav", "wind"]
     for report in (by_summary, by_geojson):
         assert {name: report[name] for name in terms} == {name: summary[name] for name in terms}
 
 
-def test_check_of_a_moved_summary_loads_the_source(planned, hills, tmp_path, capsys):
+def test_check_of_a_moved_summary_loads_its_source(planned, hills, tmp_path, capsys):
     _, _, summary = planned
     file = tmp_path / "summary.json"
     file.write_text(json.dumps(summary))
@@ -80,7 +63,7 @@ def test_check_of_a_moved_summary_loads_the_source(planned, hills, tmp_path, cap
     assert report["terrain"]["name"] == "hills"
 
 
-def test_check_options_come_before_the_summary(planned, capsys):
+def test_check_options_override_the_summary(planned, capsys):
     out, _, summary = planned
     arguments = [
         "check",
@@ -100,7 +83,7 @@ def test_check_options_come_before_the_summary(planned, capsys):
     assert report["fuel_N"] != summary["fuel_N"]
 
 
-def test_check_of_a_csv_in_words(hills, tmp_path, capsys):
+def test_check_of_a_csv_prints_a_report(hills, tmp_path, capsys):
     file = tmp_path / "path.csv"
     file.write_text("x,y,z\n500,500,600\n3000,3000,700\n5500,3500,600\n")
     assert main(["check", "--terrain", str(hills), "--path", str(file)]) == 0
@@ -121,23 +104,8 @@ def test_check_takes_ends_above_the_ground(hills, tmp_path, capsys):
     assert main([*common[:-1], "--goal", f"5500,3500,{height}"]) == 0
 
 
-def test_no_feasible_path_is_status_1_with_files(hills, tmp_path, capsys):
-    assert (
-        main(
-            [
-                "plan",
-                "--terrain",
-                str(hills),
-                *ENDS,
-                *WALL,
-                "--generations",
-                "3",
-                "--out",
-                str(tmp_path),
-            ]
-        )
-        == 1
-    )
+def test_no_feasible_path_exits_1_with_files(hills, tmp_path, capsys):
+    assert plan(hills, tmp_path, *WALL, "--generations", "3") == 1
     assert capsys.readouterr().err.splitlines()[-1] == (
         "pathgene: No feasible path was found, the best path is written; try more --generations, "
         "another --seed, or move start and goal."
@@ -182,37 +150,16 @@ def test_stop_criteria(hills, tmp_path, capsys):
     ],
 )
 def test_interrupt_writes_the_best_so_far(hills, tmp_path, planner):
-    command = [
-        sys.executable,
-        "-m",
-        "host",
-        "plan",
-        "--terrain",
-        hills,
-        *ENDS,
-        "--planner",
-        planner,
-        "--generations",
-        "10000000",
-        "--out",
-        tmp_path,
-        "--json",
-    ]
-    with subprocess.Popen(
-        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as process:
-        assert process.stderr.readline().startswith("generation 0/")
-        process.send_signal(signal.SIGINT)
-        output, error = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert error.splitlines()[-1] == "pathgene: Interrupted; the best path so far is written."
-    summary = json.loads(output)
+    summary = interrupted(
+        ["plan", "--terrain", hills, *ENDS, "--planner", planner, "--out", tmp_path],
+        "generation 0/",
+    )
     assert summary == summary_in(tmp_path)
     assert (summary["interrupted"], summary["stopped_by"]) == (True, "interrupt")
     assert sorted(entry.name for entry in tmp_path.iterdir()) == FILES
 
 
-def test_progress_is_a_bar_on_a_terminal(hills, tmp_path):
+def test_shows_a_progress_bar_on_a_terminal(hills, tmp_path):
     ours, theirs = os.openpty()
     command = [
         sys.executable,
@@ -233,7 +180,7 @@ def test_progress_is_a_bar_on_a_terminal(hills, tmp_path):
         while True:
             try:
                 part = os.read(ours, 4096)
-            except OSError:  # The terminal went away with the process.
+            except OSError:  # The terminal closes with the process.
                 break
             if not part:
                 break
@@ -242,7 +189,7 @@ def test_progress_is_a_bar_on_a_terminal(hills, tmp_path):
     assert b"\r\x1b[K[" + b"#" * 30 + b"] generation 5/5" in seen
 
 
-def test_grid_beside_the_summary_is_what_was_evaluated(planned, hills):
+def test_grid_beside_the_summary_is_the_evaluated_one(planned, hills):
     out, _, _ = planned
     with np.load(out / "terrain.npz") as grid, np.load(hills) as source:
         assert np.array_equal(grid["elevation"], source["elevation"], equal_nan=True)
@@ -341,7 +288,7 @@ def test_geographic_ends_zones_and_path(projected, tmp_path, capsys):
     assert report["length_m"] == pytest.approx(summary["length_m"], abs=0.01)
 
 
-def test_no_picture_leaves_matplotlib_alone(hills, tmp_path, capsys):
+def test_no_picture_does_not_import_matplotlib(hills, tmp_path, capsys):
     (tmp_path / "path.png").write_bytes(b"of an earlier run")
     arguments = ["plan", "--terrain", str(hills), *ENDS, "--generations", "2", "--seed", "1"]
     script = (

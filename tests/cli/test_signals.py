@@ -1,4 +1,4 @@
-"""Signals that end a command: the best path is written, and no process is left."""
+"""Signals that end a command: it writes the best path and leaves no process."""
 
 import json
 import os
@@ -33,7 +33,7 @@ def started(*arguments, **options):
 
 
 def plan(hills, out, *options, **more):
-    """Process of an endless plan that is searching."""
+    """Start an endless plan; return its process once it searches."""
     process = started(
         "plan",
         "--terrain",
@@ -52,7 +52,7 @@ def plan(hills, out, *options, **more):
 
 
 def is_gone(group):
-    """Return True once no process of a group is left; the last ones end by themselves."""
+    """Wait until no process of a group is left; return False after a limit."""
     for _ in range(100):
         try:
             os.killpg(group, 0)
@@ -63,7 +63,7 @@ def is_gone(group):
 
 
 @pytest.mark.parametrize("number", OTHERS)
-def test_a_plan_is_written_as_after_ctrl_c(hills, tmp_path, number):
+def test_a_plan_is_written_after_a_signal(hills, tmp_path, number):
     with plan(hills, tmp_path, start_new_session=True) as process:
         os.killpg(process.pid, number)
         output, error = process.communicate(timeout=60)
@@ -75,13 +75,13 @@ def test_a_plan_is_written_as_after_ctrl_c(hills, tmp_path, number):
     assert is_gone(process.pid)
 
 
-def test_more_signals_while_it_writes_lose_nothing(hills, tmp_path):
+def test_further_signals_during_writing_lose_nothing(hills, tmp_path):
     with plan(hills, tmp_path) as process:
         process.send_signal(signal.SIGTERM)
         while not any(tmp_path.iterdir()):
             assert process.poll() is None
             time.sleep(0.002)
-        # From the first file on, all through the writing of the others.
+        # Send signals from the first file to the last.
         while not (tmp_path / "path.png").exists() and process.poll() is None:
             process.send_signal(signal.SIGINT)
             process.send_signal(signal.SIGTERM)
@@ -94,7 +94,7 @@ def test_more_signals_while_it_writes_lose_nothing(hills, tmp_path):
 
 @pytest.mark.ci
 def test_a_plan_under_nohup_outlives_its_terminal(hills, tmp_path):
-    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # What is started inherits that.
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # Child processes inherit this.
     try:
         process = plan(hills, tmp_path)
     finally:
@@ -109,7 +109,7 @@ def test_a_plan_under_nohup_outlives_its_terminal(hills, tmp_path):
 
 
 @pytest.mark.ci
-def test_auv_is_written_as_after_ctrl_c(tmp_path):
+def test_auv_is_written_after_a_signal(tmp_path):
     with started("auv", "--generations", MANY, "--out", tmp_path, "--json") as process:
         assert process.stderr.readline().startswith("generation 1/")
         process.send_signal(signal.SIGTERM)

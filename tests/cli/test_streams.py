@@ -1,4 +1,4 @@
-"""Standard output and standard error that are closed, full or without a reader."""
+"""Standard output and error that are closed, full or without a reader."""
 
 import json
 import os
@@ -23,7 +23,7 @@ REASONS = {">&-": "Bad file descriptor", ">full": "No space left on device"}
 
 @pytest.fixture(scope="module")
 def full(tmp_path_factory):
-    """A device like /dev/full that a test may destroy."""
+    """A device like /dev/full that a test may overwrite."""
     device = tmp_path_factory.mktemp("devices") / "full"
     try:
         os.mknod(device, stat.S_IFCHR | 0o666, os.makedev(1, 7))
@@ -35,7 +35,7 @@ def full(tmp_path_factory):
 
 @pytest.fixture
 def redirected(request, tmp_path):
-    """Run ``pathgene`` by a shell with redirections; ``broken`` is a pipe without a reader."""
+    """Function that runs ``pathgene`` with redirections; ``broken`` is a pipe without a reader."""
 
     def run(redirections, *arguments):
         if "full" in redirections:
@@ -44,7 +44,7 @@ def redirected(request, tmp_path):
         ours, broken = os.pipe()
         os.close(ours)
         redirections = redirections.replace("broken", "&0")
-        # Standard input is that pipe: a shell may know no descriptor of more than one digit.
+        # The pipe is standard input, because a shell may not know descriptors of two digits.
         command = shlex.join([sys.executable, "-m", "host", *map(str, arguments)])
         done = subprocess.run(
             ["sh", "-c", f"{command} {redirections}"],
@@ -156,7 +156,7 @@ def test_auv_needs_no_progress(redirected, tmp_path):
     ],
 )
 @pytest.mark.parametrize("redirection", [">&-", ">full"])
-def test_lost_output_is_a_sentence(redirected, redirection, command):
+def test_reports_lost_output_in_a_sentence(redirected, redirection, command):
     done = redirected(redirection, *command)
     assert (done.returncode, done.stderr) == (
         1,
@@ -164,7 +164,7 @@ def test_lost_output_is_a_sentence(redirected, redirection, command):
     )
 
 
-def test_a_reader_that_has_left_is_no_news(redirected):
+def test_a_closed_reader_is_not_reported(redirected):
     done = redirected(">broken", "planners")
     assert (done.returncode, done.stderr) == (1, "")
 
@@ -196,7 +196,7 @@ def test_a_terrain_to_a_fifo(tmp_path):
         cwd=ROOT,
         stdout=subprocess.DEVNULL,
     ) as process:
-        # A process with a time limit: if the FIFO were replaced, nothing would ever come.
+        # A process with a time limit: if the FIFO were replaced, its reader would wait forever.
         read = subprocess.run(["cat", fifo], capture_output=True, timeout=60, check=True)
     assert read.stdout.startswith(b"PK")
     assert process.returncode == 0

@@ -1,4 +1,4 @@
-"""Every planner on every terrain of the benchmarks: check says the same of its path."""
+"""Every planner on every terrain of the benchmarks: ``check`` repeats the terms of its path."""
 
 import json
 
@@ -8,21 +8,10 @@ from bench.scenarios import EMBEDDED, SYNTHETIC, TILES, names, problem, source_o
 from host.cli import main
 from host.planners import PLANNERS
 
+from .conftest import assert_check_agrees
 
-TERMS = (
-    "fitness",
-    "penalty",
-    "cost",
-    "length_m",
-    "mean_altitude_m",
-    "fuel_N",
-    "feasible",
-    "feasible_at_ds",
-    "minimum_clearance_m",
-    "impossible_arcs",
-    "waypoints",
-)
-#: Short searches: what they find is evaluated like any other path.
+
+#: Generations of short searches, whose paths are evaluated like any other.
 SHORT = {"ga-fpga": 25, "ga-pc": 25, "astar": 2, "fpa": 25, "fpa-2opt": 25, "ga-dp": 3, "ga-auv": 3}
 
 
@@ -72,8 +61,6 @@ def test_check_agrees(name, planner, tmp_path, capsys):
     )
     summary = json.loads(capsys.readouterr().out)
     assert status == (0 if summary["feasible"] else 1)
-    # The same problem as the benchmarks'.
+    # The problem is that of the benchmarks.
     assert summary["waypoints"][0] == pytest.approx(flown.start)
-    main(["check", "--path", str(tmp_path / "summary.json"), "--json"])
-    report = json.loads(capsys.readouterr().out)
-    assert {term: report[term] for term in TERMS} == {term: summary[term] for term in TERMS}
+    assert_check_agrees(tmp_path, summary, capsys)

@@ -1,4 +1,4 @@
-"""The pages of the documentation, their fences, and a folder in which their commands run."""
+"""Pages of the documentation, their fences, and a folder in which their commands run."""
 
 import re
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 ROOT = Path(__file__).resolve().parents[2]
-#: Pages whose commands are run.
+#: Pages whose commands run.
 PAGES = ("README.md", *sorted(str(path.relative_to(ROOT)) for path in ROOT.glob("docs/*.md")))
 #: Languages of fences that show commands or programs.
 RUN = {"sh", "python"}
@@ -31,13 +31,13 @@ class Fence:
     line : int
         Line on which it begins.
     language : str
-        What the fence says of itself.
+        Language that the fence names.
     text : str
-        What is in it, without its indentation.
+        Content without its indentation.
     mark : str or None
-        ``not run`` or ``slow`` where a comment before the fence says so.
+        ``not run`` or ``slow`` if a comment before the fence says so.
     reason : str or None
-        What that comment says.
+        Reason that this comment gives.
     """
 
     page: str
@@ -52,7 +52,7 @@ class Fence:
 
 
 def fences(page, text=None):
-    """Every fence of a page, in order; ``text`` is that of the file by default."""
+    """Return every fence of a page, in order; ``text`` defaults to that of the file."""
     text = (ROOT / page).read_text("utf-8") if text is None else text
     found = []
     for match in _FENCE.finditer(text):
@@ -72,7 +72,7 @@ def fences(page, text=None):
 
 
 def link_sources(folder):
-    """Make ``folder`` look like the root of the sources, without what running leaves there."""
+    """Link the sources into ``folder``, except what runs leave in their root."""
     for entry in ROOT.iterdir():
         if entry.name not in {".git", "build", "dist", "out"}:
             (folder / entry.name).symlink_to(entry)

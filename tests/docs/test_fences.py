@@ -1,4 +1,4 @@
-"""Every command and every program of the documentation runs, or says why a test does not run it."""
+"""Every command and program of the documentation runs, or has a reason why it does not."""
 
 import json
 import os
@@ -11,11 +11,11 @@ import pytest
 from tests.docs.pages import PAGES, RUN, SHOWN, fences, link_sources
 
 
-#: Seconds that one page's commands may take on a busy machine.
+#: Maximum seconds for a page's commands, on a busy machine.
 LIMIT_S = 900
 
 
-# Programs share their names, as on the page; commands run between them.
+# Programs of a page share their names; commands run between them.
 DRIVER = """
 import json, subprocess, sys
 
@@ -54,7 +54,7 @@ def run_page(page, folder, *, slow):
 
 
 def pages_with(*, slow):
-    """Pages that have a fence to run; with ``slow``, a slow one."""
+    """Return the pages that have a fence to run, or a slow fence."""
     return [
         page
         for page in PAGES
@@ -66,7 +66,7 @@ def pages_with(*, slow):
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_every_fence_says_what_it_is(page):
+def test_every_fence_names_its_language(page):
     for fence in fences(page):
         assert fence.language in RUN | SHOWN or fence.language.startswith("{"), (
             f"{fence}: name the language of the fence, one of {', '.join(sorted(RUN | SHOWN))}; "
@@ -86,7 +86,7 @@ def test_slow_commands_run(page, tmp_path):
     run_page(page, tmp_path, slow=True)
 
 
-def test_marks_and_languages_are_read():
+def test_reads_marks_and_languages():
     text = (
         "```sh\na\n```\n\n<!-- slow: an hour -->\n```sh\nb\nc\n```\n\n"
         "1. First:\n\n   <!-- not run: no board here -->\n   ```python\n   if d:\n       e\n"

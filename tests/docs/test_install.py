@@ -24,14 +24,14 @@ def run(*command, **options):
 
 
 def ten_lines():
-    """The program of the tutorial that makes a terrain, and the ten lines that plan over it."""
+    """Return the tutorial's program that makes a terrain, and the ten lines that plan over it."""
     terrain, lines, *_ = (
         fence.text for fence in fences("docs/tutorial.md") if fence.language == "python"
     )
     return terrain, lines
 
 
-def test_they_are_ten_at_most():
+def test_at_most_ten_lines():
     _, lines = ten_lines()
     assert len([line for line in lines.splitlines() if line]) <= 10
 
@@ -40,7 +40,7 @@ def test_they_are_ten_at_most():
 def test_pip_install_in_a_new_environment(tmp_path):
     wheels, folder = tmp_path / "wheels", tmp_path / "elsewhere"
     folder.mkdir()
-    # Built from a copy: the build leaves files beside its sources.
+    # A copy, because the build leaves files beside its sources.
     tree = tmp_path / "tree"
     archive = run("git", "-C", ROOT, "ls-files", "-z").split("\0")
     for name in archive:

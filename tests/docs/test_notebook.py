@@ -37,7 +37,7 @@ def test_cells_of_a_page():
 
 @pytest.mark.ci
 def test_the_notebook_runs(tmp_path, monkeypatch):
-    # The kernel of this environment, whatever kernels the user has.
+    # Only the kernel of this environment, not the user's.
     monkeypatch.setenv("JUPYTER_PATH", str(Path(sys.prefix) / "share" / "jupyter"))
     monkeypatch.setenv("JUPYTER_PREFER_ENV_PATH", "1")
     monkeypatch.setenv("IPYTHONDIR", str(tmp_path / "ipython"))

@@ -20,6 +20,8 @@ autodoc_class_signature = "mixed"
 python_maximum_signature_line_length = 88
 
 html_theme = "furo"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 html_title = "pathgene"
 html_show_copyright = False
 html_copy_source = False

@@ -116,7 +116,8 @@ def _host_graph() -> str:
 
 def _described(module: str) -> str:
     """Return a label: a module's name above the first sentence of its docstring."""
-    docstring = (importlib.import_module(module).__doc__ or "").split("\n\n")[0].replace("`", "")
+    docstring = (importlib.import_module(module).__doc__ or "").split("\n\n")[0]
+    docstring = docstring.replace("`", "").replace("*", "")
     sentence = " ".join(docstring.split()).partition(". ")[0].rstrip(".")
     folded = [html.escape(line) for line in textwrap.wrap(sentence, 34)]
     small = "<br/>".join(f'<font point-size="9">{line}</font>' for line in folded)

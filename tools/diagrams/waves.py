@@ -66,7 +66,10 @@ def draw(title: str, traces: Sequence[Trace], first: int, last: int) -> str:
 def _grid(first: int, last: int, step: float, height: int) -> list[str]:
     count = last - first + 1
     every = next(size for size in (1, 2, 5, 10, 20, 50, 100, 200, 500) if size * step >= 40)
-    parts = []
+    parts = [
+        f'<text x="{_LEFT - 8}" y="{_TOP - 10}" {_TEXT} font-size="9" fill="#808080" '
+        'text-anchor="end">cycle</text>'
+    ]
     for cycle in range(0, count, every):
         x = _LEFT + cycle * step
         parts += [

@@ -1,10 +1,8 @@
-"""Genetic core with its control unit: a top of its own, for simulation and other chips."""
-
-from types import SimpleNamespace
+"""Genetic core with its control unit: a top for simulation and other chips."""
 
 from amaranth import *
 from amaranth.lib import wiring
-from amaranth.lib.wiring import Out, connect, flipped
+from amaranth.lib.wiring import Out, connect
 
 from hdl.config import Config
 from hdl.control import Control
@@ -17,7 +15,7 @@ __all__ = ["GeneticCoreTop"]
 class GeneticCoreTop(wiring.Component):
     """Genetic core under the control unit of the chip, without link, command units and checker.
 
-    Whoever uses it receives commands, checks paths and answers in their place: see
+    What surrounds it receives commands, checks paths and answers in their place: see
     :class:`hdl.control.Control`.
 
     Parameters
@@ -28,8 +26,8 @@ class GeneticCoreTop(wiring.Component):
     Members
     -------
     ...
-        Those of :class:`hdl.ga_core.core.Core` and of :class:`hdl.control.Control`, but for those
-        that connect these two.
+        Those of :class:`hdl.ga_core.core.Core` and of :class:`hdl.control.Control`, except the
+        two that connect them.
     ranked : Out(1)
         A whole ranking has been worked in: a generation may start.
 
@@ -50,17 +48,13 @@ class GeneticCoreTop(wiring.Component):
         self.config = config
         self._control = Control(config)
         self._core = Core(config)
-        self._outer = {
-            self._control: self._control.signature.members.keys() - {"core"},
-            self._core: self._core.signature.members.keys() - {"control"},
-        }
         super().__init__(
             {"ranked": Out(1)}
             | {
-                name: unit.signature.members[name]
-                for unit, names in self._outer.items()
-                for name in unit.signature.members
-                if name in names
+                name: member
+                for unit in (self._control, self._core)
+                for name, member in unit.signature.members.items()
+                if name not in ("control", "core")
             }
         )
 
@@ -71,15 +65,16 @@ class GeneticCoreTop(wiring.Component):
         m.submodules.core = core = self._core
         connect(m, control.core, core.control)
         m.d.comb += self.ranked.eq(core.control.ready)
-        for unit, names in self._outer.items():
-            connect(m, _part(flipped(self), names), _part(unit, names))
+
+        # Each other port of the two is a port of the top.
+        outer = {path: port for path, _, port in self.signature.flatten(self)}
+        for unit in (control, core):
+            for path, member, port in unit.signature.flatten(unit):
+                if path not in outer:
+                    continue
+                if member.flow is Out:
+                    m.d.comb += outer[path].eq(port)
+                else:
+                    m.d.comb += port.eq(outer[path])
 
         return m
-
-
-def _part(interface, names):
-    """Return an interface object with some of the members of another."""
-    members = {name: interface.signature.members[name] for name in names}
-    return SimpleNamespace(
-        signature=wiring.Signature(members), **{name: getattr(interface, name) for name in names}
-    )

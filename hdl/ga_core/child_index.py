@@ -30,9 +30,10 @@ class ChildIndex(wiring.Component):
     -------
     advance, position, source
         See :class:`hdl.ga_core.chromosome.ReadIndex`.
-    parent_lengths : In(range(max_waypoints + 1)).array(2)
-        Lengths of the parent of the head and of that of the tail. Steady in the cycle of
-        ``update`` and the one before.
+    bred_head : In(range(max_waypoints // 2 + 1))
+        With ``update``: waypoints in the head of the child.
+    bred_length : In(range(max_waypoints + 1))
+        In the cycle before ``update``: length of the child, without its mutation.
     applied : In(len(kinds))
         In the cycle before ``update``: mutators that have changed this child, at most one.
     indices : In(range(max_waypoints)).array(len(kinds))
@@ -66,7 +67,8 @@ class ChildIndex(wiring.Component):
                 "advance": In(1),
                 "position": In(range(max_waypoints)),
                 "source": Out(source_layout(max_waypoints, self.patch_count)),
-                "parent_lengths": In(length).array(2),
+                "bred_head": In(range(max_waypoints // 2 + 1)),
+                "bred_length": In(length),
                 "applied": In(len(self.kinds)),
                 "indices": In(range(max_waypoints)).array(len(self.kinds)),
                 "update": In(1),
@@ -79,7 +81,6 @@ class ChildIndex(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         head_size = self.max_waypoints // 2
-        head_length, tail_length = self.parent_lengths
 
         # The mutation, in the cycle of the update. At most one mutator works on a child.
         bred = Signal(pending_layout(self.max_waypoints, self.patch_count))
@@ -96,16 +97,16 @@ class ChildIndex(wiring.Component):
 
         middle = Signal(range(head_size + 1), init=head_size)
         pending = Signal.like(bred)
-        joined = Signal.like(self.length, init=0, reset_less=True)
-        m.d.sync += joined.eq((head_length >> 1) + ((tail_length + 1) >> 1))
+        bred_length = Signal.like(self.bred_length, reset_less=True)
+        m.d.sync += bred_length.eq(self.bred_length)
         with m.If(self.rewrite):
             m.d.sync += self.length.eq(self.rewritten_length)
         with m.If(self.update):
             # One less is all ones more.
             change = bred.insert | bred.delete.replicate(len(self.length))
             m.d.sync += [
-                middle.eq(head_length >> 1),
-                self.length.eq(joined + change),
+                middle.eq(self.bred_head),
+                self.length.eq(bred_length + change),
                 pending.eq(bred),
             ]
         with m.Elif(self.rewrite):

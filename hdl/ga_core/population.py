@@ -318,12 +318,13 @@ class Population(wiring.Component):
                 min_waypoints=config.MIN_WAYPOINTS,
                 max_waypoints=config.max_waypoints,
             )
+            first, second = parents_of(child, config.crossovers)
             m.d.comb += [
                 index.advance.eq(pointer.advance[number // _SLOTS_OF_PART]),
                 index.position.eq(pointer.ahead),
-                assign_each(
-                    index.parent_lengths,
-                    (parents[parent].length for parent in parents_of(child, config.crossovers)),
+                index.bred_head.eq(parents[first].length >> 1),
+                index.bred_length.eq(
+                    (parents[first].length >> 1) + ((parents[second].length + 1) >> 1)
                 ),
                 index.applied.eq(
                     Cat(each.applied & (each.child == child) for each in self.mutations)

@@ -13,6 +13,7 @@ from tests.wrong_sizes import check_sizes
 
 MOST = 7
 HEAD_SIZE = MOST // 2
+TAIL_SIZE = MOST - HEAD_SIZE
 KINDS = (MutationKind.PERTURB, MutationKind.INSERT, MutationKind.INSERT, MutationKind.DELETE)
 SIZES = {"kinds": KINDS, "min_waypoints": 2, "max_waypoints": MOST}
 
@@ -35,12 +36,13 @@ async def sources(ctx, dut, length):
     return found
 
 
-async def update(ctx, dut, lengths, number, index):
-    """Make a child of parents of these lengths, changed by mutator ``number``, or by none."""
-    for port, length in zip(dut.parent_lengths, lengths, strict=True):
-        ctx.set(port, length)
+async def update(ctx, dut, head, tail, number, index):
+    """Make a child of these waypoints, changed by mutator ``number``, or by none."""
+    ctx.set(dut.bred_length, head + tail)
     ctx.set(dut.applied, 0 if number is None else 1 << number)
     await ctx.tick()
+    ctx.set(dut.bred_length, 0)
+    ctx.set(dut.bred_head, head)
     # The others have not been applied, or to other children.
     for other, port in enumerate(dut.indices):
         ctx.set(port, index if other == number else MOST - 1)
@@ -52,13 +54,13 @@ async def update(ctx, dut, lengths, number, index):
 
 @pytest.mark.parametrize("number", [None, 0, 1, 2, 3])
 def test_every_child(number):
-    """All lengths of both parents, all places of the mutation."""
+    """All lengths of both halves, all places of the mutation."""
     dut = ChildIndex(**SIZES)
 
     async def bench(ctx):
-        for head, tail in itertools.product(range(2, MOST + 1), repeat=2):
-            bred = [("head", at) for at in range(head // 2)]
-            bred += [("tail", at) for at in range((tail + 1) // 2)]
+        for head, tail in itertools.product(range(1, HEAD_SIZE + 1), range(1, TAIL_SIZE + 1)):
+            bred = [("head", at) for at in range(head)]
+            bred += [("tail", at) for at in range(tail)]
             for index in range(len(bred) if number is not None else 1):
                 path = list(bred)
                 match None if number is None else KINDS[number]:
@@ -69,7 +71,7 @@ def test_every_child(number):
                     case MutationKind.DELETE:
                         del path[index]
                 if 2 <= len(path) <= MOST:
-                    await update(ctx, dut, (head, tail), number, index)
+                    await update(ctx, dut, head, tail, number, index)
                     assert ctx.get(dut.length) == len(path)
                     assert await sources(ctx, dut, len(path)) == path
 
@@ -79,14 +81,15 @@ def test_every_child(number):
 def test_rewritten_path_lies_in_order():
     dut = ChildIndex(**SIZES)
     order = [("head", at) for at in range(HEAD_SIZE)]
-    order += [("tail", at) for at in range(MOST - HEAD_SIZE)]
+    order += [("tail", at) for at in range(TAIL_SIZE)]
 
     async def bench(ctx):
         rng = random.Random(1)
         assert ctx.get(dut.length) == SIZES["min_waypoints"]
         for length in range(2, MOST + 1):
             for number in range(len(KINDS)):
-                await update(ctx, dut, (rng.randint(2, MOST), rng.randint(3, MOST)), number, 1)
+                head, tail = rng.randint(1, HEAD_SIZE), rng.randint(2, TAIL_SIZE)
+                await update(ctx, dut, head, tail, number, 1)
                 ctx.set(dut.rewritten_length, length)
                 ctx.set(dut.rewrite, 1)
                 await ctx.tick()

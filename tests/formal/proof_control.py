@@ -10,18 +10,14 @@ from tests.formal.parts import Opened, any_constant, comes_back, free
 from tools.formal import Proof
 
 
-#: The unit of each state, and how many units have been on before it, at most. The receiving unit
-#: stays on for a clock more before a generation.
-UNITS = {
-    ChipState.RECEIVE: ("receive", 0),
+#: Units of a generation by their states, each with the number of units on before it.
+GENERATION = {
     ChipState.CROSSOVER: ("crossover", 1),
     ChipState.MUTATE: ("mutation", 2),
     ChipState.UPDATE: ("update", 3),
-    ChipState.CHECK: ("check", 1),
-    ChipState.TRANSMIT: ("transmit", 4),
 }
 
-#: The state after that of a unit, but for the receiving one.
+#: State after that of each unit except the receiving one.
 NEXT = {
     ChipState.CROSSOVER: ChipState.MUTATE,
     ChipState.MUTATE: ChipState.UPDATE,
@@ -31,67 +27,75 @@ NEXT = {
 }
 
 
-def _side(control, state):
-    """Return the interface that has the hand-over with the unit of a state."""
-    generation = (ChipState.CROSSOVER, ChipState.MUTATE, ChipState.UPDATE)
-    return control.core if state in generation else control
-
-
 class Returns(Elaboratable):
     """Proved for all time, by induction, for the chip of the default configuration.
 
-    Assumed: a unit says that it is over in one of the first ``limit`` clocks in which it is on, for
-    any ``limit`` from 1 to 255; the receiving unit, if it asks for a generation, is over and the
-    chip ``ready`` in one of them, and it never asks for a generation and a check at once. All else
-    is as it likes in every clock, ``over`` of units that are off included.
+    (For a chip that only checks paths, see ``check_control``.)
 
-    - After it has left LISTEN, the state is LISTEN again at most ``5 * limit + 1`` clocks later.
-    - It leaves LISTEN in the clock after ``pending``, for RECEIVE, and not otherwise.
+    Assumed: a unit is done in one of the first ``limit`` cycles in which it is on, for any
+    ``limit`` from 1 to 255; the receiving unit, if it asks for a generation, is done and the chip
+    ``ready`` in one of them, and it never asks for a generation and a check at once. All other
+    inputs have any value in every cycle, ``done`` of units that are off included.
+
+    - After it has left LISTEN, the state is LISTEN again at most ``5 * limit + 1`` cycles later.
+    - It leaves LISTEN in the cycle after ``pending``, for RECEIVE, and not otherwise.
     - The unit of the state is on and no other; in LISTEN none is.
-    - A unit is off in the clock after it is done, and not earlier; the unit that is on then is the
+    - A unit is off in the cycle after it is done, and not earlier; the unit that is on then is the
       next one of its kind of command: crossover, mutation, update and answer of a generation, check
-      and answer, or the answer alone. A generation starts only when ``ready``, of which
-      ``begin`` tells in the clock between; the receiving unit is on in that, too.
+      and answer, or the answer alone. A generation starts only when ``ready``, and ``begin`` tells
+      in the cycle between; the receiving unit is on in that cycle, too.
     """
 
+    CONFIG = Config()
+    #: Units that a command turns on, at most.
+    MOST_UNITS = 5
+
     def __init__(self, unit):
-        self.dut = unit(Control)(Config())
+        self.dut = unit(Control)(self.CONFIG)
 
     def elaborate(self, platform):
         m = Module()
-        control = self.dut
+        control, genetic = self.dut, self.CONFIG.genetic
+        units = {
+            ChipState.RECEIVE: ("receive", 0),
+            **(GENERATION if genetic else {}),
+            ChipState.CHECK: ("check", 1),
+            ChipState.TRANSMIT: ("transmit", self.MOST_UNITS - 1),
+        }
         state = control.state
         m.submodules.dut = opened = Opened(control)
         sequencer = opened.open("sequencer")
         listening = sequencer.signal("listen")
         limit = any_constant(m, 8, "limit")
         m.d.comb += Assume(limit != 0)
+
+        def member(at, suffix):
+            side = control.core if at in GENERATION else control
+            return getattr(side, f"{units[at][0]}_{suffix}")
+
+        # Only the population, which `launch` starts, takes part in the crossover.
         on = {
-            at: getattr(_side(control, at), f"{name}_on")
-            for at, (name, _) in UNITS.items()
-            if at is not ChipState.CROSSOVER
+            at: sequencer.signal("crossover") if at is ChipState.CROSSOVER else member(at, "on")
+            for at in units
         }
-        # No unit but the population, which `launch` starts, takes part in the crossover.
-        on[ChipState.CROSSOVER] = sequencer.signal("crossover")
-        done = {at: getattr(_side(control, at), f"{name}_done") for at, (name, _) in UNITS.items()}
-        free(
-            m, *done.values(), control.pending, control.generate, control.check, control.core.ready
-        )
-        free(m, control.line_busy, control.line_sending, control.core.restart)
-        free(m, control.core.refused, control.core.redrawn, control.core.left_out)
+        done = {at: member(at, "done") for at in units}
+        free(m, *done.values(), control.pending, control.check)
+        free(m, control.line_busy, control.line_sending)
+        generate, ready = C(0), C(1)
+        if genetic:
+            core = control.core
+            generate, ready = control.generate, core.ready
+            free(m, generate, ready, core.restart, core.refused, core.redrawn, core.left_out)
 
         # The receiving unit has asked for a generation, and it was ready.
         asked = Signal()
         m.d.sync += asked.eq(
-            (state == ChipState.RECEIVE)
-            & done[ChipState.RECEIVE]
-            & control.generate
-            & control.core.ready
-            & ~asked
+            (state == ChipState.RECEIVE) & done[ChipState.RECEIVE] & generate & ready & ~asked
         )
-        m.d.comb += Assert(control.core.begin == asked)
+        if genetic:
+            m.d.comb += Assert(core.begin == asked)
 
-        # Clocks in the state and out of LISTEN, the present one not counted, nor that of `asked`.
+        # Cycles in the state and out of LISTEN, without the present one and that of `asked`.
         before, stays = Signal.like(state), Signal()
         age, age_before = Signal(9), Signal(9)
         away, away_before = Signal(12), Signal(12)
@@ -102,7 +106,7 @@ class Returns(Elaboratable):
         ]
         m.d.sync += [before.eq(state), age_before.eq(age), away_before.eq(away)]
 
-        # What the state has to be in the next clock.
+        # State required in the next cycle.
         expected = Signal.like(state)
         following = Signal.like(state)
         m.d.sync += expected.eq(following)
@@ -114,21 +118,22 @@ class Returns(Elaboratable):
                 with m.If(control.pending):
                     m.d.comb += following.eq(ChipState.RECEIVE)
             with m.Case(ChipState.RECEIVE):
-                finished = done[ChipState.RECEIVE] & (control.core.ready | ~control.generate)
+                finished = done[ChipState.RECEIVE] & (ready | ~generate)
                 m.d.comb += in_time.eq(finished | asked)
                 with m.If(asked):
                     m.d.comb += following.eq(ChipState.CROSSOVER)
-                with m.Elif(finished & ~control.generate & control.check):
+                with m.Elif(finished & ~generate & control.check):
                     m.d.comb += following.eq(ChipState.CHECK)
-                with m.Elif(finished & ~control.generate):
+                with m.Elif(finished & ~generate):
                     m.d.comb += following.eq(ChipState.TRANSMIT)
             for at, then in NEXT.items():
-                with m.Case(at):
-                    m.d.comb += in_time.eq(done[at])
-                    with m.If(done[at]):
-                        m.d.comb += following.eq(then)
+                if at in units:
+                    with m.Case(at):
+                        m.d.comb += in_time.eq(done[at])
+                        with m.If(done[at]):
+                            m.d.comb += following.eq(then)
         m.d.comb += [
-            Assume(~(control.generate & control.check)),
+            Assume(~(generate & control.check)),
             Assume(in_time | (age + 1 < limit)),
         ]
 
@@ -137,8 +142,8 @@ class Returns(Elaboratable):
             Assert(listening == (state == ChipState.LISTEN)),
             Assert(~asked | (state == ChipState.RECEIVE)),
         ]
-        earlier = {at: count for at, (_, count) in UNITS.items()}
-        comes_back(m, (before, state), earlier, age, away, limit, most=5)
+        earlier = {at: count for at, (_, count) in units.items()}
+        comes_back(m, (before, state), earlier, age, away, limit, most=self.MOST_UNITS)
         seen = Signal()
         with m.If(state == ChipState.CHECK):
             m.d.sync += seen.eq(1)

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The control unit: order of the units, hand-dones without a clock between, and counters."""
+"""The control unit: order of the units, hand-overs without a cycle between, and counters."""
 
 import random
 
@@ -23,34 +23,36 @@ ON = {
 
 
 class Bench:
-    """A control unit whose units take the clocks they are told to.
+    """A control unit whose units take the cycles they are told to.
 
     A receiving unit that asks for a generation takes one more.
     """
 
     def __init__(self, ctx, dut):
         self.ctx, self.dut = ctx, dut
-        self.clocks = 0
+        self.cycles = 0
+        absent = () if dut.config.genetic else (MUTATE, UPDATE)
+        self.on = {unit: on(dut) for unit, on in ON.items() if unit not in absent}
 
     async def tick(self):
-        self.clocks += 1
+        self.cycles += 1
         await self.ctx.tick()
 
     def check(self, state):
         assert self.ctx.get(self.dut.state) == state
-        for unit, on in ON.items():
-            assert self.ctx.get(on(self.dut)) == (unit == state), (state, unit)
+        for unit, on in self.on.items():
+            assert self.ctx.get(on) == (unit == state), (state, unit)
 
-    async def stay(self, state, clocks, done):
-        """Be in ``state`` for ``clocks``, and end it by ``done``."""
-        for clock in range(clocks):
-            self.ctx.set(done, clock == clocks - 1)
+    async def stay(self, state, cycles, done):
+        """Be in ``state`` for ``cycles``, and end it by ``done``."""
+        for cycle in range(cycles):
+            self.ctx.set(done, cycle == cycles - 1)
             self.check(state)
             await self.tick()
         self.ctx.set(done, 0)
 
-    async def command(self, clocks, *, generate=True, refused=0, redrawn=0, left_out=0):
-        """Take one command whose units take ``clocks``, from RECEIVE to TRANSMIT."""
+    async def command(self, cycles, *, generate=True, refused=0, redrawn=0, left_out=0):
+        """Take one command whose units take ``cycles``, from RECEIVE to TRANSMIT."""
         ctx, dut = self.ctx, self.dut
         self.check(LISTEN)
         ctx.set(dut.pending, 1)
@@ -60,19 +62,19 @@ class Bench:
         ctx.set(dut.core.refused, refused)
         ctx.set(dut.core.redrawn, redrawn)
         ctx.set(dut.core.left_out, left_out)
-        await self.stay(RECEIVE, clocks[0], dut.receive_done)
+        await self.stay(RECEIVE, cycles[0], dut.receive_done)
         if generate:
             await self.begin()
-            await self.stay(CROSSOVER, clocks[1], dut.core.crossover_done)
-            await self.stay(MUTATE, clocks[2], dut.core.mutation_done)
-            await self.stay(UPDATE, clocks[3], dut.core.update_done)
-        await self.stay(TRANSMIT, clocks[4], dut.transmit_done)
+            await self.stay(CROSSOVER, cycles[1], dut.core.crossover_done)
+            await self.stay(MUTATE, cycles[2], dut.core.mutation_done)
+            await self.stay(UPDATE, cycles[3], dut.core.update_done)
+        await self.stay(TRANSMIT, cycles[4], dut.transmit_done)
         self.check(LISTEN)
-        # The last clock is counted in this one.
+        # The last cycle is counted in this one.
         await self.tick()
 
     async def begin(self):
-        """Pass the last clock of a receiving unit that has asked for a generation."""
+        """Pass the last cycle of a receiving unit that has asked for a generation."""
         self.ctx.set(self.dut.receive_done, 1)
         assert self.ctx.get(self.dut.core.begin)
         self.check(RECEIVE)
@@ -80,18 +82,19 @@ class Bench:
         self.ctx.set(self.dut.receive_done, 0)
         self.ctx.set(self.dut.generate, 0)
 
-    async def check_paths(self, clocks):
-        """Take one command to check paths."""
+    async def check_paths(self, cycles, *, check=True):
+        """Take one command to check paths, or one that is answered at once."""
         ctx, dut = self.ctx, self.dut
         self.check(LISTEN)
         ctx.set(dut.pending, 1)
         await self.tick()
         ctx.set(dut.pending, 0)
-        ctx.set(dut.check, 1)
-        await self.stay(RECEIVE, clocks[0], dut.receive_done)
+        ctx.set(dut.check, check)
+        await self.stay(RECEIVE, cycles[0], dut.receive_done)
         ctx.set(dut.check, 0)
-        await self.stay(CHECK, clocks[1], dut.check_done)
-        await self.stay(TRANSMIT, clocks[2], dut.transmit_done)
+        if check:
+            await self.stay(CHECK, cycles[1], dut.check_done)
+        await self.stay(TRANSMIT, cycles[2], dut.transmit_done)
         self.check(LISTEN)
         await self.tick()
 
@@ -100,13 +103,14 @@ class Bench:
         return {name: counters[name] for name, _ in self.dut.counters.shape()}
 
 
-def simulate(bench):
-    dut = Control(Config(checker=CheckerBuild.PARALLEL))
+def simulate(bench, config=None):
+    dut = Control(config or Config(checker=CheckerBuild.PARALLEL))
     simulator = Simulator(dut)
     simulator.add_clock(1e-8)
 
     async def testbench(ctx):
-        ctx.set(dut.core.ready, 1)
+        if dut.config.genetic:
+            ctx.set(dut.core.ready, 1)
         await bench(Bench(ctx, dut), ctx, dut)
 
     simulator.add_testbench(testbench)
@@ -118,10 +122,10 @@ def test_a_generation_goes_through_all_units():
         await unit.command([3, 17, 2, 1, 5], refused=2, redrawn=6, left_out=3)
         assert ctx.get(dut.history) == 0x00_123450
         assert ctx.get(dut.generation) == 1
-        clocks = ctx.get(dut.cycles)
-        assert (clocks.crossover, clocks.mutation, clocks.update) == (17, 2, 1)
+        cycles = ctx.get(dut.cycles)
+        assert (cycles.crossover, cycles.mutation, cycles.update) == (17, 2, 1)
         assert unit.counters() == {
-            Counter.CYCLES: unit.clocks,
+            Counter.CYCLES: unit.cycles,
             Counter.RECEIVE: 3 + 1,
             Counter.CROSSOVER: 17,
             Counter.MUTATION: 2,
@@ -165,6 +169,22 @@ def test_a_check_goes_past_the_generation():
     simulate(bench)
 
 
+def test_a_chip_without_a_genetic_core():
+    """A check, then another command: no unit waits for the next."""
+
+    async def bench(unit, ctx, dut):
+        await unit.check_paths([3, 4, 2])
+        await unit.check_paths([3, 0, 2], check=False)
+        assert ctx.get(dut.history) == 0x0165_0150
+        assert unit.counters() == {
+            Counter.CYCLES: unit.cycles,
+            Counter.RECEIVE: 3 + 3,
+            Counter.TRANSMIT: 2 + 2,
+        }
+
+    simulate(bench, Config(genetic=False))
+
+
 def test_counters_of_random_commands():
     async def bench(unit, ctx, dut):
         rng = random.Random(5)
@@ -177,28 +197,28 @@ def test_counters_of_random_commands():
                 ctx.set(dut.core.restart, 0)
                 generations = 0
                 counters[Counter.LONGEST] = 0
-            clocks = [rng.randint(1, 6) for _ in range(5)]
+            cycles = [rng.randint(1, 6) for _ in range(5)]
             generate = rng.random() < 0.7
             told = {
                 Counter.REFUSED_MUTATIONS: ("refused", rng.randrange(6)),
                 Counter.REDRAWN: ("redrawn", rng.randrange(7)),
                 Counter.LEFT_OUT: ("left_out", rng.randrange(4)),
             }
-            await unit.command(clocks, generate=generate, **dict(told.values()))
-            counters[Counter.RECEIVE] += clocks[0] + generate
-            counters[Counter.TRANSMIT] += clocks[4]
+            await unit.command(cycles, generate=generate, **dict(told.values()))
+            counters[Counter.RECEIVE] += cycles[0] + generate
+            counters[Counter.TRANSMIT] += cycles[4]
             if generate:
                 generations += 1
-                counters[Counter.CROSSOVER] += clocks[1]
-                counters[Counter.MUTATION] += clocks[2]
-                counters[Counter.UPDATE] += clocks[3]
+                counters[Counter.CROSSOVER] += cycles[1]
+                counters[Counter.MUTATION] += cycles[2]
+                counters[Counter.UPDATE] += cycles[3]
                 counters[Counter.GENERATIONS] += 1
                 for counter, (_, count) in told.items():
                     counters[counter] += count
-                counters[Counter.LONGEST] = max(counters[Counter.LONGEST], sum(clocks[1:4]))
+                counters[Counter.LONGEST] = max(counters[Counter.LONGEST], sum(cycles[1:4]))
                 latest = ctx.get(dut.cycles)
-                assert [latest.crossover, latest.mutation, latest.update] == clocks[1:4]
-            counters[Counter.CYCLES] = unit.clocks
+                assert [latest.crossover, latest.mutation, latest.update] == cycles[1:4]
+            counters[Counter.CYCLES] = unit.cycles
             assert unit.counters() == counters
             assert ctx.get(dut.generation) == generations
 
@@ -207,16 +227,16 @@ def test_counters_of_random_commands():
 
 def test_longest_generation_since_restart():
     async def bench(unit, ctx, dut):
-        for clocks, longest in (([1, 60, 2, 1, 1], 63), ([1, 9, 2, 1, 1], 63)):
-            await unit.command(clocks)
+        for cycles, longest in (([1, 60, 2, 1, 1], 63), ([1, 9, 2, 1, 1], 63)):
+            await unit.command(cycles)
             assert unit.counters()[Counter.LONGEST] == longest
         ctx.set(dut.core.restart, 1)
         await unit.tick()
         ctx.set(dut.core.restart, 0)
         await unit.tick()
         assert unit.counters()[Counter.LONGEST] == 0
-        for clocks, longest in (([1, 5, 2, 1, 1], 8), ([1, 9, 2, 1, 1], 12)):
-            await unit.command(clocks)
+        for cycles, longest in (([1, 5, 2, 1, 1], 8), ([1, 9, 2, 1, 1], 12)):
+            await unit.command(cycles)
             assert unit.counters()[Counter.LONGEST] == longest
         # The others go on.
         assert unit.counters()[Counter.GENERATIONS] == 4
@@ -257,7 +277,7 @@ def test_frame_coming_in_counts_as_receiving():
         await unit.command([3, 1, 1, 1, 2])
         ctx.set(dut.line_busy, 0)
         await unit.tick()
-        assert unit.counters()[Counter.RECEIVE] == unit.clocks - 1
+        assert unit.counters()[Counter.RECEIVE] == unit.cycles - 1
 
     simulate(bench)
 
@@ -274,7 +294,7 @@ def test_answer_going_out_counts_as_transmitting():
     simulate(bench)
 
 
-def test_over_of_a_unit_that_is_off_does_nothing():
+def test_done_of_a_unit_that_is_off_does_nothing():
     async def bench(unit, ctx, dut):
         dones = [
             dut.core.crossover_done,

@@ -4,13 +4,11 @@
 import random
 
 import pytest
-from amaranth.sim import Simulator
 
 from hdl.command.layouts import AnswerKind
 from hdl.command.receiver import CommandReceiver
 from hdl.config import CheckerBuild, Config
-from hdl.control import Control
-from hdl.protocol import ChipState, Command, Status, StickyError, config_from_info, info_values
+from hdl.protocol import Command, Status, StickyError, config_from_info, info_values
 from host.device.chip import Chip
 from host.device.link import Link, RefusedError
 from host.errors import InputError
@@ -107,42 +105,5 @@ def test_the_host_refuses_before_it_asks(chip):
     assert chip.status()["errors"] == 0
 
 
-def test_control():
-    """A check, then another command: one unit works at a time, and none waits for the next."""
-    control = Control(CONFIG)
-    on = (control.receive_on, control.check_on, control.transmit_on)
-    seen = []
-
-    async def bench(ctx):
-        for units in (("receive", "check", "transmit"), ("receive", "transmit")):
-            ctx.set(control.check, "check" in units)
-            ctx.set(control.pending, 1)
-            await ctx.tick()
-            ctx.set(control.pending, 0)
-            for unit in units:
-                done = getattr(control, f"{unit}_done")
-                for clock in range(3):
-                    seen.append(ctx.get(control.state))
-                    assert sum(ctx.get(each) for each in on) == 1
-                    ctx.set(done, clock == 2)
-                    await ctx.tick()
-                ctx.set(done, 0)
-            assert ctx.get(control.state) == ChipState.LISTEN
-        # The states, and all counts but that of the cycles, are recorded one cycle late.
-        await ctx.tick()
-        counters = ctx.get(control.counters)
-        assert (counters.clocks, counters.receive, counters.transmit) == (18, 6, 6)
-        assert ctx.get(control.history) == 0x1650150
-
-    simulator = Simulator(control)
-    simulator.add_clock(1e-6)
-    simulator.add_testbench(bench)
-    simulator.run()
-    states = (ChipState.RECEIVE, ChipState.CHECK, ChipState.TRANSMIT)
-    assert seen == [state for state in (*states, states[0], states[2]) for _ in range(3)]
-
-
-def test_wrong_configuration():
-    with pytest.raises(TypeError, match=r"^Config must be a Config, not None$"):
-        Control(None)
+def test_gateware_lacks_the_streams_of_the_core():
     assert not hasattr(CommandReceiver(CONFIG), "start_requests")

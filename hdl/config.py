@@ -40,9 +40,9 @@ class CheckerBuild(enum.StrEnum):
 
     #: No map on the chip.
     NONE = "none"
-    #: The paper's: a cell a clock, two segments in the detailed map, the others in the coarse one.
+    #: The paper's: a cell a cycle, two segments in the detailed map, the others in the coarse one.
     TWO_TIER = "two-tier"
-    #: Every segment in the detailed map, several cells a clock.
+    #: Every segment in the detailed map, several cells a cycle.
     PARALLEL = "parallel"
 
 
@@ -61,7 +61,7 @@ class Config:
     survivors : int
         Other parents kept, drawn at random.
     perturbs, inserts, deletes : int
-        Mutators of each kind; each works on a child of its own.
+        Mutators of each kind; each works on another child.
     max_waypoints : int
         Transitional waypoints of the longest path, 3..64; the shortest has 2.
     map_size : int
@@ -81,15 +81,15 @@ class Config:
         See there. A chip without a genetic core has one. All fields below up to ``redraws`` matter
         only where there is one.
     lanes : int
-        Cells checked each clock: 1, 2, 4, 8 or 16; 1 in the two-tier build.
+        Cells checked each cycle: 1, 2, 4, 8 or 16; 1 in the two-tier build.
     memory_latency : int
-        Clocks from an address to the data of the map's memory, 1 or 2.
+        Cycles from an address to the data of the map's memory, 1 or 2.
     redraws : int
         Further draws of a new waypoint that lies in the ground, 0..7.
     clock_hz : int
         Clock of the chip in hertz, reported to the host.
     clocks_per_bit : int
-        UART divisor: clocks per bit, 4..65535.
+        UART divisor: cycles per bit, 4..65535.
     receive_buffer : int
         Bytes of received frames the chip can hold: a power of two, 256..32768. What a host may have
         unanswered on the line.
@@ -321,7 +321,7 @@ class Config:
 
     @property
     def lookup_latency(self) -> int:
-        """Clocks from a cell's x and y to the altitude that the checker has there.
+        """Cycles from a cell's x and y to the altitude that the checker has there.
 
         The memory's, a register before it and one behind the multiplexer of its banks.
         """

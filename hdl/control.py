@@ -58,7 +58,7 @@ class Control(wiring.Component):
     A chip without a genetic core, or without a checker, has a control unit without the states, the
     counters and the members of what is missing.
 
-    Source: *allaire-2008*, section 4.2. Differs: the update has a state of its own, and commands
+    Source: *allaire-2008*, section 4.2. Differs: the update is a separate state, and commands
     may ask for other things than a generation.
 
     Parameters
@@ -83,7 +83,7 @@ class Control(wiring.Component):
         The eight states entered last, 4 bits each, the latest lowest; LISTEN before the first. One
         cycle late.
     counters : Out(StructLayout({counter: 48, ...}))
-        Every :class:`hdl.protocol.Counter` of the units that the chip has, but those of the line
+        Every :class:`hdl.protocol.Counter` of the units that the chip has, except those of the line
         and of the checker, since reset; the longest generation since the latest ``restart``. The
         count of all cycles shows those before the present one, the others are one cycle late: those
         of a generation are complete from the second cycle after it on, before an answer is made.

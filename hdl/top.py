@@ -33,9 +33,9 @@ class Planner(wiring.Component):
     Members
     -------
     clk, rst : In(1)
-        Clock, and reset, which acts one to three clocks later, and for four clocks at least.
+        Clock, and reset, which acts one to three cycles later, for four cycles at least.
     rx, tx : In(1), Out(1)
-        UART pins, 8N1, ``config.clocks_per_bit`` clocks per bit; high when idle.
+        UART pins, 8N1, ``config.clocks_per_bit`` cycles per bit; high when idle.
     """
 
     clk: In(1)
@@ -52,8 +52,8 @@ class Planner(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        # On a large chip, the reset comes to one part after the other, from a register each: all of
-        # them are out of reach for one. It lasts until all parts are reset at once.
+        # One register cannot reset the whole of a large chip in a cycle: the reset passes from part
+        # to part, through a register each. It lasts until all parts are reset at once.
         m.domains.unreset = ClockDomain(reset_less=True)
         m.d.comb += ClockSignal("unreset").eq(self.clk)
         lasting = Signal(3)

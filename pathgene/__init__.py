@@ -111,7 +111,7 @@ def planners() -> dict[str, Entry]:
     """Return the planners by name, the default first.
 
     Each entry has a ``description``, the ``paper`` it is from, the most ``generations`` it runs by
-    default, the names of its own ``options``, and the ``engines`` it can run on.
+    default, the names of the ``options`` that it alone has, and the ``engines`` it can run on.
     """
     from host.planners import PLANNERS
 

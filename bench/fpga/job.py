@@ -83,7 +83,7 @@ class Job(ABC):
     def measure_unless(self, known: str | None, root: Path) -> Measured | None:
         """Return the row, or None if the digest of its sources is still ``known``.
 
-        The job works in a folder of its own in ``root``.
+        The job works in a separate folder in ``root``.
 
         Raises
         ------

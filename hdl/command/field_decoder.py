@@ -116,7 +116,7 @@ class FieldDecoder(wiring.Component):
     Raises
     ------
     TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
+        If a size is not an integer, or out of its range.
     """
 
     def __init__(

@@ -58,7 +58,7 @@ class PathSource(wiring.Component):
     Raises
     ------
     TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
+        If a size is not an integer, or out of its range.
     """
 
     def __init__(

@@ -86,7 +86,7 @@ class ResultStore(wiring.Component):
     Raises
     ------
     TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
+        If a size is not an integer, or out of its range.
     """
 
     def __init__(

@@ -16,7 +16,7 @@ from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, frame_crc
 __all__ = ["FrameReceiver", "FrameTransmitter"]
 
 
-# XORed with every CRC but those of plain frames.
+# XORed with every CRC except those of plain frames.
 _VERSION_MASK = frame_crc(b"", plain=False) ^ frame_crc(b"", plain=True)
 
 

@@ -81,7 +81,7 @@ class LinkMode(enum.IntEnum):
     #: The request carries the order of the slots, the reply the survivors' slots and the children.
     RANK = 1
     #: The request is as in RANK. The reply is a recipe (:func:`recipe_reply`): the choices of the
-    #: generation, and no waypoints but new ones.
+    #: generation, and new waypoints only.
     RECIPE = 2
 
 

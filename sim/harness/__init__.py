@@ -54,7 +54,7 @@ class CheckerBatch:
 
 
 class VerilatedChecker:
-    """The checker of one configuration, simulated by Verilator in a process of its own.
+    """The checker of one configuration, simulated by Verilator in another process.
 
     Parameters
     ----------

@@ -25,28 +25,28 @@ __all__ = [
 
 
 def any_constant(m, shape, name):
-    """Return a signal that has any value, the same in every clock."""
+    """Return a signal that has any value, the same in every cycle."""
     return _set(m, Signal(shape, name=name), AnyConst)
 
 
 def free(m, *signals):
-    """Let inputs have any value in every clock."""
+    """Let inputs have any value in every cycle."""
     for signal in signals:
         _set(m, signal, AnySeq)
 
 
 def comes_back(m, states, earlier, age, away, limit, *, most):
-    """Claim that a control unit is in LISTEN again at most ``most * limit`` clocks after it left.
+    """Claim that a control unit is in LISTEN again at most ``most * limit`` cycles after it left.
 
     Parameters
     ----------
     m : Module
     states : (Signal, Signal)
-        The state in the clock before, and in this one.
+        The state in the cycle before, and in this one.
     earlier : dict of ChipState to int
         Every other state, and how many have been before it, at most.
     age, away : Signal
-        Clocks in the state, and out of LISTEN.
+        Cycles in the state, and out of LISTEN.
     limit : Signal
         Longest time in a state.
     most : int
@@ -142,12 +142,12 @@ class Scoreboard(Elaboratable):
     shape : ShapeLike
         Shape of a word.
     bits : int
-        Width of the counters; ``2**bits`` is more than the words that can be under way.
+        Width of the counters; ``2**bits`` is more than the words that can be in flight.
 
     Attributes
     ----------
     put, put_word, take, take_word
-        In this clock a word goes in, comes out.
+        In this cycle a word goes in, comes out.
     inside : Signal(bits)
         Words that went in and did not come out.
     watched, value : Signal
@@ -175,7 +175,7 @@ class Scoreboard(Elaboratable):
         ]
         with m.If(self.put & (self.given == self.watched)):
             m.d.sync += Value.cast(self.value).eq(Value.cast(self.put_word))
-        # A word may come out in the clock in which it goes in.
+        # A word may come out in the cycle in which it goes in.
         known = Mux(
             self.put & (self.given == self.watched),
             Value.cast(self.put_word),

@@ -146,7 +146,7 @@ class Encoder(Elaboratable):
         with m.If(loaded & (Value.cast(taken + encoded.valid)[: len(taken)] == watched)):
             m.d.comb += Assert(inner.submodules.rows.read_ports[0].data == expected)
 
-        # Clocks without need in which no byte was taken, since the last.
+        # Cycles without need in which no byte was taken, since the last.
         stalled = Signal(2)
         with m.If(frames.ready):
             m.d.sync += stalled.eq(0)

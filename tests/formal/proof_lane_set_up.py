@@ -36,8 +36,8 @@ class SetUpInOrder(Elaboratable):
       it may be either, since the cells are the same.
     - ``places`` is, of each lane, the first cell along the segment whose major coordinate is the
       lane's number, modulo the number of lanes.
-    - With it come the products, for its minor coordinate and altitude, of its own gain, of the
-      gains up to these places, and of the reciprocal of its length.
+    - With it come, for its minor coordinate and altitude, the products of its gain and of the gains
+      up to these places with the reciprocal of its length.
     - A segment has one token for each group of as many cells as there are lanes, in cycles one
       after the other, of which the last ends the segment. There are no other tokens.
     """

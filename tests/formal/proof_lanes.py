@@ -31,7 +31,7 @@ class Together(Elaboratable):
     - Of a group, axis, direction, the major coordinate of its first cell, minor coordinates and
       number of cells are told in the same cycle.
 
-    The induction is longer than any segment: what the lanes keep of one is wholly of its own start.
+    The induction is longer than any segment: what the lanes keep comes from its start alone.
     """
 
     LANES, MAP_SIZE = 4, 8

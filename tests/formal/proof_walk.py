@@ -18,7 +18,7 @@ class Walk(Elaboratable):
     they are set up rightly, and no path is dropped.
 
     - Cell k of the walk is cell k of the definition, one in every cycle from that after the segment
-      was taken; after cell n, which is marked as the last, the walk is over: no cell is missing,
+      was taken; after cell n, which is marked as the last, the walk is done: no cell is missing,
       none is visited twice.
     - A cycle later, the altitude is the exact ``(z0 n + k dz) / n``; of a segment of one cell, that
       which the set-up gave.
@@ -61,7 +61,7 @@ class Walk(Elaboratable):
             offer.climb.eq(new.rise),
         ]
 
-        # The segment under way, and which of its cells is the next.
+        # The segment being walked, and which of its cells is the next.
         points = [Signal(point, name=name) for name in ("start", "stop")]
         segment = Segment(m, *points)
         n = segment.length

@@ -68,7 +68,7 @@ class Result:
 
 @dataclass
 class Workshop:
-    """A copy of the sources, with the builds of its own.
+    """A copy of the sources, with separate builds.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ class Workshop:
             return []
         command = [sys.executable, "-m", "pytest", "-q", "--no-header", "--tb=no", "-rfE"]
         command += ["-p", "no:cacheprovider", "-p", "tools.mutation.limit", *options, *tests]
-        # A session of its own: what a hanging test has started ends with it.
+        # A new session: what a hanging test has started ends with it.
         with subprocess.Popen(
             command,
             cwd=self.folder,

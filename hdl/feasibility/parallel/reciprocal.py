@@ -105,7 +105,7 @@ class Reciprocals(wiring.Component):
     Raises
     ------
     TypeError, ValueError
-        If a parameter is not an integer, or out of its range.
+        If a size is not an integer, or out of its range.
     """
 
     def __init__(self, coordinate_bits: int, precision: Precision):

@@ -191,7 +191,7 @@ def test_a_seed_that_comes_to_no_end(tools, tmp_path, capfd, monkeypatch):
     tools(achieved=(101, 102), slow={1: 3600})
 
     def build_for(seconds, **options):
-        """Let so much time pass while the first seed is under way, and none else."""
+        """Let so much time pass while the first seed runs, and none else."""
         clock = chain([0.0, 0.0], repeat(seconds))
         fake = SimpleNamespace(sleep=time.sleep, monotonic=lambda: next(clock))
         monkeypatch.setattr(routing, "time", fake)
@@ -252,7 +252,7 @@ def test_command_line(tools, tmp_path, capsys):
 
 
 def test_interrupted(tools, tmp_path, capsys, monkeypatch):
-    """What was under way is stopped; what had ended is not done again."""
+    """Running seeds are stopped; finished ones are not run again."""
     tools(achieved=(80, 101), slow={2: 2})
     arguments = ["ulx3s-85f", "--jobs", "1", "--out", str(tmp_path)]
 

@@ -15,7 +15,7 @@ from hdl.primitives.fanout import fanout
 
 
 class Copied(wiring.Component):
-    """Three equal registers, each with loads of its own."""
+    """Three equal registers, each with different loads."""
 
     first: In(1)
     second: In(1)

@@ -84,8 +84,8 @@ def test_kernels_match_the_reference(make_problem, world, options, seed, count):
         for name in CLOSED_FORMS:
             assert getattr(terms, name) == pytest.approx(getattr(expected, name), rel=1e-12), name
         assert terms.impossible_arcs == expected.impossible_arcs
-        # Straight pieces have the same samples but for rounding, which hardly ever takes one over
-        # the border of a cell; on an arc the sine may differ.
+        # Rounding hardly ever takes a sample of a straight piece across the border of a cell; on an
+        # arc the sine may differ.
         arcs = sum(isinstance(piece, Arc) for piece in pieces)
         errors = [abs(getattr(terms, name) - getattr(expected, name)) for name in SAMPLED]
         assert max(errors) <= 1e-6 + (arcs + 1) * problem.ds_m

@@ -148,7 +148,7 @@ def test_the_most_there_can_be():
     assert totals.cycles == 8 * ((1 << 24) - 1)
 
 
-def test_clocks():
+def test_cycles():
     """3 cycles to the first byte, then a byte a cycle, and 2 more for each path and each entry."""
     free = PathResult(), {"cells": 0, "reads": 0, "cycles": 0}
     entries = ((0, 1, 2), (3, 4, 5))

@@ -20,7 +20,7 @@ async def drive(ctx, stream, words, pauses=(0,), limit=100_000):
             if ready:
                 break
         else:
-            raise AssertionError(f"{word!r} was not taken within {limit} clocks")
+            raise AssertionError(f"{word!r} was not taken within {limit} cycles")
         ctx.set(stream.valid, 0)
 
 

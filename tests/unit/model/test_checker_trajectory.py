@@ -1,4 +1,4 @@
-"""The testing trajectory is what the paper says of its own (*allaire two-tier*, section 4)."""
+"""The testing trajectory agrees with the paper's (*allaire two-tier*, section 4)."""
 
 import itertools
 

@@ -149,7 +149,7 @@ def test_paths(map_size):
     assert [visit for _, visit in seen] == [cell for p in paths for cell in expected(config, p)]
 
 
-def test_loses_no_clock():
+def test_loses_no_cycle():
     """The first cell comes 3 cycles after the second point, then one a cycle through the path."""
     rng = random.Random(3)
     for _ in range(8):

@@ -1,4 +1,4 @@
-"""Run some iterations of the GPU engine, in a process of its own: numba decides once what a GPU is.
+"""Run some iterations of the GPU engine, in another process: numba decides once what a GPU is.
 
 ``python gpu_run.py FILE``: a pickle of problem, seed, iterations, two_opt_every, stride, threads,
 paths and fitness; prints a pickle of leaders, population and counts to FILE.out.

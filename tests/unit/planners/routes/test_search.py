@@ -179,7 +179,7 @@ def test_crossover_point_is_drawn_at_random():
 
 
 def test_roulette_and_mutation_of_the_conventional_search():
-    """As many children as parents; a fifth of them has a segment of its own."""
+    """As many children as parents; a fifth of them has a segment that no parent has."""
     _, search = searched(ConventionalSearch, chromosomes=200)
     survivor = search._survivor
     graph = survivor.next_graph()

@@ -93,3 +93,9 @@ def test_sizes():
             "waypoint_bits": ("Waypoint width", 1),
         },
     )
+
+
+@pytest.mark.parametrize(("ports", "parts"), [(1, 1), (3, 1), (4, 2), (6, 2), (20, 7)])
+def test_three_ports_share_a_register(ports, parts):
+    assert ReadCrossbar.parts_of(ports) == parts
+    assert len(ReadCrossbar(**{**SIZES, "ports": ports}).writing) == parts

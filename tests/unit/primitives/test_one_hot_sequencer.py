@@ -3,6 +3,7 @@
 
 import random
 
+import pytest
 from amaranth.sim import Simulator
 
 from hdl.primitives.one_hot_sequencer import OneHotSequencer
@@ -48,3 +49,25 @@ def test_random_steps():
     simulator.add_testbench(bench)
     simulator.run()
     assert seen == set(STEPS)
+
+
+def sequencer(**changes):
+    arguments = {"initial": ChipState.LISTEN, "steps": STEPS, "history": 8, "history_entry_bits": 4}
+    return OneHotSequencer(**{**arguments, **changes})
+
+
+def test_sizes_are_checked():
+    assert sequencer(history=1, history_entry_bits=3).history.shape().width == 3
+    for changes, error, message in (
+        ({"history": 0}, ValueError, "History must be 1 or more, not 0"),
+        ({"history": "8"}, TypeError, "History must be an integer, not '8'"),
+        ({"history_entry_bits": 2}, ValueError, "History entry width must be 3 or more, not 2"),
+        ({"initial": 0}, TypeError, "Initial state must be a member of an IntEnum, not 0"),
+        (
+            {"steps": [(ChipState.LISTEN, 1)]},
+            TypeError,
+            "State must be a member of ChipState, not 1",
+        ),
+    ):
+        with pytest.raises(error, match=f"^{message}$"):
+            sequencer(**changes)

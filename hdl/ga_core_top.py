@@ -29,7 +29,7 @@ class GeneticCoreTop(wiring.Component):
         Those of :class:`hdl.ga_core.core.Core` and of :class:`hdl.control.Control`, except the
         two that connect them.
     ranked : Out(1)
-        A whole ranking has been worked in: a generation may start.
+        A whole ranking is processed: a generation may start.
 
     Raises
     ------

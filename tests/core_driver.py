@@ -202,9 +202,9 @@ class Driver:
             assert ctx.get(patch) == mutated.waypoint
         cycles = ctx.get(dut.cycles)
         assert (cycles.crossover, cycles.mutation, cycles.update) == (
-            expected.crossover_clocks,
-            expected.mutation_clocks,
-            expected.update_clocks,
+            expected.crossover_cycles,
+            expected.mutation_cycles,
+            expected.update_cycles,
         )
         assert elapsed == sum((cycles.crossover, cycles.mutation, cycles.update))
         if not self.has_map:

@@ -16,8 +16,8 @@ __all__ = ["ChildIndex"]
 class ChildIndex(wiring.Component):
     """Read index of a child: knows its length, its middle and its pending mutation.
 
-    The halves of a child lie apart, and its mutation is made when it is read; so a child needs an
-    index of its own, while one serves all paths that lie in order.
+    The middle of a child is not that of the slot, and its mutation is made when it is read, so
+    each child has an index. One index serves all paths that lie in order.
 
     Parameters
     ----------

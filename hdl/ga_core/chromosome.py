@@ -38,9 +38,10 @@ def half_signature(waypoint_bits: int, max_waypoints: int) -> wiring.Signature:
 
 
 def pending_layout(max_waypoints: int, patch_count: int) -> data.StructLayout:
-    """Return the layout of a mutation that is made when the path is read: at most one is set.
+    """Return the layout of a mutation that is made when the path is read.
 
-    ``at`` is the waypoint moved, removed, or after which one is added; ``patch`` the number of the
+    At most one of ``perturb``, ``insert`` and ``delete`` is set. ``at`` is the index of the
+    waypoint that is moved or removed, or after which one is added; ``patch`` is the number of the
     new waypoint.
     """
     return data.StructLayout(
@@ -55,7 +56,7 @@ def pending_layout(max_waypoints: int, patch_count: int) -> data.StructLayout:
 
 
 def source_layout(max_waypoints: int, patch_count: int) -> data.StructLayout:
-    """Return the layout of where a waypoint is read: a patch, or place ``at`` in one of the halves.
+    """Return the layout of the source of a waypoint: a patch, or place ``at`` in one of the halves.
 
     One bit is set of ``patches``, ``head`` and ``tail`` together.
     """
@@ -65,11 +66,10 @@ def source_layout(max_waypoints: int, patch_count: int) -> data.StructLayout:
 
 
 class ReadIndex(wiring.Component):
-    """Says where each waypoint of a path lies: a pending mutation changes the index, not the path.
+    """Finds the source of each waypoint of a path. A pending mutation changes the source only.
 
-    ``source`` belongs to the ``position`` of the latest clock with ``advance``, and to ``head`` and
-    ``pending`` of a clock before that. What it says about positions past the end of the path means
-    nothing.
+    ``source`` belongs to the ``position`` of the latest cycle with ``advance``, and to ``head`` and
+    ``pending`` of the cycle before. It is undefined for positions past the end of the path.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class ReadIndex(wiring.Component):
     advance : In(1)
     position : In(range(max_waypoints))
     head : In(range(max_waypoints // 2 + 1))
-        Waypoints in the head; those after them lie in the tail.
+        Number of waypoints in the head; the others lie in the tail.
     pending : In(pending_layout)
     source : Out(source_layout)
 
@@ -115,8 +115,8 @@ class ReadIndex(wiring.Component):
         head_size = self.max_waypoints // 2
         place = place_shape(self.max_waypoints)
 
-        # A path with a mutation goes on as it is up to `mark`: there is the patch, or from there on
-        # the index is one on or back. The tail begins at `start`, and that is one off, too, where
+        # A mutation leaves the waypoints before `mark` as they are. At `mark` is the patch, or from
+        # there on the index is shifted by one. The tail begins at `start`, which is shifted too if
         # the mutation is in the head.
         mark = Signal(range(self.max_waypoints), reset_less=True)
         start = Signal(range(head_size + 2), init=head_size, reset_less=True)
@@ -133,8 +133,8 @@ class ReadIndex(wiring.Component):
             shifts.eq(pending.insert | pending.delete),
         ]
 
-        # Where the tail begins in the path, and what one of the index less or more makes of that
-        # and of 0; then all that the place may be, before it is known which it is.
+        # Places are positions less the start of a half: 0 or the middle, each shifted or not. All
+        # four are computed before it is known which of them holds.
         middle = Signal(place, reset_less=True)
         shifted_middle = Signal.like(middle, reset_less=True)
         shifted_start = Signal.like(middle, reset_less=True)
@@ -176,12 +176,12 @@ class ReadIndex(wiring.Component):
 
 
 class Chromosome(wiring.Component):
-    """Waypoints of one slot, in two halves of two banks each: LUT RAM on the target.
+    """Holds the waypoints of one slot, in two halves of two banks each: LUT RAM on the target.
 
     While one bank is read, the other can be written, both halves at once. ``waypoint`` belongs to
-    the ``source`` of the latest clock with ``advance``; it does not see a write of the same clock.
+    the ``source`` of the latest cycle with ``advance``. A write in the same cycle does not show.
 
-    The memories are zero when the chip is configured; a later reset leaves them alone.
+    The memories are zero when the chip is configured; a later reset does not change them.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ class Core(wiring.Component):
     ranking : In(stream.Signature(ranking_layout))
         Slot of each rank, 0 the best.
     control : In(generation_signature)
-        Hand-overs with the control unit. ``ready`` says that a whole ranking has been worked in. It
+        Hand-overs with the control unit. ``ready`` means that a whole ranking is processed. It
         rises ``mutators + 13`` cycles after the last rank, with a map ``mutators + patches + 18``,
         if no read is in flight.
     reads : In(stream.Signature(read_layout))
@@ -176,7 +176,7 @@ class Core(wiring.Component):
                 mutation.position.eq(population.position),
             ]
 
-        # The next ranking overwrites the mapping, perhaps with slots that make no generation.
+        # The next ranking overwrites the mapping, perhaps without a generation.
         survivors = mapping.carried[config.elites : kept]
         with m.If(control.update_on):
             m.d.sync += [
@@ -193,7 +193,7 @@ class Core(wiring.Component):
         return m
 
     def _start(self, m, allow, selection, mutation):
-        """Accept requests for a new run; return the latest one."""
+        """Accept requests for a new run; return the latest."""
         config, control = self.config, self.control
 
         request = Signal.like(self.start_requests.p, reset_less=True)
@@ -221,12 +221,12 @@ class Core(wiring.Component):
         return request
 
     def _rank(self, m, allow, selection, mapping, population, mutation):
-        """Have a ranking worked in by the mapping, then by the mutators; other orders void it."""
+        """Pass a ranking to the mapping, then to the mutators; later commands discard it."""
         control = self.control
 
-        # Registers drive what reaches the whole core: the wires alone are long enough.
-        overtaken = Signal()
-        void = Signal()
+        # What reaches the whole core comes from registers, since its wires are long.
+        superseded = Signal()
+        discard = Signal()
         planned = Signal()
         connect(m, flipped(self.ranking), mapping.ranking)
         m.d.comb += [
@@ -234,17 +234,17 @@ class Core(wiring.Component):
             mapping.parents.eq(selection.parents),
             mapping.survivors.eq(selection.survivors),
             assign_each(mapping.lengths, population.lengths),
-            void.eq(control.update_on | overtaken),
-            mapping.clear.eq(void),
-            mutation.clear.eq(void),
-            control.ready.eq(planned & population.settled & ~overtaken),
+            discard.eq(control.update_on | superseded),
+            mapping.clear.eq(discard),
+            mutation.clear.eq(discard),
+            control.ready.eq(planned & population.settled & ~superseded),
         ]
-        m.d.sync += overtaken.eq(
+        m.d.sync += superseded.eq(
             (self.start_requests.valid & self.start_requests.ready)
             | (self.writes.valid & self.writes.ready)
             | (self.ranking.valid & self.ranking.ready & (self.ranking.p.rank == 0))
         )
-        with m.If(void):
+        with m.If(discard):
             m.d.sync += planned.eq(0)
         with m.Elif(mutation.planned):
             m.d.sync += planned.eq(1)
@@ -253,7 +253,7 @@ class Core(wiring.Component):
         """Connect the search for new waypoints above the ground."""
         control = self.control
 
-        # Crossover and mutation of the control unit, in a register.
+        # `running` is high during crossover and mutation, `run` a cycle earlier.
         run = Signal()
         running = Signal()
         m.d.comb += run.eq(control.begin | (running & ~mutation.done))

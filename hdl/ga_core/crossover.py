@@ -12,26 +12,27 @@ __all__ = ["Crossover", "parent_signature", "parents_of"]
 
 
 def parent_signature(waypoint_bits: int, max_waypoints: int) -> wiring.Signature:
-    """Return the signature of a parent that passes by: its present waypoint and its length."""
+    """Return the signature of a parent at a port: its present waypoint and its length."""
     return wiring.Signature(
         {"waypoint": Out(waypoint_bits), "length": Out(range(max_waypoints + 1))}
     )
 
 
 def parents_of(child: int, crossovers: int) -> tuple[int, int]:
-    """Return which parent a child has its head of, and which its tail."""
+    """Return the parent from which a child has its head, and that from which it has its tail."""
     first = child // 2
     second = (first + 1) % crossovers
     return (second, first) if child % 2 else (first, second)
 
 
 class Crossover(wiring.Component):
-    """One of the crossover modules: breeds two children of two parents.
+    """Breeds two children of two parents.
 
-    The parents pass by in lock step, one waypoint of each a clock. Those before the middle of a
-    parent, rounded down, go to the head of one child; the others to the tail of the other. As a
-    child keeps its halves apart, both parents are always taken, and no half is written twice in a
-    clock. No clocks of its own: the children are written with the waypoints that pass.
+    The parents pass in lock step, one waypoint of each per cycle. Those before the middle of a
+    parent, rounded down, go to the head of one child, the others to the tail of the other child.
+    The halves of a child are written apart, so both parents are accepted in every cycle, and no
+    half is written twice in a cycle. Children are written while the parents pass, without further
+    cycles.
 
     Source: *allaire-2008*, section 4.5.
 
@@ -50,10 +51,10 @@ class Crossover(wiring.Component):
         Position of the waypoints in their paths.
     parents : In(parent_signature).array(2)
     heads, tails : Out(half_signature).array(2)
-        Written to each child: the first gets the head of the first parent and the tail of the
-        second, the second the others. Combinational; ``valid`` and ``at`` depend on ``on``,
-        ``position`` and the lengths alone, so that they can be worked out before the waypoints are
-        there.
+        Writes to each child. The first child gets the head of the first parent and the tail of the
+        second; the second child gets the others. Combinational. ``valid`` and ``at`` depend on
+        ``on``, ``position`` and the lengths alone, so they can be computed before the waypoints
+        arrive.
 
     Raises
     ------

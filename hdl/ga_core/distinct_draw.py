@@ -1,4 +1,4 @@
-"""Draws of different numbers, one a clock, without trial and error."""
+"""Draws of different numbers, one per cycle, without rejection."""
 
 from amaranth import *
 from amaranth.lib import data, wiring
@@ -14,11 +14,11 @@ class DistinctDraw(wiring.Component):
     Draw ``k`` picks ``d``, uniform below ``total - k``, among the numbers left, counted upwards:
     the number is ``d`` plus the count of earlier numbers at or below it. With ``c_j`` the earlier
     ones in order, that is the count of ``e_j = c_j - j`` that are at most ``d``. So a register file
-    holds the ``e_j``, compares all with ``d`` at once, and shifts to insert it: one draw, one
-    number, none rejected. Equals :class:`sim.model.selection.DistinctDraw`.
+    holds the ``e_j``, compares all with ``d`` at once, and shifts to insert it. Each draw gives a
+    number; none is rejected. Equals :class:`sim.model.selection.DistinctDraw`.
 
-    Takes one draw per clock; its number is the last in ``numbers`` :attr:`LATENCY` clocks later.
-    A reset does not reach it: who uses it clears it then.
+    One draw is accepted per cycle; its number is the last in ``numbers`` :attr:`LATENCY` cycles
+    later. A reset does not reach this unit: its user clears it after one.
 
     Parameters
     ----------
@@ -36,9 +36,9 @@ class DistinctDraw(wiring.Component):
     Members
     -------
     clear : In(1)
-        Put all numbers back, draws under way included; stronger than ``take``. ``numbers`` stays.
+        Put all numbers back, those of draws in flight too. Overrides ``take``. ``numbers`` stays.
     take : In(1)
-        Take ``bits``; at most ``count`` times between two clears, or before the first one.
+        Accept ``bits``, at most ``count`` times between two clears or before the first one.
     bits : In(data.ArrayLayout(draw_bits, best_of))
         Uniform raw draws.
     numbers : Out(data.ArrayLayout(range(first + total), count))
@@ -50,7 +50,7 @@ class DistinctDraw(wiring.Component):
         If a parameter is out of its range.
     """
 
-    #: Clocks from a draw to its number.
+    #: Cycles from a draw to its number.
     LATENCY = 5
 
     def __init__(self, *, total, count, draw_bits, first=0, best_of=1):
@@ -86,7 +86,7 @@ class DistinctDraw(wiring.Component):
         valid = Signal(self.LATENCY - 1, reset_less=True)
         m.d.sync += valid.eq(Mux(self.clear, 0, Cat(self.take, valid)))
 
-        # Stages 1 and 2: one product of half the width a clock each, then their sum.
+        # Stages 1 and 2: two products of half the width, then their sum.
         left = Signal(range(self.total + 1), init=self.total, reset_less=True)
         with m.If(self.clear):
             m.d.sync += left.eq(left.init)

@@ -14,7 +14,7 @@ __all__ = [
 def limits_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
     """Return the layout of the highest x, y and altitude of a new waypoint.
 
-    It is the layout of a waypoint, too.
+    A waypoint has the same layout.
     """
     return data.StructLayout(
         {"x": coordinate_bits, "y": coordinate_bits, "altitude": altitude_bits}

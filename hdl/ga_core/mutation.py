@@ -1,4 +1,4 @@
-"""Mutation unit: perturbs, inserts and deletes waypoints of children that are just being bred."""
+"""Mutation unit: perturbs, inserts and deletes waypoints of children while they are bred."""
 
 from amaranth import *
 from amaranth.lib import data, wiring
@@ -15,7 +15,7 @@ from hdl.protocol.random_words import RandomWordLayout
 
 __all__ = ["Mutation"]
 
-#: Members that pass through to the unit that makes new waypoints on a chip with a map.
+#: Members that are those of the sampler.
 _MAP_INPUTS = ("settled", "run", "avoid", "offset", "lookup_altitude")
 _MAP_OUTPUTS = (
     "peeks",
@@ -29,19 +29,19 @@ _MAP_OUTPUTS = (
 
 
 class Mutation(wiring.Component):
-    """All mutators of the chip, working at once.
+    """All mutators of the chip, which work at the same time.
 
-    Before a generation it plans: ``planned`` is high :attr:`latency` clocks after ``start``. What a
-    limit on the length forbids is not done, and counted in ``refused``.
+    They plan before a generation: ``planned`` is high :attr:`latency` cycles after ``start``. A
+    mutation that a limit on the length forbids is not applied, and counted in ``refused``.
 
-    Without a map, the mutators take the waypoints they work on off the ports during the crossover.
-    The mutation itself takes two clocks.
+    Without a map, the mutators take their waypoints from the ports during the crossover, and the
+    mutation takes 2 cycles.
 
-    With a map, these waypoints are read ahead, after the planning, and :class:`TerrainAwareSampler`
-    looks for new ones above the ground. The mutation takes two clocks, or more until ``n +
-    config.lookup_latency + 6`` clocks have passed since ``run`` rose, where ``n`` is how many
-    candidates, in the order in which they are looked up, it takes to decide all new waypoints. What
-    has no candidate above the ground is not done, and counted in ``left_out``.
+    With a map, these waypoints are read ahead after the planning, and :class:`TerrainAwareSampler`
+    looks for new ones above the ground. The mutation takes 2 cycles, or more until ``n +
+    config.lookup_latency + 6`` cycles have passed since ``run`` rose, where ``n`` is the number of
+    candidates that decide all new waypoints. A mutation without a candidate above the ground is not
+    applied, and counted in ``left_out``.
 
     Source: *allaire-2008*, section 4.6.
 
@@ -52,9 +52,9 @@ class Mutation(wiring.Component):
     Members
     -------
     start : In(1)
-        All inputs up to ``lengths`` are complete; they must stay until ``done``.
+        All inputs up to ``lengths`` are complete. They must stay until ``done``.
     clear : In(1)
-        A plan under way is void. Stronger than ``start``.
+        Discard a plan in flight. Overrides ``start``.
     children : In(ArrayLayout(child_bits, mutators))
     draws : In(ArrayLayout(16, mutators))
         From the selection unit.
@@ -67,13 +67,13 @@ class Mutation(wiring.Component):
         Present waypoint of each parent.
     on : In(1)
     done : Out(1)
-        In the last clock with ``on``.
+        In the last cycle with ``on``.
     results : Out(mutation_layout).array(mutators)
-        With ``done``: what the mutators did in this generation.
+        Work of each mutator in this generation. Valid with ``done``.
     mutations : Out(mutation_layout).array(mutators)
-        Of the latest generation, from the clock after ``done`` on.
+        Work of each mutator in the latest generation, from the cycle after ``done`` on.
     patches : Out(waypoint_bits).array(patches)
-        New waypoints, from then on.
+        New waypoints of the latest generation, from the same cycle on.
     refused : Out(range(mutators + 1))
         Mutations that a limit on the length forbade.
 
@@ -83,26 +83,26 @@ class Mutation(wiring.Component):
         From the selection unit; must stay until ``done``.
     carrying : In(1)
     position : In(index_bits)
-        While ``carrying``: that of ``waypoints``.
+        While ``carrying``: position of ``waypoints`` in their paths.
 
     With a map:
 
     run : In(1)
-        High from the clock before the first of the crossover to the one before ``done``.
+        High from the cycle before the first of the crossover to the one before ``done``.
     settled, peeks, peek, peek_position
         See :class:`hdl.ga_core.population.Population`.
     offset, offset_taken, avoid, lookup_valid, lookup_x, lookup_y, lookup_altitude
         See :class:`hdl.ga_core.terrain_aware_sampler.TerrainAwareSampler`.
     redrawn : Out(range(patches * candidates))
-        Candidates that took the place of one in the ground.
+        Candidates that replaced one in the ground.
     left_out : Out(range(patches + 1))
         Mutations not applied because all their candidates were in the ground.
 
     Attributes
     ----------
     latency : int
-        Clocks from ``start`` to ``planned``. With a map, later by the clocks in which the
-        population was not ``settled`` after the planning.
+        Cycles from ``start`` to ``planned``. With a map, there are as many more as the population
+        is not ``settled`` after the planning.
     """
 
     def __init__(self, config):
@@ -206,7 +206,7 @@ class Mutation(wiring.Component):
         return m
 
     def _move(self, m, mutators, complete):
-        """Move each waypoint once, as it passes."""
+        """Move each waypoint once, while it passes."""
         m.d.comb += self.planned.eq(complete)
         m.d.sync += self.done.eq(self.on & ~self.done)
         for number, mutator in enumerate(mutators[: self.config.patches]):
@@ -263,7 +263,7 @@ class Mutation(wiring.Component):
                 mutator.waypoint.eq(sampler.patches[number]),
             ]
 
-        # What is allowed changes with the next plans; what was, stays for the counters.
+        # `allowed` changes with the next plans; the counts of this generation must stay.
         forbidden = [~mutator.allowed for mutator in mutators]
         missing = [
             mutator.allowed & ~found for mutator, found in zip(patching, sampler.found, strict=True)

@@ -1,4 +1,4 @@
-"""Works out, before a generation, what each mutator will do and where its waypoint will pass."""
+"""Plans of the mutators: child, waypoint, and where that waypoint passes."""
 
 from amaranth import *
 from amaranth.lib import data, wiring
@@ -16,8 +16,8 @@ __all__ = ["MutationPlan", "plan_layout"]
 def plan_layout(crossovers: int, max_waypoints: int) -> data.StructLayout:
     """Return the layout of one mutator's plan.
 
-    ``length`` is that of the child, ``index`` the waypoint's there; ``parent`` and ``position`` say
-    which parent it comes from and its index there.
+    ``length`` is the length of ``child``, and ``index`` that of the waypoint in it. The waypoint
+    comes from ``parent``, where its index is ``position``.
     """
     return data.StructLayout(
         {
@@ -31,10 +31,10 @@ def plan_layout(crossovers: int, max_waypoints: int) -> data.StructLayout:
 
 
 class MutationPlan(wiring.Component):
-    """Plans the mutators' work, one mutator a clock, from the draws and the parents' lengths.
+    """Plans the mutators' work, one mutator per cycle, from the draws and the parents' lengths.
 
-    A pipeline, so that one multiplier and one multiplexer of lengths serve all mutators: the plan
-    of mutator ``i`` is there ``i + 8`` clocks after ``start``.
+    It is a pipeline, so one multiplier and one multiplexer of lengths serve all mutators. The plan
+    of mutator ``i`` is valid ``i + 8`` cycles after ``start``.
 
     Parameters
     ----------
@@ -48,9 +48,9 @@ class MutationPlan(wiring.Component):
     Members
     -------
     start : In(1)
-        The inputs below are complete; they stay until the last plan is there.
+        The inputs below are complete. They must stay until the last plan.
     clear : In(1)
-        Stop. Stronger than ``start``.
+        Stop. Overrides ``start``.
     children : In(ArrayLayout(range(2 * crossovers), mutators))
         Child of each mutator.
     draws : In(ArrayLayout(16, mutators))
@@ -59,7 +59,7 @@ class MutationPlan(wiring.Component):
         Length of each parent.
     valid : Out(1)
     number : Out(range(mutators))
-        While ``valid``: the mutator whose plan this is.
+        While ``valid``: the mutator that ``plan`` belongs to.
     plan : Out(plan_layout)
 
     Raises
@@ -70,7 +70,7 @@ class MutationPlan(wiring.Component):
 
     @staticmethod
     def latency_of(mutators: int) -> int:
-        """Return the clocks from ``start`` to the last plan."""
+        """Return the cycles from ``start`` to the last plan."""
         return mutators + 7
 
     def __init__(self, *, mutators, crossovers, max_waypoints):
@@ -129,7 +129,7 @@ class MutationPlan(wiring.Component):
             draw=multiplex(number, list(self.draws)),
         )
 
-        # The lengths come from afar: decoded first, then looked up.
+        # The lengths come from the whole population: the child is decoded a cycle before.
         decoded = stage(
             "decoded",
             drawn["valid"],
@@ -167,7 +167,7 @@ class MutationPlan(wiring.Component):
             tail_parent=Mux(looked_up["odd"], looked_up["first"], looked_up["second"]),
         )
 
-        # One product of half the width each, then their sum.
+        # Two products of half the width, then their sum.
         half = len(length) // 2
         passed = ("number", "child", "length", "head", "skipped", "head_parent", "tail_parent")
         multiplied = stage(

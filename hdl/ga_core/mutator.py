@@ -1,4 +1,4 @@
-"""One mutator: what it is to do, and what it did."""
+"""Mutator: the plan of one mutation, and its result."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -14,7 +14,7 @@ __all__ = ["Mutator"]
 
 
 class Mutator(wiring.Component):
-    """Keeps its plan, and says at the end of a mutation what has become of it.
+    """Keeps its plan, and records at the end of a mutation whether it was applied.
 
     Source: *allaire-2008*, section 4.6.
 
@@ -31,22 +31,25 @@ class Mutator(wiring.Component):
     Members
     -------
     planned : In(1)
-        ``plan`` is this mutator's.
+        ``plan`` belongs to this mutator.
     plan : In(plan_layout)
     kept : Out(plan_layout)
         Its latest plan.
     allowed : Out(1)
-        The limits on the length allow what is planned.
+        The limits on the length allow the plan.
     made : In(1)
+        There is a new waypoint. Ignored unless ``allowed``. A deleting mutator lacks ``made``,
+        ``waypoint`` and ``patch``.
     waypoint : In(waypoint_bits)
-        Not of a deleting one. The new waypoint is there, and it. Ignored unless ``allowed``.
+        The new waypoint.
     result : Out(mutation_layout)
-        What ``record`` would be after a ``store``.
+        What ``store`` would record.
     store : In(1)
-        In the last clock of the mutation: what it did is what stands in the others now.
+        Record ``result``, in the last cycle of the mutation.
     record : Out(mutation_layout)
+        Result of the latest mutation. Like ``patch``, it changes with ``store`` only.
     patch : Out(waypoint_bits)
-        The new waypoint; 0 if there is none. Both are steady from one ``store`` to the next.
+        New waypoint of the latest mutation, or 0 if that was not applied.
 
     Raises
     ------
@@ -96,7 +99,7 @@ class Mutator(wiring.Component):
         with m.If(self.planned):
             m.d.sync += [self.kept.eq(self.plan), self.allowed.eq(allowed[self.kind])]
 
-        # It reaches all children: a register.
+        # A register, since it reaches all children.
         applied = Signal()
         m.d.sync += applied.eq(self.allowed)
         m.d.comb += [

@@ -14,8 +14,8 @@ __all__ = ["PathCopier"]
 class PathCopier(wiring.Component):
     """Writes a path that passes through a port to a slot, in order.
 
-    ``valid`` and ``at`` of the writes are those of the next waypoint, and depend on ``on``,
-    ``position`` and ``length`` alone; ``waypoint`` is that which passes now.
+    ``valid`` and ``at`` belong to the next waypoint and depend on ``on``, ``position`` and
+    ``length`` alone; ``waypoint`` is the one that passes now.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Reads paths out for the host, a waypoint at a time."""
+"""Reader of paths for the host, one waypoint at a time."""
 
 from amaranth import *
 from amaranth.lib import stream, wiring
@@ -14,11 +14,11 @@ __all__ = ["PathReader"]
 class PathReader(wiring.Component):
     """Turns the lock-step reading of the population into a stream of one path after another.
 
-    It rewinds the reading before each path and after the last; ``waypoint`` is the register into
-    which a step moves the next waypoint of ``slot``. Three clocks pass between two paths.
+    It rewinds the reading before each path and after the last. A step moves the next waypoint of
+    ``slot`` into the register ``waypoint``. There are 3 cycles between two paths.
 
-    A waypoint that is not taken moves aside to let one more in: so a step does not depend on
-    ``waypoints.ready`` in the same clock, which would have to reach the whole population.
+    A waypoint that is not transferred moves aside, so that one more fits. A step thus does not
+    depend on ``waypoints.ready`` of the same cycle, which would have to reach the whole population.
 
     Parameters
     ----------
@@ -34,19 +34,19 @@ class PathReader(wiring.Component):
     reads : In(stream.Signature(read_layout))
         ``count`` is 1 or more.
     allow : In(1)
-        Whether ``reads`` is taken.
+        A read is accepted.
     waypoints : Out(stream.Signature(waypoint_layout))
     active : Out(1)
-        A read is under way: the population must not change.
+        A read is in flight: the population must not change.
     slot : Out(slot_bits)
         Slot being read.
     length : In(range(max_waypoints + 1))
-        Length of its path, two clocks after ``slot``.
+        Length of its path, two cycles after ``slot``.
     rewind : Out(1)
     primes : In(1)
-        The reading has been rewound, and can be stepped from the next clock on.
+        The reading is rewound, and can be stepped from the next cycle on.
     steps : Out(1)
-        It steps in the next clock.
+        It steps in the next cycle.
     waypoint : In(waypoint_bits)
 
     Raises
@@ -82,8 +82,8 @@ class PathReader(wiring.Component):
         m = Module()
         waypoints = self.waypoints
 
-        # Whether the next waypoint ends a path, and all paths, is known a clock before. `second` is
-        # two past that waypoint's position; no path has but one.
+        # Flags of the next waypoint: it ends its path (`last`), and the last path (`final`). They
+        # are computed a cycle before; `second` is two past its position, as each path has two.
         left = Signal.like(self.reads.p.count)
         second = Signal(len(self.length) + 1)
         last = Signal()
@@ -125,8 +125,8 @@ class PathReader(wiring.Component):
                 second.eq(second + 1),
             ]
 
-        # A step is decided a clock before: none after the last of a path, none that finds the
-        # register and the place aside taken.
+        # A step is decided a cycle before. None follows the last waypoint of a path or comes while
+        # the register and the place aside are full.
         room = Signal()
         m.d.comb += [
             room.eq(waypoints.ready | ~(full | (loaded & step))),

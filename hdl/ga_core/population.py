@@ -1,4 +1,4 @@
-"""The population: all chromosomes, read in lock step, and its update in one clock."""
+"""The population: all chromosomes, which are read in lock step and updated in one cycle."""
 
 from amaranth import *
 from amaranth.lib import stream, wiring
@@ -24,24 +24,24 @@ from hdl.primitives.multiplexer import one_hot_multiplex
 
 __all__ = ["Population"]
 
-#: Slots that are controlled by the same registers; the population is a multiple.
+#: Slots controlled by the same registers. The population is a multiple of it.
 _SLOTS_OF_PART = 4
 
 
 class Population(wiring.Component):
     """All chromosomes, and the ports through which their waypoints pass.
 
-    The paths are read in lock step. From ``starts`` on each port gets the next waypoint of its path
-    every clock: that of ``position`` is in ``waypoints`` while ``carrying``, from the third clock
-    after ``starts`` to that with ``over``. Elites and survivors are copied to the first slots as
-    they pass; the crossover modules write their children to the last ones. All is written to the
-    banks that are not read; ``update`` swaps the banks in one clock (*allaire-2008*, section 4.4).
-    The first waypoints are read ahead, so that no clock is lost.
+    The paths are read in lock step. After ``launch``, each port gets the next waypoint of its path
+    in every cycle: while ``carrying``, ``waypoints`` are those of ``position``, from the third
+    cycle after ``launch`` to that of ``done``. Elites and survivors are copied to the first slots
+    while they pass; the crossover modules write their children to the last ones. All writes go to
+    the banks that are not read; ``update`` swaps the banks in one cycle (*allaire-2008*, section
+    4.4). The first waypoints are read ahead, so that no cycle is lost.
 
     After reset every path has two waypoints, which are 0 when the chip has been configured.
 
-    Source: *allaire-2008*, section 4.4. Differs: the children are in their slots already when the
-    others are, so that the update is a change of bank.
+    Source: *allaire-2008*, section 4.4. Differs: children are written to their slots while elites
+    and survivors are copied, so that the update is a change of banks.
 
     Parameters
     ----------
@@ -49,46 +49,50 @@ class Population(wiring.Component):
 
     Members
     -------
-    carried : In(carrier_layout).array(carriers)
-        Slot and length of the path of each port: elites, survivors, parents. Steady from a clock
+    carried : In(carrier_layout).array(ports)
+        Slot and length of the path of each port: elites, survivors, parents. Steady from the cycle
         before the crossover begins, and while ``peek``.
-    starts : In(1)
-        Pulse: the crossover begins with the second clock after it. Only while ``settled``.
-    waypoints : Out(waypoint_bits).array(carriers)
+    launch : In(1)
+        Pulse: the crossover begins with the second cycle after it. Only while ``settled``.
+    waypoints : Out(waypoint_bits).array(ports)
     position : Out(index_bits)
     carrying : Out(1)
-    over : Out(1)
-        In the last clock of the crossover: that after the last waypoint of the longest path.
+    done : Out(1)
+        Last cycle of the crossover: the last waypoint of the longest path passes.
     patches : In(waypoint_bits).array(patches)
         New waypoints of the mutators. Those of the present population must stay until its last
         reading; those of the next come before ``update``.
     mutations : In(mutation_layout).array(mutators)
-        In the clock before ``update``: what becomes of the children.
+        In the cycle before ``update``: work of each mutator.
     update : In(1)
-        Make the next population the present one: it can be addressed from the next clock on.
+        Make the next population the present one: it can be addressed from the next cycle on.
     lengths : Out(length_bits).array(population)
         Length of the path in each slot, mutations included.
     settled : Out(1)
-        No read or write is under way, and the first waypoints have been read: at most 4 clocks
-        after the latest of them or of ``update``. Means nothing from ``starts`` to ``update``.
+        No read or write is in flight, and the first waypoints have been read: at most 4 cycles
+        after the latest read, write or ``update``. Undefined from ``launch`` to ``update``.
     allow : In(1)
-        Whether ``reads`` and ``writes`` are taken; low from the clock after ``starts`` to
-        ``update``.
+        ``reads`` and ``writes`` are accepted. Low from the cycle after ``launch`` to ``update``.
     writes : In(stream.Signature(write_layout))
         Waypoints for the present population.
     reads : In(stream.Signature(read_layout))
     read_waypoints : Out(stream.Signature(waypoint_layout))
-        See :class:`hdl.ga_core.path_reader.PathReader`. A waypoint is offered 5 clocks after a read
-        is taken.
+        See :class:`hdl.ga_core.path_reader.PathReader`. A waypoint is offered 5 cycles after a read
+        is accepted.
     peeks : In(1)
-        Only with a map: ``peek`` may come. No read is taken meanwhile, nor for 3 clocks after the
-        last one.
+        Only with a map: ``peek`` may come. No read is accepted while it is high, nor for 3 cycles
+        after the last peek.
     peek : In(1)
         Only while ``peeks``: pass the waypoints at ``peek_position``, which are in ``waypoints``
-        :data:`hdl.ga_core.read_pointer.PEEK_LATENCY` clocks later. May rise only while ``settled``,
-        and stays for all positions that are wanted; 6 clocks after the last of them the population
-        is ``settled`` again.
+        :data:`hdl.ga_core.read_pointer.PEEK_LATENCY` cycles later. May rise only while ``settled``,
+        and stays high for all positions; the population is ``settled`` again 6 cycles after the
+        last.
     peek_position : In(index_bits)
+
+    Raises
+    ------
+    TypeError
+        If ``config`` is not a Config.
     """
 
     def __init__(self, config):
@@ -135,8 +139,8 @@ class Population(wiring.Component):
         ports = len(self.carried)
         parts = config.population // _SLOTS_OF_PART
 
-        # Host writes pass through the ports too: each memory then has one writer. What reaches all
-        # slots comes from registers: so long a wire leaves no time for more.
+        # Host writes pass the ports too, so that each memory has one writer. All that reaches all
+        # slots comes from registers, since such long wires leave no time for logic.
         m.submodules.write_decoder = decoder = WriteDecoder(
             population=config.population,
             waypoint_bits=config.waypoint_bits,
@@ -183,7 +187,7 @@ class Population(wiring.Component):
                 pointer.peek_position.eq(self.peek_position),
             ]
 
-        # Only the first port, from which the host reads, has to hold a waypoint.
+        # Only the first port, from which the host reads, must hold a waypoint.
         m.d.comb += [
             crossbar.step.eq(pointer.step),
             assign_each(crossbar.writing, decoder.writing[1:]),
@@ -193,7 +197,7 @@ class Population(wiring.Component):
         ]
         self._read(m, reader, pointer, crossbar)
 
-        # Slots that share a copy of what all of them need.
+        # Signals that all slots need have a register for each part of the slots.
         bank = Signal()
         banks = fanout(m, *[bank ^ self.update] * parts, name="bank")
         m.d.comb += bank.eq(banks[0])
@@ -304,7 +308,7 @@ class Population(wiring.Component):
             heads += module.heads
             tails += module.tails
 
-        # What becomes of the children is known a clock before the update.
+        # The mutations are known in the cycle before the update.
         indices = []
         for number, mutation in enumerate(self.mutations):
             index = Signal(config.index_bits, name=f"index_of_{number}", reset_less=True)

@@ -1,4 +1,4 @@
-"""Counts the waypoints that pass through the ports during a crossover."""
+"""Counter of the waypoints that pass the ports during a crossover."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -11,10 +11,10 @@ __all__ = ["PositionCounter"]
 
 
 class PositionCounter(wiring.Component):
-    """Says which waypoints pass, and when the longest path has passed.
+    """Counts positions until the longest path has passed.
 
-    All about a position is there a clock before its waypoints are in the ports. What reaches the
-    whole population comes from registers.
+    ``running`` and ``following`` lead the waypoints in the ports by a cycle. All outputs but
+    ``goes_on`` are registers, since they reach the whole population.
 
     Parameters
     ----------
@@ -26,20 +26,20 @@ class PositionCounter(wiring.Component):
     Members
     -------
     begin : In(1)
-        Pulse, in the clock before the first of the crossover. Not during one.
+        Pulse, in the cycle before the first of the crossover. Never during a crossover.
     lengths : In(range(max_waypoints + 1)).array(ports)
         Length of the path of each port, 2 or more. Steady from ``begin`` to ``done``.
     goes_on : Out(1)
-        ``running``, and in the next clock, too.
+        ``running`` in this cycle and in the next. Combinational.
     running : Out(1)
-        The ports take the waypoints at ``following``: from the first clock of the crossover on, for
-        as many clocks as the longest path has waypoints.
+        The ports take the waypoints at ``following``. High from the first cycle of the crossover
+        on, for as many cycles as the longest path has waypoints.
     following : Out(range(max_waypoints))
         0, 1, ... while ``running``.
     carrying, position : Out(1), Out(range(max_waypoints))
-        ``running`` and ``following`` of a clock ago: the ports hold those waypoints.
+        ``running`` and ``following`` of the cycle before: the ports hold those waypoints.
     done : Out(1)
-        In the clock after the last of ``running``.
+        High in the cycle after the last of ``running``.
 
     Raises
     ------
@@ -69,8 +69,8 @@ class PositionCounter(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        # Whether all paths end is worked out in three clocks: each of them first, for the waypoint
-        # after the following one, then all. So `third` is three past `following`.
+        # `last` takes three cycles: each length is compared for a later waypoint, then all results
+        # are combined. So `third` is three past `following`.
         last = Signal()
         third = Signal(range(self.max_waypoints + 3), init=2)
         ended = Signal(len(self.lengths), reset_less=True)

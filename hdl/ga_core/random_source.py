@@ -1,4 +1,4 @@
-"""The random source: Trivium generators side by side, 64 bits of each a step."""
+"""The random source: Trivium generators side by side, 64 bits of each per step."""
 
 from amaranth import *
 from amaranth.lib import data, wiring
@@ -15,10 +15,10 @@ class Trivium(wiring.Component):
     """One generator: 288 bits of state, 64 steps of the cipher at once.
 
     The first of the 64 bits is the highest of ``word``; a path from state to state or to ``word``
-    is one XOR of five or six bits, whatever the number of bits a step.
+    is one XOR of five or six bits for any number of bits per step.
 
     Source: De Canniere and Preneel, *Trivium specifications*, 2005. Equals
-    :class:`sim.model.random_source.Trivium`, but for the warm-up, which is its user's business.
+    :class:`sim.model.random_source.Trivium` except for the warm-up, which is left to the user.
 
     Parameters
     ----------
@@ -28,13 +28,13 @@ class Trivium(wiring.Component):
     Members
     -------
     load : In(1)
-        Load ``key`` and the IV. Stronger than ``step``. The state after reset is that of key 0.
+        Load ``key`` and the IV. Overrides ``step``. Before the first load the key is 0.
     key : In(64)
         The lowest 64 of the cipher's 80 key bits; the others are 0.
     step : In(1)
         Advance.
     word : Out(64)
-        What the step from the present state gives; combinational.
+        Word of the step from the present state. Combinational.
 
     Raises
     ------
@@ -89,11 +89,11 @@ class Trivium(wiring.Component):
 class RandomSource(wiring.Component):
     """All lanes: lane ``i`` has the seed as its key and ``i`` as its IV.
 
-    After ``load``, and when the chip has been configured as if seed 0 had been loaded, the source
-    warms up by itself: it is ``ready`` again ``WARM_UP_STEPS + 1`` clocks after ``load``, 19. From
-    then on the state moves with ``step`` alone, so that it is a function of the seed and the number
-    of steps. The update of the state is invertible and no loaded state is 0: it never gets stuck. A
-    reset leaves it alone: it would have to reach far too much.
+    After ``load``, the source warms up by itself: it is ``ready`` again ``WARM_UP_STEPS + 1``, that
+    is 19, cycles later. A configured chip starts in the same way, with seed 0. After the warm-up
+    the state advances with ``step`` only, so it is a function of the seed and the number of steps.
+    The update of the state is invertible and no loaded state is 0, so the source never gets stuck.
+    A reset does not reach the state: its wires would span the chip.
 
     Equals :class:`sim.model.random_source.RandomSource`.
 
@@ -102,12 +102,11 @@ class RandomSource(wiring.Component):
     seed : In(64)
         Sampled with ``load``.
     load : In(1)
-        Begin anew from ``seed``, at any time. Stronger than ``step``.
+        Start again from ``seed``, at any time. Overrides ``step``.
     step : In(1)
         Advance by one word of each lane. Ignored while not ``ready``.
     words : Out(data.ArrayLayout(64, LANES))
-        The words of the step that ``step`` takes in this clock; combinational from the state. Means
-        nothing while not ``ready``.
+        Words of the step from the present state, valid while ``ready``. Combinational.
     ready : Out(1)
         Warmed up.
     """
@@ -121,7 +120,7 @@ class RandomSource(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        # Counts up to its top bit: `ready` enables every register, and has to be early.
+        # Counts up to its top bit: `ready` enables every register, so it must be early.
         bits = ceil_log2(WARM_UP_STEPS)
         warm_up = Signal(bits + 1, init=(1 << bits) - WARM_UP_STEPS, reset_less=True)
         m.d.comb += self.ready.eq(warm_up[-1])

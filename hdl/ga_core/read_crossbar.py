@@ -1,4 +1,4 @@
-"""The ports of the population: each lets the waypoints of one slot pass."""
+"""The read ports of the population: each passes the waypoints of one slot."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -14,9 +14,9 @@ _PORTS_OF_PART = 3
 
 
 class ReadCrossbar(wiring.Component):
-    """Registers, each with a choice of all slots: the largest part of the chip by far.
+    """One register per port, with a multiplexer of all slots: the largest unit of the chip.
 
-    What chooses has to reach all of it, so that it comes from a register of each port.
+    A port registers its choice too, since that reaches the whole multiplexer.
 
     Parameters
     ----------
@@ -30,18 +30,17 @@ class ReadCrossbar(wiring.Component):
     Members
     -------
     selects : In(population).array(ports)
-        The slot of each port, decoded: at most one bit is set. What passes follows it a clock
-        later.
+        The slot of each port, decoded: at most one bit is set. It takes effect in the next cycle.
     slots : In(waypoint_bits).array(population)
         Present waypoint of each slot.
     step : In(1)
-        The first port takes its waypoint; the others do in every clock.
+        The first port takes its waypoint. The others do so in every cycle.
     writing : In(1).array(parts_of(ports))
-        All ports take ``written`` instead: equal, each for some of the ports. Stronger than
+        All ports take ``written`` instead. All are equal; each drives some of the ports. Overrides
         ``step``.
     written : In(waypoint_bits)
     waypoints : Out(waypoint_bits).array(ports)
-        What each port took in the clock before, the first one at its latest ``step``.
+        Waypoint that each port took in the cycle before; the first port, at its latest ``step``.
 
     Raises
     ------
@@ -51,7 +50,7 @@ class ReadCrossbar(wiring.Component):
 
     @staticmethod
     def parts_of(ports: int) -> int:
-        """Return the number of parts of the ports that are controlled by registers of their own."""
+        """Return the number of parts into which the ports are divided for ``writing``."""
         return -(-ports // _PORTS_OF_PART)
 
     def __init__(self, *, ports, population, waypoint_bits):
@@ -80,7 +79,7 @@ class ReadCrossbar(wiring.Component):
             chosen = Signal(len(select), name=f"select_{number}", reset_less=True)
             port = Signal(len(waypoint), name=f"port_{number}", reset_less=True)
             m.d.sync += chosen.eq(select)
-            # Not within a condition, which would be an input more of every table.
+            # Outside a condition, which would be one more input of every look-up table.
             passing = one_hot_multiplex_tree(m, chosen, self.slots, f"of_slots_{number}")
             m.d.comb += waypoint.eq(port)
             with m.If(self.writing[number // _PORTS_OF_PART]):

@@ -1,4 +1,4 @@
-"""Position up to which the population is being read, in lock step."""
+"""Position of the lock-step reading of the population."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -10,53 +10,53 @@ from hdl.primitives.fanout import fanout
 
 __all__ = ["PEEK_LATENCY", "ReadPointer"]
 
-#: Clocks from a position that is peeked at to its waypoints: position, index, slot, port.
+#: Cycles from a peek to its waypoints: position, index, slot, port.
 PEEK_LATENCY = 4
 
 
 class ReadPointer(wiring.Component):
-    """Moves the reading of all slots on, and back to their first waypoints.
+    """Advances the reading of all slots, and rewinds it to their first waypoints.
 
-    ``ahead`` is the position to be read next. Two clocks after a rewind fill the registers behind
-    it: when it is 2, the waypoints of 0 are in the slots. ``advance`` and ``step`` enable so much
-    that they are registers.
+    ``ahead`` is the position to be read next. The two cycles after a rewind fill the registers
+    behind it: when it is 2, the slots have the waypoints of position 0. ``advance`` and ``step``
+    are registers, since they enable the whole population.
 
     Parameters
     ----------
     max_waypoints : int
         Waypoints of the longest path, 3 or more.
     parts : int
-        Copies of ``advance``, which reaches all slots: 1 or more.
+        Parts of the slots, each of which has an ``advance``: 1 or more.
     peeks : bool
-        Whether positions are peeked at.
+        Whether there are the members for peeks.
 
     Members
     -------
     taken, writing : In(1)
-        A waypoint for the present population comes in; and is written in the next clock.
+        A waypoint for the present population is accepted; and, in the next cycle, written.
     update : In(1)
         The next population becomes the present one.
     rewinds : In(1)
-        The first waypoints are wanted. So they are after each of the above: from the second clock
-        after it on, as the slots' indices know what has become of their paths a clock after the
-        lengths do.
+        Rewind. Each of the inputs above also rewinds, from the second cycle after it on, since the
+        indices of the slots follow a change of a path a cycle after its length.
     begin : In(1).array(parts)
-        A crossover begins with the next clock; all are equal.
+        A crossover begins with the next cycle. All are equal.
     passes : In(1)
-        The ports take waypoints in the next clock for another reason.
+        The ports take waypoints in the next cycle for another reason.
     peek, peek_position : In(1), In(range(max_waypoints))
         Only with ``peeks``: see :class:`hdl.ga_core.population.Population`.
     ahead : Out(range(max_waypoints))
     advance : Out(1).array(parts)
-        All slots read.
+        All slots read. All are equal.
     step : Out(1)
-        The ports take what the slots have.
+        The ports take the waypoints of the slots.
     primes : Out(1)
-        The slots have the first waypoints from the next clock on.
+        The slots have the first waypoints from the next cycle on.
     primed : Out(1)
-        They have, or what was asked for after them, and nothing of the above is under way.
+        The slots have the first waypoints, or later ones that were passed, and no change or peek is
+        in flight.
     peeking : Out(1)
-        A peek is under way, other than one of this clock.
+        A peek of an earlier cycle is in flight.
 
     Raises
     ------
@@ -101,8 +101,8 @@ class ReadPointer(wiring.Component):
         looked_last = Signal()
         steps = Signal()
         m.d.comb += [
-            # What has been read ahead is of no use after an update, but nothing is until a clock
-            # later.
+            # An update makes what has been read ahead useless, but so is all that is read before
+            # the next cycle.
             rewind.eq(self.rewinds | changed),
             steps.eq(self.begin[0] | self.passes | looks),
             self.primes.eq(~filling[1]),
@@ -114,15 +114,15 @@ class ReadPointer(wiring.Component):
             occupied.eq(self.taken | self.update | looks),
             self.step.eq(steps),
         ]
-        # Whether a crossover begins is known last.
+        # `begin` arrives last.
         advances = self.passes | looks | rewind | filling[1]
         advance = fanout(m, *(begin | advances for begin in self.begin), name="advance", init=1)
         m.d.comb += [port.eq(copy) for port, copy in zip(self.advance, advance, strict=True)]
         with m.If(advance[0]):
             m.d.sync += self.ahead.eq(self.ahead + 1)
         if self.peeks:
-            # The reading jumps, and the three registers behind the position take what is there;
-            # with the last of them it rewinds.
+            # A peek moves the pointer; three registers behind it take the waypoints one after the
+            # other. The pointer rewinds when the last of them has been taken.
             looked = Signal(PEEK_LATENCY - 2)
             m.d.comb += [
                 looks.eq(self.peek | looked.any()),

@@ -19,16 +19,16 @@ class Selection(wiring.Component):
 
     The draws of a set are those of :class:`sim.model.selection.Selection`: crossover ranks
     independent, P(r) = (2 (N - r) - 1) / N**2; survivors and children different. The random source
-    moves ``config.draw_steps`` steps a set and never otherwise, so that the set of generation ``g``
+    advances ``config.draw_steps`` steps per set and never otherwise, so the set of generation ``g``
     is a function of the seed and ``g``.
 
-    A set is ready :attr:`latency` clocks after ``next`` (15 in the default configuration, 18 with a
-    map), and ``WARM_UP_STEPS + latency`` clocks after ``load``; without either, the set of
-    generation 0 and seed 0 is ready that many clocks after reset, less one.
+    A set is ready :attr:`latency` cycles after ``next`` (15 in the default configuration, 18 with a
+    map), and ``WARM_UP_STEPS + latency`` cycles after ``load``. After reset, the set of generation
+    0 and seed 0 is ready ``WARM_UP_STEPS + latency - 1`` cycles later.
 
-    Source: *allaire-2008*, sections 4.1 and 4.4: roulette by rank, fixed once for all. Differs: the
-    paper's addresses change every clock; here they are a set for each generation, so that a run
-    can be repeated. The smaller of two uniform draws has exactly the roulette's distribution.
+    Source: *allaire-2008*, sections 4.1 and 4.4: a fixed roulette by rank. Differs: the paper's
+    addresses change every cycle; here there is a set for each generation, so that a run can be
+    repeated. The smaller of two uniform draws has exactly the roulette's distribution.
 
     Parameters
     ----------
@@ -40,11 +40,11 @@ class Selection(wiring.Component):
     seed : In(64)
         Sampled with ``load``.
     load : In(1)
-        Begin anew from ``seed``, at any time: the next set is that of generation 0.
+        Start again from ``seed``, at any time: the next set is that of generation 0.
     next : In(1)
-        The set has been used: draw another. Ignored while not ``ready``.
+        Draw another set. Ignored while not ``ready``.
     ready : Out(1)
-        The outputs below are a whole set, and stay while this is high and no offset is taken.
+        The outputs below are a whole set. They stay while ``ready`` is high and no offset is taken.
     parents : Out(data.ArrayLayout(config.slot_bits, config.crossovers))
         Rank of each parent, 0 the best.
     survivors : Out(data.ArrayLayout(config.slot_bits, config.survivors))
@@ -57,13 +57,13 @@ class Selection(wiring.Component):
         Signed ``x`` and ``y`` in cells and ``altitude`` in steps, each within the mutation box, of
         the first candidate of every patch, then of the second, and so on.
     offset_taken : In(1)
-        Only with a map: the first of ``offsets`` has been used, the others take a place each, until
-        the next set. Only while ``ready``.
+        Only with a map: the first of ``offsets`` has been used. The others move up by one place,
+        until the next set. Only while ``ready``.
 
     Attributes
     ----------
     latency : int
-        Clocks from ``next`` to ``ready``.
+        Cycles from ``next`` to ``ready``.
     """
 
     def __init__(self, config):
@@ -98,13 +98,13 @@ class Selection(wiring.Component):
         m = Module()
         config, at = self.config, self.draw_layout
 
-        # Clocks since `next`, less two: step i of the source is taken in clock i. A step enables
-        # the whole state: it is known from a register, as is the beginning.
-        clock = Signal(range(self.latency))
+        # Cycles since `next`, less two: step i of the source is taken in cycle i. `step` enables
+        # the whole state, so it is a register, as is `begin`.
+        cycle = Signal(range(self.latency))
         step = Signal(init=1)
         begins, begin = Signal(), Signal(init=1)
         m.submodules.source = source = RandomSource()
-        # The source itself has no reset: it is loaded after one, with 0.
+        # The source has no reset: it is loaded with 0 after a reset.
         load, seed = Signal(init=1), Signal(SEED_BITS, reset_less=True)
         m.d.sync += [begin.eq(begins), load.eq(self.load), seed.eq(Mux(self.load, self.seed, 0))]
         m.d.comb += [
@@ -114,17 +114,17 @@ class Selection(wiring.Component):
             source.step.eq(step),
         ]
         with m.If(begin):
-            m.d.sync += [clock.eq(0), step.eq(1)]
+            m.d.sync += [cycle.eq(0), step.eq(1)]
         with m.Elif(source.ready & ~self.ready):
             m.d.sync += [
-                clock.eq(clock + 1),
-                step.eq(clock < config.draw_steps - 1),
-                self.ready.eq(clock == self.latency - 3),
+                cycle.eq(cycle + 1),
+                step.eq(cycle < config.draw_steps - 1),
+                self.ready.eq(cycle == self.latency - 3),
             ]
         with m.If(begins):
             m.d.sync += self.ready.eq(0)
 
-        # A register between the source and those who use its words, with a flag for each of them.
+        # Registers of the words, with a flag for each use.
         by_rank = config.survivor_selection is SurvivorSelection.RANK
         selection_bits = Signal(
             (at.survivor_second if by_rank else at.survivor_first)[1], reset_less=True
@@ -139,10 +139,10 @@ class Selection(wiring.Component):
         m.d.sync += [
             selection_bits.eq(source.words[0]),
             mutation_bits.eq(source.words[1]),
-            takes_parent.eq(draws & (clock < config.crossovers)),
-            takes_survivor.eq(draws & (clock < config.survivors)),
-            takes_child.eq(draws & (clock < config.mutators)),
-            takes_offset.eq((clock >= config.mutators) & (clock < offsets_end)),
+            takes_parent.eq(draws & (cycle < config.crossovers)),
+            takes_survivor.eq(draws & (cycle < config.survivors)),
+            takes_child.eq(draws & (cycle < config.mutators)),
+            takes_offset.eq((cycle >= config.mutators) & (cycle < offsets_end)),
         ]
 
         first = selection_bits[slice(*at.rank_first)]
@@ -152,7 +152,7 @@ class Selection(wiring.Component):
         with m.If(takes_parent):
             m.d.sync += _append(parents, Mux(first < second, first, second))
 
-        # Late enough to cover a draw that was in the register when a load came; and after a reset.
+        # A cycle after `begin`, to discard a draw that was in the register; and after a reset.
         clear = Signal(init=1)
         m.d.sync += clear.eq(begin)
 
@@ -198,7 +198,7 @@ class Selection(wiring.Component):
         m.d.sync += takes_scaled.eq(takes_offset)
         shifts = takes_scaled
         if config.checker is not CheckerBuild.NONE:
-            # What comes in at the other end means nothing.
+            # The offset that enters at the other end is undefined.
             shifts = takes_scaled | self.offset_taken
         offsets = Signal.like(self.offsets, reset_less=True)
         m.d.comb += self.offsets.eq(offsets)
@@ -209,5 +209,5 @@ class Selection(wiring.Component):
 
 
 def _append(items, item):
-    """Return the assignment that shifts ``item`` in behind the others and the first one out."""
+    """Return the assignment that shifts ``item`` in behind the others, and the first one out."""
     return items.eq(Cat(items.as_value()[len(item) :], item))

@@ -1,4 +1,4 @@
-"""Turns the ranks drawn by the selection unit into slots while the ranking comes in."""
+"""Mapping of drawn ranks to slots, made while the ranking arrives."""
 
 from amaranth import *
 from amaranth.lib import data, stream, wiring
@@ -14,7 +14,7 @@ __all__ = ["SlotMapping", "carrier_layout"]
 
 
 def carrier_layout(population: int, max_waypoints: int) -> data.StructLayout:
-    """Return the layout of what a read port carries: the path of ``slot``, ``length`` waypoints.
+    """Return the layout of the path of a read port: its slot, and its length in waypoints.
 
     ``select`` is ``slot`` decoded: the bit of that number alone is set.
     """
@@ -24,11 +24,10 @@ def carrier_layout(population: int, max_waypoints: int) -> data.StructLayout:
 
 
 class SlotMapping(wiring.Component):
-    """Gives each read port the slot and the length of the path whose rank it has.
+    """Gives each read port the slot and the length of the path of its rank.
 
-    The ports are those of the elites, whose ranks are fixed, of the survivors and of the parents. A
-    word of the ranking is worked in 4 clocks after it is taken, one a clock; nothing is left to do
-    when a generation starts.
+    The ports are those of the elites, whose ranks are fixed, of the survivors and of the parents.
+    One word of the ranking is accepted per cycle, and takes effect 4 cycles later.
 
     Parameters
     ----------
@@ -44,18 +43,18 @@ class SlotMapping(wiring.Component):
     ranking : In(stream.Signature(ranking_layout))
         Ranks upwards from 0, each with its slot.
     allow : In(1)
-        Whether ``ranking`` is taken: the ranks below are complete.
+        Words of ``ranking`` are accepted: the ranks below are complete.
     clear : In(1)
-        What has been worked in is void.
+        Discard the words accepted so far.
     parents : In(ArrayLayout(range(population), parent_ports))
     survivors : In(ArrayLayout(range(population), survivor_ports))
         Ranks drawn.
     lengths : In(range(max_waypoints + 1)).array(population)
         Length of the path in each slot.
     carried : Out(carrier_layout).array(ports)
-        Elites, survivors, then parents.
+        Path of each port: elites, survivors, then parents.
     mapped : Out(1)
-        Pulse, in the first clock in which ``carried`` is complete.
+        Pulse, in the first cycle in which ``carried`` is complete.
 
     Attributes
     ----------
@@ -115,8 +114,8 @@ class SlotMapping(wiring.Component):
             taken.eq(self.ranking.valid & self.ranking.ready),
         ]
 
-        # Each port compares the halves of a rank while the word is taken, looks at both results
-        # while the slot is decoded, and takes the word in the clock after its length is looked up.
+        # Each port compares the halves of a rank while the word is accepted, combines both results
+        # while the slot is decoded, and takes the word in the cycle after its length is looked up.
         slot = Signal.like(word.slot, reset_less=True)
         select = Signal(self.population, reset_less=True)
         found = Signal(self.carrier_layout, reset_less=True)

@@ -1,4 +1,4 @@
-"""Makes the new waypoints of a chip with a map, none of them in the ground."""
+"""Sampler of new waypoints above the ground, on a chip with a map."""
 
 from amaranth import *
 from amaranth.lib import data, wiring
@@ -15,19 +15,19 @@ __all__ = ["TerrainAwareSampler"]
 
 
 class TerrainAwareSampler(wiring.Component):
-    """Makes new waypoints that are above the ground, with one look at the map a clock.
+    """Makes new waypoints that are above the ground, with one lookup in the map per cycle.
 
-    Before a generation, as soon as the mutators' plans are there, the waypoints that they work on
-    are read ahead through the ports: ``fetched`` is high :meth:`latency_of` clocks after ``fetch``,
-    if the population is ``settled``.
+    Before a generation, as soon as the mutators have planned, their waypoints are read ahead
+    through the ports: ``fetched`` is high :meth:`latency_of` cycles after ``fetch`` if the
+    population is ``settled``.
 
-    While the parents pass, a candidate a clock is moved, kept within the limits and looked up: the
-    first of every patch, then the second of every patch, and so on. A patch becomes its first
-    candidate that is above the ground: higher than its cell. It is *decided* when that has been
-    found, or none: after candidate ``n`` of all, counted from 0, ``n + lookup_latency + 5`` clocks
-    after ``run`` rose.
+    While the parents pass, one candidate per cycle is moved, kept within the limits and looked up:
+    the first of every patch, then the second of every patch, and so on. A patch becomes its first
+    candidate above the ground, that is higher than its cell. It is *decided* by that candidate, or
+    by its last one. Candidate ``n`` of all, counted from 0, decides ``n + lookup_latency + 5``
+    cycles after ``run`` rose.
 
-    Source: none; *allaire-2008*, section 4.6, mutates without a look at the ground.
+    Source: none; *allaire-2008*, section 4.6, mutates without regard to the ground.
 
     Parameters
     ----------
@@ -42,47 +42,47 @@ class TerrainAwareSampler(wiring.Component):
     limits_layout, offset_layout : StructLayout
         With ``x``, ``y`` and ``altitude``: see :mod:`hdl.ga_core.layouts`.
     lookup_latency : int
-        Clocks from a cell to its altitude, 1 or more.
+        Cycles from a cell to its altitude, 1 or more.
 
     Members
     -------
     plans : In(plan_layout).array(patch_count)
     needed : In(patch_count)
-        Which patches are to be made. Both must stay from ``fetch`` to the end of ``run``.
+        Patches to be made. Plans and ``needed`` must stay from ``fetch`` to the end of ``run``.
     fetch : In(1)
         Pulse: the plans are complete.
     clear : In(1)
-        What has been fetched is void. Stronger than ``fetch``.
+        Discard what has been fetched. Overrides ``fetch``.
     settled : In(1)
     peeks, peek : Out(1)
     peek_position : Out(range(max_waypoints))
     waypoints : In(waypoint_bits).array(crossovers)
-        See :class:`hdl.ga_core.population.Population`; its ports of the parents.
+        See :class:`hdl.ga_core.population.Population`, of which these are the ports of parents.
     fetched : Out(1)
         Pulse: a generation may start.
     run : In(1)
-        From the next clock on a generation is under way, and what has been decided is wanted. What
-        is said below holds from two clocks after ``run`` rises to the second clock after it falls.
+        A generation runs from the next cycle on. The outputs below are valid from two cycles after
+        ``run`` rises to the second cycle after it falls.
     offset : In(offset_layout)
-        Of the next candidate.
+        Offset of the next candidate.
     offset_taken : Out(1)
-        It has been taken: the following one is wanted in the next clock.
+        The offset is taken: the following one must be there in the next cycle.
     limits : In(limits_layout)
     avoid : In(1)
-        Whether to refuse candidates in the ground; otherwise every first one is taken.
+        Reject candidates in the ground. Otherwise every first candidate is taken.
     lookup_valid : Out(1)
     lookup_x, lookup_y : Out(limits_layout["x"]), Out(limits_layout["y"])
-        The cell of a candidate.
+        Cell of a candidate.
     lookup_altitude : In(limits_layout["altitude"])
-        The ground of the cell of ``lookup_latency`` clocks ago.
+        Ground of the cell of ``lookup_latency`` cycles ago.
     decided : Out(1)
         All patches that are needed have been decided.
     found : Out(patch_count)
-        Which of them have been made; 0 for one that is not needed.
+        Patches that have been made; 0 for one that is not needed.
     patches : Out(waypoint_bits).array(patch_count)
         The new waypoints that have been found.
     redrawn : Out(range(patch_count * candidates))
-        Candidates that took the place of one in the ground.
+        Candidates that replaced one in the ground.
 
     Raises
     ------
@@ -92,7 +92,7 @@ class TerrainAwareSampler(wiring.Component):
 
     @staticmethod
     def latency_of(patch_count: int) -> int:
-        """Return the clocks from ``fetch`` to ``fetched``."""
+        """Return the cycles from ``fetch`` to ``fetched``."""
         return patch_count + PEEK_LATENCY + 1
 
     def __init__(
@@ -153,7 +153,7 @@ class TerrainAwareSampler(wiring.Component):
         running = Signal()
         m.d.sync += running.eq(self.run)
 
-        # A queue of the waypoints to be moved. The one that is moved goes to its end.
+        # A queue of the waypoints to be moved. The first is moved, and goes to the end.
         axes = self.limits_layout
         bases = [Signal(axes, name=f"base_{i}", reset_less=True) for i in range(len(self.plans))]
         fetched, waypoint = self._fetch(m)
@@ -169,7 +169,7 @@ class TerrainAwareSampler(wiring.Component):
         return m
 
     def _fetch(self, m):
-        """Read the waypoints ahead; return whether the next is there, and that waypoint."""
+        """Read the waypoints ahead; return a flag that the next has arrived, and that waypoint."""
         wanted = Signal()
         number = Signal(range(self.patch_count))
         last = number == self.patch_count - 1
@@ -203,10 +203,10 @@ class TerrainAwareSampler(wiring.Component):
         return valid[-1], one_hot_multiplex(select, self.waypoints)
 
     def _candidates(self, m, running, base):
-        """Make and look up the candidates; return what is known of the one looked up last.
+        """Make and look up the candidates; return the one whose altitude arrives.
 
-        These are: whether there is one, its patch (one-hot), whether it is the patch's last, and
-        the waypoint. Each step ends in registers.
+        Returned are a flag that there is one, its facts (the patch, one-hot, and whether it is the
+        last of the patch), and the waypoint. Each step ends in registers.
         """
         axes = self.limits_layout
 
@@ -216,7 +216,7 @@ class TerrainAwareSampler(wiring.Component):
         last = candidate == self.candidates - 1
         exhausts = Signal()
         m.d.comb += exhausts.eq(exhausted | (self.offset_taken & turn[-1] & last))
-        # It enables all bases and all offsets: a register.
+        # A register, since it enables all bases and all offsets.
         m.d.sync += self.offset_taken.eq(self.run & ~exhausts)
         with m.If(~running):
             m.d.sync += [turn.eq(1), candidate.eq(0), exhausted.eq(0)]
@@ -231,7 +231,7 @@ class TerrainAwareSampler(wiring.Component):
         m.d.comb += [facts.turn.eq(turn), facts.last.eq(last)]
 
         def after(stage, valid, facts):
-            """Return ``valid`` and ``facts`` of a clock ago. None outlives its generation."""
+            """Return ``valid`` and ``facts`` of the cycle before, of the same generation only."""
             later_valid = Signal(name=f"valid_{stage}")
             later_facts = Signal(known, name=f"facts_{stage}", reset_less=True)
             m.d.sync += [later_valid.eq(valid & running), later_facts.eq(facts)]
@@ -263,7 +263,7 @@ class TerrainAwareSampler(wiring.Component):
 
     def _decide(self, m, running, valid, facts, waypoint):
         """Compare a candidate with the ground, then take it or not."""
-        # A register of its own: the altitude comes out of many banks of memory.
+        # A register before the decision: the altitude comes from many banks of memory.
         grounded = Signal()
         judged = Signal.like(valid)
         judged_facts = Signal.like(facts, reset_less=True)

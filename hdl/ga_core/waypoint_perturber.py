@@ -1,4 +1,4 @@
-"""Makes the new waypoint of a mutator out of one that passes by."""
+"""Perturber of a waypoint that passes, on a chip without a map."""
 
 from amaranth import *
 from amaranth.lib import wiring
@@ -13,7 +13,7 @@ __all__ = ["WaypointPerturber", "within"]
 
 
 def within(m: Module, total: Value, limit: Value) -> Signal:
-    """Return ``total`` limited to 0..``limit``, at once."""
+    """Return ``total`` limited to 0..``limit``. Combinational."""
     value = Signal(limit.shape(), name="within")
     with m.If(total < 0):
         m.d.comb += value.eq(0)
@@ -25,10 +25,10 @@ def within(m: Module, total: Value, limit: Value) -> Signal:
 
 
 class WaypointPerturber(wiring.Component):
-    """Takes the waypoint that a mutator works on as it passes through the port of its parent.
+    """Takes the waypoint of a mutator while it passes the port of its parent, and moves it.
 
-    ``moved`` is there two clocks later: it is moved in the first, and kept within the limits in
-    the second.
+    ``moved`` follows 2 cycles later: the waypoint is registered in the first and moved in the
+    second. The limits apply without a register.
 
     Source: *allaire-2008*, section 4.6.
 

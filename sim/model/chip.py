@@ -166,9 +166,9 @@ class ChipModel:
             history=sum(state << 4 * age for age, state in enumerate(states)),
             errors=self._errors | self._receiver.errors,
             generation=self.core.generation & 0xFFFFFFFF,
-            crossover=latest.crossover_clocks if latest else 0,
-            mutation=latest.mutation_clocks if latest else 0,
-            update=latest.update_clocks if latest else 0,
+            crossover=latest.crossover_cycles if latest else 0,
+            mutation=latest.mutation_cycles if latest else 0,
+            update=latest.update_cycles if latest else 0,
         )
 
     def _start(self, payload: bytes, repeated: bool) -> bytes:
@@ -229,9 +229,9 @@ class ChipModel:
     def _run(self, order: list[int]) -> None:
         latest = self._latest = self.core.run(order)
         spent = (
-            (Counter.CROSSOVER, ChipState.CROSSOVER, latest.crossover_clocks),
-            (Counter.MUTATION, ChipState.MUTATE, latest.mutation_clocks),
-            (Counter.UPDATE, ChipState.UPDATE, latest.update_clocks),
+            (Counter.CROSSOVER, ChipState.CROSSOVER, latest.crossover_cycles),
+            (Counter.MUTATION, ChipState.MUTATE, latest.mutation_cycles),
+            (Counter.UPDATE, ChipState.UPDATE, latest.update_cycles),
         )
         for counter, state, cycles in spent:
             self._enter(state)

@@ -1,4 +1,4 @@
-"""The genetic core: population, draws and one generation at a time."""
+"""Model of the genetic core: population, draws and one generation at a time."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ __all__ = ["Core", "Generation"]
 
 @dataclass(frozen=True)
 class Generation:
-    """What one generation did.
+    """Effect of one generation.
 
     Attributes
     ----------
     parents, survivors : tuple of int
         Slots, before the update, of the crossover parents and of the survivors.
     mutations : list of Mutated
-    crossover_clocks, mutation_clocks, update_clocks : int
-        Predicted clocks of each unit.
+    crossover_cycles, mutation_cycles, update_cycles : int
+        Cycles of each unit.
     """
 
     parents: tuple[int, ...]
     survivors: tuple[int, ...]
     mutations: list[Mutated]
-    crossover_clocks: int
-    mutation_clocks: int
-    update_clocks: int
+    crossover_cycles: int
+    mutation_cycles: int
+    update_cycles: int
 
     @property
     def recipe(self) -> Recipe:
@@ -45,17 +45,17 @@ class Generation:
 
     @property
     def redrawn(self) -> int:
-        """Further draws of new waypoints, because of the ground."""
+        """Number of further draws of new waypoints, because of the ground."""
         return sum(mutated.redraws for mutated in self.mutations)
 
     @property
     def left_out(self) -> int:
-        """Mutations not applied because of the ground."""
+        """Number of mutations not applied because of the ground."""
         return sum(mutated.left_out for mutated in self.mutations)
 
     @property
     def refused(self) -> int:
-        """Mutations that a limit on the length forbade."""
+        """Number of mutations that a limit on the length forbade."""
         return sum(not mutated.applied for mutated in self.mutations) - self.left_out
 
 
@@ -69,8 +69,7 @@ class Core:
     ----------
     config : Config
     terrain : TerrainModel, optional
-        The map on the chip, where ``config.checker`` says that there is one; by default one of its
-        own.
+        The map on the chip, if ``config.checker`` has one. By default the core makes it.
 
     Attributes
     ----------
@@ -83,13 +82,13 @@ class Core:
         As :meth:`start` set them.
     """
 
-    #: Clocks of the mutators after the last waypoint has passed: move and clamp, then store.
-    MUTATION_CLOCKS = 2
-    #: Clocks of the population update (*allaire-2008*, section 4.4).
-    UPDATE_CLOCKS = 1
-    #: Clocks, besides those of a lookup, from a candidate to the state after its mutation: move,
+    #: Cycles of the mutators after the last waypoint: move and clamp, then store.
+    MUTATION_CYCLES = 2
+    #: Cycles of the population update (*allaire-2008*, section 4.4).
+    UPDATE_CYCLES = 1
+    #: Cycles, besides those of a lookup, from a candidate to the state after its mutation: move,
     #: clamp, compare, decide, store.
-    CANDIDATE_CLOCKS = 5
+    CANDIDATE_CYCLES = 5
 
     def __init__(self, config: Config, terrain: TerrainModel | None = None) -> None:
         self.config = config
@@ -107,7 +106,7 @@ class Core:
     def start(self, seed: int, limits: Limits, avoid_ground: bool = False) -> None:
         """Seed the random source, set the limits of new waypoints, count from generation 0.
 
-        ``avoid_ground``: whether new waypoints in the ground are refused; without a map, none is.
+        ``avoid_ground``: new waypoints in the ground are rejected. Without a map, none is.
         """
         self._source = RandomSource(seed)
         self.limits = limits
@@ -137,27 +136,27 @@ class Core:
         self.generation += 1
         self._draws = self._selection.draw(self._source)
 
-        # All paths are read in lock step; a waypoint read is written one clock later.
-        crossover_clocks = max(map(len, kept + bred)) + 1
-        mutation_clocks = max(
-            self.MUTATION_CLOCKS, self._candidates_clocks(mutations) - crossover_clocks
+        # All paths are read in lock step; a waypoint is written a cycle after it is read.
+        crossover_cycles = max(map(len, kept + bred)) + 1
+        mutation_cycles = max(
+            self.MUTATION_CYCLES, self._candidates_cycles(mutations) - crossover_cycles
         )
         return Generation(
-            parents, survivors, mutations, crossover_clocks, mutation_clocks, self.UPDATE_CLOCKS
+            parents, survivors, mutations, crossover_cycles, mutation_cycles, self.UPDATE_CYCLES
         )
 
-    def _candidates_clocks(self, mutations: list[Mutated]) -> int:
-        """Clocks from the start of a generation until all new waypoints are stored."""
+    def _candidates_cycles(self, mutations: list[Mutated]) -> int:
+        """Cycles from the start of a generation until all new waypoints are stored."""
         config = self.config
         if config.checker is CheckerBuild.NONE:
             return 0
-        # One candidate a clock, in rounds of one for each patch, up to the last one that matters.
+        # One candidate per cycle, in rounds of one for each patch, up to the last that matters.
         candidates = max(
             mutated.redraws * config.patches + number + 1
             for number, mutated in enumerate(mutations[: config.patches])
             if mutated.applied or mutated.left_out
         )
-        return candidates + config.lookup_latency + self.CANDIDATE_CLOCKS
+        return candidates + config.lookup_latency + self.CANDIDATE_CYCLES
 
     def checksum(self) -> int:
         """CRC-32 of the population as :meth:`hdl.protocol.pack_paths` sends it, slot by slot."""

@@ -1,4 +1,4 @@
-"""Mutation: each mutator changes one child, in place."""
+"""Model of the mutation unit: each mutator changes one child, in place."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["Limits", "Mutated", "Mutation", "clamp"]
 
 @dataclass(frozen=True)
 class Limits:
-    """Highest x, y and altitude a new waypoint may have; set by the host, within the map."""
+    """Highest x, y and altitude of a new waypoint. The host sets them, within the map."""
 
     x: int
     y: int
@@ -27,7 +27,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Mutated(MutationRecord):
-    """Effect of one mutator and the draws that it took.
+    """Effect of one mutator, and the draws that it took.
 
     Attributes
     ----------
@@ -53,12 +53,12 @@ class Mutation:
     ----------
     config : Config
     terrain : TerrainModel, optional
-        The map on the chip: there must be one where ``config.checker`` says so.
+        The map on the chip; required if ``config.checker`` has one.
 
     Raises
     ------
     ValueError
-        If there is a map and should be none, or the other way round.
+        If there is a map and the chip has none, or the reverse.
     """
 
     def __init__(self, config: Config, terrain: TerrainModel | None = None) -> None:
@@ -76,11 +76,12 @@ class Mutation:
         limits: Limits,
         avoid_ground: bool = False,
     ) -> list[Mutated]:
-        """Change ``children`` as ``draws`` say, and return what each mutator did.
+        """Change ``children`` according to ``draws``, and return the effect of each mutator.
 
         The mutators work on different children, so their order does not matter. With
-        ``avoid_ground`` a new waypoint is the first of its candidates that is above the ground; if
-        none is, nothing is done. Otherwise, or without a map, it is the first candidate.
+        ``avoid_ground``, a new waypoint is the first of its candidates that is above the ground; if
+        there is none, the mutation is not applied. Otherwise, or without a map, a new waypoint is
+        its first candidate.
         """
         done = []
         for number, kind in enumerate(self._config.mutations):

@@ -1,7 +1,7 @@
-"""The random source: Trivium generators side by side, 64 bits of each a step.
+"""Model of the random source: Trivium generators side by side, 64 bits of each per step.
 
 Trivium (De Canniere and Preneel, 2005) is a stream cipher of 288 bits of state whose 64 output bits
-per clock cost a few gates each. Its state update is invertible and the loaded state is never zero,
+per cycle cost a few gates each. Its state update is invertible and the loaded state is never zero,
 so the generator cannot get stuck.
 """
 
@@ -54,7 +54,7 @@ class Trivium:
 
 
 class RandomSource:
-    """All lanes of the chip: lane ``i`` has the seed as its key and ``i`` as its IV.
+    """All lanes of the chip. Lane ``i`` has the seed as its key and ``i`` as its IV.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""The random source, compiled: for batteries of tests that want many gigabytes.
+"""Model of the random source, compiled: for test batteries that read many gigabytes.
 
 ``python -m sim.model.random_stream --seed 1 | dieharder -g 200 -a`` tests the raw bits of the
-chip's source: the words of each clock in the order of the ports, least significant byte first.
+chip's source: the words of each cycle in the order of the ports, least significant byte first.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _BLOCK_STEPS = 1 << 14
 
 
 class RandomStream:
-    """A :class:`sim.model.random_source.RandomSource` that makes many words a call.
+    """A :class:`sim.model.random_source.RandomSource` that makes many words per call.
 
     Parameters
     ----------
@@ -58,13 +58,13 @@ class RandomStream:
 
 @njit(cache=True, nogil=True, inline="always")
 def _tap(low: np.uint64, high: np.uint64, shift: np.uint64) -> np.uint64:
-    """The 64 bits of a register from bit ``shift``, 1..63, upwards."""
+    """Return the 64 bits of a register from bit ``shift``, 1..63, upwards."""
     return low >> shift | high << (np.uint64(64) - shift)
 
 
 @njit(cache=True, nogil=True)
 def _fill(state: Words, words: Words) -> None:
-    """Step every lane of ``state`` and store what it gives; see :meth:`Trivium.step`."""
+    """Step every lane of ``state`` and store the words; see :meth:`Trivium.step`."""
     for lane in range(words.shape[1]):
         a, a_high, b, b_high, c, c_high = state[lane]
         for i in range(words.shape[0]):
@@ -87,7 +87,7 @@ def _fill(state: Words, words: Words) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Write the raw bits of one seed to standard output until its reader has enough."""
+    """Write the raw bits of one seed to standard output until its reader closes it."""
     parser = argparse.ArgumentParser(
         prog="python -m sim.model.random_stream",
         description="Write the raw bits of the random source to standard output, without end.",
@@ -102,7 +102,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         while True:
             output.write(stream.words(_BLOCK_STEPS).astype("<u8", copy=False).tobytes())
     except BrokenPipeError:
-        # The interpreter flushes once more when it ends, into a pipe that is gone.
+        # The interpreter flushes once more when it ends, into a closed pipe.
         os.dup2(os.open(os.devnull, os.O_WRONLY), output.fileno())
         return 0
 

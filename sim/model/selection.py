@@ -1,4 +1,4 @@
-"""What the selection unit draws for one generation."""
+"""Model of the selection unit: the draws of one generation."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _below(word: int, at: Slice, limit: int) -> int:
 
 @dataclass(frozen=True)
 class Draws:
-    """Everything random about one generation, before it meets a population.
+    """All random choices of one generation, in ranks and fractions.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Draws:
         16 bits for each mutator: its waypoint is ``bits * length >> 16``.
     offsets : tuple of (int, int, int)
         Steps in x, y and altitude, each within the box: of the first candidate of each mutator that
-        makes a waypoint, then of their second ones, up to ``config.candidates``.
+        makes a waypoint, then of their second candidates, up to ``config.candidates``.
     """
 
     parents: tuple[int, ...]
@@ -47,7 +47,7 @@ class Draws:
 
 
 class DistinctDraw:
-    """Draws different numbers below ``total``, one a call.
+    """Draws different numbers below ``total``, one per call.
 
     A draw ``d`` among those left, counted upwards, becomes ``d`` plus the count of earlier results
     at or below it. The gateware compares with all of them at once: it keeps ``e_j = c_j - j`` of
@@ -60,11 +60,11 @@ class DistinctDraw:
 
     @property
     def left(self) -> int:
-        """How many numbers have not been drawn."""
+        """Count of the numbers that have not been drawn."""
         return self._total - len(self._lowered)
 
     def take(self, draw: int) -> int:
-        """Return the number ``draw`` (0..left - 1) stands for, and remove it from those left."""
+        """Return number ``draw`` (0..left - 1) of those left, and remove it from them."""
         below = sum(e <= draw for e in self._lowered)
         self._lowered = [
             *self._lowered[:below],
@@ -75,14 +75,14 @@ class DistinctDraw:
 
 
 class Selection:
-    """The selection unit: makes the draws of the next generation while the present one runs."""
+    """The selection unit: makes the draws of the next generation while one runs."""
 
     def __init__(self, config: Config) -> None:
         self._config = config
         self._layout = RandomWordLayout(config)
 
     def draw(self, source: RandomSource) -> Draws:
-        """Take ``config.draw_steps`` steps of ``source`` and return what they mean."""
+        """Take ``config.draw_steps`` steps of ``source`` and return the draws."""
         config, layout = self._config, self._layout
         words = [source.step() for _ in range(config.draw_steps)]
         first = [word[0] for word in words]

@@ -189,9 +189,9 @@ class Bench:
                 assert self.value("patches", i) == mutated.waypoint
         cycles = self.value("cycles")
         assert (cycles.crossover, cycles.mutation, cycles.update) == (
-            done.crossover_clocks,
-            done.mutation_clocks,
-            done.update_clocks,
+            done.crossover_cycles,
+            done.mutation_cycles,
+            done.update_cycles,
         )
         assert self.value("generation") == self.model.generation
         return done

@@ -26,7 +26,7 @@ async def random_generations(dut):
             done = await bench.generate()
             left_out += done.left_out
             redrawn += done.redrawn
-            waited += done.mutation_clocks > 2
+            waited += done.mutation_cycles > 2
         await bench.check_population()
     counters = bench.value("counters")
     assert (counters[Counter.LEFT_OUT], counters[Counter.REDRAWN]) == (left_out, redrawn)

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The whole core against the model: populations, slots, mutations and clocks."""
+"""The whole core against the model: populations, slots, mutations and cycles."""
 
 import random
 
@@ -70,7 +70,7 @@ def test_population_of_the_paper():
     simulate(FULL, bench)
 
 
-def test_longest_paths_take_four_clocks_more_than_waypoints():
+def test_longest_paths_take_four_cycles_more_than_waypoints():
     async def bench(ctx, dut):
         rng = random.Random(2)
         driver = Driver(ctx, dut, rng)
@@ -99,7 +99,7 @@ def test_refused_mutations_are_counted():
     simulate(TINY, bench)
 
 
-def test_clocks_of_a_ranking():
+def test_cycles_of_a_ranking():
     async def bench(ctx, dut):
         driver = Driver(ctx, dut, random.Random(4))
         await driver.rank(range(TINY.population))

@@ -52,7 +52,7 @@ def test_matches_model(name):
             left_out += done.left_out
             redrawn += done.redrawn
             refused += done.refused
-            waited += done.mutation_clocks > 2
+            waited += done.mutation_cycles > 2
             if generation % 4 == 1:
                 await driver.load(rng.randrange(config.population), driver.path())
             if generation % 6 == 2:
@@ -102,7 +102,7 @@ def test_new_waypoints_are_above_the_ground():
 
 
 @pytest.mark.parametrize(("memory_latency", "redraws"), [(2, 0), (2, 2), (2, 7), (1, 2)])
-def test_clocks_of_a_generation(memory_latency, redraws):
+def test_cycles_of_a_generation(memory_latency, redraws):
     """All above the ground, then all in it; paths of two waypoints, then of most."""
     config = SMALL.replace(max_waypoints=20, memory_latency=memory_latency, redraws=redraws)
     lookup = 2 + memory_latency
@@ -129,13 +129,13 @@ def test_clocks_of_a_generation(memory_latency, redraws):
 
 
 def test_all_redraws_hide_behind_the_longest_paths():
-    """The defaults of what the clocks depend on; at most ``max_waypoints + 8`` is asked for."""
+    """The defaults of what the cycles depend on; at most ``max_waypoints + 8`` is asked for."""
     config = Config(checker=CheckerBuild.PARALLEL)
     needed = config.patches * config.candidates
     assert needed + config.lookup_latency + 6 == 19 <= config.max_waypoints + 4
 
 
-def test_clocks_of_a_ranking():
+def test_cycles_of_a_ranking():
     async def bench(ctx, dut):
         driver = Driver(ctx, dut, random.Random(4))
         await driver.rank(range(SMALL.population))
@@ -146,8 +146,8 @@ def test_clocks_of_a_ranking():
 
 @pytest.mark.parametrize("event", ["start", "write", "rank", "generation", "read"])
 def test_event_while_waypoints_are_read_ahead(event):
-    """In every clock of it. All but a read make the ranking void; a read only delays it."""
-    clocks = SMALL.mutators + SMALL.patches + 22
+    """In every cycle of it. All but a read make the ranking void; a read only delays it."""
+    cycles = SMALL.mutators + SMALL.patches + 22
 
     async def bench(ctx, dut):
         rng = random.Random(5)
@@ -155,7 +155,7 @@ def test_event_while_waypoints_are_read_ahead(event):
         driver.survey(highest=9)
         await driver.start(3, limits=highest(SMALL), avoid_ground=True)
         order = shuffled(rng, SMALL)
-        for wait in range(clocks):
+        for wait in range(cycles):
             await driver.rank(order)
             for _ in range(wait):
                 await driver.tick()
@@ -173,7 +173,7 @@ def test_event_while_waypoints_are_read_ahead(event):
                     await ranked_after(driver)
                     await driver.generate(shuffled(rng, SMALL))
                     continue
-            for _ in range(clocks):
+            for _ in range(cycles):
                 assert not ctx.get(dut.ranked)
                 await driver.tick()
         await driver.generate(order)

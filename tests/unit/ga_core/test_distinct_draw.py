@@ -18,7 +18,7 @@ LATENCY = DistinctDraw.LATENCY
 
 
 def run(dut, script):
-    """Drive ``CLEAR``, ``IDLE`` or raw draws clock by clock; return ``numbers`` of each clock."""
+    """Drive ``CLEAR``, ``IDLE`` or raw draws cycle by cycle; return ``numbers`` of each cycle."""
     seen = []
 
     async def testbench(ctx):
@@ -44,21 +44,21 @@ def number(dut, pool, raw):
 
 
 def predict(dut, script):
-    """Return what ``numbers`` shall be in each clock of ``script``."""
+    """Return what ``numbers`` shall be in each cycle of ``script``."""
     pool = model.DistinctDraw(dut.total)
     arrivals = {}
-    for clock, entry in enumerate(script):
+    for cycle, entry in enumerate(script):
         if entry == CLEAR:
             pool = model.DistinctDraw(dut.total)
-            for under_way in range(clock, clock + LATENCY):
+            for under_way in range(cycle, cycle + LATENCY):
                 arrivals.pop(under_way + 1, None)
         elif entry is not IDLE:
-            arrivals[clock + LATENCY] = number(dut, pool, entry)
+            arrivals[cycle + LATENCY] = number(dut, pool, entry)
 
     shown, expected = (0,) * dut.count, []
-    for clock in range(len(script)):
-        if clock in arrivals:
-            shown = (*shown[1:], arrivals[clock])
+    for cycle in range(len(script)):
+        if cycle in arrivals:
+            shown = (*shown[1:], arrivals[cycle])
         expected.append(shown)
     return expected
 
@@ -90,7 +90,7 @@ def test_every_sequence(total, count, draw_bits, best_of):
     [(22, 5, 0, 1), (30, 8, 2, 1), (30, 8, 2, 2), (12, 12, 0, 1), (250, 9, 6, 1)],
     ids=["children", "survivors", "survivors_by_rank", "all", "large"],
 )
-def test_every_clock_of_a_random_script(total, count, first, best_of):
+def test_every_cycle_of_a_random_script(total, count, first, best_of):
     """Draws one by one and back to back, and clears at any time."""
     rng = random.Random(total + count)
     dut = DistinctDraw(total=total, count=count, draw_bits=24, first=first, best_of=best_of)

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The mutation unit against the model: plans, captured waypoints, limits, clocks."""
+"""The mutation unit against the model: plans, captured waypoints, limits, cycles."""
 
 import random
 
@@ -77,7 +77,7 @@ class Case:
 
 
 async def run(ctx, dut, case):
-    """Run one generation; return the clocks from ``start`` to ``planned`` and of the mutation."""
+    """Run one generation; return the cycles from ``start`` to ``planned`` and of the mutation."""
     ctx.set(dut.children, list(case.draws.children))
     ctx.set(dut.draws, list(case.draws.waypoints))
     offsets = [dict(zip(("x", "y", "altitude"), each, strict=True)) for each in case.draws.offsets]
@@ -106,16 +106,16 @@ async def run(ctx, dut, case):
         ctx.set(port, 0)
 
     ctx.set(dut.on, 1)
-    clocks = 0
+    cycles = 0
     done = False
     while not done:
         done = ctx.get(dut.done)
         results = [ctx.get(mutation) for mutation in dut.results]
         await ctx.tick()
-        clocks += 1
+        cycles += 1
     ctx.set(dut.on, 0)
     assert [ctx.get(mutation) for mutation in dut.mutations] == results
-    return latency, clocks
+    return latency, cycles
 
 
 def check(ctx, dut, case):
@@ -151,10 +151,10 @@ def test_matches_model(config):
         refused = set()
         for _ in range(12):
             case = Case(config, rng)
-            latency, clocks = await run(ctx, dut, case)
+            latency, cycles = await run(ctx, dut, case)
             check(ctx, dut, case)
             assert latency == dut.latency == config.mutators + 8
-            assert clocks == 2
+            assert cycles == 2
             refused |= {mutated.kind for mutated in case.expected if not mutated.applied}
         assert MutationKind.PERTURB not in refused
 
@@ -182,9 +182,9 @@ def test_limits_on_the_length(length, kind):
 def test_clear_stops_a_plan():
     async def bench(ctx, dut):
         case = Case(SMALL, random.Random(5))
-        for clocks in range(dut.latency):
+        for cycles in range(dut.latency):
             ctx.set(dut.start, 1)
-            for _ in range(clocks):
+            for _ in range(cycles):
                 await ctx.tick()
                 ctx.set(dut.start, 0)
             ctx.set(dut.clear, 1)

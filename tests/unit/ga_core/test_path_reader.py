@@ -26,7 +26,7 @@ SIZES = {
     "waypoint_bits": CONFIG.waypoint_bits,
     "max_waypoints": CONFIG.max_waypoints,
 }
-#: Clocks after a rewind in which the first waypoints are not there.
+#: Cycles after a rewind in which the first waypoints are not there.
 FILLING = 1
 
 
@@ -38,7 +38,7 @@ class Slots:
         self.position = self.filling = self.slot = self.slot_before = 0
         self.steps = self.rewind = False
 
-    async def clock(self):
+    async def tick(self):
         """Do what a clock edge does, from what the unit says before it."""
         ctx, dut = self.ctx, self.dut
         steps, rewind, slot = ctx.get(dut.steps), ctx.get(dut.rewind), ctx.get(dut.slot)
@@ -66,15 +66,15 @@ def random_paths(rng):
 
 
 async def read(ctx, dut, slots, first, count, is_ready):
-    """Read paths; return them, and the clock of each waypoint after the read is taken."""
+    """Read paths; return them, and the cycle of each waypoint after the read is taken."""
     ctx.set(dut.allow, 1)
     ctx.set(dut.reads.payload, {"slot": first, "count": count})
     ctx.set(dut.reads.valid, 1)
     assert ctx.get(dut.reads.ready)
-    await slots.clock()
+    await slots.tick()
     ctx.set(dut.reads.valid, 0)
-    paths, clocks = [[]], []
-    for clock in range(1, 40 * count * CONFIG.max_waypoints):
+    paths, cycles = [[]], []
+    for cycle in range(1, 40 * count * CONFIG.max_waypoints):
         assert ctx.get(dut.active)
         assert not ctx.get(dut.reads.ready)
         ready = is_ready()
@@ -82,15 +82,15 @@ async def read(ctx, dut, slots, first, count, is_ready):
         if ready and ctx.get(dut.waypoints.valid):
             word = ctx.get(dut.waypoints.payload)
             paths[-1].append(word.waypoint)
-            clocks.append(clock)
+            cycles.append(cycle)
             assert not word.final or word.last
             if word.final:
-                await slots.clock()
+                await slots.tick()
                 assert not ctx.get(dut.active)
-                return paths, clocks
+                return paths, cycles
             if word.last:
                 paths.append([])
-        await slots.clock()
+        await slots.tick()
     raise TimeoutError("the last waypoint does not come")
 
 
@@ -106,24 +106,24 @@ def test_paths_come_in_order(eagerness):
             assert paths == slots.paths[first : first + count]
             slots.paths = random_paths(rng)
             for _ in range(rng.randrange(4)):
-                await slots.clock()
+                await slots.tick()
 
     simulate(dut, bench)
 
 
-def test_clocks():
-    """The first waypoint after 5 clocks, then one a clock, and 3 clocks between two paths."""
+def test_cycles():
+    """The first waypoint after 5 cycles, then one a cycle, and 3 cycles between two paths."""
     dut = PathReader(**SIZES)
 
     async def bench(ctx):
         rng = random.Random(2)
         slots = Slots(ctx, dut, random_paths(rng))
-        paths, clocks = await read(ctx, dut, slots, 0, CONFIG.population, lambda: True)
+        paths, cycles = await read(ctx, dut, slots, 0, CONFIG.population, lambda: True)
         expected, now = [], 5
         for path in paths:
             expected += range(now, now + len(path))
             now += len(path) + 3
-        assert clocks == expected
+        assert cycles == expected
 
     simulate(dut, bench)
 

@@ -29,7 +29,7 @@ SMALL = Config(
     checker=CheckerBuild.NONE,
 )
 KEPT = SMALL.elites + SMALL.survivors
-#: Clocks from a read to its first waypoint, and between two paths.
+#: Cycles from a read to its first waypoint, and between two paths.
 FIRST, BETWEEN = 5, 3
 
 
@@ -49,7 +49,7 @@ async def read(ctx, dut, slot, count, pauses=(0,)):
     """Return the paths of ``count`` slots."""
     await put(ctx, dut.reads, {"slot": slot, "count": count})
     paths = [[]]
-    ready = itertools.cycle(clock for pause in pauses for clock in [*[0] * pause, 1])
+    ready = itertools.cycle(cycle for pause in pauses for cycle in [*[0] * pause, 1])
     for _ in range(100 * count):
         ctx.set(dut.read_waypoints.ready, next(ready))
         _, _, valid, taken, word = await ctx.tick().sample(
@@ -67,12 +67,12 @@ async def read(ctx, dut, slot, count, pauses=(0,)):
 
 
 async def settle(ctx, dut):
-    clocks = 0
+    cycles = 0
     while not ctx.get(dut.settled):
         await ctx.tick()
-        clocks += 1
-        assert clocks < 20
-    return clocks
+        cycles += 1
+        assert cycles < 20
+    return cycles
 
 
 async def breed(ctx, dut, paths, carried, mutations=(), patches=()):
@@ -95,15 +95,15 @@ async def breed(ctx, dut, paths, carried, mutations=(), patches=()):
     await ctx.tick()
     ctx.set(dut.launch, 0)
     await ctx.tick()
-    for clock in range(longest + 1):
-        assert ctx.get(dut.carrying) == (clock > 0)
-        if clock:
-            position = clock - 1
+    for cycle in range(longest + 1):
+        assert ctx.get(dut.carrying) == (cycle > 0)
+        if cycle:
+            position = cycle - 1
             assert ctx.get(dut.position) == position
             for port, path in zip(dut.waypoints, bred, strict=True):
                 if position < len(path):
                     assert ctx.get(port) == path[position]
-        assert ctx.get(dut.done) == (clock == longest)
+        assert ctx.get(dut.done) == (cycle == longest)
         await ctx.tick()
     assert not ctx.get(dut.done)
 
@@ -175,7 +175,7 @@ def test_what_is_written_is_read(max_waypoints, pauses):
     bench_of(bench, config)
 
 
-def test_clocks_of_a_read():
+def test_cycles_of_a_read():
     dut = Population(SMALL)
     words = []
     rng = random.Random(2)
@@ -187,15 +187,15 @@ def test_clocks_of_a_read():
         for slot, path in enumerate(paths):
             await load(ctx, dut, slot, path)
         await put(ctx, dut.reads, {"slot": 0, "count": 3})
-        clock = 1
+        cycle = 1
         # Neither stream is taken while a read is under way.
         while not ctx.get(dut.writes.ready):
             assert not ctx.get(dut.reads.ready)
             assert not ctx.get(dut.settled)
             if ctx.get(dut.read_waypoints.valid):
-                seen.append(clock)
+                seen.append(cycle)
             await ctx.tick()
-            clock += 1
+            cycle += 1
         assert await settle(ctx, dut) <= 3
 
     async def collector(ctx):
@@ -210,10 +210,10 @@ def test_clocks_of_a_read():
     simulate(dut, testbench, background=[collector])
     assert words == list(itertools.chain(*paths))
     expected = []
-    clock = FIRST
+    cycle = FIRST
     for path in paths:
-        expected += range(clock, clock + len(path))
-        clock += len(path) + BETWEEN
+        expected += range(cycle, cycle + len(path))
+        cycle += len(path) + BETWEEN
     assert seen == expected
 
 
@@ -292,18 +292,18 @@ def test_waypoints_are_read_ahead():
             ctx.set(dut.reads.valid, 1)
             ctx.set(dut.reads.payload, {"slot": 1, "count": 2})
             positions = [rng.randrange(config.max_waypoints) for _ in range(count)]
-            for clock in range(count + 5):
-                ctx.set(dut.peeks, clock < count)
-                ctx.set(dut.peek, clock < count)
-                if clock < count:
-                    ctx.set(dut.peek_position, positions[clock])
-                assert ctx.get(dut.settled) == (clock == 0)
+            for cycle in range(count + 5):
+                ctx.set(dut.peeks, cycle < count)
+                ctx.set(dut.peek, cycle < count)
+                if cycle < count:
+                    ctx.set(dut.peek_position, positions[cycle])
+                assert ctx.get(dut.settled) == (cycle == 0)
                 # The read waits for the first waypoints no longer than for those asked for.
-                assert ctx.get(dut.reads.ready) == (clock >= count + PEEK_LATENCY - 1)
+                assert ctx.get(dut.reads.ready) == (cycle >= count + PEEK_LATENCY - 1)
                 if ctx.get(dut.reads.ready):
                     ctx.set(dut.reads.valid, 0)
-                if PEEK_LATENCY <= clock < count + PEEK_LATENCY:
-                    position = positions[clock - PEEK_LATENCY]
+                if PEEK_LATENCY <= cycle < count + PEEK_LATENCY:
+                    position = positions[cycle - PEEK_LATENCY]
                     for port, slot in zip(dut.waypoints, carried, strict=True):
                         if position < len(paths[slot]):
                             assert ctx.get(port) == paths[slot][position]
@@ -315,7 +315,7 @@ def test_waypoints_are_read_ahead():
 
 
 def test_read_after_reading_ahead():
-    """A read that has waited for it, and one that comes in any clock after."""
+    """A read that has waited for it, and one that comes in any cycle after."""
     config = SMALL.replace(checker=CheckerBuild.PARALLEL)
 
     async def bench(ctx, dut):
@@ -339,7 +339,7 @@ def test_read_after_reading_ahead():
 
 
 def test_write_ends_reading_ahead():
-    """In any clock of it."""
+    """In any cycle of it."""
     config = SMALL.replace(checker=CheckerBuild.PARALLEL)
 
     async def bench(ctx, dut):
@@ -349,9 +349,9 @@ def test_write_ends_reading_ahead():
             await load(ctx, dut, slot, path)
         for wait in range(9):
             await settle(ctx, dut)
-            for clock in range(wait):
-                ctx.set(dut.peeks, clock < 3)
-                ctx.set(dut.peek, clock < 3)
+            for cycle in range(wait):
+                ctx.set(dut.peeks, cycle < 3)
+                ctx.set(dut.peek, cycle < 3)
                 await ctx.tick()
             # The last waypoint that is read ahead may go with the first that is written.
             ctx.set(dut.peeks, wait < 3)
@@ -389,8 +389,8 @@ def test_loading_a_path_ends_its_mutation():
     bench_of(bench)
 
 
-@pytest.mark.parametrize("clocks", [1, 2])
-def test_reset_ends_mutations(clocks):
+@pytest.mark.parametrize("cycles", [1, 2])
+def test_reset_ends_mutations(cycles):
     """At once: what is read ahead after it has two waypoints of the first bank, and no patch."""
     dut = Population(SMALL)
     rst = Signal()
@@ -407,7 +407,7 @@ def test_reset_ends_mutations(clocks):
         await breed(ctx, dut, loaded, carried, mutations, patches)
 
         ctx.set(rst, 1)
-        for _ in range(clocks):
+        for _ in range(cycles):
             await ctx.tick()
         ctx.set(rst, 0)
         paths = [path[:2] for path in loaded]

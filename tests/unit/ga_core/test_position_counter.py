@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""Clocks and positions of a crossover."""
+"""Cycles and positions of a crossover."""
 
 import random
 
@@ -11,7 +11,7 @@ from tests.wrong_sizes import check_sizes
 
 
 @pytest.mark.parametrize("most", [3, 6, 16, 20])
-def test_as_many_clocks_as_the_longest_path_has_waypoints(most):
+def test_as_many_cycles_as_the_longest_path_has_waypoints(most):
     dut = PositionCounter(ports=21, max_waypoints=most)
 
     async def bench(ctx):
@@ -31,12 +31,12 @@ def test_as_many_clocks_as_the_longest_path_has_waypoints(most):
             assert not ctx.get(dut.goes_on)
             await ctx.tick()
             ctx.set(dut.begin, 0)
-            for clock in range(longest):
+            for cycle in range(longest):
                 assert ctx.get(dut.running)
-                assert ctx.get(dut.following) == clock
-                assert ctx.get(dut.carrying) == (clock > 0)
-                assert ctx.get(dut.position) == max(0, clock - 1)
-                assert ctx.get(dut.goes_on) == (clock < longest - 1)
+                assert ctx.get(dut.following) == cycle
+                assert ctx.get(dut.carrying) == (cycle > 0)
+                assert ctx.get(dut.position) == max(0, cycle - 1)
+                assert ctx.get(dut.goes_on) == (cycle < longest - 1)
                 assert not ctx.get(dut.done)
                 await ctx.tick()
             assert not ctx.get(dut.running)

@@ -20,7 +20,7 @@ def simulate(dut, testbench):
 
 
 def run(script):
-    """Drive ``(seed or None, step)`` clock by clock; return ``(ready, words)`` of each clock."""
+    """Drive ``(seed or None, step)`` cycle by cycle; return ``(ready, words)`` of each cycle."""
     dut = RandomSource()
     seen = []
 
@@ -56,7 +56,7 @@ def test_is_seeded_with_0_after_reset():
     assert [step for _, step in seen[WARM_UP_STEPS:]] == words(0, 2)
 
 
-def test_is_ready_one_clock_after_the_warm_up():
+def test_is_ready_one_cycle_after_the_warm_up():
     seen = run([*WARM_UP, (5, 0), *WARM_UP, (None, 0)])
     assert [ready for ready, _ in seen[WARM_UP_STEPS:]] == [1] + [0] * WARM_UP_STEPS + [1]
 
@@ -75,7 +75,7 @@ def test_ignores_steps_while_it_warms_up():
     assert seen[-1] == (1, words(9, 1)[0])
 
 
-def test_every_clock_of_a_random_script():
+def test_every_cycle_of_a_random_script():
     """Loads at any time, while warming up and together with a step, too."""
     rng = random.Random(11)
     script, expected = [], []

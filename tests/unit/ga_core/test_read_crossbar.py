@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The ports of the population: which slot passes, from which clock on, and what the host writes."""
+"""The ports of the population: which slot passes, from which cycle on, and what the host writes."""
 
 import random
 
@@ -15,7 +15,7 @@ SIZES = {"ports": 6, "population": POPULATION, "waypoint_bits": WAYPOINT_BITS}
 
 
 async def pass_new(ctx, dut, rng):
-    """Give every slot another waypoint, pass a clock, return what was given."""
+    """Give every slot another waypoint, pass a cycle, return what was given."""
     given = [rng.getrandbits(WAYPOINT_BITS) for _ in dut.slots]
     for slot, waypoint in zip(dut.slots, given, strict=True):
         ctx.set(slot, waypoint)
@@ -23,7 +23,7 @@ async def pass_new(ctx, dut, rng):
     return given
 
 
-def test_what_passes_follows_the_choice_a_clock_later():
+def test_what_passes_follows_the_choice_a_cycle_later():
     dut = ReadCrossbar(**SIZES)
 
     async def bench(ctx):
@@ -34,9 +34,9 @@ def test_what_passes_follows_the_choice_a_clock_later():
             chosen, before = [rng.randrange(POPULATION) for _ in dut.selects], chosen
             for select, slot in zip(dut.selects, chosen, strict=True):
                 ctx.set(select, 1 << slot)
-            for clock in range(3):
+            for cycle in range(3):
                 given = await pass_new(ctx, dut, rng)
-                slots = before if clock == 0 else chosen
+                slots = before if cycle == 0 else chosen
                 for port, slot in zip(dut.waypoints, slots, strict=bool(slots)):
                     assert ctx.get(port) == given[slot]
 

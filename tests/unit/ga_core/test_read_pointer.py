@@ -12,7 +12,7 @@ from tests.wrong_sizes import check_sizes
 
 MAX_WAYPOINTS = 16
 SIZES = {"max_waypoints": MAX_WAYPOINTS, "parts": 3, "peeks": True}
-#: Most clocks from what changes the population to its first waypoints.
+#: Most cycles from what changes the population to its first waypoints.
 SETTLING = 4
 
 
@@ -23,8 +23,8 @@ class Registers:
         self.ctx, self.dut = ctx, dut
         self.index = self.slot = self.port = None
 
-    async def clock(self, *names):
-        """Raise inputs for a clock."""
+    async def tick(self, *names):
+        """Raise inputs for a cycle."""
         ctx, dut = self.ctx, self.dut
         for name in names:
             for port in dut.begin if name == "begin" else [getattr(dut, name)]:
@@ -42,12 +42,12 @@ class Registers:
                 ctx.set(port, 0)
 
     async def settle(self, most=SETTLING):
-        """Wait for the first waypoints; return the clocks."""
-        for clocks in range(most + 1):
+        """Wait for the first waypoints; return the cycles."""
+        for cycles in range(most + 1):
             if self.ctx.get(self.dut.primed):
                 assert (self.slot, self.index, self.ctx.get(self.dut.ahead)) == (0, 1, 2)
-                return clocks
-            await self.clock()
+                return cycles
+            await self.tick()
         raise TimeoutError("the first waypoints are not read")
 
 
@@ -61,19 +61,19 @@ def test_the_first_waypoints_are_read_again(cause):
         await registers.settle()
         for _ in range(30):
             for _ in range(rng.randrange(MAX_WAYPOINTS)):
-                await registers.clock("passes")
-            await registers.clock(cause)
+                await registers.tick("passes")
+            await registers.tick(cause)
             # What was read before the change of a length, or of an index after it, is of no use.
             assert not ctx.get(dut.primed)
             if cause == "taken":
-                await registers.clock("writing")
-            await registers.clock()
+                await registers.tick("writing")
+            await registers.tick()
             await registers.settle()
 
     simulate(dut, bench)
 
 
-def test_a_crossover_takes_one_position_a_clock():
+def test_a_crossover_takes_one_position_a_cycle():
     dut = ReadPointer(**SIZES)
 
     async def bench(ctx):
@@ -82,14 +82,14 @@ def test_a_crossover_takes_one_position_a_clock():
         for _ in range(20):
             await registers.settle()
             longest = rng.randint(2, MAX_WAYPOINTS)
-            await registers.clock("begin")
+            await registers.tick("begin")
             for position in range(longest):
-                await registers.clock(*["passes"] * (position < longest - 1))
+                await registers.tick(*["passes"] * (position < longest - 1))
                 assert registers.port == position
             for _ in range(rng.randrange(3)):
-                await registers.clock()
+                await registers.tick()
                 assert registers.port == longest - 1
-            await registers.clock("update")
+            await registers.tick("update")
 
     simulate(dut, bench)
 
@@ -105,13 +105,13 @@ def test_positions_that_are_peeked_at(count):
             await registers.settle()
             positions = [rng.randrange(MAX_WAYPOINTS) for _ in range(count)]
             seen = []
-            for clock in range(count + PEEK_LATENCY - 1):
-                if clock < count:
-                    ctx.set(dut.peek_position, positions[clock])
-                assert ctx.get(dut.peeking) == (clock > 0)
-                await registers.clock(*["peek"] * (clock < count))
+            for cycle in range(count + PEEK_LATENCY - 1):
+                if cycle < count:
+                    ctx.set(dut.peek_position, positions[cycle])
+                assert ctx.get(dut.peeking) == (cycle > 0)
+                await registers.tick(*["peek"] * (cycle < count))
                 assert not ctx.get(dut.primed)
-                if clock >= PEEK_LATENCY - 1:
+                if cycle >= PEEK_LATENCY - 1:
                     seen.append(registers.port)
             assert seen == positions
             assert not ctx.get(dut.peeking)

@@ -1,4 +1,4 @@
-"""The selection unit against the model, clock by clock."""
+"""The selection unit against the model, cycle by cycle."""
 
 import dataclasses
 import random
@@ -46,7 +46,7 @@ def outputs(ctx, dut):
 
 
 def run(config, script):
-    """Drive ``(seed or None, next)`` clock by clock; return each clock's set, or None."""
+    """Drive ``(seed or None, next)`` cycle by cycle; return each cycle's set, or None."""
     dut = Selection(config)
     seen = []
 
@@ -71,14 +71,14 @@ def predict(config, latency, script):
     source, ready_at = RandomSource(0), WARM_UP_STEPS + latency - 1
     draws = unit.draw(source)
     expected = []
-    for clock, (seed, following) in enumerate(script):
-        ready = clock >= ready_at
+    for cycle, (seed, following) in enumerate(script):
+        ready = cycle >= ready_at
         expected.append(draws if ready else None)
         if seed is not None:
-            source, ready_at = RandomSource(seed), clock + WARM_UP_STEPS + latency
+            source, ready_at = RandomSource(seed), cycle + WARM_UP_STEPS + latency
             draws = unit.draw(source)
         elif following and ready:
-            ready_at = clock + latency
+            ready_at = cycle + latency
             draws = unit.draw(source)
     return expected
 
@@ -117,7 +117,7 @@ def test_default_set_is_ready_before_a_full_generation_ends():
 
 
 def test_offsets_are_taken():
-    """One a clock or with pauses, all or some of them; the next set is whole again."""
+    """One a cycle or with pauses, all or some of them; the next set is whole again."""
     config = TINY.replace(checker=CheckerBuild.PARALLEL, inserts=2, deletes=1, redraws=3)
     dut = Selection(config)
     rng = random.Random(5)
@@ -159,7 +159,7 @@ def test_offsets_reach_the_whole_box():
         assert set(steps) == set(range(-8, 9))
 
 
-def test_reset_in_every_clock_of_a_set():
+def test_reset_in_every_cycle_of_a_set():
     """What is under way has no part in the first set after it."""
     config, latency = CASES["small"]
     unit = model.Selection(config)

@@ -18,7 +18,7 @@ SIZES = {
     "parent_ports": CONFIG.crossovers,
     "max_waypoints": CONFIG.max_waypoints,
 }
-#: Clocks from the last word of a ranking to ``mapped``.
+#: Cycles from the last word of a ranking to ``mapped``.
 LATENCY = 4
 
 
@@ -93,9 +93,9 @@ def test_ports_have_the_slots_of_their_ranks(pause):
 def test_clear_before_the_end():
     async def bench(ctx, dut):
         unit = Bench(ctx, dut, 5)
-        for clocks in range(LATENCY - 1):
+        for cycles in range(LATENCY - 1):
             await unit.rank()
-            for _ in range(clocks):
+            for _ in range(cycles):
                 await ctx.tick()
             ctx.set(dut.clear, 1)
             await ctx.tick()

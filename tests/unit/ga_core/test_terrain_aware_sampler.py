@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The maker of new waypoints above the ground: reading ahead, candidates, decisions, clocks."""
+"""The maker of new waypoints above the ground: reading ahead, candidates, decisions, cycles."""
 
 import collections
 import random
@@ -75,7 +75,7 @@ class Bench:
         return waypoint & mask, waypoint >> bits & mask, waypoint >> 2 * bits
 
     async def tick(self):
-        """Pass a clock; what was not asked for is anything."""
+        """Pass a cycle; what was not asked for is anything."""
         ctx, dut, config, rng = self.ctx, self.dut, self.config, self.rng
         if ctx.get(dut.peek):
             self.peeks += 1
@@ -128,21 +128,21 @@ class Bench:
         return bases, needed
 
     async def fetch(self):
-        """Return the clocks from ``fetch`` to ``fetched``."""
+        """Return the cycles from ``fetch`` to ``fetched``."""
         self.ctx.set(self.dut.fetch, 1)
-        clocks = 0
+        cycles = 0
         while not self.ctx.get(self.dut.fetched):
             await self.tick()
             self.ctx.set(self.dut.fetch, 0)
-            clocks += 1
+            cycles += 1
             # Reading ahead unsettles the population.
             if self.peeks:
                 self.ctx.set(self.dut.settled, 0)
-            assert clocks < 60
+            assert cycles < 60
         self.ctx.set(self.dut.settled, 1)
         assert self.peeks == self.config.patches
         self.peeks = 0
-        return clocks
+        return cycles
 
     def expected(self, bases, needed, limits, avoid):
         """Return what comes of the candidates, one by one.
@@ -184,14 +184,14 @@ class Bench:
 
         self.lookups = 0
         ctx.set(dut.run, 1)
-        clocks = 0
+        cycles = 0
         while True:
             await self.tick()
-            clocks += 1
-            assert clocks < 100
+            cycles += 1
+            assert cycles < 100
             if ctx.get(dut.decided):
                 break
-        assert clocks == last + config.lookup_latency + 5
+        assert cycles == last + config.lookup_latency + 5
         # Further candidates, made meanwhile, change nothing.
         for _ in range(rng.choice((0, 1, 9, 40))):
             await self.tick()
@@ -249,23 +249,23 @@ def test_fetch_waits_until_settled():
                 assert not ctx.get(dut.peek)
                 await unit.tick()
             ctx.set(dut.settled, 1)
-            clocks = 0
+            cycles = 0
             while not ctx.get(dut.fetched):
-                assert ctx.get(dut.peek) == (clocks < SMALL.patches)
+                assert ctx.get(dut.peek) == (cycles < SMALL.patches)
                 await unit.tick()
                 ctx.set(dut.settled, 0)
-                clocks += 1
-            assert clocks == TerrainAwareSampler.latency_of(SMALL.patches) - 1
+                cycles += 1
+            assert cycles == TerrainAwareSampler.latency_of(SMALL.patches) - 1
 
     bench_of(bench)
 
 
-def test_clear_in_every_clock_of_a_fetch():
+def test_clear_in_every_cycle_of_a_fetch():
     async def bench(ctx, dut, unit):
-        for clocks in range(TerrainAwareSampler.latency_of(SMALL.patches)):
+        for cycles in range(TerrainAwareSampler.latency_of(SMALL.patches)):
             unit.plan()
             ctx.set(dut.fetch, 1)
-            for _ in range(clocks):
+            for _ in range(cycles):
                 await unit.tick()
                 ctx.set(dut.fetch, 0)
                 ctx.set(dut.settled, not ctx.get(dut.peek))
@@ -285,15 +285,15 @@ def test_clear_in_every_clock_of_a_fetch():
 
 
 def test_nothing_outlives_its_generation():
-    """``run`` falls in every clock; the next generation is decided as if there had been none."""
+    """``run`` falls in every cycle; the next generation is decided as if there had been none."""
 
     async def bench(ctx, dut, unit):
-        for clocks in range(1, SMALL.patches * SMALL.candidates + SMALL.lookup_latency + 6):
+        for cycles in range(1, SMALL.patches * SMALL.candidates + SMALL.lookup_latency + 6):
             unit.plan()
-            ctx.set(dut.avoid, clocks % 2)
+            ctx.set(dut.avoid, cycles % 2)
             await unit.fetch()
             ctx.set(dut.run, 1)
-            for _ in range(clocks):
+            for _ in range(cycles):
                 await unit.tick()
             ctx.set(dut.run, 0)
             await unit.tick()

@@ -140,9 +140,9 @@ def test_generation_is_elites_survivors_children(config):
         assert all(2 <= len(path) <= config.max_waypoints for path in core.paths)
 
         read = [before[slot] for slot in (*order[: config.elites], *done.survivors, *done.parents)]
-        assert done.crossover_clocks == max(map(len, read)) + 1
-        clocks = done.crossover_clocks + done.mutation_clocks + done.update_clocks
-        assert clocks <= config.max_waypoints + 8
+        assert done.crossover_cycles == max(map(len, read)) + 1
+        cycles = done.crossover_cycles + done.mutation_cycles + done.update_cycles
+        assert cycles <= config.max_waypoints + 8
 
 
 def test_new_waypoints_stay_in_the_box_and_the_limits():
@@ -265,23 +265,23 @@ def test_no_new_waypoint_in_the_ground():
         assert done.left_out == sum(mutated.left_out for mutated in done.mutations)
         assert done.redrawn == sum(mutated.redraws for mutated in done.mutations)
         assert done.refused + done.left_out == sum(not each.applied for each in done.mutations)
-        clocks = done.crossover_clocks + done.mutation_clocks + done.update_clocks
-        assert clocks <= config.max_waypoints + 8
+        cycles = done.crossover_cycles + done.mutation_cycles + done.update_cycles
+        assert cycles <= config.max_waypoints + 8
     assert {(True, False, 0), (True, False, 1), (True, False, 2), (False, True, 2)} <= set(seen)
 
 
 @pytest.mark.parametrize(
-    ("length", "altitude", "clocks"), [(2, 0, 13), (2, 4095, 19), (16, 0, 20), (16, 4095, 20)]
+    ("length", "altitude", "cycles"), [(2, 0, 13), (2, 4095, 19), (16, 0, 20), (16, 4095, 20)]
 )
-def test_clocks_with_a_map(length, altitude, clocks):
-    """Three candidates or nine, one a clock, and ten more; or four more than the longest path."""
+def test_cycles_with_a_map(length, altitude, cycles):
+    """Three candidates or nine, one a cycle, and ten more; or four more than the longest path."""
     core = Core(WITH_MAP, flat(WITH_MAP, altitude))
     core.start(1, core.limits, avoid_ground=True)
     core.paths = [[waypoint(i, i, 2000) for i in range(length)] for _ in range(32)]
     done = core.run(range(32))
     assert (done.left_out > 0) == (altitude > 0)
-    assert done.crossover_clocks == length + 1
-    assert done.crossover_clocks + done.mutation_clocks + done.update_clocks == clocks
+    assert done.crossover_cycles == length + 1
+    assert done.crossover_cycles + done.mutation_cycles + done.update_cycles == cycles
 
 
 def test_a_map_where_there_is_none():

@@ -15,7 +15,7 @@ __all__ = ["GeneticCoreTop"]
 class GeneticCoreTop(wiring.Component):
     """Genetic core under the control unit of the chip, without link, command units and checker.
 
-    What surrounds it receives commands, checks paths and answers in their place: see
+    The logic around it receives commands, checks paths and answers in their place: see
     :class:`hdl.control.Control`.
 
     Parameters

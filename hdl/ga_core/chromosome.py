@@ -27,7 +27,7 @@ def place_shape(max_waypoints: int) -> Shape:
 
 
 def half_signature(waypoint_bits: int, max_waypoints: int) -> wiring.Signature:
-    """Return the signature of a write to one half: whether, where, what."""
+    """Return the signature of a write to one half: its enable, its place and the waypoint."""
     return wiring.Signature(
         {
             "valid": Out(1),

@@ -224,7 +224,7 @@ class Core(wiring.Component):
         """Pass a ranking to the mapping, then to the mutators; later commands discard it."""
         control = self.control
 
-        # What reaches the whole core comes from registers, since its wires are long.
+        # Registers drive all that reaches the whole core, since those wires are long.
         superseded = Signal()
         discard = Signal()
         planned = Signal()

@@ -82,7 +82,7 @@ class DistinctDraw(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        # Whether each stage of the pipeline holds a draw.
+        # Stages of the pipeline that hold a draw.
         valid = Signal(self.LATENCY - 1, reset_less=True)
         m.d.sync += valid.eq(Mux(self.clear, 0, Cat(self.take, valid)))
 

@@ -43,7 +43,7 @@ class Mutator(wiring.Component):
     waypoint : In(waypoint_bits)
         The new waypoint.
     result : Out(mutation_layout)
-        What ``store`` would record.
+        Result of the plan, which ``store`` records.
     store : In(1)
         Record ``result``, in the last cycle of the mutation.
     record : Out(mutation_layout)

@@ -28,7 +28,7 @@ class ReadPointer(wiring.Component):
     parts : int
         Parts of the slots, each of which has an ``advance``: 1 or more.
     peeks : bool
-        Whether there are the members for peeks.
+        The unit has the members for peeks.
 
     Members
     -------

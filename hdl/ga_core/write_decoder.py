@@ -15,7 +15,7 @@ __all__ = ["WriteDecoder"]
 
 
 class WriteDecoder(wiring.Component):
-    """Accepts waypoints for the population, one per cycle, and says where each is written.
+    """Accepts waypoints for the population, one per cycle, and decodes the place of each.
 
     All outputs but ``taken`` are registers, since they reach all slots. They belong to the waypoint
     that was taken in the cycle before.

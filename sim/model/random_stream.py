@@ -90,7 +90,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Write the raw bits of one seed to standard output until its reader closes it."""
     parser = argparse.ArgumentParser(
         prog="python -m sim.model.random_stream",
-        description="Write the raw bits of the random source to standard output, without end.",
+        description="Write the raw bits of the random source until standard output is closed.",
     )
     parser.add_argument("--seed", type=int, default=0, help="0 to 2**64 - 1 (default 0)")
     try:

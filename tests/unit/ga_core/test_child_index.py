@@ -1,4 +1,4 @@
-"""Where the waypoints of a child lie: its halves, its mutation, a path of the host in its place."""
+"""Sources of the waypoints of a child: its halves, its mutation, and a path of the host instead."""
 
 import itertools
 import random
@@ -19,7 +19,7 @@ SIZES = {"kinds": KINDS, "min_waypoints": 2, "max_waypoints": MOST}
 
 
 async def sources(ctx, dut, length):
-    """Return where each waypoint of the path is read."""
+    """Return the source of each waypoint of the path."""
     # The index knows the path a cycle after its length.
     await ctx.tick()
     ctx.set(dut.advance, 1)

@@ -81,7 +81,7 @@ def test_index_stays_without_advance():
 
 
 def test_banks_and_halves_keep_what_is_written():
-    """All places of both halves and banks, both halves written at once, one bank read meanwhile."""
+    """All places of both banks; both halves are written at once, while a bank is read."""
     dut = Chromosome(**SIZES)
     rng = random.Random(1)
     places = range(CONFIG.tail_size)

@@ -92,7 +92,7 @@ def test_refused_mutations_are_counted():
         for _ in range(6):
             done = await driver.generate(shuffled(rng, TINY))
             refused += sum(not mutated.applied for mutated in done.mutations)
-        # All paths have two waypoints at first, so that deletions are refused.
+        # All paths have two waypoints at first, so deletions are refused.
         assert refused > 1
         assert ctx.get(dut.counters)[Counter.REFUSED_MUTATIONS] == refused
 
@@ -109,14 +109,14 @@ def test_cycles_of_a_ranking():
 
 
 @pytest.mark.parametrize("event", ["start", "write", "rank", "generation"])
-def test_ranking_becomes_void(event):
+def test_ranking_is_discarded(event):
     async def bench(ctx, dut):
         rng = random.Random(5)
         driver = Driver(ctx, dut, rng)
         order = shuffled(rng, TINY)
         for wait in range(TINY.mutators + 16):
             await driver.rank(order)
-            # The event comes while the ranking is being worked in, or later.
+            # The event comes while the ranking is processed, or later.
             for _ in range(wait):
                 await driver.tick()
             match event:
@@ -158,7 +158,7 @@ def test_results_stay_until_the_next_generation():
     simulate(TINY, bench)
 
 
-def test_nothing_is_taken_during_a_generation():
+def test_nothing_is_accepted_during_a_generation():
     async def bench(ctx, dut):
         driver = Driver(ctx, dut, random.Random(7))
         await driver.rank(range(TINY.population))

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The core of a chip with a map: no new waypoint in the ground, and what that takes."""
+"""The core of a chip with a map: no new waypoint in the ground, and the cycles for it."""
 
 import random
 
@@ -24,7 +24,7 @@ CONFIGS = {
 
 
 def highest(config):
-    """Limits that keep new waypoints on the map, and nothing else."""
+    """Return limits that keep new waypoints on the map, and nothing else."""
     return Limits(config.map_size - 1, config.map_size - 1, config.blocked_altitude - 1)
 
 
@@ -72,7 +72,7 @@ def test_matches_model(name):
 
 
 def test_new_waypoints_are_above_the_ground():
-    """Seen from the results alone: the cell of each is lower, and was looked up at its turn."""
+    """By the results alone: the cell of each is lower, and was looked up at its turn."""
     config = SMALL.replace(redraws=1)
 
     async def bench(ctx, dut):
@@ -103,7 +103,7 @@ def test_new_waypoints_are_above_the_ground():
 
 @pytest.mark.parametrize(("memory_latency", "redraws"), [(2, 0), (2, 2), (2, 7), (1, 2)])
 def test_cycles_of_a_generation(memory_latency, redraws):
-    """All above the ground, then all in it; paths of two waypoints, then of most."""
+    """All above the ground, then all in it; the shortest paths, then the longest."""
     config = SMALL.replace(max_waypoints=20, memory_latency=memory_latency, redraws=redraws)
     lookup = 2 + memory_latency
     assert config.lookup_latency == lookup
@@ -120,7 +120,7 @@ def test_cycles_of_a_generation(memory_latency, redraws):
                 await driver.generate(shuffled(rng, config))
                 needed = candidates
                 if length == 20:
-                    # There is no room to insert: the perturbing mutator's last is the last.
+                    # No path has room to insert: the last candidate is the perturbing mutator's.
                     needed = candidates - 1
                 expected = max(length + 4, needed + lookup + 6)
                 assert ctx.get(dut.counters)[Counter.LONGEST] == expected
@@ -129,7 +129,7 @@ def test_cycles_of_a_generation(memory_latency, redraws):
 
 
 def test_all_redraws_hide_behind_the_longest_paths():
-    """The defaults of what the cycles depend on; at most ``max_waypoints + 8`` is asked for."""
+    """With the default sizes; the requirement is ``max_waypoints + 8`` cycles."""
     config = Config(checker=CheckerBuild.PARALLEL)
     needed = config.patches * config.candidates
     assert needed + config.lookup_latency + 6 == 19 <= config.max_waypoints + 4
@@ -146,7 +146,7 @@ def test_cycles_of_a_ranking():
 
 @pytest.mark.parametrize("event", ["start", "write", "rank", "generation", "read"])
 def test_event_while_waypoints_are_read_ahead(event):
-    """In every cycle of it. All but a read make the ranking void; a read only delays it."""
+    """In every cycle of it. All but a read discard the ranking; a read only delays it."""
     cycles = SMALL.mutators + SMALL.patches + 22
 
     async def bench(ctx, dut):

@@ -25,7 +25,7 @@ def breed(config, pairs):
                 ctx.set(dut.position, position)
                 for port, path in zip(dut.parents, parents, strict=True):
                     ctx.set(port.length, len(path))
-                    # What passes after the end of a path is something else.
+                    # Past the end of a path, any waypoint passes.
                     ctx.set(port.waypoint, path[position] if position < len(path) else 999)
                 for child, halves in enumerate(zip(dut.heads, dut.tails, strict=True)):
                     for half, written in zip(halves, children[child], strict=True):

@@ -1,6 +1,6 @@
 # amaranth: UnusedElaboratable=no
 
-"""The drawing of different numbers against the model."""
+"""Draws of different numbers against the model."""
 
 import itertools
 import random
@@ -18,7 +18,7 @@ LATENCY = DistinctDraw.LATENCY
 
 
 def run(dut, script):
-    """Drive ``CLEAR``, ``IDLE`` or raw draws cycle by cycle; return ``numbers`` of each cycle."""
+    """Drive ``CLEAR``, ``IDLE`` or raw draws cycle by cycle; return ``numbers`` in each cycle."""
     seen = []
 
     async def testbench(ctx):
@@ -44,14 +44,14 @@ def number(dut, pool, raw):
 
 
 def predict(dut, script):
-    """Return what ``numbers`` shall be in each cycle of ``script``."""
+    """Return the expected ``numbers`` in each cycle of ``script``."""
     pool = model.DistinctDraw(dut.total)
     arrivals = {}
     for cycle, entry in enumerate(script):
         if entry == CLEAR:
             pool = model.DistinctDraw(dut.total)
-            for under_way in range(cycle, cycle + LATENCY):
-                arrivals.pop(under_way + 1, None)
+            for in_flight in range(cycle, cycle + LATENCY):
+                arrivals.pop(in_flight + 1, None)
         elif entry is not IDLE:
             arrivals[cycle + LATENCY] = number(dut, pool, entry)
 
@@ -63,7 +63,7 @@ def predict(dut, script):
     return expected
 
 
-# Few bits, so that every sequence of raw draws can be tried; any d below total must be reachable.
+# Few bits, so that every sequence of raw draws can be tried. Each d below total is reachable.
 @pytest.mark.parametrize(
     ("total", "count", "draw_bits", "best_of"),
     [(5, 3, 3, 1), (4, 4, 2, 1), (3, 2, 2, 2), (2, 1, 3, 1)],
@@ -99,7 +99,7 @@ def test_every_cycle_of_a_random_script(total, count, first, best_of):
         busy = rng.choice((0.5, 1.0))
         for _ in range(rng.randrange(2 * count + LATENCY)):
             if taken < count and rng.random() < busy:
-                # The ends of the range are where a product would go wrong.
+                # A wrong product shows at the ends of the range.
                 raw = (0, (1 << 24) - 1, rng.getrandbits(24), rng.getrandbits(24))
                 script.append(tuple(rng.choices(raw, k=best_of)))
                 taken += 1

@@ -39,7 +39,7 @@ CONFIGS = {
 
 
 class Case:
-    """One generation's inputs, and what the model makes of them."""
+    """Inputs of one generation, and the model's result."""
 
     def __init__(self, config, rng, *, length=None):
         def coordinate(box):
@@ -166,7 +166,7 @@ def test_matches_model(config):
     [(SMALL.MIN_WAYPOINTS, MutationKind.DELETE), (SMALL.max_waypoints, MutationKind.INSERT)],
 )
 def test_limits_on_the_length(length, kind):
-    """Children of parents all of one length have it too: every mutation of the kind is refused."""
+    """Parents of one length have children of that length: each mutation of the kind is refused."""
 
     async def bench(ctx, dut):
         case = Case(SMALL, random.Random(4), length=length)

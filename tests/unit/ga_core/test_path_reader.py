@@ -26,12 +26,12 @@ SIZES = {
     "waypoint_bits": CONFIG.waypoint_bits,
     "max_waypoints": CONFIG.max_waypoints,
 }
-#: Cycles after a rewind in which the first waypoints are not there.
+#: Cycles from a rewind until the first waypoints are in the slots.
 FILLING = 1
 
 
 class Slots:
-    """What the population does for a read-out: rewinds, steps, and tells lengths late."""
+    """Rewinds and steps as the population does, and delays lengths as it does."""
 
     def __init__(self, ctx, dut, paths):
         self.ctx, self.dut, self.paths = ctx, dut, paths
@@ -39,7 +39,7 @@ class Slots:
         self.steps = self.rewind = False
 
     async def tick(self):
-        """Do what a clock edge does, from what the unit says before it."""
+        """Pass a cycle, and act on the outputs before its edge."""
         ctx, dut = self.ctx, self.dut
         steps, rewind, slot = ctx.get(dut.steps), ctx.get(dut.rewind), ctx.get(dut.slot)
         assert not (steps and self.filling), "a step before the first waypoints are there"
@@ -66,7 +66,7 @@ def random_paths(rng):
 
 
 async def read(ctx, dut, slots, first, count, is_ready):
-    """Read paths; return them, and the cycle of each waypoint after the read is taken."""
+    """Read paths; return them, and the cycle of each waypoint after the read is accepted."""
     ctx.set(dut.allow, 1)
     ctx.set(dut.reads.payload, {"slot": first, "count": count})
     ctx.set(dut.reads.valid, 1)
@@ -91,7 +91,7 @@ async def read(ctx, dut, slots, first, count, is_ready):
             if word.last:
                 paths.append([])
         await slots.tick()
-    raise TimeoutError("the last waypoint does not come")
+    raise TimeoutError("The last waypoint does not come")
 
 
 @pytest.mark.parametrize("eagerness", [1, 0.6, 0.1])
@@ -112,7 +112,7 @@ def test_paths_come_in_order(eagerness):
 
 
 def test_cycles():
-    """The first waypoint after 5 cycles, then one a cycle, and 3 cycles between two paths."""
+    """The first waypoint after 5 cycles, then one per cycle, and 3 cycles between two paths."""
     dut = PathReader(**SIZES)
 
     async def bench(ctx):
@@ -128,7 +128,7 @@ def test_cycles():
     simulate(dut, bench)
 
 
-def test_none_is_taken_unless_allowed():
+def test_no_read_is_accepted_unless_allowed():
     dut = PathReader(**SIZES)
 
     async def bench(ctx):

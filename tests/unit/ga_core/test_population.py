@@ -126,7 +126,7 @@ async def breed(ctx, dut, paths, carried, mutations=(), patches=()):
     await ctx.tick()
     ctx.set(dut.update, 1)
     for mutation in dut.mutations:
-        # An index without `applied` is no mutation, and with the update it is too late for one.
+        # An index without `applied` is no mutation; in the cycle of the update it is ignored.
         ctx.set(mutation, {"applied": 0, "child": 1, "index": 1})
     await ctx.tick()
     ctx.set(dut.update, 0)
@@ -157,7 +157,7 @@ def test_reset():
 
 @pytest.mark.parametrize("pauses", [(0,), (0, 1, 3)], ids=["steady", "stalled"])
 @pytest.mark.parametrize("max_waypoints", [3, 5, 8])
-def test_what_is_written_is_read(max_waypoints, pauses):
+def test_reads_return_writes(max_waypoints, pauses):
     config = SMALL.replace(max_waypoints=max_waypoints)
 
     async def bench(ctx, dut):
@@ -188,7 +188,7 @@ def test_cycles_of_a_read():
             await load(ctx, dut, slot, path)
         await put(ctx, dut.reads, {"slot": 0, "count": 3})
         cycle = 1
-        # Neither stream is taken while a read is under way.
+        # Neither stream is accepted while a read is in flight.
         while not ctx.get(dut.writes.ready):
             assert not ctx.get(dut.reads.ready)
             assert not ctx.get(dut.settled)
@@ -217,7 +217,7 @@ def test_cycles_of_a_read():
     assert seen == expected
 
 
-def test_nothing_is_taken_unless_allowed():
+def test_nothing_is_accepted_unless_allowed():
     async def bench(ctx, dut):
         ctx.set(dut.allow, 0)
         for flow in (dut.reads, dut.writes):
@@ -270,7 +270,7 @@ def test_every_index_of_a_mutation(number):
 
 
 def test_waypoints_are_read_ahead():
-    """At any positions, pending mutations included; then all passes as if nothing had been read."""
+    """At any positions, pending mutations included; the reading that follows starts at 0."""
     config = SMALL.replace(checker=CheckerBuild.PARALLEL)
 
     async def bench(ctx, dut):
@@ -298,7 +298,7 @@ def test_waypoints_are_read_ahead():
                 if cycle < count:
                     ctx.set(dut.peek_position, positions[cycle])
                 assert ctx.get(dut.settled) == (cycle == 0)
-                # The read waits for the first waypoints no longer than for those asked for.
+                # A read is accepted as soon as the waypoints of the last peek have passed.
                 assert ctx.get(dut.reads.ready) == (cycle >= count + PEEK_LATENCY - 1)
                 if ctx.get(dut.reads.ready):
                     ctx.set(dut.reads.valid, 0)
@@ -315,7 +315,7 @@ def test_waypoints_are_read_ahead():
 
 
 def test_read_after_reading_ahead():
-    """A read that has waited for it, and one that comes in any cycle after."""
+    """A read in the cycle after a peek, or in any later one."""
     config = SMALL.replace(checker=CheckerBuild.PARALLEL)
 
     async def bench(ctx, dut):
@@ -339,7 +339,7 @@ def test_read_after_reading_ahead():
 
 
 def test_write_ends_reading_ahead():
-    """In any cycle of it."""
+    """In every cycle of the reading ahead."""
     config = SMALL.replace(checker=CheckerBuild.PARALLEL)
 
     async def bench(ctx, dut):
@@ -353,7 +353,7 @@ def test_write_ends_reading_ahead():
                 ctx.set(dut.peeks, cycle < 3)
                 ctx.set(dut.peek, cycle < 3)
                 await ctx.tick()
-            # The last waypoint that is read ahead may go with the first that is written.
+            # The last waypoint may be read ahead while the first is written.
             ctx.set(dut.peeks, wait < 3)
             ctx.set(dut.peek, wait < 3)
             slot = rng.randrange(config.population)
@@ -371,7 +371,7 @@ def test_write_ends_reading_ahead():
     bench_of(bench, config)
 
 
-def test_loading_a_path_ends_its_mutation():
+def test_loading_a_path_discards_its_mutation():
     async def bench(ctx, dut):
         rng = random.Random(7)
         paths = [random_path(rng, SMALL, 4) for _ in range(SMALL.population)]
@@ -390,8 +390,8 @@ def test_loading_a_path_ends_its_mutation():
 
 
 @pytest.mark.parametrize("cycles", [1, 2])
-def test_reset_ends_mutations(cycles):
-    """At once: what is read ahead after it has two waypoints of the first bank, and no patch."""
+def test_reset_discards_mutations(cycles):
+    """Each path that is then read ahead has two waypoints of bank 0, and no patch."""
     dut = Population(SMALL)
     rst = Signal()
 

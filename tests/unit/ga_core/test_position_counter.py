@@ -21,7 +21,7 @@ def test_as_many_cycles_as_the_longest_path_has_waypoints(most):
             lengths[rng.randrange(len(lengths))] = longest
             for port, length in zip(dut.lengths, lengths, strict=True):
                 ctx.set(port, length)
-            # Nothing passes until it is told to.
+            # Nothing passes before `begin`.
             for _ in range(rng.randint(1, 3)):
                 assert not ctx.get(dut.goes_on)
                 await ctx.tick()

@@ -1,5 +1,4 @@
 # amaranth: UnusedElaboratable=no
-
 """The random source's gateware against the model."""
 
 import random
@@ -20,7 +19,7 @@ def simulate(dut, testbench):
 
 
 def run(script):
-    """Drive ``(seed or None, step)`` cycle by cycle; return ``(ready, words)`` of each cycle."""
+    """Drive ``(seed or None, step)`` cycle by cycle; return ``(ready, words)`` in each cycle."""
     dut = RandomSource()
     seen = []
 
@@ -61,7 +60,7 @@ def test_is_ready_one_cycle_after_the_warm_up():
     assert [ready for ready, _ in seen[WARM_UP_STEPS:]] == [1] + [0] * WARM_UP_STEPS + [1]
 
 
-def test_moves_with_step_alone():
+def test_advances_with_step_alone():
     pauses = [(None, 1), (None, 0), (None, 0), (None, 1), (None, 0), (None, 1)]
     seen = run([(9, 0), *WARM_UP, *pauses])
     first, second, third = words(9, 3)
@@ -76,7 +75,7 @@ def test_ignores_steps_while_it_warms_up():
 
 
 def test_every_cycle_of_a_random_script():
-    """Loads at any time, while warming up and together with a step, too."""
+    """Loads at any time, also during a warm-up and together with a step."""
     rng = random.Random(11)
     script, expected = [], []
     source, left = model.RandomSource(0), WARM_UP_STEPS

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The ports of the population: which slot passes, from which cycle on, and what the host writes."""
+"""The read ports of the population: choice of a slot, its delay, and writes of the host."""
 
 import random
 
@@ -15,7 +15,7 @@ SIZES = {"ports": 6, "population": POPULATION, "waypoint_bits": WAYPOINT_BITS}
 
 
 async def pass_new(ctx, dut, rng):
-    """Give every slot another waypoint, pass a cycle, return what was given."""
+    """Give every slot another waypoint, pass a cycle, and return these waypoints."""
     given = [rng.getrandbits(WAYPOINT_BITS) for _ in dut.slots]
     for slot, waypoint in zip(dut.slots, given, strict=True):
         ctx.set(slot, waypoint)
@@ -23,7 +23,7 @@ async def pass_new(ctx, dut, rng):
     return given
 
 
-def test_what_passes_follows_the_choice_a_cycle_later():
+def test_waypoints_follow_the_choice_a_cycle_later():
     dut = ReadCrossbar(**SIZES)
 
     async def bench(ctx):
@@ -43,7 +43,7 @@ def test_what_passes_follows_the_choice_a_cycle_later():
     simulate(dut, bench)
 
 
-def test_nothing_passes_where_nothing_is_chosen():
+def test_a_port_without_a_choice_passes_0():
     dut = ReadCrossbar(**SIZES)
 
     async def bench(ctx):
@@ -57,7 +57,7 @@ def test_nothing_passes_where_nothing_is_chosen():
 
 
 @pytest.mark.parametrize("step", [0, 1])
-def test_the_first_port_waits_for_a_step_and_all_take_what_is_written(step):
+def test_the_first_port_waits_for_a_step_and_all_take_writes(step):
     dut = ReadCrossbar(**SIZES)
 
     async def bench(ctx):

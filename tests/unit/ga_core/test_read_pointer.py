@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""Positions read in lock step, as the registers behind them see them."""
+"""Positions read in lock step, followed through the registers behind them."""
 
 import random
 
@@ -12,12 +12,12 @@ from tests.wrong_sizes import check_sizes
 
 MAX_WAYPOINTS = 16
 SIZES = {"max_waypoints": MAX_WAYPOINTS, "parts": 3, "peeks": True}
-#: Most cycles from what changes the population to its first waypoints.
+#: Most cycles from a change of the population to its first waypoints.
 SETTLING = 4
 
 
 class Registers:
-    """The index of the slots, the slots and the ports, which hold positions here."""
+    """Model of the index, the slots and the ports; each holds a position."""
 
     def __init__(self, ctx, dut):
         self.ctx, self.dut = ctx, dut
@@ -48,7 +48,7 @@ class Registers:
                 assert (self.slot, self.index, self.ctx.get(self.dut.ahead)) == (0, 1, 2)
                 return cycles
             await self.tick()
-        raise TimeoutError("the first waypoints are not read")
+        raise TimeoutError("The first waypoints are not read")
 
 
 @pytest.mark.parametrize("cause", ["rewinds", "update", "taken"])
@@ -63,7 +63,7 @@ def test_the_first_waypoints_are_read_again(cause):
             for _ in range(rng.randrange(MAX_WAYPOINTS)):
                 await registers.tick("passes")
             await registers.tick(cause)
-            # What was read before the change of a length, or of an index after it, is of no use.
+            # Waypoints read before the length and the index have changed are of no use.
             assert not ctx.get(dut.primed)
             if cause == "taken":
                 await registers.tick("writing")
@@ -73,7 +73,7 @@ def test_the_first_waypoints_are_read_again(cause):
     simulate(dut, bench)
 
 
-def test_a_crossover_takes_one_position_a_cycle():
+def test_a_crossover_takes_one_position_per_cycle():
     dut = ReadPointer(**SIZES)
 
     async def bench(ctx):
@@ -95,7 +95,7 @@ def test_a_crossover_takes_one_position_a_cycle():
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 7])
-def test_positions_that_are_peeked_at(count):
+def test_peeks(count):
     dut = ReadPointer(**SIZES)
 
     async def bench(ctx):
@@ -131,6 +131,6 @@ def test_sizes():
     )
 
 
-def test_peeks_only_where_wanted():
+def test_members_for_peeks():
     assert hasattr(ReadPointer(**SIZES), "peek")
     assert not hasattr(ReadPointer(**{**SIZES, "peeks": False}), "peek")

@@ -46,7 +46,7 @@ def outputs(ctx, dut):
 
 
 def run(config, script):
-    """Drive ``(seed or None, next)`` cycle by cycle; return each cycle's set, or None."""
+    """Drive ``(seed or None, next)`` cycle by cycle; return the set of each cycle, or None."""
     dut = Selection(config)
     seen = []
 
@@ -66,7 +66,7 @@ def run(config, script):
 
 
 def predict(config, latency, script):
-    """Return what :func:`run` shall return."""
+    """Return the expected result of :func:`run`."""
     unit = model.Selection(config)
     source, ready_at = RandomSource(0), WARM_UP_STEPS + latency - 1
     draws = unit.draw(source)
@@ -85,7 +85,7 @@ def predict(config, latency, script):
 
 @EACH_CASE
 def test_matches_model(config, latency):
-    """Sets used at once, later, and asked for too early; new seeds at any time."""
+    """Sets used at once or later, or requested too early; new seeds at any time."""
     rng = random.Random(4)
     script = []
     for eager in (1.0, 0.05, 0.6):
@@ -117,7 +117,7 @@ def test_default_set_is_ready_before_a_full_generation_ends():
 
 
 def test_offsets_are_taken():
-    """One a cycle or with pauses, all or some of them; the next set is whole again."""
+    """One per cycle or with pauses, all or some of them; the next set is whole again."""
     config = TINY.replace(checker=CheckerBuild.PARALLEL, inserts=2, deletes=1, redraws=3)
     dut = Selection(config)
     rng = random.Random(5)
@@ -160,7 +160,7 @@ def test_offsets_reach_the_whole_box():
 
 
 def test_reset_in_every_cycle_of_a_set():
-    """What is under way has no part in the first set after it."""
+    """Draws in flight have no part in the first set after it."""
     config, latency = CASES["small"]
     unit = model.Selection(config)
     expected = unit.draw(RandomSource(0))

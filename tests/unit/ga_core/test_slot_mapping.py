@@ -37,7 +37,7 @@ class Bench:
             ctx.set(port, length)
 
     async def rank(self, *, pause=0):
-        """Stream the ranking; return whether ``mapped`` was seen meanwhile."""
+        """Stream the ranking; return True if ``mapped`` rose before its end."""
         seen = False
         for rank, slot in enumerate(self.order):
             self.ctx.set(self.dut.ranking.valid, 1)
@@ -45,7 +45,7 @@ class Bench:
             seen |= self.ctx.get(self.dut.mapped)
             await self.ctx.tick()
             self.ctx.set(self.dut.ranking.valid, 0)
-            # Nothing is taken from a stream that offers nothing.
+            # A word without `valid` is ignored.
             self.ctx.set(self.dut.ranking.payload, {"rank": 0, "slot": 31})
             for _ in range(pause):
                 seen |= self.ctx.get(self.dut.mapped)
@@ -107,7 +107,7 @@ def test_clear_before_the_end():
     simulate(bench)
 
 
-def test_nothing_is_taken_unless_allowed():
+def test_nothing_is_accepted_unless_allowed():
     async def bench(ctx, dut):
         ctx.set(dut.allow, 0)
         ctx.set(dut.ranking.valid, 1)

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The maker of new waypoints above the ground: reading ahead, candidates, decisions, cycles."""
+"""The sampler of waypoints above the ground: reading ahead, candidates, decisions, cycles."""
 
 import collections
 import random
@@ -75,7 +75,7 @@ class Bench:
         return waypoint & mask, waypoint >> bits & mask, waypoint >> 2 * bits
 
     async def tick(self):
-        """Pass a cycle; what was not asked for is anything."""
+        """Pass a cycle. Inputs that were not asked for are random."""
         ctx, dut, config, rng = self.ctx, self.dut, self.config, self.rng
         if ctx.get(dut.peek):
             self.peeks += 1
@@ -106,7 +106,7 @@ class Bench:
             self.ctx.set(self.dut.offset, dict(zip(axes, self.offsets[0], strict=True)))
 
     def plan(self):
-        """Plan at random; return the waypoints to be moved and which of them are needed."""
+        """Plan at random; return the waypoints to be moved, and a list of those needed."""
         ctx, dut, rng, config = self.ctx, self.dut, self.rng, self.config
         bases = []
         for plan in dut.plans:
@@ -145,7 +145,7 @@ class Bench:
         return cycles
 
     def expected(self, bases, needed, limits, avoid):
-        """Return what comes of the candidates, one by one.
+        """Return the effect of the candidates, one by one.
 
         These are the new waypoints by their patch, the redraws, and the last candidate needed.
         """
@@ -167,7 +167,7 @@ class Bench:
         return found, redrawn, last
 
     async def run(self, avoid):
-        """Fetch and run once; check all that is decided and when. Return what came of it."""
+        """Fetch and run once; check all decisions and their cycle. Return their effect."""
         ctx, dut, config, rng = self.ctx, self.dut, self.config, self.rng
         bases, needed = self.plan()
         limits = (
@@ -192,7 +192,7 @@ class Bench:
             if ctx.get(dut.decided):
                 break
         assert cycles == last + config.lookup_latency + 5
-        # Further candidates, made meanwhile, change nothing.
+        # Further candidates change nothing.
         for _ in range(rng.choice((0, 1, 9, 40))):
             await self.tick()
         assert ctx.get(dut.decided)
@@ -285,7 +285,7 @@ def test_clear_in_every_cycle_of_a_fetch():
 
 
 def test_nothing_outlives_its_generation():
-    """``run`` falls in every cycle; the next generation is decided as if there had been none."""
+    """``run`` falls in every cycle; the next generation does not depend on the one before."""
 
     async def bench(ctx, dut, unit):
         for cycles in range(1, SMALL.patches * SMALL.candidates + SMALL.lookup_latency + 6):

@@ -1,4 +1,4 @@
-"""The maker of new waypoints on a chip without a map."""
+"""The perturber of waypoints on a chip without a map."""
 
 import itertools
 import random
@@ -20,7 +20,7 @@ SIZES = {
 
 
 def test_moves_the_waypoint_of_its_plan_within_the_limits():
-    """Every parent and position, among others that pass; 2 cycles after the waypoint."""
+    """Every parent and position, 2 cycles after the last waypoint at the earliest."""
     dut = WaypointPerturber(**SIZES)
     axes = SIZES["limits_layout"]
 
@@ -44,7 +44,7 @@ def test_moves_the_waypoint_of_its_plan_within_the_limits():
                     ctx.set(port, path[passing])
                 await ctx.tick()
             ctx.set(dut.carrying, 0)
-            # What is there after the last waypoint does not pass.
+            # Without `carrying`, nothing passes.
             ctx.set(dut.position, position)
             await ctx.tick()
             base = axes.from_bits(paths[parent][position])

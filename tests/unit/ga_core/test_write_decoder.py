@@ -1,4 +1,4 @@
-"""Waypoints that the host writes, as the slots get them."""
+"""The decoder of the host's writes to the population."""
 
 import random
 

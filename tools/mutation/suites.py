@@ -44,6 +44,8 @@ def suites(root: Path, file: str) -> list[list[str]]:
     nearest += [path for path in (*every, *single) if _imports(path, module)]
     inside = sorted((unit / relative.parent).glob("test_*.py")) if package else []
     inside += [path for path in every if package and (unit / package) in path.parents]
+    # Every port, and the layouts that ports share.
+    inside.append(unit / "test_documented_ports.py")
     rest = [
         frames,
         *(unit / f"test_{name}.py" for name in ("config", "control", "verilog")),

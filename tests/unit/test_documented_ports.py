@@ -1,0 +1,95 @@
+# amaranth: UnusedElaboratable=no
+"""Docstrings of components list their ports: all of them, with their directions and widths."""
+
+import gc
+import inspect
+import re
+import sys
+
+import pytest
+from amaranth.hdl import Fragment, Shape
+from amaranth.lib import wiring
+
+from hdl.config import CheckerBuild, Config
+from hdl.top import Planner
+from tests.chips import SMALL
+
+
+CHIPS = (
+    SMALL,
+    SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
+    SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4),
+    Config(genetic=False),
+)
+#: Names of ports, then the type of all of them, or one for each.
+ENTRY = re.compile(r"(?P<names>\w+(?:, \w+)*)(?: : (?P<types>\S.*))?")
+TYPE = re.compile(r"(?P<flow>In|Out)(?:\((?P<shape>.*)\))?")
+
+
+@pytest.fixture(scope="module")
+def components():
+    """Return the components of all chips by their class, one of each chip."""
+    found = {}
+    for config in CHIPS:
+        fragment = Fragment.get(Planner(config), None)
+        for each in gc.get_objects():
+            if isinstance(each, wiring.Component) and type(each).__module__.startswith("hdl."):
+                found.setdefault(type(each), {})[config] = each
+        del fragment
+    return {kind: list(each.values()) for kind, each in found.items()}
+
+
+def documented(kind):
+    """Return the ports that the docstring of a component lists, each with its type."""
+    section = (inspect.getdoc(kind) or "").partition("\nMembers\n-------\n")[2]
+    section = re.split(r"\n\n\w+\n-+\n", section)[0]
+    ports = {}
+    for line in section.splitlines():
+        for entry in map(ENTRY.fullmatch, re.split(r"(?<=In|ut|.\)), (?=\w+ : )", line)):
+            if entry is None:
+                continue
+            names = entry["names"].split(", ")
+            types = re.split(r", (?=In\b|Out\b)", entry["types"] or "")
+            assert len(types) in (1, len(names)), entry[0]
+            ports |= zip(names, types * len(names) if len(types) == 1 else types, strict=True)
+    return ports
+
+
+def width_of(text, component):
+    """Return the width of a shape as a docstring writes it; None if it is more than a number."""
+    names = {**vars(sys.modules[type(component).__module__]), **vars(component)}
+    try:
+        return Shape.cast(eval(text, names)).width
+    except (NameError, SyntaxError, TypeError, AttributeError):
+        return None
+
+
+def test_every_port_is_documented(components):
+    wrong = []
+    for kind, instances in components.items():
+        if "Those of :func:" in kind.__doc__ or "    See :func:" in kind.__doc__:
+            continue
+        ports = {name for each in instances for name in each.signature.members}
+        if ports != documented(kind).keys():
+            wrong.append((kind.__name__, sorted(ports ^ documented(kind).keys())))
+    assert wrong == []
+    assert len(components) > 60
+
+
+def test_directions_and_widths_are_as_documented(components):
+    wrong, compared = [], 0
+    for kind, instances in components.items():
+        ports = documented(kind)
+        for component in instances:
+            for name, member in component.signature.members.items():
+                if not ports.get(name):
+                    continue
+                written = TYPE.match(re.sub(r"\.array\(.*", "", ports[name]))
+                width = width_of(written["shape"] or "", component) if member.is_port else None
+                compared += width is not None
+                same = width is None or width == Shape.cast(member.shape).width
+                if written["flow"] != member.flow.name or not same:
+                    wrong.append((kind.__name__, name, ports[name]))
+    assert wrong == []
+    # Layouts that a docstring names by the function that makes them are not compared.
+    assert compared > 600

@@ -1,12 +1,15 @@
 # amaranth: UnusedElaboratable=no
-"""The whole core against the model: populations, slots, mutations and cycles."""
+"""The whole core against the model: populations, slots, mutations and cycles.
+
+The paper's population is that of ``tests/cosim/cosim_core.py``, compiled.
+"""
 
 import random
 
 import pytest
 from amaranth.hdl import Value
 
-from hdl.config import CheckerBuild, Config, SurvivorSelection
+from hdl.config import SurvivorSelection
 from hdl.ga_core.core import Core
 from hdl.protocol import ChipState, Counter
 from tests.chips import TINY
@@ -22,10 +25,6 @@ CONFIGS = {
         elites=1, survivors=3, box_percent=100, survivor_selection=SurvivorSelection.RANK
     ),
 }
-#: The paper's population; the map and the paths are small.
-FULL = Config(
-    max_waypoints=6, map_size=32, coarse_factor=4, altitude_bits=4, checker=CheckerBuild.NONE
-)
 
 
 @pytest.mark.parametrize("name", CONFIGS)
@@ -55,19 +54,6 @@ def test_matches_model(name):
         await driver.check_population()
 
     simulate(config, bench)
-
-
-@pytest.mark.ci  # The simulated board of ``tests/cosim/test_boards.py`` has it compiled.
-def test_population_of_the_paper():
-    async def bench(ctx, dut):
-        rng = random.Random(1)
-        driver = Driver(ctx, dut, rng)
-        await fill(driver)
-        for _ in range(2):
-            await driver.generate(shuffled(rng, FULL))
-        await driver.check_population()
-
-    simulate(FULL, bench)
 
 
 def test_longest_paths_take_four_cycles_more_than_waypoints():

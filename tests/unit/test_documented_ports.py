@@ -26,14 +26,24 @@ ENTRY = re.compile(r"(?P<names>\w+(?:, \w+)*)(?: : (?P<types>\S.*))?")
 TYPE = re.compile(r"(?P<flow>In|Out)(?:\((?P<shape>.*)\))?")
 
 
+def alive():
+    """Return the components of the gateware that exist now, by their identity."""
+    return {
+        id(each): each
+        for each in gc.get_objects()
+        if isinstance(each, wiring.Component) and type(each).__module__.startswith("hdl.")
+    }
+
+
 @pytest.fixture(scope="module")
 def components():
     """Return the components of all chips by their class, one of each chip."""
     found = {}
     for config in CHIPS:
+        others = alive()
         fragment = Fragment.get(Planner(config), None)
-        for each in gc.get_objects():
-            if isinstance(each, wiring.Component) and type(each).__module__.startswith("hdl."):
+        for number, each in alive().items():
+            if number not in others:
                 found.setdefault(type(each), {})[config] = each
         del fragment
     return {kind: list(each.values()) for kind, each in found.items()}

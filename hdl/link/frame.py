@@ -13,7 +13,10 @@ from hdl.primitives.commit_ring import CommitRing
 from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, frame_crc
 
 
-__all__ = ["FrameReceiver", "FrameTransmitter"]
+__all__ = ["FrameReceiver", "FrameTransmitter", "body_layout"]
+
+#: One byte of a body.
+body_layout = data.StructLayout({"data": 8, "last": 1, "plain": 1})
 
 
 # XORed with every CRC except those of plain frames.
@@ -56,7 +59,7 @@ class FrameReceiver(wiring.Component):
     -------
     bytes : In(stream.Signature(8))
         Bytes off the line. Always ready.
-    requests : Out(stream.Signature({"data": 8, "last": 1, "plain": 1}))
+    requests : Out(stream.Signature(body_layout))
         Bodies, without CRC; ``last`` marks the last byte of each, ``plain`` every byte of a body
         from a plain frame.
     malformed, crc_error, overrun : Out(1)
@@ -73,11 +76,10 @@ class FrameReceiver(wiring.Component):
     def __init__(self, receive_buffer):
         check_power_of_two("Receive buffer", receive_buffer, 8, 1 << 15)
         self.receive_buffer = receive_buffer
-        self.requests_layout = data.StructLayout({"data": 8, "last": 1, "plain": 1})
         super().__init__(
             {
                 "bytes": In(stream.Signature(8)),
-                "requests": Out(stream.Signature(self.requests_layout)),
+                "requests": Out(stream.Signature(body_layout)),
                 "malformed": Out(1),
                 "crc_error": Out(1),
                 "overrun": Out(1),
@@ -203,7 +205,7 @@ class FrameTransmitter(wiring.Component):
 
     Members
     -------
-    replies : In(stream.Signature({"data": 8, "last": 1, "plain": 1}))
+    replies : In(stream.Signature(body_layout))
         Bodies of one byte or more; ``last`` marks the last byte of each, where ``plain`` is
         sampled.
     bytes : Out(stream.Signature(8))
@@ -211,10 +213,9 @@ class FrameTransmitter(wiring.Component):
     """
 
     def __init__(self):
-        self.replies_layout = data.StructLayout({"data": 8, "last": 1, "plain": 1})
         super().__init__(
             {
-                "replies": In(stream.Signature(self.replies_layout)),
+                "replies": In(stream.Signature(body_layout)),
                 "bytes": Out(stream.Signature(8)),
             }
         )

@@ -4,8 +4,9 @@ from amaranth import *
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.link.frame import FrameReceiver, FrameTransmitter
+from hdl.link.frame import FrameReceiver, FrameTransmitter, body_layout
 from hdl.link.uart import UartReceiver, UartTransmitter
+from hdl.primitives.arguments import check_integer, check_power_of_two
 from hdl.primitives.skid_buffer import SkidBuffer
 from hdl.primitives.stream_register import StreamRegister
 from hdl.protocol import COUNTER_BITS
@@ -49,18 +50,16 @@ class Line(wiring.Component):
     """
 
     def __init__(self, clocks_per_bit: int, receive_buffer: int):
+        check_integer("Clocks per bit", clocks_per_bit, 4, 65535)
+        check_power_of_two("Receive buffer", receive_buffer, 8, 1 << 15)
         self.clocks_per_bit = clocks_per_bit
         self.receive_buffer = receive_buffer
-        self._uart_receiver = UartReceiver(clocks_per_bit)
-        self._uart_transmitter = UartTransmitter(clocks_per_bit)
-        self._frame_receiver = FrameReceiver(receive_buffer)
-        self._frame_transmitter = FrameTransmitter()
         super().__init__(
             {
                 "rx": In(1, init=1),
                 "tx": Out(1, init=1),
-                "requests": Out(stream.Signature(self._frame_receiver.requests_layout)),
-                "replies": In(stream.Signature(self._frame_transmitter.replies_layout)),
+                "requests": Out(stream.Signature(body_layout)),
+                "replies": In(stream.Signature(body_layout)),
                 "errors": Out(4),
                 "busy": Out(1),
                 "sending": Out(1),
@@ -72,18 +71,17 @@ class Line(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        m.submodules.uart_receiver = uart_receiver = self._uart_receiver
-        m.submodules.uart_transmitter = uart_transmitter = self._uart_transmitter
-        m.submodules.frame_receiver = frame_receiver = self._frame_receiver
-        m.submodules.frame_transmitter = frame_transmitter = self._frame_transmitter
+        m.submodules.uart_receiver = uart_receiver = UartReceiver(self.clocks_per_bit)
+        m.submodules.uart_transmitter = uart_transmitter = UartTransmitter(self.clocks_per_bit)
+        m.submodules.frame_receiver = frame_receiver = FrameReceiver(self.receive_buffer)
+        m.submodules.frame_transmitter = frame_transmitter = FrameTransmitter()
 
         # Large units take the requests and make the replies: registers on both sides keep their
         # `valid` and `ready` off long combinational paths through the line.
-        reply_layout = frame_transmitter.replies_layout
-        m.submodules.request_buffer = request_buffer = SkidBuffer(frame_receiver.requests_layout)
-        m.submodules.request_register = request_register = StreamRegister(request_buffer.shape)
-        m.submodules.reply_buffer = reply_buffer = SkidBuffer(reply_layout)
-        m.submodules.reply_register = reply_register = StreamRegister(reply_layout)
+        m.submodules.request_buffer = request_buffer = SkidBuffer(body_layout)
+        m.submodules.request_register = request_register = StreamRegister(body_layout)
+        m.submodules.reply_buffer = reply_buffer = SkidBuffer(body_layout)
+        m.submodules.reply_register = reply_register = StreamRegister(body_layout)
 
         m.d.comb += [
             uart_receiver.rx.eq(self.rx),

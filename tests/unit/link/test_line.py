@@ -1,5 +1,4 @@
 # amaranth: UnusedElaboratable=no
-# amaranth: UnusedElaboratable=no
 """The line: bytes are counted both ways, and `sending` lasts as long as an answer."""
 
 import pytest

@@ -2,33 +2,24 @@
 
 import itertools
 
-from tests.streams import simulate
+from tests.streams import put, simulate
 
 
 __all__ = ["drive", "pass_through", "watch"]
 
 
 async def drive(ctx, stream, words, pauses=(0,), limit=100_000):
-    """Offer ``words`` one by one, after as many idle cycles as the next of ``pauses`` says."""
+    """Offer ``words`` one by one, each after the next of ``pauses`` in idle cycles."""
     for word, pause in zip(words, itertools.cycle(pauses), strict=False):
         if pause:
             await ctx.tick().repeat(pause)
-        ctx.set(stream.payload, word)
-        ctx.set(stream.valid, 1)
-        for _ in range(limit):
-            *_, ready = await ctx.tick().sample(stream.ready)
-            if ready:
-                break
-        else:
-            raise AssertionError(f"{word!r} was not taken within {limit} cycles")
-        ctx.set(stream.valid, 0)
+        await put(ctx, stream, word, limit)
 
 
 def watch(stream, words, pauses=(0,)):
-    """Return a background process that takes every word into the list ``words``.
+    """Return a background process that appends every word to ``words``, with its cycle.
 
-    It checks that an offer stays until it is taken. The word is appended with the number of the
-    cycle that took it.
+    It checks that an offer stays until it is accepted.
     """
 
     async def process(ctx):
@@ -52,7 +43,7 @@ def watch(stream, words, pauses=(0,)):
 
 
 def pass_through(dut, words, drive_pauses, watch_pauses):
-    """Send ``words`` through a register of a stream; return each with the cycle that took it."""
+    """Send ``words`` through a unit with one stream in and out; return each with its cycle."""
     passed = []
 
     async def feed(ctx):

@@ -1,7 +1,6 @@
-// frame_soak: feeds standard input to a frame receiver, one byte per clock, and prints what comes
-// out: a line per body ("F" or, if plain, "P", then its bytes) and per dropped frame ("M", "C" or
-// "O"), and at the end the state of `line_busy`. A pause of up to `argv[1]` clocks, another each
-// time, comes before a body is taken.
+// frame_soak: feeds standard input to a frame receiver, one byte per cycle, and prints a line for
+// each body ("F" or, if plain, "P", then its bytes) and each dropped frame ("M", "C" or "O"), then
+// the state of `line_busy`. A pseudo-random pause of up to `argv[1]` cycles precedes each body.
 
 #include <cstdint>
 #include <cstdio>
@@ -20,7 +19,7 @@ int main(int argc, char** argv) {
     std::uint32_t random = 1;
     unsigned pause = 0;
 
-    const auto clock = [&](int byte) {
+    const auto cycle = [&](int byte) {
         chip.bytes___05Fvalid = byte != EOF;
         chip.bytes___05Fpayload = byte != EOF ? byte : 0;
         chip.requests___05Fready = pause == 0;
@@ -48,8 +47,8 @@ int main(int argc, char** argv) {
     };
 
     chip.rst = 0;
-    for (int byte; (byte = std::getchar()) != EOF;) clock(byte);
-    for (unsigned i = 0; i < 100000; ++i) clock(EOF);
+    for (int byte; (byte = std::getchar()) != EOF;) cycle(byte);
+    for (unsigned i = 0; i < 100000; ++i) cycle(EOF);
     std::printf("busy %d\n", chip.line_busy);
     chip.final();
     return 0;

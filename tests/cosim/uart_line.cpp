@@ -1,6 +1,5 @@
-// uart_line CLOCKS_PER_BIT HEX: prints the levels of a line that carries the bytes (and 3 idle
-// clocks), the bytes read back from it, and what a start bit too short and a frame without a stop
-// bit are taken for.
+// uart_line CLOCKS_PER_BIT HEX: prints the levels of a line that carries the bytes and 3 idle cycles,
+// the bytes read back from it, and the errors for a short start bit and a missing stop bit.
 
 #include <cstdio>
 #include <cstdlib>

@@ -1,4 +1,4 @@
-"""The configuration: derived sizes, and every rule with its sentence."""
+"""The configuration: derived sizes, and the sentence of every rule."""
 
 import dataclasses
 import re
@@ -9,7 +9,7 @@ from hdl.config import CheckerBuild, Config, MutationKind, SurvivorSelection
 from hdl.protocol.random_words import WORD_BITS, RandomWordLayout
 
 
-def test_default_is_the_papers_chip():
+def test_default_has_the_papers_sizes():
     config = Config()
     assert (config.population, config.children, config.crossovers) == (32, 22, 11)
     assert (config.elites, config.survivors) == (2, 8)
@@ -89,13 +89,13 @@ def test_halves_of_a_path(max_waypoints, head, tail, length_bits, index_bits):
         ),
     ],
 )
-def test_broken_rule_is_named(changes, sentence):
+def test_names_the_broken_rule(changes, sentence):
     with pytest.raises(ValueError, match=f"^{re.escape(sentence)}$"):
         Config(**changes)
 
 
 @pytest.mark.parametrize("value", ["32", 32.0, True, None])
-def test_wrong_kind_is_named(value):
+def test_names_the_wrong_type(value):
     with pytest.raises(TypeError, match=rf"^Config\.population must be an integer, not {value!r}$"):
         Config(population=value)
 
@@ -105,7 +105,7 @@ def test_is_frozen():
         Config().population = 64
 
 
-def test_build_id_tells_every_field():
+def test_build_id_depends_on_every_field():
     changed = [
         Config(survivor_selection=SurvivorSelection.RANK),
         Config(max_waypoints=20),

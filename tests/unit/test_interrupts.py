@@ -15,7 +15,7 @@ NUMBERS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT]
 
 
 def raised(number):
-    """Return True if the signal raises KeyboardInterrupt, and the exit status after it."""
+    """Return whether the signal raises KeyboardInterrupt, and the exit status after it."""
     try:
         signal.raise_signal(number)
     except KeyboardInterrupt:
@@ -24,7 +24,7 @@ def raised(number):
 
 
 @pytest.mark.parametrize("number", NUMBERS)
-def test_signals_are_caught_and_given_back(number):
+def test_catches_signals_and_restores_handlers(number):
     before = signal.getsignal(number)
     with interrupts.caught():
         assert interrupts.status(default=7) == 7
@@ -41,7 +41,7 @@ def test_an_ignored_signal_stays_ignored():
         signal.signal(signal.SIGHUP, before)
 
 
-def test_a_repeated_signal_counts_once_and_a_second_one_keeps_the_status():
+def test_a_second_signal_keeps_the_status():
     calls = []
     with interrupts.caught(), interrupts.instead(lambda: calls.append(1)):
         signal.raise_signal(signal.SIGTERM)
@@ -54,13 +54,13 @@ def test_a_repeated_signal_counts_once_and_a_second_one_keeps_the_status():
 
 
 @pytest.mark.parametrize("number", NUMBERS)
-def test_a_signal_is_held_back_and_comes_afterwards(number):
+def test_a_held_signal_arrives_afterwards(number):
     steps = []
 
     def interrupted():
         with interrupts.held():
             signal.raise_signal(number)
-            # As if another thread had taken it.
+            # As if another thread had received it.
             signal.pthread_sigmask(signal.SIG_UNBLOCK, {number})
             signal.raise_signal(number)
             steps.append("end of the block")
@@ -75,7 +75,7 @@ def test_a_signal_is_held_back_and_comes_afterwards(number):
     assert number not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
 
 
-def test_children_of_a_held_block_never_see_ctrl_c_but_can_be_terminated():
+def test_children_of_a_held_block_ignore_only_ctrl_c():
     with interrupts.held():
         child = subprocess.Popen(["sleep", "60"])
     for number in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):

@@ -17,7 +17,7 @@ DATA = {".cpp", ".hpp", ".json", ".npz", ".toml", ".typed", ".v", ".vlt"}
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
-    """The wheel, built from a copy: the build leaves files beside its sources."""
+    """The wheel, built from a copy because the build leaves files beside its sources."""
     tree = tmp_path_factory.mktemp("tree")
     for name in PACKAGES:
         shutil.copytree(ROOT / name, tree / name, ignore=shutil.ignore_patterns("__pycache__"))

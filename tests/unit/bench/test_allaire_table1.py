@@ -1,4 +1,4 @@
-"""The benchmark beside table 1 of *allaire-2008*, on the chip's model and for few generations."""
+"""The benchmark of table 1 of *allaire-2008*, on the chip's model with few generations."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from bench.allaire import PHASES
 from bench.report import Options
 
 
-pytestmark = pytest.mark.ci  # A smoke test of a benchmark.
+pytestmark = pytest.mark.ci  # Smoke test of a benchmark.
 
 
 GENERATIONS = 4
@@ -25,5 +25,5 @@ def test_every_phase_on_both():
         assert faster == pytest.approx(1e3 * pc_ms / chip_us)
         assert pc_ms > 0
         assert cycles >= GENERATIONS
-    assert rows["population update"][4] == GENERATIONS  # One clock each.
+    assert rows["population update"][4] == GENERATIONS  # One cycle each.
     assert rows["evaluation and sorting"][4] == "on the host"

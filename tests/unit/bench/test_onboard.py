@@ -1,4 +1,4 @@
-"""The benchmark of collisions counted on the board, made small."""
+"""The benchmark of collisions counted on the board, at a small size."""
 
 import pytest
 
@@ -8,10 +8,10 @@ from host.evaluation import Evaluator
 from host.planners.counting import CAUSES
 
 
-pytestmark = pytest.mark.ci  # A smoke test of a benchmark.
+pytestmark = pytest.mark.ci  # Smoke test of a benchmark.
 
 
-def test_every_path_that_is_counted_feasible_is_judged(monkeypatch):
+def test_judges_every_path_counted_feasible(monkeypatch):
     monkeypatch.setattr(onboard, "names", lambda: ["canyon"])
     monkeypatch.setattr(onboard, "_SIMULATED", 0)
     monkeypatch.setattr(onboard, "_GENERATIONS", 15)
@@ -31,8 +31,8 @@ def test_every_path_that_is_counted_feasible_is_judged(monkeypatch):
     assert sum(run["claimed"] for run in runs["board"]) == claimed
 
 
-def test_what_is_recorded_is_what_the_counts_call_feasible(monkeypatch):
-    """Against the recording of a plan whose every candidate is looked at here."""
+def test_records_the_paths_counted_feasible(monkeypatch):
+    """The record matches a plan of which the test evaluates every candidate."""
     monkeypatch.setattr(onboard, "_GENERATIONS", 5)
     counted = {}
     fitness_counted = Evaluator.fitness_counted

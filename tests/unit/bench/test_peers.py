@@ -1,4 +1,4 @@
-"""The benchmark of other projects' optimizers: what they are handed, and who is left out."""
+"""The benchmark of other optimizers: their objective, their budget, and missing ones."""
 
 import importlib.util
 
@@ -13,7 +13,7 @@ from bench.scenarios import problem_at_one_cell
 from host.evaluation import Evaluator
 
 
-pytestmark = pytest.mark.ci  # A smoke test of a benchmark.
+pytestmark = pytest.mark.ci  # Smoke test of a benchmark.
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def test_an_objective_is_our_fitness_within_its_budget(evaluator):
         objective.one(vectors[0])
 
 
-def test_scipy_takes_its_part_and_the_missing_are_named(monkeypatch, capsys):
+def test_runs_scipy_and_names_missing_optimizers(monkeypatch, capsys):
     find_spec = importlib.util.find_spec
     others = {optimizer.package for optimizer in OPTIMIZERS.values()} - {"scipy"} | {"ompl"}
     monkeypatch.setattr(
@@ -53,7 +53,7 @@ def test_scipy_takes_its_part_and_the_missing_are_named(monkeypatch, capsys):
     assert hands_over == "batches"
     assert evaluations >= POPULATION
     assert rate == pytest.approx(evaluations / seconds, rel=1e-3)
-    assert full > 0  # Which rate is greater depends on the machine.
+    assert full > 0  # The machine decides which rate is greater.
     assert judged > 0
     assert feasible in ("0/1", "1/1")
     assert 0 < fitness <= late < 2
@@ -63,7 +63,7 @@ def test_scipy_takes_its_part_and_the_missing_are_named(monkeypatch, capsys):
 
 
 @pytest.mark.parametrize("name", [name for name in OPTIMIZERS if name != "SciPy DE"])
-def test_a_peer_makes_as_many_evaluations_as_it_is_granted(evaluator, name):
+def test_a_peer_uses_its_budget_of_evaluations(evaluator, name):
     optimizer = OPTIMIZERS[name]
     pytest.importorskip(optimizer.package, reason=f"{optimizer.package} is of the extra 'peers'")
     granted = 2 * POPULATION

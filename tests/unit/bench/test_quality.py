@@ -53,12 +53,12 @@ def test_a_run_of_a_variant():
     assert 0 < outcome["cpu_seconds"] < 60
 
 
-def test_unknown_name_is_refused():
+def test_refuses_an_unknown_name():
     with pytest.raises(InputError, match=r"^No planner of the benchmark has 'anneal' in its"):
         run(Options(only="anneal"))
 
 
-def test_no_seeds_are_refused(monkeypatch, capsys):
+def test_refuses_no_seeds(monkeypatch, capsys):
     monkeypatch.setattr("sys.argv", ["bench", "quality", "--seeds", "0"])
     assert main() == 2
     assert capsys.readouterr().err == "bench: --seeds must be 1 or more, not 0\n"

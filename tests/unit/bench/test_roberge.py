@@ -1,4 +1,4 @@
-"""The benchmarks beside *roberge*, at a size that takes seconds."""
+"""The benchmarks of *roberge*, at a size that takes seconds."""
 
 import os
 
@@ -8,16 +8,16 @@ from bench import roberge_speed, roberge_table4
 from bench.report import Options
 
 
-pytestmark = pytest.mark.ci  # A smoke test of a benchmark.
+pytestmark = pytest.mark.ci  # Smoke test of a benchmark.
 
 
 @pytest.mark.long
-def test_speed_has_every_engine_and_what_the_machine_gives():
+def test_speed_has_every_engine_and_the_machine_limits():
     report = roberge_speed.run(Options(), iterations=4, population=8, solutions=(8, 16))
     rows = {(row[0], row[1], row[2]): row for row in report.rows}
     sequential = rows["sequential", 1, 8]
     assert sequential[5] == 1
-    # The same path, whatever the engine.
+    # All engines find the same path.
     assert rows["cores", 1, 8][8] == rows["all in full", 1, 8][8] == sequential[8]
     assert rows["all in full", 1, 8][7] == 0 < sequential[7]
     cores = os.cpu_count()

@@ -1,10 +1,10 @@
-"""The scenarios of the benchmarks: which there are, and what is said of the others."""
+"""The scenarios of the benchmarks, and the message about missing tiles."""
 
 from bench import scenarios
 from bench.scenarios import EMBEDDED, SYNTHETIC, TILES, missing, names, names_of
 
 
-def test_tiles_that_are_not_there_are_named(tmp_path, monkeypatch):
+def test_names_missing_tiles(tmp_path, monkeypatch):
     monkeypatch.setattr(scenarios, "_FOLDER", tmp_path)
     for name in TILES.values():
         (tmp_path / name).touch()

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""Every board: the chip it is given, its PLL, and the sources that its tools get."""
+"""Every board: its chip, its PLL, and the sources for its tools."""
 
 import dataclasses
 
@@ -16,7 +16,7 @@ from hdl.boards.pll import Ecp5Pll, Ice40Pll, Series7Pll
 from hdl.config import CheckerBuild
 
 
-#: What the tools must be told about the device.
+#: Text about the device in the sources.
 DEVICES = {
     "ulx3s-85f": ["--85k", "--package", "CABGA381", "--speed", "6"],
     "ulx3s-45f": ["--45k", "--package", "CABGA381", "--speed", "6"],
@@ -26,7 +26,7 @@ DEVICES = {
 
 
 class Wire(wiring.Component):
-    """In the planner's place, which takes long to elaborate; its clock and reset are used."""
+    """Replacement of the planner, which takes long to elaborate; it uses clock and reset."""
 
     clk: In(1)
     rst: In(1)
@@ -64,7 +64,7 @@ def test_full_design(name):
     )
     assert config.lanes >= 8
     assert config.clock_hz >= 100_000_000
-    # The vendor's 1,024 rows of 18 bits hold 4,096 rows of 4 bits: 192 of the 208 of an 85F.
+    # A block of 1,024 x 18 bits holds 4,096 x 4 bits: 192 of the 208 blocks of an 85F.
     banks = (config.lanes // 2) ** 2
     rows = config.map_size**2 // banks
     assert banks * (rows // 4096) * (config.altitude_bits // 4) == 192
@@ -89,18 +89,18 @@ def test_sources(name, tmp_path, monkeypatch):
     assert netlist.count(f" {pll[type(board.pll)]} #(") == 1
 
 
-def test_chip_takes_a_board():
+def test_chip_refuses_what_is_not_a_board():
     with pytest.raises(TypeError, match=r"^Board must be a Board, not 'ulx3s'$"):
         Chip("ulx3s")
 
 
-def test_no_such_board():
+def test_refuses_an_unknown_board():
     names = ", ".join(BOARDS)
     with pytest.raises(ValueError, match=rf"^Board must be one of {names}, not 'ulx3s'$"):
         find_board("ulx3s")
 
 
-def test_divisor_too_far_off():
+def test_refuses_an_inexact_divisor():
     board = find_board("ulx3s-85f")
     with pytest.raises(
         ValueError,

@@ -1,4 +1,4 @@
-"""The flow of a bitstream, with programs in the tools' places that do what they are told."""
+"""The flow of a bitstream, with scripted programs in place of the tools."""
 
 import json
 import stat
@@ -26,7 +26,7 @@ COMMANDS = [
     ["nextpnr-ecp5", "--json", "chip.json", "--textcfg", "chip.config"],
     ["ecppack", "--input", "chip.config", "--bit", "chip.bit"],
 ]
-# Appends its arguments to a log; makes the file after each option that names an output.
+# Appends its arguments to a log and makes the file named by each output option.
 TOOL = """\
 #!{python}
 import json, pathlib, sys, time
@@ -54,7 +54,7 @@ sys.exit({status} or (name == "nextpnr-ecp5" and {achieved}[seed - 1] is None))
 
 @pytest.fixture
 def tools(tmp_path, monkeypatch):
-    """Return a function that puts the programs in the tools' places."""
+    """Function that installs the scripted programs."""
 
     def install(achieved=(101,), status=0, failing="", slow=None, sources="module"):
         for name in ("yosys", "nextpnr-ecp5", "ecppack"):
@@ -120,7 +120,7 @@ def test_the_boards_seed_is_tried_first(tools, tmp_path):
     assert seeds == ["3", "1", "2", "4"]
 
 
-def test_a_seed_that_closes_ends_the_later_ones(tools, tmp_path):
+def test_a_closing_seed_stops_later_ones(tools, tmp_path):
     tools(achieved=(90, 100, 101), slow={3: 3600})
     folder = tmp_path / "out"
     assert build(BOARD, folder, seeds=3, jobs=3).seed == 2
@@ -128,23 +128,23 @@ def test_a_seed_that_closes_ends_the_later_ones(tools, tmp_path):
     assert (folder / "nextpnr-ecp5.log").read_text() == "the output of nextpnr-ecp5\n"
 
 
-def test_an_earlier_seed_is_waited_for(tools, tmp_path):
+def test_waits_for_an_earlier_seed(tools, tmp_path):
     tools(achieved=(100, 101, 102), slow={1: 2})
     assert build(BOARD, tmp_path / "out", seeds=3, jobs=2).seed == 1
     seeds = [call[call.index("--seed") + 1] for call in calls(tmp_path) if "--seed" in call]
     assert sorted(seeds) == ["1", "2"]
 
 
-def test_the_best_is_kept_where_none_is_enough(tools, tmp_path):
+def test_keeps_the_best_seed_if_none_closes(tools, tmp_path):
     tools(achieved=(80, 95, 90))
     (tmp_path / "chip.json").write_text("netlist")
-    # Left over from an earlier run, and no input.
+    # A file of an earlier run, not an input.
     (tmp_path / "chip.config").write_text("old")
     assert route(COMMANDS[1], tmp_path, [1, 2, 3]).seed == 2
     assert (tmp_path / "chip.config").read_text() == "2"
 
 
-def test_nothing_is_done_twice(tools, tmp_path):
+def test_repeats_no_finished_step(tools, tmp_path):
     tools(achieved=(80, 100))
     folder = tmp_path / "out"
 
@@ -172,7 +172,7 @@ def test_nothing_is_done_twice(tools, tmp_path):
     assert run() == ["yosys", *["nextpnr-ecp5"] * 3, "ecppack"]
 
 
-def test_a_seed_that_fails(tools, tmp_path, capfd):
+def test_reports_a_failed_seed(tools, tmp_path, capfd):
     tools(status=7, failing="nextpnr-ecp5")
     with pytest.raises(BuildError, match=r"^nextpnr-ecp5 failed with status 7; .*nextpnr-ecp5.log"):
         build(BOARD, tmp_path / "out", jobs=1)
@@ -180,18 +180,18 @@ def test_a_seed_that_fails(tools, tmp_path, capfd):
 
 
 @pytest.mark.parametrize("jobs", [1, 3])
-def test_a_seed_that_cannot_be_routed_is_one_that_does_not_close(tools, tmp_path, jobs, capfd):
+def test_an_unroutable_seed_does_not_close(tools, tmp_path, jobs, capfd):
     tools(achieved=(None, 99.0, 101))
     assert build(BOARD, tmp_path / "out", seeds=3, jobs=jobs).seed == 3
     assert "seed 1: nextpnr-ecp5 failed with status 1; " in capfd.readouterr().err
     assert (tmp_path / "out" / "chip.bit").read_text() == "3"
 
 
-def test_a_seed_that_comes_to_no_end(tools, tmp_path, capfd, monkeypatch):
+def test_stops_a_seed_that_does_not_terminate(tools, tmp_path, capfd, monkeypatch):
     tools(achieved=(101, 102), slow={1: 3600})
 
     def build_for(seconds, **options):
-        """Let so much time pass while the first seed runs, and none else."""
+        """Let ``seconds`` pass while the first seed is routed, and no time otherwise."""
         clock = chain([0.0, 0.0], repeat(seconds))
         fake = SimpleNamespace(sleep=time.sleep, monotonic=lambda: next(clock))
         monkeypatch.setattr(routing, "time", fake)
@@ -199,7 +199,7 @@ def test_a_seed_that_comes_to_no_end(tools, tmp_path, capfd, monkeypatch):
 
     assert build_for(3601.0, seeds=2).seed == 2
     assert "seed 1: nextpnr-ecp5 came to no end in 3,600 s.\n" in capfd.readouterr().err
-    # It is tried again the next time; it was stopped, not routed.
+    # The next run tries it again, because it was stopped, not routed.
     with pytest.raises(BuildError, match=r"^nextpnr-ecp5 came to no end in 3,600 s\.$"):
         build_for(3601.0, seeds=1)
 
@@ -214,7 +214,7 @@ def test_no_seed_closes(tools, tmp_path):
     assert not (tmp_path / "out" / "chip.bit").exists()
 
 
-def test_a_tool_that_fails(tools, tmp_path, capfd):
+def test_reports_a_failed_tool(tools, tmp_path, capfd):
     tools(status=3, failing="yosys")
     folder = tmp_path / "out"
     with pytest.raises(
@@ -225,7 +225,7 @@ def test_a_tool_that_fails(tools, tmp_path, capfd):
     assert "the output of yosys" in capfd.readouterr().err
 
 
-def test_a_tool_that_is_missing(monkeypatch):
+def test_reports_a_missing_tool(monkeypatch):
     monkeypatch.setenv("NEXTPNR_ECP5", "no-such-program")
     with pytest.raises(BuildError, match=r"^no-such-program is missing; `make bitstream` "):
         tool_path("nextpnr-ecp5")
@@ -252,7 +252,7 @@ def test_command_line(tools, tmp_path, capsys):
 
 
 def test_interrupted(tools, tmp_path, capsys, monkeypatch):
-    """Running seeds are stopped; finished ones are not run again."""
+    """Running seeds are stopped; finished ones are not repeated."""
     tools(achieved=(80, 101), slow={2: 2})
     arguments = ["ulx3s-85f", "--jobs", "1", "--out", str(tmp_path)]
 
@@ -274,7 +274,7 @@ def test_interrupted(tools, tmp_path, capsys, monkeypatch):
     assert (tmp_path / "ulx3s-85f" / "chip.bit").read_text() == "2"
 
 
-def test_a_board_without_open_tools(monkeypatch, tmp_path):
+def test_refuses_a_board_without_open_tools(monkeypatch, tmp_path):
     monkeypatch.setattr(flow, "prepare", lambda board, folder: [["vivado", "-mode", "batch"]])
     with pytest.raises(
         BuildError,

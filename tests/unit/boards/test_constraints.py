@@ -14,7 +14,7 @@ SUFFIXES = {"ecp5": ".lpf", "ice40": ".pcf", "series7": ".xdc"}
 
 
 def from_board(name):
-    """Return pin and attributes of each port, and the clock in Hz, by the board's platform."""
+    """Return pin and attributes of each port, and the clock in Hz, from the board's platform."""
     board = find_board(name)
     platform = board.platform()
     ports = {}
@@ -77,14 +77,14 @@ def test_pins_and_clock(name):
         file.read_text(encoding="utf-8")
     )
     expected, reference_hz = from_board(name)
-    if file.suffix == ".pcf":  # Has no attributes: the Verilog's pads would need them.
+    if file.suffix == ".pcf":  # The format has no attributes; the Verilog's pads carry them.
         expected = {port: (pin, None) for port, (pin, _) in expected.items()}
     assert ports == expected
     assert clock_hz == reference_hz
 
 
 @pytest.mark.parametrize("name", BOARDS)
-def test_the_command_of_the_header_makes_what_fits_the_board(name):
+def test_command_in_the_header_makes_verilog_for_the_board(name):
     (file,) = ROOT.glob(f"{name}.*")
     board = find_board(name)
     header = " ".join(
@@ -104,5 +104,5 @@ def test_the_command_of_the_header_makes_what_fits_the_board(name):
     assert config.clock_hz / config.clocks_per_bit == pytest.approx(int(baud_m) * 1e6, rel=0.02)
 
 
-def test_no_other_files():
+def test_every_file_belongs_to_a_board():
     assert {file.stem for file in ROOT.iterdir()} == {*BOARDS, "README"}

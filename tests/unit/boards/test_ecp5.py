@@ -1,4 +1,4 @@
-"""What the tools are told for an ECP5 has the effect that it is for."""
+"""Options of the ECP5 tools have their effect."""
 
 import json
 
@@ -15,7 +15,7 @@ from hdl.primitives.fanout import fanout
 
 
 class Copied(wiring.Component):
-    """Three equal registers, each with different loads."""
+    """Three equal registers, each with separate loads."""
 
     first: In(1)
     second: In(1)
@@ -29,7 +29,7 @@ class Copied(wiring.Component):
 
 
 @pytest.mark.parametrize(("before", "registers"), [(KEEP_FANOUT, 3), ("", 1)])
-def test_copies_stay_apart(before, registers, tmp_path):
+def test_copies_stay_separate(before, registers, tmp_path):
     (tmp_path / "copied.v").write_text(verilog.convert(Copied(), name="copied"))
     script = f"read_verilog copied.v; {before}; synth_ecp5 {SYNTHESIS} -top copied"
     run_tool("yosys", ["-q", "-p", f"{script}; tee -q -o cells.json stat -json"], tmp_path)

@@ -1,4 +1,4 @@
-"""All block RAMs of the chip have sites, no two the same."""
+"""All block RAMs of the chip have different sites."""
 
 import re
 
@@ -23,7 +23,7 @@ def test_sites_are_different():
     ],
 )
 def test_commands_follow_synthesis(tmp_path, name):
-    """Each checks first that there is such a cell; the exported Verilog has them all."""
+    """Each command checks that its cell exists; the exported Verilog has all of them."""
     board = find_board(name)
     prepare(board, tmp_path)
     lines = (tmp_path / "chip.ys").read_text().splitlines()
@@ -38,7 +38,7 @@ def test_commands_follow_synthesis(tmp_path, name):
     placed = [line.rpartition(" c:")[2] for line in found[::2]]
     assert len(placed) == len(set(placed)) == 7 + 4 * (board.sizes.lanes + 1)
     for name in placed:
-        # The numbers are of the block RAMs that synthesis makes of a memory.
+        # Synthesis numbers the block RAMs of a memory.
         unit, _, leaf = re.sub(r"\.\d+\.\d+$", "", name).rpartition(".")
         declaration = rf"\\?{leaf} +\(" if leaf == "primitive" else rf"reg \S+ \\?{leaf} +\["
         assert len(re.findall(declaration, modules[f"chip.{unit}"])) == 1, name

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The ECP5's memory does in every cycle what the one that is simulated does, and is built in."""
+"""The ECP5's memory equals the simulated one in every cycle, and boards use it."""
 
 import functools
 import re
@@ -19,7 +19,7 @@ from tests.ecp5_twins import ECP5, twins_of
 
 
 def primitive():
-    """DP16KD as the manufacturer tells it, for what is used of it: a Verilog module."""
+    """Return a Verilog model of DP16KD, after its data sheet, for the options in use."""
     pins, behaviour = ["input CLKA, CLKB"], []
     for port in "AB":
         address = ", ".join(f"AD{port}{i}" for i in reversed(range(14)))
@@ -110,7 +110,7 @@ def test_equals_the_simulated_memory(rows, width, ports, tmp_path, icarus):
 
 
 def test_registers_are_those_of_the_primitive():
-    """No flip-flop of the fabric, a primitive for each four bits, and none where one cycle is."""
+    """A latency of 2 uses only the primitives' registers, a latency of 1 no primitive."""
     text = verilog.convert(
         MapMemory(rows=4096, width=12, latency=2, ports=2), platform=ECP5, emit_src=False
     )
@@ -121,8 +121,8 @@ def test_registers_are_those_of_the_primitive():
     assert "DP16KD" not in verilog.convert(quick, platform=ECP5, emit_src=False)
 
 
-def test_blocks_of_a_map_have_sites_of_their_own():
-    """Four rows of a bit each, side by side; none for the last ones where there are too many."""
+def test_blocks_of_a_map_have_different_sites():
+    """Four rows of a bit each get neighbouring sites; surplus blocks get none."""
     cells = Ecp5Cells(MAP_SITES)
     memories = [
         cells.memory(rows=16384, width=4, ports=2, number=number) for number in (0, 1, 47, 48, None)
@@ -138,7 +138,7 @@ def test_blocks_of_a_map_have_sites_of_their_own():
     "lanes", [8, *(pytest.param(lanes, marks=pytest.mark.long) for lanes in (1, 16))]
 )
 def test_a_whole_map_has_all_sites(lanes):
-    """A bank of the parallel build has neighbouring block RAMs; other devices have other sites."""
+    """The block RAMs of a bank are neighbours; other devices have other sites."""
     config = Config(lanes=lanes)
     sizes = (config.lanes, config.coordinate_bits, config.altitude_bits, config.memory_latency)
     memory = TerrainMemory(*sizes)
@@ -153,6 +153,6 @@ def test_a_whole_map_has_all_sites(lanes):
     assert "BEL" not in other
 
 
-def test_too_many_rows():
+def test_refuses_too_many_rows():
     with pytest.raises(ValueError, match=r"^Rows of a block must be at most 16384, not 32768$"):
         Ecp5Memory(rows=32768, width=1, ports=1)

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The ECP5's multiplier does in every cycle what the product that is simulated does."""
+"""The ECP5's multiplier equals the simulated product in every cycle."""
 
 import pytest
 from amaranth.back import verilog
@@ -9,7 +9,7 @@ from tests.ecp5_twins import ECP5, twins_of
 
 
 def primitive():
-    """MULT18X18D as the manufacturer tells it, for what is used of it: a Verilog module."""
+    """Return a Verilog model of MULT18X18D, after its data sheet, for the options in use."""
     first, second, third = (
         ", ".join(f"{name}{i}" for i in reversed(range(18))) for name in ("A", "B", "C")
     )
@@ -69,8 +69,7 @@ def test_equals_the_simulated_product(bits, shift, tmp_path, icarus):
     assert "MULT18X18D" not in simulated
 
 
-def test_too_wide():
-    """Then it is the same on all targets."""
+def test_wide_factors_use_the_generic_product():
     built = verilog.convert(Multiplier((13, 19)), platform=ECP5, emit_src=False)
     assert built == verilog.convert(Multiplier((13, 19)), emit_src=False)
     assert "MULT18X18D" not in built

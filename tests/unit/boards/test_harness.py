@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The registers around a unit: every input is reached, every output is seen."""
+"""The registers around a unit reach every input and observe every output."""
 
 import itertools
 
@@ -12,7 +12,7 @@ from tests.streams import simulate
 
 
 class Unit(wiring.Component):
-    """Has inputs of five bits, and as many outputs that are the same."""
+    """Unit that copies five input bits to its outputs."""
 
     word: In(data.StructLayout({"low": 2, "high": 1}))
     flags: In(1).array(2)
@@ -28,7 +28,7 @@ class Unit(wiring.Component):
 
 
 def responses(bits):
-    """Return ``folded`` in each clock when ``bits`` are scanned in one after another."""
+    """Return ``folded`` in each cycle while ``bits`` are scanned in."""
     dut = Harness(Unit())
     seen = []
 
@@ -43,21 +43,21 @@ def responses(bits):
 
 
 def test_every_input_and_output():
-    """A single bit passes all five inputs; each output that it leaves by shows it once."""
+    """A single bit passes all five inputs, and each output shows it once."""
     seen = responses([1] + [0] * 30)
-    # In clock 2 + i it is in the register of input i; from the output of that input it takes the
-    # sampling register, and one for each output from there to the end.
+    # In cycle 2 + i the bit is in the register of input i. From there it passes the sampling
+    # register and one register for each output from i to the end.
     arrivals = [2 + i + 1 + (5 - i) for i in range(5)]
     assert len(set(arrivals)) == 1
-    odd = [clock for clock, bit in enumerate(seen) if bit]
+    odd = [cycle for cycle, bit in enumerate(seen) if bit]
     assert odd == [arrivals[0]]
-    assert len(arrivals) % 2 == 1  # Else they would cancel out.
+    assert len(arrivals) % 2 == 1  # An even number would cancel out.
 
 
-def test_it_is_linear():
-    """Responses to two bits are the sum of the responses to each."""
+def test_responses_are_linear():
+    """The response to two bits is the sum of the responses to each."""
     for first, second in itertools.combinations(range(4), 2):
-        one, two = ([int(clock == at) for clock in range(30)] for at in (first, second))
+        one, two = ([int(cycle == at) for cycle in range(30)] for at in (first, second))
         both = [a ^ b for a, b in zip(one, two, strict=True)]
         folded = [a ^ b for a, b in zip(responses(one), responses(two), strict=True)]
         assert responses(both) == folded

@@ -10,7 +10,7 @@ from hdl.boards.pll import Ecp5Pll, Ice40Pll, Series7Pll
     [
         (Ecp5Pll(feedback_divider=4, output_divider=6), 25, 100),
         (Ecp5Pll(input_divider=5, feedback_divider=6, output_divider=5), 100, 120),
-        # As icepll has them for 12 to 24 MHz.
+        # The settings of icepll for 12 to 24 MHz.
         (Ice40Pll(divf=63, divq=5), 12, 24),
         (Ice40Pll(divr=3, divf=63, divq=5, filter_range=1), 48, 24),
         (Series7Pll(clkfbout_mult=10, clkout0_divide=8), 100, 125),

@@ -1,4 +1,4 @@
-"""A short flight, entrants, and reports of runs made up to be looked at."""
+"""A short flight, entrants, and reports of invented runs."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from host.terrain import Terrain
 
 @pytest.fixture(scope="session")
 def problem():
-    """A flight over hills, around a zone."""
+    """Problem of a flight over hills, around a zone."""
     y, x = np.mgrid[:41, :61]
     terrain = Terrain(
         name="hills", elevation=300 + 150 * np.sin(x / 8) * np.cos(y / 6), dx_m=100.0, dy_m=100.0
@@ -28,12 +28,12 @@ def problem():
 
 @pytest.fixture
 def entrants():
-    """Two planners of 15 generations, one of them with an option."""
+    """Two entrants of 15 generations, one with an option."""
     return parse_entrants("ga-fpga,ga-pc:max_waypoints=8", {"generations": 15}, {})
 
 
 def made_up_runs(final, *, generations=30, each=22, first=32):
-    """Runs that end with the fitnesses ``final``, feasible above 1."""
+    """Return runs that end with the fitnesses ``final``, feasible above 1."""
     at = np.arange(generations + 1)
     runs = []
     for seed, fitness in enumerate(final):
@@ -56,7 +56,7 @@ def made_up_runs(final, *, generations=30, each=22, first=32):
 
 @pytest.fixture(scope="session")
 def report_of():
-    """Make the report of planners given as label to runs."""
+    """Function that makes the report of planners, given as label to runs."""
 
     def make(planners, runs=50):
         listed = [

@@ -14,7 +14,7 @@ def test_defaults_are_the_planners(entrants):
         assert not entrant.own
 
 
-def test_options_for_all_go_to_those_that_have_them():
+def test_common_options_go_to_planners_that_have_them():
     fpga, pc = parse_entrants(
         "ga-fpga, ga-pc",
         {"generations": 7, "population": None},
@@ -25,7 +25,7 @@ def test_options_for_all_go_to_those_that_have_them():
     assert fpga.options.population is None
 
 
-def test_own_options_come_before_those_for_all():
+def test_own_options_override_common_ones():
     one, other = parse_entrants(
         "ga-pc,ga-pc:max-waypoints=8:generations=5:population=10:time_limit=2.5:target-fitness=1.4",
         {"generations": 7},
@@ -73,7 +73,7 @@ def test_boards_on_a_line_are_hardware(board, hardware):
     assert entrant.has_hardware == hardware
 
 
-def test_key_says_what_runs_depend_on_and_no_more():
+def test_key_has_exactly_what_runs_depend_on():
     def key(text, **search):
         return parse_entrants(text, search, {})[0].key
 
@@ -126,7 +126,7 @@ def test_key_says_what_runs_depend_on_and_no_more():
         ),
     ],
 )
-def test_refusals(text, sentence):
+def test_refuses_bad_entrants(text, sentence):
     with pytest.raises(InputError) as caught:
         parse_entrants(text, {}, {})
     assert str(caught.value).startswith(sentence)

@@ -1,4 +1,4 @@
-"""The picture: nothing overlaps, nothing is cut off, and it says what it shows."""
+"""The picture of a comparison: its texts, their places, and its views."""
 
 import numpy as np
 import pytest
@@ -48,7 +48,7 @@ def test_texts_neither_overlap_nor_leave_the_figure(drawn):
     assert_texts_apart(drawn[1])
 
 
-def test_names_and_counts_are_all_there(drawn):
+def test_has_all_names_and_counts(drawn):
     report, figure = drawn
     shown = [text.replace("\n", "") for text, _ in texts_of(figure)]
     for planner in report["planners"]:
@@ -58,7 +58,7 @@ def test_names_and_counts_are_all_there(drawn):
         assert count in shown
 
 
-def test_what_is_out_of_view_is_counted(report_of):
+def test_counts_runs_out_of_view(report_of):
     shown = [text for text, _ in texts_of(draw(report_of(FIELDS["some infeasible"])))]
     assert shown.count("← 6 below 1") == 1
     boxes = draw(report_of(FIELDS["some infeasible"])).axes[0]
@@ -72,7 +72,7 @@ def test_what_is_out_of_view_is_counted(report_of):
     ("field", "label", "scale"),
     [("two", "generation", "linear"), ("five, long names", "evaluations", "log")],
 )
-def test_convergence_is_over_what_can_be_compared(report_of, field, label, scale):
+def test_convergence_uses_a_comparable_axis(report_of, field, label, scale):
     convergence = draw(report_of(FIELDS[field])).axes[1]
     assert (convergence.get_xlabel(), convergence.get_xscale()) == (label, scale)
 

@@ -1,4 +1,4 @@
-"""Runs in several processes, one of which dies."""
+"""Runs in several processes, some of which die."""
 
 import multiprocessing
 import sys
@@ -33,7 +33,7 @@ def new_children(before):
 
 
 @pytest.mark.long
-def test_the_death_of_a_process_costs_no_run(problem, entrants):
+def test_a_dead_process_loses_no_run(problem, entrants):
     tasks = tasks_of(entrants, range(3))
     before = multiprocessing.active_children()
     outcomes = in_processes(problem, tasks, 2)
@@ -74,7 +74,7 @@ def test_a_cluster_by_its_address(problem, entrants, distributed):
     assert there == found(in_processes(problem, tasks, 1))
 
 
-def test_the_loss_of_the_scheduler_is_said(problem, entrants, distributed):
+def test_reports_the_loss_of_the_scheduler(problem, entrants, distributed):
     with distributed.LocalCluster(
         n_workers=1,
         threads_per_worker=1,
@@ -92,7 +92,7 @@ def test_the_loss_of_the_scheduler_is_said(problem, entrants, distributed):
     )
 
 
-def test_no_scheduler_at_the_address(problem, entrants, distributed, monkeypatch):
+def test_reports_a_missing_scheduler(problem, entrants, distributed, monkeypatch):
     monkeypatch.setattr("host.compare.cluster._CONNECT_TIMEOUT_S", 0.5)
     with pytest.raises(InputError) as caught:
         next(on_cluster(problem, tasks_of(entrants, range(1)), "tcp://127.0.0.1:9", 1))
@@ -100,7 +100,7 @@ def test_no_scheduler_at_the_address(problem, entrants, distributed, monkeypatch
     assert str(caught.value).endswith("; start one with 'dask scheduler', or give 'local'.")
 
 
-def test_without_the_extra_it_says_what_to_install(problem, entrants, monkeypatch):
+def test_names_the_missing_extra(problem, entrants, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(InputError) as caught:
         next(on_cluster(problem, tasks_of(entrants, range(1)), "local", 1))
@@ -111,14 +111,14 @@ def test_without_the_extra_it_says_what_to_install(problem, entrants, monkeypatc
 
 
 @pytest.mark.long
-def test_the_loss_of_a_worker_costs_no_run(problem, entrants, distributed):
+def test_a_lost_worker_loses_no_run(problem, entrants, distributed):
     tasks = tasks_of(entrants, range(10))
     before = multiprocessing.active_children()
     outcomes = on_cluster(problem, tasks, "local", 2)
     first = next(outcomes)
     workers = new_children(before)
     assert len(workers) == 2
-    for worker in workers:  # Both: the problem, too, has to be sent again.
+    for worker in workers:  # Both die, so the problem must be sent again.
         worker.kill()
     assert found([first, *outcomes]) == found(in_processes(problem, tasks, 1))
     assert not new_children(before)

@@ -1,4 +1,4 @@
-"""A comparison in this process: what is run, kept, reported and shown."""
+"""A comparison in this process: its runs, files, report and progress."""
 
 import functools
 import io
@@ -19,7 +19,7 @@ from host.planners import PLANNERS, Entry, make
 
 
 class Unlucky:
-    """A registered planner: ga-pc, except for seeds on which it fails."""
+    """A registered planner that is ga-pc but fails with some seeds."""
 
     def plan(self, evaluator, options, progress=None, stop=None):
         if options.seed == 1:
@@ -42,7 +42,7 @@ def unlucky(monkeypatch):
 
 
 def run(problem, entrants, seeds, directory):
-    """Complete a comparison; the fields and the tasks that were done."""
+    """Complete a comparison; return its fields and the tasks that ran."""
     done = []
 
     def recorded(tasks):
@@ -57,7 +57,7 @@ def run(problem, entrants, seeds, directory):
 
 def test_runs_are_those_of_plan(problem, entrants, tmp_path):
     fields, done = run(problem, entrants, range(5, 7), tmp_path)
-    # In turns: whenever it ends, the planners have had the same seeds.
+    # Planners alternate, so that at any time they have run the same seeds.
     assert done == [(entrant.label, seed) for seed in (5, 6) for entrant in entrants]
     for part in fields:
         assert sorted(part.records) == [5, 6]
@@ -68,7 +68,7 @@ def test_runs_are_those_of_plan(problem, entrants, tmp_path):
         assert part.records[6]["history_evaluations"] == result.history_evaluations
 
 
-def test_only_what_is_missing_is_run(problem, entrants, tmp_path):
+def test_runs_only_missing_runs(problem, entrants, tmp_path):
     _, done = run(problem, entrants[1:], range(2), tmp_path)
     assert len(done) == 2
     first, done = run(problem, entrants, range(1, 3), tmp_path)
@@ -79,7 +79,7 @@ def test_only_what_is_missing_is_run(problem, entrants, tmp_path):
     assert [part.records for part in again] == [part.records for part in first]
 
 
-def test_a_run_that_fails_costs_no_other(problem, unlucky, tmp_path):
+def test_a_failed_run_loses_no_other(problem, unlucky, tmp_path):
     fields, _ = run(problem, unlucky, range(5), tmp_path)
     good, bad = fields
     assert sorted(good.records) == list(range(5))
@@ -97,7 +97,7 @@ def test_a_run_that_fails_costs_no_other(problem, unlucky, tmp_path):
     assert done == [("unlucky", 1), ("unlucky", 2), ("unlucky", 3)]
 
 
-def test_the_first_run_of_a_planner_is_preceded_by_one_that_does_not_count(problem, monkeypatch):
+def test_warms_up_before_the_first_run_of_a_planner(problem, monkeypatch):
     told = []
 
     class Told:
@@ -116,13 +116,13 @@ def test_the_first_run_of_a_planner_is_preceded_by_one_that_does_not_count(probl
     assert [outcome.record["generations"] for outcome in outcomes] == [4, 4]
 
 
-def test_another_version_does_no_run(problem, entrants):
+def test_a_run_fails_under_another_version(problem, entrants):
     outcome = execute(Evaluator(problem, threads=1), Task(entrants[1], 0, pathgene="0.0.1"))
     assert outcome.record is None
     assert outcome.failure.endswith(" and 0.0.1.")
 
 
-def test_report_has_everything_in_finite_numbers(problem, unlucky, tmp_path):
+def test_report_is_complete_and_finite(problem, unlucky, tmp_path):
     fields, _ = run(problem, unlucky, range(4), tmp_path)
     report = document(problem, {"source": "hills"}, fields, range(4))
     assert json.loads(json.dumps(report, allow_nan=False)) == report
@@ -138,7 +138,7 @@ def test_report_has_everything_in_finite_numbers(problem, unlucky, tmp_path):
     assert pair["welch"] == {"statistic": None, "p": None, "note": "fewer than two runs"}
 
 
-def test_files(problem, entrants, tmp_path):
+def test_writes_all_files(problem, entrants, tmp_path):
     fields, _ = run(problem, entrants, range(2), tmp_path)
     report = document(problem, {}, fields, range(2))
     written = write_report(tmp_path, report, warn=pytest.fail)
@@ -146,7 +146,7 @@ def test_files(problem, entrants, tmp_path):
     assert json.loads(written[0].read_text()) == report
 
 
-def test_a_picture_that_fails_costs_no_numbers(tmp_path):
+def test_a_failed_picture_loses_no_numbers(tmp_path):
     (tmp_path / "compare.png").write_text("of an earlier comparison")
     said = []
     written = write_report(tmp_path, {"planners": []}, warn=said.append)
@@ -155,7 +155,7 @@ def test_a_picture_that_fails_costs_no_numbers(tmp_path):
     assert not (tmp_path / "compare.png").exists()
 
 
-def test_progress_counts_runs_and_says_how_long(entrants):
+def test_progress_has_runs_and_remaining_time(entrants):
     now = iter([0.0, 0.0, 10.0, 10.0, 20.0, 20.0, 80.0, 80.0])
     stream = io.StringIO()
     progress = RunProgress(stream, 9, 5, functools.partial(next, now))

@@ -1,4 +1,4 @@
-"""Statistics against SciPy's own and against counting; samples that no test applies to."""
+"""Statistics against SciPy and against counting, and samples to which no test applies."""
 
 import itertools
 import math
@@ -18,7 +18,7 @@ SPREAD = RNG.normal(1.45, 0.02, 30).tolist()
 LOWER = RNG.normal(1.44, 0.05, 20).tolist()
 
 
-def test_of_one_planner():
+def test_statistics_of_a_planner():
     final = [1.4, 0.001, 1.5, 1.45]
     found = describe(made_up_runs(final))
     assert found["runs"] == 4
@@ -32,13 +32,13 @@ def test_of_one_planner():
     assert found["evaluations"] == 32 + 22 * 30
 
 
-def test_feasible_is_what_is_so_between_the_samples_too():
+def test_feasible_holds_between_the_samples_as_well():
     runs = made_up_runs([1.4, 1.45])
     runs[1]["feasible"] = False
     assert describe(runs)["feasible_share"] == 0.5
 
 
-def test_of_one_run_and_of_none():
+def test_statistics_of_one_run_and_none():
     one = describe(made_up_runs([1.4]))
     assert (one["fitness"]["mean"], one["fitness"]["std"]) == (1.4, None)
     none = describe([])
@@ -46,14 +46,14 @@ def test_of_one_run_and_of_none():
     assert none["feasible_share"] is none["evaluations"] is none["fitness"]["mean"] is None
 
 
-def test_tests_are_scipys():
+def test_matches_scipy():
     found = compare_two(SPREAD, LOWER)
     welch = stats.ttest_ind(SPREAD, LOWER, equal_var=False)
     ranks = stats.mannwhitneyu(SPREAD, LOWER)
     assert found["welch"]["p"] == pytest.approx(welch.pvalue, rel=1e-9)
     assert found["welch"]["statistic"] == pytest.approx(welch.statistic, rel=1e-9)
     assert found["mann_whitney"]["p"] == pytest.approx(ranks.pvalue, rel=1e-12)
-    assert found["welch"]["p"] != stats.ttest_ind(SPREAD, LOWER).pvalue  # Student's.
+    assert found["welch"]["p"] != stats.ttest_ind(SPREAD, LOWER).pvalue  # Student's test differs.
 
 
 def test_welch_by_its_definition():
@@ -88,7 +88,7 @@ def test_ties_count_half():
     assert compare_two([1.0, 2.0], [1.0, 1.0])["superiority"] == 0.75
 
 
-def test_swapped_samples_say_the_same():
+def test_swapped_samples_give_the_same_p():
     one, other = compare_two(SPREAD, LOWER), compare_two(LOWER, SPREAD)
     assert one["mean_difference"] == -other["mean_difference"]
     assert one["superiority"] == pytest.approx(1 - other["superiority"])
@@ -106,7 +106,7 @@ def test_swapped_samples_say_the_same():
         ([], [1.4, 1.3], "there are no runs", "there are no runs"),
     ],
 )
-def test_where_no_test_applies_it_says_why(a, b, welch, mann_whitney):
+def test_gives_the_reason_if_no_test_applies(a, b, welch, mann_whitney):
     found = compare_two(a, b)
     for test, note in ((found["welch"], welch), (found["mann_whitney"], mann_whitney)):
         assert test["note"] == note
@@ -115,7 +115,7 @@ def test_where_no_test_applies_it_says_why(a, b, welch, mann_whitney):
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("constant", [1.5, 1.51])
-def test_one_planner_without_spread_is_tested_without_a_warning(constant):
+def test_a_planner_without_spread_gives_no_warning(constant):
     found = compare_two([constant] * 30, SPREAD)
     assert 0 < found["welch"]["p"] < 1e-6
     one_sample = stats.ttest_1samp(SPREAD, constant)

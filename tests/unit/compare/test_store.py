@@ -1,4 +1,4 @@
-"""Runs on disk: what is kept, what is passed over, what is refused."""
+"""Runs on disk: kept, skipped and refused ones."""
 
 import dataclasses
 import json
@@ -20,11 +20,11 @@ def entrant(entrants):
     return entrants[1]
 
 
-def test_keeps_runs_for_the_next_time(tmp_path, entrant):
+def test_keeps_runs(tmp_path, entrant):
     with RunStore(tmp_path, "p") as store:
         assert store.get(entrant, 3) is None
         assert store.add(entrant, 3, RECORD) == store.get(entrant, 3)
-        # On the disk already, for whoever comes after a crash.
+        # The runs are on the disk already, in case of a crash.
         assert json.loads(store.path.read_text())["fitness"] == 1.25
     with RunStore(tmp_path, "p") as store:
         found = store.get(entrant, 3)
@@ -34,7 +34,7 @@ def test_keeps_runs_for_the_next_time(tmp_path, entrant):
         assert store.get(entrant, 4) is None
 
 
-def test_other_options_lie_beside(tmp_path, entrants):
+def test_keeps_runs_of_other_options_separate(tmp_path, entrants):
     with RunStore(tmp_path, "p") as store:
         store.add(entrants[0], 3, RECORD)
     (other,) = parse_entrants("ga-fpga:generations=16", {}, {})
@@ -44,7 +44,7 @@ def test_other_options_lie_beside(tmp_path, entrants):
 
 
 @pytest.mark.parametrize("cut", [1, 20, -1])
-def test_a_torn_line_costs_no_other_run(tmp_path, entrant, cut):
+def test_a_torn_line_loses_no_other_run(tmp_path, entrant, cut):
     with RunStore(tmp_path, "p") as store:
         store.add(entrant, 1, RECORD)
         whole = store.path.read_bytes()
@@ -53,7 +53,7 @@ def test_a_torn_line_costs_no_other_run(tmp_path, entrant, cut):
     path.write_bytes(whole + path.read_bytes()[len(whole) :][:cut])
     with RunStore(tmp_path, "p") as store:
         assert store.get(entrant, 1) is not None
-        # Of a line that only lacks its end nothing is lost.
+        # A line that lacks only its newline is complete.
         assert (store.get(entrant, 2) is not None) == (cut == -1)
         store.add(entrant, 3, RECORD)
     with RunStore(tmp_path, "p") as store:
@@ -65,7 +65,7 @@ def test_a_torn_line_costs_no_other_run(tmp_path, entrant, cut):
     "line",
     ["", "null", "[1]", '{"problem": "p"}', '{"problem": "p", "key": [], "seed": 1}', "\0\0\0"],
 )
-def test_lines_that_are_no_run_are_passed_over(tmp_path, entrant, line):
+def test_skips_lines_that_are_not_runs(tmp_path, entrant, line):
     (tmp_path / "runs.jsonl").write_text(f"{line}\n")
     with RunStore(tmp_path, "p") as store:
         assert store.get(entrant, 1) is None
@@ -84,7 +84,7 @@ def test_refuses_runs_of_another_problem(tmp_path, entrant):
     assert (tmp_path / "runs.jsonl").read_bytes() == before
 
 
-def test_refuses_two_at_once(tmp_path):
+def test_refuses_a_second_session(tmp_path):
     with RunStore(tmp_path, "p"), pytest.raises(InputError) as caught:
         RunStore(tmp_path, "p")
     assert str(caught.value) == (
@@ -94,7 +94,7 @@ def test_refuses_two_at_once(tmp_path):
     RunStore(tmp_path, "p").__exit__(None, None, None)
 
 
-def test_digest_of_a_problem_says_what_paths_are_worth_and_no_more(problem):
+def test_digest_of_a_problem_covers_exactly_the_fitness(problem):
     terrain = problem.terrain
     raised = terrain.elevation.copy()
     raised[20, 30] += 1e-9

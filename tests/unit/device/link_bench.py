@@ -14,10 +14,10 @@ CONFIG = Config(receive_buffer=256)
 
 
 class Recorder:
-    """A chip that follows :mod:`hdl.protocol`, executes every command and records it.
+    """A chip that follows :mod:`hdl.protocol` and records every command it executes.
 
-    The answer to a command is its payload; to the payload ``!``, ``BAD_VALUE``; to READ, as many
-    bytes as its payload says.
+    It replies with the payload of the command, to the payload ``!`` with ``BAD_VALUE``, and to READ
+    with as many bytes as its payload requests.
     """
 
     def __init__(self):
@@ -63,7 +63,7 @@ class Recorder:
 
 
 class Script:
-    """Loses or changes numbered frames in either direction."""
+    """A line that loses or changes numbered frames, in either direction."""
 
     def __init__(self, changes):
         self.changes = changes
@@ -95,7 +95,7 @@ def without_delimiter(frame):
 
 
 def connect(to_board=bytes, from_board=bytes, *, chip=None, attempts=20):
-    """A link with an open session, its chip, and its clock."""
+    """Return a link with an open session, its chip and its clock."""
     chip = Recorder() if chip is None else chip
     clock = VirtualClock()
     port = FaultyTransport(chip, clock, to_board=to_board, from_board=from_board)

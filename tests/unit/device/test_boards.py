@@ -1,4 +1,4 @@
-"""Boards by URL. Simulated boards have their tests in tests/cosim/test_boards.py."""
+"""Boards by URL; tests/cosim/test_boards.py tests simulated boards."""
 
 import contextlib
 import dataclasses
@@ -57,7 +57,7 @@ def test_configuration_in_the_url(url, rest, changes):
         ("socket://localhost:5000", None),
     ],
 )
-def test_configuration_known_beforehand(url, config):
+def test_configuration_is_known_before_opening(url, config):
     assert known_config(url) == config
 
 
@@ -114,14 +114,14 @@ def test_every_field_is_an_option():
         ),
     ],
 )
-def test_wrong_urls(url, sentence):
+def test_refuses_wrong_urls(url, sentence):
     with pytest.raises(InputError) as caught:
         open_board(url)
     assert str(caught.value) == sentence
 
 
 @pytest.mark.parametrize("url", ["/dev/no such device", "nosuchscheme://x", "", "socket://"])
-def test_boards_that_cannot_be_opened(url):
+def test_reports_boards_that_cannot_be_opened(url):
     with pytest.raises(InputError) as caught:
         open_board(url)
     sentence = str(caught.value)
@@ -129,7 +129,7 @@ def test_boards_that_cannot_be_opened(url):
     assert sentence.endswith("); give model:, sim:, a serial device or a URL of pyserial.")
 
 
-def test_the_model():
+def test_opens_the_model():
     with open_board(board_url("model", SMALL)) as chip:
         assert chip.config == SMALL
         chip.load([[1, 2]] * 8)
@@ -144,7 +144,7 @@ def test_wrong_urls_start_no_simulator():
 
 
 def serve(chip, read, write):
-    """Give ``chip`` all that ``read`` returns, and write its replies."""
+    """Feed ``chip`` the bytes that ``read`` returns, and write its replies."""
     with contextlib.suppress(OSError):
         while data := read(4096):
             write(chip.feed(data))
@@ -152,7 +152,7 @@ def serve(chip, read, write):
 
 @pytest.fixture
 def terminal():
-    """Path of a pseudo terminal with a chip behind it."""
+    """Path of a pseudo terminal that a chip serves."""
     near, far = os.openpty()
     tty.setraw(far)
     device = os.ttyname(far)
@@ -163,12 +163,12 @@ def terminal():
     )
     thread.start()
     yield device
-    os.close(far)  # The last of the terminal's users: reading it fails now.
+    os.close(far)  # The terminal has no more users, so reading it fails.
     thread.join()
     os.close(near)
 
 
-def test_a_serial_device(terminal):
+def test_opens_a_serial_device(terminal):
     for session in range(2):
         with open_board(terminal) as chip:
             assert chip.info["session"] == session
@@ -180,7 +180,7 @@ def test_a_serial_device(terminal):
 
 @pytest.fixture
 def listener():
-    """Listens with a socket; a thread serves its connection with a given function."""
+    """Function that listens on a socket and serves a connection in a thread."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         threads = []
 
@@ -199,7 +199,7 @@ def listener():
             thread.join()
 
 
-def test_a_url_of_pyserial(listener):
+def test_opens_a_url_of_pyserial(listener):
     url = listener(lambda peer: serve(ChipModel(SMALL), peer.recv, peer.sendall))
     with open_board(url) as chip:
         assert chip.config == SMALL
@@ -223,7 +223,7 @@ def echoing(peer):
 
 
 @pytest.mark.parametrize("answer", [silent, babbling, echoing])
-def test_what_does_not_answer_as_a_board(listener, monkeypatch, answer):
+def test_refuses_devices_that_are_not_boards(listener, monkeypatch, answer):
     monkeypatch.setattr(boards, "_SERIAL", SerialScheme(timeout_s=0.01))
     url = listener(answer)
     sentence = (
@@ -234,19 +234,19 @@ def test_what_does_not_answer_as_a_board(listener, monkeypatch, answer):
         open_board(url)
 
 
-def test_a_port_that_echoes(monkeypatch):
+def test_refuses_a_port_that_echoes(monkeypatch):
     monkeypatch.setattr(boards, "_SERIAL", SerialScheme(timeout_s=0.01, attempts=2))
     with pytest.raises(InputError, match=r"^Nothing answers at 'loop://' as a board would; "):
         open_board("loop://")
 
 
-def test_a_slow_line_is_given_the_time_of_what_is_buffered(listener):
+def test_waits_for_buffered_bytes_of_a_slow_line(listener):
     url = listener(lambda peer: serve(ChipModel(SMALL), peer.recv, peer.sendall))
     with open_board(f"{url}?baud=9600") as chip:
         assert chip.link.timeout_s == pytest.approx(0.25 + 10 * 2048 / 9600)
 
 
-def test_a_board_that_hangs_up(listener):
+def test_reports_a_board_that_closes(listener):
     url = listener(lambda peer: peer.recv(4096))
     with pytest.raises(LinkError, match=r"^The board was lost: \S.*\.$"):
         open_board(url)

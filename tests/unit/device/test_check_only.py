@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""A chip without a genetic core: its remaining commands in gateware and model."""
+"""A chip without a genetic core: its commands in gateware and model."""
 
 import random
 
@@ -30,14 +30,14 @@ def chip():
         yield opened
 
 
-def test_it_needs_a_checker():
+def test_needs_a_checker():
     sentence = r"^Config\.genetic must be 1 on a chip without a checker, not 0$"
     with pytest.raises(ValueError, match=sentence):
         Config(genetic=False, checker=CheckerBuild.NONE)
 
 
 @pytest.mark.parametrize("value", [2, -1, "0", None])
-def test_it_is_one_or_zero(value):
+def test_option_is_one_or_zero(value):
     sentence = rf"^Config\.genetic must be 1 or 0, not {value!r}$"
     with pytest.raises(ValueError, match=sentence):
         Config(genetic=value)
@@ -45,7 +45,7 @@ def test_it_is_one_or_zero(value):
     assert Config(genetic=1) == Config()
 
 
-def test_a_chip_says_so():
+def test_info_reports_it():
     values = info_values(CONFIG) | {"session": 0}
     assert values["genetic"] == 0
     assert config_from_info(values) == CONFIG
@@ -53,7 +53,7 @@ def test_a_chip_says_so():
 
 
 @pytest.mark.parametrize("command", GENETIC, ids=lambda command: command.name)
-def test_gateware_does_not_know(command):
+def test_gateware_rejects_commands_of_the_core(command):
     bench = Bench(config=BENCH.replace(genetic=False))
     (_, outcome) = bench.run(after_open((command, bytes(5))))
     assert outcome == (Status.UNKNOWN_COMMAND, AnswerKind.EMPTY, 0, 0)
@@ -61,12 +61,12 @@ def test_gateware_does_not_know(command):
 
 
 @pytest.mark.parametrize("command", GENETIC, ids=lambda command: command.name)
-def test_model_does_not_know(chip, command):
+def test_model_rejects_commands_of_the_core(chip, command):
     with pytest.raises(RefusedError, match=f"{command.name} with UNKNOWN_COMMAND"):
         chip.link.request(command, bytes(5))
 
 
-def test_gateware_takes_maps_and_paths():
+def test_gateware_accepts_maps_and_paths():
     bench = Bench(config=BENCH.replace(genetic=False))
     outcomes = bench.run(
         after_open(
@@ -85,7 +85,7 @@ def test_gateware_takes_maps_and_paths():
     assert [(each["check"], each["batch"]) for each in bench.checks[1:]] == [(0, 0), (1, 0), (0, 0)]
 
 
-def test_the_host_refuses_before_it_asks(chip):
+def test_host_refuses_without_a_request(chip):
     sentence = (
         r"^The board has no genetic core, it only checks paths: use one that was built with "
         r"genetic=1\.$"

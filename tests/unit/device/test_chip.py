@@ -1,4 +1,4 @@
-"""The commands of a chip as methods, over the software model."""
+"""The chip's commands as methods, on the software model."""
 
 import random
 import re
@@ -33,7 +33,7 @@ LIMITS = (13, 15, 14)
 
 
 class SpyPort(ModelPort):
-    """A port to the model that records the commands and can change the replies."""
+    """Port to the model that records commands and can change replies."""
 
     def __init__(self, model):
         super().__init__(model)
@@ -77,7 +77,7 @@ def chip(port):
 
 @pytest.mark.parametrize("config", [SMALL, Config()], ids=["small", "default"])
 @pytest.mark.parametrize("mode", LinkMode)
-def test_every_mode_does_what_the_core_does(config, mode):
+def test_every_mode_matches_the_core(config, mode):
     rng = random.Random(2)
     chip = opened(ModelPort(ChipModel(config)))
     core = Core(config)
@@ -111,7 +111,7 @@ def test_rank_is_the_default(chip, port):
     assert port.commands[-1][1][0] == LinkMode.RANK
 
 
-def test_start_again_repeats_the_run(chip):
+def test_restart_repeats_the_run(chip):
     paths = random_paths(SMALL, random.Random(4))
     runs = []
     for _ in range(2):
@@ -136,7 +136,7 @@ def test_load_of_some_slots(chip, port):
 
 @pytest.mark.parametrize("mode", LinkMode)
 @pytest.mark.parametrize("slots", [(), (0, 3), (2, 4), (6, 2)], ids=str)
-def test_a_step_before_a_whole_load_reads_the_chip(port, mode, slots):
+def test_a_step_after_a_partial_load_reads_the_chip(port, mode, slots):
     opened(port).load(random_paths(SMALL, random.Random(7)))
     before = [list(path) for path in port.chip.core.paths]
     chip = opened(port)
@@ -151,7 +151,7 @@ def test_a_step_before_a_whole_load_reads_the_chip(port, mode, slots):
 
 
 @pytest.mark.parametrize("mode", LinkMode)
-def test_a_step_is_the_caller_s_to_change(chip, port, mode):
+def test_callers_may_change_a_step(chip, port, mode):
     step = chip.step(range(8), mode)
     step.paths[0][0] ^= 1
     step.paths.pop()
@@ -159,7 +159,7 @@ def test_a_step_is_the_caller_s_to_change(chip, port, mode):
     assert chip.step(range(8), LinkMode.RANK).paths == port.chip.core.paths
 
 
-def test_after_a_refused_load_the_copy_is_read_again(chip, port):
+def test_rereads_the_copy_after_a_refused_load(chip, port):
     with pytest.raises(RefusedError, match=r"WRITE with BAD_VALUE"):
         chip.load([[1, 2], [3, 4, 5]], slot=7)
     assert chip.paths == port.chip.core.paths
@@ -180,7 +180,7 @@ def test_transfers_are_short_frames():
     chip.load(paths)
     assert chip.read(0, 32) == paths
     writes = [payload for command, payload in port.commands if command is Command.WRITE]
-    # A frame holds whole paths: at most 128 bytes of waypoints, or one longer path.
+    # A frame has whole paths: at most 128 bytes of waypoints, or one longer path.
     assert all(len(payload) <= 1 + 128 for payload in writes)
     assert [payload[0] for payload in writes] == list(range(32))
     chip.load(random_paths(config, random.Random(5), length=2))
@@ -189,7 +189,7 @@ def test_transfers_are_short_frames():
 
 
 def stale(chip, slot):
-    """Write to a slot of the chip behind the host's back, so that the host's copy is wrong."""
+    """Write to a slot of the chip directly, so that the host's copy is wrong."""
     path = [0xFFF] * 5
     chip.link.request(
         Command.WRITE, write_request(SMALL).pack(slot=slot) + pack_paths(SMALL, [path])
@@ -197,11 +197,12 @@ def stale(chip, slot):
 
 
 @pytest.mark.parametrize("slot", range(8))
-def test_recipe_mends_a_wrong_copy(chip, port, slot):
+def test_recipe_repairs_a_wrong_copy(chip, port, slot):
     chip.step(range(8), LinkMode.RECIPE)
     assert port.count(Command.READ) == 0
     stale(chip, slot)
-    order = [slot, *(other for other in range(8) if other != slot)]  # An elite now: it stays.
+    # The first is an elite, which stays in the population.
+    order = [slot, *(other for other in range(8) if other != slot)]
     step = chip.step(order, LinkMode.RECIPE)
     assert step.paths == port.chip.core.paths
     assert step.paths[0] == [0xFFF] * 5
@@ -213,7 +214,7 @@ def test_recipe_mends_a_wrong_copy(chip, port, slot):
     assert port.count(Command.READ) == reads
 
 
-def test_recipe_reads_the_population_now_and_then(port):
+def test_recipe_reads_the_population_periodically(port):
     chip = opened(port, verify_every=3)
     chip.load(random_paths(SMALL, random.Random(6)))
     seen = []
@@ -224,7 +225,7 @@ def test_recipe_reads_the_population_now_and_then(port):
 
 
 @pytest.mark.parametrize("mode", [LinkMode.POPULATION, LinkMode.RANK])
-def test_long_replies_that_get_lost_are_rebuilt(chip, port, mode):
+def test_rebuilds_lost_long_replies(chip, port, mode):
     """A line that transfers only short frames still transfers a recipe."""
     port.answered = lambda body, plain: body if len(body) < 24 else None
     for _ in range(3):
@@ -245,7 +246,7 @@ def test_counters_and_errors(chip, port):
     assert chip.status()["errors"] == 0
 
 
-def test_refusals_say_so(chip):
+def test_reports_refusals(chip):
     sentence = (
         "The board refused the command GENERATE with BAD_VALUE: host and board disagree; "
         "use the release it was built with."
@@ -258,7 +259,7 @@ def test_refusals_say_so(chip):
         chip.load([[1, 2]], slot=8)
 
 
-def test_another_version_is_refused(port):
+def test_refuses_another_version(port):
     def newer(body, plain):
         return body[:3] + bytes((VERSION + 1,)) + body[4:] if plain else body
 
@@ -272,14 +273,14 @@ def test_another_version_is_refused(port):
     assert port.count(Command.OPEN) == 0
 
 
-def test_a_version_with_another_reply_is_refused(port):
+def test_refuses_a_version_with_another_reply(port):
     port.answered = lambda body, plain: body[:3] + bytes((200, 1, 2)) if plain else body
     with pytest.raises(InputError, match=r"^The board speaks protocol version 200, this host "):
         opened(port)
 
 
 @pytest.mark.parametrize("field", ["build_id", "max_waypoints", "box_percent", "clocks_per_bit"])
-def test_another_build_is_refused(port, field):
+def test_refuses_another_build(port, field):
     layout = info_reply(SMALL)
 
     def changed(body, plain):
@@ -336,10 +337,10 @@ def test_waypoints_survive_packing(path):
 
 @pytest.mark.parametrize("length", range(2, 8))
 def test_bytes_by_mode(length):
-    """Rank mode needs at most 45 % of the bytes of population mode, recipe mode at most 15 %.
+    """Rank mode uses at most 45 % of the bytes of population mode, recipe mode at most 15 %.
 
-    Over 300 generations in which paths of ``length`` waypoints are the fittest; runs over real
-    terrain end with 2 to 7.
+    In the 300 generations paths of ``length`` waypoints are the fittest; runs over real terrain end
+    with 2 to 7.
     """
     spent = {}
     for mode in LinkMode:

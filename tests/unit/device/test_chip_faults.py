@@ -1,4 +1,4 @@
-"""The client of the chip over a line with faults: flipped, lost, inserted, repeated and merged."""
+"""The chip's client over a line with flipped, lost, inserted, repeated and merged bytes."""
 
 import random
 
@@ -14,7 +14,7 @@ from tests.faults import ByteFaults, FaultyTransport, VirtualClock
 
 
 CONFIG = Config()
-#: Probability of each of the five faults, per byte and direction.
+#: Probability of each fault, per byte and direction.
 RATE = 1e-3
 
 

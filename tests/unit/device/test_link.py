@@ -1,4 +1,4 @@
-"""The host's end of the line: sessions, and commands that are executed once and in order."""
+"""The host's end of the line: sessions, and commands executed once and in order."""
 
 import re
 
@@ -20,7 +20,7 @@ from tests.unit.device.link_bench import (
 )
 
 
-def test_opens_the_session_after_the_chips_last():
+def test_opens_the_chips_next_session():
     link, chip, clock = connect()
     assert link.session == chip.session == 42
     assert clock() < 0.001
@@ -71,7 +71,7 @@ def test_info_and_open_are_repeated():
     assert link.request(Command.STATUS) == b""
 
 
-def test_transfer_fills_the_window_and_no_more():
+def test_transfer_fills_exactly_the_window():
     held = bytearray()
 
     def hold(data):
@@ -101,25 +101,25 @@ def test_transfer_without_faults():
     assert link.request(Command.STATUS) == b""
 
 
-def test_transfer_goes_back_without_waiting_for_a_timeout():
+def test_transfer_repeats_a_gap_without_a_timeout():
     link, chip, clock = connect(Script({FIRST + 1: lose}))
     commands = [(Command.WRITE, bytes([n]) * 20) for n in range(30)]
     assert link.transfer(commands) == [payload for _, payload in commands]
     assert chip.executed == commands
     assert clock() < 0.25
-    # One gap, one repetition of what followed it.
+    # A gap causes one repetition of all that followed.
     assert link.traffic.frames_repeated <= CONFIG.receive_buffer // 27
     assert chip.statuses.count(Status.OUT_OF_ORDER) <= CONFIG.receive_buffer // 27
 
 
-def test_transfer_asks_again_where_an_answer_was_lost():
+def test_transfer_repeats_a_request_whose_reply_was_lost():
     link, chip, _ = connect(from_board=Script({FIRST + 1: lose, FIRST + 3: lose}))
     commands = [(Command.READ, bytes([n])) for n in range(1, 20)]
     assert link.transfer(commands) == [bytes(n) for n in range(1, 20)]
     assert chip.executed == [*commands, commands[1], commands[3]]
 
 
-def test_transfer_repeats_the_last_for_its_answer():
+def test_transfer_repeats_the_last_request():
     link, chip, clock = connect(from_board=Script({FIRST + 2: lose}))
     commands = [(Command.READ, bytes([n])) for n in range(1, 4)]
     assert link.transfer(commands) == [bytes(n) for n in range(1, 4)]
@@ -127,7 +127,7 @@ def test_transfer_repeats_the_last_for_its_answer():
     assert 0.25 <= clock() < 0.26
 
 
-def test_a_long_answer_is_replaced_by_a_shorter_one():
+def test_replaces_a_long_reply_by_a_shorter_one():
     def drop_long(frame):
         return b"" if len(frame) > 100 else frame
 

@@ -1,4 +1,4 @@
-"""The host's end of the line: dead, silent and babbling boards, bad lines, interrupts."""
+"""The host's end of the line: dead, silent and babbling boards, faults, interrupts."""
 
 import random
 import re
@@ -23,7 +23,7 @@ from tests.unit.device.link_bench import (
 )
 
 
-def test_a_dead_board_is_given_up():
+def test_gives_up_a_dead_board():
     link, _, clock = connect(Script(dict.fromkeys(range(FIRST, 99), lose)), attempts=3)
     sentence = (
         "The board did not answer GENERATE in 3 attempts of 0.25 s: "
@@ -35,7 +35,7 @@ def test_a_dead_board_is_given_up():
     assert link.session is None
 
 
-def test_no_board_at_all():
+def test_reports_a_missing_board():
     clock = VirtualClock()
     link = Link(FaultyTransport(lambda data: b"", clock), timeout_s=0.5, attempts=4, clock=clock)
     with pytest.raises(LinkTimeoutError, match=r"^The board did not answer INFO in 4 attempts"):
@@ -43,22 +43,22 @@ def test_no_board_at_all():
     assert clock() == 2.0
 
 
-def test_a_late_answer_to_open_is_no_answer_to_the_first_command():
+def test_a_late_reply_to_open_does_not_match_the_first_command():
     held = []
 
     def hold(frame):
         held.append(frame)
         return b""
 
-    # OPEN is repeated, as its answer is late; then the first command is lost.
+    # OPEN is repeated because its reply is late; then the first command is lost.
     link, chip, _ = connect(Script({3: lose}), Script({1: hold}))
     link._transport._received += held[0]
     assert link.request(Command.STATUS, b"payload") == b"payload"
     assert chip.executed == [(Command.STATUS, b"payload")]
 
 
-def test_the_time_of_writing_is_no_wait():
-    """A port that needs longer to write than an attempt lasts causes no repetition."""
+def test_writing_time_does_not_count_as_waiting():
+    """A write longer than an attempt causes no repetition."""
     link, chip, clock = connect()
     write = link._transport.write
 
@@ -76,7 +76,7 @@ def test_the_time_of_writing_is_no_wait():
 
 
 @pytest.mark.parametrize("command", ["info", "open"])
-def test_an_echo_is_no_answer(command):
+def test_ignores_an_echo(command):
     clock = VirtualClock()
     link = Link(FaultyTransport(bytes, clock), timeout_s=0.25, attempts=3, clock=clock)
     asked = link.info if command == "info" else lambda: link.open(41, credit=256)
@@ -85,7 +85,7 @@ def test_an_echo_is_no_answer(command):
     assert 0.75 <= clock() < 0.76
 
 
-def test_a_board_that_answers_after_an_echo():
+def test_accepts_a_reply_after_an_echo():
     chip = Recorder()
     clock = VirtualClock()
     link = Link(FaultyTransport(lambda data: data + chip(data), clock), clock=clock)
@@ -93,7 +93,7 @@ def test_a_board_that_answers_after_an_echo():
     assert (link.session, chip.session) == (42, 42)
 
 
-def test_a_babbling_board_is_given_up():
+def test_gives_up_a_babbling_board():
     clock = VirtualClock()
     port = FaultyTransport(lambda data: b"", clock)
     link = Link(port, timeout_s=0.25, attempts=2, clock=clock)
@@ -110,7 +110,7 @@ def test_a_babbling_board_is_given_up():
         assert clock() - start == pytest.approx(2 * 8 * 0.25, rel=0.02)
 
 
-def test_a_reset_board_is_reported():
+def test_reports_a_reset_board():
     link, chip, _ = connect()
     chip.session = 7
     sentence = r"^The board was reset or taken by another host: open it again\.$"
@@ -122,7 +122,7 @@ def test_a_reset_board_is_reported():
     assert link.request(Command.STATUS) == b""
 
 
-def test_a_port_that_fails_is_reported():
+def test_reports_a_failed_port():
     link, _, _ = connect()
 
     def fail(*_):
@@ -139,7 +139,7 @@ def test_a_port_that_fails_is_reported():
     assert issubclass(LinkError, JobError)
 
 
-def test_an_interrupt_ends_the_session_and_the_next_loses_nothing():
+def test_a_session_after_an_interrupt_loses_nothing():
     link, chip, _ = connect()
     read = link._transport.read
 
@@ -191,13 +191,13 @@ def test_transfers_over_a_bad_line(faults, rate):
         chip.executed.clear()
         commands = [(Command.READ, bytes([n % 100, n // 100])) for n in range(300)]
         assert link.transfer(commands) == [bytes(payload[0]) for _, payload in commands]
-        # Each once and in order, then the commands whose answers were lost.
+        # Each is executed once and in order, then the commands whose replies were lost.
         assert chip.executed[:300] == commands
         assert set(chip.executed[300:]) < set(commands)
 
 
-def test_generations_over_a_bad_line_are_those_of_the_core():
-    """The whole chip: 60 generations over a line with 5e-3 faults per byte, each executed once."""
+def test_generations_over_a_bad_line_match_the_core():
+    """60 generations of a chip over a line with 5e-3 faults per byte, each executed once."""
     rng = random.Random(5)
     config = Config()
     chip, twin = ChipModel(config), ChipModel(config)

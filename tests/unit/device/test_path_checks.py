@@ -1,4 +1,4 @@
-"""The map and the checks of a chip from the host's side, over the software model."""
+"""Map and checks of a chip through the host, on the software model."""
 
 import random
 
@@ -41,7 +41,7 @@ def heights_of(config, rng, rows, columns):
 
 @pytest.fixture
 def chip():
-    """A chip with random ground and random paths."""
+    """Chip with random ground and random paths."""
     chip, _ = opened(CHECKING)
     rng = np.random.default_rng(1)
     chip.upload_map(rng.choice((0, 1, 2, 9, 15), (16, 16), p=(0.5, 0.3, 0.16, 0.03, 0.01)))
@@ -98,7 +98,7 @@ def test_frames_tile_the_rectangle(config, x, y, shape):
         )
         block = unpack_cells(config, payload[layout.size :])[:size]
         part = told[cells]
-        assert (part == -1).all()  # No cell twice.
+        assert (part == -1).all()  # No cell is sent twice.
         part[...] = np.reshape(block, part.shape)
         sizes.append(len(payload) + BODY_HEADER_BYTES + CRC_BYTES)
     assert (told[y : y + shape[0], x : x + shape[1]] == heights).all()
@@ -106,8 +106,8 @@ def test_frames_tile_the_rectangle(config, x, y, shape):
     assert max(sizes) <= config.receive_buffer // 4
 
 
-def test_a_whole_map_takes_few_bytes_more():
-    """At most 1.11 times the bytes of its cells, delimiters and COBS code included."""
+def test_a_whole_map_has_little_overhead():
+    """At most 1.11 times the bytes of its cells, with delimiters and COBS codes."""
     chip, port = opened(FULL)
     before = chip.link.traffic.bytes_to_board
     reports = []
@@ -121,7 +121,7 @@ def test_a_whole_map_takes_few_bytes_more():
     assert reports == sorted(reports)
 
 
-def test_a_part_of_the_map():
+def test_uploads_a_part_of_the_map():
     chip, port = opened(CHECKING)
     rng = np.random.default_rng(4)
     expected = heights_of(CHECKING, rng, 16, 16)
@@ -135,11 +135,11 @@ def test_a_part_of_the_map():
 @pytest.mark.parametrize(
     ("south", "west", "rows", "columns"), [(0, 0, 0, 0), (7, 12, 5, 3), (9, 2, 1, 1)]
 )
-def test_only_what_has_changed_is_sent(south, west, rows, columns):
+def test_sends_only_changed_cells(south, west, rows, columns):
     chip, port = opened(CHECKING)
     heights = heights_of(CHECKING, np.random.default_rng(5), 16, 16)
     chip.upload_map(heights[:3])
-    chip.update_map(heights)  # What was never written, too.
+    chip.update_map(heights)  # Includes cells never written.
     port.commands.clear()
     heights[south : south + rows, west : west + columns] ^= 1
     chip.update_map(heights)
@@ -149,8 +149,8 @@ def test_only_what_has_changed_is_sent(south, west, rows, columns):
     assert sum(tile["width"] * tile["height"] for tile in sent) == rows * columns
 
 
-def test_an_upload_that_failed_is_resumed():
-    """The line breaks in the middle; the resumed upload sends only unacknowledged cells."""
+def test_resumes_a_failed_upload():
+    """The line breaks halfway; the resumed upload sends only unacknowledged cells."""
     config = CHECKING.replace(map_size=128)
     chip, port = opened(config)
     heights = heights_of(config, np.random.default_rng(6), 128, 128)
@@ -177,7 +177,7 @@ def test_an_upload_that_failed_is_resumed():
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_map_over_a_bad_line(seed):
+def test_uploads_a_map_over_a_bad_line(seed):
     port = ModelPort(ChipModel(CHECKING.replace(map_size=64)))
     chip = Chip(Link(port, timeout_s=0.01, attempts=8))
     fault = ByteFaults(0.001, random.Random(seed))
@@ -202,18 +202,18 @@ def test_a_map_over_a_bad_line(seed):
         (np.full((2, 2), -1), 0, 0, r"^Heights must be from 0 to 15, not -1 to -1$"),
     ],
 )
-def test_wrong_heights(chip, heights, x, y, sentence):
+def test_refuses_wrong_heights(chip, heights, x, y, sentence):
     with pytest.raises(ValueError, match=sentence):
         chip.upload_map(heights, x, y)
 
 
-def test_a_part_is_no_whole_map(chip):
+def test_refuses_a_partial_map_as_the_whole(chip):
     with pytest.raises(ValueError, match=r"must be a whole map of \(16, 16\), not of \(16, 15\)$"):
         chip.update_map(np.zeros((16, 15), int))
 
 
 @pytest.mark.parametrize("counting", [False, True])
-def test_one_path(chip, counting):
+def test_checks_a_path(chip, counting):
     rng = random.Random(5)
     collisions = 0
     for length in [2, 4, 7] * 10:
@@ -229,7 +229,7 @@ def test_one_path(chip, counting):
 
 
 @pytest.mark.parametrize("counting", [False, True])
-def test_population(chip, counting):
+def test_checks_the_population(chip, counting):
     start, goal = 0xF11, 0xFEE
     every = chip.check_population(start, goal, counting=counting)
     assert len(every.verdicts) == 8
@@ -244,7 +244,7 @@ def test_population(chip, counting):
     )
 
 
-def test_free_paths_take_a_byte_each():
+def test_clear_paths_take_a_byte_each():
     chip, _ = opened(CHECKING)
     chip.upload_map(np.zeros((16, 16), int))
     chip.load([[0xF00, 0xF11]] * 8)
@@ -257,7 +257,7 @@ def test_free_paths_take_a_byte_each():
 
 
 @pytest.mark.parametrize("counting", [False, True])
-def test_long_replies_that_get_lost_are_requested_in_parts(chip, counting):
+def test_requests_lost_long_replies_in_parts(chip, counting):
     """A line transfers only short frames; the chip still checks each path once."""
     port = chip.link._transport
     ends = 0x111, 0x1EE
@@ -285,7 +285,7 @@ def test_long_replies_that_get_lost_are_requested_in_parts(chip, counting):
     assert chip.counters()["paths"] == before + 8 + 1
 
 
-def test_without_a_checker():
+def test_refuses_checks_without_a_checker():
     chip, port = opened(SMALL)
     sentence = (
         "^The board has no collision checker: use one that was built with "
@@ -304,7 +304,7 @@ def test_without_a_checker():
     assert port.count(Command.MAP) == port.count(Command.CHECK) == 0
 
 
-def test_the_ground_is_avoided_on_request(chip):
+def test_avoids_the_ground_on_request(chip):
     chip.start(1, (15, 15, 14), avoid_ground=True)
     assert chip.link._transport.chip.core.avoid_ground
     chip.start(1, (15, 15, 14))

@@ -37,7 +37,7 @@ SCHEME = ProbeScheme()
 
 @pytest.fixture
 def install(tmp_path, monkeypatch):
-    """Installs a package with a module and the entry points of its boards."""
+    """Function that installs a package with a module and the entry points of its boards."""
 
     def install_package(module, source, points):
         information = tmp_path / f"{module}-1.0.dist-info"
@@ -53,7 +53,7 @@ def install(tmp_path, monkeypatch):
     sys.modules.pop("probe_boards", None)
 
 
-def test_the_schemes_of_this_project():
+def test_finds_the_schemes_of_this_project():
     assert scheme_names() == ["model", "sim"]
     assert isinstance(board_scheme("model:?max_waypoints=20"), ModelScheme)
     assert isinstance(board_scheme("sim:"), SimulatedScheme)
@@ -96,7 +96,7 @@ def test_another_package_cannot_replace_a_kind_of_this_project(install):
         ("no_such_boards:SCHEME", "No module named 'no_such_boards'"),
     ],
 )
-def test_a_kind_of_board_that_cannot_be_loaded(install, value, reason):
+def test_reports_a_kind_of_board_that_cannot_be_loaded(install, value, reason):
     install("probe_boards", PROBE, f"probe = {value}")
     with pytest.raises(JobError) as caught:
         open_board("probe:")

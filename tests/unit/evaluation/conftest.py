@@ -1,4 +1,4 @@
-"""Small worlds in which the worth of a path can be worked out by hand."""
+"""Small problems in which the terms of a path can be computed by hand."""
 
 from collections.abc import Callable
 
@@ -15,7 +15,7 @@ MakeProblem = Callable[..., Problem]
 
 @pytest.fixture
 def make_problem() -> MakeProblem:
-    """Silver Fox over the given heights, (ny, nx), or over flat ground at 100 m, 5 x 5 km."""
+    """Function that makes a problem over the given heights, or flat ground of 5 x 5 km at 100 m."""
 
     def make(start, goal, elevation=None, *, dx_m=100.0, dy_m=100.0, **options):
         elevation = np.full((51, 51), 100.0) if elevation is None else elevation

@@ -23,7 +23,7 @@ def problem(make_problem):
 
 
 def population(problem, count, max_n=9):
-    """Random paths, rows beyond their lengths filled with NaN."""
+    """Return random paths, with NaN in the rows beyond their lengths."""
     rng = np.random.default_rng(4)
     lengths = rng.integers(2, max_n + 1, count)
     paths = np.full((count, max_n, 3), np.nan)
@@ -35,7 +35,7 @@ def population(problem, count, max_n=9):
 
 @pytest.mark.parametrize("threads", [1, 2, 5])
 @pytest.mark.parametrize("count", [1, 15, 200])
-def test_population_is_its_paths(problem, threads, count):
+def test_population_equals_its_paths(problem, threads, count):
     evaluator = Evaluator(problem, threads=threads)
     paths, lengths = population(problem, count)
     single = [evaluator.evaluate(path[:n]) for path, n in zip(paths, lengths, strict=True)]
@@ -47,7 +47,7 @@ def test_population_is_its_paths(problem, threads, count):
     assert fine.tolist() == pytest.approx([terms.penalty_fine for terms in single], rel=1e-14)
 
 
-def test_distances_may_be_counted_elsewhere(problem):
+def test_accepts_counted_distances(problem):
     evaluator = Evaluator(problem)
     paths, lengths = population(problem, 40)
     single = [evaluator.evaluate(path[:n]) for path, n in zip(paths, lengths, strict=True)]
@@ -71,7 +71,7 @@ def test_distances_may_be_counted_elsewhere(problem):
         evaluator.fitness_counted(paths, lengths, sampled[1:])
 
 
-def test_population_takes_other_layouts_and_kinds(problem):
+def test_accepts_populations_of_other_layouts_and_types(problem):
     evaluator = Evaluator(problem)
     paths, lengths = population(problem, 20)
     expected = evaluator.fitness(paths, lengths)
@@ -87,7 +87,7 @@ def test_empty_population(problem):
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e300])
 @pytest.mark.parametrize("axis", [0, 1, 2])
-def test_what_is_no_path_never_wins(problem, bad, axis):
+def test_an_invalid_path_never_wins(problem, bad, axis):
     evaluator = Evaluator(problem)
     paths, lengths = population(problem, 40)
     lengths[:] = 5
@@ -115,7 +115,7 @@ def test_collapsed_paths_have_finite_fitness(problem):
 
 
 def test_feasible_needs_both_steps(make_problem):
-    # One peak, 100 m wide, between mid-points 250 m apart and not between those 31.25 m apart.
+    # A peak 100 m wide lies between mid-points 250 m apart, but not between those 31.25 m apart.
     elevation = np.full((51, 51), 100.0)
     elevation[5, 10] = 350.0
     problem = make_problem((0, 500, 200), (2000, 500, 200), elevation, ds_m=250.0)
@@ -145,7 +145,7 @@ def test_terms_are_plain_json_values(problem):
     assert list(terms)[:5] == ["feasible", "feasible_at_ds", "fitness", "penalty", "cost"]
 
 
-def test_own_step_wins_over_the_problems(problem):
+def test_own_step_overrides_the_problems(problem):
     assert Evaluator(problem).ds_m == 50
     assert Evaluator(problem, ds_m=7).ds_m == 7
 
@@ -159,7 +159,7 @@ def test_own_step_wins_over_the_problems(problem):
         ({"threads": 1.5}, r"^Thread count must be a positive integer, not 1\.5$"),
     ],
 )
-def test_bad_options(problem, options, message):
+def test_refuses_bad_options(problem, options, message):
     with pytest.raises(ValueError, match=message):
         Evaluator(problem, **options)
 
@@ -173,13 +173,13 @@ def test_bad_options(problem, options, message):
         (np.zeros((2, 4, 3)), np.array([2, 5]), r"^Lengths must be 2 to 4, not 2 to 5$"),
     ],
 )
-def test_bad_population(problem, paths, lengths, message):
+def test_refuses_a_bad_population(problem, paths, lengths, message):
     with pytest.raises(ValueError, match=message):
         Evaluator(problem).fitness(paths, lengths)
 
 
 @pytest.mark.parametrize("method", ["evaluate", "track"])
-def test_bad_path(problem, method):
+def test_refuses_a_bad_path(problem, method):
     call = getattr(Evaluator(problem), method)
     with pytest.raises(
         ValueError,
@@ -238,15 +238,13 @@ def test_bad_path(problem, method):
     ],
     ids=["glide", "below the datum", "wind"],
 )
-def test_ends_that_give_costs_nothing_to_be_relative_to(
-    make_problem, start, goal, options, message
-):
+def test_refuses_ends_without_a_reference_cost(make_problem, start, goal, options, message):
     with pytest.raises(InputError) as caught:
         Evaluator(make_problem(start, goal, **options))
     assert str(caught.value) == message
 
 
-def test_a_waypoint_a_hair_beside_the_start_is_above_it(make_problem):
+def test_a_waypoint_very_near_the_start_is_above_it(make_problem):
     evaluator = Evaluator(make_problem((0, 0, 200), (3000, 3000, 200)))
     above, beside = (
         np.array([(0, 0, 200), (0, y, 300), (3000, 3000, 200)], dtype=np.float64)

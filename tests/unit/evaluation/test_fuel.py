@@ -1,4 +1,4 @@
-"""Fuel against numerical integration of the physics, wind and air against hand calculation."""
+"""Fuel against numerical integration; wind and air against calculation by hand."""
 
 import dataclasses
 import math
@@ -51,14 +51,14 @@ def test_closed_solution_is_the_integral(aircraft, slope_deg, length):
     )
     assert burned > 0
     if burned < 0.5 * aircraft.weight_N:
-        # A metre of flight loses digits in the integral's difference of two weights, not here.
+        # Over a metre the integral's difference of two weights loses digits; the solution does not.
         assert burned == pytest.approx(
             integrated(aircraft, aircraft.weight_N, slope, length), rel=1e-9, abs=1e-11
         )
 
 
 def test_closed_solution_where_the_discriminant_vanishes():
-    # With sin = 0.6, cos = 0.8, X = 4 k 0.64 CD0 - 0.36; look for a CD0 that makes it exactly 0.
+    # With sin = 0.6 and cos = 0.8, X = 4 k 0.64 CD0 - 0.36: find a CD0 for which X is exactly 0.
     wanted = 0.36 / (4 * FOX.induced_drag_factor * 0.64)
     for _ in range(9):
         aircraft = dataclasses.replace(FOX, zero_lift_drag_coefficient=wanted)
@@ -72,14 +72,14 @@ def test_steep_glide_burns_nothing():
     assert fuel_burned(FOX, 113.0, 1000.0, -math.tan(math.radians(10)) * 1000, 1000.0) == 0.0
 
 
-def test_weight_is_what_flight_so_far_left():
+def test_weight_falls_along_the_flight():
     whole = fuel_burned(FOX, 113.0, 30_000.0, 0.0, 30_000.0)
     first = fuel_burned(FOX, 113.0, 10_000.0, 0.0, 10_000.0)
     second = fuel_burned(FOX, 113.0 - first, 20_000.0, 0.0, 20_000.0)
     assert first + second == pytest.approx(whole, rel=1e-12)
 
 
-# Standard atmosphere, published table values.
+# Published values of the standard atmosphere.
 @pytest.mark.parametrize(
     ("altitude_m", "density"),
     [
@@ -141,7 +141,7 @@ def test_calm_air_distance_is_the_length_to_the_last_bit(length, slope):
     ],
     ids=["vertical", "cross wind", "stands still", "head wind"],
 )
-def test_no_air_distance_where_the_wind_wins(run_m, wind):
+def test_no_air_distance_against_too_strong_wind(run_m, wind):
     # On a slope of 60 degrees 11.5 of 23 m/s are horizontal.
     directions = [(1.0, 0.0, run_m)] if run_m else []
     assert air_distance(200.0, run_m, directions, wind, 23.0) is None

@@ -47,7 +47,7 @@ def test_altitude_follows_the_segments_and_is_linear_along_the_arc():
     assert arc.length_m == pytest.approx(math.hypot(R * math.pi / 2, 45))
 
 
-def test_arc_is_steeper_than_its_two_legs():
+def test_arc_is_steeper_than_its_legs():
     climb = math.tan(math.radians(10))
     _, arc, _ = smooth(
         path((0, 0, 0), (1000, 0, 1000 * climb), (1000, 1000, 2000 * climb)), R
@@ -57,7 +57,7 @@ def test_arc_is_steeper_than_its_two_legs():
     assert math.degrees(math.atan2(arc.rise_m, arc.run_m)) > 12.6
 
 
-# A staircase: two quarter turns with R = 150 want a tangent of 150 m each.
+# A staircase: two quarter turns with R = 150 need tangents of 150 m each.
 @pytest.mark.parametrize(("middle", "impossible"), [(301.0, 0), (299.99, 2)])
 def test_neighbours_share_a_segment(middle, impossible):
     smoothed = smooth(path((0, 0), (1000, 0), (1000, middle), (2000, middle)), R)
@@ -66,14 +66,14 @@ def test_neighbours_share_a_segment(middle, impossible):
 
 
 @pytest.mark.parametrize(("first", "impossible"), [(150.01, 0), (149.99, 1)])
-def test_start_and_goal_want_no_tangent(first, impossible):
+def test_start_and_goal_need_no_tangent(first, impossible):
     corner = path((0, 0), (first, 0), (first, 1000))
     assert smooth(corner, R).impossible_arcs == impossible
     assert smooth(corner[::-1], R).impossible_arcs == impossible
 
 
 def test_tangents_that_use_up_a_segment_leave_no_straight_piece():
-    # Turns of 90 degrees have tangents of exactly R up to rounding; make the segment one of them.
+    # Turns of 90 degrees have tangents of R up to rounding; the segment has exactly this length.
     tangent = 200.0 * math.tan(0.5 * math.atan2(1.0, 0.0))
     smoothed = smooth(path((0, 0), (1000, 0), (1000, 2 * tangent), (2000, 2 * tangent)), 200.0)
     assert smoothed.impossible_arcs == 0
@@ -93,8 +93,8 @@ def test_impossible_arc_leaves_the_corner():
     np.testing.assert_array_equal(ends(smoothed.pieces[0])[1], (100, 0, 0))
 
 
-def test_an_arc_that_fits_must_yield_to_an_impossible_neighbour():
-    # The reversal at the third point wants infinity, also of the segment before it.
+def test_an_impossible_neighbour_rules_out_an_arc():
+    # The reversal at the third point needs an infinite tangent, on the segment before it as well.
     smoothed = smooth(path((0, 0), (1000, 0), (1000, 5000), (1000, 2000), (3000, 2000)), R)
     assert (smoothed.arcs, smoothed.impossible_arcs) == (3, 3)
 
@@ -111,10 +111,11 @@ def test_an_arc_that_fits_must_yield_to_an_impossible_neighbour():
 def test_no_tangent_length(points):
     smoothed = smooth(path(*points), R)
     assert (smoothed.arcs, smoothed.impossible_arcs) == (1, 1)
+    assert smoothed.pieces
     assert all(isinstance(piece, Straight) for piece in smoothed.pieces)
 
 
-def test_repeated_waypoint_spoils_both():
+def test_repeated_waypoint_makes_both_arcs_impossible():
     smoothed = smooth(path((0, 0), (1000, 0), (1000, 0), (2000, 0)), R)
     assert (smoothed.arcs, smoothed.impossible_arcs) == (2, 2)
     assert [piece.length_m for piece in smoothed.pieces] == [1000, 1000]
@@ -129,23 +130,24 @@ def test_vertical_hop_is_a_piece():
 def test_straight_on_is_possible_and_has_no_arc():
     smoothed = smooth(path((0, 0), (10, 3), (20, 6), (40, 12)), R)
     assert (smoothed.arcs, smoothed.impossible_arcs) == (2, 0)
+    assert smoothed.pieces
     assert all(isinstance(piece, Straight) for piece in smoothed.pieces)
 
 
 def test_straight_on_is_possible_beside_a_reversal():
-    # Thirds round: the turn at the first waypoint is not exactly 0 in floating point.
+    # Because thirds are rounded, the turn at the first waypoint is not exactly 0.
     smoothed = smooth(path((0, 0), (1 / 3, 0.1), (1, 0.3), (0, 0)), R)
     assert (smoothed.arcs, smoothed.impossible_arcs) == (2, 1)
 
 
-def test_no_waypoint():
+def test_straight_line_without_waypoints():
     (line,) = smooth(path((0, 0, 0), (300, 400, 1200)), R).pieces
     assert (line.run_m, line.rise_m, line.length_m) == (500, 1200, 1300)
     assert list(line.directions()) == [(0.6, 0.8, 500)]
 
 
 def test_slight_turn_keeps_the_slope_of_its_legs():
-    # So short an arc that the difference of its end altitudes would have no correct digit.
+    # The arc is so short that the difference of its end altitudes has no correct digit.
     climb = math.tan(math.radians(10))
     _, arc, _ = smooth(
         path((0, 0, 2000), (5000, 0, 2000 + 5000 * climb), (10000, 1e-6, 2000 + 10000 * climb)), R

@@ -1,4 +1,4 @@
-"""The cache of compiled kernels, and when it is out of date."""
+"""The cache of compiled kernels and its invalidation."""
 
 import importlib.util
 import sys
@@ -29,7 +29,7 @@ def outer(x):
 
 @pytest.fixture
 def load(tmp_path, monkeypatch):
-    """Write and import both modules as a new process would; the function that users call."""
+    """Function that writes and imports both modules as a new process would."""
 
     def load(value):
         (tmp_path / "kernel_inner.py").write_text(INNER.format(value))
@@ -45,7 +45,7 @@ def load(tmp_path, monkeypatch):
     return load
 
 
-def test_a_change_in_another_file_is_noticed(load):
+def test_notices_a_change_in_another_file(load):
     assert load("x + 1")(1) == 20
     again = load("x + 1")
     assert again(1) == 20
@@ -62,7 +62,7 @@ def test_stamp_covers_the_evaluation_and_the_folder(tmp_path):
     assert source_stamp(tmp_path) != empty
 
 
-def test_what_was_kept_of_classes_that_are_gone_is_not_read(load, monkeypatch):
+def test_ignores_entries_of_removed_classes(load, monkeypatch):
     types = ModuleType("kernel_types")
     types.Pair = NamedTuple("Pair", [("a", int), ("b", int)])
     types.Pair.__module__ = types.__name__

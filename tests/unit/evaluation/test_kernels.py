@@ -1,4 +1,4 @@
-"""Compiled kernels against the reference on random paths, and the ends of the fitness range."""
+"""Compiled kernels against the reference on random paths; bounds of the fitness."""
 
 import math
 
@@ -33,7 +33,7 @@ SETTINGS = {
 
 
 def hills(rng):
-    """Rough ground of 0 to 1000 m, 60 x 45 nodes of 100 x 120 m, with voids."""
+    """Return rough ground of 0 to 1000 m, 60 x 45 nodes of 100 x 120 m, with voids."""
     elevation = rng.uniform(0, 1000, (45, 60))
     elevation[rng.random(elevation.shape) < 0.03] = np.nan
     elevation[[0, -1], [0, -1]] = 100.0
@@ -41,7 +41,7 @@ def hills(rng):
 
 
 def random_path(rng, start, goal):
-    """Up to 14 interior waypoints: anywhere near the map, with every awkward kind among them."""
+    """Return a path of up to 14 waypoints near the map, with every degenerate case."""
     count = int(rng.integers(0, 15))
     spread = rng.choice([0.03, 0.3, 1.0])
     along = np.sort(rng.random(count))[:, None]
@@ -84,8 +84,8 @@ def test_kernels_match_the_reference(make_problem, world, options, seed, count):
         for name in CLOSED_FORMS:
             assert getattr(terms, name) == pytest.approx(getattr(expected, name), rel=1e-12), name
         assert terms.impossible_arcs == expected.impossible_arcs
-        # Rounding hardly ever takes a sample of a straight piece across the border of a cell; on an
-        # arc the sine may differ.
+        # Samples on straight pieces are equal up to rounding, which rarely moves one across the
+        # border of a cell; on arcs the sine may differ.
         arcs = sum(isinstance(piece, Arc) for piece in pieces)
         errors = [abs(getattr(terms, name) - getattr(expected, name)) for name in SAMPLED]
         assert max(errors) <= 1e-6 + (arcs + 1) * problem.ds_m
@@ -118,14 +118,14 @@ def test_samples_on_straight_pieces_are_the_same(make_problem):
 @pytest.mark.parametrize("side", [-1, 1])
 @pytest.mark.parametrize("lengths", [(1000.0, 0.01), (3.0, 20000.0)])
 def test_tangent_of_a_turn(angle, side, lengths):
-    """Sharp and hardly any: the radius times the tangent of half the angle."""
+    """The tangent of sharp and slight turns is the radius times the tangent of half the angle."""
     for heading in np.linspace(0, 2 * math.pi, 50):
         (ax, ay), (bx, by) = (
             (run * math.cos(to), run * math.sin(to))
             for run, to in zip(lengths, (heading, heading + side * angle), strict=True)
         )
         found = turn(ax, ay, bx, by, *lengths, 150.0)
-        # What rounding of the headings makes of the angle.
+        # Error of the angle by rounding of the headings.
         error = 4e-16 / angle + 4e-16 / (math.pi - angle)
         expected = angle, side, 150 * math.tan(angle / 2)
         assert found == pytest.approx(expected, rel=4 * error)
@@ -134,7 +134,7 @@ def test_tangent_of_a_turn(angle, side, lengths):
 @pytest.mark.parametrize("length_m", [10.0, 1e3, 1e5, 1e6])
 @pytest.mark.parametrize("slope", [-0.3, -0.07, 0.0, 0.0729, 0.073, 0.2, 5.0])
 def test_fuel_by_the_series_and_in_closed_form(make_problem, length_m, slope):
-    """Glides, the slope at which the discriminant changes its sign, and hour-long pieces."""
+    """Both agree on glides, at the sign change of the discriminant, and on hour-long pieces."""
     problem = make_problem((0, 0, 200), (4000, 0, 250), ds_m=50.0)
     path = np.array([problem.start, (length_m, 0.0, 200 + slope * length_m), problem.goal])
     terms = Evaluator(problem, threads=1).evaluate(path)
@@ -145,7 +145,7 @@ def test_fuel_by_the_series_and_in_closed_form(make_problem, length_m, slope):
 
 @pytest.mark.parametrize("beyond", [-2e-9, -1e-12, 0.0, 0.9e-9, 1.1e-9, 1e-6])
 def test_slopes_about_the_limits(make_problem, beyond):
-    """Within the tolerance a climb or descent at the limit can be flown."""
+    """A climb or descent within the tolerance of the limit can be flown."""
     problem = make_problem((0, 0, 800), (4000, 0, 800), ds_m=50.0)
     climb, descent = (
         math.radians(limit) + beyond

@@ -1,4 +1,4 @@
-"""The reference and the compiled evaluator on cases worked out by hand; both must give them."""
+"""The reference and the compiled evaluator on cases computed by hand."""
 
 import dataclasses
 import math
@@ -17,7 +17,7 @@ FOX = load("silver-fox")
 
 @pytest.fixture(params=["reference", "compiled"])
 def evaluate(request):
-    """Terms of a path by either implementation."""
+    """Function that returns the terms of a path, by each implementation."""
 
     def run(problem, points, **options):
         path = np.array([problem.start, *points, problem.goal])
@@ -29,7 +29,7 @@ def evaluate(request):
 
 
 def columns(**heights):
-    """Flat ground at 100 m, 51 x 51, with other heights in the columns ``c5=...``."""
+    """Return flat ground at 100 m, 51 x 51, with other heights in the columns ``c5=...``."""
     elevation = np.full((51, 51), 100.0)
     for name, height in heights.items():
         elevation[:, int(name[1:])] = height
@@ -51,7 +51,7 @@ def test_every_term_of_a_quarter_turn(evaluate, make_problem):
     utopia = math.hypot(1000, 1000)
     assert terms.length_m == pytest.approx(length)
     assert terms.mean_altitude_m == pytest.approx(200)
-    # Weight falls by a thousandth of itself here, and drag with it.
+    # Weight and drag fall by a thousandth here.
     assert terms.fuel_N == pytest.approx(drag * length * 1.1569e-6 / 0.8, rel=3e-4)
     assert terms.cost == pytest.approx(length / utopia, rel=1e-4)
     assert terms.fitness == pytest.approx(1 + 1 / (1 + terms.cost))
@@ -85,7 +85,7 @@ def test_nearest_node_rounds_half_up(evaluate, make_problem, y, expected):
 
 @pytest.mark.parametrize("row", range(1, 12))
 def test_border_between_cells_of_odd_size(evaluate, make_problem, row):
-    # A product like 6.5 * 30.87 carries rounding; a path along it lies where y / dy says.
+    # A product like 6.5 * 30.87 is rounded; y / dy decides on which side of it a path lies.
     y = (row - 0.5) * 30.87
     elevation = np.full((40, 40), 100.0)
     elevation[row, 2:31] = 500.0

@@ -1,4 +1,4 @@
-"""Samples on arcs and straight pieces: the quick loops, the general ones, and plain arithmetic."""
+"""Samples on arcs and straight pieces: fast loops, general loops and plain arithmetic."""
 
 import math
 
@@ -19,7 +19,7 @@ from host.problem.zones import Circle
 
 @pytest.fixture(params=[(), (Circle(2600, 2000, 700),)], ids=["no zone", "zone"])
 def evaluator(make_problem, request):
-    """Rough ground, so that every cell that is missed shows."""
+    """Evaluator over rough ground, which reveals every missed cell."""
     elevation = np.random.default_rng(1).uniform(0, 1000, (45, 60))
     elevation[[0, -1], [0, -1]] = 100.0
     return Evaluator(make_problem((0, 0, 400), (5900, 4400, 500), elevation, zones=request.param))
@@ -33,7 +33,7 @@ def test_sine_and_cosine():
 
 
 def arcs(rng, count):
-    """Arguments of arcs that begin on the map, some of which leave it."""
+    """Yield arguments of arcs that begin on the map; some leave it."""
     for _ in range(count):
         heading = rng.uniform(0, 2 * math.pi)
         yield (
@@ -51,7 +51,7 @@ def test_points_of_an_arc(evaluator):
     for a, ux, uy, side, angle, rise in arcs(np.random.default_rng(2), 500):
         for t in (0.0, 0.1, 0.5, 0.99, 1.0):
             x, y, z = arc_point(c, a, ux, uy, side, angle, rise, t)
-            # Turned about the centre, which lies a radius to the side.
+            # Rotate about the centre, which lies a radius to the side.
             centre = np.array(a[:2]) + side * c.turn_radius_m * np.array((-uy, ux))
             turned = side * angle * t
             cos, sin = math.cos(turned), math.sin(turned)
@@ -93,7 +93,7 @@ def test_quick_and_general_straights_count_the_same(evaluator, along):
     assert len(seen) > 200
 
 
-def test_what_lies_off_the_map_is_under_the_ground(evaluator):
+def test_samples_off_the_map_are_under_the_ground(evaluator):
     ground, zoned, c = evaluator.kernel_arguments
     east = (c.columns - 1) * c.dx_m
     under, _ = count_straight(

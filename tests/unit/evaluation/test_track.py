@@ -1,4 +1,4 @@
-"""The smoothed track as points: spacing, distances, ground; and closed forms against it."""
+"""The smoothed track as points, and the closed forms against it."""
 
 import math
 
@@ -44,13 +44,13 @@ def test_samples_of_a_corner():
     assert (np.diff(samples.s) > 0).all()
     assert np.diff(samples.s).max() <= 7.0 * (1 + 1e-9)
     steps = np.sqrt(sum(np.diff(axis) ** 2 for axis in (samples.x, samples.y, samples.z)))
-    # Chords of the arc are shorter than the arc between them by a hair.
+    # Chords are slightly shorter than their arcs.
     np.testing.assert_allclose(steps, np.diff(samples.s), rtol=1e-3)
     assert [samples.x[0], samples.y[0], samples.z[0]] == list(PROBLEM.start)
     assert [samples.x[-1], samples.y[-1], samples.z[-1]] == list(PROBLEM.goal)
 
 
-def test_ground_and_clearance_are_the_nearest_nodes():
+def test_ground_and_clearance_are_those_of_the_nearest_node():
     samples = EVALUATOR.track(path((4000, 1000, 450))).sample(50.0)
     for x, y, z, ground, clearance in zip(
         samples.x, samples.y, samples.z, samples.ground, samples.clearance, strict=True
@@ -60,7 +60,7 @@ def test_ground_and_clearance_are_the_nearest_nodes():
 
 
 @pytest.mark.parametrize("step", [0, -1.0, math.nan, math.inf])
-def test_bad_step(step):
+def test_refuses_a_bad_step(step):
     with pytest.raises(ValueError, match=r"^Step must be a positive number of metres, not "):
         EVALUATOR.track(path()).sample(step)
 
@@ -107,7 +107,7 @@ def test_a_waypoint_on_a_straight_segment_changes_little(waypoints, data):
     segment = data.draw(st.integers(0, len(way) - 2))
     middle = 0.5 * (way[segment] + way[segment + 1])
     split = EVALUATOR.evaluate(np.insert(way, segment + 1, middle, axis=0))
-    # Half a segment must hold what the whole one did: only paths whose arcs still fit compare.
+    # Compare only paths whose arcs still fit on half the segment.
     if split.impossible_arcs == whole.impossible_arcs == 0:
         assert split.length_m == pytest.approx(whole.length_m, rel=1e-9)
         assert split.mean_altitude_m == pytest.approx(whole.mean_altitude_m, rel=1e-9)

@@ -11,7 +11,7 @@ from tests.streams import simulate
 from tests.unit.link.drive import drive, watch
 
 
-# Every string of up to four bytes of those that matter, then lengths around a full block.
+# Every string of up to four of the relevant bytes, then lengths around a full block.
 SHORT = [
     bytes(word)
     for length in range(1, 5)
@@ -26,7 +26,7 @@ LONG = [
 
 
 def decode(frames):
-    """Return what the gateware decodes from ``frames``: bytes, or None for a broken frame."""
+    """Return the gateware's decoding of each of ``frames``, None for a broken frame."""
     dut = CobsDecoder()
     decoded = []
 
@@ -73,12 +73,12 @@ def test_decodes_what_the_package_encodes():
     assert decode([cobs.encode(frame) for frame in frames]) == frames
 
 
-def test_passes_over_empty_frames():
+def test_skips_empty_frames():
     assert decode([b"", b"\2\7", b"", b"", b"\3", b"", b"\1"]) == [b"\7", None, b""]
 
 
 def encode(frames, pauses=(0,), source_pauses=(0,)):
-    """Return the encoded bytes of ``frames`` and the cycles in which they were taken."""
+    """Return the encoded bytes of ``frames`` and their cycles."""
     dut = CobsEncoder()
     taken = []
 
@@ -122,7 +122,7 @@ def test_encodes_random_frames_behind_a_full_buffer():
 
 
 def test_leaves_no_pause_inside_a_frame():
-    # The fastest line, 4 cycles per bit, takes a byte every 40 cycles; 8 leave less time to fill.
+    # The fastest line, 4 cycles per bit, accepts a byte every 40 cycles; 8 is stricter.
     _, cycles = encode([bytes(1 + i % 255 for i in range(520))], pauses=(7,))
     assert {after - before for before, after in itertools.pairwise(cycles)} == {8}
 

@@ -24,13 +24,13 @@ ERRORS = {
 
 
 def pattern(length, seed):
-    """Return bytes with runs without a zero that are often longer than a block."""
+    """Return bytes whose nonzero runs are often longer than a COBS block."""
     rng = random.Random(seed)
     return bytes(0 if rng.random() < 0.003 else rng.randrange(1, 256) for _ in range(length))
 
 
 class Receiver:
-    """Bench of a receiver: records its frames and errors in order, with their cycles."""
+    """Bench of a receiver that records its frames and errors in order, with their cycles."""
 
     def __init__(self, config=CONFIG, pauses=(0,)):
         self.dut = FrameReceiver(config.receive_buffer)
@@ -55,7 +55,7 @@ class Receiver:
             self.cycle += 1
 
     async def feed(self, ctx, data):
-        """Send a byte per cycle; the receiver is always ready."""
+        """Send a byte per cycle and check that the receiver is always ready."""
         ctx.set(self.dut.bytes.valid, 1)
         for value in data:
             assert ctx.get(self.dut.bytes.ready)
@@ -149,7 +149,7 @@ def test_drops_a_body_longer_than_the_buffer():
     assert verdicts == [StickyError.OVERRUN] * 3
 
 
-def test_tells_the_first_rule_a_frame_breaks():
+def test_reports_the_first_rule_a_frame_breaks():
     body = b"\1\2\3\4"
     crc = frame_crc(body, plain=False)
     pieces = [
@@ -179,11 +179,11 @@ def test_a_frame_with_any_bit_flipped_is_not_received():
     assert [body for body, plain in frames if not plain] == [b"\0\1\2"]
 
 
-def test_survives_random_bytes():
+def test_receives_after_random_bytes():
     rng = random.Random(11)
     data = bytearray()
     for number in range(30):
-        # Whole codes now and then, so that garbage also gets as far as the CRC.
+        # Some whole codes, so that garbage reaches the check of the CRC.
         garbage = bytes(rng.choice((1, rng.randrange(5), rng.randrange(256))) for _ in range(40))
         data += cobs.encode(garbage) if number % 3 == 0 else garbage
         data += b"\0" + encode_frame(bytes([number, 0, rng.randrange(256)]))
@@ -194,7 +194,7 @@ def test_survives_random_bytes():
 
 @pytest.mark.parametrize("size", [3, 60, 252])
 def test_bodies_with_crcs_up_to_the_buffer_always_fit(size):
-    # With pointers in any place: three rounds, each of which fills the buffer before any read.
+    # Three rounds, each of which fills the buffer before any read, for several pointer positions.
     receiver = Receiver()
     count = CONFIG.receive_buffer // (size + 4)
     rounds = [
@@ -214,7 +214,7 @@ def test_bodies_with_crcs_up_to_the_buffer_always_fit(size):
     assert receiver.errors == []
 
 
-def test_an_overrun_loses_only_what_does_not_fit():
+def test_an_overrun_loses_only_frames_that_do_not_fit():
     receiver = Receiver(pauses=[900, *[0] * 1000])
     bodies = [bytes([number]) * 60 for number in range(1, 7)]
 
@@ -254,7 +254,7 @@ def test_line_is_busy_inside_a_frame():
 
 
 def transmit(bodies, pauses=(0,), source_pauses=(0,)):
-    """Return the bytes of the frames of ``bodies`` and the cycles in which they were taken."""
+    """Return the bytes of the frames of ``bodies`` and their cycles."""
     dut = FrameTransmitter()
     taken = []
 
@@ -294,7 +294,7 @@ def test_transmits_every_length(pauses, source_pauses):
     assert transmit(bodies, pauses, source_pauses)[0] == frames_of(bodies)
 
 
-def test_transmits_what_the_receiver_takes():
+def test_transmits_frames_the_receiver_accepts():
     bodies = [(pattern(length, length), length % 3 == 0) for length in (3, 4, 100, 251)]
     data, _ = transmit(bodies)
     assert receive(data).frames == bodies

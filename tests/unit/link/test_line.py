@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The line: bytes are counted both ways, and `sending` lasts as long as an answer."""
+"""The line counts bytes in both directions and raises `sending` during a reply."""
 
 import pytest
 
@@ -19,8 +19,8 @@ async def receive(ctx, dut, byte):
         await ctx.tick().repeat(BIT)
 
 
-def test_received_bytes_are_counted():
-    """Those of damaged frames, too."""
+def test_counts_received_bytes():
+    """Bytes of damaged frames count."""
     dut = Line(SMALL.clocks_per_bit, SMALL.receive_buffer)
     counted = []
 
@@ -36,7 +36,7 @@ def test_received_bytes_are_counted():
     assert counted == [1, 2, 3, 4]
 
 
-def test_sent_bytes_are_counted_up_to_the_end_of_sending():
+def test_counts_sent_bytes_until_sending_ends():
     dut = Line(SMALL.clocks_per_bit, SMALL.receive_buffer)
     pulses = []
 

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""UART against a line with its own clock."""
+"""UART on a line with a different clock."""
 
 import itertools
 import math
@@ -11,12 +11,12 @@ from tests.streams import simulate
 from tests.unit.link.drive import drive, watch
 
 
-# Every bit after every other, single bits, and the extremes.
+# Every pair of successive bits, single bits, and the extremes.
 BYTES = [0x00, 0xFF, 0x55, 0xAA, 0x01, 0x80, 0xFE, 0x7F, 0x0F, 0xC3]
 
 
 def levels(values, clocks_per_bit, phase=0.0):
-    """Return the line at each clock edge; bits may last a fraction of a cycle, or begin late."""
+    """Return the line at each clock edge; bits may last fractions of a cycle or begin late."""
     bits = [bit for value in values for bit in (0, *((value >> i) & 1 for i in range(8)), 1)]
     edges = range(math.ceil(len(bits) * clocks_per_bit + phase))
     return [bits[max(-1, math.floor((edge - phase) / clocks_per_bit))] for edge in edges]
@@ -61,7 +61,7 @@ def test_receives_without_pauses(clocks_per_bit, mismatch):
         assert errors == []
 
 
-def test_receives_at_nearly_five_percent_where_the_divisor_is_large():
+def test_receives_at_nearly_five_percent_with_a_large_divisor():
     for mismatch in (-0.045, 0.045):
         received, errors = receive(64, levels(BYTES[2:5], 64 * (1 + mismatch)))
         assert values(received) == BYTES[2:5]
@@ -69,7 +69,7 @@ def test_receives_at_nearly_five_percent_where_the_divisor_is_large():
 
 
 @pytest.mark.parametrize("clocks_per_bit", [4, 5, 33])
-def test_offers_a_byte_when_the_docstring_says(clocks_per_bit):
+def test_offers_a_byte_in_the_documented_cycle(clocks_per_bit):
     idle = 5
     received, _ = receive(clocks_per_bit, [1] * idle + levels([0xA5], clocks_per_bit))
     assert received == [(idle + 9 * clocks_per_bit + (clocks_per_bit - 1) // 2 + 4, 0xA5)]
@@ -93,7 +93,7 @@ def test_keeps_a_byte_until_the_next_is_complete():
 
 
 @pytest.mark.parametrize("clocks_per_bit", [6, 16])
-def test_ignores_spikes_of_one_clock(clocks_per_bit):
+def test_ignores_spikes_of_one_cycle(clocks_per_bit):
     line = levels(BYTES, clocks_per_bit)
     # Every bit has a spike, in each of its cycles in turn except those at its edges.
     for bit in range(len(line) // clocks_per_bit):
@@ -103,7 +103,7 @@ def test_ignores_spikes_of_one_clock(clocks_per_bit):
     assert errors == []
 
 
-def test_ignores_a_start_bit_that_is_over_by_its_middle():
+def test_ignores_a_start_bit_that_ends_before_its_middle():
     received, errors = receive(33, [1] * 4 + [0] * 15 + [1] * 60 + levels([0x42], 33))
     assert values(received) == [0x42]
     assert errors == []
@@ -122,7 +122,7 @@ def test_a_long_break_is_one_error():
     assert len(errors) == 1
 
 
-def test_finds_the_bytes_again_after_any_start():
+def test_synchronizes_after_an_idle_byte():
     # The receiver starts in the middle of a byte; after one idle byte it is in step.
     line = levels([0x00, 0x5A, 0xFF], 8)
     for skipped in range(0, 80, 5):
@@ -131,7 +131,7 @@ def test_finds_the_bytes_again_after_any_start():
 
 
 @pytest.mark.parametrize("clocks_per_bit", [4, 5, 33])
-def test_transmits_without_an_idle_clock(clocks_per_bit):
+def test_transmits_without_idle_cycles(clocks_per_bit):
     dut = UartTransmitter(clocks_per_bit)
     line = []
 

@@ -49,7 +49,7 @@ def check_paths(slot, count, flags, start=0x123, goal=0xABC):
 
 @pytest.fixture
 def host():
-    """A chip with random ground in the lower half of its altitudes, and some blocked cells."""
+    """Session with a chip over random ground in the lower half of altitudes and blocked cells."""
     host = Session(CHECKING)
     rng = random.Random(1)
     heights = [rng.choice((rng.randrange(8), rng.randrange(8), 1)) for _ in range(256)]
@@ -65,7 +65,7 @@ def points_of(path):
 
 
 def results_of(host, paths, counting):
-    """Return the results of ``paths`` by the definition of the checker, and the totals."""
+    """Return the results of ``paths`` by the checker's definition, and their totals."""
     results, cells = [], 0
     for path in paths:
         said = check_path(CHECKING, host.chip.checking.terrain, points_of(path), counting)
@@ -87,7 +87,7 @@ def results_of(host, paths, counting):
 
 
 @pytest.mark.parametrize("flags", [CheckFlag(0), CheckFlag.COUNT])
-def test_one_path(host, flags):
+def test_checks_a_path(host, flags):
     rng = random.Random(2)
     collisions = 0
     for length in [2, 3, 7] * 10:
@@ -101,7 +101,7 @@ def test_one_path(host, flags):
 
 
 @pytest.mark.parametrize("flags", [CheckFlag(0), CheckFlag.COUNT])
-def test_paths_of_the_population(host, flags):
+def test_checks_paths_of_the_population(host, flags):
     rng = random.Random(3)
     paths = random_paths(CHECKING, rng)
     host(Command.WRITE, b"\0" + pack_paths(CHECKING, paths))
@@ -114,7 +114,7 @@ def test_paths_of_the_population(host, flags):
         assert unpack_results(CHECKING, reply[TOTALS.size :]) == results
 
 
-def test_the_latest_results_can_be_asked_for_again(host):
+def test_returns_the_latest_results_again(host):
     host(Command.WRITE, b"\0" + pack_paths(CHECKING, random_paths(CHECKING, random.Random(4))))
     brief = host(Command.CHECK_PATHS, check_paths(1, 6, CheckFlag.COUNT | CheckFlag.BRIEF))
     assert len(brief) == TOTALS.size
@@ -127,7 +127,7 @@ def test_the_latest_results_can_be_asked_for_again(host):
     assert any(result.entries for result in every)
     for path, count in ((0, 1), (2, 3), (5, 1)):
         assert unpack_results(CHECKING, results(path, count)) == every[path : path + count]
-    # The answer to the same command in its long form, had the short one been lost.
+    # The reply to the long form of the command, in case the short one was lost.
     host(Command.CHECK_PATHS, check_paths(1, 6, CheckFlag.COUNT | CheckFlag.BRIEF))
     sequence = (host.sequence - 1) % 256
     body = bytes((1, sequence, Command.CHECK_PATHS)) + check_paths(1, 6, CheckFlag.COUNT)
@@ -150,7 +150,7 @@ def test_repeated_commands_change_nothing(host):
     first = host(Command.CHECK, check(CheckFlag.COUNT, [0x400, 0x4FF]))
     assert again(Command.CHECK, check(CheckFlag.COUNT, [0x300, 0x311])) == b"\0" + first
     host(Command.STATUS)
-    # A repeated check with another command code answers with the results of the latest check.
+    # A repeated check with another command code returns the results of the latest check.
     assert again(Command.CHECK, check(CheckFlag.COUNT, [0x300, 0x311])) == b"\0" + first
     counters = counters_reply(CHECKING).unpack(host(Command.COUNTERS))
     assert counters[Counter.PATHS] == 2
@@ -165,7 +165,7 @@ def test_counters_and_states(host):
         for name, value in TOTALS.unpack(reply[: TOTALS.size]).items():
             spent[name] += value
     told = status_reply(CHECKING).unpack(host(Command.STATUS))
-    # The latest lowest: transmit, receive, listen, transmit, check, receive, listen, transmit.
+    # From the latest: transmit, receive, listen, transmit, check, receive, listen, transmit.
     assert told["history"] == 0x50165015
     counters = counters_reply(CHECKING).unpack(host(Command.COUNTERS))
     assert counters[Counter.FEASIBILITY] == spent["cycles"] > 0
@@ -179,18 +179,18 @@ def test_counters_and_states(host):
     [
         (rectangle(2, 3, 4, 3, range(7)), 7),
         (rectangle(2, 3, 4, 3, range(4)), 4),
-        (rectangle(2, 3, 4, 3, [1]), 1 + 1),  # A cell is half a byte here.
+        (rectangle(2, 3, 4, 3, [1]), 1 + 1),  # A cell takes half a byte.
         (rectangle(2, 3, 4, 3, []), 0),
         (rectangle(2, 3, 4, 3, range(12)) + b"\7", 12),
     ],
 )
-def test_a_map_of_a_wrong_length_is_written_as_far_as_it_goes(host, payload, written):
+def test_writes_the_cells_of_a_map_of_wrong_length(host, payload, written):
     expected = host.chip.checking.terrain.heights.tolist()
     cells = [*range(12)] if written > 2 else [1, 0]
     for number in range(written):
         expected[3 + number // 4][2 + number % 4] = cells[number]
     if written == 7:
-        expected[4][5] = 0  # The padding is a cell, too.
+        expected[4][5] = 0  # The padding makes a cell.
     answer = ask(host.chip, bytes((1, host.sequence, Command.MAP)) + payload)
     assert answer[2] == Status.BAD_LENGTH
     assert host.chip.checking.terrain.heights.tolist() == expected
@@ -223,7 +223,7 @@ def test_a_map_of_a_wrong_length_is_written_as_far_as_it_goes(host, payload, wri
         (Command.RESULTS, b"\0\1", Status.BAD_VALUE),  # Nothing has been checked.
     ],
 )
-def test_refused(host, code, payload, status):
+def test_refuses_bad_requests(host, code, payload, status):
     before = host.chip.checking.terrain.heights.tolist()
     answer = ask(host.chip, bytes((1, host.sequence, code)) + payload)
     assert answer == bytes((1, host.sequence, status))
@@ -232,7 +232,7 @@ def test_refused(host, code, payload, status):
 
 
 @pytest.mark.parametrize("code", [Command.MAP, Command.CHECK, Command.CHECK_PATHS, Command.RESULTS])
-def test_without_a_checker_its_commands_are_unknown(code):
+def test_commands_are_unknown_without_a_checker(code):
     chip = ChipModel(CHECKING.replace(checker="none"))
     assert ask(chip, bytes((0, 0, code)) + bytes(11))[2] == Status.UNKNOWN_COMMAND
 

@@ -1,4 +1,4 @@
-"""The definition of the collision check, by examples worked out by hand and by its properties."""
+"""The definition of the collision check: examples computed by hand, and properties."""
 
 import itertools
 from fractions import Fraction
@@ -31,7 +31,7 @@ POINTS = st.tuples(st.integers(0, 511), st.integers(0, 511), st.integers(0, 4095
 
 
 def flat(config, height=0, **cells):
-    """Level ground, with altitudes of single cells given as ``x_y=altitude``."""
+    """Return level ground, with altitudes of single cells given as ``x_y=altitude``."""
     terrain = TerrainModel(config)
     terrain.write(0, 0, np.full((config.map_size,) * 2, height))
     for cell, altitude in cells.items():
@@ -48,7 +48,7 @@ def flat(config, height=0, **cells):
     [
         ((3, 4, 9), (3, 4, 5), [(3, 4, 5)]),
         ((0, 0, 1), (2, 0, 2), [(0, 0, 1), (1, 0, Fraction(3, 2)), (2, 0, 2)]),
-        # Halves go up, on the way there and on the way back: 0.5 to 1, 1.5 to 2.
+        # Halves are rounded up in both directions: 0.5 to 1, 1.5 to 2.
         ((0, 0, 0), (2, 1, 0), [(0, 0, 0), (1, 1, 0), (2, 1, 0)]),
         ((2, 1, 0), (0, 0, 0), [(2, 1, 0), (1, 1, 0), (0, 0, 0)]),
         ((0, 1, 0), (2, 0, 0), [(0, 1, 0), (1, 1, 0), (2, 0, 0)]),
@@ -86,7 +86,7 @@ def test_cells_are_nearest_to_the_straight_line(start, stop):
 # --- Ground --------------------------------------------------------------------------------------
 
 
-def test_nothing_can_be_flown_over_before_it_is_written():
+def test_unwritten_cells_are_blocked():
     terrain = TerrainModel(FULL)
     assert terrain.heights.shape == (512, 512)
     assert terrain.coarse.shape == (32, 32)
@@ -94,7 +94,7 @@ def test_nothing_can_be_flown_over_before_it_is_written():
 
 
 def test_partial_writes_keep_the_maxima():
-    """Also where ground comes down: the maximum of a block is that of its cells now."""
+    """A block has the maximum of its current cells, also after lower altitudes are written."""
     rng = np.random.default_rng(1)
     terrain, expected = TerrainModel(TINY), np.full((8, 8), 15)
     for _ in range(200):
@@ -129,7 +129,7 @@ def test_the_maps_are_read_only():
         (0, 0, [[3, -1]], r"^An altitude must be from 0 to 15, not -1 to 3$"),
     ],
 )
-def test_what_is_no_block(x, y, block, sentence):
+def test_refuses_bad_blocks(x, y, block, sentence):
     terrain = TerrainModel(TINY)
     with pytest.raises(ValueError, match=sentence):
         terrain.write(x, y, block)
@@ -141,7 +141,7 @@ def test_what_is_no_block(x, y, block, sentence):
 
 @pytest.mark.parametrize("build", BUILDS)
 def test_touching_the_ground_is_a_collision(build):
-    """At exactly its altitude; a fraction of a step above is free, a fraction below is not."""
+    """A path collides at exactly the ground's altitude; a fraction of a step above is clear."""
     config = TWO_TIER.replace(checker=build, lanes=1)
     # Altitudes 1, 4/3, 5/3, 2.
     path = [(0, 0, 1), (3, 0, 2)]
@@ -155,7 +155,7 @@ def test_touching_the_ground_is_a_collision(build):
         )
 
 
-def test_the_first_collision_stops_it_and_later_segments_count_on():
+def test_first_collision_ends_the_check_unless_it_counts():
     path = [(0, 0, 9), (4, 0, 9), (4, 4, 9), (0, 4, 9)]
     terrain = flat(PARALLEL, c4_2=20, c4_3=20, c2_4=63)
     hit = {"segment": 1, "x": 4, "y": 2, "coarse": False, "cells": 5 + 3}
@@ -171,8 +171,8 @@ def test_a_waypoint_in_the_ground_counts_in_both_its_segments():
     assert check_path(PARALLEL, terrain, path, count=True).entries == ((0, 1, 0), (1, 1, 0))
 
 
-def test_blocked_cells_are_told_apart_from_terrain():
-    """The top altitude is no terrain, however high the path; one step below is."""
+def test_blocked_cells_differ_from_terrain():
+    """The top altitude blocks paths at any height; one step below is terrain."""
     path = [(0, 0, 63), (7, 0, 63)]
     terrain = flat(PARALLEL, c2_0=63, c3_0=62, c5_0=63)
     assert check_path(PARALLEL, terrain, path, count=True).entries == ((0, 0, 2),)
@@ -180,14 +180,14 @@ def test_blocked_cells_are_told_apart_from_terrain():
     assert check_path(PARALLEL, terrain, lower, count=True).entries == ((0, 1, 2),)
 
 
-def test_the_third_segment_goes_to_the_coarse_map():
-    """Free in every detailed cell, it still meets the peak beside it in its block."""
+def test_third_segment_uses_the_coarse_map():
+    """The segment is clear in every detailed cell but collides with the peak of its block."""
     path = [(0, 0, 9), (1, 0, 9), (2, 0, 9), (9, 0, 9), (15, 0, 9)]
     terrain = flat(TWO_TIER, c10_3=30, c1_1=30)
     assert check_path(PARALLEL, terrain, path) == Verdict(
         False, True, 0, 0, 0, False, cells=2 + 2 + 8 + 7
     )
-    # The block of c1_1 is the one that the third segment leaves.
+    # The third segment starts in the block of c1_1.
     assert check_path(TWO_TIER, terrain, path) == Verdict(
         True, False, 2, 0, 0, coarse=True, cells=2 + 2 + 1
     )
@@ -204,7 +204,7 @@ def test_the_third_segment_goes_to_the_coarse_map():
     )
 
 
-def test_a_coarse_segment_in_one_block_is_there_at_its_lower_end():
+def test_a_coarse_segment_in_one_block_has_its_lower_altitude():
     path = [(0, 0, 9), (1, 0, 9), (4, 0, 9), (7, 3, 5)]
     assert to_coarse(TWO_TIER, path[2]) == (1, 0, 9)
     assert check_path(TWO_TIER, flat(TWO_TIER, c5_2=4), path).clear
@@ -222,14 +222,14 @@ def test_a_coarse_segment_in_one_block_is_there_at_its_lower_end():
         ([(0, 0, 0), (0, 0, 16)], r"^A point must lie within .*, not \(0, 0, 16\)$"),
     ],
 )
-def test_what_is_no_path(points, sentence):
+def test_refuses_bad_paths(points, sentence):
     with pytest.raises(ValueError, match=sentence):
         check_points(TINY, points)
     with pytest.raises(ValueError, match=sentence):
         check_path(TINY, TerrainModel(TINY), points)
 
 
-def test_a_chip_without_a_checker_checks_nothing():
+def test_refuses_a_chip_without_a_checker():
     config = Config(checker=CheckerBuild.NONE)
     with pytest.raises(ValueError, match=r"^Config.checker must name a build, not 'none'$"):
         check_path(config, TerrainModel(config), [(0, 0, 0), (1, 1, 1)])
@@ -238,9 +238,9 @@ def test_a_chip_without_a_checker_checks_nothing():
 # --- Cycles of the paper -------------------------------------------------------------------------
 
 
-def test_the_clocks_of_the_papers_tables_and_text():
+def test_cycles_of_the_papers_tables_and_text():
     assert paper_cycles(cells=55 + 100 + 6, segments=3) == 171
-    # Section 5.1.3: 392 cells in 14 further segments take the 3.5 us of 8 ns left of 5 us.
+    # Section 5.1.3: 392 cells in 14 further segments take the remaining 3.5 of 5 us, 8 ns each.
     further = paper_cycles(cells=55 + 100 + 6 + 392, segments=17) - paper_cycles(161, 3)
     assert further == 392 + 14 * 3
     assert further <= 3.5e-6 / 8e-9

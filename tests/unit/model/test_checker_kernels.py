@@ -21,7 +21,7 @@ PAIRS = list(itertools.product(CELLS, repeat=2))
 
 @st.composite
 def checks(draw):
-    """A configuration, its ground, and up to four paths."""
+    """Draw a configuration, its ground, and up to four paths."""
     config = Config(
         max_waypoints=draw(st.integers(3, 6)),
         map_size=draw(st.sampled_from((8, 16, 32))),
@@ -49,7 +49,7 @@ def test_matches_the_definition(case, count):
 @pytest.mark.parametrize("count", [False, True])
 @pytest.mark.parametrize("tier", ["detailed", "coarse"])
 def test_every_segment_of_a_small_map(tier, count):
-    """As the first segment of a path, and as the third, whose ends are then coarse cells."""
+    """Each is the first segment of a path, or the third, whose ends are coarse cells."""
     terrain = ground(TINY, np.random.default_rng(5), peaks=0.1, blocked=0.05)
     before = [] if tier == "detailed" else [(0, 0, 15), (0, 0, 15)]
     paths = [
@@ -75,7 +75,7 @@ def test_random_paths_on_the_full_map(build, count):
 
 
 def test_a_hundred_thousand_segments():
-    """One-segment paths of a 512 map, which go to the detailed map in every build."""
+    """Paths of one segment on a map of 512, which every build checks in the detailed map."""
     rng = np.random.default_rng(7)
     terrain = ground(FULL, rng)
     for _ in range(5):
@@ -83,7 +83,7 @@ def test_a_hundred_thousand_segments():
         expected = closed_form(FULL, terrain, batch)
         assert_same(check_batch(FULL, terrain, batch, count=True), expected)
         assert_same(check_batch(FULL, terrain, batch), expected)
-        # Neither verdict is rare.
+        # Both verdicts are frequent.
         assert 0.2 < expected.collision.mean() < 0.8
 
 
@@ -98,11 +98,11 @@ def test_the_formula_matches_on_whole_paths(build):
     assert expected.coarse.any() == (build is CheckerBuild.TWO_TIER)
 
 
-def test_no_path_is_no_verdict():
+def test_an_empty_batch_has_no_verdicts():
     assert check_paths(TINY, TerrainModel(TINY), []) == []
 
 
-def test_what_is_no_path():
+def test_refuses_bad_batches():
     terrain = TerrainModel(TINY)
     with pytest.raises(ValueError, match=r"^A path must have from 2 to 6 points, not 1$"):
         Batch.of(TINY, [[(0, 0, 1), (1, 1, 1)], [(0, 0, 1)]])

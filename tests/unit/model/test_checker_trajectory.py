@@ -1,4 +1,4 @@
-"""The testing trajectory agrees with the paper's (*allaire two-tier*, section 4)."""
+"""The testing trajectory has the properties of the paper's (*allaire two-tier*, section 4)."""
 
 import itertools
 
@@ -48,7 +48,7 @@ def test_the_map_is_the_canyon_with_a_blocked_border(terrain):
     assert np.array_equal(canyon, canyon_map())
 
 
-def test_its_segments_have_the_papers_cells():
+def test_segments_have_the_papers_cells():
     assert [segment_cells(*segment) for segment in SEGMENTS] == [55, 100, 94]
     assert segment_cells(*(to_coarse(FULL, point) for point in THIRD)) == 6
     # The first two cover about 2,500 m of cells of 16 m.
@@ -56,8 +56,8 @@ def test_its_segments_have_the_papers_cells():
     assert sum(lengths) * 16 == pytest.approx(2500, rel=0.2)
 
 
-def test_it_is_free_in_every_detailed_cell(terrain):
-    """And goes close to the ground, yet not so close that a rounding could decide."""
+def test_is_clear_in_every_detailed_cell(terrain):
+    """It passes close to the ground, but not so close that rounding could matter."""
     lowest = min(min(clearances(terrain.heights, segment)) for segment in SEGMENTS)
     assert 20 < lowest < 30
     parallel = FULL.replace(checker=CheckerBuild.PARALLEL)
@@ -65,7 +65,7 @@ def test_it_is_free_in_every_detailed_cell(terrain):
     assert verdict == Verdict(False, True, 0, 0, 0, False, cells=55 + 100 + 94)
 
 
-def test_its_third_segment_meets_the_mountain_in_its_sixth_coarse_cell(terrain):
+def test_third_segment_hits_the_mountain_in_its_sixth_coarse_cell(terrain):
     *before, at_the_goal = coarse_clearances(terrain, THIRD)
     assert len(before) == 5
     assert min(before) > 20
@@ -80,18 +80,18 @@ def test_its_third_segment_meets_the_mountain_in_its_sixth_coarse_cell(terrain):
     ("build", "lanes", "most"),
     [("two-tier", 1, 171), ("parallel", 8, 44), ("parallel", 16, 30)],
 )
-def test_no_build_takes_more_clocks_than_promised(terrain, build, lanes, most):
+def test_no_build_exceeds_its_cycles(terrain, build, lanes, most):
     config = FULL.replace(checker=build, lanes=lanes)
     [(cycles, reads)] = batch_cycles(config, terrain, [TESTING_TRAJECTORY])
     assert cycles <= most
     assert reads == check_path(config, terrain, TESTING_TRAJECTORY).cells
 
 
-def test_a_chip_without_a_checker_has_no_clocks(terrain):
+def test_a_chip_without_a_checker_has_no_cycles(terrain):
     with pytest.raises(ValueError, match=r"^Config.checker must name a build, not 'none'$"):
         batch_cycles(Config(checker=CheckerBuild.NONE), terrain, [TESTING_TRAJECTORY])
 
 
-def test_it_takes_the_papers_clocks(terrain):
+def test_takes_the_papers_cycles(terrain):
     verdict = check_path(FULL, terrain, TESTING_TRAJECTORY)
     assert paper_cycles(verdict.cells, segments=verdict.segment + 1) == 171

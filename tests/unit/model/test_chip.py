@@ -1,4 +1,4 @@
-"""Model of the whole chip: rules of the order of commands, and requests that break them."""
+"""Model of the whole chip: the order of commands, and requests that break its rules."""
 
 import random
 
@@ -41,7 +41,7 @@ GOOD_START = START.pack(seed=0x0123456789ABCDEF, x=15, y=3, altitude=14, avoid_g
 
 
 def ask(chip, body, *, plain=False):
-    """Return the body of the one answer to ``body``, or None."""
+    """Return the body of the reply to ``body``, or None."""
     answers = FrameSplitter().feed(chip.feed(encode_frame(bytes(body), plain=plain)))
     if not answers:
         return None
@@ -52,7 +52,7 @@ def ask(chip, body, *, plain=False):
 
 
 class Session:
-    """A host that numbers its commands and expects each to be executed."""
+    """Host that numbers its commands and expects each to be executed."""
 
     def __init__(self, config=SMALL):
         self.chip = ChipModel(config)
@@ -71,7 +71,7 @@ def host():
     return Session()
 
 
-def test_information_comes_plain_and_without_a_session():
+def test_info_is_plain_and_needs_no_session():
     chip = ChipModel(SMALL)
     for session in (0, 1):
         answer = ask(chip, (99, 7, Command.INFO), plain=True)
@@ -84,8 +84,8 @@ def test_information_comes_plain_and_without_a_session():
 
 
 @pytest.mark.parametrize(("code", "payload", "status"), refusals(SMALL, ORDER))
-def test_refused(host, code, payload, status):
-    """A refusal is answered and remembered, uses no sequence number, and changes nothing."""
+def test_refuses_bad_requests(host, code, payload, status):
+    """A refusal gets a reply and is recorded, but uses no sequence number and changes nothing."""
     host(Command.WRITE, b"\0" + pack_paths(SMALL, random_paths(SMALL, random.Random(1))))
     before = [list(path) for path in host.chip.core.paths]
     answer = ask(host.chip, bytes((1, host.sequence, code)) + payload)
@@ -156,7 +156,7 @@ def test_repeated_commands_change_nothing(host):
     assert chip.core.generation == 1
 
 
-def test_generations_are_those_of_the_core(host):
+def test_generations_match_the_core(host):
     rng = random.Random(3)
     core = Core(SMALL)
     core.start(0x0123456789ABCDEF, Limits(15, 3, 14))
@@ -190,7 +190,7 @@ def test_generations_are_those_of_the_core(host):
     assert unpack_paths(SMALL, host(Command.READ, slots)) == core.paths[2:7]
 
 
-def test_status_tells_the_states_and_the_latest_cycles(host):
+def test_status_has_the_states_and_the_latest_cycles(host):
     host(Command.WRITE, b"\0" + pack_paths(SMALL, [[1] * 5] * 8))
     host(Command.GENERATE, bytes((LinkMode.RANK, *ORDER)))
     told = status_reply(SMALL).unpack(host(Command.STATUS))
@@ -211,7 +211,7 @@ def test_counters(host):
     assert before["longest"] == 9
     assert before["refused_mutations"] == 1  # No path of 5 can grow.
     after = counters_reply(SMALL).unpack(host(Command.COUNTERS))
-    # COBS adds 2 bytes to the 3 of the header and the 4 of the CRC.
+    # Header 3, CRC 4, COBS 2 bytes.
     assert after["bytes_received"] - before["bytes_received"] == 9
     assert after["bytes_sent"] - before["bytes_sent"] == 9 + counters_reply(SMALL).size
     assert after["receive"] - before["receive"] == 9 * 10 * SMALL.clocks_per_bit
@@ -219,7 +219,7 @@ def test_counters(host):
     assert set(after) == set(Counter)
 
 
-def test_the_longest_generation_is_counted_from_the_start(host):
+def test_longest_generation_restarts_with_start(host):
     longest = []
     for length in (5, 2):
         host(Command.START, GOOD_START)
@@ -230,7 +230,7 @@ def test_the_longest_generation_is_counted_from_the_start(host):
 
 
 def by_the_rules(chip, body, plain, open_session, expected):
-    """Feed ``body``; check its answer, and return the session and number expected next."""
+    """Feed ``body``, check the reply, and return the next session and sequence number."""
     session, sequence, code = body[:3]
     answer = ask(chip, body, plain=plain)
     if plain:
@@ -279,12 +279,12 @@ bodies = st.builds(
 
 
 @given(st.lists(st.tuples(bodies, st.booleans() | st.just(False)), max_size=30))
-def test_any_bodies_are_answered_by_the_rules(script):
+def test_replies_to_any_bodies_by_the_rules(script):
     chip = ChipModel(SMALL)
     state = 0, 0
     for body, plain in script:
         state = by_the_rules(chip, body, plain, *state)
-    # It can be used as before.
+    # The chip works as before.
     session = (state[0] + 1) % 256
     assert ask(chip, (session, 0, Command.OPEN)) == bytes((session, 0, Status.OK))
     whole = read_request(SMALL).pack(slot=0, count=8)
@@ -293,7 +293,7 @@ def test_any_bodies_are_answered_by_the_rules(script):
 
 
 @given(st.lists(st.binary(max_size=40), max_size=20))
-def test_any_bytes_leave_it_answering(pieces):
+def test_replies_after_any_bytes(pieces):
     chip = ChipModel(SMALL)
     for piece in pieces:
         chip.feed(piece)
@@ -305,7 +305,7 @@ def test_any_bytes_leave_it_answering(pieces):
     assert body[:3] == bytes((0, 0, Status.OK))
 
 
-def test_bodies_may_come_in_pieces():
+def test_accepts_bodies_in_pieces():
     chip, other = ChipModel(SMALL), ChipModel(SMALL)
     data = b"".join(encode_frame(bytes((0, sequence, Command.READ, 0, 3))) for sequence in range(5))
     whole = chip.feed(data)

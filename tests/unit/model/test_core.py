@@ -59,7 +59,7 @@ def test_crossover_keeps_lengths_and_waypoints(parents):
     assert Counter(waypoint for child in children for waypoint in child) == Counter(2 * flat)
 
 
-def test_parent_paired_with_itself_returns():
+def test_parent_paired_with_itself_is_its_child():
     assert crossover([[1, 2, 3], [1, 2, 3]]) == [[1, 2, 3]] * 4
 
 
@@ -174,7 +174,7 @@ def test_new_waypoints_stay_in_the_box_and_the_limits():
 
 
 def flat(config, altitude):
-    """A map all of whose cells are at one altitude."""
+    """Return a map of one altitude."""
     terrain = TerrainModel(config)
     terrain.write(0, 0, [[altitude] * config.map_size] * config.map_size)
     return terrain
@@ -189,7 +189,7 @@ def test_mutations_above_the_ground_by_hand():
         survivors=tuple(range(2, 10)),
         children=(2, 4, 6, 7, 9),
         waypoints=(0, 21846, 0, 0, 0),
-        # Of the first candidate of the three, of their second, of their third.
+        # Offsets of the first candidates of the three mutators, then of the second and third.
         offsets=(
             *((0, 0, 1), (1, 0, 0), (0, 0, 0)),
             *((0, 0, 2), (-1, 0, 0), (0, 0, -9)),
@@ -212,13 +212,13 @@ def test_mutations_above_the_ground_by_hand():
                 assert mutated.waypoint >> 18 == altitude
                 assert mutated.waypoint in children[child]
         redraws = [mutated.redraws for mutated in done]
-        # At the ground is in it: the third candidate of the second mutator, at 0 over 0, too.
+        # A candidate at the ground's altitude is rejected, as the third of mutator 2, 0 over 0.
         assert redraws == ([1, 2, 2, 0, 0] if avoid_ground else [0] * 5)
 
 
 @pytest.mark.parametrize("redraws", [0, 2, 7])
-def test_first_candidates_are_those_without_a_map(redraws):
-    """Where the ground does not matter, and where no ground is high enough to matter."""
+def test_first_candidates_equal_those_without_a_map(redraws):
+    """Without avoidance, and over ground too low to matter."""
     config = WITH_MAP.replace(redraws=redraws)
     rng = random.Random(13)
     limits = Limits(400, 511, 4000)
@@ -228,7 +228,7 @@ def test_first_candidates_are_those_without_a_map(redraws):
         for _ in range(30):
             draws = core._draws
             paths = random_paths(config, rng)
-            # No altitude comes near 0.
+            # No altitude is near 0.
             paths = [[waypoint | 1 << 29 for waypoint in path] for path in paths]
             core.paths = paths
             order = rng.sample(range(32), 32)
@@ -242,7 +242,7 @@ def test_first_candidates_are_those_without_a_map(redraws):
 
 
 def test_no_new_waypoint_in_the_ground():
-    """Random maps: whatever is applied is above them, and the first such candidate at that."""
+    """On random maps, a mutation applies the first candidate above the ground."""
     config = WITH_MAP
     rng = random.Random(14)
     terrain = TerrainModel(config)
@@ -274,7 +274,7 @@ def test_no_new_waypoint_in_the_ground():
     ("length", "altitude", "cycles"), [(2, 0, 13), (2, 4095, 19), (16, 0, 20), (16, 4095, 20)]
 )
 def test_cycles_with_a_map(length, altitude, cycles):
-    """Three candidates or nine, one a cycle, and ten more; or four more than the longest path."""
+    """A generation takes a cycle per candidate and ten more, or four more than the longest path."""
     core = Core(WITH_MAP, flat(WITH_MAP, altitude))
     core.start(1, core.limits, avoid_ground=True)
     core.paths = [[waypoint(i, i, 2000) for i in range(length)] for _ in range(32)]
@@ -284,20 +284,20 @@ def test_cycles_with_a_map(length, altitude, cycles):
     assert done.crossover_cycles + done.mutation_cycles + done.update_cycles == cycles
 
 
-def test_a_map_where_there_is_none():
+def test_refuses_a_map_without_a_checker():
     with pytest.raises(ValueError, match=r"^Config\.checker must be none without a map and not"):
         Core(WITHOUT_MAP, TerrainModel(WITH_MAP))
 
 
 @pytest.mark.parametrize("config", [WITHOUT_MAP, WITH_MAP], ids=["no map", "map"])
-def test_draws_depend_on_seed_and_generation_alone(config):
+def test_draws_depend_only_on_seed_and_generation(config):
     rng = random.Random(9)
     one, other = (
         Core(config, None if config.checker is CheckerBuild.NONE else TerrainModel(config))
         for _ in range(2)
     )
     for core in (one, other):
-        # Whether candidates are refused, and how many it takes, draws nothing more or less.
+        # The number of rejected candidates does not change the draws.
         core.start(1234, core.limits, avoid_ground=core is one)
     other.paths = random_paths(config, rng)
     order = list(range(32))

@@ -22,13 +22,13 @@ KEYS = st.integers(0, (1 << 80) - 1)
 
 
 def keystream(generator, size):
-    """Return bytes as the cipher's authors print them: each takes its bits lowest first."""
+    """Return bytes as the cipher's authors print them, lowest bit first."""
     bits = "".join(f"{generator.step():0{WORD_BITS}b}" for _ in range(size * 8 // WORD_BITS))
     return bytes(int(bits[i : i + 8][::-1], 2) for i in range(0, size * 8, 8))
 
 
 def test_published_vector():
-    """Key and IV as bytes have their highest bit in s_80 and s_173: eSTREAM, set 1, vector 0."""
+    """eSTREAM, set 1, vector 0, with the highest bits of key and IV in s_80 and s_173."""
     expected = (
         "38EB86FF730D7A9CAF8DF13A4420540DBB7B651464C87501552041C249F29A64"
         "D2FBF515610921EBE06C8F92CECF7F8098FF20CCCC6A62B97BE8EF7454FC80F9"
@@ -37,7 +37,7 @@ def test_published_vector():
 
 
 def trivium_by_bit(key, iv):
-    """The cipher as its specification writes it, one bit a time, s_1 first."""
+    """Yield bits of the cipher as its specification defines it, s_1 first."""
     s = [key >> i & 1 for i in range(80)] + [0] * 13
     s += [iv >> i & 1 for i in range(80)] + [0] * 4
     s += [0] * 108 + [1] * 3
@@ -69,9 +69,9 @@ def bit(register, i):
 
 
 def step_back(state):
-    """Undo one bit of the cipher: the inverse of its update, which so loses no state."""
+    """Undo a bit of the cipher, which shows that its update loses no state."""
     a, b, c = state
-    # What entered a register last, without the terms still in sight, is the bit another one lost.
+    # The latest bit of a register, without the terms still present, is the bit that another lost.
     a_last = b & 1 ^ bit(a, 67) ^ bit(a, 92) & bit(a, 93) ^ bit(b, 79)
     b_last = c & 1 ^ bit(b, 70) ^ bit(b, 83) & bit(b, 84) ^ bit(c, 88)
     c_last = a & 1 ^ bit(c, 67) ^ bit(c, 110) & bit(c, 111) ^ bit(a, 70)
@@ -81,7 +81,7 @@ def step_back(state):
 @settings(deadline=None)
 @given(KEYS, KEYS)
 def test_never_stuck(key, iv):
-    """Every step can be undone, back to the loaded state, which is not 0."""
+    """Every step can be undone back to the loaded state, which is not 0."""
     generator = Trivium(key, iv)
     state = generator.state
     generator.step()
@@ -96,15 +96,15 @@ def test_never_stuck(key, iv):
 
 
 def test_lanes():
-    """The seed is the key of every lane, the lane's number its IV."""
+    """The seed is the key of every lane, the lane's number is its IV."""
     lanes = [Trivium(0xDEADBEEF, lane) for lane in range(LANES)]
     source = RandomSource(0xDEADBEEF)
     for _ in range(5):
         assert source.step() == tuple(lane.step() for lane in lanes)
 
 
-def test_near_seeds_share_nothing():
-    """Half of the bits differ between any two lanes of near seeds, from the first word on."""
+def test_near_seeds_are_independent():
+    """Half the bits differ between any two lanes of near seeds, from the first word on."""
     words = [word for seed in range(64) for word in RandomSource(seed).step()]
     distances = [
         (first ^ second).bit_count() for i, first in enumerate(words) for second in words[:i]
@@ -150,7 +150,7 @@ def test_stream_writes_the_words_in_port_order():
     expected = [word.to_bytes(8, "little") for _ in range(100) for word in source.step()]
     assert written[: 100 * LANES * 8] == b"".join(expected)
     assert written == RandomStream(123).words(size // (LANES * 8)).tobytes()
-    # Its reader has had enough: that is no error.
+    # The reader closes the pipe, which is no error.
     assert (process.returncode, complaint) == (0, b"")
 
 

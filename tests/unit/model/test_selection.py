@@ -24,12 +24,12 @@ BY_RANK = Config(survivor_selection=SurvivorSelection.RANK)
 LARGE = Config(population=256, children=240, elites=8)
 WITH_MAP = Config()
 
-#: Below this a sample is taken to contradict its distribution. Seeds are fixed: no test is flaky.
+#: A sample with a smaller p contradicts its distribution. Seeds are fixed, so no test is flaky.
 P_VALUE = 1e-4
 
 
 class Script:
-    """A source that gives chosen words, zeros once they are spent, and counts its steps."""
+    """Source of chosen words and then zeros that counts its steps."""
 
     def __init__(self, words=()):
         self._words = iter(words)
@@ -41,7 +41,7 @@ class Script:
 
 
 class Stream:
-    """The real source, by way of its compiled twin."""
+    """The real source, in its compiled form."""
 
     def __init__(self, seed, steps):
         self._words = map(tuple, RandomStream(seed).words(steps).tolist())
@@ -51,7 +51,7 @@ class Stream:
 
 
 def sample(config, seed, generations):
-    """Return parents, survivors, children, waypoints and offsets, each with a row a generation."""
+    """Return parents, survivors, children, waypoints and offsets, a row per generation each."""
     unit, source = Selection(config), Stream(seed, generations * config.draw_steps)
     draws = [unit.draw(source) for _ in range(generations)]
     names = ("parents", "survivors", "children", "waypoints", "offsets")
@@ -64,7 +64,7 @@ def default_sample():
 
 
 def frequencies(total, bits):
-    """Return of how many raw draws each ``raw * total >> bits`` is the result."""
+    """Return the number of raw draws that give each ``raw * total >> bits``."""
     borders = [-(-(result << bits) // total) for result in range(total + 1)]
     return np.diff(borders)
 
@@ -75,10 +75,10 @@ def linear_ranking(total):
 
 
 def assert_follows(counts, weights):
-    """Chi-square test of counts against probabilities proportional to ``weights``."""
+    """Assert by a chi-square test that counts follow ``weights``."""
     counts, weights = np.ravel(counts), np.ravel(np.asarray(weights, dtype=float))
     expected = weights / weights.sum() * counts.sum()
-    # Cells too rare for the test's distribution count as one.
+    # Cells too rare for the test are merged.
     rare = expected < 5
     if rare.any():
         counts = np.append(counts[~rare], counts[rare].sum())
@@ -95,7 +95,7 @@ def pairs(first, second, total):
 
 @pytest.mark.parametrize("config", [TINY, DEFAULT, LARGE], ids=["8", "32", "256"])
 def test_parents_have_the_published_distribution(config):
-    """Every pair of uniform draws once: rank r comes from 2 (N - r) - 1 of them, exactly."""
+    """Of all pairs of uniform draws exactly 2 (N - r) - 1 give rank r."""
     layout, total = RandomWordLayout(config), config.population
     unit = Selection(config)
     words = [
@@ -109,8 +109,8 @@ def test_parents_have_the_published_distribution(config):
     assert np.bincount(ranks, minlength=total).tolist() == linear_ranking(total).tolist()
 
 
-def test_distinct_draw_stands_for_every_number_left_once():
-    """After any four of 22 numbers, or fewer."""
+def test_distinct_draw_gives_every_remaining_number_once():
+    """The claim holds after any draws of up to four of 22 numbers."""
     _visit(DistinctDraw(22), list(range(22)), depth=4, latest=-1)
 
 
@@ -122,7 +122,7 @@ def _visit(pool, left, depth, latest):
             _visit(following, left[:draw] + left[draw + 1 :], depth - 1, number)
 
 
-def test_distinct_draw_until_none_is_left():
+def test_distinct_draw_can_exhaust_the_numbers():
     rng = random.Random(3)
     for _ in range(200):
         order, left = rng.sample(range(30), 30), list(range(30))
@@ -135,8 +135,8 @@ def test_distinct_draw_until_none_is_left():
 
 
 @pytest.mark.parametrize("unit", ["children", "survivors"])
-def test_raw_draws_are_scaled_to_those_left(unit):
-    """The first and the last raw draw of every number; between them it cannot be another."""
+def test_scales_raw_draws_to_the_remaining_numbers(unit):
+    """The first and the last raw draw of every number give it, so those between do as well."""
     layout = RandomWordLayout(DEFAULT)
     lane, (low, high), lowest, total, count = {
         "children": (1, layout.child, 0, 22, 5),
@@ -147,7 +147,7 @@ def test_raw_draws_are_scaled_to_those_left(unit):
         ends = np.cumsum([0, *frequencies(total - k, 24)]).tolist()
         for draw, (first, stop) in enumerate(itertools.pairwise(ends)):
             for raw in (first, stop - 1):
-                # Earlier draws of 0 have taken the k lowest numbers.
+                # Earlier draws of 0 removed the k lowest numbers.
                 words = [(0, 0)] * k
                 words.append((raw << low, 0) if lane == 0 else (0, raw << low))
                 drawn = getattr(Selection(DEFAULT).draw(Script(words)), unit)
@@ -156,9 +156,9 @@ def test_raw_draws_are_scaled_to_those_left(unit):
 
 @pytest.mark.parametrize(("total", "count"), [(22, 5), (30, 8)], ids=["children", "survivors"])
 def test_ordered_choices_are_equally_likely(total, count):
-    """The likeliest and the least likely are both within 1e-4 of their even share.
+    """The most and the least likely choice are within 1e-4 of the mean.
 
-    With the tests above: a choice is a sequence of draws, whose probabilities multiply.
+    A choice is a sequence of draws, tested above, whose probabilities multiply.
     """
     likeliest = least = Fraction(1)
     for left in range(total, total - count, -1):
@@ -172,8 +172,8 @@ def test_ordered_choices_are_equally_likely(total, count):
 
 
 @pytest.mark.parametrize("config", [TINY, DEFAULT, BY_RANK, LARGE, WITH_MAP])
-def test_steps_depend_on_nothing_drawn(config):
-    """So the state at the start of a generation is a function of the seed and its number."""
+def test_steps_do_not_depend_on_draws(config):
+    """So the state at the start of a generation depends only on the seed and its number."""
     unit = Selection(config)
     ones = (1 << 64) - 1
     for words in ([], [(ones, ones)] * config.draw_steps, [(ones, 0), (0, ones)]):
@@ -205,13 +205,13 @@ def test_extreme_words_stay_in_range():
     assert highest.offsets == ((38, 38, 307),) * 3
 
 
-def test_candidates_come_in_rounds_after_all_else():
-    """A step each; what comes before them is that of a chip without a map."""
+def test_candidates_come_in_rounds_after_all_other_draws():
+    """A round takes a step; the draws before are those of a chip without a map."""
     assert (DEFAULT.candidates, DEFAULT.draw_steps) == (1, 11)
     for redraws, steps in ((0, 11), (1, 11), (2, 14), (7, 29)):
         config = WITH_MAP.replace(redraws=redraws)
         assert (config.candidates, config.draw_steps) == (1 + redraws, steps)
-        # The offset in x of step i of the highest words: i cells from the lowest.
+        # Offsets in x at step i of the highest words: i cells from the lowest.
         scale = (1 << 16) // 77 + 1
         words = [(i, (i * scale) << RandomWordLayout(config).offsets[0][0]) for i in range(steps)]
         drawn = Selection(config).draw(Script(words))
@@ -233,7 +233,7 @@ def test_parents(default_sample):
 
 
 def test_parents_are_independent(default_sample):
-    """Pairs of one generation, and pairs of successive ones, against the product."""
+    """Pairs of a generation, and of successive generations, follow the product."""
     ranks = default_sample["parents"]
     weights = np.outer(linear_ranking(32), linear_ranking(32))
     assert_follows(pairs(ranks[:, 0:10:2], ranks[:, 1:11:2], 32), weights)
@@ -282,8 +282,8 @@ def test_offsets(default_sample):
             assert_follows(counts, frequencies(2 * box + 1, 16))
 
 
-def test_candidates_are_independent_of_each_other():
-    """Every candidate has the distribution of the first, whatever that of the round before is."""
+def test_candidates_are_independent():
+    """Every candidate has the distribution of the first, given the round before."""
     x = sample(WITH_MAP, seed=2024, generations=4_000)["offsets"][:, :, 0]
     assert x.shape == (4_000, 9)
     for column in x.T:
@@ -293,8 +293,8 @@ def test_candidates_are_independent_of_each_other():
     assert_follows(pairs(coarse[:, :6], coarse[:, 3:], 7), np.outer(shares, shares))
 
 
-def test_units_are_independent_of_each_other(default_sample):
-    """What shares a word, and what shares a step, is not tied together."""
+def test_units_are_independent(default_sample):
+    """Draws that share a word or a step are independent."""
     first = {name: values[:, 0] for name, values in default_sample.items() if name != "offsets"}
     coarse = {
         "parents": (first["parents"] // 4, linear_ranking(32).reshape(8, 4).sum(axis=1)),
@@ -308,7 +308,7 @@ def test_units_are_independent_of_each_other(default_sample):
 
 
 def test_every_ordered_choice_of_a_small_size():
-    """Three children of four, in all 24 orders; survivors two of six, in all 30."""
+    """All 24 orders of three of four children, all 30 of two of six survivors."""
     drawn = sample(TINY, seed=77, generations=10_000)
     for name, lowest, total in (("children", 0, 4), ("survivors", 2, 6)):
         times = Counter(map(tuple, (drawn[name] - lowest).tolist()))
@@ -317,7 +317,7 @@ def test_every_ordered_choice_of_a_small_size():
 
 
 def test_survivors_by_rank_of_a_small_size():
-    """Every ordered choice of two of six: linear ranking of six, then of the five left."""
+    """Ordered choices of two of six: linear ranking of six, then of the remaining five."""
     config = TINY.replace(survivor_selection=SurvivorSelection.RANK)
     drawn = sample(config, seed=78, generations=10_000)
     times = Counter(map(tuple, (drawn["survivors"] - 2).tolist()))
@@ -334,7 +334,7 @@ def test_survivors_by_rank():
     survivors = sample(BY_RANK, seed=79, generations=6_000)["survivors"]
     assert all(len(set(row)) == 8 for row in survivors.tolist())
     assert_follows(np.bincount(survivors[:, 0], minlength=32)[2:], linear_ranking(30))
-    # The rank among those left follows the same law in every later draw.
+    # The rank among the remaining slots has the same distribution in every draw.
     for k in range(1, 8):
         below = (survivors[:, :k] < survivors[:, k : k + 1]).sum(axis=1)
         counts = np.bincount(survivors[:, k] - 2 - below, minlength=30 - k)
@@ -342,7 +342,7 @@ def test_survivors_by_rank():
 
 
 def test_first_generation_of_successive_seeds():
-    """Runs of seeds 0, 1, 2, ... are as good a sample as one long run."""
+    """Runs of seeds 0, 1, 2, ... are as good a sample as a long run."""
     unit = Selection(DEFAULT)
     draws = [unit.draw(RandomSource(seed)) for seed in range(3000)]
     ranks = np.array([draw.parents for draw in draws])
@@ -354,7 +354,7 @@ def test_first_generation_of_successive_seeds():
 
 
 def test_the_statistics_can_fail():
-    """A rank drawn with the usual off-by-one, and two parents that are one, are found out."""
+    """An off-by-one rank, and two equal parents, fail the tests."""
     rng = np.random.default_rng(1)
     uniform = rng.integers(0, 32, size=(2, 132_000))
     ranks = np.minimum(*uniform)

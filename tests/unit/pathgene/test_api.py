@@ -1,4 +1,4 @@
-"""The public API as a program uses it."""
+"""The public API, used as by a program."""
 
 import doctest
 import importlib
@@ -15,19 +15,19 @@ from host.cli import main
 from pathgene import InputError, JobError, PathgeneError, Problem, Terrain, Zone, check, plan
 
 
-#: Libraries that take long to import, or that some callers never need.
+#: Libraries that are slow to import or not always needed.
 HEAVY = ("numba", "scipy", "matplotlib", "rasterio")
 
 
 def heights():
-    """Heights (41, 61): hills of 150 m."""
+    """Return heights (41, 61): hills of 150 m."""
     y, x = np.mgrid[:41, :61]
     return 300 + 150 * np.sin(x / 8) * np.cos(y / 6)
 
 
 @pytest.fixture(scope="module")
 def problem():
-    """A flight of 6 km over the hills, around a zone."""
+    """Problem of a flight of 6 km over the hills, around a zone."""
     return Problem(
         Terrain.from_array(heights(), 100.0, name="hills"),
         (500, 500, 100),
@@ -38,7 +38,7 @@ def problem():
 
 
 def loaded_after(code):
-    """Those of the heavy libraries that a new process has imported after ``code``."""
+    """Return the heavy libraries that a new process has imported after ``code``."""
     code += f"\nimport sys\nprint(*({set(HEAVY)} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     return set(done.stdout.split())
@@ -61,7 +61,7 @@ def test_planning_draws_nothing():
     assert not loaded & {"matplotlib", "rasterio"}
 
 
-def test_every_name_is_there_and_documented():
+def test_every_name_exists_and_is_documented():
     assert set(pathgene.__all__) <= set(dir(pathgene))
     for name in pathgene.__all__:
         assert getattr(pathgene, name).__doc__, name
@@ -82,7 +82,7 @@ def test_docstrings_run():
     assert runner.tries > 0
 
 
-def test_plan_of_the_command_line_is_the_same(problem, tmp_path, capsys):
+def test_plan_equals_that_of_the_command_line(problem, tmp_path, capsys):
     file = tmp_path / "hills.npz"
     np.savez(file, elevation=heights(), dx_m=100.0, dy_m=100.0)
     arguments = ["--terrain", str(file), "--start", "500,500,100", "--goal", "5500,3500,100"]
@@ -154,7 +154,7 @@ def test_cancel_keeps_the_best_so_far(problem):
     assert found.evaluation == check(problem, found.path)
 
 
-def test_an_error_of_a_callback_comes_through(problem):
+def test_an_error_of_a_callback_propagates(problem):
     def progress(generation, best, mean):
         raise ZeroDivisionError("mine")
 
@@ -177,7 +177,7 @@ def test_an_error_of_a_callback_comes_through(problem):
         ([], {"board": "/dev/none"}, r"^No board can be opened at '/dev/none'"),
     ],
 )
-def test_bad_options(problem, arguments, options, message):
+def test_refuses_bad_options(problem, arguments, options, message):
     with pytest.raises(InputError, match=message):
         plan(problem, *arguments, **options)
 
@@ -191,7 +191,7 @@ def test_bad_options(problem, arguments, options, message):
         ([(0, 0, np.nan), (1, 1, 1)], r"^The path has a coordinate that is not a number"),
     ],
 )
-def test_bad_paths(problem, path, message):
+def test_refuses_bad_paths(problem, path, message):
     with pytest.raises(InputError, match=message):
         check(problem, path)
 

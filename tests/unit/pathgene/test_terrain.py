@@ -38,7 +38,7 @@ def test_from_array_with_a_place():
         ([["a", "b"]] * 2, 10, r"^terrain: the heights must be real numbers"),
     ],
 )
-def test_bad_arrays(elevation, cell_m, message):
+def test_refuses_bad_arrays(elevation, cell_m, message):
     with pytest.raises(InputError, match=message):
         Terrain.from_array(elevation, cell_m)
 

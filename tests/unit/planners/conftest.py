@@ -1,4 +1,4 @@
-"""A ridge with a gap, small enough for runs of milliseconds."""
+"""A ridge with a gap, small enough for searches of milliseconds."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ ZONES = (Circle(4500, 1800, 300),)
 
 
 def ridge(void=False):
-    """Heights (41, 61) at 100 m: a wall of 600 m across, with a gap in the north."""
+    """Return heights (41, 61) at 100 m: a wall of 600 m across, with a gap in the north."""
     elevation = np.full((41, 61), 100.0)
     elevation[:30, 28:33] = 600.0
     if void:
@@ -24,7 +24,7 @@ def ridge(void=False):
 
 @pytest.fixture
 def make_evaluator():
-    """Evaluator of a flight over the ridge; ``elevation`` replaces the ridge."""
+    """Function that makes the evaluator of a flight over the ridge or ``elevation``."""
 
     def make(elevation=None, zones=ZONES, **options):
         terrain = Terrain(
@@ -44,13 +44,13 @@ def make_evaluator():
 
 @pytest.fixture
 def evaluator(make_evaluator):
-    """The flight over the ridge, around one no-fly zone."""
+    """Evaluator of the flight over the ridge, around a no-fly zone."""
     return make_evaluator()
 
 
 @pytest.fixture
 def record():
-    """A progress callback, and the list ``seen`` of what it was called with."""
+    """Progress callback with a list ``seen`` of its arguments."""
 
     def progress(*values):
         progress.seen.append(list(values))

@@ -31,7 +31,7 @@ def test_box_reaches_over_ground_start_and_goal(make_evaluator):
         ((4500, 2160, 300), True),
     ],
 )
-def test_free(evaluator, point, free):
+def test_is_free(evaluator, point, free):
     assert Airspace(evaluator.problem).is_free(np.array([point]))[0] == free
 
 
@@ -76,7 +76,7 @@ def test_nothing_free_near_a_point_in_a_wall(make_evaluator):
 
 def test_refuses_a_map_without_free_ground(make_evaluator):
     problem = make_evaluator(zones=()).problem
-    # A problem refuses such zones around its ends, so that only its raster can say so.
+    # A problem refuses zones around its ends, so the test replaces its raster.
     everywhere = SimpleNamespace(
         terrain=problem.terrain,
         start=problem.start,

@@ -1,4 +1,4 @@
-"""The lowest altitudes, against scans of all altitudes and the evaluation."""
+"""The lowest altitudes against scans of all altitudes and the evaluation."""
 
 import itertools
 import math
@@ -17,7 +17,7 @@ from host.terrain import Terrain
 
 
 def rough(seed, relief_m=120.0, height_m=150.0):
-    """Random heights at 100 m, and a flight across."""
+    """Return a problem across random heights at 100 m."""
     heights = 300 + relief_m * np.random.default_rng(seed).random((41, 61))
     terrain = Terrain("rough", heights, 100.0, 100.0)
     start, goal = (
@@ -51,7 +51,7 @@ def test_the_path_is_flyable(seed, step_m, turn):
         assert np.array_equal(steps, np.round(steps))
 
 
-def test_no_other_altitudes_cost_less():
+def test_altitudes_are_optimal():
     problem = rough(5)
     evaluator = Evaluator(problem, threads=1)
     path = lowest(problem, [(1800, 2300), (3900, 2500)])
@@ -62,13 +62,13 @@ def test_no_other_altitudes_cost_less():
     penalty, cost = evaluator.penalty_cost(others, np.full(len(others), 4))
     flyable = penalty == 0
     assert flyable.sum() > 100
-    # The program leaves out how length and drag depend on slopes.
+    # The linear program neglects the effect of slopes on length and drag.
     assert best.cost < cost[flyable].min() + 2e-4
     assert best.cost > cost[flyable].min() - 0.01
 
 
 def test_steep_glides_are_not_free():
-    # From far above flat ground, altitude alone would be lost as fast as it may.
+    # By altitude alone, the path would descend as fast as allowed.
     terrain = Terrain("flat", np.zeros((41, 61)), 100.0, 100.0)
     problem = Problem(terrain, (300, 2000, 400), (5700, 2000, 400), aircraft.load("silver-fox"))
     evaluator, prices = Evaluator(problem, threads=1), Prices(problem)
@@ -99,10 +99,10 @@ def test_a_spike_between_samples_is_cleared():
     assert path[2, 2] == pytest.approx(260, abs=10)
 
 
-# The climb is 28.2 steps high, so that rounding alone makes it 29 for a fifth of these.
+# The climb is 28.2 steps high, so rounding alone makes it 29 for a fifth of the cases.
 @pytest.mark.parametrize("base_m", [0.0, 0.8, 1.6, 2.4, 3.2, 4.0, 4.8])
-def test_rounding_up_keeps_the_limits_of_climb(base_m):
-    # The waypoint before the wall is only as high as the climb to its top makes it.
+def test_rounding_up_keeps_the_climb_limit(base_m):
+    # The climb to the top of the wall determines the altitude of the waypoint before it.
     heights = np.full((41, 61), 100.0)
     heights[:, 20] = 400.0
     problem = Problem(
@@ -121,11 +121,11 @@ def test_rounding_up_keeps_the_limits_of_climb(base_m):
     assert (np.abs(rounded - exact)[:, 2] < 12).all()
 
 
-def test_an_arc_that_does_not_fit():
+def test_clears_an_arc_that_does_not_fit():
     assert lowest(rough(1), [(1500, 1500), (1550, 1500), (1550, 1600)]) is None
 
 
-def test_what_cannot_be_climbed_is_cleared_too_steeply():
+def test_clears_a_wall_too_steep_to_climb():
     problem = rough(2, relief_m=10.0)
     heights = problem.terrain.elevation.copy()
     heights[:, 10] = 700.0  # 400 m up in 700 m: 10 degrees are 123 m.

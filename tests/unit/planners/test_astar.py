@@ -27,7 +27,7 @@ def test_finds_the_gap_and_repeats_it(evaluator, record):
     assert evaluator.evaluate(first.path) == first.evaluation
     assert np.array_equal(first.path, again.path)
     assert first.history == again.history == record.seen
-    # The straight line, then four surfaces; the wall is no way to go low.
+    # The straight line, then four surfaces; low surfaces lead around the wall.
     assert [generation for generation, _, _ in first.history] == [0, 1, 2, 3, 4]
     assert (first.generations, first.stopped_by, first.hardware) == (4, "generations", None)
     assert 1 + 4 <= first.evaluations <= 1 + 4 * 5
@@ -45,14 +45,14 @@ def test_beats_the_genetic_algorithm_on_the_embedded_terrain():
     assert result.evaluation.fitness > 1.505
 
 
-def test_keeps_to_the_most_waypoints(evaluator):
+def test_keeps_the_maximum_of_waypoints(evaluator):
     for most in (1, 3, 16):
         result = AstarPlanner(max_waypoints=most).plan(evaluator, ALL)
         assert max(len(path) - 2 for _, path in result.archive) <= most
 
 
 @pytest.mark.parametrize("count", [0, 101])
-def test_refuses_a_number_of_waypoints(count):
+def test_refuses_bad_numbers_of_waypoints(count):
     with pytest.raises(InputError) as caught:
         AstarPlanner(max_waypoints=count)
     assert str(caught.value) == (
@@ -66,7 +66,7 @@ def test_refuses_a_population(evaluator):
     assert str(caught.value) == ("The planner astar has no population; leave out --population.")
 
 
-def test_level_ground_is_flown_straight(make_evaluator):
+def test_flies_straight_over_level_ground(make_evaluator):
     evaluator = make_evaluator(
         np.full((41, 61), 100.0), zones=(), start=(500, 700, 200), goal=(5500, 700, 200)
     )
@@ -79,7 +79,7 @@ def test_level_ground_is_flown_straight(make_evaluator):
     )
 
 
-def test_no_way_leaves_the_straight_line(make_evaluator):
+def test_returns_the_straight_line_without_a_way(make_evaluator):
     walls = tuple(Circle(3000, y, 300) for y in range(0, 4001, 400))
     evaluator = make_evaluator(zones=walls)
     result = AstarPlanner().plan(evaluator, ALL)
@@ -89,7 +89,7 @@ def test_no_way_leaves_the_straight_line(make_evaluator):
 
 
 def test_keeps_away_from_zones_when_hugging_them_fails():
-    # A wall as thin as a node, over whose end the turns are sharp.
+    # A wall of one node with sharp turns around its end.
     terrain = Terrain("plain", np.zeros((201, 201)), 10.0, 10.0)
     wall = Polygon(((995, 0), (1005, 0), (1005, 1100), (995, 1100)))
     evaluator = Evaluator(
@@ -126,11 +126,11 @@ def test_interrupt_returns_the_best_so_far(evaluator):
     assert result.evaluation.feasible
 
 
-def test_the_registry_knows_how_many_searches_there_are():
+def test_registry_has_the_number_of_searches():
     assert PLANNERS["astar"].generations == MOST_SEARCHES
 
 
-def test_voids_are_flown_around(make_evaluator):
+def test_flies_around_voids(make_evaluator):
     elevation = np.full((41, 61), 100.0)
     elevation[:25, 28:33] = np.nan
     result = AstarPlanner().plan(make_evaluator(elevation), ALL)

@@ -18,7 +18,7 @@ def paths_of(evaluator, *inner):
 
 
 def infeasible(count):
-    """Paths through the wall, each with a different first waypoint."""
+    """Return paths through the wall, each with a different first waypoint."""
     return [[(1500 + 7 * i, 600, 200), (4000, 650, 210)] for i in range(count)]
 
 
@@ -49,7 +49,7 @@ def test_options_check_themselves(change, sentence):
     assert str(caught.value) == sentence
 
 
-def test_goes_on_until_a_criterion_is_met(evaluator):
+def test_continues_until_a_criterion_is_met(evaluator):
     run = Run(evaluator, Options(generations=2, target_fitness=1.9))
     fitness = run.fitness(paths_of(evaluator, FREE))
     for generation in range(3):
@@ -88,7 +88,7 @@ def test_record_keeps_best_so_far_and_mean(evaluator, record):
     assert run.evaluations == 4
 
 
-def test_keeps_what_others_have_evaluated(evaluator, record):
+def test_keeps_candidates_evaluated_elsewhere(evaluator, record):
     run = Run(evaluator, Options(), progress=record)
     paths = paths_of(evaluator, FREE, *infeasible(2))
     values = evaluator.fitness(np.stack(paths), np.full(3, 4))
@@ -141,7 +141,7 @@ def test_full_archive_keeps_the_best(evaluator, monkeypatch):
 
 
 def test_chooses_the_best_that_is_feasible_between_the_samples(make_evaluator):
-    # A spike one node wide, between two samples 40 m apart: only the fine samples see it.
+    # A spike one node wide between two samples 40 m apart, which only fine samples hit.
     evaluator = make_evaluator(np.full((41, 61), 100.0), zones=(), ds_m=900.0)
     problem = evaluator.problem
     ground = problem.terrain.elevation.copy()

@@ -1,4 +1,4 @@
-"""Collisions counted by the board's checker as a part of the fitness, over the software model."""
+"""Collisions counted by the board's checker for the fitness, on the software model."""
 
 from contextlib import nullcontext
 
@@ -24,7 +24,7 @@ BUILDS = [build for build in CheckerBuild if build is not CheckerBuild.NONE]
 
 
 def chip_config(build):
-    """A chip whose map is just large enough."""
+    """Return a chip with the smallest sufficient map."""
     return Config(
         checker=build,
         lanes=1 if build is CheckerBuild.TWO_TIER else 4,
@@ -35,7 +35,7 @@ def chip_config(build):
 
 @pytest.fixture
 def counts_on(evaluator):
-    """Opens a model of a build, with the evaluator's terrain on it."""
+    """Function that opens a model of a build with the evaluator's terrain."""
     opened = []
 
     def make(build, evaluator=evaluator):
@@ -50,7 +50,7 @@ def counts_on(evaluator):
 
 
 def random_paths(evaluator, grid, rng, count, waypoints=None):
-    """Paths in metres whose waypoints lie on the chip's cells and steps."""
+    """Return paths in metres whose waypoints lie on the chip's cells and steps."""
     problem, limits = evaluator.problem, grid.limits
     paths = []
     for _ in range(count):
@@ -60,7 +60,7 @@ def random_paths(evaluator, grid, rng, count, waypoints=None):
 
 
 def counted_m(config, grid, path):
-    """Eq. (1)'s d_ut + d_nf as the checker sees them: the definition, segment by segment."""
+    """Return d_ut + d_nf of eq. (1) by the checker's definition, segment by segment."""
     terrain = TerrainModel(config)
     terrain.write(0, 0, grid.heights)
     cells = grid.to_cells(path)
@@ -94,8 +94,8 @@ def test_fitness_has_the_counts_of_the_definition(evaluator, counts_on, build):
     np.testing.assert_allclose(told, expected, rtol=1e-12)
 
 
-def test_count_and_sampling_agree_roughly(evaluator, counts_on):
-    # A straight wall that is crossed at right angles: no cell more or less than half on each side.
+def test_counts_and_samples_agree_roughly(evaluator, counts_on):
+    # A straight wall, crossed at right angles: at most half a cell of error on each side.
     _, chip, grid = counts_on(CheckerBuild.PARALLEL)
     start, goal = evaluator.problem.start, evaluator.problem.goal
     path = np.array([start, (1500, 600, 300), (4500, 600, 300), goal])
@@ -113,6 +113,7 @@ def test_champion_is_evaluated_in_full(evaluator, build):
     result = planner.plan(evaluator, OPTIONS)
     assert result.evaluation == evaluator.evaluate(result.path)
     assert result.history[-1][1] == pytest.approx(result.evaluation.fitness, rel=1e-9)
+    assert result.archive
     for fitness, path in result.archive:
         assert fitness == pytest.approx(evaluator.evaluate(path).fitness, rel=1e-9)
     counted = result.hardware["feasibility"]
@@ -123,12 +124,12 @@ def test_champion_is_evaluated_in_full(evaluator, build):
     assert result.hardware["cycles"]["feasibility"] > counted["reads"] / config.lanes
 
 
-def test_settling_evaluates_until_the_best_is_settled(evaluator, counts_on):
+def test_evaluates_until_the_best_is_certain(evaluator, counts_on):
     counts, _, grid = counts_on(CheckerBuild.PARALLEL)
     paths = random_paths(evaluator, grid, np.random.default_rng(3), 12)
     full = np.array([evaluator.evaluate(path).fitness for path in paths])
     fitness, settled = full.copy(), np.zeros(12, bool)
-    fitness[[2, 5, 9]] = 1.9, 1.8, 0.0  # Called feasible twice, and much too bad once.
+    fitness[[2, 5, 9]] = 1.9, 1.8, 0.0  # Two counted as feasible, one far too low.
     assert (full <= 1)[[2, 5]].all()
     counts.settle(fitness, settled, lambda slot: paths[slot])
     assert settled[np.argmax(fitness)]
@@ -143,11 +144,11 @@ def test_settling_evaluates_until_the_best_is_settled(evaluator, counts_on):
 @pytest.mark.parametrize(
     ("first", "corner", "cause"),
     [
-        ((1000, 1218, 650), (2000, 2950, 650), "turn_arcs"),  # The arc cuts through the zone.
+        ((1000, 1218, 650), (2000, 2950, 650), "turn_arcs"),  # The arc cuts the zone.
         ((1000, 2800, 650), (3000, 2800, 650), "between_cells"),
     ],
 )
-def test_why_a_claim_was_refuted(make_evaluator, counts_on, first, corner, cause):
+def test_names_the_cause_of_a_refuted_count(make_evaluator, counts_on, first, corner, cause):
     evaluator = make_evaluator(zones=(Circle(2000, 2800, 1),))
     counts, _, _ = counts_on(CheckerBuild.PARALLEL, evaluator)
     problem = evaluator.problem
@@ -158,10 +159,10 @@ def test_why_a_claim_was_refuted(make_evaluator, counts_on, first, corner, cause
     assert counts.report()["refuted_by"] == expected
 
 
-def test_what_only_the_strict_rule_refutes(make_evaluator):
+def test_names_the_strict_rule_as_a_cause(make_evaluator):
     ends = {"start": (500, 2800, 650), "goal": (2700, 2800, 650)}
     evaluator = make_evaluator(zones=(Circle(2000, 2800, 1),), **ends)
-    # Three samples, which step over a zone of one node.
+    # Three samples step over a zone of one node.
     coarse = Evaluator(evaluator.problem, threads=1, ds_m=900.0)
     path = np.array([ends["start"], ends["goal"]], dtype=float)
     assert refutation(coarse, path) == "between_samples"
@@ -169,7 +170,7 @@ def test_what_only_the_strict_rule_refutes(make_evaluator):
     assert refutation(make_evaluator(zones=(), **ends), path) is None
 
 
-def test_new_waypoints_keep_off_the_ground(evaluator):
+def test_new_waypoints_avoid_the_ground(evaluator):
     refused = {}
     for feasibility in ("board", "host"):
         board = board_url("model", chip_config(CheckerBuild.PARALLEL))
@@ -179,8 +180,8 @@ def test_new_waypoints_keep_off_the_ground(evaluator):
     assert refused["host"] == 0 < refused["board"]
 
 
-def test_next_run_on_the_same_chip_sends_only_what_changed(make_evaluator):
-    """A storm comes up: only its rectangle goes over the line, and the result is the same."""
+def test_next_run_on_the_chip_sends_only_changed_cells(make_evaluator):
+    """After a new zone only its rectangle is sent, and the result is the same."""
     before, after = make_evaluator(), make_evaluator(zones=(Circle(4000, 3000, 300),))
     config = chip_config(CheckerBuild.PARALLEL)
     board = board_url("model", config)
@@ -212,6 +213,6 @@ def test_next_run_on_the_same_chip_sends_only_what_changed(make_evaluator):
         ({"feasibility": "chip"}, r"^The feasibility must be host or board, not 'chip'\.$"),
     ],
 )
-def test_refuses(evaluator, options, sentence):
+def test_refuses_bad_options(evaluator, options, sentence):
     with pytest.raises(InputError, match=sentence):
         FpgaGeneticPlanner(**options).plan(evaluator, OPTIONS)

@@ -1,4 +1,4 @@
-"""The genetic algorithm on the chip, run against the software model of the board."""
+"""The genetic algorithm on the chip, run on the software model."""
 
 import re
 
@@ -23,7 +23,7 @@ OPTIONS = Options(generations=40, seed=5)
 
 @pytest.fixture(scope="module")
 def plan():
-    """Results by link mode, each run once."""
+    """Function that returns the results of a link mode, each run once."""
     results = {}
 
     def run(evaluator, mode, options=OPTIONS):
@@ -45,8 +45,8 @@ def test_finds_a_feasible_path(evaluator, plan):
     assert [generation for generation, _, _ in result.history] == list(range(121))
 
 
-def test_equals_the_model_of_the_core(evaluator, plan):
-    # The loop of section 4.2 in ten lines, around the model itself.
+def test_matches_the_model_of_the_core(evaluator, plan):
+    # The loop of section 4.2 in ten lines around the model.
     config = Config()
     problem = evaluator.problem
     grid = ChipMap(config, problem)
@@ -77,7 +77,7 @@ def test_link_modes_agree(evaluator, plan, mode):
     ]
 
 
-def test_evaluates_only_what_is_new(evaluator, plan):
+def test_evaluates_only_new_paths(evaluator, plan):
     assert plan(evaluator, "rank").evaluations == 128 + 40 * 22
     assert plan(evaluator, "recipe").evaluations == 128 + 40 * 22
     assert plan(evaluator, "population").evaluations == 128 + 40 * 32
@@ -91,14 +91,14 @@ def test_bytes_fall_from_mode_to_mode(evaluator, plan):
     assert total["population"] > total["rank"] > total["recipe"]
 
 
-def test_hardware_is_what_the_chip_counted(evaluator):
+def test_hardware_has_the_chips_counters(evaluator):
     chips = []
 
     def opened(url):
         chips.append(open_board(url))
         chips[0].start(9, (3, 3, 3))
         chips[0].load([[0, 0]] * 32)
-        chips[0].step(list(range(32)), LinkMode.RANK)  # Before the run: not in its figures.
+        chips[0].step(list(range(32)), LinkMode.RANK)  # Not part of the run's figures.
         before.update(chips[0].counters())
         close = chips[0].close
         chips[0].close = lambda: (after.update(chips[0].counters()), close())
@@ -118,21 +118,23 @@ def test_hardware_is_what_the_chip_counted(evaluator):
     assert 0 < hardware["cycles"]["receive"] <= after["receive"] - before["receive"]
     assert 0 < hardware["cycles"]["transmit"] <= after["transmit"] - before["transmit"]
     assert hardware["cycles"]["feasibility"] == 0
-    clocks = sum(hardware["cycles"][name] for name in units)
-    assert result.seconds["board"] == clocks / hardware["clock_hz"]
+    cycles = sum(hardware["cycles"][name] for name in units)
+    assert result.seconds["board"] == cycles / hardware["clock_hz"]
     assert hardware["longest_generation_cycles"] <= Config().max_waypoints + 8
     assert hardware["map"]["limits"] == [60, 40, 4094]
 
 
 def test_archive_lies_on_the_chip_map(evaluator, plan):
     grid = ChipMap(Config(), evaluator.problem)
-    for _, path in plan(evaluator, "rank").archive:
+    archive = plan(evaluator, "rank").archive
+    assert archive
+    for _, path in archive:
         assert 2 <= len(path) - 2 <= 16
         assert np.array_equal(path[[0, -1]], [evaluator.problem.start, evaluator.problem.goal])
         assert np.array_equal(grid.to_metres(grid.to_cells(path[1:-1])), path[1:-1])
 
 
-def test_first_population_is_free_and_everywhere(evaluator):
+def test_first_population_is_free_and_spread_out(evaluator):
     config = Config()
     grid = ChipMap(config, evaluator.problem)
     rng = np.random.default_rng(0)
@@ -180,13 +182,13 @@ def test_refuses_unknown_link_mode():
     )
 
 
-def test_altitude_above_the_map(make_evaluator):
+def test_refuses_an_altitude_above_the_map(make_evaluator):
     evaluator = make_evaluator(start=(500, 500, 5000), goal=(5500, 700, 5000))
     with pytest.raises(InputError, match=r"^The start's altitude of 5000 m is above the 80\d"):
         FpgaGeneticPlanner().plan(evaluator, OPTIONS)
 
 
-def test_other_boards_plan_too(evaluator):
+def test_plans_on_other_boards(evaluator):
     result = FpgaGeneticPlanner(
         board="model:?population=16&children=10&survivors=4&elites=2&max_waypoints=5"
     ).plan(evaluator, Options(generations=60, population=16))
@@ -207,7 +209,7 @@ def test_interrupt_returns_the_best_so_far(evaluator):
 
 
 def interrupted_at(generation, request=lambda: None):
-    """Opens a model that is waited for in vain from ``generation`` on, until an interrupt."""
+    """Return a function that opens a model that hangs from ``generation`` on until an interrupt."""
 
     def opened(url):
         chip = open_board(url)
@@ -236,7 +238,7 @@ def test_interrupt_of_a_hanging_board_returns_the_best_so_far(evaluator):
 
 
 @pytest.mark.parametrize("stop", [None, Stop()])
-def test_interrupt_without_a_request_goes_on(evaluator, stop):
+def test_interrupt_without_a_request_continues(evaluator, stop):
     planner = FpgaGeneticPlanner(open_board=interrupted_at(4))
     with pytest.raises(KeyboardInterrupt):
         planner.plan(evaluator, OPTIONS, stop=stop)
@@ -261,7 +263,7 @@ def test_lost_board_keeps_the_best_so_far(evaluator):
     assert result.evaluation.fitness == pytest.approx(result.history[-1][1])
 
 
-def test_first_population_is_the_best_of_those_drawn(evaluator):
+def test_first_population_has_the_best_draws(evaluator):
     options = Options(generations=1, seed=3)
     one, four = (
         FpgaGeneticPlanner(initial_draws=draws).plan(evaluator, options) for draws in (1, 4)
@@ -290,7 +292,7 @@ def test_refuses_too_few_and_too_many_initial_draws(draws):
         ("sim:", Options(), 900, "The start's altitude of 900 m is above the "),
     ],
 )
-def test_what_the_url_forbids_is_refused_before_a_board_is_opened(
+def test_checks_the_url_before_a_board_is_opened(
     make_evaluator, monkeypatch, board, options, altitude, sentence
 ):
     monkeypatch.setattr(ga_fpga, "open_board", lambda url: pytest.fail("was opened"))
@@ -301,7 +303,7 @@ def test_what_the_url_forbids_is_refused_before_a_board_is_opened(
 
 
 @pytest.mark.parametrize("feasibility", ["host", "board"])
-def test_the_map_is_made_once(evaluator, monkeypatch, feasibility):
+def test_makes_the_map_once(evaluator, monkeypatch, feasibility):
     made = []
 
     class RecordedMap(ChipMap):

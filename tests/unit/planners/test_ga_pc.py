@@ -1,4 +1,4 @@
-"""The PC-only genetic algorithm."""
+"""The genetic algorithm on the PC."""
 
 import math
 from types import SimpleNamespace
@@ -37,7 +37,7 @@ def test_crossover_keeps_an_odd_limit(one, other, seed):
     assert sum(map(len, children)) == one + other
 
 
-def test_odd_parents_are_cut_before_and_after_the_middle_alike():
+def test_cuts_odd_parents_on_both_sides_of_the_middle():
     rng = np.random.default_rng(0)
     cuts = [
         int((crossover(numbered(5, 1), numbered(4, 101), 20, rng)[0][:, 0] < 100).sum())
@@ -54,7 +54,7 @@ def test_roulette_follows_fitness():
     assert np.abs(share - fitness / fitness.sum()).max() < 0.012
 
 
-def test_kept_are_the_elite_and_others_without_repeats():
+def test_keeps_the_elite_and_others_without_repeats():
     fitness = np.linspace(0.1, 1.6, 32)
     rng = np.random.default_rng(2)
     counts = np.zeros(32)
@@ -63,7 +63,7 @@ def test_kept_are_the_elite_and_others_without_repeats():
         assert kept[:2].tolist() == [31, 30]
         assert len(set(kept.tolist())) == 10
         counts[kept] += 1
-    # Among those left to chance, the fitter are kept more often.
+    # Among the randomly kept paths the fitter are more frequent.
     assert counts[29] > 1.8 * counts[2] > 1.8 * counts[0]
 
 
@@ -104,7 +104,7 @@ def test_smooth_turn_halves_the_sharpest_turn(inner):
     assert after[sharpest + 1] < before[sharpest]
 
 
-def test_smooth_turn_leaves_the_path_where_the_new_waypoint_is_not_free():
+def test_smooth_turn_keeps_the_path_if_the_new_waypoint_is_blocked():
     path = np.array([[1000.0, 0, 100], [1000, 1000, 100]])
     ends = (0.0, 0.0, 100.0), (0.0, 1500.0, 100.0)
     assert len(smooth_turn(path, space(*ends))) == 3
@@ -122,7 +122,7 @@ def test_smooth_turn_leaves_the_path_where_the_new_waypoint_is_not_free():
         ({"mutation_rate": 1.5}, "The mutation rate must be from 0 to 1, not 1.5."),
     ],
 )
-def test_parameters_are_checked(options, sentence):
+def test_refuses_bad_parameters(options, sentence):
     with pytest.raises(InputError) as caught:
         PcGeneticPlanner(**options)
     assert str(caught.value) == sentence
@@ -148,6 +148,7 @@ def test_waypoints_stay_within_map_ground_and_limits(evaluator):
     result = PcGeneticPlanner(max_waypoints=5, mutation_rate=1.0).plan(
         evaluator, Options(generations=40)
     )
+    assert result.archive
     for _, path in result.archive:
         assert 4 <= len(path) <= 7
         assert (path >= 0).all()

@@ -1,4 +1,4 @@
-"""The coarse grid and its cheapest routes, against searches of all ways."""
+"""The coarse grid and its cheapest routes against exhaustive searches."""
 
 import itertools
 import math
@@ -19,7 +19,7 @@ WIND = (4.0, -7.0)
 
 
 def small(rows=6, columns=7, zones=(), wind=(0.0, 0.0), seed=1):
-    """A rough terrain of a few nodes at 400 m by 300 m."""
+    """Return a problem over a few rough nodes at 400 m by 300 m."""
     rng = np.random.default_rng(seed)
     terrain = Terrain("small", 200 + 120 * rng.random((rows, columns)), 400.0, 300.0)
     start, goal = (0, 0, 500), ((columns - 1) * 400, (rows - 1) * 300, 500)
@@ -27,7 +27,7 @@ def small(rows=6, columns=7, zones=(), wind=(0.0, 0.0), seed=1):
 
 
 def steps(problem):
-    """Every pair of nodes (row, column) that a route may join, and the nodes it passes."""
+    """Yield every pair of nodes that a route may join, and the nodes it passes."""
     nodes = list(itertools.product(*map(range, problem.terrain.shape)))
     for one, other in itertools.product(nodes, nodes):
         rise, run = other[0] - one[0], other[1] - one[1]
@@ -40,7 +40,7 @@ def steps(problem):
 
 
 def cheapest(problem, price):
-    """Bellman-Ford: the least cost from the south-west node to each other."""
+    """Return the least cost from the south-west node to every other, by Bellman-Ford."""
     cost = dict.fromkeys(itertools.product(*map(range, problem.terrain.shape)), math.inf)
     cost[0, 0] = 0.0
     every = [(one, other, price(one, other, passed)) for one, other, passed in steps(problem)]
@@ -55,7 +55,7 @@ def run_m(one, other):
 
 
 @pytest.mark.parametrize("steepness", [0.02, 0.1, math.inf])
-def test_surface_is_the_lowest_that_slopes_so(steepness):
+def test_surface_is_the_lowest_within_the_slope(steepness):
     problem = small()
     ground = problem.terrain.elevation
     surface = SearchGrid(problem).surface(steepness)
@@ -72,7 +72,7 @@ def test_surface_is_the_lowest_that_slopes_so(steepness):
             ground[other] - (steepness * ways[other][node] if other != node else 0.0)
             for other in nodes
         )
-        # Start and goal are too high to come down to the ground at once.
+        # Start and goal are too high to descend to the ground at once.
         x, y = 400 * node[1], 300 * node[0]
         down = 500 - math.tan(math.radians(30)) * math.hypot(x, y)
         up = 500 - math.tan(math.radians(10)) * math.hypot(x - 2400, y - 1500)
@@ -119,7 +119,7 @@ def test_wind_changes_the_route():
     assert not np.array_equal(*routes)
 
 
-def test_prices_are_what_the_evaluation_charges():
+def test_prices_match_the_evaluation():
     problem = small()
     evaluator, prices = Evaluator(problem, threads=1), Prices(problem)
     low, high = (
@@ -133,7 +133,7 @@ def test_prices_are_what_the_evaluation_charges():
     )
     climb = evaluator.evaluate(high).fuel_N - evaluator.evaluate(low).fuel_N
     assert climb > 0
-    # From the start up to a higher goal: the price of a climb is that of its height.
+    # To a higher goal: the price of a climb is that of its height.
     up = Problem(problem.terrain, problem.start, (2400, 1500, 700), problem.aircraft)
     flown = Evaluator(up, threads=1).evaluate(np.array([up.start, up.goal]))
     prices = Prices(up)
@@ -176,7 +176,7 @@ def test_routes_keep_their_margin():
         assert 600 + margin_m < nearest < 600 + margin_m + 150
 
 
-def test_ground_out_of_reach_is_left_out():
+def test_leaves_out_ground_out_of_reach():
     # 10 degrees of climb over 3 km are 529 m, 30 degrees of descent 1732 m.
     heights = np.full((5, 61), 100.0)
     heights[:, 30] = 1000.0

@@ -27,7 +27,7 @@ NO_WAY = r"^The grid search finds no way from start to goal, so the first popula
 
 @pytest.fixture
 def start(evaluator):
-    """Draws first paths over the ridge, and evaluates them."""
+    """Function that draws first paths over the ridge and evaluates them."""
 
     def draw(count=16, most=8, seed=1, **options):
         run = Run(evaluator, Options())
@@ -37,7 +37,7 @@ def start(evaluator):
     return draw
 
 
-#: With as many paths as draws, so that the tests are quick; and the waypoints that each may have.
+#: Options with as many paths as draws, for quick tests, and the planners' numbers of waypoints.
 PLANNERS = {
     "ga-fpga": (partial(FpgaGeneticPlanner, initial_draws=1), 16),
     "ga-pc": (partial(PcGeneticPlanner, refits=2), 16),
@@ -48,14 +48,14 @@ PLANNERS = {
 }
 
 
-def test_the_best_path_is_there_as_it_is(evaluator, start):
+def test_has_the_best_path_unchanged(evaluator, start):
     paths, fitness = start()
     best = AstarPlanner(max_waypoints=8).plan(evaluator, Options(generations=8))
     assert np.array_equal(paths[0], best.path)
     assert fitness[0] == best.evaluation.fitness
 
 
-def test_copies_are_varied_and_mostly_feasible_and_some_paths_are_random(evaluator, start):
+def test_has_varied_feasible_copies_and_random_paths(evaluator, start):
     paths, fitness = start(count=64)
     assert len(paths) == 64
     assert len({path.tobytes() for path in paths}) > 60
@@ -67,14 +67,14 @@ def test_copies_are_varied_and_mostly_feasible_and_some_paths_are_random(evaluat
         if len(path) == len(paths[0])
     ]
     least = [shift[shift > 0].min() for shift in moved if shift.any()]
-    # From a thousandth of the way of 5 km to thirty times as much.
+    # Moves range from a thousandth of the 5 km to thirty times that.
     assert min(least) < 20
     assert max(shift.max() for shift in moved) > 100
     space = Airspace(evaluator.problem)
     for path in paths:
         assert np.array_equal(path[[0, -1]], [evaluator.problem.start, evaluator.problem.goal])
         assert ((path >= space.low) & (path <= space.high)).all()
-    # An eighth at the end, of two waypoints each.
+    # The last eighth has two waypoints each.
     assert [len(path) for path in paths[-8:]] == [4] * 8
     assert (fitness[-8:] < 1).sum() >= 6
 
@@ -84,7 +84,7 @@ def test_a_fixed_number_of_waypoints(start):
         paths, fitness = start(most=count, fewest=count)
         assert {len(path) for path in paths} == {count + 2}
         assert len(paths) == 16
-    # One waypoint does not do for this flight.
+    # One waypoint is not enough for this flight.
     assert fitness.max() > 1
 
 
@@ -93,7 +93,7 @@ def test_the_number_of_waypoints_stays_within_limits(start):
     assert {len(path) - 2 for path in paths} == {2, 3, 4}
 
 
-def test_lengthened_paths_are_flown_alike(evaluator, start):
+def test_lengthened_paths_keep_their_fitness(evaluator, start):
     path, *_ = start()[0]
     flown = evaluator.evaluate(path)
     for more in (len(path) - 1, 20, 40):
@@ -105,13 +105,14 @@ def test_lengthened_paths_are_flown_alike(evaluator, start):
     assert lengthened(path, 1, 150.0) is path
 
 
-def test_waypoints_lie_on_the_lattice_and_not_below(evaluator, start):
+def test_rounds_waypoints_up_to_the_lattice(evaluator, start):
     grid = ChipMap(Config(), evaluator.problem)
     paths, fitness = start(lattice=grid, fewest=2)
+    assert paths
     for path in paths:
         inner = path[1:-1]
         assert np.array_equal(grid.to_metres(grid.to_cells(inner)), inner)
-    # Rounding does not cost the best path more than a step of altitude.
+    # Rounding costs the best path at most a step of altitude.
     assert fitness[0] > 1
     assert fitness[0] > start(fewest=2)[1][0] - 0.01
     rng = np.random.default_rng(4)
@@ -131,7 +132,7 @@ def test_same_seed_same_paths(start):
     assert not all(map(np.array_equal, first, other))
 
 
-def test_what_the_search_found_is_evaluated_and_kept(evaluator):
+def test_evaluates_and_keeps_the_found_path(evaluator):
     run = Run(evaluator, Options())
     paths = astar_paths(run, np.random.default_rng(0), 8, 8)
     assert run.evaluations > 4
@@ -141,7 +142,7 @@ def test_what_the_search_found_is_evaluated_and_kept(evaluator):
 
 
 @pytest.mark.parametrize("name", PLANNERS)
-def test_planners_start_there(evaluator, name):
+def test_planners_start_from_the_search(evaluator, name):
     planner, waypoints = PLANNERS[name]
     alone = AstarPlanner(max_waypoints=waypoints).plan(evaluator, Options(generations=8)).evaluation
     options = Options(generations=20, seed=2)
@@ -149,7 +150,7 @@ def test_planners_start_there(evaluator, name):
     assert np.array_equal(started.path, again.path)
     assert started.history == again.history
     best = [best for _, best, _ in started.history]
-    # At the chip's altitude steps a little is lost.
+    # The chip's altitude steps cost a little.
     assert best[0] > alone.fitness - 0.002
     assert best == sorted(best)
     assert started.evaluation.feasible
@@ -159,7 +160,7 @@ def test_planners_start_there(evaluator, name):
 
 @pytest.mark.parametrize(("waypoints", "most"), [(None, 16), (6, 6), (20, 20)])
 def test_waypoints_of_a_fixed_number(evaluator, waypoints, most):
-    """A path found may have fewer waypoints, and is flown as found."""
+    """A found path with fewer waypoints keeps its course."""
     planner = FlowerPollinationPlanner(init="astar", waypoints=waypoints)
     result = planner.plan(evaluator, Options(generations=2, population=24))
     lengths = {len(path) - 2 for _, path in result.archive}
@@ -167,7 +168,7 @@ def test_waypoints_of_a_fixed_number(evaluator, waypoints, most):
 
 
 @pytest.mark.parametrize("name", PLANNERS)
-def test_without_a_way_the_start_is_random(make_evaluator, name):
+def test_starts_at_random_without_a_way(make_evaluator, name):
     planner, _ = PLANNERS[name]
     evaluator = make_evaluator(zones=WALLS)
     options = Options(generations=2, seed=3)
@@ -200,7 +201,7 @@ def test_a_nudge_moves_one_or_two_neighbours_and_fits_the_altitudes(evaluator, s
             assert moved[-1] - moved[0] <= 1
             assert 0 < moved[0] <= moved[-1] < len(best) - 1
             sizes += np.hypot(*(path - best)[moved, :2].T).tolist()
-    # From a ten-thousandth of the way of 5 km to three hundred times as much.
+    # Moves range from a ten-thousandth of the 5 km to three hundred times that.
     assert min(sizes) < 5
     assert max(sizes) > 100
     worth = np.array([evaluator.evaluate(path).fitness for path in nudged])
@@ -210,14 +211,14 @@ def test_a_nudge_moves_one_or_two_neighbours_and_fits_the_altitudes(evaluator, s
     assert np.array_equal(again.nudged(best), nudged[0])
 
 
-def test_a_nudge_keeps_the_limits(evaluator, start):
+def test_a_nudge_stays_within_the_limits(evaluator, start):
     paths, _ = start()
     inner = len(paths[0]) - 2
     vary = Variation(evaluator.problem, np.random.default_rng(0), most=inner, fewest=inner)
     assert {len(vary.nudged(paths[0])) for _ in range(50)} == {inner + 2}
 
 
-def test_refits_better_what_the_search_found(evaluator):
+def test_refits_improve_the_found_path(evaluator):
     options = Options(generations=40, seed=5)
     alone = AstarPlanner().plan(evaluator, Options(generations=8)).evaluation.fitness
     with_refits, without = (
@@ -239,7 +240,7 @@ def test_refits_better_what_the_search_found(evaluator):
         (7, "A generation has 6 children, so there can be at most as many refits, not 7."),
     ],
 )
-def test_refuses_refits(evaluator, refits, sentence):
+def test_refuses_bad_refits(evaluator, refits, sentence):
     with pytest.raises(InputError) as caught:
         PcGeneticPlanner(refits=refits).plan(evaluator, Options(population=8))
     assert str(caught.value) == sentence

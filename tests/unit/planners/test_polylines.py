@@ -1,4 +1,4 @@
-"""Few waypoints out of a route, against all choices."""
+"""Choices of few waypoints of a route against an enumeration."""
 
 import itertools
 import math
@@ -16,7 +16,7 @@ from host.terrain import Terrain
 
 @pytest.fixture
 def hilly():
-    """A grid, its surface and a winding route of nine points over it."""
+    """Grid, its surface and a winding route of nine points."""
     rng = np.random.default_rng(3)
     problem = Problem(
         Terrain("hilly", 400 * rng.random((40, 60)), 100.0, 100.0),
@@ -43,7 +43,7 @@ def hilly():
     return grid, grid.surface(math.inf), route
 
 
-def test_chords_cost_their_length_and_keep_out(hilly):
+def test_chords_cost_their_length_and_avoid_zones(hilly):
     grid, surface, route = hilly
     level = np.full_like(surface, 300.0)
     costs = _chord_costs(route, grid, level)

@@ -1,4 +1,4 @@
-"""ga-dp and ga-auv over terrain."""
+"""The planners ga-dp and ga-auv over terrain."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ OPTIONS = Options(generations=25, seed=2)
 
 
 def straight(*points):
-    """A route of straight segments, not measured."""
+    """Return a route of straight segments without terms."""
     points = np.array(points, dtype=float)
     control = np.zeros((len(points) - 1, 10, 3))
     control[:, :4] = np.linspace(points[:-1], points[1:], 4, axis=1)
@@ -41,7 +41,7 @@ def field(evaluator):
     [
         ("ga-dp", {}, True),
         ("ga-dp", {"reading": "sum"}, True),
-        # In so few generations these do not find the gap.
+        # These do not find the gap in so few generations.
         ("ga-dp", {"draws": "uniform"}, False),
         ("ga-auv", {}, False),
     ],
@@ -81,7 +81,7 @@ def test_estimate_of_one_segment_is_exact(evaluator, field):
 
 
 def test_estimate_of_segments_in_a_row_adds_up(evaluator, field):
-    """Without a turn between them only the fuel differs, by the weight that is burned."""
+    """Without a turn between the segments only the fuel differs, by the burned weight."""
     start, goal = (np.array(end) for end in (evaluator.problem.start, evaluator.problem.goal))
     route = measured(field, straight(start, start + 0.4 * (goal - start), goal))
     evaluation = evaluator.evaluate(field.path(route))
@@ -93,7 +93,7 @@ def test_estimate_of_segments_in_a_row_adds_up(evaluator, field):
 
 def test_crossover_prefers_less_penalty_then_less_cost(field):
     def best(*terms):
-        # Straight to the goal, or over a third point.
+        # Either straight to the goal or through a third point.
         graph = Graph(
             np.zeros((3, 3)),
             np.array([0, 0, 2]),
@@ -107,7 +107,7 @@ def test_crossover_prefers_less_penalty_then_less_cost(field):
     assert best([0.0, 0.8], [0.0, 0.4], [0.0, 0.5]) == [0]
 
 
-def test_route_is_chosen_by_full_evaluation_of_candidates(evaluator):
+def test_chooses_the_route_by_full_evaluation(evaluator):
     counts = {}
     for reading in ("route", "sum"):
         run = Run(evaluator, Options())

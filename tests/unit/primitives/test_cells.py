@@ -1,4 +1,4 @@
-"""Primitives take the cells of the platform where it has some, and generic ones elsewhere."""
+"""Primitives use the platform's cells where it has suitable ones, and generic cells otherwise."""
 
 from types import SimpleNamespace
 
@@ -14,7 +14,7 @@ from hdl.primitives.multiplier import Multiplier
 
 
 class Hard(wiring.Component):
-    """An instance in place of a cell."""
+    """Component with an instance in place of a cell."""
 
     def __init__(self, members):
         super().__init__(members)
@@ -26,7 +26,7 @@ class Hard(wiring.Component):
 
 
 class Family(Cells):
-    """Has a memory of an even width and a multiplier of factors of up to 9 bits."""
+    """Family with memories of even width and multipliers of up to 9 bits."""
 
     def memory(self, *, rows, width, ports, number):
         self.asked = (rows, width, ports, number)
@@ -49,7 +49,7 @@ def memory(width=4, latency=2):
 
 
 @pytest.mark.parametrize("make", [memory, lambda: Multiplier((9, 8), 3)])
-def test_takes_the_cells_of_the_platform(make):
+def test_uses_the_cells_of_the_platform(make):
     platform = SimpleNamespace(cells=Family())
     built = text(make(), platform)
     assert built.count("HARD") == 1
@@ -61,15 +61,15 @@ def test_takes_the_cells_of_the_platform(make):
 @pytest.mark.parametrize(
     "make", [lambda: memory(width=3), lambda: memory(latency=1), lambda: Multiplier((9, 10))]
 )
-def test_generic_where_the_family_has_none(make):
+def test_uses_generic_cells_if_the_family_has_none(make):
     built = text(make(), SimpleNamespace(cells=Family()))
     assert "HARD" not in built
     assert built == text(make())
 
 
 @pytest.mark.parametrize("make", [memory, lambda: Multiplier((9, 8))])
-def test_a_platform_without_cells_gets_generic_ones(make):
-    """Whatever its device is called."""
+def test_uses_generic_cells_on_other_platforms(make):
+    """The name of the device does not matter."""
     built = text(make(), SimpleNamespace(device="LFE5U-85F"))
     assert built == text(make())
     assert type(cells_of(None)) is Cells

@@ -1,4 +1,4 @@
-"""The ring buffer that commits."""
+"""The ring buffer with commits."""
 
 import random
 
@@ -8,7 +8,7 @@ from tests.unit.link.drive import watch
 
 
 class Writer:
-    """Writes rows of a ring by their numbers, and commits."""
+    """Driver that writes rows of a ring by number, and commits."""
 
     def __init__(self, dut, ctx):
         self.dut = dut
@@ -25,7 +25,7 @@ class Writer:
         self.ctx.set(self.dut.committed, row % (2 * self.dut.depth))
 
 
-def test_offers_what_was_committed_one_row_per_clock():
+def test_offers_a_committed_row_per_cycle():
     dut = CommitRing(8, 16)
     words = []
 
@@ -42,7 +42,7 @@ def test_offers_what_was_committed_one_row_per_clock():
     assert words == [(15 + 2 + i, 100 + i) for i in range(8)]
 
 
-def test_rows_not_committed_may_be_written_again_in_any_order():
+def test_uncommitted_rows_can_be_rewritten_in_any_order():
     dut = CommitRing(8, 8)
     words = []
 
@@ -60,7 +60,7 @@ def test_rows_not_committed_may_be_written_again_in_any_order():
 
 
 def test_wraps_and_fills_under_back_pressure():
-    # A writer that uses all the room there is, over pointers that wrap many times.
+    # A writer that uses all the space while pointers wrap many times.
     dut = CommitRing(16, 8)
     words, most = [], 0
     rng = random.Random(1)

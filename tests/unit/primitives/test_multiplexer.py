@@ -1,4 +1,4 @@
-"""The multiplexers: every number of inputs."""
+"""The multiplexers, with every number of inputs."""
 
 import pytest
 from amaranth.hdl import Module, Signal
@@ -10,7 +10,7 @@ from hdl.primitives.multiplexer import multiplex, one_hot_multiplex, one_hot_mul
 @pytest.mark.parametrize("count", [1, 2, 3, 5, 8, 11, 32])
 def test_every_index(count):
     items = [Signal(6, init=40 - i, name=f"item_{i}") for i in range(count)]
-    # Wider than the items need.
+    # Wider than the items require.
     index = Signal(6)
     out = Signal(6)
     m = Module()

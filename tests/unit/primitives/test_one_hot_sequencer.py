@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""States of the chip: each step alone leads on, and the history has what was entered."""
+"""The one-hot sequencer: only a state's steps leave it, and the history has every entry."""
 
 import random
 
@@ -20,7 +20,7 @@ STEPS = [
 
 
 def test_random_steps():
-    """Any steps are asked for, of one state one at most; those of other states do nothing."""
+    """Requests at random, at most one per state; those of other states have no effect."""
     dut = OneHotSequencer(ChipState.LISTEN, STEPS, history=8, history_entry_bits=4)
     seen = set()
 

@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The skid buffer: every word once and in order, no cycle lost, a ready that looks at nobody."""
+"""The skid buffer: every word once and in order, full rate, and a registered `ready`."""
 
 import pytest
 
@@ -17,11 +17,12 @@ def test_every_word_passes_once_and_in_order(drive_pauses, watch_pauses):
     passed = pass_through(SkidBuffer(8), WORDS, drive_pauses, watch_pauses)
     assert [word for _, word in passed] == WORDS
     if watch_pauses == (0,) == drive_pauses:
-        assert [cycle for cycle, _ in passed] == WORDS  # In the cycles in which they were offered.
+        # Words pass in the cycles in which they are offered.
+        assert [cycle for cycle, _ in passed] == WORDS
 
 
 def test_ready_is_a_register():
-    """It follows what it was asked for a cycle later, and one word fits in."""
+    """`ready` follows the output's `ready` a cycle later, and the buffer holds a word."""
     dut = SkidBuffer(8)
 
     async def bench(ctx):

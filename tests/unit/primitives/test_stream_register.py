@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""The register of a stream: every word once and in order, a cycle later, no cycle lost."""
+"""The stream register: every word once and in order, a cycle later, at full rate."""
 
 import pytest
 
@@ -20,7 +20,7 @@ def test_every_word_passes_once_and_in_order(drive_pauses, watch_pauses):
         assert [cycle for cycle, _ in passed] == [cycle + 1 for cycle in WORDS]
 
 
-def test_an_offer_does_not_depend_on_the_one_before_it():
+def test_an_offer_does_not_depend_on_its_predecessor():
     dut = StreamRegister(8)
 
     async def bench(ctx):

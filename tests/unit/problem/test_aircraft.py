@@ -1,4 +1,4 @@
-"""Aircraft: what is shipped, and what a user's file may hold."""
+"""Aircraft: those of the package and those of users' files."""
 
 import dataclasses
 import math
@@ -25,7 +25,7 @@ max_descent_deg = 20
 """
 
 
-def test_silver_fox_is_the_papers():
+def test_silver_fox_has_the_papers_values():
     assert load("silver-fox").to_dict() == {
         "name": "Silver Fox-like",
         "weight_N": 113.0,
@@ -63,7 +63,7 @@ def test_names():
 
 
 @pytest.mark.parametrize("name", names())
-def test_every_shipped_value_states_its_source(name):
+def test_every_value_of_the_package_has_a_source(name):
     aircraft = load(name)
     given = {parameter for parameter in PARAMETERS if getattr(aircraft, parameter) is not None}
     assert set(aircraft.sources) == given
@@ -78,8 +78,8 @@ def test_every_shipped_value_states_its_source(name):
 
 
 @pytest.mark.parametrize("name", names())
-def test_shipped_aircraft_can_fly_as_they_say(name):
-    # Lift below 1.3 and the climb within the engine, both at cruise speed.
+def test_aircraft_of_the_package_can_fly_their_values(name):
+    # A lift coefficient below 1.3 and enough power to climb, both at cruise speed.
     aircraft = load(name)
     pressure_area = 0.5 * 1.225 * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2
     assert aircraft.weight_N / pressure_area < 1.3
@@ -97,7 +97,7 @@ def test_polar():
     assert FOX.induced_drag_factor == pytest.approx(1 / (math.pi * 0.8 * 7.5))
 
 
-def test_own_file(tmp_path):
+def test_loads_a_file(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text(TOML, encoding="utf-8")
     aircraft = load(file)
@@ -108,7 +108,7 @@ def test_own_file(tmp_path):
 
 
 @pytest.mark.parametrize("name", names())
-def test_dictionary_gives_the_aircraft_back(name):
+def test_dictionary_round_trip(name):
     assert Aircraft.from_dict(load(name).to_dict(), "summary") == load(name)
 
 
@@ -147,7 +147,7 @@ def test_dictionary_gives_the_aircraft_back(name):
         (TOML.replace('"Mine"', '" "'), r"^UAV name must be a non-empty text, not ' '\.$"),
     ],
 )
-def test_bad_files(toml, message):
+def test_refuses_bad_files(toml, message):
     with pytest.raises(InputError, match=message):
         parse(toml, "mine.toml")
 
@@ -175,12 +175,12 @@ def test_bad_files(toml, message):
         ({"max_speed_m_s": 22}, r"max_speed_m_s must not be below cruise_speed_m_s, not 22\.$"),
     ],
 )
-def test_bad_values(changes, message):
+def test_refuses_bad_values(changes, message):
     with pytest.raises(InputError, match=r"^UAV 'Silver Fox-like': " + message):
         dataclasses.replace(FOX, **changes)
 
 
-def test_unknown_name():
+def test_refuses_an_unknown_name():
     with pytest.raises(
         InputError,
         match=r"^There is no UAV 'fox'; give one of heron, predator, "
@@ -189,7 +189,7 @@ def test_unknown_name():
         load("fox")
 
 
-def test_missing_and_unreadable_files(tmp_path):
+def test_refuses_missing_and_unreadable_files(tmp_path):
     with pytest.raises(
         InputError,
         match=r"^Cannot read UAV file '.*no\.toml': No such file or "
@@ -201,6 +201,6 @@ def test_missing_and_unreadable_files(tmp_path):
         load(tmp_path / "bytes.toml")
 
 
-def test_the_class_loads_and_names_them():
+def test_class_loads_and_lists_aircraft():
     assert Aircraft.load("silver-fox") == FOX
     assert Aircraft.names() == names() == sorted(names())

@@ -14,7 +14,7 @@ from host.terrain import Terrain
 
 @dataclass
 class Sizes:
-    """A chip of any size: what the map needs to know of it."""
+    """Sizes of a chip that the map needs."""
 
     map_size: int = 16
     blocked_altitude: int = 4095
@@ -22,7 +22,7 @@ class Sizes:
 
 @dataclass
 class Place:
-    """A terrain with no-fly nodes, start and goal on its highest ground unless given."""
+    """Terrain with no-fly nodes; start and goal default to its highest ground."""
 
     terrain: Terrain
     nofly_raster: np.ndarray = None
@@ -54,7 +54,7 @@ def nearest(index, side_m, scale_m):
 
 @given(places())
 @settings(max_examples=60, deadline=None)
-def test_heights_match_a_search_of_all_nodes(place):
+def test_heights_match_an_exhaustive_search(place):
     sizes, terrain = Sizes(), place.terrain
     chip = ChipMap(sizes, place)
     expected = np.full((16, 16), -1)
@@ -95,7 +95,7 @@ def test_every_cell_decodes_exactly_and_onto_the_terrain(place):
 
 @given(places(), st.integers(1, 4093), st.sampled_from((-np.inf, 0.0, np.inf)))
 @settings(max_examples=60, deadline=None)
-def test_altitudes_round_down_even_a_hair_below_a_step(place, step, towards):
+def test_altitudes_just_below_a_step_round_down(place, step, towards):
     chip = ChipMap(Sizes(), place)
     z = chip.base_m + step * chip.step_m
     z = np.nextafter(z, towards) if towards else z
@@ -106,10 +106,10 @@ def test_altitudes_round_down_even_a_hair_below_a_step(place, step, towards):
 
 @given(places())
 @settings(max_examples=60, deadline=None)
-def test_holds_the_relief_and_headroom_with_the_least_step(place):
+def test_step_is_the_least_that_fits_relief_and_headroom(place):
     chip, terrain = ChipMap(Sizes(), place), place.terrain
     top = terrain.highest + max(150.0, 0.1 * (terrain.highest - terrain.lowest))
-    # Exactly: a hair under 0 less 1 is no other number than -1.
+    # Exact, because in floats a tiny negative number less 1 is -1.
     assert Fraction(terrain.lowest) - 1 < Fraction(chip.base_m) <= Fraction(terrain.lowest)
     assert (chip.step_m * 64).is_integer()
     assert chip.top_m >= top

@@ -1,4 +1,4 @@
-"""A problem checks itself: every bad input has its sentence."""
+"""A problem refuses every bad input with a sentence."""
 
 import dataclasses
 import math
@@ -87,7 +87,7 @@ def test_the_edge_of_the_map_is_on_it(point):
     assert problem(start=point).start == point
 
 
-def test_on_the_ground_is_not_inside_it():
+def test_a_point_on_the_ground_is_not_inside_it():
     assert problem(start=(100, 100, 100)).start[2] == 100
 
 
@@ -143,13 +143,13 @@ def test_on_the_ground_is_not_inside_it():
         ),
     ],
 )
-def test_bad_problems(options, message):
+def test_refuses_bad_problems(options, message):
     with pytest.raises(InputError, match=message):
         problem(**options)
 
 
 @pytest.mark.parametrize("agl", [False, True])
-def test_over_a_void(agl):
+def test_refuses_ends_over_a_void(agl):
     elevation = np.full((21, 31), 100.0)
     elevation[1, 2] = np.nan
     with pytest.raises(
@@ -161,7 +161,7 @@ def test_over_a_void(agl):
         Problem(terrain(elevation), START, GOAL, FOX, agl=agl)
 
 
-def test_heights_above_ground_outside_the_map():
+def test_refuses_heights_above_ground_outside_the_map():
     with pytest.raises(
         InputError,
         match=r"^The goal at \(9000, 0\) is outside the map, which "

@@ -1,4 +1,4 @@
-"""No-fly zones: rasters by exact arithmetic, GeoJSON, the form in a summary."""
+"""No-fly zones: exact rasters, GeoJSON, and their form in a summary."""
 
 import json
 import math
@@ -26,7 +26,7 @@ def terrain(shape=(9, 12), dx_m=50.0, dy_m=50.0, crs=None, origin=(0.0, 0.0)):
 
 
 def nodes(zone, where=None):
-    """Nodes in a zone, as a set of (column, row)."""
+    """Return the nodes in a zone as a set of (column, row)."""
     rows, columns = np.nonzero(raster([zone], terrain() if where is None else where))
     return set(zip(columns.tolist(), rows.tolist(), strict=True))
 
@@ -65,7 +65,7 @@ def test_circle_of_radius_0_is_a_node_or_nothing():
     assert nodes(Circle(101, 150, 0)) == set()
 
 
-def test_zones_may_reach_over_the_map():
+def test_zones_may_extend_beyond_the_map():
     assert nodes(Circle(-100, 0, 150)) == {(0, 0), (1, 0), (0, 1), (0, 2)}
     assert nodes(Circle(-5000, 0, 150)) == set()
     assert nodes(Polygon(((-500, -500), (75, -500), (75, 75), (-500, 75)))) == {
@@ -96,7 +96,7 @@ def test_border_survives_rounding():
 
 
 def exactly_inside(ring, x, y):
-    """Even-odd rule in rationals; points on an edge are inside."""
+    """Return whether a point is inside by the even-odd rule in rationals; edges are inside."""
     inside = False
     for (xa, ya), (xb, yb) in pairwise((*ring, ring[0])):
         if (
@@ -140,7 +140,7 @@ def test_raster_is_the_union():
         Polygon(SQUARE, (((150, 150), (160, 150), (150, 160)),)),
     ],
 )
-def test_summary_form_both_ways(zone):
+def test_summary_form_round_trip(zone):
     table = json.loads(json.dumps(zone.to_dict()))
     assert zone_from_dict(table) == zone
 
@@ -156,7 +156,7 @@ def test_summary_form():
     "table",
     [None, [], {"x": 1, "y": 2}, {"polygon": [], "x": 1}, {"polygon": [[0, 0]] * 3, "holes": 3}],
 )
-def test_bad_summary_form(table):
+def test_refuses_a_bad_summary_form(table):
     with pytest.raises(
         InputError,
         match=r'^A no-fly zone must be \{"x", "y", "radius_m"\} or '
@@ -174,7 +174,7 @@ def test_bad_summary_form(table):
         ((0, 0, "wide"), r"^No-fly circle: radius_m must be a finite number, not 'wide'\.$"),
     ],
 )
-def test_bad_circles(values, message):
+def test_refuses_bad_circles(values, message):
     with pytest.raises(InputError, match=message):
         Circle(*values)
 
@@ -197,7 +197,7 @@ def test_bad_circles(values, message):
         ("ring", r"^No-fly polygon: every corner must be two finite numbers, x and y\.$"),
     ],
 )
-def test_bad_polygons(ring, message):
+def test_refuses_bad_polygons(ring, message):
     with pytest.raises(InputError, match=message):
         Polygon(ring)
 
@@ -328,12 +328,12 @@ def test_read_geographic_zones(tmp_path):
         ),
     ],
 )
-def test_bad_files(tmp_path, document, message):
+def test_refuses_bad_files(tmp_path, document, message):
     with pytest.raises(InputError, match=r"^No-fly file '.*zones\.geojson'" + r"\:?.*" + message):
         read(tmp_path, document)
 
 
-def test_geographic_file_of_local_metres_or_another_system(tmp_path):
+def test_refuses_local_metres_and_other_systems_as_geographic(tmp_path):
     where = terrain(crs="EPSG:32611")
     with pytest.raises(
         InputError,
@@ -352,7 +352,7 @@ def test_geographic_file_of_local_metres_or_another_system(tmp_path):
     assert read(tmp_path, collection(crs=crs), where) == ()
 
 
-def test_missing_file(tmp_path):
+def test_refuses_a_missing_file(tmp_path):
     with pytest.raises(
         InputError,
         match=r"^Cannot read no-fly file '.*none\.geojson': No such "

@@ -1,4 +1,4 @@
-"""Breeding by hand: crossover, each kind of mutation, and a whole generation from its recipe."""
+"""Crossover, every kind of mutation, and a generation from its recipe, computed by hand."""
 
 import random
 
@@ -120,7 +120,7 @@ def test_recipes_pack_and_unpack():
         assert values["child_2"] == recipe.mutations[2].child
 
 
-def test_recipes_of_a_wrong_size():
+def test_refuses_recipes_of_a_wrong_size():
     size = recipe_reply(CONFIG).size
     with pytest.raises(ValueError, match=f"^Payload must have {size} bytes, not {size - 1}$"):
         Recipe.unpack(CONFIG, bytes(size - 1))

@@ -1,4 +1,4 @@
-"""Frames in software: the codec that host and model share, and the model of the receiver."""
+"""Frames in software: the codec of host and model, and the model of the receiver."""
 
 import random
 import time
@@ -44,14 +44,14 @@ def test_a_body_needs_its_header():
         (b"\1\1\1\1\1\1\1\1", StickyError.CRC, "Frame must have a right CRC"),
     ],
 )
-def test_says_what_is_wrong(encoded, kind, sentence):
+def test_names_the_fault_of_a_frame(encoded, kind, sentence):
     with pytest.raises(FrameError, match=f"^{sentence}$") as caught:
         decode_frame(encoded)
     assert caught.value.kind is kind
 
 
 @given(st.lists(st.binary(max_size=20)), st.randoms(use_true_random=False))
-def test_splits_in_whatever_pieces_the_stream_comes(pieces, rng):
+def test_splits_a_stream_in_any_pieces(pieces, rng):
     data = b"\0".join(pieces)
     splitter, ended = FrameSplitter(), []
     at = 0
@@ -64,7 +64,7 @@ def test_splits_in_whatever_pieces_the_stream_comes(pieces, rng):
     assert splitter.inside == bool(expected[-1])
 
 
-def test_drops_what_has_begun():
+def test_drops_a_partial_frame():
     splitter = FrameSplitter()
     assert splitter.feed(b"\1\0\2\3") == [b"\1"]
     splitter.drop()
@@ -73,7 +73,7 @@ def test_drops_what_has_begun():
 
 
 @given(st.lists(st.one_of(st.binary(max_size=12), BODIES.map(encode_frame))), st.integers(1, 40))
-def test_the_model_answers_alike_in_whatever_pieces(parts, size):
+def test_the_model_replies_equally_to_any_pieces(parts, size):
     data = b"".join(parts)
     whole, pieced = FrameReceiverModel(Config()), FrameReceiverModel(Config())
     expected = whole.feed(data)
@@ -85,7 +85,7 @@ def test_the_model_answers_alike_in_whatever_pieces(parts, size):
     assert pieced.line_busy == whole.line_busy
 
 
-def test_the_model_drops_what_no_buffer_holds():
+def test_the_model_drops_frames_longer_than_the_buffer():
     model = FrameReceiverModel(Config(receive_buffer=256))
     assert model.longest_body == 255
     assert model.feed(encode_frame(bytes(255))) == [(bytes(255), False)]
@@ -95,13 +95,13 @@ def test_the_model_drops_what_no_buffer_holds():
     assert model.errors == StickyError.OVERRUN | StickyError.MALFORMED | StickyError.CRC
 
 
-def test_two_million_random_bytes_leave_the_model_answering():
+def test_the_model_replies_after_two_million_random_bytes():
     rng = random.Random(23)
     model = FrameReceiverModel(Config())
     start = time.perf_counter()
     for _ in range(20):
         model.feed(rng.randbytes(100_000))
-    # With a chance of 1 in 500,000, one of the 7,800 frames has a right CRC.
+    # One of the 7,800 frames has a valid CRC with a probability of 1 in 500,000.
     assert len(model.verdicts) > 7000
     assert model.feed(b"\0" + encode_frame(b"\1\2\3")) == [(b"\1\2\3", False)]
     # At this rate, the 20 MB of the long run take less than a minute.

@@ -1,4 +1,4 @@
-"""Definition of the messages: layouts, paths on the link, the configuration in INFO."""
+"""Messages: layouts, paths on the link, and the configuration in INFO."""
 
 import random
 import zlib
@@ -41,12 +41,12 @@ def test_layout_packs_from_the_lowest_bit():
         ({"a": -1, "b": 1}, r"^a must fit in 3 bits, not -1$"),
     ],
 )
-def test_layout_refuses(values, sentence):
+def test_layout_refuses_bad_values(values, sentence):
     with pytest.raises(ValueError, match=sentence):
         Layout((("a", 3), ("b", 8))).pack(**values)
 
 
-def test_layout_refuses_size():
+def test_layout_refuses_a_wrong_size():
     with pytest.raises(ValueError, match=r"^Payload must have 2 bytes, not 3$"):
         Layout((("a", 9),)).unpack(b"abc")
 
@@ -89,7 +89,7 @@ def test_every_layout_returns_what_it_packed(config):
 
 
 @pytest.mark.parametrize("config", CONFIGS)
-def test_info_tells_the_configuration(config):
+def test_info_has_the_configuration(config):
     values = protocol.info_values(config) | {"session": 7}
     layout = protocol.info_reply(config)
     told = layout.unpack(layout.pack(**values))
@@ -97,7 +97,7 @@ def test_info_tells_the_configuration(config):
     assert (told["version"], told["build_id"]) == (protocol.VERSION, config.build_id)
 
 
-def test_a_checker_that_is_not_known_is_refused():
+def test_refuses_an_unknown_checker():
     values = protocol.info_values(CONFIG) | {"session": 7, "checker": 3}
     with pytest.raises(ValueError, match=r"^Checker must be below 3, not 3$"):
         protocol.config_from_info(values)
@@ -125,7 +125,7 @@ paths = st.lists(st.lists(waypoints, min_size=2, max_size=16), max_size=8)
 
 
 @given(paths)
-def test_paths_survive_the_link(paths):
+def test_paths_round_trip(paths):
     packed = protocol.pack_paths(CONFIG, paths)
     assert len(packed) == 4 * sum(map(len, paths))
     assert protocol.unpack_paths(CONFIG, packed) == paths
@@ -140,14 +140,14 @@ def test_paths_survive_the_link(paths):
         (bytes(8), r"^Paths must end with a waypoint marked last$"),
     ],
 )
-def test_broken_paths_are_refused(payload, sentence):
+def test_refuses_broken_paths(payload, sentence):
     with pytest.raises(ValueError, match=sentence):
         protocol.unpack_paths(CONFIG, payload)
 
 
 @pytest.mark.parametrize("bits", range(4, 17))
 @given(st.data())
-def test_cells_survive_the_link(bits, data):
+def test_cells_round_trip(bits, data):
     config = Config(altitude_bits=bits)
     cells = data.draw(st.lists(st.integers(0, (1 << bits) - 1), max_size=40))
     packed = protocol.pack_cells(config, cells)
@@ -155,7 +155,7 @@ def test_cells_survive_the_link(bits, data):
     assert protocol.unpack_cells(config, packed)[: len(cells)] == cells
 
 
-def test_cells_have_nothing_between_them():
+def test_cells_are_packed_without_gaps():
     assert protocol.pack_cells(CONFIG, [0xABC, 0x123, 0xFFF]) == bytes.fromhex("bc3a12ff0f")
 
 
@@ -174,16 +174,16 @@ hits = st.builds(
 
 
 @given(st.lists(st.just(PathResult()) | hits, max_size=10))
-def test_results_survive_the_link(results):
+def test_results_round_trip(results):
     packed = protocol.pack_results(CONFIG, results)
     assert protocol.unpack_results(CONFIG, packed) == results
-    # A free path takes a byte, a hit 5 more, an entry 4.
+    # A clear path takes a byte, a hit 5 more, an entry 4.
     assert len(packed) == sum(
         1 + 5 * result.collision + 4 * len(result.entries) for result in results
     )
 
 
-def test_torn_results_are_refused():
+def test_refuses_torn_results():
     hit = PathResult(True, 3, (100, 200), False, 70, ((3, 5, 0),))
     packed = protocol.pack_results(CONFIG, [hit])
     assert protocol.unpack_results(CONFIG, packed) == [hit]

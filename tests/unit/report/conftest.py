@@ -1,4 +1,4 @@
-"""Short flights over small worlds, with everything a report needs of them."""
+"""Short flights over small terrains, for reports."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from host.terrain import Terrain
 
 @pytest.fixture(scope="session")
 def make_run():
-    """Evaluator and result of a flight through two waypoints."""
+    """Function that returns evaluator and result of a flight through two waypoints."""
 
     def make(
         shape=(41, 61),

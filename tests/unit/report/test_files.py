@@ -1,4 +1,4 @@
-"""Files that are whole or not there."""
+"""Files that are written whole or not at all."""
 
 import json
 import os
@@ -23,7 +23,7 @@ def names(directory):
     return [entry.name for entry in directory.iterdir()]
 
 
-def test_replaces_only_when_whole(tmp_path):
+def test_replaces_a_file_only_when_complete(tmp_path):
     file = tmp_path / "a.bin"
     file.write_bytes(b"old")
 
@@ -44,7 +44,7 @@ def test_replaces_only_when_whole(tmp_path):
     assert names(tmp_path) == ["a.bin"]
 
 
-def test_json_refuses_what_json_does_not_know(tmp_path):
+def test_json_refuses_unknown_types(tmp_path):
     file = tmp_path / "a.json"
     with pytest.raises(ValueError, match="Out of range float values are not JSON compliant"):
         write_json(file, {"x": float("nan")})
@@ -74,7 +74,7 @@ def test_refuses_a_file_in_the_way(tmp_path):
 
 @pytest.fixture
 def full(tmp_path):
-    """A device like /dev/full, whose loss hurts nobody."""
+    """A device like /dev/full that a test may overwrite."""
     device = tmp_path / "full"
     try:
         os.mknod(device, stat.S_IFCHR | 0o666, os.makedev(1, 7))
@@ -103,7 +103,7 @@ def test_a_device_stays_and_its_error_is_a_sentence(full, tmp_path, linked):
 
 
 @pytest.mark.parametrize("linked", [False, True])
-def test_a_fifo_gets_what_was_written_and_stays(tmp_path, linked):
+def test_a_fifo_gets_the_text_and_stays(tmp_path, linked):
     fifo = tmp_path / "fifo"
     os.mkfifo(fifo)
     file = fifo
@@ -120,7 +120,7 @@ def test_a_fifo_gets_what_was_written_and_stays(tmp_path, linked):
     assert file.is_symlink() == linked
 
 
-def test_a_fifo_gets_nothing_of_a_file_that_is_not_whole(tmp_path):
+def test_a_fifo_gets_nothing_of_an_incomplete_file(tmp_path):
     fifo = tmp_path / "fifo"
     os.mkfifo(fifo)
     end = os.open(fifo, os.O_RDONLY | os.O_NONBLOCK)
@@ -140,7 +140,7 @@ def test_an_open_descriptor_is_written_at_its_position(tmp_path):
     log = tmp_path / "log"
     with log.open("wb", buffering=0) as opened:
         opened.write(b"before\n")
-        link = tmp_path / "stdout"  # As /dev/stdout is.
+        link = tmp_path / "stdout"  # Like /dev/stdout.
         link.symlink_to(f"/proc/self/fd/{opened.fileno()}")
         with replacing(link) as binary:
             binary.write(b"content\n")

@@ -26,14 +26,14 @@ def written(tmp_path, document):
     return file
 
 
-def test_local_metres_survive_exactly(make_run, tmp_path):
+def test_local_metres_are_exact(make_run, tmp_path):
     terrain, result, document = documented(make_run)
     assert document["crs_local"] is True
     assert [feature["geometry"]["type"] for feature in document["features"]] == ["LineString"] * 2
     assert np.array_equal(read_path(written(tmp_path, document), terrain), result.path)
 
 
-def test_wgs84_survives_to_the_millimetre(make_run, tmp_path):
+def test_wgs84_is_exact_to_the_millimetre(make_run, tmp_path):
     terrain, result, document = documented(make_run, **UTM)
     assert "crs_local" not in document
     longitude, latitude, altitude = document["features"][0]["geometry"]["coordinates"][0]
@@ -108,7 +108,7 @@ def test_reads_any_wrapping(make_run, tmp_path, wrap):
         ),
     ],
 )
-def test_says_what_is_wrong(make_run, tmp_path, document, sentence):
+def test_refuses_bad_documents(make_run, tmp_path, document, sentence):
     evaluator, _ = make_run()
     file = written(tmp_path, document)
     expected = sentence.replace("{}", str(file))
@@ -116,7 +116,7 @@ def test_says_what_is_wrong(make_run, tmp_path, document, sentence):
         read_path(file, evaluator.problem.terrain)
 
 
-def test_missing_file(make_run, tmp_path):
+def test_refuses_a_missing_file(make_run, tmp_path):
     evaluator, _ = make_run()
     with pytest.raises(InputError, match=r"^Cannot read the path '.*' \(No such file or dir"):
         read_path(tmp_path / "missing.geojson", evaluator.problem.terrain)

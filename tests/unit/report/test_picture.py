@@ -1,4 +1,4 @@
-"""The picture: nothing overlaps and nothing is cut off, whatever the shape of the map."""
+"""The picture of a path, for every shape of map: texts, places, proportions."""
 
 import itertools
 import math
@@ -56,9 +56,11 @@ def figure(scene):
     return figure
 
 
-def test_legends_cover_no_text_of_others(figure):
+def test_legends_cover_no_other_text(figure):
     renderer = figure.canvas.get_renderer()
-    for legend in figure.findobj(Legend):
+    legends = figure.findobj(Legend)
+    assert legends
+    for legend in legends:
         box = legend.get_window_extent(renderer)
         own = {text.get_text() for text in legend.get_texts()}
         for text, other in texts_of(figure):
@@ -78,7 +80,7 @@ def test_map_keeps_its_proportions(figure):
     assert not any(box.overlaps(other) for other in others)
 
 
-def test_says_what_it_shows(scene, figure):
+def test_names_what_it_shows(scene, figure):
     shown = [text for text, _ in texts_of(figure)]
     evaluation = scene.evaluation
     for text in (
@@ -117,7 +119,7 @@ def test_scale_and_north_cover_no_end_of_the_path(scene, figure):
 
 
 @pytest.mark.parametrize("free", [(0, 0), (0, 1), (1, 0), (1, 1)])
-def test_scale_and_north_keep_away_from_a_path_through_three_corners(free):
+def test_scale_and_north_avoid_a_path_through_three_corners(free):
     figure = Figure(figsize=(6, 5))
     FigureCanvasAgg(figure)
     axes = figure.add_axes((0.1, 0.1, 0.8, 0.8), xlim=(0, 6), ylim=(0, 5))
@@ -130,7 +132,7 @@ def test_scale_and_north_keep_away_from_a_path_through_three_corners(free):
     assert not any(window.contains(*point) for point in axes.transData.transform(along))
 
 
-def test_says_when_the_best_was_not_chosen(make_run):
+def test_reports_that_the_best_was_not_chosen(make_run):
     evaluator, result = make_run()
     history = [[0, 1.5, 1.0], [1, result.evaluation.fitness + 0.25, 1.0]]
     figure = draw(Scene(evaluator, result.path, result.evaluation, history, "", ""))
@@ -172,6 +174,6 @@ def test_land_grows_lighter_with_height():
 
 @pytest.mark.parametrize("colour", [palette.PATH, palette.NOFLY, palette.TEXT])
 def test_strong_colours_stand_out_on_white(colour):
-    # The contrast that web guidelines ask of text.
+    # The contrast that web guidelines require of text.
     assert 1.05 / (luminance(colour) + 0.05) > 4.5
     assert math.isfinite(luminance(colour))

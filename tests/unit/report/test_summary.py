@@ -8,7 +8,7 @@ import pytest
 from host.report.summary import finite, summarise
 
 
-# The contract of the file: scripts rely on these keys.
+# Scripts rely on these keys.
 KEYS = {
     "pathgene",
     "planner",
@@ -75,13 +75,13 @@ def test_is_json_of_finite_numbers(make_run):
     assert json.loads(json.dumps(summary, allow_nan=False)) == summary
 
 
-def test_failure_is_told(make_run):
+def test_reports_a_failure(make_run):
     *_, summary = summary_of(make_run, failure="The board is lost.")
     assert (summary["stopped_by"], summary["failure"]) == ("failure", "The board is lost.")
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_what_json_does_not_know_becomes_null(value):
+def test_values_unknown_to_json_become_null(value):
     assert finite({"a": [1.5, (value, 2)], "b": value, "c": "text"}) == {
         "a": [1.5, [None, 2]],
         "b": None,

@@ -35,7 +35,7 @@ def test_reads_rows_blank_lines_and_spaces(tmp_path):
         ("x,y,z\n1,2,up\n4,5,6\n", "{}, line 2: must be three finite numbers x,y,z, not '1,2,up'."),
     ],
 )
-def test_says_what_is_wrong(tmp_path, text, sentence):
+def test_refuses_bad_rows(tmp_path, text, sentence):
     file = written(tmp_path, text)
     with pytest.raises(InputError, match=f"^{re.escape(sentence.format(file))}$"):
         read_csv(file)

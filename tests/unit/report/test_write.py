@@ -31,7 +31,7 @@ def names(directory):
     return sorted(entry.name for entry in directory.iterdir())
 
 
-def test_writes_all_and_nothing_else(report, tmp_path):
+def test_writes_exactly_the_files(report, tmp_path):
     evaluator, summary, warnings, write = report
     written = write()
     assert sorted(path.name for path in written) == names(tmp_path) == FILES
@@ -47,7 +47,7 @@ def test_writes_all_and_nothing_else(report, tmp_path):
     )
 
 
-def test_an_error_in_the_picture_costs_only_the_picture(report, tmp_path, monkeypatch):
+def test_an_error_in_the_picture_loses_only_the_picture(report, tmp_path, monkeypatch):
     *_, warnings, write = report
 
     def fails(scene, file):
@@ -61,7 +61,7 @@ def test_an_error_in_the_picture_costs_only_the_picture(report, tmp_path, monkey
     assert warnings == ["There is no picture this time, drawing it failed: RuntimeError: no ink."]
 
 
-def test_directory_that_went_away(report, tmp_path):
+def test_reports_a_removed_directory(report, tmp_path):
     *_, write = report
     gone = tmp_path / "gone"
     with pytest.raises(InputError) as caught:

@@ -69,7 +69,7 @@ def test_url(url, options):
         ("sim:?trace=", "Option trace of the simulated board must be a file name, not ''."),
     ],
 )
-def test_url_errors(url, sentence):
+def test_refuses_bad_urls(url, sentence):
     with pytest.raises(InputError) as caught:
         parse_board_url(url)
     assert str(caught.value) == sentence
@@ -93,7 +93,7 @@ def test_command_without_waveform():
 
 @pytest.fixture
 def far_end():
-    """A listening socket; tests accept from it what a SocketPort connects to."""
+    """Listening socket for a SocketPort."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         yield server
 
@@ -106,7 +106,7 @@ def ends(far_end):
             yield port, peer
 
 
-def test_port_reads_what_is_asked_for(ends):
+def test_port_reads_the_requested_bytes(ends):
     port, peer = ends
     peer.sendall(b"abcdef")
     assert port.read(2) == b"ab"
@@ -159,7 +159,7 @@ def test_port_write_times_out(ends):
         port.write(bytes(1 << 24))
 
 
-def test_port_forgets_input(ends):
+def test_port_discards_input(ends):
     port, peer = ends
     peer.sendall(b"old")
     while port.in_waiting < 3:
@@ -169,7 +169,7 @@ def test_port_forgets_input(ends):
     assert port.read(3) == b"new"
 
 
-def test_port_reports_a_lost_end(ends):
+def test_port_reports_a_closed_peer(ends):
     port, peer = ends
     peer.close()
     with pytest.raises(
@@ -178,14 +178,14 @@ def test_port_reports_a_lost_end(ends):
         port.read()
 
 
-def test_port_explains_a_lost_end(far_end):
+def test_port_explains_a_closed_peer(far_end):
     with SocketPort(far_end.getsockname(), explain=lambda: "It is gone.") as port:
         far_end.accept()[0].close()
         with pytest.raises(JobError, match=r"^It is gone\.$"):
             port.read()
 
 
-def test_port_without_anybody(far_end):
+def test_port_reports_a_missing_peer(far_end):
     address = far_end.getsockname()
     far_end.close()
     with pytest.raises(JobError, match=rf"^No board answers at socket://127\.0\.0\.1:{address[1]}"):

@@ -1,4 +1,4 @@
-"""Raster files made on the spot."""
+"""Raster files for tests."""
 
 import warnings
 
@@ -10,7 +10,7 @@ from affine import Affine
 
 @pytest.fixture
 def write_tif(tmp_path):
-    """Write heights, rows from the north, to ``made.tif`` and return its path."""
+    """Function that writes heights, rows from the north, to ``made.tif`` and returns its path."""
 
     def write(heights, transform=None, crs="EPSG:32632", *, unit=None, **profile):
         heights = np.asarray(heights)

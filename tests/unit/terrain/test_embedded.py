@@ -15,7 +15,7 @@ def test_every_name_is_described_and_loads():
         assert not terrain.voids.any()
 
 
-def test_unknown_name():
+def test_refuses_an_unknown_name():
     with pytest.raises(InputError) as error:
         embedded.load("atlantis")
     assert str(error.value) == (
@@ -39,7 +39,7 @@ class TestJacksboro:
         heights = self.TERRAIN.elevation
         iy, ix = np.unravel_index(int(np.argmax(heights)), heights.shape)
         lat, lon = self.TERRAIN.to_geographic(ix * self.TERRAIN.dx_m, iy * self.TERRAIN.dy_m)
-        # 36°11′54″ N, 84°13′50″ W, 3534 feet: to a cell, and what its corner lacks of the summit.
+        # 36°11′54″ N, 84°13′50″ W, 3534 feet, to a cell; its node lies a little below the summit.
         assert (lat, lon) == pytest.approx((36.19833, -84.23056), abs=0.001)
         assert heights[iy, ix] == pytest.approx(3534 * 0.3048, abs=10)
 

@@ -72,9 +72,9 @@ def test_ground_broadcasts():
     st.floats(-50, 700),
     st.floats(-50, 700),
 )
-def test_ground_matches_a_search_of_all_nodes(shape, dx_m, dy_m, x, y):
+def test_ground_matches_an_exhaustive_search(shape, dx_m, dy_m, x, y):
     terrain = Terrain("t", np.arange(shape[0] * shape[1]).reshape(shape), dx_m, dy_m)
-    # Of two nodes equally near, the higher index: it comes last, and `<=` lets it win.
+    # Of two equally near nodes the higher index comes last, and `<=` selects it.
     nearest = []
     for side, nodes, at in ((dy_m, shape[0], y), (dx_m, shape[1], x)):
         best = 0
@@ -100,7 +100,7 @@ def test_ground_matches_a_search_of_all_nodes(shape, dx_m, dy_m, x, y):
         (np.array([["a", "b"]] * 2), "t: the heights must be real numbers, but are <U1."),
     ],
 )
-def test_refuses_what_is_no_grid(heights, message):
+def test_refuses_bad_heights(heights, message):
     with pytest.raises(InputError) as error:
         Terrain("t", heights, 1, 1)
     assert str(error.value) == message
@@ -136,11 +136,11 @@ def test_geographic_against_a_known_point():
 
 
 @given(st.floats(-50_000, 50_000), st.floats(-50_000, 50_000))
-def test_geographic_there_and_back(x, y):
+def test_geographic_round_trip(x, y):
     assert UTM.to_local(*UTM.to_geographic(x, y)) == pytest.approx((x, y), abs=1e-5)
 
 
-def test_geographic_takes_arrays():
+def test_geographic_accepts_arrays():
     x, y = np.array([[0.0, 1000.0], [2000.0, 3000.0]]), np.array([[0.0], [500.0]])
     lat, lon = UTM.to_geographic(x, y)
     assert lat.shape == lon.shape == (2, 2)
@@ -152,7 +152,7 @@ def test_geographic_takes_arrays():
 
 
 def test_geographic_in_feet():
-    # EPSG:2285 counts in US survey feet of 1200/3937 m; the local frame is in metres all the same.
+    # EPSG:2285 uses US survey feet of 1200/3937 m; the local frame is still in metres.
     feet = Terrain("feet", HEIGHTS, 30, 20, "EPSG:2285", (1_600_000.0, 200_000.0))
     south = feet.to_geographic(0.0, 0.0)
     north = feet.to_geographic(0.0, 1000.0)
@@ -167,7 +167,7 @@ NO_PLACE = (
 
 
 @pytest.mark.parametrize("method", ["to_local", "to_geographic"])
-def test_no_place_without_a_crs(method):
+def test_refuses_places_without_a_crs(method):
     with pytest.raises(InputError) as error:
         getattr(BARE, method)(1.0, 2.0)
     assert str(error.value) == NO_PLACE
@@ -188,7 +188,7 @@ def test_refuses_a_point_without_place():
     )
 
 
-def test_approximate_datum_is_said_once():
+def test_warns_once_of_an_approximate_datum():
     geodesy._warn_if_approximate.cache_clear()
     nad27 = Terrain("nad27", HEIGHTS, 30, 30, "EPSG:26710", (558_060.0, 5_108_220.0))
     message = (
@@ -206,7 +206,7 @@ def test_approximate_datum_is_said_once():
 @pytest.mark.parametrize(
     "crs", ["EPSG:32632", "EPSG:25832", "EPSG:26910", "EPSG:2056", "EPSG:7845", "EPSG:2955"]
 )
-def test_datums_like_wgs84_are_not_warned_of(crs):
+def test_accepts_datums_near_wgs84_without_warning(crs):
     geodesy._warn_if_approximate.cache_clear()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -214,13 +214,13 @@ def test_datums_like_wgs84_are_not_warned_of(crs):
 
 
 @pytest.mark.parametrize("crs", ["EPSG:27700", "EPSG:31467", "EPSG:23032", "EPSG:21781"])
-def test_older_datums_are_warned_of(crs):
+def test_warns_of_older_datums(crs):
     geodesy._warn_if_approximate.cache_clear()
     with pytest.warns(UserWarning, match=r"^The exact shift between the datum '.*' and WGS84 "):
         geodesy._warn_if_approximate(crs)
 
 
-def test_npz_there_and_back(tmp_path):
+def test_npz_round_trip(tmp_path):
     file = tmp_path / "grid.data.npz"
     nofly = np.array([[True, False, False], [False, False, True]])
     UTM.save_npz(file, nofly)

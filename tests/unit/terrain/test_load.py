@@ -12,7 +12,7 @@ from host.terrain import load
 
 TILES = Path(__file__).parents[4] / "shared" / "terrain"
 UTM = "EPSG:32632"
-# Rows from the north, as a file has them.
+# Rows from the north, as in a file.
 HEIGHTS = np.array([[10, 20, 30], [40, 50, 60]], dtype=np.float32)
 SOUTH_FIRST = [[40.0, 50.0, 60.0], [10.0, 20.0, 30.0]]
 
@@ -45,7 +45,7 @@ class TestProjected:
 
     @pytest.mark.parametrize(("width", "height"), [(30, 30), (-30, -30), (-30, 30)])
     def test_other_orientations(self, write_tif, width, height):
-        """The same ground, whichever corner the file begins at."""
+        """The ground is the same whichever corner the file begins with."""
         heights = HEIGHTS[:: 1 if height < 0 else -1, :: 1 if width > 0 else -1]
         transform = Affine(
             width,

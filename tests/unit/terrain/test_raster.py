@@ -6,7 +6,7 @@ from host.terrain import raster
 
 
 @pytest.mark.parametrize("declared", [-32767, -9999, None])
-def test_the_mark_of_a_void_is_no_height_whatever_is_declared(tmp_path, declared):
+def test_undeclared_marks_of_voids_are_voids(tmp_path, declared):
     heights = np.full((3, 4), 100, np.int16)
     heights[1, 2] = -32768
     with rasterio.open(

@@ -1,4 +1,4 @@
-"""The tiles of real ground, where they are available."""
+"""The tiles of real ground, if they are available."""
 
 from pathlib import Path
 
@@ -38,7 +38,7 @@ class TestRealTiles:
         ),
         "st_helens_wa": ((452, 310), 30, 705, 2543, (-122.24987, 46.12586, -122.12757, 46.24874)),
     }
-    # Bounds of the file, its voids' share.
+    # Bounds of the file, share of voids.
     GEOGRAPHIC = {
         "alps_jungfrau_voids_ch": ((7.99958, 46.12042, 8.42625, 46.54708), 0.0424, "EPSG:32632"),
         "jervis_inlet_fjord_bc": (
@@ -77,7 +77,7 @@ class TestRealTiles:
         file = self.tile(name)
         terrain = load(file)
         assert terrain.crs == crs
-        # Voids grow by what they touch, and no wedge is counted among them.
+        # Voids grow by the cells they touch; wedges do not count.
         assert void_share < terrain.voids.mean() < 2 * void_share
         lats, lons = zip(*info(terrain)["corners"].values(), strict=True)
         assert min(lats) >= south
@@ -92,7 +92,7 @@ class TestRealTiles:
         with rasterio.open(file) as raster:
             pixels = np.pad(raster.read(1), 1, mode="edge")
             rows, columns = rasterio.transform.rowcol(raster.transform, lon, lat)
-        # Within the pixels around the one it lies on, corner to corner.
+        # Within the pixels around its pixel.
         around = np.stack(
             [
                 pixels[np.asarray(rows) + dy, np.asarray(columns) + dx]

@@ -24,7 +24,7 @@ class TestGeographic:
     PIXEL = 1 / 1200
 
     def plane(self, shape, west=8.3, north=46.5):
-        """Heights that rise 1 m per pixel to the east and 2 m per pixel to the north."""
+        """Return heights that rise 1 m per pixel eastwards and 2 m per pixel northwards."""
         rows, columns = shape
         heights = np.add.outer(2.0 * np.arange(rows)[::-1], 1.0 * np.arange(columns)) + 100
         return heights, Affine(self.PIXEL, 0, west, 0, -self.PIXEL, north)
@@ -43,7 +43,7 @@ class TestGeographic:
     def test_cells_are_square_of_the_smaller_side(self, write_tif):
         heights, transform = self.plane((60, 80))
         terrain = load(write_tif(heights, transform, "EPSG:4326"))
-        # An arc of parallel at the centre, 46.475 N, by the ellipsoid; times the zone's scale.
+        # An arc of the parallel at the centre, 46.475 N, on the ellipsoid, times the zone's scale.
         sine = np.sin(np.radians(46.475))
         radius_m = 6_378_137 / np.sqrt(1 - 0.0066943799901413165 * sine**2)
         parallel_m = np.radians(self.PIXEL) * radius_m * np.sqrt(1 - sine**2)
@@ -62,7 +62,7 @@ class TestGeographic:
         ],
     )
     def test_anywhere(self, write_tif, west, north, crs):
-        """No wedge is left and little lost, in any zone, over the equator and the antimeridian."""
+        """No wedge remains and little is lost in any zone, on the equator and the antimeridian."""
         heights, transform = self.plane((50, 40), west, north)
         terrain = load(write_tif(heights, transform, "EPSG:4326"))
         assert terrain.crs == crs

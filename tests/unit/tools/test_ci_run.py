@@ -1,4 +1,4 @@
-"""The script of the continuous integration: its last line, and its status."""
+"""The script of the continuous integration: its last line and its status."""
 
 import os
 import subprocess
@@ -28,7 +28,7 @@ SILENT = "", 0
     ],
 )
 def test_last_line_and_status(tmp_path, first, second, last, status):
-    """The `make` that the script finds prints a line for each target, which its results follow."""
+    """A scripted `make` prints a line and the results of each target."""
     for (line, code), target in ((first, "test"), (second, "test-ci")):
         (tmp_path / target).write_text(f"{line}\n")
         (tmp_path / f"{target}.status").write_text(str(code))

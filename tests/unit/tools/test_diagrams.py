@@ -1,4 +1,4 @@
-"""The pictures of docs/architecture.md are those of the code."""
+"""The pictures of docs/architecture.md match the code."""
 
 import re
 from pathlib import Path
@@ -14,14 +14,14 @@ PAGES = ("architecture.md", "protocol.md")
 
 
 def test_block_diagrams():
-    """`python -m tools.diagrams` draws them anew."""
+    """`python -m tools.diagrams` redraws them."""
     stale = [name for name, graph in graphs().items() if not is_drawn(name, graph)]
     assert stale == []
 
 
 @pytest.mark.ci
 def test_waveforms():
-    """`python -m tools.diagrams` draws them anew."""
+    """`python -m tools.diagrams` redraws them."""
     stale = [path.name for path, svg in waveforms().items() if path.read_text() != svg]
     assert stale == []
 

@@ -1,4 +1,4 @@
-"""The rules of ``make lint`` that need no Verilog: those of ``ruff``, its format, and the types."""
+"""The rules of ``make lint`` that need no Verilog: ruff, its format, and the types."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""The protocol's page and its golden frames are what the code makes, and the model answers so."""
+"""The protocol's page and golden frames match the code and the model."""
 
 import json
 
@@ -18,13 +18,14 @@ CHIPS = {chip["name"]: chip for chip in GOLDEN["chips"]}
 
 @pytest.mark.parametrize("path", contents(), ids=lambda path: path.name)
 def test_committed_file(path):
-    """`python -m tools.protocol_page` makes the files anew."""
+    """`python -m tools.protocol_page` rewrites the files."""
     assert path.read_text() == contents()[path]
 
 
 @pytest.mark.parametrize("chip", CHIPS)
-def test_model_replies_so(chip):
+def test_model_gives_the_golden_replies(chip):
     model = ChipModel(Config(**CHIPS[chip]["config"]))
+    assert CHIPS[chip]["exchanges"]
     for exchange in CHIPS[chip]["exchanges"]:
         replied = model.feed(bytes.fromhex(exchange["request"]["frame"]))
         expected = exchange["reply"]["frame"] if exchange["reply"] else ""
@@ -32,7 +33,7 @@ def test_model_replies_so(chip):
 
 
 @pytest.mark.parametrize("chip", CHIPS)
-def test_bodies_are_those_of_the_frames(chip):
+def test_bodies_match_the_frames(chip):
     for exchange in CHIPS[chip]["exchanges"]:
         for said in (exchange["request"], exchange["reply"]):
             if said and "body" in said:
@@ -54,7 +55,7 @@ def test_every_command_and_every_status():
 
 
 def test_damaged_frames():
-    """A frame without a body is one that a receiver drops."""
+    """The receiver drops every frame without a body."""
     kinds = []
     for exchange in CHIPS["small"]["exchanges"]:
         if "body" not in exchange["request"]:

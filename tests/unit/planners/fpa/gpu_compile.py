@@ -1,6 +1,6 @@
-"""Compile the kernel of the GPU engine to PTX, without a GPU; prints the PTX's version line.
+"""Compile the kernel of the GPU engine to PTX, without a GPU; print the PTX's version line.
 
-Ends with status 3 where numba's CUDA lacks its compiler.
+Exits with 3 if numba's CUDA lacks its compiler.
 """
 
 import sys
@@ -26,7 +26,7 @@ def main():
     except Exception as error:
         print(error)
         return 3
-    # Device functions are compiled for the present GPU, which is the one thing that is missing.
+    # Device functions are compiled for the present GPU, of which there is none.
     numba.cuda.dispatcher.get_current_device = lambda: SimpleNamespace(
         compute_capability=CAPABILITY
     )

@@ -1,7 +1,7 @@
-"""Run some iterations of the GPU engine, in another process: numba decides once what a GPU is.
+"""Run some iterations of the GPU engine in a new process, because numba chooses its GPU once.
 
-``python gpu_run.py FILE``: a pickle of problem, seed, iterations, two_opt_every, stride, threads,
-paths and fitness; prints a pickle of leaders, population and counts to FILE.out.
+``python gpu_run.py FILE`` reads a pickle of problem, seed, iterations, two_opt_every, stride,
+threads, paths and fitness, and writes a pickle of leaders, population and counts to FILE.out.
 """
 
 import pickle

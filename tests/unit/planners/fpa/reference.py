@@ -1,6 +1,6 @@
-"""Iterations of the flower pollination algorithm, written plainly: whole numbers, lists, loops.
+"""Reference of the flower pollination algorithm in plain integers, lists and loops.
 
-Knows nothing of the compiled kernels but the fitness of a path, which it is given.
+Of the compiled kernels it uses only the fitness of a path, as an argument.
 """
 
 import math
@@ -12,7 +12,7 @@ WORD = 0xFFFFFFFF
 
 
 def philox(counter, key):
-    """Philox4x32-10 by the book: four words of the counter, two of the key."""
+    """Return Philox4x32-10 of four words of counter and two of key, as published."""
     counter, key = list(counter), list(key)
     for _ in range(10):
         first, second = 0xD2511F53 * counter[0], 0xCD9E8D57 * counter[2]
@@ -35,7 +35,7 @@ def uniform(high, low):
 
 
 def levy(a, b):
-    """Mantegna's step of exponent 1.5 from two uniform numbers."""
+    """Return Mantegna's step of exponent 1.5 from two uniform numbers."""
     sigma = (math.gamma(2.5) * math.sin(0.75 * math.pi) / (math.gamma(1.25) * 1.5 * 2**0.25)) ** (
         2 / 3
     )
@@ -49,7 +49,7 @@ def levy(a, b):
 
 
 def candidate(seed, iteration, iterations, solution, paths, best, low, high):
-    """Equations (4) and (5): what a solution may become."""
+    """Return the candidate for a solution by equations (4) and (5)."""
     count = len(paths)
     words = draw(seed, iteration, solution, 0)
     if uniform(*words[:2]) < 0.5:
@@ -70,7 +70,7 @@ def candidate(seed, iteration, iterations, solution, paths, best, low, high):
 
 
 def untangled(path, fitness, worth):
-    """2-opt: the first reversal that is better, from the start again, until there is none."""
+    """Apply 2-opt: take the first better reversal and restart, until there is none."""
     interior = range(1, len(path) - 1)
     for first in interior:
         for last in interior:
@@ -85,7 +85,7 @@ def untangled(path, fitness, worth):
 
 
 def iterate(seed, iteration, iterations, two_opt, paths, fitness, low, high, worth):
-    """The population after an iteration: paths (m, n, 3) and fitness (m,)."""
+    """Return the population after an iteration: paths (m, n, 3) and fitness (m,)."""
     best = int(np.argmax(fitness))
     after, values = paths.copy(), fitness.copy()
     for i in range(len(paths)):

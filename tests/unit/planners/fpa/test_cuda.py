@@ -1,4 +1,4 @@
-"""The GPU engine without a GPU: in numba's simulator, and compiled to PTX."""
+"""The GPU engine without a GPU, in numba's simulator and compiled to PTX."""
 
 import importlib.util
 import os
@@ -21,7 +21,7 @@ from host.planners.fpa.steps import Pollination
 
 ROOT = Path(__file__).resolve().parents[4]
 HERE = Path(__file__).resolve().parent
-#: How far GPU and CPU may be apart, relatively, after a few iterations: see host.planners.fpa.cuda.
+#: Relative difference of GPU and CPU after a few iterations; see host.planners.fpa.cuda.
 TOLERANCE = 1e-9
 
 
@@ -43,8 +43,8 @@ def has_gpu():
     return cuda.is_available()
 
 
-@pytest.mark.ci  # Numba's simulator takes its time.
-# With these seeds a solution gets better by 2-opt, by a step, and by 2-opt again.
+@pytest.mark.ci  # Numba's simulator is slow.
+# With these seeds 2-opt, a step, and 2-opt again improve a solution.
 @pytest.mark.parametrize(("waypoints", "threads", "seed"), [(4, 5, 18), (2, 32, 59)])
 def test_simulated_gpu_equals_the_cpu(make_evaluator, tmp_path, waypoints, threads, seed):
     iterations, every, stride = 4, 1, 3
@@ -52,8 +52,8 @@ def test_simulated_gpu_equals_the_cpu(make_evaluator, tmp_path, waypoints, threa
     problem = evaluator.problem
     space = Airspace(problem)
     paths = first_population(space, np.random.default_rng(2), 5, waypoints)
-    # One that flies, so that both kinds of fitness are compared, and a better one in a tangle, so
-    # that g* changes.
+    # A feasible path, so that both kinds of fitness are compared, and a better one that is tangled,
+    # so that g* changes.
     good = np.array([(3050, 3600, 520), (4800, 3300, 450), (5000, 2500, 380), (5300, 1500, 300)])
     paths[1, 1:-1] = good[:waypoints] + np.array([0, 0, 40])
     paths[3, 1:-1] = good[[1, 0, 2, 3][:waypoints]]
@@ -99,7 +99,7 @@ def test_kernel_compiles_to_ptx():
 
 
 @pytest.mark.skipif(has_gpu(), reason="there is a GPU")
-def test_without_a_gpu_a_sentence(evaluator):
+def test_reports_a_missing_gpu(evaluator):
     with pytest.raises(InputError) as caught:
         make("fpa", engine="gpu").plan(evaluator, Options())
     assert str(caught.value) == (

@@ -1,4 +1,4 @@
-"""The first population."""
+"""The first population of flower pollination."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from host.planners.airspace import Airspace
 from host.planners.fpa.first import first_population, with_more_waypoints
 
 
-def test_drawn_paths_are_free_and_keep_the_ends(evaluator):
+def test_draws_free_paths_with_the_given_ends(evaluator):
     space = Airspace(evaluator.problem)
     paths = first_population(space, np.random.default_rng(1), 40, 6)
     assert paths.shape == (40, 8, 3)
@@ -30,14 +30,14 @@ def test_given_paths_come_first_with_the_same_course(evaluator, waypoints):
     )
     assert paths.shape == (3, max(waypoints, 3) + 2, 3)
     for path, given in zip(paths, (straight, bent), strict=False):
-        # Every given point is there, in order, and the others lie on its legs.
+        # It has every given point in order, and the others lie on its legs.
         where = [int(np.flatnonzero((path == point).all(axis=1))[0]) for point in given]
         assert where == sorted(where)
         length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
         assert length == pytest.approx(np.linalg.norm(np.diff(given, axis=0), axis=1).sum())
 
 
-def test_more_given_paths_than_places(evaluator):
+def test_takes_the_best_of_too_many_given_paths(evaluator):
     straight = np.array([evaluator.problem.start, evaluator.problem.goal])
     paths = first_population(
         Airspace(evaluator.problem), np.random.default_rng(1), 2, 1, [straight] * 5

@@ -1,4 +1,4 @@
-"""The random numbers: published vectors, a plain reference, and what a draw depends on."""
+"""Random numbers against published vectors and a plain reference."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from host.planners.fpa.philox import philox, uniform, words
 from . import reference
 
 
-# Known answers that come with the authors' own implementation (Random123, philox4x32-10).
+# Known answers of the authors' implementation (Random123, philox4x32-10).
 KNOWN = [
     ((0,) * 4, (0,) * 2, (0x6627E8D5, 0xE169C58D, 0xBC57AC4C, 0x9B00DBD8)),
     ((0xFFFFFFFF,) * 4, (0xFFFFFFFF,) * 2, (0x408F276D, 0x41C83B0E, 0xA20BC7C6, 0x6D5451FD)),
@@ -41,7 +41,7 @@ def test_uniform_numbers_leave_out_both_ends():
     zero, top = np.uint64(0), np.uint64(0xFFFFFFFF)
     assert uniform(zero, zero) == 2.0**-53
     assert uniform(top, top) == 1 - 2.0**-53
-    # Nor is the middle hit, where Box and Muller's sine would be 0.
+    # The middle, where the sine of Box and Muller is 0, is left out as well.
     assert uniform(np.uint64(1 << 31), zero) == 0.5 + 2.0**-53
 
 

@@ -1,4 +1,4 @@
-"""Whole runs: against the plain reference, alike on every engine of the CPU, and their limits."""
+"""Whole runs against the reference, on every engine of the CPU, and their limits."""
 
 import time
 
@@ -23,7 +23,7 @@ SMALL = {"population": 24, "seed": 3}
 
 
 @pytest.mark.parametrize("every", [0, 3])
-def test_iterations_are_those_of_the_reference(evaluator, every):
+def test_iterations_match_the_reference(evaluator, every):
     iterations, seed = 9, 2**63 + 5
     space = Airspace(evaluator.problem)
     paths = first_population(space, np.random.default_rng(6), 8, 4)
@@ -63,12 +63,12 @@ def test_iterations_are_those_of_the_reference(evaluator, every):
     assert leader.evaluated + leader.cut_short >= iterations * len(paths)
 
 
-def test_2_opt_follows_every_so_many_iterations():
+def test_2_opt_runs_at_its_interval():
     assert [i for i in range(1, 70) if is_two_opt(i, 20)] == [20, 40, 60]
     assert not any(is_two_opt(i, 0) for i in range(70))
 
 
-def test_the_result_depends_on_the_seed_alone(evaluator):
+def test_result_depends_only_on_the_seed(evaluator):
     options = Options(generations=45, **SMALL)
     results = [
         make("fpa-2opt", engine=engine).plan(Evaluator(evaluator.problem, threads=threads), options)
@@ -91,10 +91,10 @@ def test_a_run_is_complete(evaluator):
     mean = [mean for _, _, mean in result.history]
     assert len(best) == 61
     assert best == sorted(best)
-    assert mean == sorted(mean)  # Nothing is replaced by anything worse.
+    assert mean == sorted(mean)  # No solution is replaced by a worse one.
     assert result.path.shape == (8, 3)
     assert np.array_equal(result.path[[0, -1]], [evaluator.problem.start, evaluator.problem.goal])
-    # The first population, then one candidate for each in each iteration, besides 2-opt.
+    # The first population, then a candidate per solution and iteration, and those of 2-opt.
     assert result.evaluations + result.cut_short > 64 * 61
     assert result.evaluations >= 64
     for fitness, path in result.archive:
@@ -112,7 +112,7 @@ def test_without_2_opt_a_candidate_for_each_solution(evaluator):
     assert result.path.shape == (5, 3)
 
 
-def test_giving_up_changes_nothing_but_the_counts(evaluator):
+def test_early_rejection_changes_only_the_counts(evaluator):
     options = Options(generations=45, **SMALL)
     quick, thorough = (
         make("fpa-2opt", give_up=give_up).plan(evaluator, options) for give_up in (True, False)
@@ -161,14 +161,14 @@ def test_stop_criteria(evaluator, record):
         ),
     ],
 )
-def test_bad_options(options, sentence):
+def test_refuses_bad_options(options, sentence):
     with pytest.raises(InputError) as caught:
         make("fpa-2opt", **options)
     assert str(caught.value) == sentence
 
 
 @pytest.mark.parametrize("count", [3, 100_001])
-def test_bad_population(evaluator, count):
+def test_refuses_a_bad_population(evaluator, count):
     sentence = rf"^The population of fpa must be from 4 to 100000, not {count}\.$"
     with pytest.raises(InputError, match=sentence):
         make("fpa").plan(evaluator, Options(population=count))
@@ -176,7 +176,7 @@ def test_bad_population(evaluator, count):
 
 @pytest.fixture
 def engine_of(evaluator):
-    """Makes engines that all start from the same population of 24 paths of 7 points."""
+    """Function that makes engines with the same population of 24 paths of 7 points."""
     space = Airspace(evaluator.problem)
     paths = first_population(space, np.random.default_rng(6), 24, 5)
     fitness = evaluator.fitness(paths, np.full(24, paths.shape[1]))
@@ -202,7 +202,7 @@ def engine_of(evaluator):
 
 
 @pytest.mark.parametrize("threads", [1, 3])
-def test_a_stop_keeps_the_iterations_that_are_complete(engine_of, threads, monkeypatch):
+def test_a_stop_keeps_complete_iterations(engine_of, threads, monkeypatch):
     monkeypatch.setattr(engines, "_LOOK_S", 0.001)
     looks = iter([False, False, False])
     stopped, whole = engine_of(threads), engine_of(1)
@@ -218,7 +218,7 @@ def test_a_stop_keeps_the_iterations_that_are_complete(engine_of, threads, monke
 
 @pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
 @pytest.mark.parametrize("where", ["submit", "wait", "share"])
-def test_nobody_waits_for_a_thread_that_does_not_come(engine_of, monkeypatch, where, error):
+def test_a_failed_thread_blocks_no_other(engine_of, monkeypatch, where, error):
     engine = engine_of(3)
     submit, share = engine._pool.submit, engine._share
 
@@ -245,7 +245,7 @@ def test_nobody_waits_for_a_thread_that_does_not_come(engine_of, monkeypatch, wh
         engine.advance(1, 400_000)
 
 
-def test_who_waits_for_another_thread_leaves_the_core_alone(engine_of, monkeypatch):
+def test_waiting_threads_yield_the_core(engine_of, monkeypatch):
     engine = engine_of(2)
     share = engine._share
 
@@ -260,14 +260,14 @@ def test_who_waits_for_another_thread_leaves_the_core_alone(engine_of, monkeypat
 
 
 def test_a_time_limit_ends_a_search_within_an_iteration(evaluator):
-    # A single 2-opt of all these solutions takes minutes.
+    # One 2-opt of all these solutions would take minutes.
     options = Options(generations=500, population=3000, time_limit_s=0.5)
     result = make("fpa-2opt", waypoints=60, two_opt_every=1).plan(evaluator, options)
     assert (result.stopped_by, result.generations) == ("time-limit", 0)
     assert len(result.history) == 1
 
 
-def test_a_target_ends_a_search_in_the_iteration_that_reaches_it(evaluator):
+def test_a_target_ends_a_search_in_its_iteration(evaluator):
     whole = make("fpa-2opt").plan(evaluator, Options(generations=60, **SMALL))
     bests = [best for _, best, _ in whole.history]
     target = bests[33]

@@ -1,4 +1,4 @@
-"""Steps, one by one, against NumPy and SciPy."""
+"""Steps against NumPy and SciPy."""
 
 import math
 
@@ -25,7 +25,7 @@ TABLE_3 = Pollination(SEED, 500, 0.5, 0.25, 0.02)
 
 
 def levy_cdf(x):
-    """P(u / |v|**(2/3) <= x) for normal u and v, by integration over v."""
+    """Return P(u / |v|**(2/3) <= x) for normal u and v, by integration over v."""
     sigma = 0.696574502557  # Mantegna's deviation for the exponent 1.5.
     value, _ = integrate.quad(
         lambda v: 2 * stats.norm.pdf(v) * stats.norm.cdf(x * v ** (2 / 3) / sigma), 0, 12
@@ -47,7 +47,7 @@ def test_levy_steps_have_mantegna_s_distribution():
     expected = [levy_cdf(x) for x in grid]
     # Kolmogorov's bound at 0.1 %.
     assert np.abs(found - expected).max() < 1.95 / math.sqrt(len(steps))
-    # The tail falls as the step to the power of -1.5: what makes the flights long.
+    # The tail falls with the step to the power of -1.5, so long flights occur.
     tail = [np.mean(np.abs(steps) > x) for x in (3, 12)]
     assert tail[0] / tail[1] == pytest.approx(8, rel=0.25)
 
@@ -88,13 +88,13 @@ def test_kinds_of_step_and_partners():
     assert stats.kstest(epsilons / bounds, "uniform").pvalue > 1e-3
 
 
-def test_a_probability_of_0_or_1_leaves_one_kind():
+def test_a_probability_of_0_or_1_gives_one_kind():
     for switch, kind in ((0.0, False), (1.0, True)):
         p = TABLE_3._replace(switch=switch)
         assert all(choose_step(p, 3, solution, 9)[0] is kind for solution in range(50))
 
 
-def test_candidates_are_those_of_numpy_and_stay_in_the_box():
+def test_candidates_match_numpy_and_stay_in_the_box():
     rng = np.random.default_rng(3)
     low, high = np.array([0.0, 0.0, 100.0]), np.array([6000.0, 4000.0, 700.0])
     paths = rng.uniform(low, high, (7, 6, 3))

@@ -26,12 +26,12 @@ def test_reversals():
 
 @pytest.fixture
 def worth(evaluator):
-    """Full fitness of one path."""
+    """Function that returns the full fitness of a path."""
     return lambda path: evaluator.fitness(path[None], np.array([len(path)]))[0]
 
 
 def random_paths(evaluator, rng, count, points=8):
-    """Paths of all kinds over the ridge: feasible ones, tangled ones, through the ground."""
+    """Return feasible, tangled and colliding paths over the ridge."""
     problem = evaluator.problem
     along = np.linspace(0, 1, points)
     via = np.array(
@@ -54,7 +54,7 @@ def random_paths(evaluator, rng, count, points=8):
 @pytest.mark.parametrize(
     "options", [{}, {"zones": ()}, {"wind": (9.0, -7.0)}, {"ds_m": 10.0}], ids=str
 )
-def test_early_rejection_changes_nothing(make_evaluator, options):
+def test_early_rejection_changes_no_result(make_evaluator, options):
     evaluator = make_evaluator(**options)
     rng = np.random.default_rng(8)
     paths = random_paths(evaluator, rng, 300)
@@ -81,7 +81,7 @@ def test_early_rejection_changes_nothing(make_evaluator, options):
             else:
                 assert fitness <= value <= incumbent
             seen.add((exact, value > incumbent, incumbent > 1))
-    # Given up, or evaluated in full with and without success; incumbents of both kinds.
+    # Rejected early, or evaluated in full with and without success; both kinds of incumbents.
     assert seen >= {
         (False, False, False),
         (False, False, True),
@@ -91,7 +91,7 @@ def test_early_rejection_changes_nothing(make_evaluator, options):
     }
 
 
-def test_early_rejection_of_what_is_no_path(evaluator):
+def test_early_rejection_of_invalid_paths(evaluator):
     turns, pieces = scratch(4)
     path = np.array(
         [evaluator.problem.start, (math.nan, 1, 2), (900, 900, 300), evaluator.problem.goal]
@@ -101,7 +101,7 @@ def test_early_rejection_of_what_is_no_path(evaluator):
     assert (value, exact) == (worst, True)
 
 
-def test_2_opt_is_that_of_brute_force(evaluator, worth):
+def test_2_opt_matches_brute_force(evaluator, worth):
     rng = np.random.default_rng(4)
     changed = 0
     for path in random_paths(evaluator, rng, 25, points=7):
@@ -120,7 +120,7 @@ def test_2_opt_is_that_of_brute_force(evaluator, worth):
         )
         assert np.array_equal(found, expected)
         assert value == best
-        assert counts.sum() >= 10  # All pairs of five waypoints at the end.
+        assert counts.sum() >= 10  # At the end all pairs of five waypoints are tried.
         assert counts[CUT_SHORT] > 0
         changed += not np.array_equal(found, path)
         assert counts[EVALUATED] >= (value > fitness)

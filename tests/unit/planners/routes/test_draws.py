@@ -11,7 +11,7 @@ from host.planners.routes.spline import sample
 
 
 def kept_route(rng, counts=(4, 7, 10)):
-    """A route whose segments have these numbers of control points."""
+    """Return a route whose segments have these numbers of control points."""
     counts = np.array(counts)
     control = rng.uniform(-0.4, 0.4, (len(counts), 10, 2))
     control[1:, 0] = control[np.arange(len(counts) - 1), counts[:-1] - 1]
@@ -21,7 +21,7 @@ def kept_route(rng, counts=(4, 7, 10)):
 
 
 @pytest.mark.parametrize("kind", ["near", "uniform"])
-def test_segments_connect_what_they_should(kind):
+def test_segments_connect_their_points(kind):
     rng = np.random.default_rng(0)
     tails, heads = rng.uniform(-0.5, 0.5, (2, 7000, 2))
     control, counts = Draws(Base(), kind).segments(rng, tails, heads)
@@ -36,7 +36,7 @@ def test_segments_connect_what_they_should(kind):
         assert np.abs(np.histogram(inner[:, 0], 10, (-0.5, 0.5))[0] / len(inner) - 0.1).max() < 0.01
 
 
-def test_near_segments_are_near_the_line_in_scale():
+def test_near_segments_scale_with_the_line():
     rng = np.random.default_rng(1)
     draws = Draws(Base(), "near")
     off = []
@@ -51,7 +51,7 @@ def test_near_segments_are_near_the_line_in_scale():
     assert 0.01 < off[0] < 0.5
 
 
-def test_first_points_are_anywhere_and_the_next_near_the_route():
+def test_draws_first_points_anywhere_and_later_ones_near_the_route():
     rng = np.random.default_rng(2)
     route = kept_route(rng)
     near = Draws(Base(), "near")
@@ -67,7 +67,7 @@ def test_first_points_are_anywhere_and_the_next_near_the_route():
     assert far(anywhere) == pytest.approx(far(first), rel=0.1)
 
 
-def test_points_that_are_not_free_are_drawn_anywhere():
+def test_redraws_blocked_points_anywhere():
     class East(Base):
         def is_free(self, points):
             return points[:, 0] > 0
@@ -89,18 +89,18 @@ def test_variants_keep_ends_and_limits():
     assert np.array_equal(control[rows, counts - 1], old.control[rows, old.counts - 1])
     assert np.abs(control).max() <= 0.5
     assert (control[np.arange(10) >= counts[:, None]] == 0).all()
-    # A tenth would have a point more or less, if the limits let it.
+    # A tenth would have a point more or less if the limits allowed it.
     changed = [np.unique(counts[old.counts == size], return_counts=True) for size in (4, 7, 10)]
     assert [sizes.tolist() for sizes, _ in changed] == [[4, 5], [6, 7, 8], [9, 10]]
     assert changed[1][1][[0, 2]] == pytest.approx([50, 50], abs=28)
-    # One control point of some, all of others; none of the ends.
+    # One control point of some moved, all of others; never an end.
     same = counts == old.counts
     moved = (control[same] != old.control[same]).any(axis=2).sum(axis=1)
     assert (moved == 1).mean() == pytest.approx(0.5, abs=0.04)
     assert set(moved.tolist()) == {1, 2, 5, 8}
 
 
-def test_resizing_adds_a_point_half_way_or_leaves_one_out():
+def test_resizing_adds_a_point_halfway_or_removes_one():
     rng = np.random.default_rng(6)
     route = kept_route(rng, (6,) * 400)
     old = route.segments.control

@@ -1,4 +1,4 @@
-"""The deterministic crossover against all simple routes, one by one."""
+"""The deterministic crossover against an enumeration of all simple routes."""
 
 import itertools
 
@@ -13,13 +13,13 @@ WEIGHTS = np.array([1.0, 2.0, 4.0])
 
 
 def random_graph(rng, points, whole_numbers):
-    """Segments between any two points, some of them twice, in random order."""
+    """Return segments between any two points, some twice, in random order."""
     tails, heads = np.divmod(np.arange(points * points), points)
     allowed = (tails != heads) & (heads != START) & (tails != GOAL)
-    allowed &= rng.random(len(tails)) < rng.choice([0.5, 1.0])  # Not all are there.
+    allowed &= rng.random(len(tails)) < rng.choice([0.5, 1.0])  # Some segments are missing.
     twice = np.flatnonzero(allowed & (rng.random(len(tails)) < 0.3))
     edges = rng.permutation(np.concatenate((np.flatnonzero(allowed), twice)))
-    # Of whole numbers many routes are equal, and a loop may cost nothing.
+    # With whole numbers many routes are equal, and a loop may cost nothing.
     terms = (
         rng.integers(0, 3, (len(edges), 3)).astype(float)
         if whole_numbers
@@ -29,7 +29,7 @@ def random_graph(rng, points, whole_numbers):
 
 
 def simple_routes(tails, heads, points):
-    """Every route that passes no point twice, as lists of segments."""
+    """Yield every route that passes no point twice, as a list of segments."""
     between = {}
     for edge, ends in enumerate(zip(tails.tolist(), heads.tolist(), strict=True)):
         between.setdefault(ends, []).append(edge)
@@ -48,7 +48,7 @@ def whole(terms, route):
 
 
 def check_is_route(route, tails, heads):
-    """From start to goal, over connected segments, passing no point twice."""
+    """Assert that a route connects start and goal and passes no point twice."""
     assert tails[route[0]] == START
     assert heads[route[-1]] == GOAL
     assert np.array_equal(tails[route[1:]], heads[route[:-1]])
@@ -81,7 +81,7 @@ def test_both_readings_find_the_best_of_all_simple_routes(points, whole_numbers)
     assert found >= 10
 
 
-def test_of_equal_routes_the_one_of_fewest_segments_is_taken():
+def test_prefers_the_fewest_segments_among_equal_routes():
     rng = np.random.default_rng(7)
     for _ in range(20):
         tails, heads, terms = random_graph(rng, 5, whole_numbers=True)
@@ -94,7 +94,7 @@ def test_of_equal_routes_the_one_of_fewest_segments_is_taken():
         assert len(segments_of(route)) == fewest
 
 
-def test_list_that_holds_all_ways_has_all_routes_in_order():
+def test_a_long_list_has_all_routes_in_order():
     rng = np.random.default_rng(1)
     for _ in range(5):
         tails, heads, terms = random_graph(rng, 5, whole_numbers=False)
@@ -110,8 +110,8 @@ def test_list_that_holds_all_ways_has_all_routes_in_order():
 
 
 @pytest.mark.parametrize(("inner", "possible"), [(MOST_POINTS - 2, True), (MOST_POINTS - 1, False)])
-def test_route_has_at_most_ten_points(inner, possible):
-    """A chain of points leaves no other way."""
+def test_routes_have_at_most_ten_points(inner, possible):
+    """The points form a chain, which is the only route."""
     chain = np.array([START, *range(GOAL + 1, GOAL + 1 + inner), GOAL])
     terms = np.ones((inner + 1, 3))
     routes, totals = best_by_sum(chain[:-1], chain[1:], terms[:, 0], inner + 2, 3)
@@ -123,8 +123,8 @@ def test_route_has_at_most_ten_points(inner, possible):
         assert totals[0] == total == np.inf
 
 
-def test_worse_way_of_fewer_segments_counts_where_the_better_is_too_long():
-    """A cheap detour to the first point of a chain would make the route one segment too long."""
+def test_keeps_a_worse_way_of_fewer_segments():
+    """A cheap detour to the first point of a chain makes the route a segment too long."""
     chain = [2, *range(4, 4 + MOST_POINTS - 3), GOAL]
     tails = np.array([START, 3, START, *chain[:-1]])
     heads = np.array([3, 2, 2, *chain[1:]])
@@ -137,8 +137,8 @@ def test_worse_way_of_fewer_segments_counts_where_the_better_is_too_long():
     assert segments_of(routes[0]).tolist() == segments_of(route).tolist() == expected
 
 
-def test_many_ways_that_no_other_beats():
-    """Two terms that trade off: every way to a point counts, and memory for them grows."""
+def test_keeps_all_undominated_ways():
+    """With two opposing terms every way to a point is kept, and memory grows."""
     points = MOST_POINTS
     chain = np.array([START, *range(GOAL + 1, points), GOAL])
     rng = np.random.default_rng(3)
@@ -146,7 +146,7 @@ def test_many_ways_that_no_other_beats():
     length = rng.random(len(tails))
     terms = np.stack((length, 1 - length, rng.random(len(tails))), axis=1)
     _, total = best_by_whole(tails, heads, terms, WEIGHTS, points)
-    # The best for every pair of bounds on the second and third term, leg by leg.
+    # The best for every pair of bounds on the second and third terms, leg by leg.
     legs = terms.reshape(len(chain) - 1, 8, 3)
     best = np.inf
     for turning, rate in itertools.product(np.unique(terms[:, 1]), np.unique(terms[:, 2])):

@@ -1,4 +1,4 @@
-"""The two searches, on the AUV problem."""
+"""The two searches on the AUV problem."""
 
 import itertools
 
@@ -59,7 +59,7 @@ def test_same_seed_same_routes(kind):
 
 @pytest.mark.parametrize("reading", ["route", "sum"])
 def test_first_generation_is_the_best_of_all_routes(reading):
-    """Drawn again here, and tried one by one."""
+    """The test repeats the draws and enumerates the routes."""
     field, search = searched(DeterministicSearch, seed=3, reading=reading, draws="uniform", added=4)
     best = search.step().best
 
@@ -79,16 +79,16 @@ def test_first_generation_is_the_best_of_all_routes(reading):
     assert field.cost(best) == pytest.approx(min(costs), rel=1e-12)
 
 
-def test_kept_segment_is_replaced_only_where_the_route_gains():
+def test_replaces_a_kept_segment_only_if_the_route_gains():
     field = AuvField(1)
     terms = np.array(
         [
-            [0.5, 0.1, 1.0],  # To the middle: kept,
-            [0.5, 0.6, 0.3],  # and from there to the goal: kept.
-            [0.2, 0.5, 0.6],  # New to the middle: the route gains.
-            [0.45, 0.0, 1.02],
+            [0.5, 0.1, 1.0],  # To the middle: kept.
+            [0.5, 0.6, 0.3],  # From the middle to the goal: kept.
+            [0.2, 0.5, 0.6],  # New, to the middle: the route gains.
+            [0.45, 0.0, 1.02],  # Fitter than the kept segment, but the route loses.
         ]
-    )  # Fitter than the kept one, but the route loses.
+    )
     assert delta(terms[3]) < delta(terms[0])
     segments = Segments(np.zeros((4, 10, 2)), np.full(4, 4), terms)
     tails, heads = np.array([START, 2, START, START]), np.array([2, GOAL, 2, 2])
@@ -116,8 +116,8 @@ def test_only_a_fitter_route_replaces_the_survivor():
         assert survivor.route is routes[kept]
 
 
-def test_strands_lead_to_the_goal_and_only_gain():
-    """Each by itself, so that they stay different."""
+def test_strands_lead_to_the_goal_and_never_get_worse():
+    """Strands improve separately, so they stay different."""
     field, search = searched(DeterministicSearch, landscape=2)
     costs, best = [], []
     for _ in range(12):
@@ -141,7 +141,7 @@ def test_uniform_draws_have_no_strands():
     field, search = searched(DeterministicSearch, draws="uniform")
     search.step()
     assert search._strands is None
-    # 10 points: 9 ways from the start, and 9 on from each of the 8 others.
+    # 10 points: 9 ways from the start, and 9 from each of the 8 others.
     assert field.evaluations == 9 + 8 * 8
 
 
@@ -179,13 +179,13 @@ def test_crossover_point_is_drawn_at_random():
 
 
 def test_roulette_and_mutation_of_the_conventional_search():
-    """As many children as parents; a fifth of them has a segment that no parent has."""
+    """There are as many children as parents; a fifth has a segment that no parent has."""
     _, search = searched(ConventionalSearch, chromosomes=200)
     survivor = search._survivor
     graph = survivor.next_graph()
     parents = search._population(graph, None)
     sizes = np.bincount([len(parent.points) for parent in parents], minlength=11)[2:]
-    assert (sizes > 8).all()  # 2 to 10 points, 22 of each on the average.
+    assert (sizes > 8).all()  # 2 to 10 points, 22 of each on average.
     fitness = survivor.compete([graph.route(parent.edges) for parent in parents])
     extended, children = search._children(graph, parents, fitness)
     assert len(children) == 200
@@ -229,7 +229,7 @@ def test_a_child_that_is_fitter_than_all_parents_survives():
         ),
     ],
 )
-def test_refuses_what_is_out_of_range(kind, options, sentence):
+def test_refuses_options_out_of_range(kind, options, sentence):
     with pytest.raises(InputError) as caught:
         searched(kind, **options)
     assert str(caught.value) == sentence

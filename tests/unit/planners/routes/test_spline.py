@@ -1,4 +1,4 @@
-"""B-splines against SciPy's."""
+"""B-splines against SciPy."""
 
 import numpy as np
 import pytest
@@ -11,14 +11,14 @@ COUNTS = np.arange(2, 11)
 
 
 def curves(dimensions, seed=0):
-    """A curve of every number of control points; what is beyond them must not be read."""
+    """Return curves of every number of control points; values beyond must not be read."""
     control = np.random.default_rng(seed).uniform(-1, 1, (len(COUNTS), 10, dimensions))
     control[np.arange(10) >= COUNTS[:, None]] = np.nan
     return control
 
 
 def scipy_curve(control):
-    """The clamped uniform spline of order 4, or as many as there are points."""
+    """Return the clamped uniform spline of order 4, or of the number of points if less."""
     degree = min(ORDER, len(control)) - 1
     inside = np.linspace(0, 1, len(control) - degree + 1)
     return BSpline(np.r_[[0] * degree, inside, [1] * degree], control, degree)
@@ -26,7 +26,7 @@ def scipy_curve(control):
 
 @pytest.mark.parametrize("dimensions", [2, 3])
 @pytest.mark.parametrize("samples", [2, 21, 100])
-def test_equals_scipy(dimensions, samples):
+def test_matches_scipy(dimensions, samples):
     control = curves(dimensions)
     points = sample(control, COUNTS, samples)
     for own, count, curve in zip(control, COUNTS, points, strict=True):

@@ -12,8 +12,8 @@ tests of units, models and records follow, then whole chips in simulation. What 
 survivor: a missing test, a needless line, or a proof to write.
 
 Each result is a line of JSON in ``build/mutation/results.jsonl``, written when it is known; a
-second call goes on from there. What is killed counts as killed as long as its line stays as it is;
-the rest is tried again once the tests or the gateware have changed. At the end, the tests that
+second call goes on from there. What is killed counts as killed as long as its line stays as it is
+and the test is there; the rest is tried again once the tests or the gateware have changed. At the end, the tests that
 found something run on the unaltered copy, where all must pass.
 """
 
@@ -73,7 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     store = build_root() / "mutation" / "results.jsonl"
     state = digest_of(ROOT, "hdl", "tests", "sim", "host", "tools")
     store.parent.mkdir(parents=True, exist_ok=True)
-    known = read(store)
+    known = {key: entry for key, entry in read(store).items() if has_killer(ROOT, entry)}
     wanted = [one for one in drawn if not is_settled(known.get(one.key), options.depth, state)]
     print(f"results: {store}, {len(drawn) - len(wanted)} known", flush=True)
     with tempfile.TemporaryDirectory(prefix="work.", dir=store.parent) as work:
@@ -127,6 +127,16 @@ def is_settled(entry: Entry | None, depth: str, state: str) -> bool:
         DEPTHS.index(entry["depth"]) >= DEPTHS.index(depth)
     )
     return entry["verdict"] == "killed" or (deep_enough and entry["state"] == state)
+
+
+def has_killer(root: Path, entry: Entry) -> bool:
+    """Return whether the test that killed an alteration is still there, if one did."""
+    path, _, test = entry["by"].partition("::")
+    if entry["verdict"] != "killed" or not path.startswith("tests/"):
+        return True
+    name = test.partition("[")[0].rpartition("::")[2]
+    file = root / path
+    return file.is_file() and (not name or f"def {name}(" in file.read_text(encoding="utf-8"))
 
 
 def verify(shop: Workshop, entries: Sequence[Entry]) -> list[str]:

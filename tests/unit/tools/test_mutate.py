@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tools.mutate import is_settled, main, read, report
+from tools.mutate import has_killer, is_settled, main, read, report
 from tools.mutation.circuits import equal_circuits
 from tools.mutation.sites import EXCLUDED, draw, gateware_files, sites_of
 from tools.mutation.suites import slow_suite, suites
@@ -244,6 +244,18 @@ def test_results_are_kept(tmp_path):
     assert read(store) == {}
     store.write_text(json.dumps(entry("killed")) + "\n" + json.dumps(entry("survived"))[:20])
     assert read(store) == {"killed": entry("killed")}
+
+
+def test_a_kill_counts_as_long_as_its_test_is_there(project):
+    def by(name, verdict="killed"):
+        return {**entry(verdict), "by": name}
+
+    assert has_killer(project, by("tests/unit/test_unit.py::test_seen[1-a]"))
+    assert has_killer(project, by("tests/unit/test_unit.py"))
+    assert has_killer(project, by("limit of time reached"))
+    assert has_killer(project, by("", "survived"))
+    assert not has_killer(project, by("tests/unit/test_unit.py::test_see"))
+    assert not has_killer(project, by("tests/unit/test_gone.py::test_seen"))
 
 
 def test_only_survivors_are_followed_further():

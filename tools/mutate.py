@@ -13,8 +13,8 @@ survivor: a missing test, a needless line, or a proof to write.
 
 Each result is a line of JSON in ``build/mutation/results.jsonl``, written when it is known; a
 second call goes on from there. What is killed counts as killed as long as its line stays as it is
-and the test is there; the rest is tried again once the tests or the gateware have changed. At the end, the tests that
-found something run on the unaltered copy, where all must pass.
+and the test is there; the rest is tried again once the tests or the gateware have changed. At the
+end, the tests that found something run on the unaltered copy, where all must pass.
 """
 
 from __future__ import annotations

@@ -50,10 +50,10 @@ endef
 help:
 	@echo "make plan       plan over real terrain, the GA running in the simulated board"
 	@echo "                (TERRAIN= START= GOAL= NOFLY_CIRCLES= BOARD= SEED= OUT=)"
-	@echo "make setup      install everything the other targets need, once"
-	@echo "make test       all tests (WORKERS= PYTEST_ARGS=)"
+	@echo "make setup      install what the tests need, once"
+	@echo "make test       the tests of minutes (WORKERS= PYTEST_ARGS=)"
 	@echo "make test-ci    the costly tests: full sizes, lint, smoke tests of benchmarks"
-	@echo "make test-long  both, and hours of random and soak runs"
+	@echo "make test-long  all tests: hours of random and soak runs"
 	@echo "make verilog    synthesizable Verilog of every top, in build/verilog/"
 	@echo "make bitstream  place and route for a real board, with open tools (BOARD=ulx3s-85f)"
 	@echo "make sim        cocotb benches on Icarus and Verilator (SIM= BENCH= WAVES=1)"

@@ -24,9 +24,9 @@ LONG_ON_ICARUS = (
 )
 
 
-#: Benches of the paper's sizes, which compile for a minute on Verilator; ``test_boards.py`` runs
-#: boards of that size.
-LARGE = ("core", "core_with_map")
+#: Benches that compile for half a minute and more on Verilator. ``test_boards.py`` runs boards of
+#: those sizes, and ``test_parallel_checker.py`` the checker.
+LARGE = ("checker", "core", "core_with_map", "planner", "population")
 
 
 def marks(simulator, name):

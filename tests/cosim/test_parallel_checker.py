@@ -129,6 +129,7 @@ def check_full_size(config, paths, limit):
         assert found == [terrain.heights[y, x] for x, y in cells]
 
 
+@pytest.mark.ci
 def test_full_size():
     check_full_size(FULL, 500, limit=44)
 

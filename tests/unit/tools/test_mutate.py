@@ -299,7 +299,8 @@ def test_the_list_names_what_would_be_altered(capsys):
     assert all(line.startswith("hdl/ga_core/crossover.py:") for line in lines)
 
 
-@pytest.mark.ci  # A minute; all of the gateware takes hours: ``tests/long/test_mutation_long.py``.
+@pytest.mark.ci  # A minute; all of the 200 take hours: ``tests/long/test_mutation_long.py``.
 def test_a_sample_is_killed():
-    files = ["hdl/ga_core/crossover.py", "hdl/primitives/one_hot_sequencer.py"]
-    assert main(["--count", "6", "--depth", "near", "--require", "100", "--files", *files]) == 0
+    """The first of the 200 alterations of which CONTRIBUTING gives the result."""
+    arguments = ["--seed", "2026", "--count", "6", "--depth", "near", "--require", "100"]
+    assert main(arguments) == 0

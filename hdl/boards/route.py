@@ -50,7 +50,7 @@ class Routed:
 
     @property
     def closed(self) -> bool:
-        """Whether every clock is as fast as asked."""
+        """Every clock is as fast as asked."""
         return self.slack >= 1
 
     @property
@@ -194,7 +194,7 @@ class _Run:
     def result(self) -> Routed:
         """Return the result, once the run has ended."""
         if self.stopped_after is not None:
-            raise BuildError(f"{self.tool} came to no end in {self.stopped_after:,.0f} s.")
+            raise BuildError(f"{self.tool} did not terminate within {self.stopped_after:,.0f} s.")
         if self.process is not None:
             if status := self.process.returncode:
                 raise tool_failed(self.tool, self.folder, status)

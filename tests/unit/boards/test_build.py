@@ -198,9 +198,9 @@ def test_stops_a_seed_that_does_not_terminate(tools, tmp_path, capfd, monkeypatc
         return build(BOARD, tmp_path / "out", limit_s=3600, jobs=1, **options)
 
     assert build_for(3601.0, seeds=2).seed == 2
-    assert "seed 1: nextpnr-ecp5 came to no end in 3,600 s.\n" in capfd.readouterr().err
+    assert "seed 1: nextpnr-ecp5 did not terminate within 3,600 s.\n" in capfd.readouterr().err
     # The next run tries it again, because it was stopped, not routed.
-    with pytest.raises(BuildError, match=r"^nextpnr-ecp5 came to no end in 3,600 s\.$"):
+    with pytest.raises(BuildError, match=r"^nextpnr-ecp5 did not terminate within 3,600 s\.$"):
         build_for(3601.0, seeds=1)
 
 

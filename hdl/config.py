@@ -16,7 +16,7 @@ __all__ = ["CheckerBuild", "Config", "MutationKind", "SurvivorSelection"]
 
 
 class MutationKind(enum.IntEnum):
-    """What a mutator does to its child (*allaire-2008*, sections 3.4 and 4.6)."""
+    """Kind of a mutator: its change to a child (*allaire-2008*, sections 3.4 and 4.6)."""
 
     #: Move one waypoint within the box around it.
     PERTURB = 0
@@ -27,7 +27,7 @@ class MutationKind(enum.IntEnum):
 
 
 class SurvivorSelection(enum.StrEnum):
-    """How the survivors among the non-elite parents are drawn, without replacement."""
+    """Draw of the survivors among the non-elite parents, without replacement."""
 
     #: Every choice equally likely.
     UNIFORM = "uniform"
@@ -36,7 +36,7 @@ class SurvivorSelection(enum.StrEnum):
 
 
 class CheckerBuild(enum.StrEnum):
-    """How paths are checked against the map (*allaire two-tier*)."""
+    """Design of the checker of paths against the map (*allaire two-tier*)."""
 
     #: No map on the chip.
     NONE = "none"
@@ -73,13 +73,13 @@ class Config:
     box_percent : int
         Edge of the mutation box in percent of the map's edge (*allaire-2008*, section 3.4.1).
     survivor_selection : SurvivorSelection
-        See there.
+        Draw of the survivors: uniform or by rank.
     genetic : bool
-        Whether the chip has the genetic core. Without it, it checks paths only, and of the fields
-        above those up to ``deletes``, ``box_percent`` and ``survivor_selection`` do not matter.
+        The chip has the genetic core. A chip without it only checks paths, and of the fields above
+        those up to ``deletes``, ``box_percent`` and ``survivor_selection`` do not matter.
     checker : CheckerBuild
-        See there. A chip without a genetic core has one. All fields below up to ``redraws`` matter
-        only where there is one.
+        Design of the checker, or none. A chip without a genetic core has a checker. All fields
+        below up to ``redraws`` matter only on a chip with a checker.
     lanes : int
         Cells checked each cycle: 1, 2, 4, 8 or 16; 1 in the two-tier build.
     memory_latency : int
@@ -91,8 +91,8 @@ class Config:
     clocks_per_bit : int
         UART divisor: cycles per bit, 4..65535.
     receive_buffer : int
-        Bytes of received frames the chip can hold: a power of two, 256..32768. What a host may have
-        unanswered on the line.
+        Bytes of received frames the chip can hold: a power of two, 256..32768. Maximum
+        unacknowledged request bytes.
 
     Raises
     ------

@@ -83,10 +83,10 @@ def build_verilator(
         makes a chip 7 % faster and its build twice as long. With ``public``, the compiler needs
         many minutes to optimize the table of the variables.
     trace : bool
-        Whether the program can write a VCD file.
+        Let the program write a VCD file.
     public : bool
-        Whether VPI sees the variables of ``top``. The variables below ``top`` stay hidden: they
-        would add many minutes to the build of a whole chip.
+        Show VPI the variables of ``top``. The variables below ``top`` stay hidden: they would add
+        many minutes to the build of a whole chip.
 
     Returns
     -------

@@ -79,7 +79,7 @@ class Proof:
     induction : int, optional
         Length of the induction. Without an induction the proof covers the first ``depth`` cycles.
     long : bool or tuple of str
-        Whether the checks take more than a few seconds, or the names of those that do.
+        The checks take more than a few seconds, or the names of those that do.
     """
 
     claim: Callable[[Callable[..., Any]], Any]

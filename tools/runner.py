@@ -111,7 +111,7 @@ def run(
     label : str, optional
         Name of the log and the waveform; default the names of the file and of the simulator.
     waves : bool
-        Whether to record a waveform of everything.
+        Record a waveform of everything.
     seed : int
         Seed of ``random`` in the bench.
     test_filter : str, optional

@@ -55,7 +55,7 @@ class CheckController(wiring.Component):
     forget, points
         Of one path; see :class:`hdl.feasibility.path_source.PathSource`.
     reads : Out(stream), waypoints : In(stream)
-        To and from the population, if there is one; see there, too.
+        To and from the population, if there is one: paths to read, and their waypoints.
     counting : Out(1)
         Count the colliding cells; steady while the checker is busy.
     paths : Out(stream.Signature(point_layout))

@@ -54,17 +54,18 @@ class Feasibility(wiring.Component):
     waypoint : In(place_layout)
         The waypoint at the ``read_address`` of the previous cycle.
     count : In(1)
-        See :class:`hdl.feasibility.checker.Checker`.
+        Count colliding cells, too: the path is walked to its end. Steady while ``busy``.
     busy : Out(1)
         A check is in progress: from the cycle after ``enable`` to the one in which a flag rises.
     collision, clear : Out(1)
-        Flags; see there. They stay until the cycle of the next ``enable``, that cycle included.
+        The path collides; the path is clear. Each flag stays until the cycle of the next
+        ``enable``, that cycle included.
     verdict : Out(verdict_layout)
         From the cycle in which it is offered until the next one is.
     counts : Out(stream.Signature(count_layout))
     writes : In(stream.Signature(cell_layout))
-        See there. A check that is enabled after the last cell of a rectangle waits until the coarse
-        map is up to date.
+        Cells to write into the map, ``last`` with the last cell of a rectangle. A check that is
+        enabled after that cell waits until the coarse map is up to date.
     """
 
     def __init__(self, config: Config):

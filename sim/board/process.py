@@ -38,8 +38,7 @@ class SimulatedBoard:
     pty : bool
         Serve a pseudo terminal instead of TCP.
     keep : bool
-        Whether to wait for another client when one leaves; otherwise the simulator ends with its
-        client.
+        Wait for another client when one leaves; otherwise the simulator ends with its client.
     idle_clocks : int, optional
         Cycles simulated at full speed after the last activity; default 2**20.
     trace : Path, optional
@@ -100,7 +99,7 @@ class SimulatedBoard:
         timeout : float or None
             Of the port's reads, seconds.
         ends_board : bool
-            Whether closing the port ends the board as well.
+            Closing the port ends the board as well.
 
         Raises
         ------

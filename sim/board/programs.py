@@ -33,7 +33,7 @@ class Program:
     clocks_per_bit : int
         UART divisor of the chip, cycles.
     traced : bool
-        Whether the program can write a waveform.
+        The program can write a waveform.
     module : Path, optional
         The bridge as an Icarus module.
     """
@@ -96,7 +96,7 @@ def verilate(
     clocks_per_bit : int
         UART divisor of the chip, cycles, 2 or more.
     trace : bool
-        Whether the program can write a VCD file. Such a program is slower, even if it writes none.
+        Let the program write a VCD file. Such a program is slower, even if it writes none.
     build_dir : Path, optional
         Keeps the builds; default ``sim/`` in :func:`sim.cache.build_root`.
 

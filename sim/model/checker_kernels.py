@@ -132,7 +132,7 @@ def check_paths(
     Raises
     ------
     ValueError
-        See there.
+        If ``config`` has no checker, or a path has too few points, too many, or one off the map.
     """
     batch = Batch.of(config, paths)
     found = check_batch(config, terrain, batch, count)

@@ -90,7 +90,7 @@ class WriteDecoder(wiring.Component):
         write = self.writes.p
         head_size = self.max_waypoints // 2
 
-        waypoint = Signal.like(self.waypoint, reset_less=True)
+        written = Signal.like(write, reset_less=True)  # Synthesis drops what nothing reads of it.
         slots = Signal.like(self.slots, reset_less=True)
         length = Signal.like(self.length, reset_less=True)
         last = Signal()
@@ -99,7 +99,7 @@ class WriteDecoder(wiring.Component):
             self.writes.ready.eq(self.allow),
             self.taken.eq(self.writes.valid & self.allow),
             *(part.eq(register) for part, register in zip(self.writing, writing, strict=True)),
-            self.waypoint.eq(waypoint),
+            self.waypoint.eq(written.waypoint),
             self.slots.eq(slots),
             self.completed.eq(Cat(last & slot for slot in slots)),
             self.length.eq(length),
@@ -108,7 +108,7 @@ class WriteDecoder(wiring.Component):
         in_tail = write.index >= head_size
         m.d.sync += [
             last.eq(self.taken & write.last),
-            waypoint.eq(write.waypoint),
+            written.eq(write),
             slots.eq(1 << write.slot),
             length.eq(write.index + 1),
             self.in_tail.eq(in_tail),

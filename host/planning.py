@@ -14,8 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from host.errors import InputError
 from host.evaluation import Evaluation, Evaluator
+from host.numeric import integer
 from host.planners import DEFAULT, OPTIONS, PLANNERS, make
 from host.planners.base import Options, Progress, Result, Stop
+from host.planners.options import DEFAULT_BOARD
 from host.problem.problem import Problem
 from host.report.files import prepare_directory
 from host.report.summary import describe_problem, summarise, terms, version
@@ -27,8 +29,6 @@ if TYPE_CHECKING:
 
 
 __all__ = ["Check", "Plan", "Search", "check", "plan"]
-
-_BOARD = "model:"
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -165,6 +165,7 @@ class Search:
         See :class:`host.planners.base.Options`.
     **options
         The planner's own options: those of :data:`host.planners.OPTIONS` that its entry lists.
+        None is the default of each.
 
     Raises
     ------
@@ -183,13 +184,13 @@ class Search:
         seed: int = 0,
         **options: Any,
     ) -> None:
-        _check_options(planner, options)
-        self._planner = make(planner, **options)
+        own = _own_options(planner, options)
+        self._planner = make(planner, **own)
         self.planner = planner
         entry = PLANNERS[planner]
         self.board: str | None = None
         if "board" in entry.options:
-            self.board = options.get("board") or _BOARD
+            self.board = own.get("board", DEFAULT_BOARD)
         self.options = Options(
             generations=entry.generations if generations is None else generations,
             time_limit_s=time_limit_s,
@@ -290,11 +291,12 @@ def plan(
         Called after each generation with its number, the best fitness so far and the mean fitness
         of the population.
     cancel : callable, optional
-        Called often. Once it returns True, the search ends, and the plan is the best so far with
-        ``interrupted`` true.
+        Called between generations. Once it returns True, the search ends, and the plan is the best
+        so far with ``interrupted`` true. The longest wait is usually that for generation 0: the
+        first plan on a machine compiles for up to a minute, and ``sim:`` builds its board.
     **options
         The planner's own options, ``board="sim:"`` for example: those of ``pathgene plan`` with
-        underscores.
+        underscores. None is the default of each.
 
     Returns
     -------
@@ -331,17 +333,17 @@ def check(problem: Problem, path: ArrayLike, *, source: Mapping[str, Any] | None
     path : array_like
         Waypoints, (n, 3) metres, start and goal included.
     source : mapping, optional
-        Origin of the terrain for the report; that which the terrain states by default.
+        Origin of the terrain for the report; by default the one that the terrain states.
 
     Raises
     ------
     InputError
-        If the path has another shape or other ends than the problem, or a coordinate is not finite
-        or too large.
+        If the path is no array of real numbers, has another shape or other ends than the problem,
+        or a coordinate is not finite or too large.
     """
     evaluator = Evaluator(problem)
+    waypoints = _waypoints(path)
     try:
-        waypoints = np.array(path, dtype=np.float64)
         evaluation = evaluator.evaluate(waypoints)
     except ValueError as error:
         raise InputError(f"{error}.") from None
@@ -353,18 +355,32 @@ def check(problem: Problem, path: ArrayLike, *, source: Mapping[str, Any] | None
     )
 
 
-def _check_options(planner: str, options: Mapping[str, Any]) -> None:
-    """Refuse an option that a planner of the registry does not have."""
-    if planner not in PLANNERS:
-        return
+def _waypoints(path: ArrayLike) -> NDArray[np.float64]:
+    """Return a user's path as a new array of float64, of any shape."""
+    try:
+        if np.asarray(path).dtype.kind in "iufO":
+            return np.array(path, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise InputError("The path must be rows of three real numbers: x, y and altitude.")
+
+
+def _own_options(planner: str, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options that are not None; refuse one that a planner of the registry lacks."""
+    own = {name: value for name, value in options.items() if value is not None}
+    if not isinstance(planner, str) or planner not in PLANNERS:
+        return own
     having = PLANNERS[planner].options
     for name in options:
         if name not in having:
             raise InputError(
                 f"The planner {planner} has no option {name!r}, only {', '.join(having)}."
             )
-        choices = OPTIONS[name].choices
-        if choices and options[name] not in choices:
-            raise InputError(
-                f"The option {name} must be {' or '.join(choices)}, not {options[name]!r}."
-            )
+    for name, value in own.items():
+        option = OPTIONS[name]
+        if option.type is int:
+            own[name] = integer(f"option {name}", value)
+        elif not isinstance(value, str) or not value or value not in (option.choices or (value,)):
+            kinds = " or ".join(option.choices) or f"a {option.metavar}"
+            raise InputError(f"The option {name} must be {kinds}, not {value!r}.")
+    return own

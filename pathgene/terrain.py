@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import fields
+from numbers import Real
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 from numpy.typing import ArrayLike
 
+from host.errors import InputError
+from host.numeric import real
 from host.terrain.grid import Terrain as HostTerrain
 from host.terrain.load import from_array, load
 
@@ -27,7 +31,7 @@ class Terrain(HostTerrain):
         cls,
         source: str | Path,
         *,
-        cell_m: float | tuple[float, float] | None = None,
+        cell_m: float | Sequence[float] | None = None,
         fill_voids: bool = False,
     ) -> Self:
         """Load a terrain by name or from a file.
@@ -59,7 +63,7 @@ class Terrain(HostTerrain):
     def from_array(
         cls,
         elevation: ArrayLike,
-        cell_m: float | tuple[float, float],
+        cell_m: float | Sequence[float],
         *,
         name: str = "terrain",
         crs: str | None = None,
@@ -104,6 +108,13 @@ class Terrain(HostTerrain):
         return cls(**{field.name: getattr(terrain, field.name) for field in fields(terrain)})
 
 
-def _sides(cell_m: float | tuple[float, float]) -> tuple[float, float]:
-    """East and north sides of a cell."""
-    return cell_m if isinstance(cell_m, tuple) else (cell_m, cell_m)
+def _sides(cell_m: float | Sequence[float]) -> tuple[float, float]:
+    """Return the east and north sides of a cell that a user gives as one number or two."""
+    sides: Any = (cell_m, cell_m) if isinstance(cell_m, Real) else cell_m
+    try:
+        east, north = (real("side of a cell", side) for side in sides)
+    except (TypeError, ValueError, InputError):
+        raise InputError(
+            f"The size of a cell must be one number of metres or two, not {cell_m!r}."
+        ) from None
+    return east, north

@@ -156,6 +156,6 @@ def make(name: str, **options: Any) -> Planner:
     InputError
         If there is no such planner.
     """
-    if name not in PLANNERS:
+    if not isinstance(name, str) or name not in PLANNERS:
         raise InputError(f"There is no planner {name!r}; the planners are {', '.join(PLANNERS)}.")
     return PLANNERS[name].constructor(**options)

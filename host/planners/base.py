@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from host.errors import InputError
 from host.evaluation import Evaluation, Evaluator
+from host.numeric import integer, real
 
 
 __all__ = ["Options", "Planner", "Progress", "Result", "Run", "Stop", "choose"]
@@ -46,7 +47,7 @@ class Options:
     Raises
     ------
     InputError
-        If a value is outside its range.
+        If a value is no such number or outside its range.
     """
 
     generations: int = 300
@@ -56,6 +57,16 @@ class Options:
     seed: int = 0
 
     def __post_init__(self) -> None:
+        for field_name, name, number in (
+            ("generations", "number of generations", integer),
+            ("time_limit_s", "time limit", real),
+            ("target_fitness", "target fitness", real),
+            ("population", "population", integer),
+            ("seed", "seed", integer),
+        ):
+            value = getattr(self, field_name)
+            if value is not None or field_name in ("generations", "seed"):
+                object.__setattr__(self, field_name, number(name, value))
         if self.generations < 1:
             raise InputError(
                 f"The number of generations must be 1 or more, not {self.generations}."
@@ -81,7 +92,8 @@ class Stop:
     Parameters
     ----------
     cancelled : callable, optional
-        Requests the end by returning True; called often, from the thread that plans.
+        Requests the end by returning True; called between generations, from the thread
+        that plans.
 
     Attributes
     ----------

@@ -19,6 +19,7 @@ from host.evaluation import Evaluator
 from host.planners.base import Options, Progress, Result, Run, Stop
 from host.planners.counting import BoardCollisionCounter
 from host.planners.initial import astar_paths, check_init
+from host.planners.options import DEFAULT_BOARD
 from host.problem import ChipMap
 
 
@@ -86,7 +87,7 @@ class FpgaGeneticPlanner:
     def __init__(
         self,
         *,
-        board: str = "model:",
+        board: str = DEFAULT_BOARD,
         link_mode: str = "rank",
         initial_draws: int = 4,
         feasibility: str = "host",

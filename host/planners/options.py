@@ -7,10 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 
-__all__ = ["ENGINES", "OPTIONS", "Option"]
+__all__ = ["DEFAULT_BOARD", "ENGINES", "OPTIONS", "Option"]
 
 #: Engines of the planners that have a choice, the default first.
 ENGINES = ("cores", "sequential", "gpu")
+
+#: Board where none is named: the software model.
+DEFAULT_BOARD = "model:"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +42,7 @@ class Option:
 OPTIONS: Mapping[str, Option] = {
     "board": Option(
         meaning="model:, sim:, sim:?sim=icarus, a serial device or a URL of pyserial (default "
-        "model:)",
+        f"{DEFAULT_BOARD})",
         metavar="URL",
     ),
     "link_mode": Option(

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
+from host.numeric import real
 from host.problem.aircraft import DEFAULT, Aircraft, load
 from host.problem.zones import Zone, raster
 from host.terrain import Terrain
@@ -80,15 +81,20 @@ class Problem:
         agl: bool = False,
         geo: bool = False,
     ) -> None:
+        if not isinstance(terrain, Terrain):
+            raise InputError(
+                f"The terrain must be a Terrain, not of the type {type(terrain).__name__}; "
+                "make one with Terrain.load."
+            )
         half_a_cell_m = 0.5 * min(terrain.dx_m, terrain.dy_m)
         for name, value in {
             "terrain": terrain,
             "start": _end("start", start, terrain, agl=agl, geo=geo),
             "goal": _end("goal", goal, terrain, agl=agl, geo=geo),
             "aircraft": aircraft if isinstance(aircraft, Aircraft) else load(aircraft),
-            "zones": tuple(zones),
+            "zones": _zones(zones),
             "wind": _numbers("wind", wind, 2),
-            "ds_m": half_a_cell_m if ds_m is None else float(ds_m),
+            "ds_m": half_a_cell_m if ds_m is None else real("sampling step", ds_m),
         }.items():
             object.__setattr__(self, name, value)
         self._check(half_a_cell_m)
@@ -140,6 +146,14 @@ class Problem:
             raise InputError(
                 f"The {name} at ({x:g}, {y:g}) is inside a no-fly zone; move it or the zone."
             )
+
+
+def _zones(zones: Iterable[Zone]) -> tuple[Zone, ...]:
+    """``zones`` as a tuple of nothing else."""
+    given = tuple(zones) if isinstance(zones, Iterable) else (None,)
+    if not all(isinstance(zone, Zone) for zone in given):
+        raise InputError(f"The zones must be a list of no-fly zones, not {zones!r}.")
+    return given
 
 
 def _numbers(name: str, values: Sequence[float], count: int) -> tuple[float, ...]:

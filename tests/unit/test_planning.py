@@ -46,6 +46,19 @@ def test_default_planner_names_its_board():
     assert done.summary["hardware"]["generations"] == 2
 
 
+def test_none_is_the_default_of_an_option():
+    assert Search("ga-fpga", board=None, link_mode=None).board == "model:"
+    assert Search("ga-pc").board is None
+    assert Search("ga-pc", max_waypoints=None)._planner.max_waypoints == 20
+
+
+def test_numbers_of_numpy_plan_the_same():
+    done = plan(PROBLEM, seed=np.int64(3), generations=np.int32(2), initial_draws=np.int64(1))
+    again = plan(PROBLEM, seed=3, generations=2, initial_draws=1)
+    assert np.array_equal(done.path, again.path)
+    assert json.dumps(done.summary["history"]) == json.dumps(again.summary["history"])
+
+
 def test_cancelled_plan_has_the_best_so_far():
     seen = []
     done = plan(
@@ -106,7 +119,16 @@ def test_check_reports_plain_numbers():
             {},
             f"There is no planner 'a-star'; the planners are {', '.join(PLANNERS)}.",
         ),
+        (None, {}, f"There is no planner None; the planners are {', '.join(PLANNERS)}."),
         ("ga-pc", {"generations": 0}, "The number of generations must be 1 or more, not 0."),
+        (
+            "ga-pc",
+            {"max_waypoints": 4.5},
+            "The option max_waypoints must be an integer, not 4.5.",
+        ),
+        ("ga-pc", {"init": ["astar"]}, "The option init must be random or astar, not ['astar']."),
+        ("ga-fpga", {"board": ""}, "The option board must be a URL, not ''."),
+        ("ga-fpga", {"board": 3}, "The option board must be a URL, not 3."),
     ],
 )
 def test_refuses_bad_options(planner, options, message):
@@ -118,6 +140,23 @@ def test_refuses_bad_options(planner, options, message):
 def test_refuses_a_path_with_other_ends():
     with pytest.raises(InputError, match=r"^Path must start at \(300\.0, 300\.0, 500\.0\), not "):
         check(PROBLEM, [(0, 0, 500), (3700, 2700, 500)])
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        [(300, 300, 500), (3700, 2700, 500 + 1j)],
+        np.array([(300, 300, 500), (3700, 2700, 500)], dtype=complex),
+        [("300", "300", "500"), ("3700", "2700", "500")],
+        "path.geojson",
+        [(0, 0, 0), (1, 1)],
+        [(0, 0, 10**400), (1, 1, 1)],
+    ],
+)
+def test_refuses_a_path_that_is_no_grid_of_real_numbers(path):
+    with pytest.raises(InputError) as caught:
+        check(PROBLEM, path)
+    assert str(caught.value) == "The path must be rows of three real numbers: x, y and altitude."
 
 
 def test_a_problem_imports_nothing_heavy(tmp_path):

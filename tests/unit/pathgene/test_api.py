@@ -187,7 +187,10 @@ def test_refuses_bad_options(problem, arguments, options, message):
     [
         ([(0, 0, 0), (1, 1, 1)], r"^Path must start at \(500\.0, 500\.0, .*\), not \(0\.0, "),
         ([(0, 0), (1, 1)], r"^Path must have shape \(n, 3\) with n >= 2, not \(2, 2\)\.$"),
-        ([(0, 0, 0), (1, 1)], r"inhomogeneous"),
+        (
+            [(0, 0, 0), (1, 1)],
+            r"^The path must be rows of three real numbers: x, y and altitude\.$",
+        ),
         ([(0, 0, np.nan), (1, 1, 1)], r"^The path has a coordinate that is not a number"),
     ],
 )

@@ -43,6 +43,21 @@ def test_refuses_bad_arrays(elevation, cell_m, message):
         Terrain.from_array(elevation, cell_m)
 
 
+@pytest.mark.parametrize("cell_m", ["a", "ab", None, [100], [1, 2, 3], ["a", "b"], 1j, [[1, 2]]])
+def test_refuses_a_cell_that_is_not_one_number_or_two(cell_m):
+    with pytest.raises(InputError) as caught:
+        Terrain.from_array(HEIGHTS, cell_m)
+    assert str(caught.value) == (
+        f"The size of a cell must be one number of metres or two, not {cell_m!r}."
+    )
+
+
+@pytest.mark.parametrize("cell_m", [[20, 30], np.array([20, 30]), (np.float32(20), np.int64(30))])
+def test_a_cell_is_any_sequence_of_two_numbers(cell_m):
+    made = Terrain.from_array(HEIGHTS, cell_m)
+    assert (made.dx_m, made.dy_m) == (20.0, 30.0)
+
+
 def test_load(tmp_path):
     np.save(tmp_path / "heights.npy", np.array(HEIGHTS))
     loaded = Terrain.load(tmp_path / "heights.npy", cell_m=(20, 30), fill_voids=True)

@@ -40,6 +40,13 @@ FREE = [(3050, 3600, 520), (4800, 3300, 450)]  # Through the gap, around the zon
         ),
         ({"target_fitness": math.nan}, "The target fitness must be a finite number, not nan."),
         ({"seed": -1}, "The seed must be from 0 to 2**64 - 1, not -1."),
+        ({"generations": 1.5}, "The number of generations must be an integer, not 1.5."),
+        ({"generations": None}, "The number of generations must be an integer, not None."),
+        ({"time_limit_s": "x"}, "The time limit must be a number, not 'x'."),
+        ({"target_fitness": "x"}, "The target fitness must be a number, not 'x'."),
+        ({"population": 8.5}, "The population must be an integer, not 8.5."),
+        ({"seed": 1.5}, "The seed must be an integer, not 1.5."),
+        ({"seed": "x"}, "The seed must be an integer, not 'x'."),
         ({"seed": 1 << 64}, f"The seed must be from 0 to 2**64 - 1, not {1 << 64}."),
     ],
 )
@@ -47,6 +54,19 @@ def test_options_check_themselves(change, sentence):
     with pytest.raises(InputError) as caught:
         Options(**change)
     assert str(caught.value) == sentence
+
+
+def test_options_keep_plain_numbers():
+    """So that the seed packs into a frame, and every one into JSON."""
+    options = Options(generations=np.int64(5), time_limit_s=np.float32(2), seed=np.uint64(3))
+    assert [type(value) for value in dataclasses.astuple(options)] == [
+        int,
+        float,
+        type(None),
+        type(None),
+        int,
+    ]
+    assert options == Options(generations=5, time_limit_s=2.0, seed=3)
 
 
 def test_continues_until_a_criterion_is_met(evaluator):

@@ -99,6 +99,15 @@ def test_a_point_on_the_ground_is_not_inside_it():
         ({"goal": "abc"}, r"^The goal must be 3 finite numbers, not 'abc'\.$"),
         ({"goal": None}, r"^The goal must be 3 finite numbers, not None\.$"),
         ({"wind": (math.inf, 0)}, r"^The wind must be 2 finite numbers, not \(inf, 0\)\.$"),
+        ({"zones": [3]}, r"^The zones must be a list of no-fly zones, not \[3\]\.$"),
+        (
+            {"zones": Circle(1000, 0, 100)},
+            (
+                r"^The zones must be a list of no-fly zones, not "
+                r"Circle\(x_m=1000\.0, y_m=0\.0, radius_m=100\.0\)\.$"
+            ),
+        ),
+        ({"ds_m": "x"}, r"^The sampling step must be a number, not 'x'\.$"),
         ({"ds_m": 0}, r"^The sampling step must be a positive number of metres, not 0\.$"),
         ({"ds_m": -3.0}, r"^The sampling step must be a positive number of metres, not -3\.$"),
         ({"ds_m": math.nan}, r"^The sampling step must be a positive number of metres, not nan\.$"),
@@ -146,6 +155,15 @@ def test_a_point_on_the_ground_is_not_inside_it():
 def test_refuses_bad_problems(options, message):
     with pytest.raises(InputError, match=message):
         problem(**options)
+
+
+@pytest.mark.parametrize(("terrain", "kind"), [(None, "NoneType"), ("canyon", "str")])
+def test_refuses_what_is_no_terrain(terrain, kind):
+    with pytest.raises(InputError) as caught:
+        Problem(terrain, START, GOAL)
+    assert str(caught.value) == (
+        f"The terrain must be a Terrain, not of the type {kind}; make one with Terrain.load."
+    )
 
 
 @pytest.mark.parametrize("agl", [False, True])

@@ -26,27 +26,28 @@ from host.errors import InputError, JobError, PathgeneError
 
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
+    from host.api import Terrain, check, planners
     from host.device.boards import open_board
-    from host.device.chip import Chip
+    from host.device.chip import CheckReport, Chip, LinkMode, PathResult, Step
     from host.evaluation import Evaluation
-    from host.planners import Entry
     from host.planning import Plan, plan
     from host.problem.aircraft import Aircraft
     from host.problem.problem import Problem
     from host.problem.zones import Zone
-    from pathgene.terrain import Terrain
 
 __all__ = [
     "Aircraft",
+    "CheckReport",
     "Chip",
     "Evaluation",
     "InputError",
     "JobError",
+    "LinkMode",
+    "PathResult",
     "PathgeneError",
     "Plan",
     "Problem",
+    "Step",
     "Terrain",
     "Zone",
     "check",
@@ -58,14 +59,20 @@ __all__ = [
 #: Module of each name that is imported when it is first used.
 _HOMES = {
     "Aircraft": "host.problem.aircraft",
+    "CheckReport": "host.device.chip",
     "Chip": "host.device.chip",
     "Evaluation": "host.evaluation",
+    "LinkMode": "host.device.chip",
+    "PathResult": "host.device.chip",
     "Plan": "host.planning",
     "Problem": "host.problem.problem",
-    "Terrain": "pathgene.terrain",
+    "Step": "host.device.chip",
+    "Terrain": "host.api",
     "Zone": "host.problem.zones",
+    "check": "host.api",
     "open_board": "host.device.boards",
     "plan": "host.planning",
+    "planners": "host.api",
 }
 
 
@@ -79,40 +86,3 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
-
-
-def check(problem: Problem, path: ArrayLike) -> Evaluation:
-    """Evaluate a path that is given.
-
-    Parameters
-    ----------
-    problem : Problem
-        Terrain, ends, aircraft, zones and wind.
-    path : array_like
-        Waypoints, (n, 3) metres, from the start to the goal of the problem, both included.
-
-    Returns
-    -------
-    Evaluation
-        Feasibility, fitness and every term of them.
-
-    Raises
-    ------
-    InputError
-        If the path has another shape or other ends than the problem, or a coordinate is not finite
-        or too large.
-    """
-    from host.planning import check
-
-    return check(problem, path).evaluation
-
-
-def planners() -> dict[str, Entry]:
-    """Return the planners by name, the default first.
-
-    Each entry has a ``description``, the ``paper`` it is from, the most ``generations`` it runs by
-    default, the names of the ``options`` that it alone has, and the ``engines`` it can run on.
-    """
-    from host.planners import PLANNERS
-
-    return dict(PLANNERS)

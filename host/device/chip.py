@@ -16,6 +16,7 @@ from hdl.protocol import (
     Command,
     Layout,
     LinkMode,
+    PathResult,
     counters_reply,
     generate_request,
     pack_paths,
@@ -35,7 +36,15 @@ from host.device.path_checks import CheckReport, check_points, check_slots
 from host.errors import InputError
 
 
-__all__ = ["Chip", "Step", "pack_waypoints", "unpack_waypoints"]
+__all__ = [
+    "CheckReport",
+    "Chip",
+    "LinkMode",
+    "PathResult",
+    "Step",
+    "pack_waypoints",
+    "unpack_waypoints",
+]
 
 #: Maximum bytes of waypoints in one frame of a transfer: a short frame survives a bad line.
 _TRANSFER_BYTES = 128

@@ -139,7 +139,7 @@ FORBIDDEN = {
     "only configuration and protocol": ("host/cli/plan.py", "import hdl.verilog"),
     "The host's layers": ("host/terrain/load.py", "import host.problem.problem"),
     "never by name": ("host/cli/board.py", "import sim.cache"),
-    "re-exports the host": ("pathgene/terrain.py", "import sim.cache"),
+    "re-exports the host": ("pathgene/__init__.py", "import sim.cache"),
     "imports the gateware alone": ("sim/model/core.py", "from host.errors import InputError"),
     "The simulation's layers": ("sim/cache.py", "import sim.compiler"),
     "Errors are a leaf": ("host/errors.py", "import hdl.config"),

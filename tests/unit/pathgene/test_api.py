@@ -46,7 +46,8 @@ def loaded_after(code):
 
 def test_import_is_light():
     assert loaded_after("import pathgene") == set()
-    assert loaded_after("from pathgene import Aircraft, InputError, Zone, planners") == set()
+    names = "Aircraft, Chip, InputError, LinkMode, Terrain, Zone, check, planners"
+    assert loaded_after(f"from pathgene import {names}") == set()
 
 
 def test_planning_draws_nothing():
@@ -67,6 +68,11 @@ def test_every_name_exists_and_is_documented():
         assert getattr(pathgene, name).__doc__, name
     with pytest.raises(AttributeError, match=r"^module 'pathgene' has no attribute 'plane'$"):
         _ = pathgene.plane
+
+
+def test_the_package_defines_nothing():
+    homes = {getattr(pathgene, name).__module__.split(".")[0] for name in pathgene.__all__}
+    assert homes == {"host", "hdl"}
 
 
 def test_docstrings_run():

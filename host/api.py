@@ -1,4 +1,7 @@
-"""The terrain of the Python API: the host's, with two ways to make one."""
+"""Parts of the Python API in another form than the host's; :mod:`pathgene` exports them.
+
+Importing this module is quick: numba and SciPy are imported when a path is evaluated.
+"""
 
 from __future__ import annotations
 
@@ -6,17 +9,22 @@ from collections.abc import Sequence
 from dataclasses import fields
 from numbers import Real
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from numpy.typing import ArrayLike
 
 from host.errors import InputError
 from host.numeric import real
+from host.planners import PLANNERS, Entry
 from host.terrain.grid import Terrain as HostTerrain
 from host.terrain.load import from_array, load
 
 
-__all__ = ["Terrain"]
+if TYPE_CHECKING:
+    from host.evaluation import Evaluation
+    from host.problem.problem import Problem
+
+__all__ = ["Terrain", "check", "planners"]
 
 
 class Terrain(HostTerrain):
@@ -118,3 +126,38 @@ def _sides(cell_m: float | Sequence[float]) -> tuple[float, float]:
             f"The size of a cell must be one number of metres or two, not {cell_m!r}."
         ) from None
     return east, north
+
+
+def check(problem: Problem, path: ArrayLike) -> Evaluation:
+    """Evaluate a path that is given.
+
+    Parameters
+    ----------
+    problem : Problem
+        Terrain, ends, aircraft, zones and wind.
+    path : array_like
+        Waypoints, (n, 3) metres, from the start to the goal of the problem, both included.
+
+    Returns
+    -------
+    Evaluation
+        Feasibility, fitness and every term of them.
+
+    Raises
+    ------
+    InputError
+        If the path is no array of real numbers, has another shape or other ends than the problem,
+        or a coordinate is not finite or too large.
+    """
+    from host.planning import check
+
+    return check(problem, path).evaluation
+
+
+def planners() -> dict[str, Entry]:
+    """Return the planners by name, the default first.
+
+    Each entry has a ``description``, the ``paper`` it is from, the most ``generations`` it runs by
+    default, the names of the ``options`` that it alone has, and the ``engines`` it can run on.
+    """
+    return dict(PLANNERS)

@@ -8,7 +8,7 @@ from hdl.config import CheckerBuild, Config
 from hdl.feasibility.layouts import count_layout, verdict_layout
 from hdl.feasibility.parallel.walker import ParallelWalker
 from hdl.feasibility.queue_depths import count_depth
-from hdl.feasibility.result_collector import VERDICT_PLACES, Results
+from hdl.feasibility.result_collector import VERDICT_PLACES, ResultCollector
 from hdl.feasibility.two_tier.walker import TwoTierWalker
 from hdl.layouts import cell_layout, point_layout
 
@@ -107,7 +107,7 @@ class Checker(wiring.Component):
         config = self.config
 
         m.submodules.walker = walker = self._walker()
-        m.submodules.results = results = Results(
+        m.submodules.results = results = ResultCollector(
             config.coordinate_bits,
             config.segment_bits,
             config.path_cells_bits,

@@ -10,14 +10,14 @@ from hdl.feasibility.walker_signature import step_layout
 from hdl.primitives.arguments import check_integer
 
 
-__all__ = ["VERDICT_PLACES", "Results"]
+__all__ = ["VERDICT_PLACES", "ResultCollector"]
 
 #: Verdicts that can wait, those of paths in flight included: as many as paths of one cell can be in
 #: flight in a walker, so that such paths follow each other at full rate.
 VERDICT_PLACES = 8
 
 
-class Results(wiring.Component):
+class ResultCollector(wiring.Component):
     """Sums up the steps of each path, and queues verdicts and counts.
 
     A path is decided by its first step that hits or, when counting, by its last step. Its verdict

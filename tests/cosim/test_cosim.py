@@ -19,8 +19,8 @@ LONG_ON_ICARUS = (
     "core_with_map",
     "planner",
     "population",
-    "receiving",
-    "transmitting",
+    "receiver",
+    "transmitter",
 )
 
 

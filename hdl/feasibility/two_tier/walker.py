@@ -5,7 +5,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import connect, flipped
 
 from hdl.feasibility.map_memory import MapMemory
-from hdl.feasibility.two_tier.altitude_compare import AltitudeCompare
+from hdl.feasibility.two_tier.altitude_comparator import AltitudeComparator
 from hdl.feasibility.two_tier.cell_walker import CellWalker
 from hdl.feasibility.two_tier.coarse_map import CoarseMap
 from hdl.feasibility.two_tier.segment_setup import TwoTierSegmentSetup
@@ -55,7 +55,7 @@ class TwoTierWalker(wiring.Component):
             xy, config.coarse_bits, z, config.segment_bits, config.DETAILED_SEGMENTS
         )
         m.submodules.line = line = CellWalker(xy, z, config.segment_bits)
-        m.submodules.compare = compare = AltitudeCompare(
+        m.submodules.compare = compare = AltitudeComparator(
             xy, z, config.segment_bits, config.memory_latency
         )
         m.submodules.detailed = detailed = MapMemory(

@@ -1,7 +1,7 @@
 # amaranth: UnusedElaboratable=no
 """Sizes of the unit that sums up steps; what it sums up is tested with the walkers."""
 
-from hdl.feasibility.result_collector import Results
+from hdl.feasibility.result_collector import ResultCollector
 from tests.wrong_sizes import check_sizes
 
 
@@ -20,4 +20,4 @@ def test_sizes():
         "verdict_places": ("Places for verdicts", 1),
         "count_places": ("Places for counts", 1),
     }
-    check_sizes(Results, sizes, limits)
+    check_sizes(ResultCollector, sizes, limits)

@@ -3,7 +3,7 @@
 
 import pytest
 
-from hdl.feasibility.two_tier.altitude_compare import AltitudeCompare
+from hdl.feasibility.two_tier.altitude_comparator import AltitudeComparator
 from hdl.feasibility.two_tier.cell_walker import CellWalker
 from hdl.feasibility.two_tier.coarse_map import CoarseMap
 from hdl.feasibility.two_tier.segment_setup import TwoTierSegmentSetup
@@ -22,7 +22,7 @@ LIMITS = {
 
 
 @pytest.mark.parametrize(
-    ("unit", "sizes"), [(CellWalker, ONE_MAP), (AltitudeCompare, {**ONE_MAP, "memory_latency": 1})]
+    ("unit", "sizes"), [(CellWalker, ONE_MAP), (AltitudeComparator, {**ONE_MAP, "memory_latency": 1})]
 )
 def test_sizes_with_one_map(unit, sizes):
     limits = {**LIMITS, "coordinate_bits": ("Coordinate width", 1)}
@@ -47,4 +47,4 @@ def test_sizes_with_two_maps(unit, sizes):
 
 @pytest.mark.parametrize("memory_latency", [1, 2])
 def test_latency_of_a_comparison(memory_latency):
-    assert AltitudeCompare(5, 4, 3, memory_latency).latency == memory_latency + 3
+    assert AltitudeComparator(5, 4, 3, memory_latency).latency == memory_latency + 3

@@ -29,7 +29,7 @@ from hdl.protocol import (
 from tests.chips import random_paths
 
 
-TOP = "transmitting"
+TOP = "transmitter"
 CONFIG = Config(checker=CheckerBuild.PARALLEL)
 
 UNIT = ReplyTransmitter(CONFIG)

@@ -8,7 +8,7 @@ from hdl.feasibility.two_tier.cell_walker import level_layout, visit_layout
 from hdl.primitives.arguments import check_integer
 
 
-__all__ = ["AltitudeCompare", "tested_layout"]
+__all__ = ["AltitudeComparator", "tested_layout"]
 
 
 def tested_layout(coordinate_bits: int, segment_bits: int, latency: int) -> data.StructLayout:
@@ -30,7 +30,7 @@ def tested_layout(coordinate_bits: int, segment_bits: int, latency: int) -> data
     )
 
 
-class AltitudeCompare(wiring.Component):
+class AltitudeComparator(wiring.Component):
     """Tests one cell a cycle, ``memory_latency + 3`` cycles after it was visited.
 
     A cell is hit when ``z0 n + k dz <= ground * n``: multiplication and comparison take a cycle

@@ -107,6 +107,11 @@ class Control(wiring.Component):
         Generations since reset or ``restart``; modulo 2**32.
     cycles : Out(StructLayout({"crossover": 16, "mutation": 16, "update": 16}))
         Cycles of each unit in the latest generation, which they count while it runs.
+
+    Raises
+    ------
+    TypeError
+        If ``config`` is not a Config.
     """
 
     def __init__(self, config: Config):

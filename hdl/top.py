@@ -36,6 +36,11 @@ class Planner(wiring.Component):
         Clock, and reset, which acts one to three cycles later, for four cycles at least.
     rx, tx : In(1), Out(1)
         UART pins, 8N1, ``config.clocks_per_bit`` cycles per bit; high when idle.
+
+    Raises
+    ------
+    TypeError
+        If ``config`` is not a Config.
     """
 
     clk: In(1)

@@ -55,9 +55,16 @@ class PayloadDispatcher(wiring.Component):
     cells, points : Out(stream)
         ``writes`` of :class:`hdl.command.cell_parser.CellParser`, ``points`` of
         :class:`hdl.command.point_parser.PointParser`.
+
+    Raises
+    ------
+    TypeError
+        If ``config`` is not a Config.
     """
 
     def __init__(self, config: Config):
+        if not isinstance(config, Config):
+            raise TypeError(f"Config must be a Config, not {config!r}")
         self.config = config
         self.has_checker = config.checker is not CheckerBuild.NONE
         members = {

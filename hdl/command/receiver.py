@@ -108,11 +108,16 @@ class CommandReceiver(wiring.Component):
         Steady from ``done`` to the next ``on``.
     checked : In(9)
         Paths of the latest check, whose results may be requested.
+
+    Raises
+    ------
+    TypeError
+        If ``config`` is not a Config.
     """
 
     def __init__(self, config: Config):
         if not isinstance(config, Config):
-            raise TypeError(f"Configuration must be a Config, not {config!r}")
+            raise TypeError(f"Config must be a Config, not {config!r}")
         self.config = config
         self.has_checker = config.checker is not CheckerBuild.NONE
 

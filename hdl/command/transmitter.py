@@ -85,11 +85,16 @@ class ReplyTransmitter(wiring.Component):
     checked : In(9), totals : In, result_reads : Out(stream), records : In(stream)
         Paths of the latest check, and its results: see
         :class:`hdl.feasibility.result_store.ResultStore`.
+
+    Raises
+    ------
+    TypeError
+        If ``config`` is not a Config.
     """
 
     def __init__(self, config: Config):
         if not isinstance(config, Config):
-            raise TypeError(f"Configuration must be a Config, not {config!r}")
+            raise TypeError(f"Config must be a Config, not {config!r}")
         self.config = config
         self.has_checker = config.checker is not CheckerBuild.NONE
 

@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from hdl.config import Config
+from hdl.config import CheckerBuild, Config
 from hdl.feasibility.layouts import count_layout, verdict_layout
 from hdl.feasibility.path_source import PathSource
 from hdl.feasibility.result_store import RecordLayouts, ResultStore
@@ -69,9 +69,20 @@ class CheckController(wiring.Component):
         Paths of the latest check.
     totals : Out, result_reads : In(stream), records : Out(stream)
         Its results; see :class:`hdl.feasibility.result_store.ResultStore`.
+
+    Raises
+    ------
+    TypeError
+        If ``config`` is not a Config.
+    ValueError
+        If ``config`` has no checker.
     """
 
     def __init__(self, config: Config):
+        if not isinstance(config, Config):
+            raise TypeError(f"Config must be a Config, not {config!r}")
+        if config.checker is CheckerBuild.NONE:
+            raise ValueError(f"Config.checker must name a build, not {config.checker.value!r}")
         self.config = config
         self.verdict_layout = verdict_layout(
             config.coordinate_bits, config.segment_bits, config.path_cells_bits

@@ -67,9 +67,9 @@ class Checker(wiring.Component):
     Raises
     ------
     TypeError
-        If ``config`` is no Config.
+        If ``config`` is not a Config.
     ValueError
-        If it has no checker.
+        If ``config`` has no checker.
     """
 
     def __init__(self, config):

@@ -66,6 +66,13 @@ class Feasibility(wiring.Component):
     writes : In(stream.Signature(cell_layout))
         Cells to write into the map, ``last`` with the last cell of a rectangle. A check that is
         enabled after that cell waits until the coarse map is up to date.
+
+    Raises
+    ------
+    TypeError
+        If ``config`` is not a Config.
+    ValueError
+        If ``config`` has no checker.
     """
 
     def __init__(self, config: Config):

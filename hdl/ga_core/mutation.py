@@ -103,6 +103,11 @@ class Mutation(wiring.Component):
     latency : int
         Cycles from ``start`` to ``planned``. With a map, there are as many more as the population
         is not ``settled`` after the planning.
+
+    Raises
+    ------
+    TypeError
+        If ``config`` is not a Config.
     """
 
     def __init__(self, config):

@@ -200,6 +200,6 @@ def test_sequence_numbers_wrap():
 
 
 def test_configuration_is_checked():
-    with pytest.raises(TypeError, match=r"^Configuration must be a Config, not 16$"):
+    with pytest.raises(TypeError, match=r"^Config must be a Config, not 16$"):
         CommandReceiver(16)
     assert generate_request(CONFIG, LinkMode.RANK).size == 9

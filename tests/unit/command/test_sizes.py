@@ -5,6 +5,7 @@ import pytest
 
 from hdl.command.field_decoder import FieldDecoder, request_fields
 from hdl.command.path_parser import PathParser
+from hdl.command.payload_dispatcher import PayloadDispatcher
 from hdl.command.ranking_parser import RankingParser
 from hdl.command.waypoint_assembler import WaypointAssembler
 from hdl.config import Config
@@ -54,3 +55,8 @@ def test_the_decoder_has_the_members_of_its_commands(genetic, checker):
     members = set(FieldDecoder(**{**FIELDS, "fields": fields}).signature.members)
     assert ({"start", "write_slot", "identity"} <= members) == genetic
     assert ({"rectangle", "checks", "checked"} <= members) == (checker == "parallel")
+
+
+def test_the_dispatcher_takes_a_configuration():
+    with pytest.raises(TypeError, match=r"^Config must be a Config, not 16$"):
+        PayloadDispatcher(16)

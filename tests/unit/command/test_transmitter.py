@@ -164,7 +164,7 @@ def test_recipe_sums_up_the_whole_population(pauses):
 
 
 def test_configuration_is_checked():
-    with pytest.raises(TypeError, match=r"^Configuration must be a Config, not None$"):
+    with pytest.raises(TypeError, match=r"^Config must be a Config, not None$"):
         ReplyTransmitter(None)
 
 

@@ -160,3 +160,11 @@ def test_answers_are_those_of_the_model(build, flags):
         assert {counter.value: counters[counter] for counter in model.counters} == model.counters
 
     bench.run(compare)
+
+
+def test_configuration_is_checked():
+    with pytest.raises(TypeError, match=r"^Config must be a Config, not 'big'$"):
+        CheckController("big")
+    rule = r"^Config\.checker must name a build, not 'none'$"
+    with pytest.raises(ValueError, match=rule):
+        CheckController(SMALL.replace(checker=CheckerBuild.NONE))

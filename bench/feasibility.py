@@ -17,7 +17,7 @@ from sim.model.checker import Point, TerrainModel, paper_cycles, segment_cells
 from sim.model.checker_cycles import batch_cycles
 
 
-__all__ = ["cells_per_clock", "run"]
+__all__ = ["cells_per_cycle", "run"]
 
 #: Every build, with its cells per cycle.
 _BUILDS = (
@@ -128,7 +128,7 @@ def _listed(numbers: Sequence[int]) -> str:
     return ", ".join(map(str, numbers))
 
 
-def cells_per_clock(config: Config) -> float:
+def cells_per_cycle(config: Config) -> float:
     """Return the sustained rate of a build over open ground: the table's."""
     rng = np.random.default_rng(_SEED)
     with VerilatedChecker(config) as checker:

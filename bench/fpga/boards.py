@@ -9,7 +9,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from bench.feasibility import cells_per_clock
+from bench.feasibility import cells_per_cycle
 from bench.fpga.cells import CELLS, chip_clock, used
 from bench.fpga.job import LIMIT_S, Job, digest_of, without_names
 from bench.fpga.store import Table
@@ -106,7 +106,7 @@ class _LanesJob(_ChipJob):
 
     def measure(self, folder: Path) -> dict[str, Any]:
         """Route it; see :class:`~bench.fpga.job.Job`."""
-        routed, rate = self.route(folder), cells_per_clock(self.board.sizes)
+        routed, rate = self.route(folder), cells_per_cycle(self.board.sizes)
         clock = chip_clock(routed)[0]
         return {
             **used(routed, _family(self.board)),

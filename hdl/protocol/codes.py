@@ -125,7 +125,7 @@ class StickyError(enum.IntFlag):
 class Counter(enum.StrEnum):
     """Counters of the chip since reset, in the order of :func:`counters_reply`."""
 
-    #: Cycles.
+    #: Cycles. "clocks" is the key in ``summary.json`` and in the golden frames, which scripts read.
     CYCLES = "clocks"
     #: Cycles in which a frame was coming in or a command was being taken.
     RECEIVE = "receive"

@@ -93,10 +93,10 @@ Bridge::Bridge(const Options& options, const Pace& pace)
 Bridge::~Bridge() {
     const std::chrono::duration<double> elapsed = Clock::now() - started_ - slept_;
     std::fprintf(stderr,
-                 "simulator: %llu clocks in %.3f s (%.0f clocks/s), %llu bytes to the chip, "
+                 "simulator: %llu cycles in %.3f s (%.0f cycles/s), %llu bytes to the chip, "
                  "%llu bytes from it, %llu line errors\n",
-                 static_cast<unsigned long long>(clocks_), elapsed.count(),
-                 static_cast<double>(clocks_) / elapsed.count(),
+                 static_cast<unsigned long long>(cycles_), elapsed.count(),
+                 static_cast<double>(cycles_) / elapsed.count(),
                  static_cast<unsigned long long>(bytes_in_),
                  static_cast<unsigned long long>(bytes_out_),
                  static_cast<unsigned long long>(line_errors_));
@@ -149,16 +149,16 @@ void Bridge::open_terminal() {
 }
 
 void Bridge::handle(UartSampler::Event event) {
-    full_speed_until_ = clocks_ + options_.idle_clocks;
+    full_speed_until_ = cycles_ + options_.idle_clocks;
     if (event == UartSampler::Event::kByte) {
         ++bytes_out_;
         if (client_ >= 0) unsent_.push_back(sampler_.byte());
         return;
     }
     if (++line_errors_ <= kReportedErrors) {
-        std::fprintf(stderr, "simulator: %s on the chip's tx at clock %llu\n",
+        std::fprintf(stderr, "simulator: %s on the chip's tx at cycle %llu\n",
                      event == UartSampler::Event::kGlitch ? "a glitch" : "a framing error",
-                     static_cast<unsigned long long>(clocks_));
+                     static_cast<unsigned long long>(cycles_));
     }
 }
 
@@ -167,8 +167,8 @@ void Bridge::service() {
     serve_client();
     if (Clock::now() >= control_due_) check_control();
     if (!driver_.idle() || !sampler_.idle()) {
-        full_speed_until_ = clocks_ + options_.idle_clocks;
-    } else if (running_ && clocks_ >= full_speed_until_) {
+        full_speed_until_ = cycles_ + options_.idle_clocks;
+    } else if (running_ && cycles_ >= full_speed_until_) {
         sleep(POLLIN);
         serve_client();
     }
@@ -182,7 +182,7 @@ void Bridge::serve_client() {
         if (count > 0) {
             driver_.push(bytes, static_cast<std::size_t>(count));
             bytes_in_ += static_cast<std::uint64_t>(count);
-            full_speed_until_ = clocks_ + options_.idle_clocks;
+            full_speed_until_ = cycles_ + options_.idle_clocks;
         } else if (count == 0 || (errno != EAGAIN && errno != EINTR)) {
             lose_client();
         }
@@ -231,7 +231,7 @@ void Bridge::check_control() {
     const auto count = read(STDIN_FILENO, text, sizeof text);
     if (count <= 0) running_ = false;
     for (ssize_t i = 0; i < count; ++i) {
-        if (text[i] == '\n') std::printf("clocks %llu\n", static_cast<unsigned long long>(clocks_));
+        if (text[i] == '\n') std::printf("cycles %llu\n", static_cast<unsigned long long>(cycles_));
     }
     std::fflush(stdout);
 }

@@ -7,7 +7,7 @@
 //   --idle-clocks N      cycles simulated at full speed after the last activity on either line
 //   --trace FILE         waveform, if the simulator was built for one
 //
-// Standard output: `port N` or `pty PATH` when the client can connect, and `clocks N` in answer to
+// Standard output: `port N` or `pty PATH` when the client can connect, and `cycles N` in answer to
 // each line on standard input. Standard error: errors on the chip's line, and a summary at the end.
 // The program ends with status 0 when the client leaves (without --keep), on SIGTERM or SIGINT, at
 // the end of standard input, and at the end of its parent process.
@@ -42,7 +42,7 @@ struct Options {
 
 // Intervals at which a simulator serves its client; they depend on the simulator's speed.
 struct Pace {
-    unsigned service_clocks;  // Cycles between two services of the client; a power of two.
+    unsigned service_cycles;  // Cycles between two services of the client; a power of two.
     int idle_sleep_ms;        // Longest sleep of an idle simulation.
 };
 
@@ -65,15 +65,15 @@ public:
         if (const auto event = sampler_.clock(tx); event != UartSampler::Event::kNothing) {
             handle(event);
         }
-        ++clocks_;
-        if ((clocks_ & (pace_.service_clocks - 1)) == 0) service();
-        return {clocks_ < kResetClocks, driver_.clock()};
+        ++cycles_;
+        if ((cycles_ & (pace_.service_cycles - 1)) == 0) service();
+        return {cycles_ < kResetCycles, driver_.clock()};
     }
 
 private:
     using Clock = std::chrono::steady_clock;
 
-    static constexpr unsigned kResetClocks = 8;
+    static constexpr unsigned kResetCycles = 8;
     static constexpr std::size_t kReadAhead = 4096;        // Bytes read ahead of the line.
     static constexpr std::size_t kUnsentLimit = 1u << 20;  // Maximum of unread bytes.
     static constexpr unsigned kReportedErrors = 10;
@@ -99,7 +99,7 @@ private:
     int client_ = -1;
     int terminal_ = -1;  // Own handle of the terminal's far end, which stays open between users.
     bool running_ = true;
-    std::uint64_t clocks_ = 0;
+    std::uint64_t cycles_ = 0;
     std::uint64_t full_speed_until_ = 0;
     std::uint64_t bytes_in_ = 0;
     std::uint64_t bytes_out_ = 0;

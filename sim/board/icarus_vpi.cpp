@@ -30,7 +30,7 @@ board::Options parse_arguments() {
 PLI_INT32 clock(PLI_BYTE8*) {
     if (!bridge) {
         bridge = std::make_unique<board::Bridge>(
-            parse_arguments(), board::Pace{.service_clocks = 8, .idle_sleep_ms = 200});
+            parse_arguments(), board::Pace{.service_cycles = 8, .idle_sleep_ms = 200});
     }
     const vpiHandle call = vpi_handle(vpiSysTfCall, nullptr);
     const vpiHandle arguments = vpi_iterate(vpiArgument, call);

@@ -133,7 +133,7 @@ class SimulatedBoard:
         with contextlib.suppress(BrokenPipeError):
             assert self._process.stdin is not None
             self._process.stdin.write(b"\n")
-        return int(self._answer("clocks ").split()[1])
+        return int(self._answer("cycles ").split()[1])
 
     def check(self) -> None:
         """Raise an error with the reason if the simulator has ended.

@@ -23,7 +23,7 @@ public:
 
     // Level during the next cycle.
     bool clock() {
-        if (clocks_left_ == 0) {
+        if (cycles_left_ == 0) {
             frame_ >>= 1;
             if (frame_ <= kSentinel) {
                 frame_ = 0;
@@ -31,9 +31,9 @@ public:
                 frame_ = kSentinel << 10 | 1u << 9 | unsigned{waiting_.front()} << 1;
                 waiting_.pop_front();
             }
-            clocks_left_ = clocks_per_bit_;
+            cycles_left_ = clocks_per_bit_;
         }
-        --clocks_left_;
+        --cycles_left_;
         return frame_ & 1;
     }
 
@@ -41,7 +41,7 @@ private:
     static constexpr unsigned kSentinel = 1;  // Follows the last bit; alone: all is sent.
 
     const unsigned clocks_per_bit_;
-    unsigned clocks_left_ = 0;
+    unsigned cycles_left_ = 0;
     unsigned frame_ = 0;
     std::deque<std::uint8_t> waiting_;
 };
@@ -64,7 +64,7 @@ public:
                     state_ = State::kFrame;
                     frame_ = 0;
                     bit_ = 0;
-                    clocks_left_ = clocks_per_bit_ / 2;
+                    cycles_left_ = clocks_per_bit_ / 2;
                 }
                 return Event::kNothing;
             case State::kBreak:
@@ -73,8 +73,8 @@ public:
             case State::kFrame:
                 break;
         }
-        if (--clocks_left_ != 0) return Event::kNothing;
-        clocks_left_ = clocks_per_bit_;
+        if (--cycles_left_ != 0) return Event::kNothing;
+        cycles_left_ = clocks_per_bit_;
         frame_ |= unsigned{level} << bit_;
         if (bit_ == 0 && level) {
             state_ = State::kIdle;
@@ -90,7 +90,7 @@ private:
 
     const unsigned clocks_per_bit_;
     State state_ = State::kIdle;
-    unsigned clocks_left_ = 0;
+    unsigned cycles_left_ = 0;
     unsigned frame_ = 0;
     unsigned bit_ = 0;
 };

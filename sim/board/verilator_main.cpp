@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
     const auto advance = [] {};
 #endif
 
-    board::Bridge bridge{options, {.service_clocks = 64, .idle_sleep_ms = 20}};
+    board::Bridge bridge{options, {.service_cycles = 64, .idle_sleep_ms = 20}};
     chip->clk = 0;
     chip->rst = 1;
     chip->rx = 1;

@@ -4,9 +4,9 @@
 //   1 n word*n            writes n cells, one payload of `writes` each
 //   2 count stall n word*n m   checks m paths of n points, one payload of `points` each; `count` is
 //                         the mode; with a stall s above 0, verdicts and counts are taken only in
-//                         about one clock of s
-//       answers: m * (verdict payload, clock in which it was first offered),
-//                number of counts, their payloads, clocks from the first point to the last verdict
+//                         about one cycle of s
+//       answers: m * (verdict payload, cycle in which it was first offered),
+//                number of counts, their payloads, cycles from the first point to the last verdict
 //   3 n word*n            looks up n cells (x | y << 32); answers n altitudes
 //
 // Verilator spells the double underscore of a port ___05F.
@@ -75,7 +75,7 @@ public:
 
     std::vector<Number> check(bool count, Number stall, const std::vector<Number>& points, Number paths) {
         std::vector<Number> verdicts, counts;
-        Number clocks = 0, taken = 0, finished = 0, entries = 0;
+        Number cycles = 0, taken = 0, finished = 0, entries = 0;
         std::size_t next = 0;
         Number random = 88172645463325252ULL;
         bool offered = false;
@@ -90,11 +90,11 @@ public:
             top_->counts___05Fready = take;
             settle();
             const bool moved = top_->points___05Fvalid && top_->points___05Fready;
-            if (taken > 0 || moved) ++clocks;
+            if (taken > 0 || moved) ++cycles;
             if (top_->verdicts___05Fvalid && !offered) {
                 offered = true;
                 for (const auto number : read_port(top_->verdicts___05Fpayload)) verdicts.push_back(number);
-                verdicts.push_back(clocks);
+                verdicts.push_back(cycles);
             }
             if (top_->verdicts___05Fvalid && take) ++finished, offered = false;
             if (top_->counts___05Fvalid && take) {
@@ -103,7 +103,7 @@ public:
             }
             if (moved) ++next, ++taken;
             clock();
-            if (clocks > limit_) give_up("a verdict");
+            if (cycles > limit_) give_up("a verdict");
         }
         // The counts of the last path may still be on their way.
         top_->points___05Fvalid = 0;
@@ -119,7 +119,7 @@ public:
         settle();
         verdicts.push_back(entries);
         verdicts.insert(verdicts.end(), counts.begin(), counts.end());
-        verdicts.push_back(clocks);
+        verdicts.push_back(cycles);
         return verdicts;
     }
 

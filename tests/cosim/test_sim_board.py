@@ -124,7 +124,7 @@ def test_ends_with_its_client(echo):
         board.open().close()
         assert board.wait(10) == 0
         with pytest.raises(
-            JobError, match=r"^The simulated board ended with status 0: \d+ clocks in .* errors\.$"
+            JobError, match=r"^The simulated board ended with status 0: \d+ cycles in .* errors\.$"
         ):
             board.check()
 
@@ -262,7 +262,7 @@ def test_framing_errors_are_reported():
         assert port.read() == b""
         board.close()
         log = board.log().splitlines()
-    assert log[0].startswith("simulator: a framing error on the chip's tx at clock ")
+    assert log[0].startswith("simulator: a framing error on the chip's tx at cycle ")
     assert log[-1].endswith("1 bytes to the chip, 0 bytes from it, 1 line errors")
 
 

@@ -22,7 +22,8 @@ LIMITS = {
 
 
 @pytest.mark.parametrize(
-    ("unit", "sizes"), [(CellWalker, ONE_MAP), (AltitudeComparator, {**ONE_MAP, "memory_latency": 1})]
+    ("unit", "sizes"),
+    [(CellWalker, ONE_MAP), (AltitudeComparator, {**ONE_MAP, "memory_latency": 1})],
 )
 def test_sizes_with_one_map(unit, sizes):
     limits = {**LIMITS, "coordinate_bits": ("Coordinate width", 1)}

@@ -21,18 +21,18 @@ class Family:
 
     Parameters
     ----------
-    luts, registers, memories, multipliers : dict of str to int
+    luts, registers, block_rams, multipliers : dict of str to int
         Kinds of cells, and how many of the thing one of them is.
     """
 
     luts: Mapping[str, int]
     registers: Mapping[str, int]
-    memories: Mapping[str, int]
+    block_rams: Mapping[str, int]
     multipliers: Mapping[str, int]
 
     def count(self, cells: Mapping[str, int]) -> dict[str, Any]:
         """Return how many of :data:`CELLS` so many cells of each kind are."""
-        kinds = (self.luts, self.registers, self.memories, self.multipliers)
+        kinds = (self.luts, self.registers, self.block_rams, self.multipliers)
         counts = (
             sum(weight * cells.get(cell, 0) for cell, weight in kind.items()) for kind in kinds
         )

@@ -95,7 +95,7 @@ class _PaperDevice:
     top: str
     config: Config
     luts: int
-    memories: int
+    block_rams: int
     paper: str
 
 
@@ -167,7 +167,7 @@ class _PaperJob(Job):
             "device": device.device,
             **cells,
             "of all LUTs, %": 100 * cells["LUTs"] / device.luts,
-            "of all block RAMs, %": 100 * cells["block RAMs"] / device.memories,
+            "of all block RAMs, %": 100 * cells["block RAMs"] / device.block_rams,
             "paper": device.paper,
         }
 

@@ -25,6 +25,7 @@ MOST_LINES_OF_ELABORATE = 150
 
 #: Names that something else has replaced, with their successors.
 OLD_NAMES = {
+    "AltitudeCompare": "AltitudeComparator",
     "BoardCounts": "BoardCollisionCounter",
     "CheckingUnit": "CheckController",
     "DrawLayout": "RandomWordLayout",
@@ -40,6 +41,7 @@ OLD_NAMES = {
     "States": "OneHotSequencer",
     "WaypointWords": "WaypointAssembler",
     "copies": "fanout",
+    "memories": "the job of the memories, or block_rams of a device",
     "over": "done, or clear of a path without collision",
     "starts": "start_requests, or launch of a pulse",
     "without_contents": "strip_zero_init",
@@ -285,6 +287,33 @@ def test_no_identifier_has_an_old_name():
         if name in OLD_NAMES
     }
     assert found == {}
+
+
+def hierarchical_lines(texts: dict[str, str]) -> list[str]:
+    """Return the lines that name the hierarchical build, which is gone."""
+    return [
+        f"{path}:{number}"
+        for path, text in texts.items()
+        for number, line in enumerate(text.splitlines(), 1)
+        if "hierarchical" in line.lower()
+    ]
+
+
+def test_nothing_is_hierarchical():
+    """Neither an identifier nor a text, in Python, C++ or anything else."""
+    texts = {
+        str(file.relative_to(ROOT)): file.read_text(errors="replace")
+        for folder in ("hdl", "sim", "host")
+        for file in (ROOT / folder).rglob("*")
+        if file.is_file() and file.suffix != ".pyc"
+    }
+    assert {"hdl/top.py", "sim/board/bridge.cpp", "host/errors.py"} <= texts.keys()
+    assert hierarchical_lines(texts) == []
+
+
+def test_hierarchical_lines_are_found():
+    text = "class HierarchicalWalker:\n    pass  # yosys: hierarchy\nbuild = 'hierarchical'\n"
+    assert hierarchical_lines({"a.py": text}) == ["a.py:1", "a.py:3"]
 
 
 def test_identifiers_of_every_kind_are_found():

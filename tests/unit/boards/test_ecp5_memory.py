@@ -124,12 +124,12 @@ def test_registers_are_those_of_the_primitive():
 def test_blocks_of_a_map_have_different_sites():
     """Four rows of a bit each get neighbouring sites; surplus blocks get none."""
     cells = Ecp5Cells(MAP_SITES)
-    memories = [
+    blocks = [
         cells.memory(rows=16384, width=4, ports=2, number=number) for number in (0, 1, 47, 48, None)
     ]
     found = [
         re.findall(r'\(\* BEL = "(.*?)" \*\)', verilog.convert(each, emit_src=False))
-        for each in memories
+        for each in blocks
     ]
     assert found == [list(MAP_SITES[:4]), list(MAP_SITES[4:8]), list(MAP_SITES[188:]), [], []]
 

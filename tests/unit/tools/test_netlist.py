@@ -163,25 +163,25 @@ def test_altered(original, old, new, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def memories(tmp_path_factory):
+def two_memories(tmp_path_factory):
     return netlist(tmp_path_factory.mktemp("memories"), MEMORIES)
 
 
-def test_memories_renamed_and_reordered(memories, tmp_path):
+def test_memories_renamed_and_reordered(two_memories, tmp_path):
     renamed = netlist(tmp_path, MEMORIES_RENAMED)
-    assert renamed.colours == memories.colours
-    assert renamed.digest == memories.digest
-    assert renamed.colour_of["aft.rows"] == memories.colour_of["far"]
-    assert renamed.colour_of["bow"] == memories.colour_of["near"]
-    assert len(set(memories.colour_of.values())) == len(memories.colour_of)
+    assert renamed.colours == two_memories.colours
+    assert renamed.digest == two_memories.digest
+    assert renamed.colour_of["aft.rows"] == two_memories.colour_of["far"]
+    assert renamed.colour_of["bow"] == two_memories.colour_of["near"]
+    assert len(set(two_memories.colour_of.values())) == len(two_memories.colour_of)
 
 
 @pytest.mark.parametrize(("old", "new"), MEMORIES_ALTERED.values(), ids=MEMORIES_ALTERED)
-def test_memories_altered(memories, old, new, tmp_path):
+def test_memories_altered(two_memories, old, new, tmp_path):
     assert MEMORIES.count(old) == 1
     altered = netlist(tmp_path, MEMORIES.replace(old, new))
-    assert altered.colours != memories.colours
-    assert altered.digest != memories.digest
+    assert altered.colours != two_memories.colours
+    assert altered.digest != two_memories.digest
 
 
 def test_memories_exchanged(tmp_path):

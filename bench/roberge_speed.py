@@ -124,11 +124,11 @@ def run(
     ]
     report.notes = [
         f"Median of {_REPEATS} seeds after one that compiles; seconds from the first path drawn to",
-        "the one reported, checked at ds / 8. Times as fast: as the first row, the paper's as its",
-        "own; of one run a core, that many at once, which share nothing: what the machine has to",
-        "give. The paper gives neither its number of waypoints nor its ds. Cut short: candidates",
-        'given up once they could not be better; the rows "all in full" evaluate these, too, as',
-        "the paper does.",
+        "the reported path, checked at ds / 8. Times as fast: compared with the first row, and for",
+        "the paper with its first row. One run a core: independent runs at the same time, which",
+        "show the limit of the machine. The paper gives neither its number of waypoints nor its",
+        "ds. Cut short: candidates whose evaluation stopped once they could not be better; the",
+        'rows "all in full" evaluate these to the end, as the paper does.',
     ]
     if left_out:
         report.notes.append(f"No GPU was measured. {left_out}")

@@ -31,7 +31,7 @@ _LANES = (4, 8, 16)
 
 
 class _ChipJob(Job):
-    """A chip on a board, routed with one seed, whatever clock it comes to."""
+    """A chip on a board, routed with one seed, at any clock that the router reaches."""
 
     @property
     @abstractmethod

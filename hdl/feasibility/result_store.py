@@ -132,9 +132,8 @@ class ResultStore(wiring.Component):
             shape=struct(entry), depth=rows, init=[]
         )
 
-        # Entries that have come, and those that the verdicts have announced.
-        come = Signal(range(rows + 1), reset_less=True)
-        told = Signal(range(rows + 1), reset_less=True)
+        received_entries = Signal(range(rows + 1), reset_less=True)
+        announced_entries = Signal(range(rows + 1), reset_less=True)
         paths = Signal.like(self.paths, reset_less=True)
         totals = Signal.like(self.totals, reset_less=True)
         cleared = Signal(init=1)
@@ -146,17 +145,20 @@ class ResultStore(wiring.Component):
             self.totals.eq(totals),
             self.verdicts.ready.eq(1),
             self.counts.ready.eq(1),
-            self.complete.eq(come == told),
-            row.first.eq(told),
+            self.complete.eq(received_entries == announced_entries),
+            row.first.eq(announced_entries),
             row.collision.eq(verdict.collision),
             row.entries.eq(verdict.entries),
             *(row[name].eq(verdict[name]) for name in names),
             entry_write.en.eq(self.counts.valid),
-            entry_write.addr.eq(come),
+            entry_write.addr.eq(received_entries),
             *(entry_write.data[name].eq(count[name]) for name, _ in entry.fields),
         ]
         with m.If(self.verdicts.valid):
-            m.d.sync += [paths.eq(paths + 1), told.eq(told + verdict.entries)]
+            m.d.sync += [
+                paths.eq(paths + 1),
+                announced_entries.eq(announced_entries + verdict.entries),
+            ]
 
         # The rest is kept a cycle later: it is wide, and far from the checker.
         came, kept = Signal(), Signal.like(verdict, reset_less=True)
@@ -174,10 +176,10 @@ class ResultStore(wiring.Component):
                 for name, _ in self.record_layouts.totals.fields
             ]
         with m.If(self.counts.valid):
-            m.d.sync += come.eq(come + 1)
+            m.d.sync += received_entries.eq(received_entries + 1)
         # After a reset, too: a reset of these registers would make `cleared` too slow.
         with m.If(cleared):
-            m.d.sync += [paths.eq(0), totals.eq(0), come.eq(0), told.eq(0)]
+            m.d.sync += [paths.eq(0), totals.eq(0), received_entries.eq(0), announced_entries.eq(0)]
 
         number = Signal(8, reset_less=True)
         self._serve(

@@ -16,7 +16,7 @@ __all__ = ["OneHotSequencer"]
 
 
 class OneHotSequencer(wiring.Component):
-    """State machine that leaves a state as soon as it is told to, for the one told.
+    """State machine that follows the step it is told to take, in the next cycle.
 
     Each state is a register, which sees only the steps into its state and out of it: no signal of
     one state is decoded from all others. States that no step leads into or out of are left out.
@@ -26,7 +26,7 @@ class OneHotSequencer(wiring.Component):
     initial : enum.IntEnum
         State after reset, a member of the enumeration of all states.
     steps : iterable of (enum.IntEnum, enum.IntEnum)
-        Which states follow which.
+        Possible steps: a state, and one that may follow it.
     history : int
         Number of entered states to remember, 1 or more.
     history_entry_bits : int

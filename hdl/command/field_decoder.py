@@ -91,7 +91,7 @@ class FieldDecoder(wiring.Component):
         The last byte of the request has been taken.
     status : Out(8)
         :class:`hdl.protocol.Status`: OK, or the error of the fields.
-    kind, slot, count : Out
+    kind, slot, count : Out(AnswerKind), Out(8), Out(9)
         Answer to the request if its payload is right: see
         :data:`hdl.command.layouts.answer_layout`.
 

@@ -10,7 +10,9 @@ import pytest
 from amaranth.hdl import Fragment, Shape
 from amaranth.lib import wiring
 
+from hdl.command.layouts import payload_members
 from hdl.config import CheckerBuild, Config
+from hdl.layouts import generation_signature
 from hdl.top import Planner
 from tests.chips import SMALL
 
@@ -52,9 +54,13 @@ def components():
 def documented(kind):
     """Return the ports that the docstring of a component lists, each with its type."""
     section = (inspect.getdoc(kind) or "").partition("\nMembers\n-------\n")[2]
-    section = re.split(r"\n\n\w+\n-+\n", section)[0]
+    return ports_in(re.split(r"\n\n\w+\n-+\n", section)[0])
+
+
+def ports_in(text):
+    """Return the ports that some lines list, each with its type."""
     ports = {}
-    for line in section.splitlines():
+    for line in text.splitlines():
         for entry in map(ENTRY.fullmatch, re.split(r"(?<=In|ut|.\)), (?=\w+ : )", line)):
             if entry is None:
                 continue
@@ -65,13 +71,27 @@ def documented(kind):
     return ports
 
 
-def width_of(text, component):
+def width_of(text, names):
     """Return the width of a shape as a docstring writes it; None if it is more than a number."""
-    names = {**vars(sys.modules[type(component).__module__]), **vars(component)}
     try:
         return Shape.cast(eval(text, names)).width
     except (NameError, SyntaxError, TypeError, AttributeError):
         return None
+
+
+def compare(members, ports, names):
+    """Return the documented ``ports`` that are other members, and the number of widths compared."""
+    wrong, compared = [], 0
+    for name, member in members.items():
+        if not ports.get(name):
+            continue
+        written = TYPE.match(re.sub(r"\.array\(.*", "", ports[name]))
+        width = width_of(written["shape"] or "", names) if member.is_port else None
+        compared += width is not None
+        same = width is None or width == Shape.cast(member.shape).width
+        if written["flow"] != member.flow.name or not same:
+            wrong.append((name, ports[name]))
+    return wrong, compared
 
 
 def test_every_port_is_documented(components):
@@ -89,17 +109,26 @@ def test_every_port_is_documented(components):
 def test_directions_and_widths_are_as_documented(components):
     wrong, compared = [], 0
     for kind, instances in components.items():
-        ports = documented(kind)
         for component in instances:
-            for name, member in component.signature.members.items():
-                if not ports.get(name):
-                    continue
-                written = TYPE.match(re.sub(r"\.array\(.*", "", ports[name]))
-                width = width_of(written["shape"] or "", component) if member.is_port else None
-                compared += width is not None
-                same = width is None or width == Shape.cast(member.shape).width
-                if written["flow"] != member.flow.name or not same:
-                    wrong.append((kind.__name__, name, ports[name]))
+            names = {**vars(sys.modules[kind.__module__]), **vars(component)}
+            found, number = compare(component.signature.members, documented(kind), names)
+            wrong += [(kind.__name__, *each) for each in found]
+            compared += number
     assert wrong == []
     # Layouts that a docstring names by the function that makes them are not compared.
     assert compared > 600
+
+
+@pytest.mark.parametrize("config", CHIPS[:3], ids=["core", "two-tier", "parallel"])
+def test_shared_members_are_as_documented(config):
+    sizes = {name: getattr(config, name) for name in ("mutators", "patches", "candidates")}
+    optional = {"redrawn", "left_out"} if config.checker is CheckerBuild.NONE else set()
+    for members, function, missing in (
+        (generation_signature(config).members, generation_signature, optional),
+        (payload_members(), payload_members, set()),
+    ):
+        ports = ports_in(inspect.getdoc(function))
+        assert ports.keys() - missing == set(members)
+        wrong, compared = compare(members, ports, sizes)
+        assert wrong == []
+        assert compared >= len(members) - 1

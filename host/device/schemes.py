@@ -189,9 +189,11 @@ def _entry_points() -> Iterator[metadata.EntryPoint]:
     """
     declared = Path(__file__).resolve().parents[2] / "pyproject.toml"
     if declared.is_file():
-        project = tomllib.loads(declared.read_text())["project"]
-        for name, value in project["entry-points"][GROUP].items():
-            yield metadata.EntryPoint(name, value, GROUP)
+        project = tomllib.loads(declared.read_text("utf-8")).get("project", {})
+        # Beside an installed package lies what its user put there.
+        if project.get("name") == "pathgene":
+            for name, value in project.get("entry-points", {}).get(GROUP, {}).items():
+                yield metadata.EntryPoint(name, value, GROUP)
     yield from metadata.entry_points(group=GROUP)
 
 

@@ -1,10 +1,12 @@
 """Kinds of boards that other packages register."""
 
 import sys
+from importlib import metadata
 
 import pytest
 
 from hdl.config import Config
+from host.device import schemes
 from host.device.boards import board_scheme, known_config, open_board
 from host.device.schemes import GROUP, registered_scheme, scheme_names
 from host.device.serial_scheme import SerialScheme
@@ -64,6 +66,22 @@ def test_other_urls_are_those_of_serial_ports(url):
     assert registered_scheme(url) is None
     assert isinstance(board_scheme(url), SerialScheme)
     assert not board_scheme(url).simulated
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ('[project]\nname = "pathgene"\n', []),
+        ('[project]\nname = "pathgene"\nentry-points."pathgene.boards".mine = "a:B"\n', ["mine"]),
+        ('[project]\nname = "other"\nentry-points."pathgene.boards".mine = "a:B"\n', []),
+        ("[tool.ruff]\n", []),
+    ],
+)
+def test_reads_the_project_file_of_its_checkout_alone(text, names, tmp_path, monkeypatch):
+    installed = [point.name for point in metadata.entry_points(group=GROUP)]
+    (tmp_path / "pyproject.toml").write_text(text)
+    monkeypatch.setattr(schemes, "__file__", str(tmp_path / "host" / "device" / "schemes.py"))
+    assert scheme_names() == list(dict.fromkeys([*names, *installed]))
 
 
 def test_another_package_adds_a_kind_of_board(install):

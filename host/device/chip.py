@@ -161,8 +161,8 @@ class Chip:
         limits : tuple of int
             Highest x and y cell and altitude step of a new waypoint.
         avoid_ground : bool
-            Whether the chip redraws a new waypoint that lies below the ground of its map. After
-            the number of draws that it was built for, it leaves the mutation out.
+            Redraw a new waypoint that lies below the ground of the chip's map. After the number of
+            draws that it was built for, the chip leaves the mutation out.
 
         Raises
         ------

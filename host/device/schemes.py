@@ -105,7 +105,7 @@ class BoardScheme(abc.ABC):
     Attributes
     ----------
     simulated : bool
-        Whether a board is built as its URL says, for one user alone. Hardware has its
+        True for boards that are built as their URLs say, for one user alone. Hardware has its
         configuration already and is shared.
     """
 
@@ -143,7 +143,7 @@ class BoardScheme(abc.ABC):
         listen : str
             ``HOST:PORT`` to listen at; port 0 takes a free one.
         pty : bool
-            Whether to serve a pseudo terminal instead.
+            Serve a pseudo terminal instead.
 
         Raises
         ------

@@ -43,7 +43,7 @@ class Window:
     sent : int
         Number of commands that have been sent at least once.
     flush : bool
-        Whether the next frame needs a delimiter before it, because one may have been lost.
+        True if the next frame needs a delimiter before it, because one may have been lost.
     in_flight : deque of (int, int)
         Index and size of every frame that may still be in the chip's buffer, repeated frames
         included. The size, body and CRC in bytes, counts against the credit.

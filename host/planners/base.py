@@ -135,7 +135,7 @@ class Result:
     history : list of [int, float, float]
         Generation, best fitness so far, mean fitness of the population; starts at generation 0.
     generations, evaluations : int
-        How many were run.
+        Numbers of both that were run.
     stopped_by : str
         ``generations``, ``time-limit``, ``target-fitness``, ``interrupt`` or ``failure``.
     failure : str or None

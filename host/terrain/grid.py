@@ -46,8 +46,8 @@ class Terrain:
     source : str
         Where the heights come from.
     loading : mapping, optional
-        How the terrain was loaded, as a summary states it: ``source``, ``fill_voids`` and
-        ``cell_m``. By default its source or name, and nothing else.
+        Arguments that the terrain was loaded with, as a summary states them: ``source``,
+        ``fill_voids`` and ``cell_m``. By default its source or name, and nothing else.
 
     Raises
     ------

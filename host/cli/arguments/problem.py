@@ -16,7 +16,7 @@ def add_problem(parser: Parser, *, ends_required: bool) -> None:
     parser : Parser
         The command.
     ends_required : bool
-        Whether terrain, start and goal must be given. Otherwise a file supplies them.
+        Require terrain, start and goal. Otherwise a file supplies them.
     """
     need = "required, or its -geo twin" if ends_required else "must be the path's own end"
     group = parser.add_argument_group("problem")

@@ -8,11 +8,7 @@ __all__ = [
     "AnswerKind",
     "answer_layout",
     "payload_members",
-    "request_layout",
 ]
-
-#: One byte of the body of a request or an answer.
-request_layout = data.StructLayout({"data": 8, "last": 1, "plain": 1})
 
 
 class AnswerKind(enum.Enum, shape=4):

@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 
 from hdl.command.field_decoder import FieldDecoder, payload_commands, request_fields
 from hdl.command.header_comparator import HeaderComparator
-from hdl.command.layouts import AnswerKind, answer_layout, request_layout
+from hdl.command.layouts import AnswerKind, answer_layout
 from hdl.command.payload_dispatcher import PayloadDispatcher
 from hdl.config import CheckerBuild, Config
 from hdl.layouts import (
@@ -17,6 +17,7 @@ from hdl.layouts import (
     start_layout,
     write_layout,
 )
+from hdl.link.frame import body_layout
 from hdl.protocol import Command, Status, StickyError
 
 
@@ -70,7 +71,7 @@ class CommandReceiver(wiring.Component):
         Handshake with the control unit. ``done`` stays high until the receiver is turned off.
     pending : Out(1)
         A request is waiting.
-    requests : In(stream of request_layout)
+    requests : In(stream of body_layout)
         Bodies of undamaged frames, without CRC.
     answer : Out(answer_layout)
         Answer to the request; steady from ``done`` to the next ``on``.
@@ -125,7 +126,7 @@ class CommandReceiver(wiring.Component):
             "on": In(1),
             "done": Out(1),
             "pending": Out(1),
-            "requests": In(stream.Signature(request_layout)),
+            "requests": In(stream.Signature(body_layout)),
             "answer": Out(answer_layout),
             "session": Out(8),
             "line_errors": In(4),

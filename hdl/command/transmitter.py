@@ -5,7 +5,7 @@ from amaranth.lib import data, enum, stream, wiring
 from amaranth.lib.crc.catalog import CRC32_ISO_HDLC
 from amaranth.lib.wiring import In, Out
 
-from hdl.command.layouts import AnswerKind, answer_layout, request_layout
+from hdl.command.layouts import AnswerKind, answer_layout
 from hdl.command.reply_words import WORD_BYTES, ReplyWords
 from hdl.config import CheckerBuild, Config
 from hdl.layouts import (
@@ -15,6 +15,7 @@ from hdl.layouts import (
     struct,
     waypoint_layout,
 )
+from hdl.link.frame import body_layout
 from hdl.protocol import (
     Counter,
     Layout,
@@ -68,7 +69,7 @@ class ReplyTransmitter(wiring.Component):
         The open session, for ``INFO``.
     status, counters : In
         Registers of the chip, as the replies of :mod:`hdl.protocol` lay them out.
-    replies : Out(stream of request_layout)
+    replies : Out(stream of body_layout)
         The body, byte by byte.
 
     Only where ``config`` has a genetic core:
@@ -107,7 +108,7 @@ class ReplyTransmitter(wiring.Component):
             "session": In(8),
             "status": In(self.status_layout),
             "counters": In(self.counters_layout),
-            "replies": Out(stream.Signature(request_layout)),
+            "replies": Out(stream.Signature(body_layout)),
         }
         if config.genetic:
             recipe = recipe_reply(config)

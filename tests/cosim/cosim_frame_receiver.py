@@ -6,8 +6,8 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, ReadOnly
 
-from hdl.command.layouts import request_layout
 from hdl.config import Config
+from hdl.link.frame import body_layout
 from hdl.protocol import StickyError
 from hdl.protocol.codec import encode_frame
 from sim.model.frames import FrameReceiverModel
@@ -53,7 +53,7 @@ class Bench:
         if self._wait:
             self._wait -= 1
         elif dut.requests__valid.value:
-            self._take(request_layout.from_bits(dut.requests__payload.value.to_unsigned()))
+            self._take(body_layout.from_bits(dut.requests__payload.value.to_unsigned()))
             self._wait = next(self.pauses)
         await FallingEdge(dut.clk)
 

@@ -8,8 +8,8 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, ReadOnly
 
-from hdl.command.layouts import request_layout
 from hdl.config import Config
+from hdl.link.frame import body_layout
 from hdl.protocol.codec import encode_frame
 
 
@@ -34,7 +34,7 @@ class Bench:
         dut = self.dut
         dut.replies__valid.value = word is not None
         if word is not None:
-            dut.replies__payload.value = request_layout.const(word).as_bits()
+            dut.replies__payload.value = body_layout.const(word).as_bits()
         dut.bytes__ready.value = self._wait == 0
         await ReadOnly()
         taken = bool(dut.replies__ready.value)

@@ -8,9 +8,10 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge
 from drivers import Stream
 
-from hdl.command.layouts import AnswerKind, answer_layout, request_layout
+from hdl.command.layouts import AnswerKind, answer_layout
 from hdl.command.receiver import CommandReceiver
 from hdl.config import CheckerBuild, Config
+from hdl.link.frame import body_layout
 from hdl.protocol import (
     CheckFlag,
     Command,
@@ -51,7 +52,7 @@ class Bench:
         self.dut = dut
         rng = random.Random(2)
         pauses = (lambda: rng.choice((0, 0, 1, 4))) if stalled else (lambda: 0)
-        self.requests = Stream(dut, "requests", request_layout, dut.clk, pauses)
+        self.requests = Stream(dut, "requests", body_layout, dut.clk, pauses)
         self.requests.idle(driven=True)
         self.collected = {}
         for name in ("start_requests", "writes", "ranking", "cells", "points"):

@@ -10,10 +10,11 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge
 from drivers import Stream
 
-from hdl.command.layouts import AnswerKind, answer_layout, request_layout
+from hdl.command.layouts import AnswerKind, answer_layout
 from hdl.command.transmitter import ReplyTransmitter
 from hdl.config import CheckerBuild, Config
 from hdl.layouts import record_layout, result_read_layout
+from hdl.link.frame import body_layout
 from hdl.protocol import (
     Layout,
     Status,
@@ -49,7 +50,7 @@ class Bench:
         self.dut = dut
         self.rng = random.Random(3)
         pauses = (lambda: self.rng.choice((0, 0, 1, 5))) if stalled else (lambda: 0)
-        self.replies = Stream(dut, "replies", request_layout, dut.clk, pauses)
+        self.replies = Stream(dut, "replies", body_layout, dut.clk, pauses)
         self.replies.idle(driven=False)
         self.reads = Stream(dut, "reads", UNIT.read_layout, dut.clk, pauses)
         self.reads.idle(driven=False)

@@ -152,16 +152,15 @@ def test_ctrl_c_does_not_wait_for_a_stopped_board(tmp_path):
         (simulator,) = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
         os.kill(int(simulator), signal.SIGSTOP)
         time.sleep(0.5)
-        begun = time.monotonic()
         process.send_signal(signal.SIGINT)
-        error = process.communicate(timeout=60)[1]
-        # A second for the board and time for the picture; waiting for the board would take 15 s.
-        assert time.monotonic() - begun < 8
+        error = process.communicate(timeout=300)[1]
     assert process.returncode == 130
     assert error.splitlines()[-1] == "pathgene: Interrupted; the best path so far is written."
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert (summary["stopped_by"], summary["hardware"]) == ("interrupt", None)
-    assert summary["seconds"]["link"] > 1
+    # Until the signal, and a second longer. Waiting for the board would take three attempts of 5 s.
+    # A loaded machine draws the picture late, but that is not time of the link.
+    assert 1 < summary["seconds"]["link"] < 10
     assert not Path(f"/proc/{simulator}").exists()
 
 

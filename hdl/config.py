@@ -250,11 +250,6 @@ class Config:
         return self.max_waypoints // 2
 
     @property
-    def tail_size(self) -> int:
-        """Most waypoints a child takes from past the middle of a parent."""
-        return self.max_waypoints - self.head_size
-
-    @property
     def coordinate_bits(self) -> int:
         """Width of x and of y, in cells."""
         return (self.map_size - 1).bit_length()

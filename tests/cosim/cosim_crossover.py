@@ -37,7 +37,7 @@ async def breed(dut, parents):
         assert list(head) == list(range(len(head)))
         assert list(tail) == list(range(len(tail)))
         assert len(head) <= CONFIG.head_size
-        assert len(tail) <= CONFIG.tail_size
+        assert len(tail) <= CONFIG.max_waypoints - CONFIG.head_size
     return [[*head.values(), *tail.values()] for head, tail in written]
 
 

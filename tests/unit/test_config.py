@@ -22,7 +22,7 @@ def test_default_has_the_papers_sizes():
     ]
     assert config.mutations[0] is MutationKind.PERTURB
     assert (config.coordinate_bits, config.waypoint_bits, config.waypoint_bytes) == (9, 30, 4)
-    assert (config.head_size, config.tail_size) == (8, 8)
+    assert config.head_size == 8
     # 15 % of 512 cells is 76.8, of 4096 steps 614.4: half of it to each side, rounded down.
     assert (config.box_cells, config.box_steps) == (38, 307)
     assert config.blocked_altitude == 4095
@@ -31,12 +31,12 @@ def test_default_has_the_papers_sizes():
 
 
 @pytest.mark.parametrize(
-    ("max_waypoints", "head", "tail", "length_bits", "index_bits"),
-    [(16, 8, 8, 5, 4), (20, 10, 10, 5, 5), (5, 2, 3, 3, 3), (3, 1, 2, 2, 2)],
+    ("max_waypoints", "head", "length_bits", "index_bits"),
+    [(16, 8, 5, 4), (20, 10, 5, 5), (5, 2, 3, 3), (3, 1, 2, 2)],
 )
-def test_halves_of_a_path(max_waypoints, head, tail, length_bits, index_bits):
+def test_halves_of_a_path(max_waypoints, head, length_bits, index_bits):
     config = Config(max_waypoints=max_waypoints)
-    assert (config.head_size, config.tail_size) == (head, tail)
+    assert config.head_size == head
     assert (config.length_bits, config.index_bits) == (length_bits, index_bits)
 
 

@@ -84,7 +84,7 @@ def test_banks_and_halves_keep_what_is_written():
     """All places of both banks; both halves are written at once, while a bank is read."""
     dut = Chromosome(**SIZES)
     rng = random.Random(1)
-    places = range(CONFIG.tail_size)
+    places = range(CONFIG.max_waypoints - CONFIG.head_size)
     held = {}
 
     async def check(ctx, bank):

@@ -58,7 +58,7 @@ def test_every_pair_of_lengths(max_waypoints):
             assert list(head) == list(range(len(head)))
             assert list(tail) == list(range(len(tail)))
             assert len(head) <= config.head_size
-            assert len(tail) <= config.tail_size
+            assert len(tail) <= config.max_waypoints - config.head_size
             joined.append([*head.values(), *tail.values()])
         assert joined == crossover(parents)[:2]
 

@@ -19,8 +19,8 @@ from typing import Any
 from tools.recording.checkers import record_paths, record_verilated
 from tools.recording.chips import record_frames, record_generations
 from tools.recording.commands import record_keys, record_options, record_plans
-from tools.recording.draws import checksum
 from tools.recording.fitness import draw_fixed_paths
+from tools.recording.random_inputs import checksum
 
 
 __all__ = ["GOLDENS", "GOLDEN_PARTS", "PARTS", "differences", "main"]

@@ -54,7 +54,7 @@ def _units_graph(whole: Unit, outside: str) -> str:
             feeds = _joined(feeds, name)
             del units[name]
     for name, unit in units.items():
-        lines.append(f"  {name} [label=<{_label(name, unit)}>]")
+        lines.append(f"  {name} [label=<{_label(unit)}>]")
     lines.append(f'  outside [label="{outside}", shape=plaintext, style="", fontsize=11]')
     control = {name for name, unit in units.items() if unit.kind == "Control"}
     for (source, target), outputs in sorted(feeds.items()):
@@ -79,7 +79,7 @@ def _joined(
     return kept
 
 
-def _label(name: str, unit: Unit) -> str:
+def _label(unit: Unit) -> str:
     inner = list(dict.fromkeys(one.kind for one in unit.units.values()))
     inner = [kind for kind in inner if kind not in ("SkidBuffer", "StreamRegister", "Memory")]
     lines = [f"<b>{unit.kind}</b>", f'<font point-size="9">{unit.file}</font>']

@@ -14,7 +14,7 @@ from sim.harness import VerilatedChecker
 from sim.model.checker import TerrainModel
 from sim.model.checker_cycles import batch_cycles
 from sim.model.checker_kernels import check_paths
-from tools.recording.draws import Point, below, ground, point
+from tools.recording.random_inputs import Point, below, ground, point
 
 
 __all__ = ["PATHS", "record_paths", "record_verilated"]

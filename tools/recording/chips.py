@@ -35,7 +35,7 @@ from host.device.chip import Chip
 from host.device.link import Link
 from sim.model.chip import ChipModel
 from sim.model.port import ModelPort
-from tools.recording.draws import checksum, ground, point, population, shuffled, waypoint
+from tools.recording.random_inputs import checksum, ground, point, population, shuffled, waypoint
 
 
 __all__ = ["GENERATIONS", "record_frames", "record_generations"]

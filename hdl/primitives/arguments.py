@@ -13,8 +13,7 @@ def check_integer(name: str, value: object, lowest: int, highest: int | None = N
     ValueError
         If it is out of its range. Both messages begin with ``name``.
     """
-    if not isinstance(value, int) or isinstance(value, bool):
-        raise TypeError(f"{name} must be an integer, not {value!r}")
+    value = _integer(name, value)
     if value < lowest or (highest is not None and value > highest):
         rule = f"{lowest} or more" if highest is None else f"from {lowest} to {highest}"
         raise ValueError(f"{name} must be {rule}, not {value!r}")
@@ -25,7 +24,12 @@ def check_power_of_two(name: str, value: object, lowest: int, highest: int) -> N
 
     The errors are those of :func:`check_integer`.
     """
-    if not isinstance(value, int) or isinstance(value, bool):
-        raise TypeError(f"{name} must be an integer, not {value!r}")
+    value = _integer(name, value)
     if not lowest <= value <= highest or value & (value - 1):
         raise ValueError(f"{name} must be a power of two from {lowest} to {highest}, not {value!r}")
+
+
+def _integer(name: str, value: object) -> int:
+    if not isinstance(value, int) or isinstance(value, bool):
+        raise TypeError(f"{name} must be an integer, not {value!r}")
+    return value

@@ -10,10 +10,22 @@ from __future__ import annotations
 from hdl.protocol.random_words import LANES, SEED_BITS, WARM_UP_STEPS, WORD_BITS
 
 
-__all__ = ["RandomSource", "Trivium"]
+__all__ = ["RandomSource", "Trivium", "check_seed"]
 
 _WORD = (1 << WORD_BITS) - 1
 _A, _B, _C = 93, 84, 111
+
+
+def check_seed(seed: int) -> None:
+    """Raise unless ``seed`` is one of the chip's.
+
+    Raises
+    ------
+    ValueError
+        If ``seed`` is not from 0 to 2**64 - 1.
+    """
+    if not 0 <= seed < 1 << SEED_BITS:
+        raise ValueError(f"Seed must be from 0 to 2**{SEED_BITS} - 1, not {seed!r}")
 
 
 class Trivium:
@@ -63,8 +75,7 @@ class RandomSource:
     """
 
     def __init__(self, seed: int) -> None:
-        if not 0 <= seed < 1 << SEED_BITS:
-            raise ValueError(f"Seed must be from 0 to 2**{SEED_BITS} - 1, not {seed!r}")
+        check_seed(seed)
         self._lanes = [Trivium(seed, lane) for lane in range(LANES)]
 
     def step(self) -> tuple[int, ...]:

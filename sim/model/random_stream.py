@@ -15,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from hdl.protocol.random_words import LANES, SEED_BITS, WORD_BITS
-from sim.model.random_source import Trivium
+from hdl.protocol.random_words import LANES, WORD_BITS
+from sim.model.random_source import Trivium, check_seed
 
 
 __all__ = ["RandomStream", "main"]
@@ -38,8 +38,7 @@ class RandomStream:
     """
 
     def __init__(self, seed: int) -> None:
-        if not 0 <= seed < 1 << SEED_BITS:
-            raise ValueError(f"Seed must be from 0 to 2**{SEED_BITS} - 1, not {seed!r}")
+        check_seed(seed)
         # Each register in two words, the newest bits in the first.
         self._state = np.array(
             [

@@ -5,14 +5,12 @@ from __future__ import annotations
 from hdl.config import Config
 from host.device.schemes import CONFIG_FIELDS, BoardScheme, OpenPort, split_config
 from host.errors import InputError
+from sim.default_config import DEFAULT_CONFIG
 from sim.model.chip import ChipModel
 from sim.model.port import ModelPort
 
 
 __all__ = ["SCHEME", "ModelScheme"]
-
-#: Built so unless the URL says otherwise: the same chip as that of ``sim:``.
-_DEFAULT_CONFIG = Config(clocks_per_bit=4)
 
 
 class ModelScheme(BoardScheme):
@@ -22,7 +20,7 @@ class ModelScheme(BoardScheme):
 
     def open(self, url: str) -> OpenPort:
         """Make the model."""
-        rest, config = split_config(url, _DEFAULT_CONFIG)
+        rest, config = split_config(url, DEFAULT_CONFIG)
         if rest != "model:":
             raise InputError(
                 f"The model takes only fields of the configuration, not {rest!r}; they are "
@@ -33,7 +31,7 @@ class ModelScheme(BoardScheme):
 
     def known_config(self, url: str) -> Config:
         """Return the configuration that the URL orders."""
-        return split_config(url, _DEFAULT_CONFIG)[1]
+        return split_config(url, DEFAULT_CONFIG)[1]
 
 
 #: Found through the entry point ``model``.

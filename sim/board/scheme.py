@@ -10,14 +10,11 @@ from hdl.config import Config
 from host.device.schemes import CONFIG_FIELDS, BoardScheme, OpenPort, split_config
 from host.errors import InputError
 from sim.board import BoardOptions, SimulatedBoard, open_simulated
+from sim.default_config import DEFAULT_CONFIG
 from sim.exported import exported_verilog
 
 
-__all__ = ["DEFAULT_CONFIG", "SCHEME", "SimulatedScheme", "start_simulated"]
-
-#: Boards are built so unless their URL says otherwise. The UART divisor is the smallest that the
-#: receiver allows, so that a byte takes few cycles to simulate.
-DEFAULT_CONFIG = Config(clocks_per_bit=4)
+__all__ = ["SCHEME", "SimulatedScheme", "start_simulated"]
 
 #: Timeout in seconds and attempts, by simulator.
 _PATIENCE = {"verilator": (5.0, 3), "icarus": (120.0, 3)}

@@ -15,7 +15,7 @@ import pytest
 
 from hdl.protocol import DELIMITER, pack_paths
 from host.device.boards import open_board
-from sim.board.scheme import DEFAULT_CONFIG
+from sim.default_config import DEFAULT_CONFIG
 from sim.model.chip import ChipModel
 from tests.chips import SMALL, board_url
 

@@ -12,10 +12,10 @@ namespace {
 
 using Event = board::UartSampler::Event;
 
-const char* first_event(unsigned clocks_per_bit, unsigned low_clocks) {
+const char* first_event(unsigned clocks_per_bit, unsigned low_cycles) {
     board::UartSampler sampler{clocks_per_bit};
-    for (unsigned clock = 0; clock < 20 * clocks_per_bit; ++clock) {
-        switch (sampler.clock(clock >= low_clocks)) {
+    for (unsigned cycle = 0; cycle < 20 * clocks_per_bit; ++cycle) {
+        switch (sampler.clock(cycle >= low_cycles)) {
             case Event::kNothing: break;
             case Event::kByte: return "byte";
             case Event::kGlitch: return "glitch";
@@ -41,7 +41,7 @@ int main(int argc, char** argv) {
     driver.push(bytes.data(), bytes.size());
     std::string levels;
     std::string read_back;
-    for (unsigned clock = 0; clock < bytes.size() * 10 * clocks_per_bit + 3; ++clock) {
+    for (unsigned cycle = 0; cycle < bytes.size() * 10 * clocks_per_bit + 3; ++cycle) {
         const bool level = driver.clock();
         levels += level ? '1' : '0';
         if (sampler.clock(level) == Event::kByte) {

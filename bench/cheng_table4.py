@@ -20,8 +20,8 @@ from bench.report import Report
 from host.auv.field import ENDS, SAMPLES, AuvField, Base, delta
 from host.auv.landscape import LANDSCAPES
 from host.auv.plan import GENERATIONS, REPORT_SAMPLES, evolve
-from host.planners.routes.draws import KINDS
 from host.planners.routes.field import FEWEST_CONTROL_POINTS, MOST_CONTROL_POINTS
+from host.planners.routes.point_sampler import KINDS
 
 
 __all__ = ["PAPER", "contradictions", "optimize", "run"]

@@ -12,8 +12,8 @@ import numpy as np
 from host.auv import PLANNERS
 from host.auv.field import AuvField, Base, delta, whole_angle
 from host.errors import InputError
-from host.planners.routes.draws import KINDS, Draws
 from host.planners.routes.field import Route
+from host.planners.routes.point_sampler import KINDS, PointSampler
 from host.planners.routes.search import (
     ADDED_POINTS,
     ConventionalSearch,
@@ -48,7 +48,7 @@ def evolve(
     planner : str
         ``ga-dp`` or ``ga-auv``.
     draws : str
-        See :class:`host.planners.routes.draws.Draws`.
+        See :class:`host.planners.routes.point_sampler.PointSampler`.
     added : int
         Crossover points added per generation.
     seed : int
@@ -69,7 +69,7 @@ def evolve(
     if not 0 <= seed < 1 << 64:
         raise InputError(f"The seed must be from 0 to 2**64 - 1, not {seed}.")
     search: Search = kinds[planner](
-        field, Draws(Base(), draws), np.random.default_rng(seed), added=added
+        field, PointSampler(Base(), draws), np.random.default_rng(seed), added=added
     )
     return (search.step() for _ in itertools.count())
 

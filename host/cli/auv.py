@@ -17,7 +17,7 @@ from host.cli.ending import ending
 from host.cli.output import note, print_json, print_pairs
 from host.errors import InputError
 from host.planners.base import Stop
-from host.planners.routes.draws import KINDS
+from host.planners.routes.point_sampler import KINDS
 from host.planners.routes.field import READINGS, Route
 from host.planners.routes.search import ADDED_POINTS
 from host.progress import Progress

@@ -11,7 +11,7 @@ from host.evaluation import Evaluator
 from host.planners.airspace import Airspace
 from host.planners.base import Options, Progress, Result, Run, Stop
 from host.planners.initial import astar_paths, check_init
-from host.planners.routes.draws import KINDS, Draws
+from host.planners.routes.point_sampler import KINDS, PointSampler
 from host.planners.routes.field import (
     FEWEST_CONTROL_POINTS,
     MOST_CONTROL_POINTS,
@@ -140,7 +140,7 @@ class DeterministicRoutePlanner:
     reading : str
         ``route`` or ``sum``; see :class:`TerrainField`.
     draws : str
-        ``near`` or ``uniform``; see :class:`host.planners.routes.draws.Draws`.
+        ``near`` or ``uniform``; see :class:`host.planners.routes.point_sampler.PointSampler`.
     added_points : int
         Crossover points added per generation, 1 to 50.
     init : str
@@ -179,7 +179,7 @@ class DeterministicRoutePlanner:
         return problem.searched(
             DeterministicSearch(
                 problem.field,
-                problem.draws(self.draws),
+                problem.sampler(self.draws),
                 problem.rng,
                 added=self.added_points,
                 given=problem.given,
@@ -228,7 +228,7 @@ class ConventionalRoutePlanner:
         return problem.searched(
             ConventionalSearch(
                 problem.field,
-                problem.draws(self.draws),
+                problem.sampler(self.draws),
                 problem.rng,
                 added=self.added_points,
                 chromosomes=count,
@@ -238,7 +238,7 @@ class ConventionalRoutePlanner:
 
 
 class _Problem:
-    """A run, and the field, draws and first routes that both searches take."""
+    """A run, and the field, sampler and first routes that both searches take."""
 
     def __init__(self, run: Run, reading: str, from_astar: bool) -> None:
         self._run = run
@@ -250,8 +250,8 @@ class _Problem:
             found = astar_paths(run, self.rng, 1, MOST_POINTS - 2)
             self.given = [] if found is None else [self.field.route(path) for path in found]
 
-    def draws(self, kind: str) -> Draws:
-        return Draws(Airspace(self._run.evaluator.problem), kind)
+    def sampler(self, kind: str) -> PointSampler:
+        return PointSampler(Airspace(self._run.evaluator.problem), kind)
 
     def searched(self, search: Search) -> Result:
         """Run generations until a stop criterion is met."""

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from host.errors import InputError
 from host.planners.ga_pc import roulette
-from host.planners.routes.draws import Draws
 from host.planners.routes.field import (
     GOAL,
     MOST_POINTS,
@@ -23,6 +22,7 @@ from host.planners.routes.field import (
     Route,
     Segments,
 )
+from host.planners.routes.point_sampler import PointSampler
 
 
 __all__ = [
@@ -76,7 +76,7 @@ class _Survivor:
     def __init__(
         self,
         field: Field,
-        draws: Draws,
+        sampler: PointSampler,
         rng: np.random.Generator,
         added: int,
         given: Sequence[Route] = (),
@@ -88,7 +88,7 @@ class _Survivor:
             )
         self.route: Route | None = None
         self.fitness = 0.0
-        self.field, self.draws, self.rng = field, draws, rng
+        self.field, self.sampler, self.rng = field, sampler, rng
         self._added = added
         if given:
             self.compete(given)
@@ -101,7 +101,7 @@ class _Survivor:
 
     def next_graph(self) -> Graph:
         """Add crossover points and connect any two points; the survivor keeps its segments, too."""
-        added = self.draws.points(self.rng, self._added, self.route)
+        added = self.sampler.points(self.rng, self._added, self.route)
         own = added[:0] if self.route is None else self.route.points[1:-1]
         points = np.concatenate((self.field.ends, own, added))
         tails, heads = np.divmod(np.arange(len(points) ** 2), len(points))
@@ -115,12 +115,12 @@ class _Survivor:
 
     def segments(self, tails: Floats, heads: Floats) -> Segments:
         """Draw and measure a segment from each of ``tails`` to each of ``heads``, (m, d)."""
-        control, counts = self.draws.segments(self.rng, tails, heads)
+        control, counts = self.sampler.segments(self.rng, tails, heads)
         return Segments(control, counts, self.field.measure(control, counts))
 
     def variants(self, segments: Segments) -> Segments:
         """Draw and measure a variant of each of some segments."""
-        control, counts = self.draws.variants(self.rng, segments)
+        control, counts = self.sampler.variants(self.rng, segments)
         return Segments(control, counts, self.field.measure(control, counts))
 
     def compete(self, routes: Sequence[Route]) -> NDArray[np.float64]:
@@ -151,7 +151,7 @@ class DeterministicSearch:
     ----------
     field : Field
         The problem.
-    draws : Draws
+    sampler : PointSampler
         Draws points and segments.
     rng : Generator
         Draws all random numbers.
@@ -169,20 +169,20 @@ class DeterministicSearch:
     def __init__(
         self,
         field: Field,
-        draws: Draws,
+        sampler: PointSampler,
         rng: np.random.Generator,
         *,
         added: int = ADDED_POINTS,
         given: Sequence[Route] = (),
     ) -> None:
-        self._survivor = _Survivor(field, draws, rng, added, given)
+        self._survivor = _Survivor(field, sampler, rng, added, given)
         self._strands: Segments | None = None
 
     def step(self) -> Generation:
         """Run the next generation."""
         survivor = self._survivor
         graph = survivor.next_graph()
-        if survivor.draws.near:
+        if survivor.sampler.near:
             graph = self._with_strands(self._with_variants(graph))
         routes = [graph.route(edges) for edges in survivor.field.best_routes(graph)]
         fitness = survivor.compete(routes)
@@ -247,7 +247,7 @@ class ConventionalSearch:
     ----------
     field : Field
         The problem.
-    draws : Draws
+    sampler : PointSampler
         Draws points and segments.
     rng : Generator
         Draws all random numbers.
@@ -267,7 +267,7 @@ class ConventionalSearch:
     def __init__(
         self,
         field: Field,
-        draws: Draws,
+        sampler: PointSampler,
         rng: np.random.Generator,
         *,
         added: int = ADDED_POINTS,
@@ -279,7 +279,7 @@ class ConventionalSearch:
                 f"The population of ga-auv must be from {_FEWEST_CHROMOSOMES} to "
                 f"{_MOST_CHROMOSOMES}, not {chromosomes}."
             )
-        self._survivor = _Survivor(field, draws, rng, added, given)
+        self._survivor = _Survivor(field, sampler, rng, added, given)
         self._chromosomes = chromosomes
 
     def step(self) -> Generation:

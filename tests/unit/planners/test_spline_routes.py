@@ -7,7 +7,7 @@ from host.errors import InputError
 from host.planners import make
 from host.planners.airspace import Airspace
 from host.planners.base import Options, Run, Stop
-from host.planners.routes.draws import Draws
+from host.planners.routes.point_sampler import PointSampler
 from host.planners.routes.field import Graph, Route, Segments
 from host.planners.routes.search import DeterministicSearch
 from host.planners.spline_routes import WAYPOINTS, TerrainField
@@ -112,13 +112,13 @@ def test_chooses_the_route_by_full_evaluation(evaluator):
     for reading in ("route", "sum"):
         run = Run(evaluator, Options())
         field = TerrainField(run, reading=reading)
-        draws = Draws(Airspace(evaluator.problem), "near")
+        sampler = PointSampler(Airspace(evaluator.problem), "near")
         rng = np.random.default_rng(0)
-        points = np.concatenate((field.ends, draws.points(rng, 6, None)))
+        points = np.concatenate((field.ends, sampler.points(rng, 6, None)))
         tails, heads = np.array(
             [(i, j) for i in range(8) for j in range(8) if i != j and j != 0 and i != 1]
         ).T
-        control, number = draws.segments(rng, points[tails], points[heads])
+        control, number = sampler.segments(rng, points[tails], points[heads])
         graph = Graph(
             points, tails, heads, Segments(control, number, field.measure(control, number))
         )
@@ -136,7 +136,7 @@ def test_chooses_the_route_by_full_evaluation(evaluator):
 def test_kept_route_never_gets_worse(evaluator, reading):
     field = TerrainField(Run(evaluator, Options()), reading=reading)
     search = DeterministicSearch(
-        field, Draws(Airspace(evaluator.problem), "uniform"), np.random.default_rng(0)
+        field, PointSampler(Airspace(evaluator.problem), "uniform"), np.random.default_rng(0)
     )
     generations = [search.step() for _ in range(25)]
     fitness = field.worth([generation.best for generation in generations])

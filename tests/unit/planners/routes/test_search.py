@@ -7,8 +7,8 @@ import pytest
 
 from host.auv.field import AuvField, Base, delta
 from host.errors import InputError
-from host.planners.routes.draws import Draws
 from host.planners.routes.field import GOAL, MOST_POINTS, START, Graph, Route, Segments
+from host.planners.routes.point_sampler import PointSampler
 from host.planners.routes.search import (
     ConventionalSearch,
     DeterministicSearch,
@@ -23,7 +23,7 @@ SEARCHES = [DeterministicSearch, ConventionalSearch]
 
 def searched(kind, seed=0, reading="route", draws="near", landscape=1, **options):
     field = AuvField(landscape, reading=reading)
-    return field, kind(field, Draws(Base(), draws), np.random.default_rng(seed), **options)
+    return field, kind(field, PointSampler(Base(), draws), np.random.default_rng(seed), **options)
 
 
 @pytest.mark.parametrize("kind", SEARCHES)
@@ -64,11 +64,11 @@ def test_first_generation_is_the_best_of_all_routes(reading):
     best = search.step().best
 
     rng = np.random.default_rng(3)
-    draws = Draws(Base(), "uniform")
-    points = np.concatenate((field.ends, draws.points(rng, 4, None)))
+    sampler = PointSampler(Base(), "uniform")
+    points = np.concatenate((field.ends, sampler.points(rng, 4, None)))
     pairs = [(i, j) for i in range(6) for j in range(6) if i != j and j != START and i != GOAL]
     tails, heads = np.array(pairs).T
-    control, counts = draws.segments(rng, points[tails], points[heads])
+    control, counts = sampler.segments(rng, points[tails], points[heads])
     segments = Segments(control, counts, field.measure(control, counts))
     costs = []
     for size in range(5):
@@ -100,7 +100,7 @@ def test_replaces_a_kept_segment_only_if_the_route_gains():
 
 def test_only_a_fitter_route_replaces_the_survivor():
     field = AuvField(1)
-    survivor = _Survivor(field, Draws(Base()), np.random.default_rng(0), 8)
+    survivor = _Survivor(field, PointSampler(Base()), np.random.default_rng(0), 8)
     graph = survivor.next_graph()
     direct = np.flatnonzero((graph.tails == START) & (graph.heads == GOAL))
     others = [

@@ -1,4 +1,4 @@
-"""Draws of crossover points and control points: anywhere, as in *cheng*, or near the best."""
+"""Sampler of crossover points and control points: anywhere, as in *cheng*, or near the best."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from host.planners.routes.field import (
 from host.planners.routes.spline import sample
 
 
-__all__ = ["KINDS", "Draws", "Space"]
+__all__ = ["KINDS", "PointSampler", "Space"]
 
 #: ``uniform`` is the paper's.
 KINDS = ("near", "uniform")
@@ -53,7 +53,7 @@ class Space(Protocol):
         """Draw ``count`` free points anywhere, (count, d)."""
 
 
-class Draws:
+class PointSampler:
     """Draws the points that a generation adds.
 
     ``uniform``, as in the paper: crossover points and control points lie anywhere in the space.

@@ -1,12 +1,12 @@
-"""Draws of points and segments."""
+"""The sampler of points and segments."""
 
 import numpy as np
 import pytest
 
 from host.auv.field import Base
 from host.errors import InputError
-from host.planners.routes.draws import Draws, _resized
 from host.planners.routes.field import Route, Segments
+from host.planners.routes.point_sampler import PointSampler, _resized
 from host.planners.routes.spline import sample
 
 
@@ -24,7 +24,7 @@ def kept_route(rng, counts=(4, 7, 10)):
 def test_segments_connect_their_points(kind):
     rng = np.random.default_rng(0)
     tails, heads = rng.uniform(-0.5, 0.5, (2, 7000, 2))
-    control, counts = Draws(Base(), kind).segments(rng, tails, heads)
+    control, counts = PointSampler(Base(), kind).segments(rng, tails, heads)
     assert np.abs(np.bincount(counts, minlength=11)[4:] - 1000).max() < 160
     assert np.array_equal(control[:, 0], tails)
     assert np.array_equal(control[np.arange(7000), counts - 1], heads)
@@ -38,11 +38,11 @@ def test_segments_connect_their_points(kind):
 
 def test_near_segments_scale_with_the_line():
     rng = np.random.default_rng(1)
-    draws = Draws(Base(), "near")
+    sampler = PointSampler(Base(), "near")
     off = []
     for reach in (0.01, 0.1):
         tails = np.zeros((4000, 2))
-        control, counts = draws.segments(rng, tails, tails + np.array([reach, 0]))
+        control, counts = sampler.segments(rng, tails, tails + np.array([reach, 0]))
         inner = (np.arange(10) > 0) & (np.arange(10) < counts[:, None] - 1)
         off.append(np.abs(control[:, :, 1][inner]).mean() / reach)
         along = control[counts == 4][:, 1:3, 0].mean(axis=0) / reach
@@ -54,7 +54,7 @@ def test_near_segments_scale_with_the_line():
 def test_draws_first_points_anywhere_and_later_ones_near_the_route():
     rng = np.random.default_rng(2)
     route = kept_route(rng)
-    near = Draws(Base(), "near")
+    near = PointSampler(Base(), "near")
     curve = sample(route.segments.control, route.segments.counts, 40).reshape(-1, 2)
 
     def far(points):
@@ -63,7 +63,7 @@ def test_draws_first_points_anywhere_and_later_ones_near_the_route():
     first = near.points(rng, 4000, None)
     assert far(near.points(rng, 4000, route)) < 0.6 * far(first)
     assert np.abs(first.mean(axis=0)).max() < 0.02
-    anywhere = Draws(Base(), "uniform").points(rng, 4000, route)
+    anywhere = PointSampler(Base(), "uniform").points(rng, 4000, route)
     assert far(anywhere) == pytest.approx(far(first), rel=0.1)
 
 
@@ -76,14 +76,14 @@ def test_redraws_blocked_points_anywhere():
             return rng.uniform((0, -0.5), (0.5, 0.5), (count, 2))
 
     rng = np.random.default_rng(3)
-    points = Draws(East(), "near").points(rng, 2000, kept_route(rng))
+    points = PointSampler(East(), "near").points(rng, 2000, kept_route(rng))
     assert (points[:, 0] > 0).all()
 
 
 def test_variants_keep_ends_and_limits():
     rng = np.random.default_rng(4)
     old = kept_route(rng).segments.take(np.repeat([0, 1, 2], 1000))
-    control, counts = Draws(Base(), "near").variants(rng, old)
+    control, counts = PointSampler(Base(), "near").variants(rng, old)
     rows = np.arange(len(old))
     assert np.array_equal(control[:, 0], old.control[:, 0])
     assert np.array_equal(control[rows, counts - 1], old.control[rows, old.counts - 1])
@@ -122,4 +122,4 @@ def test_resizing_adds_a_point_halfway_or_removes_one():
 
 def test_refuses_other_draws():
     with pytest.raises(InputError, match=r"^The draws must be one of near, uniform, not 'far'\.$"):
-        Draws(Base(), "far")
+        PointSampler(Base(), "far")

@@ -38,7 +38,14 @@ that marks the last waypoint of its path. A cell of the map takes ``altitude_bit
 each other without gaps.
 """
 
-from hdl.protocol.codec import BODY_HEADER_BYTES, CRC_BYTES, DELIMITER, VERSION, frame_crc
+from hdl.protocol.codec import (
+    BODY_HEADER_BYTES,
+    CRC_BYTES,
+    DELIMITER,
+    LINE_BITS,
+    VERSION,
+    frame_crc,
+)
 from hdl.protocol.codes import (
     COUNTER_BITS,
     CheckFlag,
@@ -81,6 +88,7 @@ __all__ = [
     "COUNTER_BITS",
     "CRC_BYTES",
     "DELIMITER",
+    "LINE_BITS",
     "VERSION",
     "CheckFlag",
     "ChipState",

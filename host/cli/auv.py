@@ -17,11 +17,11 @@ from host.cli.ending import ending
 from host.cli.output import note, print_json, print_pairs
 from host.errors import InputError
 from host.planners.base import Stop
-from host.planners.routes.point_sampler import KINDS
 from host.planners.routes.field import READINGS, Route
+from host.planners.routes.point_sampler import KINDS
 from host.planners.routes.search import ADDED_POINTS
 from host.progress import Progress
-from host.report.files import prepare_directory, write_json
+from host.report.files import prepare_directory, write_json, writing_into
 from host.report.summary import version
 
 
@@ -97,14 +97,9 @@ def _write(
     from host.auv.picture import write
 
     written = [directory / "auv.json", directory / "auv.png"]
-    try:
+    with writing_into(directory):
         write_json(written[0], summary)
         write(field, route, summary, written[1])
-    except OSError as error:
-        raise InputError(
-            f"Cannot write to the directory {str(directory)!r} "
-            f"({error.strerror or error}); give another with --out."
-        ) from None
     return written
 
 

@@ -6,8 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from host.errors import InputError
-from host.report.files import remove, write_json
+from host.report.files import remove, write_json, writing_into
 
 
 __all__ = ["write_report"]
@@ -28,13 +27,8 @@ def write_report(
         If the directory cannot be written to.
     """
     numbers, picture = directory / "compare.json", directory / "compare.png"
-    try:
+    with writing_into(directory):
         write_json(numbers, report)
-    except OSError as error:
-        raise InputError(
-            f"Cannot write to the directory {str(directory)!r} "
-            f"({error.strerror or error}); give another with --out."
-        ) from None
     try:
         from host.compare.picture import write
 

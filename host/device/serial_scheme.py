@@ -5,14 +5,12 @@ from __future__ import annotations
 from urllib.parse import parse_qsl
 
 from hdl.config import Config
+from hdl.protocol import LINE_BITS
 from host.device.schemes import BoardScheme, OpenPort, scheme_names
 from host.errors import InputError
 
 
 __all__ = ["SerialScheme"]
-
-#: Bits of a byte on the line: start, eight data bits, stop.
-_LINE_BITS = 10
 
 
 class SerialScheme(BoardScheme):
@@ -53,5 +51,5 @@ class SerialScheme(BoardScheme):
                 "or a URL of pyserial."
             ) from None
         # The operating system may still hold a full window of bytes for the line.
-        on_line_s = _LINE_BITS * config.receive_buffer / port.baudrate
+        on_line_s = LINE_BITS * config.receive_buffer / port.baudrate
         return OpenPort(port, self.timeout_s + on_line_s, self.attempts)

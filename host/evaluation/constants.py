@@ -1,4 +1,4 @@
-"""Arguments of the compiled kernels: constants of a problem and types of arrays."""
+"""Constants of the evaluation, and the types of arrays that its compiled kernels take."""
 
 from typing import NamedTuple
 
@@ -6,12 +6,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-__all__ = ["COORDINATE_LIMIT_M", "VOID_HEIGHT_M", "Constants", "Flags", "Floats", "Point"]
+__all__ = [
+    "COLLINEAR_RAD",
+    "COORDINATE_LIMIT_M",
+    "SLOPE_TOLERANCE_RAD",
+    "VOID_HEIGHT_M",
+    "Constants",
+    "Flags",
+    "Floats",
+    "Point",
+]
 
 # Height of a void: above every path, and finite, so that its product with a weight of 0 is 0.
 VOID_HEIGHT_M = 1e300
 # Beyond this a coordinate is no place on a map: it keeps the number of samples finite.
 COORDINATE_LIMIT_M = 1e7
+
+# Rounding turns a waypoint on a straight line by up to about 1e-15 rad: no turn at all.
+COLLINEAR_RAD = 1e-12
+# A slope is too steep beyond the limit and this.
+SLOPE_TOLERANCE_RAD = 1e-9
 
 # The arrays of the kernels: rasters are flat, a path is (max_n, 3) float64.
 Floats = NDArray[np.float64]

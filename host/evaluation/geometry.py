@@ -13,11 +13,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from host.evaluation.constants import COLLINEAR_RAD
 
-__all__ = ["COLLINEAR_RAD", "Arc", "Piece", "Smoothed", "Straight", "smooth"]
 
-# Rounding turns a waypoint on a straight line by up to about 1e-15 rad: no turn at all.
-COLLINEAR_RAD = 1e-12
+__all__ = ["Arc", "Piece", "Smoothed", "Straight", "smooth"]
+
 # A shorter run counts as 0, as in the kernels, where its square is 0: its slope would overflow.
 _SHORTEST_RUN_M = 1e-160
 

@@ -15,7 +15,13 @@ import math
 
 import numpy as np
 
-from host.evaluation.constants import Constants, Floats, Point
+from host.evaluation.constants import (
+    COLLINEAR_RAD,
+    SLOPE_TOLERANCE_RAD,
+    Constants,
+    Floats,
+    Point,
+)
 from host.evaluation.jit import inlined
 from host.evaluation.sampling import arc_part, count_arc, count_straight, straight_part
 
@@ -37,8 +43,6 @@ __all__ = [
     "total_of",
 ]
 
-_COLLINEAR_RAD = 1e-12
-_SLOPE_TOLERANCE_RAD = 1e-9
 _ARC_PARTS_IN_WIND = 8
 # Below it the series is exact to 1e-16. Most pieces lie below: 1 km has less than 1e-8.
 _SMALL_SQUARE = 1e-5
@@ -70,7 +74,7 @@ def turn(
         return 0.0, 1.0, math.inf
     cross, dot = ax * by - ay * bx, ax * bx + ay * by
     angle = math.atan2(abs(cross), dot)
-    if angle <= _COLLINEAR_RAD:
+    if angle <= COLLINEAR_RAD:
         return 0.0, 1.0, 0.0
     side = 1.0 if cross >= 0.0 else -1.0
     if cross == 0.0:
@@ -249,8 +253,8 @@ def judge_slope(c: Constants, pieces: Floats, row: int) -> None:
         if not -c.max_descent_rad * run <= rise <= c.max_climb_rad * run or distance < 0.0:
             slope = math.atan2(rise, run)
             if (
-                slope > c.max_climb_rad + _SLOPE_TOLERANCE_RAD
-                or slope < -c.max_descent_rad - _SLOPE_TOLERANCE_RAD
+                slope > c.max_climb_rad + SLOPE_TOLERANCE_RAD
+                or slope < -c.max_descent_rad - SLOPE_TOLERANCE_RAD
                 or distance < 0.0
             ):
                 steep = length

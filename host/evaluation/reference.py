@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
+from host.evaluation.constants import SLOPE_TOLERANCE_RAD
 from host.evaluation.fuel import SEA_LEVEL_DENSITY_KG_M3, air_density, air_distance, fuel_burned
 from host.evaluation.geometry import Piece, Straight, smooth
 from host.evaluation.track import SmoothedTrack
@@ -20,9 +21,8 @@ from host.problem.aircraft import Aircraft
 from host.problem.problem import Problem
 
 
-__all__ = ["SLOPE_TOLERANCE_RAD", "Terms", "Utopia", "evaluate", "too_steep", "utopia"]
+__all__ = ["Terms", "Utopia", "evaluate", "too_steep", "utopia"]
 
-SLOPE_TOLERANCE_RAD = 1e-9
 _FUEL_WEIGHT = _ALTITUDE_WEIGHT = 0.5
 
 

@@ -9,10 +9,13 @@ from host.errors import InputError
 from host.problem.problem import Problem
 
 
-__all__ = ["HEADROOM_M", "Airspace"]
+__all__ = ["HEADROOM_M", "NO_FLYABLE_CELL", "Airspace"]
 
 #: Height of the box over the highest ground, metres.
 HEADROOM_M = 100.0
+
+#: The sentence on a map that no path can cross.
+NO_FLYABLE_CELL = "No flyable cell: reduce the no-fly zones or fill the voids (--fill-voids)."
 
 
 class Airspace:
@@ -46,9 +49,7 @@ class Airspace:
         self.floor = np.where(np.isnan(elevation) | problem.nofly_raster, np.inf, elevation)
         self._free = np.flatnonzero(np.isfinite(self.floor))
         if not len(self._free):
-            raise InputError(
-                "No flyable cell: reduce the no-fly zones or fill the voids with --fill-voids."
-            )
+            raise InputError(NO_FLYABLE_CELL)
         rows, columns = elevation.shape
         top = max(float(np.nanmax(elevation)) + HEADROOM_M, self.start[2], self.goal[2])
         self.low = np.array(

@@ -86,7 +86,7 @@ class AstarPlanner:
             If a population is given.
         """
         if options.population is not None:
-            raise InputError("The planner astar has no population; leave out --population.")
+            raise InputError("The planner astar has no population; leave it out (--population).")
         run = Run(evaluator, options, progress, stop)
         problem = evaluator.problem
         run.record(0, run.fitness([np.array([problem.start, problem.goal])]))

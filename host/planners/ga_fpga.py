@@ -16,6 +16,7 @@ from host.device.boards import known_config, open_board
 from host.device.chip import Chip, pack_waypoints, unpack_waypoints
 from host.errors import InputError, JobError
 from host.evaluation import Evaluator
+from host.planners.airspace import NO_FLYABLE_CELL
 from host.planners.base import Options, Progress, Result, Run, Stop
 from host.planners.counting import BoardCollisionCounter
 from host.planners.initial import astar_paths, check_init
@@ -175,17 +176,18 @@ def _map_for(config: Config, evaluator: Evaluator, options: Options, on_board: b
     if not config.genetic:
         raise InputError(
             "This board has no genetic core, it only checks paths; use another board, "
-            "or --planner ga-pc."
+            "or the planner ga-pc."
         )
     if on_board and config.checker is CheckerBuild.NONE:
         raise InputError(
-            "This board has no collision checker; leave out --feasibility board, or "
+            "This board has no collision checker; count on the host (--feasibility host), or "
             "use one that was built with a checker."
         )
     if options.population not in (None, config.population):
         raise InputError(
             f"The population of this board is {config.population}, not "
-            f"{options.population}; leave out --population or build another board."
+            f"{options.population}; leave the population out (--population) or "
+            "use another board."
         )
     return ChipMap(config, evaluator.problem)
 
@@ -337,9 +339,7 @@ def draw_paths(
     top = grid.limits[2]
     rows, columns = np.nonzero(grid.heights < top)
     if not len(rows):
-        raise InputError(
-            "No flyable cell: reduce the no-fly zones or fill the voids with --fill-voids."
-        )
+        raise InputError(NO_FLYABLE_CELL)
     count = paths * config.MIN_WAYPOINTS
     at = rng.integers(len(rows), size=count)
     ground = grid.heights[rows[at], columns[at]].astype(np.int64)

@@ -11,7 +11,6 @@ from host.evaluation import Evaluator
 from host.planners.airspace import Airspace
 from host.planners.base import Options, Progress, Result, Run, Stop
 from host.planners.initial import astar_paths, check_init
-from host.planners.routes.point_sampler import KINDS, PointSampler
 from host.planners.routes.field import (
     FEWEST_CONTROL_POINTS,
     MOST_CONTROL_POINTS,
@@ -24,6 +23,7 @@ from host.planners.routes.field import (
     Segments,
     check_reading,
 )
+from host.planners.routes.point_sampler import KINDS, PointSampler
 from host.planners.routes.programming import best_by_sum, segments_of
 from host.planners.routes.search import (
     ADDED_POINTS,
@@ -174,7 +174,7 @@ class DeterministicRoutePlanner:
             If a population is given, an option is out of range, or the map has no flyable cell.
         """
         if options.population is not None:
-            raise InputError("ga-dp has no population; leave out --population.")
+            raise InputError("ga-dp has no population; leave it out (--population).")
         problem = _Problem(Run(evaluator, options, progress, stop), self.reading, self.from_astar)
         return problem.searched(
             DeterministicSearch(

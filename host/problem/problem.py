@@ -193,6 +193,6 @@ def _ground(name: str, terrain: Terrain, x: float, y: float) -> float:
     if math.isnan(ground):
         raise InputError(
             f"The {name} at ({x:g}, {y:g}) is over a void of the terrain; move it, or "
-            f"fill the voids with --fill-voids."
+            f"fill the voids (--fill-voids)."
         )
     return ground

@@ -28,6 +28,7 @@ __all__ = [
     "remove",
     "replacing",
     "write_json",
+    "writing_into",
 ]
 
 # Most symbolic links followed, as in Linux.
@@ -63,8 +64,7 @@ def output_file(path: Path) -> Iterator[BinaryIO]:
             yield file
     except OSError as error:
         raise InputError(
-            f"Cannot write to {str(path)!r} ({error.strerror or error}); give another "
-            "file with --out."
+            f"Cannot write to {str(path)!r} ({error.strerror or error}); give another file (--out)."
         ) from None
 
 
@@ -152,13 +152,26 @@ def prepare_directory(directory: Path) -> None:
     InputError
         If that is impossible.
     """
-    try:
+    with writing_into(directory):
         directory.mkdir(parents=True, exist_ok=True)
         trial = directory / f".writable.{secrets.token_hex(4)}"
         trial.touch()
         trial.unlink()
+
+
+@contextlib.contextmanager
+def writing_into(directory: Path) -> Iterator[None]:
+    """Write files into ``directory`` in the block.
+
+    Raises
+    ------
+    InputError
+        If the system refuses.
+    """
+    try:
+        yield
     except OSError as error:
         raise InputError(
             f"Cannot write to the directory {str(directory)!r} "
-            f"({error.strerror or error}); give another with --out."
+            f"({error.strerror or error}); give another (--out)."
         ) from None

@@ -6,10 +6,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from host.errors import InputError
 from host.evaluation import Evaluator
 from host.planners.base import Result
-from host.report.files import remove, replacing, write_json
+from host.report.files import remove, replacing, write_json, writing_into
 from host.report.geojson import path_document
 
 
@@ -60,7 +59,7 @@ def write_report(
     """
     terrain = evaluator.problem.terrain
     written = [directory / name for name in ("summary.json", "terrain.npz", "path.geojson")]
-    try:
+    with writing_into(directory):
         write_json(written[0], summary)
         write_grid(written[1], evaluator)
         document = path_document(
@@ -70,11 +69,6 @@ def write_report(
             step_m=min(terrain.dx_m, terrain.dy_m),
         )
         write_json(written[2], document)
-    except OSError as error:
-        raise InputError(
-            f"Cannot write to the directory {str(directory)!r} "
-            f"({error.strerror or error}); give another with --out."
-        ) from None
     drawing = directory / "path.png"
     if not picture:
         remove(drawing)

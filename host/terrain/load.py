@@ -66,7 +66,7 @@ def _load(source: str | Path, cell: tuple[float, float] | None, fill_voids: bool
     if isinstance(source, str) and source in embedded.names():
         if cell is not None:
             raise InputError(
-                f"The terrain {source!r} states the size of its cells; leave out --cell."
+                f"The terrain {source!r} states the size of its cells; leave it out (--cell)."
             )
         return embedded.load(source)
     path = Path(source)
@@ -122,7 +122,7 @@ def info(terrain: Terrain) -> dict[str, Any]:
 
 def _load_npz(path: Path, cell: tuple[float, float] | None, fill_voids: bool) -> Terrain:
     if cell is not None:
-        raise InputError(f"{path}: the file states the size of its cells; leave out --cell.")
+        raise InputError(f"{path}: the file states the size of its cells; leave it out (--cell).")
     try:
         # Not numpy.load, which also reads files that are no archives.
         with path.open("rb") as opened, np.lib.npyio.NpzFile(opened) as file:
@@ -148,8 +148,8 @@ def _load_npz(path: Path, cell: tuple[float, float] | None, fill_voids: bool) ->
 def _load_npy(path: Path, cell: tuple[float, float] | None, fill_voids: bool) -> Terrain:
     if cell is None:
         raise InputError(
-            f"{path}: a .npy file does not state the size of its cells; give "
-            "--cell DX[,DY] in metres."
+            f"{path}: a .npy file does not state the size of its cells; give it in "
+            "metres (--cell DX[,DY])."
         )
     try:
         elevation = np.load(path, allow_pickle=False)

@@ -57,10 +57,13 @@ def to_terrain(
         )
     if not raster.transform.is_identity:
         if cell is not None:
-            raise InputError(f"{name}: the file states the size of its cells; leave out --cell.")
+            raise InputError(
+                f"{name}: the file states the size of its cells; leave it out (--cell)."
+            )
     elif cell is None:
         raise InputError(
-            f"{name}: the file does not state the size of its cells; give --cell DX[,DY] in metres."
+            f"{name}: the file does not state the size of its cells; give it "
+            "in metres (--cell DX[,DY])."
         )
     else:
         raster = replace(raster, transform=Affine(cell[0], 0, 0, 0, -cell[1], 0), crs=None)

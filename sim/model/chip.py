@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from hdl.config import CheckerBuild, Config
 from hdl.protocol import (
     BODY_HEADER_BYTES,
+    LINE_BITS,
     ChipState,
     Command,
     Counter,
@@ -39,9 +40,6 @@ if TYPE_CHECKING:
     from sim.model.check_commands import CheckingModel
 
 __all__ = ["ChipModel"]
-
-#: Bits of a byte on the line: start, eight data bits, stop.
-_LINE_BITS = 10
 
 
 class ChipModel:
@@ -112,7 +110,7 @@ class ChipModel:
         return bytes(answers)
 
     def _pass_time(self, counter: Counter, line_bytes: int) -> None:
-        cycles = line_bytes * _LINE_BITS * self.config.clocks_per_bit
+        cycles = line_bytes * LINE_BITS * self.config.clocks_per_bit
         self._counters[counter] += cycles
         self._counters[Counter.CYCLES] += cycles
 

@@ -49,8 +49,7 @@ def refused(capsys, *arguments):
         (
             ["--start", "500,500,900", "--goal", "5500,200,900"],
             "The goal at (5500, 200) is over a void of the terrain; move it, or fill the "
-            "voids with "
-            "--fill-voids.",
+            "voids (--fill-voids).",
         ),
         (
             ["--start", "nan,500,900", "--goal", "5500,3500,900"],
@@ -125,7 +124,7 @@ def refused(capsys, *arguments):
         ),
         (
             [*ENDS, "--cell", "30"],
-            "{hills}: the file states the size of its cells; leave out --cell.",
+            "{hills}: the file states the size of its cells; leave it out (--cell).",
         ),
         ([*ENDS, "--seed", "-1"], "The seed must be from 0 to 2**64 - 1, not -1."),
         ([*ENDS, "--generations", "0"], "The number of generations must be 1 or more, not 0."),
@@ -201,7 +200,7 @@ def test_plan_refuses_an_unwritable_folder(hills, tmp_path, capsys):
     sentence = refused(capsys, "plan", "--terrain", hills, *ENDS, "--out", blocked / "out")
     assert sentence == (
         f"Cannot write to the directory {str(blocked / 'out')!r} (Not a "
-        "directory); give another with --out."
+        "directory); give another (--out)."
     )
 
 

@@ -178,7 +178,7 @@ def test_verilog_to_special_files(redirected, pathgene, full):
     assert (device.returncode, device.stderr) == (
         2,
         f"pathgene: Cannot write to {str(full)!r} (No space left on device); give another file "
-        "with --out.\n",
+        "(--out).\n",
     )
     assert full.is_char_device()
     piped = pathgene("verilog", "--top", "uart", "--out", "/dev/stdout")

@@ -194,6 +194,6 @@ def _engine_maker(name: str, threads: int) -> Callable[..., Engine]:
     if not there:
         raise InputError(
             "The engine gpu needs an NVIDIA GPU and CUDA for numba (the extra 'gpu'), "
-            "which are not there; use --engine cores."
+            "which are not there; use another (--engine cores)."
         )
     return partial(cuda.GpuEngine, stride=_LOOK_EVERY)

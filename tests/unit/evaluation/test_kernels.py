@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from host.evaluation import Evaluator, reference
-from host.evaluation.geometry import COLLINEAR_RAD, Arc, smooth
+from host.evaluation.geometry import Arc, smooth
 from host.evaluation.kernels import BELOW_TWO, WORST_FITNESS, fitness_of
 from host.evaluation.pieces import (
     _ARC_PARTS_IN_WIND,
-    _COLLINEAR_RAD,
-    _SLOPE_TOLERANCE_RAD,
     turn,
 )
 from host.problem.zones import Circle, Polygon
@@ -157,9 +155,7 @@ def test_slopes_about_the_limits(make_problem, beyond):
         assert (steep > 200) == (beyond > 1e-9)
 
 
-def test_constants_are_those_of_the_reference():
-    assert _COLLINEAR_RAD == COLLINEAR_RAD
-    assert _SLOPE_TOLERANCE_RAD == reference.SLOPE_TOLERANCE_RAD
+def test_parts_of_an_arc_are_those_of_the_reference():
     assert _ARC_PARTS_IN_WIND == Arc.PARTS_IN_WIND
 
 

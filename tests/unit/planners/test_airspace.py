@@ -85,6 +85,6 @@ def test_refuses_a_map_without_free_ground(make_evaluator):
     )
     with pytest.raises(
         InputError,
-        match=r"^No flyable cell: reduce the no-fly zones or fill the voids with --fill-voids\.$",
+        match=r"^No flyable cell: reduce the no-fly zones or fill the voids \(--fill-voids\)\.$",
     ):
         Airspace(everywhere)

@@ -63,7 +63,9 @@ def test_refuses_bad_numbers_of_waypoints(count):
 def test_refuses_a_population(evaluator):
     with pytest.raises(InputError) as caught:
         AstarPlanner().plan(evaluator, Options(population=32))
-    assert str(caught.value) == ("The planner astar has no population; leave out --population.")
+    assert str(caught.value) == (
+        "The planner astar has no population; leave it out (--population)."
+    )
 
 
 def test_flies_straight_over_level_ground(make_evaluator):

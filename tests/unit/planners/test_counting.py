@@ -208,7 +208,10 @@ def test_next_run_on_the_chip_sends_only_changed_cells(make_evaluator):
     [
         (
             {"feasibility": "board", "board": "model:?checker=none"},
-            r"^This board has no collision checker; leave out --feasibility board, or use one that",
+            (
+                r"^This board has no collision checker; count on the host \(--feasibility host\), "
+                r"or use one that was built with a checker\.$"
+            ),
         ),
         ({"feasibility": "chip"}, r"^The feasibility must be host or board, not 'chip'\.$"),
     ],

@@ -157,7 +157,7 @@ def test_refuses_a_map_without_a_free_cell(make_evaluator):
     grid.heights[:] = Config().blocked_altitude
     with pytest.raises(
         InputError,
-        match=r"^No flyable cell: reduce the no-fly zones or fill the voids with --fill-voids\.$",
+        match=r"^No flyable cell: reduce the no-fly zones or fill the voids \(--fill-voids\)\.$",
     ):
         draw_paths(grid, Config(), np.random.default_rng(0), 32)
 
@@ -170,7 +170,8 @@ def test_refuses_another_population(evaluator):
     with pytest.raises(InputError) as caught:
         FpgaGeneticPlanner().plan(evaluator, Options(population=40))
     assert str(caught.value) == (
-        "The population of this board is 32, not 40; leave out --population or build another board."
+        "The population of this board is 32, not 40; leave the population out "
+        "(--population) or use another board."
     )
 
 

@@ -7,8 +7,8 @@ from host.errors import InputError
 from host.planners import make
 from host.planners.airspace import Airspace
 from host.planners.base import Options, Run, Stop
-from host.planners.routes.point_sampler import PointSampler
 from host.planners.routes.field import Graph, Route, Segments
+from host.planners.routes.point_sampler import PointSampler
 from host.planners.routes.search import DeterministicSearch
 from host.planners.spline_routes import WAYPOINTS, TerrainField
 
@@ -158,7 +158,7 @@ def test_interruption_and_stop_criteria(evaluator):
 @pytest.mark.parametrize(
     ("planner", "own", "options", "sentence"),
     [
-        ("ga-dp", {}, {"population": 20}, "ga-dp has no population; leave out --population."),
+        ("ga-dp", {}, {"population": 20}, "ga-dp has no population; leave it out (--population)."),
         (
             "ga-auv",
             {},

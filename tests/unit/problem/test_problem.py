@@ -173,8 +173,8 @@ def test_refuses_ends_over_a_void(agl):
     with pytest.raises(
         InputError,
         match=r"^The start at \(100, 100\) is over a void of the "
-        r"terrain; move it, or fill the voids with "
-        r"--fill-voids\.$",
+        r"terrain; move it, or fill the voids "
+        r"\(--fill-voids\)\.$",
     ):
         Problem(terrain(elevation), START, GOAL, FOX, agl=agl)
 

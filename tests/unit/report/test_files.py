@@ -68,7 +68,7 @@ def test_refuses_a_file_in_the_way(tmp_path):
             prepare_directory(place)
         reason = "File exists" if place.name == "a" else "Not a directory"
         assert str(caught.value) == (
-            f"Cannot write to the directory {str(place)!r} ({reason}); give another with --out."
+            f"Cannot write to the directory {str(place)!r} ({reason}); give another (--out)."
         )
 
 
@@ -94,7 +94,7 @@ def test_a_device_stays_and_its_error_is_a_sentence(full, tmp_path, linked):
     with pytest.raises(InputError) as caught, output_file(file) as binary:
         binary.write(b"new")
     assert str(caught.value) == (
-        f"Cannot write to {str(file)!r} (No space left on device); give another file with --out."
+        f"Cannot write to {str(file)!r} (No space left on device); give another file (--out)."
     )
     remove(file)
     assert full.is_char_device()

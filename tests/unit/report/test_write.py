@@ -68,5 +68,5 @@ def test_reports_a_removed_directory(report, tmp_path):
         write(gone)
     assert str(caught.value) == (
         f"Cannot write to the directory {str(gone)!r} (No such file or directory); give another "
-        "with --out."
+        "(--out)."
     )

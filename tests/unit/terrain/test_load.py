@@ -289,17 +289,18 @@ class TestRefusals:
     def test_raster_without_cells(self, tif, write_tif):
         write_tif(HEIGHTS, transform=Affine.identity(), crs=None)
         assert refusal(tif) == (
-            "made: the file does not state the size of its cells; give --cell DX[,DY] in metres."
+            "made: the file does not state the size of its cells; give it "
+            "in metres (--cell DX[,DY])."
         )
 
     def test_needless_cell(self, write_tif, tmp_path):
-        message = "the file states the size of its cells; leave out --cell."
+        message = "the file states the size of its cells; leave it out (--cell)."
         assert refusal(write_tif(HEIGHTS), cell=(1, 1)) == f"made: {message}"
         file = tmp_path / "made.npz"
         np.savez(file, elevation=HEIGHTS, dx_m=1, dy_m=1)
         assert refusal(file, cell=(1, 1)) == f"{file}: {message}"
         assert refusal("canyon", cell=(1, 1)) == (
-            "The terrain 'canyon' states the size of its cells; leave out --cell."
+            "The terrain 'canyon' states the size of its cells; leave it out (--cell)."
         )
 
     @pytest.mark.parametrize(
@@ -322,8 +323,8 @@ class TestRefusals:
         file = tmp_path / "made.npy"
         np.save(file, HEIGHTS)
         assert refusal(file) == (
-            f"{file}: a .npy file does not state the size of its cells; give "
-            "--cell DX[,DY] in metres."
+            f"{file}: a .npy file does not state the size of its cells; give it in "
+            "metres (--cell DX[,DY])."
         )
 
     @pytest.mark.parametrize("content", [b"", b"no numpy file"])

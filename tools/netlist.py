@@ -11,8 +11,7 @@ then gets a colour from its type, its parameters and the colours of what it is w
 colours no longer split any further (colour refinement). The two netlists are equal up to names if
 both have the same colours, each equally often. Names and source locations do not count, nor do
 attributes except those that change what the tools make of the netlist: ``keep``, initial values,
-sites, and of memories ``no_rw_check`` and the kind of RAM. Cells that nothing reads do not count,
-nor do bits of registers that nothing reads, unless they are kept; logic in front of such bits does.
+sites, and of memories ``no_rw_check`` and the kind of RAM.
 
 Yosys keeps a memory as ports with a common name. Here it is a cell as well, wired to each of its
 ports, so that the order and the names of ports do not count. ``memory_collect``, which makes one
@@ -105,13 +104,13 @@ class Netlist:
             (name if port_names else str(len(port["bits"])), port)
             for name, port in module["ports"].items()
         ]
-        named = _with_memories(module | {"cells": _without_unread_bits(module)})
+        named = _with_memories(module)
         self._cells: list[Module] = list(named.values())
         #: What the attributes of a net say of its bits.
         self._marks: dict[Bit, str] = collections.defaultdict(str)
         for net in module["netnames"].values():
             attributes = net["attributes"]
-            if _is_kept(net):
+            if int(attributes.get("keep", "0"), 2):
                 self._marks |= {bit: "keep" + self._marks[bit] for bit in net["bits"]}
             # Its last character is that of the first bit.
             for bit, init in zip(net["bits"], reversed(attributes.get("init", "")), strict=False):
@@ -223,50 +222,6 @@ class Netlist:
         for name, port in self._ports:
             if port["direction"] == "output":
                 yield _digest("output", name, [bits[bit] for bit in port["bits"]])
-
-
-def _without_unread_bits(module: Module) -> dict[str, Module]:
-    """Return the cells of a module by name; their registers lack the bits that nothing reads.
-
-    Synthesis removes these bits, except from a register whose wire has the attribute ``keep``.
-    """
-    cells: dict[str, Module] = dict(module["cells"])
-    nets = module["netnames"].values()
-    kept = {bit for net in nets if _is_kept(net) for bit in net["bits"]}
-    registers = {
-        name: cell["connections"]["Q"]
-        for name, cell in cells.items()
-        if cell["type"] == "$dff" and kept.isdisjoint(cell["connections"]["Q"])
-    }
-    outputs = {bit for port in module["ports"].values() for bit in port["bits"]}
-    while True:
-        read = outputs.union(
-            *(
-                bits
-                for name, cell in cells.items()
-                for port, bits in cell["connections"].items()
-                if port != "Q" or name not in registers
-            )
-        )
-        unread = {name: bits for name, bits in registers.items() if not read.issuperset(bits)}
-        if not unread:
-            return cells
-        for name, bits in unread.items():
-            if read.isdisjoint(bits):
-                del cells[name], registers[name]
-                continue
-            places = [place for place, bit in enumerate(bits) if bit in read]
-            connections, parameters = cells[name]["connections"], cells[name]["parameters"]
-            ends = {end: [connections[end][place] for place in places] for end in ("D", "Q")}
-            registers[name] = ends["Q"]
-            cells[name] = cells[name] | {
-                "connections": connections | ends,
-                "parameters": parameters | {"WIDTH": f"{len(places):032b}"},
-            }
-
-
-def _is_kept(net: Module) -> bool:
-    return bool(int(net["attributes"].get("keep", "0"), 2))
 
 
 def _with_memories(module: Module) -> dict[str, Module]:

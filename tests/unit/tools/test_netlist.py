@@ -193,40 +193,6 @@ def test_memories_exchanged(tmp_path):
     assert digests[0] != digests[1] == digests[2]
 
 
-#: A bit of ``second`` is read; its other bits, ``spare`` and bits of ``first`` are not.
-REGISTERS = """
-module top(input clk, input [3:0] a, output reg y);
-    reg [3:0] first, spare;
-    {kept} reg [3:0] second;
-    always @(posedge clk) first <= a;
-    always @(posedge clk) spare <= a;
-    always @(posedge clk) second <= {{spare[3:2], first[1:0]}};
-    always @(posedge clk) y <= second[{bit}];
-endmodule
-"""
-
-REGISTERS_SHORTENED = """
-module top(input clk, input [3:0] a, output reg y);
-    reg first;
-    {kept} reg second;
-    always @(posedge clk) first <= a[1];
-    always @(posedge clk) second <= first;
-    always @(posedge clk) y <= second;
-endmodule
-"""
-
-
-@pytest.mark.parametrize(
-    ("kept", "bit", "same"),
-    [("", 1, True), ("", 0, False), ("(* keep = 1 *)", 1, False)],
-    ids=["unread", "another bit", "kept"],
-)
-def test_unread_bits_of_registers(kept, bit, same, tmp_path):
-    long = netlist(tmp_path, REGISTERS.format(kept=kept, bit=bit))
-    short = netlist(tmp_path, REGISTERS_SHORTENED.format(kept=kept))
-    assert (long.digest == short.digest) == same
-
-
 def test_ports_without_names(tmp_path):
     """Their directions, widths and wires still count."""
     file = tmp_path / "design.v"

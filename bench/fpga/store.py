@@ -6,8 +6,9 @@ tools. In the floor plan, cells count by their place in the netlist. Renaming a 
 file therefore leaves a row valid; any other change of a circuit makes it stale.
 
 Up to version 0.1.0 digests were those of the text of the Verilog. The rows of that version got
-their present digests without being measured again, after the text at that revision had been shown
-to have the digest on record, and its netlist to equal today's up to names.
+their present digests without being measured again, and did so again when :mod:`tools.netlist`
+learned to tell the ports of a memory by their wires: each time the sources of that version had been
+shown to give the digest on record, and their netlists to equal today's up to names.
 """
 
 from __future__ import annotations

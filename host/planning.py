@@ -320,7 +320,7 @@ def plan(
         population=population,
         **options,
     )
-    return search.run(Evaluator(problem), progress=progress, stop=Stop(cancel))
+    return search.run(_evaluator(problem), progress=progress, stop=Stop(cancel))
 
 
 def check(problem: Problem, path: ArrayLike, *, source: Mapping[str, Any] | None = None) -> Check:
@@ -341,7 +341,7 @@ def check(problem: Problem, path: ArrayLike, *, source: Mapping[str, Any] | None
         If the path is no array of real numbers, has another shape or other ends than the problem,
         or a coordinate is not finite or too large.
     """
-    evaluator = Evaluator(problem)
+    evaluator = _evaluator(problem)
     waypoints = _waypoints(path)
     try:
         evaluation = evaluator.evaluate(waypoints)
@@ -353,6 +353,15 @@ def check(problem: Problem, path: ArrayLike, *, source: Mapping[str, Any] | None
         evaluation,
         problem.terrain.loading if source is None else source,
     )
+
+
+def _evaluator(problem: Problem) -> Evaluator:
+    """Return the evaluator of a problem; refuse what is none."""
+    if not isinstance(problem, Problem):
+        raise InputError(
+            f"The problem must be a Problem, not of the type {type(problem).__name__}."
+        )
+    return Evaluator(problem)
 
 
 def _waypoints(path: ArrayLike) -> NDArray[np.float64]:

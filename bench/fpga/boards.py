@@ -111,7 +111,7 @@ class _LanesJob(_ChipJob):
         return {
             **used(routed, _family(self.board)),
             "routed, MHz": clock,
-            "cells per clock": rate,
+            "cells per cycle": rate,
             "cells per microsecond": clock * rate,
         }
 
@@ -153,10 +153,10 @@ BOARDS_TABLE = Table(
 LANES_TABLE = Table(
     name="lanes",
     title="Lanes and clock",
-    columns=("chip", *CELLS, "routed, MHz", "cells per clock", "cells per microsecond"),
+    columns=("chip", *CELLS, "routed, MHz", "cells per cycle", "cells per microsecond"),
     order=[_lanes_name(board, lanes) for board, lanes in product(_LANES_BOARDS, _LANES)],
     notes=[
-        "The chip of `make bitstream`, with these lanes, one seed. Cells per clock is the "
+        "The chip of `make bitstream`, with these lanes, one seed. Cells per cycle is the "
         "sustained rate over open ground of `make bench BENCH=feasibility`. Paper: about 100 "
         "cells per microsecond.",
     ],

@@ -16,7 +16,15 @@ _SERIAL = SerialScheme()
 
 
 def board_scheme(url: str) -> BoardScheme:
-    """Return the kind of the board at ``url``: a registered one, or a serial port."""
+    """Return the kind of the board at ``url``: a registered one, or a serial port.
+
+    Raises
+    ------
+    InputError
+        If ``url`` is no text.
+    """
+    if not isinstance(url, str):
+        raise InputError(f"The board must be a URL, not {url!r}.")
     return registered_scheme(url) or _SERIAL
 
 

@@ -48,6 +48,8 @@ def load(
         If there is no such terrain, it cannot be read or is no terrain, or ``cell`` is missing,
         not positive or given for a terrain that has its own.
     """
+    if not isinstance(source, str | Path):
+        raise InputError(f"The terrain must be a name or the path of a file, not {source!r}.")
     terrain = _load(source, cell, fill_voids)
     is_file = source not in embedded.names()
     loading = {

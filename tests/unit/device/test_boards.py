@@ -112,6 +112,7 @@ def test_every_field_is_an_option():
             "A serial board takes the option baud=NUMBER and no other, not "
             "'/dev/ttyUSB0?parity=odd'.",
         ),
+        (None, "The board must be a URL, not None."),
     ],
 )
 def test_refuses_wrong_urls(url, sentence):

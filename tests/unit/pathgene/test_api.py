@@ -239,3 +239,27 @@ def test_aircraft(problem):
 def test_typed():
     package = importlib.resources.files("pathgene")
     assert package.joinpath("py.typed").is_file()
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: pathgene.plan(None), "The problem must be a Problem, not of the type NoneType."),
+        (lambda: pathgene.check(3, []), "The problem must be a Problem, not of the type int."),
+        (lambda: pathgene.open_board(None), "The board must be a URL, not None."),
+        (
+            lambda: pathgene.Terrain.load(3),
+            "The terrain must be a name or the path of a file, not 3.",
+        ),
+    ],
+)
+def test_refuses_arguments_of_other_types(call, message):
+    with pytest.raises(InputError) as caught:
+        call()
+    assert str(caught.value) == message
+
+
+def test_numbers_of_numpy_are_numbers():
+    x, y, radius = np.array([100, 200, 30])
+    assert pathgene.Zone.circle(x, y, radius) == pathgene.Zone.circle(100, 200, 30)
+    assert pathgene.Zone.circle(np.float32(0.5), y, radius).x_m == 0.5

@@ -4,11 +4,8 @@
  *     pathgene board serve --board sim: --listen 127.0.0.1:2217
  *     ./client 127.0.0.1 2217 [MILLISECONDS]
  *
- * It opens a session, seeds the chip, writes a first population, runs five generations in the link
- * mode RANK, reads the population back and prints its CRC-32. The section "A small client" of the
- * page defines population and ranking, so that every client prints the same line. After so many
- * milliseconds of silence, 2000 by default, it takes a frame for lost and sends it again.
- */
+ * It does what the page's section "A small client" says, and prints the CRC-32 of the population.
+ * After so many milliseconds of silence, 2000 by default, it sends a request again. */
 #define _POSIX_C_SOURCE 200809L
 
 #include <netdb.h>

@@ -2,14 +2,14 @@
 
 An alteration changes one operator, one constant or one condition of a file in ``hdl/`` in a copy of
 the project: a comparison or an operation becomes another, an integer grows or shrinks by 1, a
-condition is inverted or dropped. The sites are drawn uniformly from all of the gateware by the
-seed; what is drawn from is in :mod:`tools.mutation.sites`, with the files left out.
+condition is inverted or dropped. The seed draws the sites uniformly from all of the gateware;
+:mod:`tools.mutation.sites` defines the sites, and lists the files left out.
 
 The tests that mirror the file look for the alteration first, then those of its package. If they
 pass, the circuits of all tops are compared with the original's: where they are equal up to names
 (:mod:`tools.netlist`), as they stand or after optimization, the alteration is equivalent. Else all
-tests of units, models and records follow, then whole chips in simulation. What they let pass is a
-survivor: a missing test, a needless line, or a proof to write.
+tests of units, models and records follow, then whole chips in simulation. An alteration that all
+tests let pass is a survivor: a missing test, a needless line, or a proof to write.
 
 Each result is a line of JSON in ``build/mutation/results.jsonl``, written when it is known; a
 second call goes on from there. What is killed counts as killed as long as its line stays as it is
@@ -38,7 +38,7 @@ from tools.mutation.workshop import Workshop
 
 __all__ = ["main", "report"]
 
-#: How far an alteration that lives is followed.
+#: Stages that a living alteration goes through.
 DEPTHS = ("near", "units", "chips")
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -102,7 +102,7 @@ class Alteration:
     start, stop : int
         Bytes of the file that ``new`` replaces.
     guard : bool
-        Whether the expression belongs to a check that raises an exception, or to nothing that a
+        True if the expression belongs to a check that raises an exception, or to nothing that a
         netlist shows.
     site : str
         Name of the site: its file, the text of its line, its place in that line. It stays the same
@@ -297,7 +297,7 @@ class _Finder(ast.NodeVisitor):
             self.condition(test, inverted="(not ({}))", dropped=False)
         self.generic_visit(node)
 
-    # --- What is no gateware --------------------------------------------------------------------
+    # --- No gateware ----------------------------------------------------------------------------
 
     def visit_AnnAssign(self, node: ast.AnnAssign) -> None:
         if node.value is not None:

@@ -41,7 +41,7 @@ _SHARED = ("hdl/protocol/", "hdl/config.py")
 
 @dataclass(frozen=True)
 class Result:
-    """What became of one alteration.
+    """Verdict on one alteration.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class Result:
     by : str
         Test that failed, or the proof that nothing changed.
     depth : str
-        How far the workshop would have gone.
+        Last stage that the workshop would have gone to.
     seconds : float
         Time, other programs' included.
     """
@@ -81,9 +81,8 @@ class Workshop:
     wall_s : float
         Longest time of one run of pytest.
     depth : {"near", "units", "chips"}
-        How far an alteration that lives is followed: through the tests of its unit and package;
-        through the comparison of circuits and the tests of all units; through simulated chips as
-        well.
+        Last stage that a living alteration goes through: the tests of its unit and package; the
+        comparison of circuits and the tests of all units; simulated chips.
     """
 
     root: Path

@@ -33,8 +33,8 @@ TOPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "crossover": ("hdl.ga_core.crossover", "Crossover", "waypoint_bits", "max_waypoints"),
         "mutation": ("hdl.ga_core.mutation", "Mutation", "config"),
         "control": ("hdl.control", "Control", "config"),
-        "receiver": ("hdl.command.receiver", "CommandReceiver", "config"),
-        "transmitter": ("hdl.command.transmitter", "ReplyTransmitter", "config"),
+        "receiving": ("hdl.command.receiver", "CommandReceiver", "config"),
+        "transmitting": ("hdl.command.transmitter", "ReplyTransmitter", "config"),
         "path_checker": ("hdl.feasibility.checker", "Checker", "config"),
         "feasibility": ("hdl.feasibility.feasibility", "Feasibility", "config"),
     }

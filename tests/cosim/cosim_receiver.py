@@ -28,7 +28,7 @@ from sim.model.frames import FrameReceiverModel
 from tests.fuzz import Fuzz
 
 
-TOP = "receiver"
+TOP = "receiving"
 CONFIG = Config(checker=CheckerBuild.PARALLEL, map_size=32, coarse_factor=4)
 
 UNIT = CommandReceiver(CONFIG)

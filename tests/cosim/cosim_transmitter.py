@@ -30,7 +30,7 @@ from hdl.protocol import (
 from tests.chips import random_paths
 
 
-TOP = "transmitter"
+TOP = "transmitting"
 CONFIG = Config(checker=CheckerBuild.PARALLEL)
 
 UNIT = ReplyTransmitter(CONFIG)

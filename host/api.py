@@ -99,14 +99,17 @@ class Terrain(HostTerrain):
         Raises
         ------
         InputError
-            If the heights are no grid of real numbers, are all void, or a side is not positive.
+            If the heights are no grid of real numbers, are all void, a side is not positive, or
+            ``crs`` or ``origin`` is of another type.
         """
+        if not isinstance(crs, str | None):
+            raise InputError(f"The crs must be the name of a reference system, not {crs!r}.")
         made = from_array(
             elevation,
             _sides(cell_m),
             name=name,
             crs=crs,
-            origin=origin,
+            origin=None if origin is None else _pair("origin", origin),
             fill_voids=fill_voids,
         )
         return cls._of(made)
@@ -126,6 +129,14 @@ def _sides(cell_m: float | Sequence[float]) -> tuple[float, float]:
             f"The size of a cell must be one number of metres or two, not {cell_m!r}."
         ) from None
     return east, north
+
+
+def _pair(name: str, value: Any) -> tuple[float, float]:
+    try:
+        first, second = (real(name, each) for each in value)
+    except (TypeError, ValueError, InputError):
+        raise InputError(f"The {name} must be two numbers, not {value!r}.") from None
+    return first, second
 
 
 def check(problem: Problem, path: ArrayLike) -> Evaluation:

@@ -54,9 +54,14 @@ class Zone(ABC):
         Raises
         ------
         InputError
-            If a ring has fewer than three corners or a coordinate that is not a finite number.
+            If a ring has fewer than three corners or a coordinate that is not a finite number, or
+            ``holes`` are no rings.
         """
-        return Polygon(_ring(corners), tuple(_ring(hole) for hole in holes))
+        try:
+            rings = [_plain(hole) for hole in holes]
+        except TypeError:
+            raise InputError(f"No-fly polygon: holes must be rings, not {holes!r}.") from None
+        return Polygon(_ring(_plain(corners)), tuple(map(_ring, rings)))
 
     @staticmethod
     def read(path: str | Path, terrain: Terrain) -> tuple[Zone, ...]:
@@ -301,6 +306,11 @@ def _local(points: Any, terrain: Terrain, local: bool) -> Ring:
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _plain(corners: Any) -> Any:
+    """Return the corners of an array, of numpy for example, as a list of pairs."""
+    return corners.tolist() if hasattr(corners, "tolist") else corners
 
 
 def _ring(corners: Any) -> Ring:

@@ -251,6 +251,18 @@ def test_typed():
             lambda: pathgene.Terrain.load(3),
             "The terrain must be a name or the path of a file, not 3.",
         ),
+        (
+            lambda: pathgene.Zone.polygon([(0, 0), (1, 0), (1, 1)], holes=3),
+            "No-fly polygon: holes must be rings, not 3.",
+        ),
+        (
+            lambda: pathgene.Terrain.from_array(np.zeros((3, 3)), 10, crs=3),
+            "The crs must be the name of a reference system, not 3.",
+        ),
+        (
+            lambda: pathgene.Terrain.from_array(np.zeros((3, 3)), 10, origin="x"),
+            "The origin must be two numbers, not 'x'.",
+        ),
     ],
 )
 def test_refuses_arguments_of_other_types(call, message):
@@ -263,3 +275,7 @@ def test_numbers_of_numpy_are_numbers():
     x, y, radius = np.array([100, 200, 30])
     assert pathgene.Zone.circle(x, y, radius) == pathgene.Zone.circle(100, 200, 30)
     assert pathgene.Zone.circle(np.float32(0.5), y, radius).x_m == 0.5
+    corners = np.array([(0, 0), (9, 0), (9, 9)])
+    holes = [corners / 2]
+    zone = pathgene.Zone.polygon(corners, holes)
+    assert zone == pathgene.Zone.polygon(corners.tolist(), [holes[0].tolist()])

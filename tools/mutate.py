@@ -64,6 +64,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     files = options.files or gateware_files(ROOT)
     sites = [site for file in files for site in sites_of(ROOT, file)]
+    if not 1 <= options.count <= len(sites):
+        parser.error(f"--count must be from 1 to {len(sites)}, the number of sites")
     drawn = draw(sites, options.seed, options.count)
     print(f"{len(drawn)} of {len(sites)} sites in {len(files)} files, seed {options.seed}")
     if options.list:

@@ -299,6 +299,13 @@ def test_the_list_names_what_would_be_altered(capsys):
     assert all(line.startswith("hdl/ga_core/crossover.py:") for line in lines)
 
 
+@pytest.mark.parametrize("count", ["0", "100000"])
+def test_refuses_a_count_that_cannot_be_drawn(count, capsys):
+    with pytest.raises(SystemExit, match=r"^2$"):
+        main(["--list", "--count", count, "--files", "hdl/ga_core/crossover.py"])
+    assert "--count must be from 1 to " in capsys.readouterr().err
+
+
 @pytest.mark.ci  # A minute; all of the 200 take hours: ``tests/long/test_mutation_long.py``.
 def test_a_sample_is_killed():
     """The first of the 200 alterations of which CONTRIBUTING gives the result."""

@@ -311,6 +311,9 @@ def plan(
         If the search fails before it has a path: no board answers, for example. A later failure
         leaves the best path so far; ``plan.failure`` says what happened.
     """
+    for name, callback in (("progress", progress), ("cancel", cancel)):
+        if callback is not None and not callable(callback):
+            raise InputError(f"The {name} must be a function, not {callback!r}.")
     search = Search(
         planner,
         seed=seed,

@@ -245,6 +245,8 @@ def test_typed():
     ("call", "message"),
     [
         (lambda: pathgene.plan(None), "The problem must be a Problem, not of the type NoneType."),
+        (lambda: pathgene.plan(None, progress=3), "The progress must be a function, not 3."),
+        (lambda: pathgene.plan(None, cancel=True), "The cancel must be a function, not True."),
         (lambda: pathgene.check(3, []), "The problem must be a Problem, not of the type int."),
         (lambda: pathgene.open_board(None), "The board must be a URL, not None."),
         (

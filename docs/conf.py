@@ -2,6 +2,8 @@
 
 from importlib import metadata
 
+from docutils import nodes
+
 
 project = "pathgene"
 author = "The pathgene authors"
@@ -26,3 +28,14 @@ html_title = "pathgene"
 html_show_copyright = False
 html_copy_source = False
 html_show_sourcelink = False
+
+
+def setup(app):
+    """Make every drawing a link to its full size, as Sphinx does with scaled images."""
+    app.connect("doctree-read", _scale_drawings)
+
+
+def _scale_drawings(app, doctree):
+    for image in doctree.findall(nodes.image):
+        if image["uri"].endswith(".svg"):
+            image["width"] = "100%"

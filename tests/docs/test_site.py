@@ -48,3 +48,10 @@ def test_the_api_is_documented(site):
 
     for name in pathgene.__all__:
         assert f'id="pathgene.{name}"' in page, name
+
+
+def test_drawings_are_links_to_their_full_size(site):
+    page = (site / "architecture.html").read_text("utf-8")
+    drawings = {path.name for path in (ROOT / "docs" / "pictures").glob("*.svg")}
+    assert drawings
+    assert set(re.findall(r'<a [^>]*href="_images/(\w+\.svg)"><img ', page)) == drawings

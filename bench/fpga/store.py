@@ -8,7 +8,8 @@ file therefore leaves a row valid; any other change of a circuit makes it stale.
 Up to version 0.1.0 digests were those of the text of the Verilog. The rows of that version got
 their present digests without being measured again, and did so again when :mod:`tools.netlist`
 learned to tell the ports of a memory by their wires: each time the sources of that version had been
-shown to give the digest on record, and their netlists to equal today's up to names.
+shown to give the digest on record, and their netlists to equal today's up to names. The
+iCEBreaker's chip and the genetic core alone, whose circuits had changed, were measured again.
 """
 
 from __future__ import annotations

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from host.planning import Plan, plan
     from host.problem.aircraft import Aircraft
     from host.problem.problem import Problem
+    from host.problem.rules import Rules
     from host.problem.zones import Zone
 
 __all__ = [
@@ -47,6 +48,7 @@ __all__ = [
     "PathgeneError",
     "Plan",
     "Problem",
+    "Rules",
     "Step",
     "Terrain",
     "Zone",
@@ -66,6 +68,7 @@ _HOMES = {
     "PathResult": "host.device.chip",
     "Plan": "host.planning",
     "Problem": "host.problem.problem",
+    "Rules": "host.problem.rules",
     "Step": "host.device.chip",
     "Terrain": "host.api",
     "Zone": "host.problem.zones",

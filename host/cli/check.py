@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from host.cli.arguments.rules import RULES
 from host.cli.output import print_json, print_pairs, term_pairs
-from host.cli.problem import end_point, load_terrain, load_zones, source_of
+from host.cli.problem import end_point, load_terrain, load_zones, rule_arguments, source_of
 from host.errors import InputError
 from host.planning import check
 from host.problem.aircraft import DEFAULT, Aircraft
@@ -47,6 +48,7 @@ def run(args: argparse.Namespace) -> int:
         _zones(args, summary, terrain),
         args.wind or (0.0, 0.0),
         args.ds,
+        **rule_arguments(args),
     )
     _check_ends(args, problem)
 
@@ -84,11 +86,28 @@ def _take_options(args: argparse.Namespace, summary: dict[str, Any], file: Path)
             args.cell = tuple(map(float, source["cell_m"]))
         args.wind = args.wind or tuple(map(float, summary["wind"]))
         args.ds = float(summary["ds_m"]) if args.ds is None else args.ds
+        _take_rules(args, summary)
     except (KeyError, TypeError, ValueError):
         raise InputError(
             f"{file}: the summary does not say how its path was evaluated; give "
             "--terrain and the other options."
         ) from None
+
+
+def _take_rules(args: argparse.Namespace, summary: dict[str, Any]) -> None:
+    """Take missing rules from the summary; one without rules is as paper."""
+    if args.as_paper:
+        return
+    given = [name for name in RULES if getattr(args, name) is not None]
+    if summary.get("as_paper", True):
+        args.as_paper = not given
+        return
+    rules = summary["rules"]
+    for name in RULES:
+        if name not in given:
+            key = f"{name}_deg" if name.endswith("heading") else f"{name}_m"
+            value = 100 * rules["reserve"] if name == "reserve" else {**summary, **rules}.get(key)
+            setattr(args, name, None if value is None else float(value))
 
 
 def _path(file: Path, summary: dict[str, Any] | None, terrain: Terrain) -> NDArray[np.float64]:

@@ -6,11 +6,13 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from host.cli.arguments.rules import RULES
 from host.errors import InputError
 from host.evaluation import utopia
 from host.problem.aircraft import DEFAULT, Aircraft
 from host.problem.aircraft import load as load_aircraft
 from host.problem.problem import Problem
+from host.problem.rules import Rules
 from host.problem.zones import Circle, Zone, read_geojson
 from host.terrain import Terrain, load
 
@@ -20,6 +22,7 @@ __all__ = [
     "load_terrain",
     "load_zones",
     "make_problem",
+    "rule_arguments",
     "source_of",
 ]
 
@@ -82,10 +85,41 @@ def make_problem(args: argparse.Namespace) -> Problem:
         args.wind or (0.0, 0.0),
         args.ds,
         agl=args.agl,
+        **rule_arguments(args),
     )
     # Refuses a start and goal without a finite reference cost, before any work.
     utopia(problem.start, problem.goal, problem.aircraft, problem.wind)
     return problem
+
+
+def rule_arguments(args: argparse.Namespace) -> dict[str, Any]:
+    """Return the keywords of :class:`Problem` that the options of the rules give.
+
+    Raises
+    ------
+    InputError
+        If a rule is out of range, or is given with ``--as-paper``.
+    """
+    given = {name: getattr(args, name) for name in RULES if getattr(args, name) is not None}
+    if args.as_paper:
+        if given:
+            option = next(iter(given)).replace("_", "-")
+            raise InputError(
+                f"--as-paper has no rules; leave out one of --as-paper and --{option}."
+            )
+        return {"as_paper": True}
+    rules: dict[str, Any] = {
+        f"{name}_m": given[name]
+        for name in ("clearance", "corridor", "ceiling", "ceiling_agl", "zone_margin")
+        if name in given
+    }
+    if "reserve" in given:
+        rules["reserve"] = given["reserve"] / 100
+    return {
+        "rules": Rules(**rules),
+        "start_heading_deg": given.get("start_heading"),
+        "goal_heading_deg": given.get("goal_heading"),
+    }
 
 
 def _needed(

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from host.errors import InputError
 from host.numeric import real
 from host.problem.aircraft import DEFAULT, Aircraft, load
+from host.problem.rules import Rules
 from host.problem.zones import Zone, raster
 from host.terrain import Terrain
 
@@ -53,6 +54,13 @@ class Problem:
     geo : bool
         The first two numbers of ``start`` and ``goal`` are WGS84 latitude and longitude in degrees;
         the terrain must have a coordinate reference system.
+    rules : Rules, optional
+        What a path must keep beyond the evaluation of the papers; the defaults of :class:`Rules`.
+    as_paper : bool
+        No rules: the evaluation of the papers alone. Excludes ``rules`` and headings.
+    start_heading_deg, goal_heading_deg : float, optional
+        Heading at start and goal, degrees clockwise from the frame's north, -360 to 360. The turn
+        between it and the segment beside it is an arc like any other.
 
     Raises
     ------
@@ -67,6 +75,9 @@ class Problem:
     zones: tuple[Zone, ...]
     wind: tuple[float, float]
     ds_m: float
+    rules: Rules | None
+    start_heading_deg: float | None
+    goal_heading_deg: float | None
 
     def __init__(
         self,
@@ -80,11 +91,19 @@ class Problem:
         *,
         agl: bool = False,
         geo: bool = False,
+        rules: Rules | None = None,
+        as_paper: bool = False,
+        start_heading_deg: float | None = None,
+        goal_heading_deg: float | None = None,
     ) -> None:
         if not isinstance(terrain, Terrain):
             raise InputError(
                 f"The terrain must be a Terrain, not of the type {type(terrain).__name__}; "
                 "make one with Terrain.load."
+            )
+        if as_paper and not (start_heading_deg is None and goal_heading_deg is None):
+            raise InputError(
+                "The evaluation of the papers knows no headings; leave them out, or --as-paper."
             )
         half_a_cell_m = 0.5 * min(terrain.dx_m, terrain.dy_m)
         for name, value in {
@@ -95,6 +114,9 @@ class Problem:
             "zones": _zones(zones),
             "wind": _numbers("wind", wind, 2),
             "ds_m": half_a_cell_m if ds_m is None else real("sampling step", ds_m),
+            "rules": _rules(rules, as_paper),
+            "start_heading_deg": _heading("start", start_heading_deg),
+            "goal_heading_deg": _heading("goal", goal_heading_deg),
         }.items():
             object.__setattr__(self, name, value)
         self._check(half_a_cell_m)
@@ -126,6 +148,11 @@ class Problem:
                 f"choose a faster UAV."
             )
 
+    @property
+    def as_paper(self) -> bool:
+        """True if the evaluation of the papers holds, without the rules of safe flight."""
+        return self.rules is None
+
     @cached_property
     def nofly_raster(self) -> NDArray[np.bool_]:
         """Nodes of the terrain in a no-fly zone, (ny, nx) bool, row 0 the southernmost."""
@@ -146,6 +173,29 @@ class Problem:
             raise InputError(
                 f"The {name} at ({x:g}, {y:g}) is inside a no-fly zone; move it or the zone."
             )
+
+
+def _rules(rules: Rules | None, as_paper: bool) -> Rules | None:
+    """The rules of a problem; None as paper."""
+    if not isinstance(rules, Rules | None):
+        raise InputError(f"The rules must be Rules, not {rules!r}.")
+    if as_paper:
+        if rules is not None:
+            raise InputError("The evaluation of the papers has no rules; leave them out.")
+        return None
+    return Rules() if rules is None else rules
+
+
+def _heading(end: str, heading_deg: float | None) -> float | None:
+    """A heading in degrees, from 0 to below 360."""
+    if heading_deg is None:
+        return None
+    number = real(f"{end} heading", heading_deg)
+    if not abs(number) <= 360:
+        raise InputError(
+            f"The {end} heading must be from -360 to 360 degrees from north, not {number:g}."
+        )
+    return number % 360
 
 
 def _zones(zones: Iterable[Zone]) -> tuple[Zone, ...]:

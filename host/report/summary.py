@@ -42,7 +42,7 @@ def terms(evaluation: Evaluation) -> dict[str, Any]:
 
 
 def describe_problem(evaluator: Evaluator, source: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the terrain, aircraft, zones, wind and sampling step of a problem.
+    """Return the terrain, aircraft, zones, wind, sampling step and rules of a problem.
 
     Parameters
     ----------
@@ -58,6 +58,10 @@ def describe_problem(evaluator: Evaluator, source: Mapping[str, Any]) -> dict[st
         "nofly": [zone.to_dict() for zone in problem.zones],
         "wind": list(problem.wind),
         "ds_m": evaluator.ds_m,
+        "as_paper": problem.as_paper,
+        "rules": None if problem.rules is None else problem.rules.to_dict(),
+        "start_heading_deg": problem.start_heading_deg,
+        "goal_heading_deg": problem.goal_heading_deg,
     }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from host.cli.arguments.base import Parser, cell_sides, numbers
+from host.cli.arguments.rules import add_rules
 
 
 __all__ = ["add_problem"]
@@ -86,3 +87,4 @@ def add_problem(parser: Parser, *, ends_required: bool) -> None:
         metavar="DX[,DY]",
         help="sides of a cell of a .npy terrain in metres",
     )
+    add_rules(parser)

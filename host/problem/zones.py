@@ -1,17 +1,14 @@
 """No-fly zones: circles and polygons, their raster, GeoJSON and the form they have in a summary.
 
-A zone is a cylinder of infinite height. Source: Roberge and Tarbouchi, section 3.1; polygons are
-ours.
+A zone is a cylinder, of infinite height unless it has limits. Source: Roberge and Tarbouchi,
+section 3.1; polygons, limits of height and times are ours.
 """
 
 from __future__ import annotations
 
-import json
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from numbers import Real
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -19,49 +16,110 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
+from host.problem.geojson import read_document, shapes
+from host.problem.rings import Ring, add_edges, is_number, nodes_inside, plain, ring_of
 from host.terrain import Terrain
 
 
 __all__ = ["Circle", "Polygon", "Zone", "raster", "read_geojson", "zone_from_dict"]
 
-# Nodes this near an edge are on it: products like 7 * 30.87 carry rounding, borders do not.
-_EDGE_M = 1e-6
-
-Ring = tuple[tuple[float, float], ...]
+# The fields of every zone, by their names in a summary and in the properties of GeoJSON.
+_COMMON = {"name": "name", "lower": "lower_m", "upper": "upper_m", "t0": "t0_s", "t1": "t1_s"}
 
 
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Zone(ABC):
-    """A no-fly zone: a cylinder of infinite height over a circle or a polygon."""
+    """A no-fly zone: a cylinder over a circle or a polygon, perhaps limited in height and in time.
+
+    Parameters
+    ----------
+    name : str
+        Name in reports; empty for none.
+    lower_m, upper_m : float, optional
+        Lowest and highest altitude inside, metres of the terrain's datum; None for no limit.
+        ``lower_m`` is below ``upper_m``.
+    t0_s, t1_s : float, optional
+        The zone is active from ``t0_s`` to ``t1_s`` seconds after the start of the path; None for
+        no limit. Not negative, and ``t0_s`` is before ``t1_s``.
+
+    Raises
+    ------
+    InputError
+        If a value is outside the range above.
+    """
+
+    name: str = ""
+    lower_m: float | None = None
+    upper_m: float | None = None
+    t0_s: float | None = None
+    t1_s: float | None = None
 
     @staticmethod
-    def circle(x_m: float, y_m: float, radius_m: float) -> Circle:
+    def circle(
+        x_m: float,
+        y_m: float,
+        radius_m: float,
+        *,
+        name: str = "",
+        lower_m: float | None = None,
+        upper_m: float | None = None,
+        t0_s: float | None = None,
+        t1_s: float | None = None,
+    ) -> Circle:
         """Return the circle around (``x_m``, ``y_m``), metres in the terrain's local frame.
+
+        The other parameters are those of every zone, above.
 
         Raises
         ------
         InputError
-            If a value is not a finite number, or the radius is negative.
+            If a value is not a finite number, the radius is negative, or a limit is bad.
         """
-        return Circle(x_m, y_m, radius_m)
+        return Circle(
+            x_m,
+            y_m,
+            radius_m,
+            name=name,
+            lower_m=lower_m,
+            upper_m=upper_m,
+            t0_s=t0_s,
+            t1_s=t1_s,
+        )
 
     @staticmethod
     def polygon(
         corners: Sequence[Sequence[float]],
         holes: Sequence[Sequence[Sequence[float]]] = (),
+        *,
+        name: str = "",
+        lower_m: float | None = None,
+        upper_m: float | None = None,
+        t0_s: float | None = None,
+        t1_s: float | None = None,
     ) -> Polygon:
         """Return the polygon with ``corners`` (x, y) in either direction, less its ``holes``.
+
+        The other parameters are those of every zone, above.
 
         Raises
         ------
         InputError
-            If a ring has fewer than three corners or a coordinate that is not a finite number, or
-            ``holes`` are no rings.
+            If a ring has fewer than three corners or a coordinate that is not a finite number,
+            ``holes`` are no rings, or a limit is bad.
         """
         try:
-            rings = [_plain(hole) for hole in holes]
+            rings = [plain(hole) for hole in holes]
         except TypeError:
             raise InputError(f"No-fly polygon: holes must be rings, not {holes!r}.") from None
-        return Polygon(_ring(_plain(corners)), tuple(map(_ring, rings)))
+        return Polygon(
+            ring_of(plain(corners)),
+            tuple(map(ring_of, rings)),
+            name=name,
+            lower_m=lower_m,
+            upper_m=upper_m,
+            t0_s=t0_s,
+            t1_s=t1_s,
+        )
 
     @staticmethod
     def read(path: str | Path, terrain: Terrain) -> tuple[Zone, ...]:
@@ -76,8 +134,44 @@ class Zone(ABC):
     def to_dict(self) -> dict[str, Any]:
         """The zone as in ``summary.json``."""
 
+    @property
+    def limits(self) -> dict[str, Any]:
+        """Name, heights and times that are set: ``name``, ``lower``, ``upper``, ``t0``, ``t1``."""
+        values = {key: getattr(self, field) for key, field in _COMMON.items()}
+        return {key: value for key, value in values.items() if value not in (None, "")}
 
-@dataclass(frozen=True)
+    def __repr__(self) -> str:
+        # Own fields first, of the common ones those that are set.
+        own = [field for field in fields(self) if not field.kw_only]
+        common = [
+            field
+            for field in fields(self)
+            if field.kw_only and getattr(self, field.name) != field.default
+        ]
+        values = ", ".join(f"{f.name}={getattr(self, f.name)!r}" for f in (*own, *common))
+        return f"{type(self).__name__}({values})"
+
+    def _check_limits(self, kind: str) -> None:
+        if not isinstance(self.name, str):
+            raise InputError(f"No-fly {kind}: name must be a text, not {self.name!r}.")
+        for field in ("lower_m", "upper_m", "t0_s", "t1_s"):
+            value = getattr(self, field)
+            if value is None:
+                continue
+            if not is_number(value):
+                raise InputError(f"No-fly {kind}: {field} must be a finite number, not {value!r}.")
+            object.__setattr__(self, field, float(value))
+            if field in ("t0_s", "t1_s") and value < 0:
+                raise InputError(f"No-fly {kind}: {field} must not be negative, not {value:g}.")
+        for low, high in (("lower_m", "upper_m"), ("t0_s", "t1_s")):
+            first, last = getattr(self, low), getattr(self, high)
+            if first is not None and last is not None and not first < last:
+                raise InputError(
+                    f"No-fly {kind}: {low} must be below {high}, not {first:g} and {last:g}."
+                )
+
+
+@dataclass(frozen=True, repr=False)
 class Circle(Zone):
     """A circular zone around (``x_m``, ``y_m``), local metres.
 
@@ -96,13 +190,14 @@ class Circle(Zone):
     def __post_init__(self) -> None:
         for name in ("x_m", "y_m", "radius_m"):
             value = getattr(self, name)
-            if not _is_number(value):
+            if not is_number(value):
                 raise InputError(f"No-fly circle: {name} must be a finite number, not {value!r}.")
             object.__setattr__(self, name, float(value))
         if self.radius_m < 0:
             raise InputError(
                 f"No-fly circle: radius_m must not be negative, not {self.radius_m:g}."
             )
+        self._check_limits("circle")
 
     def covers(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return the nodes inside, (ny, nx) bool, of a grid of columns ``x`` and rows ``y``."""
@@ -113,10 +208,10 @@ class Circle(Zone):
 
     def to_dict(self) -> dict[str, Any]:
         """The zone as in ``summary.json``."""
-        return {"x": self.x_m, "y": self.y_m, "radius_m": self.radius_m}
+        return {"x": self.x_m, "y": self.y_m, "radius_m": self.radius_m, **self.limits}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Polygon(Zone):
     """A polygonal zone, local metres.
 
@@ -140,16 +235,17 @@ class Polygon(Zone):
     holes: tuple[Ring, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "ring", _ring(self.ring))
-        object.__setattr__(self, "holes", tuple(_ring(hole) for hole in self.holes))
+        object.__setattr__(self, "ring", ring_of(self.ring))
+        object.__setattr__(self, "holes", tuple(ring_of(hole) for hole in self.holes))
+        self._check_limits("polygon")
 
     def covers(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return the nodes inside, (ny, nx) bool, of a grid of columns ``x`` and rows ``y``."""
         inside = np.zeros((len(y), len(x)), dtype=bool)
         for ring in (self.ring, *self.holes):
-            inside ^= _inside(ring, x, y)
+            inside ^= nodes_inside(ring, x, y)
         for ring in (self.ring, *self.holes):
-            _add_edges(inside, ring, x, y)
+            add_edges(inside, ring, x, y)
         return inside
 
     def to_dict(self) -> dict[str, Any]:
@@ -157,7 +253,7 @@ class Polygon(Zone):
         table: dict[str, Any] = {"polygon": [list(corner) for corner in self.ring]}
         if self.holes:
             table["holes"] = [[list(corner) for corner in hole] for hole in self.holes]
-        return table
+        return {**table, **self.limits}
 
 
 def raster(zones: Iterable[Zone], terrain: Terrain) -> NDArray[np.bool_]:
@@ -179,12 +275,15 @@ def zone_from_dict(table: Any) -> Zone:
     InputError
         If the form is neither a circle's nor a polygon's, or its values are bad.
     """
-    if isinstance(table, dict) and set(table) == {"x", "y", "radius_m"}:
-        return Circle(table["x"], table["y"], table["radius_m"])
-    if isinstance(table, dict) and "polygon" in table and set(table) <= {"polygon", "holes"}:
-        holes = table.get("holes", [])
-        if isinstance(holes, list):
-            return Polygon(table["polygon"], tuple(holes))
+    if isinstance(table, dict):
+        common = {field: table[key] for key, field in _COMMON.items() if key in table}
+        own = set(table) - set(_COMMON)
+        if own == {"x", "y", "radius_m"}:
+            return Circle(table["x"], table["y"], table["radius_m"], **common)
+        if "polygon" in own and own <= {"polygon", "holes"}:
+            holes = table.get("holes", [])
+            if isinstance(holes, list):
+                return Polygon(table["polygon"], tuple(holes), **common)
     raise InputError(
         'A no-fly zone must be {"x", "y", "radius_m"} or {"polygon": [[x, y], ...]}, '
         f"not {table!r}."
@@ -197,7 +296,8 @@ def read_geojson(path: str | Path, terrain: Terrain) -> tuple[Zone, ...]:
     Polygons and multi-polygons, with holes, and points with the property ``radius_m``, in metres of
     the terrain's plane. Coordinates are WGS84 longitude and latitude, moved into the terrain's
     frame corner by corner, or local metres where the file has the member ``"crs_local": true``.
-    A third coordinate is ignored.
+    A third coordinate is ignored. A feature's properties ``name``, ``lower``, ``upper``, ``t0`` and
+    ``t1`` are those of :class:`Zone`, in metres and seconds; null is no limit.
 
     Raises
     ------
@@ -205,13 +305,7 @@ def read_geojson(path: str | Path, terrain: Terrain) -> tuple[Zone, ...]:
         If the file cannot be read or is not such GeoJSON, or has geographic coordinates where the
         terrain has no coordinate reference system.
     """
-    try:
-        document = json.loads(Path(path).read_text("utf-8"))
-    except OSError as error:
-        reason = error.strerror or "unknown reason"
-        raise InputError(f"Cannot read no-fly file {str(path)!r}: {reason}.") from None
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"No-fly file {str(path)!r} is not JSON: {error}.") from None
+    document = read_document(path)
     try:
         return tuple(_zones(document, terrain))
     except InputError as error:
@@ -219,144 +313,17 @@ def read_geojson(path: str | Path, terrain: Terrain) -> tuple[Zone, ...]:
 
 
 def _zones(document: Any, terrain: Terrain) -> Iterator[Zone]:
-    if not isinstance(document, dict):
-        raise InputError("not a GeoJSON object.")
-    local = document.get("crs_local", False)
-    if not isinstance(local, bool):
-        raise InputError(f'"crs_local" must be true or false, not {local!r}.')
-    if not local:
-        _check_wgs84(document)
-        if terrain.crs is None:
-            raise InputError(
-                "the terrain has no coordinate reference system, so give the zones in "
-                'local metres and add the member "crs_local": true.'
-            )
-    for geometry, properties in _geometries(document):
-        kind, coordinates = geometry.get("type"), geometry.get("coordinates")
-        if kind == "Point":
-            radius = properties.get("radius_m")
-            if radius is None:
+    for shape in shapes(document, terrain):
+        common: dict[str, Any] = {
+            field: shape.properties.get(key) for key, field in _COMMON.items()
+        }
+        # Names are for people: other programs write numbers, or null for none.
+        common["name"] = "" if common["name"] is None else str(common["name"])
+        if shape.kind == "Point":
+            if shape.properties.get("radius_m") is None:
                 raise InputError('a Point needs the property "radius_m".')
-            ((x, y),) = _local([coordinates], terrain, local)
-            yield Circle(x, y, radius)
-        elif kind in ("Polygon", "MultiPolygon"):
-            polygons = [coordinates] if kind == "Polygon" else coordinates
-            if not isinstance(polygons, list):
-                raise InputError(f"the coordinates of a {kind} must be a list.")
-            for rings in polygons:
-                if not isinstance(rings, list) or not rings:
-                    raise InputError(f"a {kind} must have at least one ring.")
-                outer, *holes = (_local(ring, terrain, local) for ring in rings)
-                yield Polygon(outer, tuple(holes))
+            ((x, y),) = shape.rings[0]
+            yield Circle(x, y, shape.properties["radius_m"], **common)
         else:
-            raise InputError(
-                "a geometry must be a Polygon, a MultiPolygon or a Point with "
-                f'"radius_m", not {kind!r}.'
-            )
-
-
-def _check_wgs84(document: dict[str, Any]) -> None:
-    """Refuse the reference systems of the old GeoJSON, rather than misread them as WGS84."""
-    if document.get("crs") is None:
-        return
-    name = json.dumps(document["crs"])
-    if not any(known in name for known in ("CRS84", "EPSG::4326", "EPSG:4326")):
-        raise InputError("its coordinates are not WGS84 longitude and latitude; convert it first.")
-
-
-def _geometries(document: Any) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
-    """Geometries and their properties of a FeatureCollection, a Feature or a bare geometry."""
-    if not isinstance(document, dict):
-        raise InputError("a feature is not a GeoJSON object.")
-    if document.get("type") == "FeatureCollection":
-        features = document.get("features")
-        if not isinstance(features, list):
-            raise InputError('a FeatureCollection must have a list of "features".')
-        for feature in features:
-            yield from _geometries(feature)
-    elif document.get("type") == "Feature":
-        geometry, properties = document.get("geometry"), document.get("properties") or {}
-        if not isinstance(geometry, dict) or not isinstance(properties, dict):
-            raise InputError('a Feature must have a "geometry".')
-        yield geometry, properties
-    else:
-        yield document, {}
-
-
-def _local(points: Any, terrain: Terrain, local: bool) -> Ring:
-    """Positions of the file as x, y in the terrain's frame, metres."""
-    if not isinstance(points, list) or not all(
-        isinstance(point, list) and len(point) >= 2 and all(map(_is_number, point[:2]))
-        for point in points
-    ):
-        raise InputError("a position must be a list of two finite numbers.")
-    pairs = tuple((float(point[0]), float(point[1])) for point in points)
-    if local:
-        return pairs
-    for longitude, latitude in pairs:
-        if abs(longitude) > 180 or abs(latitude) > 90:
-            raise InputError(
-                f"({longitude:g}, {latitude:g}) is no WGS84 longitude and latitude; "
-                'for local metres add the member "crs_local": true.'
-            )
-    longitudes, latitudes = np.array(pairs).reshape(-1, 2).T
-    x, y = terrain.to_local(latitudes, longitudes)
-    return tuple(zip(x.tolist(), y.tolist(), strict=True))
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
-
-
-def _plain(corners: Any) -> Any:
-    """Return the corners of an array, of numpy for example, as a list of pairs."""
-    return corners.tolist() if hasattr(corners, "tolist") else corners
-
-
-def _ring(corners: Any) -> Ring:
-    if not isinstance(corners, list | tuple) or not all(
-        isinstance(corner, list | tuple) and len(corner) == 2 and all(map(_is_number, corner))
-        for corner in corners
-    ):
-        raise InputError("No-fly polygon: every corner must be two finite numbers, x and y.")
-    ring = tuple((float(x), float(y)) for x, y in corners)
-    if len(ring) > 1 and ring[0] == ring[-1]:
-        ring = ring[:-1]
-    if len(ring) < 3:
-        raise InputError(f"No-fly polygon: a ring must have at least 3 corners, not {len(ring)}.")
-    return ring
-
-
-def _edges(ring: Ring) -> Iterator[tuple[float, float, float, float]]:
-    for (xa, ya), (xb, yb) in zip(ring, (*ring[1:], ring[0]), strict=True):
-        yield xa, ya, xb, yb
-
-
-def _inside(ring: Ring, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Even-odd rule on the grid of ``x`` and ``y``; nodes on an edge may go either way."""
-    crossings = np.zeros((len(y), len(x)), dtype=bool)
-    for xa, ya, xb, yb in _edges(ring):
-        rows = np.flatnonzero((ya <= y) != (yb <= y))
-        if len(rows):
-            border = xa + (y[rows] - ya) * ((xb - xa) / (yb - ya))
-            crossings[rows] ^= x[None, :] < border[:, None]
-    return crossings
-
-
-def _add_edges(
-    inside: NDArray[np.bool_],
-    ring: Ring,
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
-) -> None:
-    """Set the nodes of ``inside`` that lie on an edge of ``ring``."""
-    for xa, ya, xb, yb in _edges(ring):
-        west, east = np.searchsorted(x, (min(xa, xb) - _EDGE_M, max(xa, xb) + _EDGE_M))
-        south, north = np.searchsorted(y, (min(ya, yb) - _EDGE_M, max(ya, yb) + _EDGE_M))
-        if west == east or south == north:
-            continue
-        px, py = x[None, west:east] - xa, y[south:north, None] - ya
-        ex, ey = xb - xa, yb - ya
-        square = ex * ex + ey * ey
-        along = np.clip((px * ex + py * ey) / square, 0, 1) if square > 0 else 0.0
-        inside[south:north, west:east] |= np.hypot(px - along * ex, py - along * ey) <= _EDGE_M
+            ring, *holes = shape.rings
+            yield Polygon(ring, tuple(holes), **common)

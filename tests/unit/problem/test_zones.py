@@ -138,6 +138,8 @@ def test_raster_is_the_union():
         Circle(1.5, -2.0, 30),
         Polygon(SQUARE),
         Polygon(SQUARE, (((150, 150), (160, 150), (150, 160)),)),
+        Circle(1, 2, 3, name="Fort", lower_m=-10, upper_m=900, t0_s=0, t1_s=60.5),
+        Polygon(SQUARE, name="no upper limit", lower_m=120.25),
     ],
 )
 def test_summary_form_round_trip(zone):
@@ -150,6 +152,26 @@ def test_summary_form():
     assert Polygon(SQUARE[:3]).to_dict() == {
         "polygon": [[100.0, 100.0], [300.0, 100.0], [300.0, 300.0]]
     }
+    zone = Zone.circle(1, 2, 3, name="Fort", lower_m=0, upper_m=5, t0_s=0, t1_s=9)
+    assert zone.to_dict() == {
+        "x": 1.0,
+        "y": 2.0,
+        "radius_m": 3.0,
+        "name": "Fort",
+        "lower": 0.0,
+        "upper": 5.0,
+        "t0": 0.0,
+        "t1": 9.0,
+    }
+    assert Zone.polygon(SQUARE, upper_m=7).to_dict().keys() == {"polygon", "upper"}
+
+
+def test_zone_prints_the_limits_that_are_set():
+    assert repr(Circle(1, 2, 3)) == "Circle(x_m=1.0, y_m=2.0, radius_m=3.0)"
+    assert repr(Circle(1, 2, 3, name="Fort", t1_s=9)) == (
+        "Circle(x_m=1.0, y_m=2.0, radius_m=3.0, name='Fort', t1_s=9.0)"
+    )
+    assert Circle(1, 2, 3) != Circle(1, 2, 3, upper_m=9)
 
 
 @pytest.mark.parametrize(
@@ -177,6 +199,25 @@ def test_refuses_a_bad_summary_form(table):
 def test_refuses_bad_circles(values, message):
     with pytest.raises(InputError, match=message):
         Circle(*values)
+
+
+@pytest.mark.parametrize(
+    ("limits", "message"),
+    [
+        ({"name": 3}, r"name must be a text, not 3\.$"),
+        ({"lower_m": math.nan}, r"lower_m must be a finite number, not nan\.$"),
+        ({"upper_m": "FL95"}, r"upper_m must be a finite number, not 'FL95'\.$"),
+        ({"t0_s": True}, r"t0_s must be a finite number, not True\.$"),
+        ({"t1_s": -1}, r"t1_s must not be negative, not -1\.$"),
+        ({"lower_m": 5, "upper_m": 5}, r"lower_m must be below upper_m, not 5 and 5\.$"),
+        ({"t0_s": 9, "t1_s": 8.5}, r"t0_s must be below t1_s, not 9 and 8\.5\.$"),
+    ],
+)
+def test_refuses_bad_limits(limits, message):
+    with pytest.raises(InputError, match=r"^No-fly circle: " + message):
+        Zone.circle(0, 0, 1, **limits)
+    with pytest.raises(InputError, match=r"^No-fly polygon: " + message):
+        Zone.polygon(SQUARE, **limits)
 
 
 @pytest.mark.parametrize(
@@ -246,6 +287,28 @@ def test_read_one_feature_or_geometry(tmp_path):
     assert read(tmp_path, single) == (Circle(1, 2, 3),)
 
 
+def test_read_names_heights_and_times(tmp_path):
+    limits = {"name": "Fort", "lower": 100, "upper": 900.5, "t0": 0, "t1": 60}
+    circle, *polygons = read(
+        tmp_path,
+        collection(
+            feature("Point", [10, 20], radius_m=30, **limits),
+            feature("MultiPolygon", [[closed(SQUARE)], [closed(SQUARE)]], **limits),
+            feature("Polygon", [closed(SQUARE)], name=None, lower=None, upper=50, other="x"),
+            feature("Polygon", [closed(SQUARE)], name=7),
+            crs_local=True,
+        ),
+    )
+    common = {"name": "Fort", "lower_m": 100, "upper_m": 900.5, "t0_s": 0, "t1_s": 60}
+    assert circle == Circle(10, 20, 30, **common)
+    assert polygons == [
+        Polygon(SQUARE, **common),
+        Polygon(SQUARE, **common),
+        Polygon(SQUARE, upper_m=50),
+        Polygon(SQUARE, name="7"),
+    ]
+
+
 def test_read_geographic_zones(tmp_path):
     where = terrain((100, 100), 30.0, 30.0, "EPSG:32611", (388328.65545, 3790772.82763))
     ring = ((100.0, 200.0), (2000.0, 250.0), (1500.0, 1800.0))
@@ -294,6 +357,10 @@ def test_read_geographic_zones(tmp_path):
         (
             collection(feature("Point", [1, 2], radius_m=-5), crs_local=True),
             r": No-fly circle: radius_m must not be negative, not -5\.$",
+        ),
+        (
+            collection(feature("Point", [1, 2], radius_m=5, upper="FL95"), crs_local=True),
+            r": No-fly circle: upper_m must be a finite number, not 'FL95'\.$",
         ),
         (
             collection(feature("Point", [1], radius_m=5), crs_local=True),

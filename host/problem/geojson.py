@@ -1,0 +1,136 @@
+"""Shapes of a GeoJSON file, in metres of a terrain's local frame."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from host.errors import InputError
+from host.problem.rings import Ring, is_number
+from host.terrain import Terrain
+
+
+__all__ = ["Shape", "read_document", "shapes"]
+
+
+class Shape(NamedTuple):
+    """A point (one ring of one position) or a polygon (its ring and its holes), with properties."""
+
+    kind: str
+    rings: tuple[Ring, ...]
+    properties: dict[str, Any]
+
+
+def read_document(path: str | Path) -> Any:
+    """Return the content of a JSON file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or is not JSON.
+    """
+    try:
+        return json.loads(Path(path).read_text("utf-8"))
+    except OSError as error:
+        reason = error.strerror or "unknown reason"
+        raise InputError(f"Cannot read no-fly file {str(path)!r}: {reason}.") from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"No-fly file {str(path)!r} is not JSON: {error}.") from None
+
+
+def shapes(document: Any, terrain: Terrain) -> Iterator[Shape]:
+    """Yield the points and polygons of GeoJSON; a multi-polygon is several polygons.
+
+    Coordinates are WGS84 longitude and latitude, moved into the terrain's frame corner by corner,
+    or local metres where the document has the member ``"crs_local": true``. A third coordinate is
+    ignored.
+
+    Raises
+    ------
+    InputError
+        If the document has anything else, or has geographic coordinates where the terrain has no
+        coordinate reference system.
+    """
+    if not isinstance(document, dict):
+        raise InputError("not a GeoJSON object.")
+    local = document.get("crs_local", False)
+    if not isinstance(local, bool):
+        raise InputError(f'"crs_local" must be true or false, not {local!r}.')
+    if not local:
+        _check_wgs84(document)
+        if terrain.crs is None:
+            raise InputError(
+                "the terrain has no coordinate reference system, so give the zones in "
+                'local metres and add the member "crs_local": true.'
+            )
+    for geometry, properties in _geometries(document):
+        kind, coordinates = geometry.get("type"), geometry.get("coordinates")
+        if kind == "Point":
+            yield Shape("Point", (_local([coordinates], terrain, local),), properties)
+        elif kind in ("Polygon", "MultiPolygon"):
+            polygons = [coordinates] if kind == "Polygon" else coordinates
+            if not isinstance(polygons, list):
+                raise InputError(f"the coordinates of a {kind} must be a list.")
+            for rings in polygons:
+                if not isinstance(rings, list) or not rings:
+                    raise InputError(f"a {kind} must have at least one ring.")
+                placed = tuple(_local(ring, terrain, local) for ring in rings)
+                yield Shape("Polygon", placed, properties)
+        else:
+            raise InputError(
+                "a geometry must be a Polygon, a MultiPolygon or a Point with "
+                f'"radius_m", not {kind!r}.'
+            )
+
+
+def _check_wgs84(document: dict[str, Any]) -> None:
+    """Refuse the reference systems of the old GeoJSON, rather than misread them as WGS84."""
+    if document.get("crs") is None:
+        return
+    name = json.dumps(document["crs"])
+    if not any(known in name for known in ("CRS84", "EPSG::4326", "EPSG:4326")):
+        raise InputError("its coordinates are not WGS84 longitude and latitude; convert it first.")
+
+
+def _geometries(document: Any) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
+    """Geometries and their properties of a FeatureCollection, a Feature or a bare geometry."""
+    if not isinstance(document, dict):
+        raise InputError("a feature is not a GeoJSON object.")
+    if document.get("type") == "FeatureCollection":
+        features = document.get("features")
+        if not isinstance(features, list):
+            raise InputError('a FeatureCollection must have a list of "features".')
+        for feature in features:
+            yield from _geometries(feature)
+    elif document.get("type") == "Feature":
+        geometry, properties = document.get("geometry"), document.get("properties") or {}
+        if not isinstance(geometry, dict) or not isinstance(properties, dict):
+            raise InputError('a Feature must have a "geometry".')
+        yield geometry, properties
+    else:
+        yield document, {}
+
+
+def _local(points: Any, terrain: Terrain, local: bool) -> Ring:
+    """Positions of the file as x, y in the terrain's frame, metres."""
+    if not isinstance(points, list) or not all(
+        isinstance(point, list) and len(point) >= 2 and all(map(is_number, point[:2]))
+        for point in points
+    ):
+        raise InputError("a position must be a list of two finite numbers.")
+    pairs = tuple((float(point[0]), float(point[1])) for point in points)
+    if local:
+        return pairs
+    for longitude, latitude in pairs:
+        if abs(longitude) > 180 or abs(latitude) > 90:
+            raise InputError(
+                f"({longitude:g}, {latitude:g}) is no WGS84 longitude and latitude; "
+                'for local metres add the member "crs_local": true.'
+            )
+    longitudes, latitudes = np.array(pairs).reshape(-1, 2).T
+    x, y = terrain.to_local(latitudes, longitudes)
+    return tuple(zip(x.tolist(), y.tolist(), strict=True))

@@ -1,0 +1,91 @@
+"""Rings of corners: how they are given, and which nodes of a grid they hold."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from numbers import Real
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.errors import InputError
+
+
+__all__ = ["EDGE_M", "Ring", "add_edges", "edges", "is_number", "nodes_inside", "plain", "ring_of"]
+
+# Nodes this near an edge are on it: products like 7 * 30.87 carry rounding, borders do not.
+EDGE_M = 1e-6
+
+Ring = tuple[tuple[float, float], ...]
+
+
+def is_number(value: Any) -> bool:
+    """Return whether ``value`` is a finite real number, and no bool."""
+    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def plain(corners: Any) -> Any:
+    """Return the corners of an array, of numpy for example, as a list of pairs."""
+    return corners.tolist() if hasattr(corners, "tolist") else corners
+
+
+def ring_of(corners: Any) -> Ring:
+    """Return ``corners`` as a ring of float64, without the closing corner.
+
+    Raises
+    ------
+    InputError
+        If a corner is not two finite numbers, or there are fewer than three.
+    """
+    if not isinstance(corners, list | tuple) or not all(
+        isinstance(corner, list | tuple) and len(corner) == 2 and all(map(is_number, corner))
+        for corner in corners
+    ):
+        raise InputError("No-fly polygon: every corner must be two finite numbers, x and y.")
+    ring = tuple((float(x), float(y)) for x, y in corners)
+    if len(ring) > 1 and ring[0] == ring[-1]:
+        ring = ring[:-1]
+    if len(ring) < 3:
+        raise InputError(f"No-fly polygon: a ring must have at least 3 corners, not {len(ring)}.")
+    return ring
+
+
+def edges(ring: Ring) -> Iterator[tuple[float, float, float, float]]:
+    """Yield the edges of a ring, the closing one included, as x, y, x, y in metres."""
+    for (xa, ya), (xb, yb) in zip(ring, (*ring[1:], ring[0]), strict=True):
+        yield xa, ya, xb, yb
+
+
+def nodes_inside(ring: Ring, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return the nodes inside a ring, (ny, nx) bool, of a grid of columns ``x`` and rows ``y``.
+
+    By the even-odd rule; nodes on an edge may go either way.
+    """
+    crossings = np.zeros((len(y), len(x)), dtype=bool)
+    for xa, ya, xb, yb in edges(ring):
+        rows = np.flatnonzero((ya <= y) != (yb <= y))
+        if len(rows):
+            border = xa + (y[rows] - ya) * ((xb - xa) / (yb - ya))
+            crossings[rows] ^= x[None, :] < border[:, None]
+    return crossings
+
+
+def add_edges(
+    inside: NDArray[np.bool_],
+    ring: Ring,
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+) -> None:
+    """Set the nodes of ``inside`` that lie on an edge of ``ring``."""
+    for xa, ya, xb, yb in edges(ring):
+        west, east = np.searchsorted(x, (min(xa, xb) - EDGE_M, max(xa, xb) + EDGE_M))
+        south, north = np.searchsorted(y, (min(ya, yb) - EDGE_M, max(ya, yb) + EDGE_M))
+        if west == east or south == north:
+            continue
+        px, py = x[None, west:east] - xa, y[south:north, None] - ya
+        ex, ey = xb - xa, yb - ya
+        square = ex * ex + ey * ey
+        along = np.clip((px * ex + py * ey) / square, 0, 1) if square > 0 else 0.0
+        inside[south:north, west:east] |= np.hypot(px - along * ex, py - along * ey) <= EDGE_M

@@ -3,23 +3,30 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from host.cli.arguments.rules import RULES
 from host.cli.output import print_json, print_pairs, term_pairs
-from host.cli.problem import end_point, load_terrain, load_zones, rule_arguments, source_of
+from host.cli.problem import end_point, load_terrain, load_zones, rule_arguments
 from host.errors import InputError
 from host.planning import check
 from host.problem.aircraft import DEFAULT, Aircraft
 from host.problem.aircraft import load as load_aircraft
 from host.problem.problem import Problem
-from host.problem.zones import Zone, zone_from_dict
+from host.problem.zones import Zone
 from host.report.geojson import read_path
+from host.report.read import (
+    find_summary,
+    summary_aircraft,
+    summary_path,
+    summary_rules,
+    summary_terrain,
+    summary_wind_and_step,
+    summary_zones,
+)
 from host.report.tables import read_csv
 from host.terrain import Terrain
 
@@ -33,13 +40,20 @@ _SAME_END_M = 0.01
 def run(args: argparse.Namespace) -> int:
     """Evaluate the path and print its terms."""
     file = Path(args.path)
-    summary = _summary(file)
+    summary = find_summary(file)
     if summary is not None:
-        _take_options(args, summary, file)
-    if args.terrain is None:
-        raise InputError("The terrain is missing; give --terrain.")
-    terrain = load_terrain(args)
-    path = _path(file, summary, terrain)
+        wind, ds_m = summary_wind_and_step(file, summary)
+        args.wind, args.ds = args.wind or wind, ds_m if args.ds is None else args.ds
+        _take_rules(args, summary_rules(file, summary))
+        terrain = summary_terrain(
+            file, summary, args.terrain, cell=args.cell, fill_voids=args.fill_voids
+        )
+        path = summary_path(file, summary)
+    else:
+        if args.terrain is None:
+            raise InputError("The terrain is missing; give --terrain.")
+        terrain = load_terrain(args)
+        path = read_csv(file) if file.suffix.lower() == ".csv" else read_path(file, terrain)
     problem = Problem(
         terrain,
         tuple(path[0].tolist()),
@@ -52,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
     )
     _check_ends(args, problem)
 
-    report = check(problem, path, source=source_of(args)).report
+    report = check(problem, path).report
     if args.json:
         print_json(report)
     else:
@@ -60,73 +74,26 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _summary(file: Path) -> dict[str, Any] | None:
-    """Return the content of ``file`` if it is a summary."""
-    if file.suffix.lower() == ".csv":
-        return None
-    try:
-        document = json.loads(file.read_text("utf-8"))
-    except (OSError, ValueError, RecursionError):
-        return None  # The reader of the path reports the error.
-    is_summary = isinstance(document, dict) and "waypoints" in document
-    return document if is_summary else None
-
-
-def _take_options(args: argparse.Namespace, summary: dict[str, Any], file: Path) -> None:
-    """Take missing options from the summary; prefer the grid beside it to its source."""
-    try:
-        source = summary["terrain"]
-        grid = file.with_name("terrain.npz")
-        is_grid = args.terrain is None and grid.exists()
-        if args.terrain is None:
-            args.terrain = str(grid) if is_grid else source["source"]
-        if not is_grid:
-            args.fill_voids = args.fill_voids or bool(source["fill_voids"])
-        if args.cell is None and source["cell_m"] and Path(args.terrain).suffix == ".npy":
-            args.cell = tuple(map(float, source["cell_m"]))
-        args.wind = args.wind or tuple(map(float, summary["wind"]))
-        args.ds = float(summary["ds_m"]) if args.ds is None else args.ds
-        _take_rules(args, summary)
-    except (KeyError, TypeError, ValueError):
-        raise InputError(
-            f"{file}: the summary does not say how its path was evaluated; give "
-            "--terrain and the other options."
-        ) from None
-
-
-def _take_rules(args: argparse.Namespace, summary: dict[str, Any]) -> None:
-    """Take missing rules from the summary; one without rules is as paper."""
+def _take_rules(args: argparse.Namespace, stated: dict[str, Any]) -> None:
+    """Take the rules that no option gives from the summary's, the keywords of a problem."""
+    given = {name for name in RULES if getattr(args, name) is not None}
     if args.as_paper:
         return
-    given = [name for name in RULES if getattr(args, name) is not None]
-    if summary.get("as_paper", True):
+    if "rules" not in stated:
         args.as_paper = not given
         return
-    rules = summary["rules"]
-    for name in RULES:
-        if name not in given:
-            key = f"{name}_deg" if name.endswith("heading") else f"{name}_m"
-            value = 100 * rules["reserve"] if name == "reserve" else {**summary, **rules}.get(key)
-            setattr(args, name, None if value is None else float(value))
-
-
-def _path(file: Path, summary: dict[str, Any] | None, terrain: Terrain) -> NDArray[np.float64]:
-    if file.suffix.lower() == ".csv":
-        return read_csv(file)
-    if summary is None:
-        return read_path(file, terrain)
-    try:
-        path = np.array(summary["waypoints"], dtype=np.float64)
-    except (TypeError, ValueError):
-        path = np.empty(0)
-    if path.ndim != 2 or path.shape[1] != 3 or len(path) < 2:
-        raise InputError(f"{file}: waypoints must be two or more lists of three numbers.")
-    return path
+    values = {**stated, **stated["rules"].to_dict()}
+    for name in set(RULES) - given:
+        key = f"{name}_deg" if name.endswith("heading") else f"{name}_m"
+        setattr(args, name, 100 * values["reserve"] if name == "reserve" else values[key])
 
 
 def _aircraft(args: argparse.Namespace, summary: dict[str, Any] | None) -> Aircraft:
-    if args.uav is None and summary is not None and "uav" in summary:
-        return Aircraft.from_dict(summary["uav"], args.path)
+    """Return the aircraft of ``--uav``, else that of the summary, else the default."""
+    if args.uav is None and summary is not None:
+        stated = summary_aircraft(Path(args.path), summary)
+        if stated is not None:
+            return stated
     return load_aircraft(args.uav or DEFAULT)
 
 
@@ -139,10 +106,7 @@ def _zones(
     given = load_zones(args, terrain)
     if given or summary is None:
         return given
-    zones = summary.get("nofly", [])
-    if not isinstance(zones, list):
-        raise InputError(f"{args.path}: nofly must be a list of zones, not {zones!r}.")
-    return tuple(zone_from_dict(zone) for zone in zones)
+    return summary_zones(Path(args.path), summary)
 
 
 def _check_ends(args: argparse.Namespace, problem: Problem) -> None:

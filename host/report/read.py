@@ -1,0 +1,252 @@
+"""Runs read back from their ``summary.json``, for the commands that work on a finished plan."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.errors import InputError
+from host.problem.aircraft import DEFAULT, Aircraft
+from host.problem.aircraft import load as load_aircraft
+from host.problem.problem import Problem
+from host.problem.rules import Rules
+from host.problem.zones import Zone, zone_from_dict
+from host.terrain import Terrain, load
+
+
+__all__ = [
+    "Run",
+    "find_summary",
+    "read_run",
+    "summary_aircraft",
+    "summary_path",
+    "summary_rules",
+    "summary_terrain",
+    "summary_wind_and_step",
+    "summary_zones",
+]
+
+_UNKNOWN_PROBLEM = (
+    "the summary does not say how its path was evaluated; give --terrain and the other options."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A finished plan.
+
+    Parameters
+    ----------
+    problem : Problem
+        The problem as it was planned; start and goal are the ends of ``path``.
+    path : ndarray
+        Waypoints, (n, 3) float64 metres, start and goal included.
+    summary : dict
+        The content of the file.
+    """
+
+    problem: Problem
+    path: NDArray[np.float64]
+    summary: dict[str, Any]
+
+
+def read_run(file: Path) -> Run:
+    """Return the problem, the path and the content of a ``summary.json``.
+
+    The ground is that of ``terrain.npz`` beside the file, else the terrain that the summary names.
+
+    Raises
+    ------
+    InputError
+        If the file is no summary, does not say how its path was evaluated, or states a bad value.
+    """
+    summary = find_summary(file)
+    if summary is None:
+        raise InputError(_no_summary(file))
+    path = summary_path(file, summary)
+    wind, ds_m = summary_wind_and_step(file, summary)
+    problem = Problem(
+        summary_terrain(file, summary),
+        tuple(path[0].tolist()),
+        tuple(path[-1].tolist()),
+        summary_aircraft(file, summary) or load_aircraft(DEFAULT),
+        summary_zones(file, summary),
+        wind,
+        ds_m,
+        **summary_rules(file, summary),
+    )
+    return Run(problem, path, summary)
+
+
+def find_summary(file: Path) -> dict[str, Any] | None:
+    """Return the content of ``file`` if it is a summary, else None."""
+    if file.suffix.lower() == ".csv":
+        return None
+    try:
+        document = json.loads(file.read_text("utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return None
+    is_summary = isinstance(document, dict) and "waypoints" in document
+    return document if is_summary else None
+
+
+def summary_terrain(
+    file: Path,
+    summary: dict[str, Any],
+    source: str | None = None,
+    *,
+    cell: tuple[float, float] | None = None,
+    fill_voids: bool = False,
+) -> Terrain:
+    """Return the terrain of a run, in its place on Earth where the summary states one.
+
+    Parameters
+    ----------
+    file : Path
+        The summary; ``terrain.npz`` beside it is preferred to the source that it names.
+    summary : dict
+        Its content.
+    source : str, optional
+        File or name of another terrain to take instead.
+    cell, fill_voids
+        As for :func:`host.terrain.load`; by default as the summary states them.
+
+    Raises
+    ------
+    InputError
+        If the summary does not say where its terrain is from, or the terrain cannot be loaded.
+    """
+    try:
+        stated = summary["terrain"]
+        grid = file.with_name("terrain.npz")
+        is_grid = source is None and grid.exists()
+        if source is None:
+            source = str(grid) if is_grid else str(stated["source"])
+        if not is_grid:
+            fill_voids = fill_voids or bool(stated["fill_voids"])
+        if cell is None and stated["cell_m"] and Path(source).suffix == ".npy":
+            east, north = map(float, stated["cell_m"])
+            cell = east, north
+    except (KeyError, TypeError, ValueError):
+        raise InputError(f"{file}: {_UNKNOWN_PROBLEM}") from None
+    terrain = load(source, cell=cell, fill_voids=fill_voids)
+    return _placed(file, terrain, stated) if is_grid else terrain
+
+
+def summary_path(file: Path, summary: dict[str, Any]) -> NDArray[np.float64]:
+    """Return the waypoints of a summary, (n, 3) float64 metres.
+
+    Raises
+    ------
+    InputError
+        If they are not two or more lists of three numbers.
+    """
+    try:
+        path = np.array(summary["waypoints"], dtype=np.float64)
+    except (TypeError, ValueError):
+        path = np.empty(0)
+    if path.ndim != 2 or path.shape[1] != 3 or len(path) < 2:
+        raise InputError(f"{file}: waypoints must be two or more lists of three numbers.")
+    return path
+
+
+def summary_aircraft(file: Path, summary: dict[str, Any]) -> Aircraft | None:
+    """Return the aircraft of a summary, or None if it states none.
+
+    Raises
+    ------
+    InputError
+        If one of its values is bad.
+    """
+    if "uav" not in summary:
+        return None
+    if not isinstance(summary["uav"], dict):
+        raise InputError(f"{file}: uav must be a table of the aircraft's values.")
+    return Aircraft.from_dict(summary["uav"], str(file))
+
+
+def summary_zones(file: Path, summary: dict[str, Any]) -> tuple[Zone, ...]:
+    """Return the no-fly zones of a summary.
+
+    Raises
+    ------
+    InputError
+        If they are no list of zones, or a zone is bad.
+    """
+    zones = summary.get("nofly", [])
+    if not isinstance(zones, list):
+        raise InputError(f"{file}: nofly must be a list of zones, not {zones!r}.")
+    return tuple(zone_from_dict(zone) for zone in zones)
+
+
+def summary_wind_and_step(file: Path, summary: dict[str, Any]) -> tuple[tuple[float, float], float]:
+    """Return the wind, m/s east and north, and the sampling step in metres of a summary.
+
+    Raises
+    ------
+    InputError
+        If one is missing or not made of numbers.
+    """
+    try:
+        east, north = map(float, summary["wind"])
+        return (east, north), float(summary["ds_m"])
+    except (KeyError, TypeError, ValueError):
+        raise InputError(f"{file}: {_UNKNOWN_PROBLEM}") from None
+
+
+def summary_rules(file: Path, summary: dict[str, Any]) -> dict[str, Any]:
+    """Return the rules and headings of a summary as keywords of :class:`Problem`.
+
+    A summary without the key ``as_paper`` is of version 0.1, so as paper.
+
+    Raises
+    ------
+    InputError
+        If the rules are missing, or one is unknown or bad.
+    """
+    as_paper = summary.get("as_paper", True)
+    if not isinstance(as_paper, bool):
+        raise InputError(f"{file}: as_paper must be true or false, not {as_paper!r}.")
+    if as_paper:
+        return {"as_paper": True}
+    try:
+        rules = Rules(**summary["rules"])
+    except (KeyError, TypeError):
+        raise InputError(
+            f"{file}: rules must be a table of the rules of safe flight, "
+            f"not {summary.get('rules')!r}."
+        ) from None
+    headings = ("start_heading_deg", "goal_heading_deg")
+    return {"rules": rules, **{name: summary.get(name) for name in headings}}
+
+
+def _placed(file: Path, terrain: Terrain, stated: dict[str, Any]) -> Terrain:
+    """Return the grid with the reference system of the summary, if it has none itself."""
+    crs, origin = stated.get("crs"), stated.get("origin")
+    if terrain.crs is not None or crs is None or origin is None:
+        return terrain
+    try:
+        east, north = map(float, origin)
+    except (TypeError, ValueError):
+        east = north = math.nan
+    if not isinstance(crs, str) or not (math.isfinite(east) and math.isfinite(north)):
+        raise InputError(
+            f"{file}: crs must be the name of a reference system and origin two numbers, "
+            f"not {crs!r} and {origin!r}."
+        )
+    return replace(terrain, crs=crs, origin=(east, north))
+
+
+def _no_summary(file: Path) -> str:
+    """Return why ``file`` is not read as a summary."""
+    try:
+        file.read_bytes()
+    except OSError as error:
+        return f"Cannot read the summary {str(file)!r} ({error.strerror or error})."
+    return f"{file}: not a summary of a plan; give the summary.json that pathgene plan wrote."

@@ -1,0 +1,147 @@
+"""Runs read back from their summaries."""
+
+import json
+
+import numpy as np
+import pytest
+
+from host.errors import InputError
+from host.evaluation import Evaluator
+from host.problem.rules import Rules
+from host.report.read import find_summary, read_run
+from host.report.summary import summarise
+from host.report.write import write_report
+
+
+PLACE = {"crs": "EPSG:32617", "origin": (500000.0, 4100000.0)}
+
+
+def save(folder, run, source=None):
+    """Write the files of ``run`` and return its summary's path."""
+    evaluator, result = run
+    terrain = evaluator.problem.terrain
+    summary = summarise(
+        evaluator, result, planner="ga-pc", board=None, seed=1, source=source or terrain.loading
+    )
+    folder.mkdir(exist_ok=True)
+    write_report(folder, evaluator, result, summary, warn=pytest.fail, picture=False)
+    return folder / "summary.json"
+
+
+def altered(file, **changes):
+    file.write_text(json.dumps(json.loads(file.read_text()) | changes))
+    return file
+
+
+def test_gives_back_the_problem_and_the_path(make_run, tmp_path):
+    evaluator, result = made = make_run(**PLACE)
+    run = read_run(save(tmp_path, made))
+    problem = evaluator.problem
+
+    assert np.array_equal(run.path, result.path)
+    assert run.summary["seed"] == 1
+    for name in ("start", "goal", "aircraft", "zones", "wind", "ds_m", "rules"):
+        assert getattr(run.problem, name) == getattr(problem, name), name
+    assert np.array_equal(run.problem.terrain.elevation, problem.terrain.elevation)
+    assert (run.problem.terrain.crs, run.problem.terrain.origin) == tuple(PLACE.values())
+    assert Evaluator(run.problem, threads=1).evaluate(run.path) == result.evaluation
+
+
+def test_loads_the_source_where_there_is_no_grid(make_run, tmp_path):
+    file = save(tmp_path / "a", make_run())
+    grid = file.with_name("terrain.npz")
+    source = grid.rename(tmp_path / "elsewhere.npz")
+    terrain = json.loads(file.read_text())["terrain"] | {"source": str(source)}
+    run = read_run(altered(file, terrain=terrain))
+    assert run.problem.terrain.loading["source"] == str(source)
+    assert run.problem.terrain.crs is None
+
+
+def test_takes_the_default_aircraft_where_none_is_stated(make_run, tmp_path):
+    file = save(tmp_path, make_run())
+    summary = json.loads(file.read_text())
+    del summary["uav"]
+    file.write_text(json.dumps(summary))
+    assert read_run(file).problem.aircraft.name == "Silver Fox-like"
+
+
+def test_an_old_summary_is_as_paper(make_run, tmp_path):
+    file = save(tmp_path, make_run())
+    assert not read_run(file).problem.as_paper
+    summary = json.loads(file.read_text())
+    for key in ("as_paper", "rules", "start_heading_deg", "goal_heading_deg"):
+        del summary[key]
+    file.write_text(json.dumps(summary))
+    assert read_run(file).problem.as_paper
+
+
+def test_gives_back_rules_and_headings(make_run, tmp_path):
+    rules = {"clearance_m": 50.0, "ceiling_m": 2000.0}
+    file = altered(save(tmp_path, make_run()), rules=rules, goal_heading_deg=-90)
+    problem = read_run(file).problem
+    assert problem.rules == Rules(**rules)
+    assert (problem.start_heading_deg, problem.goal_heading_deg) == (None, 270)
+
+
+def test_a_path_is_no_summary(make_run, tmp_path):
+    file = save(tmp_path, make_run())
+    assert find_summary(file)["planner"] == "ga-pc"
+    assert find_summary(file.with_name("path.geojson")) is None
+    assert find_summary(tmp_path / "none.json") is None
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        (
+            {"waypoints": [[1, 2, 3]]},
+            "waypoints must be two or more lists of three numbers.",
+        ),
+        ({"nofly": 3}, "nofly must be a list of zones, not 3."),
+        ({"as_paper": 1}, "as_paper must be true or false, not 1."),
+        (
+            {"rules": {"height": 3}},
+            "rules must be a table of the rules of safe flight, not {'height': 3}.",
+        ),
+        ({"uav": 3}, "uav must be a table of the aircraft's values."),
+        (
+            {"wind": None},
+            "the summary does not say how its path was evaluated; give --terrain and the other "
+            "options.",
+        ),
+        (
+            {"terrain": {}},
+            "the summary does not say how its path was evaluated; give --terrain and the other "
+            "options.",
+        ),
+        (
+            {"terrain": {"cell_m": None, "crs": 3, "origin": [1, 2]}},
+            "crs must be the name of a reference system and origin two numbers, not 3 and [1, 2].",
+        ),
+        (
+            {"terrain": {"cell_m": None, "crs": "EPSG:32617", "origin": [1]}},
+            "crs must be the name of a reference system and origin two numbers, not 'EPSG:32617' "
+            "and [1].",
+        ),
+    ],
+)
+def test_refuses_a_bad_summary(make_run, tmp_path, changes, sentence):
+    file = altered(save(tmp_path, make_run()), **changes)
+    with pytest.raises(InputError) as refusal:
+        read_run(file)
+    assert str(refusal.value) == f"{file}: {sentence}"
+
+
+def test_refuses_a_file_that_is_none(tmp_path):
+    file = tmp_path / "path.csv"
+    with pytest.raises(InputError) as refusal:
+        read_run(file)
+    assert str(refusal.value) == (
+        f"Cannot read the summary {str(file)!r} (No such file or directory)."
+    )
+    file.write_text("x,y,z\n")
+    with pytest.raises(InputError) as refusal:
+        read_run(file)
+    assert str(refusal.value) == (
+        f"{file}: not a summary of a plan; give the summary.json that pathgene plan wrote."
+    )

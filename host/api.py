@@ -51,8 +51,8 @@ class Terrain(HostTerrain):
         source : str or Path
             ``"jacksboro"``, ``"canyon"``, ``"river"`` or ``"large-canyon"``, which come with the
             package; a GeoTIFF, an SRTM ``.hgt`` or anything else that rasterio opens; an ``.npz``
-            with ``elevation``, ``dx_m`` and ``dy_m``; or an ``.npy`` with the heights (in both, row
-            0 is the southernmost).
+            with ``elevation``, ``dx_m``, ``dy_m`` and, optionally, ``crs`` and ``origin``; or an
+            ``.npy`` with the heights (in both, row 0 is the southernmost).
         cell_m : float or (float, float), optional
             Side of a cell in metres, or its sides to the east and to the north; for an ``.npy``.
         fill_voids : bool

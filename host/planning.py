@@ -122,6 +122,7 @@ class Plan:
         directory: str | Path,
         *,
         picture: bool = True,
+        grid: bool = True,
         warn: Callable[[str], None] = warnings.warn,
     ) -> list[Path]:
         """Write ``summary.json``, ``terrain.npz``, ``path.geojson`` and ``path.png``.
@@ -132,6 +133,8 @@ class Plan:
             Folder of the files; made if missing.
         picture : bool
             Draw ``path.png``; otherwise remove the one of an earlier run.
+        grid : bool
+            Write ``terrain.npz``; otherwise remove the one of an earlier run.
         warn : callable
             Receives a sentence if the picture cannot be drawn, which costs no other file.
 
@@ -148,7 +151,13 @@ class Plan:
         directory = Path(directory)
         prepare_directory(directory)
         return write_report(
-            directory, self.evaluator, self.result, self.summary, warn=warn, picture=picture
+            directory,
+            self.evaluator,
+            self.result,
+            self.summary,
+            warn=warn,
+            picture=picture,
+            grid=grid,
         )
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from host.cli.arguments.rules import RULES
 from host.cli.output import print_json, print_pairs, term_pairs
 from host.cli.problem import end_point, load_terrain, load_zones, rule_arguments
-from host.errors import InputError
+from host.errors import InputError, JobError
 from host.planning import check
 from host.problem.aircraft import DEFAULT, Aircraft
 from host.problem.aircraft import load as load_aircraft
@@ -38,7 +38,7 @@ _SAME_END_M = 0.01
 
 
 def run(args: argparse.Namespace) -> int:
-    """Evaluate the path and print its terms."""
+    """Evaluate the path and print its terms; a path that is not feasible is a failure."""
     file = Path(args.path)
     summary = find_summary(file)
     if summary is not None:
@@ -71,6 +71,8 @@ def run(args: argparse.Namespace) -> int:
         print_json(report)
     else:
         print_pairs(term_pairs(report))
+    if not report["feasible"]:
+        raise JobError("The path is not feasible; the report shows its distances and limits.")
     return 0
 
 

@@ -19,13 +19,14 @@ from host.device.boards import open_board
 from host.device.checker_boards import order_board, require_checker
 from host.device.chip import pack_waypoints
 from host.device.path_checks import CheckReport
+from host.errors import JobError
 
 
 __all__ = ["run"]
 
 
 def run(args: argparse.Namespace) -> int:
-    """Check a path on a board and print its verdict. A collision is a result, not a failure."""
+    """Check a path on a board and print its verdict; a collision is a failure."""
     url, config = order_board(args.board, args.mode)
     # Read the files first: building a board may take a minute.
     files = _read(args, config) if config is not None else None
@@ -41,6 +42,9 @@ def run(args: argparse.Namespace) -> int:
         print_json(report)
     else:
         print(json.dumps(report))
+    if report["collision"]:
+        x, y = report["cell"]
+        raise JobError(f"The path collides on segment {report['segment']}, in cell ({x}, {y}).")
     return 0
 
 

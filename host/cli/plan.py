@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
             plan = search.run(
                 evaluator, progress=progress.update, stop=stop, source=source_of(args)
             )
-        written = plan.save(directory, picture=args.picture, warn=note)
+        written = plan.save(directory, picture=args.picture, grid=args.grid, warn=note)
     if args.json:
         print_json(plan.summary)
     else:

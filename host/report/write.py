@@ -27,6 +27,7 @@ def write_report(
     warn: Callable[[str], None],
     *,
     picture: bool = True,
+    grid: bool = True,
 ) -> list[Path]:
     """Write ``summary.json``, ``terrain.npz``, ``path.geojson`` and ``path.png``.
 
@@ -46,6 +47,9 @@ def write_report(
         Receives a sentence if there is no picture.
     picture : bool
         Draw ``path.png``; otherwise only remove the one of an earlier run, which would mislead.
+    grid : bool
+        Write ``terrain.npz``; otherwise remove the one of an earlier run, which ``check`` would
+        take for the terrain of this one.
 
     Returns
     -------
@@ -61,14 +65,17 @@ def write_report(
     written = [directory / name for name in ("summary.json", "terrain.npz", "path.geojson")]
     with writing_into(directory):
         write_json(written[0], summary)
-        write_grid(written[1], evaluator)
+        if grid:
+            write_grid(written[1], evaluator)
+        else:
+            remove(written.pop(1))
         document = path_document(
             result.path,
             evaluator.track(result.path),
             terrain,
             step_m=min(terrain.dx_m, terrain.dy_m),
         )
-        write_json(written[2], document)
+        write_json(written[-1], document)
     drawing = directory / "path.png"
     if not picture:
         remove(drawing)
@@ -86,7 +93,7 @@ def write_report(
 
 
 def write_grid(file: Path, evaluator: Evaluator) -> None:
-    """Write the evaluated grid: elevation (NaN over voids), dx_m, dy_m and nofly."""
+    """Write the evaluated grid: elevation (NaN over voids), dx_m, dy_m, nofly and its place."""
     problem = evaluator.problem
     with replacing(file) as binary:
         problem.terrain.save_npz(binary, problem.nofly_raster)

@@ -184,6 +184,8 @@ class Terrain:
     def save_npz(self, file: str | Path | BinaryIO, nofly: NDArray[np.bool_]) -> None:
         """Write ``elevation``, ``dx_m``, ``dy_m`` and ``nofly`` for :func:`host.terrain.load`.
 
+        A terrain with a place on Earth adds ``crs`` and ``origin``.
+
         Parameters
         ----------
         file : str, Path or binary file
@@ -200,6 +202,9 @@ class Terrain:
             raise ValueError(
                 f"No-fly raster must have the terrain's shape {self.shape}, not {nofly.shape!r}"
             )
+        place: dict[str, Any] = {}
+        if self.crs is not None and self.origin is not None:
+            place = {"crs": np.array(self.crs), "origin": np.array(self.origin)}
         # Through a handle: numpy would append its suffix to a name.
         with (
             Path(file).open("wb") if isinstance(file, str | Path) else contextlib.nullcontext(file)
@@ -210,6 +215,7 @@ class Terrain:
                 dx_m=self.dx_m,
                 dy_m=self.dy_m,
                 nofly=nofly.astype(np.bool_),
+                **place,
             )
 
     def _frame(self) -> LocalFrame:

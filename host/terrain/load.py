@@ -9,7 +9,7 @@ from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from host.errors import InputError
 from host.terrain import embedded
@@ -34,9 +34,9 @@ def load(
     ----------
     source : str or Path
         Name of an embedded terrain (:func:`host.terrain.names`), or a file: ``.npz`` with
-        ``elevation``, ``dx_m`` and ``dy_m``, ``.npy`` with the heights (both in metres, row 0 the
-        southernmost), or anything that rasterio opens. A file of a terrain's name is reached as
-        ``./name``.
+        ``elevation``, ``dx_m``, ``dy_m`` and, where its place on Earth is known, ``crs`` and
+        ``origin``; ``.npy`` with the heights (both in metres, row 0 the southernmost); or anything
+        that rasterio opens. A file of a terrain's name is reached as ``./name``.
     cell : tuple of float, optional
         Sides of a cell in metres, east and north, for a file that does not state them.
     fill_voids : bool
@@ -136,6 +136,7 @@ def _load_npz(path: Path, cell: tuple[float, float] | None, fill_voids: bool) ->
                 )
             elevation = file["elevation"]
             sides = [file[key] for key in _KEYS[1:]]
+            place = [file.get(key) for key in ("crs", "origin")]
     except (OSError, ValueError, EOFError, BadZipFile):
         raise InputError(
             f"{path}: cannot be read as a numpy archive; write it with numpy.savez."
@@ -143,8 +144,38 @@ def _load_npz(path: Path, cell: tuple[float, float] | None, fill_voids: bool) ->
     for key, side in zip(_KEYS[1:], sides, strict=True):
         if side.size != 1 or side.dtype.kind not in "iuf":
             raise InputError(f"{path}: {key!r} must be one number of metres.")
-    cell = sides[0].item(), sides[1].item()
-    return from_array(elevation, cell, name=path.stem, source=str(path), fill_voids=fill_voids)
+    crs, origin = _place(path, *place)
+    return from_array(
+        elevation,
+        (sides[0].item(), sides[1].item()),
+        name=path.stem,
+        source=str(path),
+        crs=crs,
+        origin=origin,
+        fill_voids=fill_voids,
+    )
+
+
+def _place(
+    path: Path, crs: NDArray[Any] | None, origin: NDArray[Any] | None
+) -> tuple[str | None, tuple[float, float] | None]:
+    """Return reference system and origin of an ``.npz``; None and None where it states neither."""
+    if crs is None and origin is None:
+        return None, None
+    if (
+        crs is None
+        or origin is None
+        or crs.dtype.kind != "U"
+        or crs.size != 1
+        or origin.dtype.kind not in "iuf"
+        or origin.shape != (2,)
+        or not np.isfinite(origin).all()
+    ):
+        raise InputError(
+            f"{path}: 'crs' must be the name of a reference system and 'origin' the easting and "
+            "northing of the south-west node in it; write both or neither."
+        )
+    return str(crs.item()), (float(origin[0]), float(origin[1]))
 
 
 def _load_npy(path: Path, cell: tuple[float, float] | None, fill_voids: bool) -> Terrain:

@@ -52,6 +52,7 @@ def plan(hills, out, *options):
 
 def assert_check_agrees(out, summary, capsys):
     """Assert that ``pathgene check`` of the summary in ``out`` repeats its terms."""
+    capsys.readouterr()
     main(["check", "--path", str(out / "summary.json"), "--json"])
     report = json.loads(capsys.readouterr().out)
     assert {term: report[term] for term in TERMS} == {term: summary[term] for term in TERMS}

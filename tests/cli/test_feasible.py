@@ -46,12 +46,22 @@ def level(tmp_path):
 
 
 def feasible(capsys, *arguments):
-    """Return the output of the command, the same object with and without ``--json``."""
+    """Return the output of the command, the same object with and without ``--json``.
+
+    A collision is exit status 1 with a sentence.
+    """
     command = ["feasible", *map(str, arguments)]
-    assert main(command) == 0
-    line = capsys.readouterr().out
-    assert main([*command, "--json"]) == 0
+    status = main(command)
+    line, said = capsys.readouterr()
+    assert main([*command, "--json"]) == status
     printed = json.loads(capsys.readouterr().out)
+    assert status == int(printed["collision"])
+    if printed["collision"]:
+        x, y = printed["cell"]
+        segment = printed["segment"]
+        assert said == f"pathgene: The path collides on segment {segment}, in cell ({x}, {y}).\n"
+    else:
+        assert said == ""
     assert line.count("\n") == 1
     assert json.loads(line) == printed
     return printed
@@ -185,10 +195,10 @@ def test_gateware_matches_the_model(tmp_path, capsys, mode):
 
 
 def test_shows_the_progress_of_the_upload_on_a_terminal(level, capsys, monkeypatch):
-    assert main(["feasible", *map(str, level)]) == 0
-    assert capsys.readouterr().err == ""
+    assert main(["feasible", *map(str, level)]) == 1
+    assert "%" not in capsys.readouterr().err
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    assert main(["feasible", *map(str, level)]) == 0
+    assert main(["feasible", *map(str, level)]) == 1
     shown = [int(percent) for percent in re.findall(r"map (\d+) %", capsys.readouterr().err)]
     assert len(shown) > 2
     assert shown == sorted(shown)

@@ -1,6 +1,7 @@
 """Help, versions and usage errors."""
 
 import json
+import re
 import shlex
 import time
 
@@ -10,6 +11,7 @@ import rasterio
 
 from host.cli import main
 from host.cli.parser import build_parser
+from host.planners import OPTIONS, PLANNERS
 
 
 COMMANDS = [
@@ -121,6 +123,53 @@ def test_no_command_lacks_json():
     spoken = {tuple(line.split()[: len(command)]) for line in JSON for command in COMMANDS}
     groups = {(), ("board",), ("terrain",)}
     assert set(COMMANDS) - groups - {("board", "serve")} <= spoken
+
+
+def groups(text):
+    """Return the options of each group in the text of a help."""
+    found = {}
+    for line in text.splitlines():
+        if title := re.fullmatch(r"(\w.*):", line):
+            found[title[1]] = []
+        elif option := re.match(r"  (--[a-z-]+)", line):
+            found[list(found)[-1]].append(option[1])
+    return found
+
+
+@pytest.mark.parametrize(("command", "outputs"), [("plan", 3), ("compare", 1)])
+def test_options_are_grouped(command, outputs, capsys, monkeypatch):
+    """Each planner's own options stand under its name, and only there."""
+    monkeypatch.setenv("COLUMNS", "80")
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    text = capsys.readouterr().out
+    assert text.splitlines()[0].endswith("[OPTIONS]")
+    found = groups(text)
+    titles = [title for title in found if not title.startswith("options of ")]
+    assert [title for title in titles if title != "comparison"] == [
+        "options",
+        "problem",
+        "rules of safe flight",
+        "planning",
+        "output",
+    ]
+    assert "--terrain" in found["problem"]
+    assert "--clearance" in found["rules of safe flight"]
+    assert "--generations" in found["planning"]
+    assert found["output"][0] == "--out"
+    assert len(found["output"]) >= outputs
+    own = {
+        option: set(re.split(r", | and ", title.removeprefix("options of ")))
+        for title, options in found.items()
+        if title.startswith("options of ")
+        for option in options
+    }
+    assert own == {
+        f"--{name.replace('_', '-')}": {
+            planner for planner, entry in PLANNERS.items() if name in entry.options
+        }
+        for name in OPTIONS
+    }
 
 
 def test_help_is_quick(pathgene):

@@ -13,7 +13,17 @@ import rasterio
 from host.cli import main
 from host.terrain import load
 
-from .conftest import ENDS, FILES, ROOT, TERMS, WALL, interrupted, plan, summary_in
+from .conftest import (
+    ENDS,
+    FILES,
+    ROOT,
+    TERMS,
+    WALL,
+    assert_check_agrees,
+    interrupted,
+    plan,
+    summary_in,
+)
 
 
 def test_writes_all_files(planned):
@@ -102,6 +112,30 @@ def test_check_takes_ends_above_the_ground(hills, tmp_path, capsys):
     assert "The start of the path is (500.0, 500.0, 600.0), not" in capsys.readouterr().err
     height = 600 - (300 + 150 * math.sin(55 / 8) * math.cos(35 / 6))
     assert main([*common[:-1], "--goal", f"5500,3500,{height}"]) == 0
+
+
+def test_check_of_a_path_that_is_not_feasible_exits_1(hills, tmp_path, capsys):
+    file = tmp_path / "path.csv"
+    file.write_text("x,y,z\n500,500,600\n3000,2000,700\n5500,3500,600\n")
+    around = ["--nofly-circle", "3000,2000,400"]
+    arguments = ["check", "--terrain", str(hills), "--path", str(file), *around]
+    assert main([*arguments, "--json"]) == 1
+    output = capsys.readouterr()
+    report = json.loads(output.out)
+    assert not report["feasible"]
+    assert report["distance_in_nofly_m"] > 0
+    assert output.err == (
+        "pathgene: The path is not feasible; the report shows its distances and limits.\n"
+    )
+
+
+def test_no_grid_leaves_the_terrain_out(hills, tmp_path, capsys):
+    options = ["--seed", "1", "--generations", "60", "--no-picture"]
+    plan(hills, tmp_path, *options)
+    assert "terrain.npz" in [entry.name for entry in tmp_path.iterdir()]
+    plan(hills, tmp_path, *options, "--no-grid")
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["path.geojson", "summary.json"]
+    assert_check_agrees(tmp_path, summary_in(tmp_path), capsys)
 
 
 def test_no_feasible_path_exits_1_with_files(hills, tmp_path, capsys):

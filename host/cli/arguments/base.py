@@ -30,6 +30,9 @@ def add_command(
     target: str,
     summary: str,
     example: str,
+    *,
+    usage: str | None = None,
+    notes: str = "",
 ) -> Parser:
     """Add a command with the options that every command has.
 
@@ -45,12 +48,17 @@ def add_command(
         One line of help, without a full stop.
     example : str
         A command line that works.
+    usage : str, optional
+        The arguments in short, for a command of many options; by default all of them.
+    notes : str
+        Sentences that follow the summary in the help of the command.
     """
     parser: Parser = commands.add_parser(
         name,
         allow_abbrev=False,
+        usage=usage and f"%(prog)s {usage}",
         help=summary,
-        description=f"{summary}.",
+        description=f"{summary}. {notes}".rstrip(),
         epilog=f"Example: {example}",
     )
     parser.set_defaults(command=target)

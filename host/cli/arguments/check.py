@@ -17,6 +17,8 @@ def add_check(commands: Commands) -> None:
         "check:run",
         "Evaluate a given path",
         "pathgene check --terrain tile.tif --path out/path.geojson --json",
+        usage="[OPTIONS] --path FILE",
+        notes="The exit status is 0 for a feasible path, 1 for one that is not, 2 for bad input.",
     )
     parser.add_argument(
         "--path",

@@ -22,6 +22,7 @@ def add_compare(commands: Commands) -> None:
         "pathgene compare --planners ga-fpga,ga-pc,ga-pc:max_waypoints=8 --terrain tile.tif "
         "--start 1200,1200,100 --goal 14000,14000,100 --agl --runs 5 --generations 20 "
         "--out out/compare",
+        usage="--planners NAME,... --terrain FILE|NAME --start X,Y,Z --goal X,Y,Z [OPTIONS]",
     )
     add_problem(parser, ends_required=True)
     group = parser.add_argument_group("comparison")
@@ -60,6 +61,10 @@ def add_compare(commands: Commands) -> None:
         help="run on the Dask cluster at this address, or on one started here for these runs "
         "(local, or no address); needs the extra pathgene[cluster]",
     )
+    group = parser.add_argument_group("planning")
+    add_search(group)
+    add_own_options(parser)
+    group = parser.add_argument_group("output")
     group.add_argument(
         "--out",
         metavar="DIR",
@@ -67,6 +72,3 @@ def add_compare(commands: Commands) -> None:
         help="directory to write to; runs that it already holds are not repeated "
         "(default %(default)s)",
     )
-    group = parser.add_argument_group("planning")
-    add_search(group)
-    add_own_options(parser)

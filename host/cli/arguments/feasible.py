@@ -17,6 +17,7 @@ def add_feasible(commands: Commands) -> None:
         "feasible:run",
         "Check a path against a map with the collision checker of the chip",
         "pathgene feasible --map canyon.npy --path path.csv --board sim: --mode parallel",
+        notes="The exit status is 0 for a clear path, 1 for a collision, 2 for bad input.",
     )
     parser.add_argument(
         "--map",

@@ -20,6 +20,8 @@ def add_plan(commands: Commands) -> None:
         "Plan a path and write it with a summary and a picture",
         "pathgene plan --terrain tile.tif --start 1200,1200,100 --goal 14000,14000,100 --agl "
         "--nofly-circle 7000,7000,900 --board sim: --out out",
+        usage="--terrain FILE|NAME --start X,Y,Z --goal X,Y,Z [OPTIONS]",
+        notes="The exit status is 0 with a feasible path, 1 without one, 2 for bad input.",
     )
     add_problem(parser, ends_required=True)
     group = parser.add_argument_group("planning")
@@ -37,6 +39,8 @@ def add_plan(commands: Commands) -> None:
         default=0,
         help="seed of all random draws; the same seed gives the same result (default %(default)s)",
     )
+    add_own_options(parser)
+    group = parser.add_argument_group("output")
     group.add_argument(
         "--out", metavar="DIR", default="out", help="directory to write to (default %(default)s)"
     )
@@ -46,4 +50,10 @@ def add_plan(commands: Commands) -> None:
         action="store_false",
         help="do not draw path.png, and remove one of an earlier run",
     )
-    add_own_options(parser)
+    group.add_argument(
+        "--no-grid",
+        dest="grid",
+        action="store_false",
+        help="do not write terrain.npz, the grid that the path was evaluated on, and remove one of "
+        "an earlier run; pathgene check then loads the terrain again from its source",
+    )

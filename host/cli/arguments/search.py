@@ -35,14 +35,31 @@ def add_search(group: argparse._ArgumentGroup) -> None:
 
 
 def add_own_options(parser: Parser) -> None:
-    """Add the options that only some planners have."""
-    group = parser.add_argument_group("options of some planners")
-    for name, option in OPTIONS.items():
-        having = ", ".join(planner for planner, entry in PLANNERS.items() if name in entry.options)
-        group.add_argument(
+    """Add the options that only some planners have, those of the same planners together."""
+    having = {
+        name: tuple(planner for planner, entry in PLANNERS.items() if name in entry.options)
+        for name in OPTIONS
+    }
+    groups: dict[tuple[str, ...], argparse._ArgumentGroup] = {}
+    for name in sorted(OPTIONS, key=lambda name: _place(having[name])):
+        planners = having[name]
+        if planners not in groups:
+            groups[planners] = parser.add_argument_group(f"options of {_listed(planners)}")
+        option = OPTIONS[name]
+        groups[planners].add_argument(
             f"--{name.replace('_', '-')}",
             type=option.type,
             metavar=option.metavar,
             choices=option.choices or None,
-            help=f"{having}: {option.meaning}",
+            help=option.meaning,
         )
+
+
+def _place(planners: tuple[str, ...]) -> tuple[int, ...]:
+    """Return the place of a group of options: by its planners in the order of the registry."""
+    return tuple(map(list(PLANNERS).index, planners))
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    *most, last = names
+    return f"{', '.join(most)} and {last}" if most else last

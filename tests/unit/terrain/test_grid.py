@@ -225,12 +225,23 @@ def test_npz_round_trip(tmp_path):
     nofly = np.array([[True, False, False], [False, False, True]])
     UTM.save_npz(file, nofly)
     with np.load(file) as saved:
-        assert sorted(saved) == ["dx_m", "dy_m", "elevation", "nofly"]
+        assert sorted(saved) == ["crs", "dx_m", "dy_m", "elevation", "nofly", "origin"]
         assert saved["nofly"].dtype == np.bool_
         np.testing.assert_array_equal(saved["nofly"], nofly)
     again = load(file)
     np.testing.assert_array_equal(again.elevation, UTM.elevation)
-    assert (again.dx_m, again.dy_m, again.crs) == (30.0, 20.0, None)
+    assert (again.dx_m, again.dy_m) == (30.0, 20.0)
+    assert (again.crs, again.origin) == (UTM.crs, UTM.origin)
+    assert again.to_geographic(10.0, 10.0) == UTM.to_geographic(10.0, 10.0)
+
+
+def test_npz_without_a_place(tmp_path):
+    local = Terrain("local", [[1, 2], [3, 4]], 30, 20)
+    local.save_npz(tmp_path / "t.npz", np.zeros((2, 2), bool))
+    with np.load(tmp_path / "t.npz") as saved:
+        assert sorted(saved) == ["dx_m", "dy_m", "elevation", "nofly"]
+    again = load(tmp_path / "t.npz")
+    assert (again.crs, again.origin) == (None, None)
 
 
 def test_npz_refuses_another_shape(tmp_path):

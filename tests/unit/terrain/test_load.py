@@ -359,6 +359,25 @@ class TestRefusals:
         np.savez(file, elevation=HEIGHTS, dx_m=side, dy_m=1)
         assert refusal(file) == f"{file}: 'dx_m' must be one number of metres."
 
+    @pytest.mark.parametrize(
+        "place",
+        [
+            {"crs": "EPSG:32632"},
+            {"origin": [500_000, 5_100_000]},
+            {"crs": 32632, "origin": [500_000, 5_100_000]},
+            {"crs": "EPSG:32632", "origin": [500_000]},
+            {"crs": "EPSG:32632", "origin": ["east", "north"]},
+            {"crs": "EPSG:32632", "origin": [np.nan, 5_100_000]},
+        ],
+    )
+    def test_npz_place_is_bad(self, tmp_path, place):
+        file = tmp_path / "made.npz"
+        np.savez(file, elevation=HEIGHTS, dx_m=1, dy_m=1, **place)
+        assert refusal(file) == (
+            f"{file}: 'crs' must be the name of a reference system and 'origin' the easting and "
+            "northing of the south-west node in it; write both or neither."
+        )
+
     def test_npz_is_checked_as_any_terrain(self, tmp_path):
         file = tmp_path / "made.npz"
         np.savez(file, elevation=HEIGHTS, dx_m=1, dy_m=0)

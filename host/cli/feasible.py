@@ -33,7 +33,10 @@ def run(args: argparse.Namespace) -> int:
     with open_board(url) as chip:
         require_checker(chip.config, args.mode, args.board)
         heights, points = files or _read(args, chip.config)
-        chip.upload_map(heights, progress=_shown_on(sys.stderr))
+        rows, columns = _walked(points, chip.config)
+        chip.upload_map(
+            heights[rows, columns], columns.start, rows.start, progress=_shown_on(sys.stderr)
+        )
         checked = chip.check_path(pack_waypoints(chip.config, points), counting=args.count)
     report = _report(checked)
     if args.count:
@@ -50,6 +53,19 @@ def run(args: argparse.Namespace) -> int:
 
 def _read(args: argparse.Namespace, config: Config) -> tuple[NDArray[np.uint16], NDArray[np.int64]]:
     return read_map(Path(args.map), config), read_points(Path(args.path), config)
+
+
+def _walked(points: NDArray[np.int64], config: Config) -> tuple[slice, slice]:
+    """Return the rows and columns of the map that the check of a path may read.
+
+    Every cell of a segment lies in the rectangle of its ends. The coarse map summarizes whole
+    blocks, so the rectangle of all points grows to the edges of blocks.
+    """
+    block = config.coarse_factor
+    first = points[:, :2].min(axis=0) // block * block
+    last = (points[:, :2].max(axis=0) // block + 1) * block
+    (west, south), (east, north) = first.tolist(), last.tolist()
+    return slice(south, north), slice(west, east)
 
 
 def _shown_on(stream: TextIO) -> Callable[[int, int], None] | None:

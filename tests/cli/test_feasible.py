@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import host.cli.feasible
+import host.device.map_copy
 from bench.testing_trajectory import TESTING_TRAJECTORY, canyon_map
 from host.cli import main
 from host.device.checker_boards import order_board
@@ -194,7 +195,57 @@ def test_gateware_matches_the_model(tmp_path, capsys, mode):
         assert printed[0] == printed[1]
 
 
+@pytest.mark.parametrize("mode", MODES)
+def test_sends_only_the_part_of_the_map_that_the_path_may_reach(
+    tmp_path, capsys, monkeypatch, mode
+):
+    """The results are those of an upload of the whole map."""
+    sent = []
+    real_open, real_part = host.cli.feasible.open_board, host.cli.feasible._walked
+
+    def counted(url):
+        chip = real_open(url)
+        close = chip.close
+
+        def end():
+            sent.append(chip.link.traffic.bytes_to_board)
+            close()
+
+        monkeypatch.setattr(chip, "close", end)
+        return chip
+
+    monkeypatch.setattr(host.cli.feasible, "open_board", counted)
+    board = "--board", board_url("model", SMALL[mode]), "--mode", mode
+    edge = SMALL[mode].map_size
+    for options, _, _ in small_cases(tmp_path, 12):
+        printed = feasible(capsys, *options, *board)
+        monkeypatch.setattr(host.cli.feasible, "_walked", lambda *_: (slice(0, edge),) * 2)
+        assert feasible(capsys, *options, *board) == printed
+        monkeypatch.setattr(host.cli.feasible, "_walked", real_part)
+    parts, wholes = sent[0::4], sent[2::4]
+    assert all(part <= whole for part, whole in zip(parts, wholes, strict=True))
+    assert sum(parts) < sum(wholes)
+
+
+def test_a_short_path_sends_two_blocks(canyon, tmp_path, capsys, monkeypatch):
+    """512 x 512 cells are 393 kB on the line; 2 blocks of 16 x 16 cells are under 1 kB."""
+    sent = []
+    real = host.device.map_copy.map_frames
+
+    def frames(*arguments):
+        for payload, cells in real(*arguments):
+            sent.append(len(payload))
+            yield payload, cells
+
+    monkeypatch.setattr(host.device.map_copy, "map_frames", frames)
+    path = write_path(tmp_path / "short.csv", [(3, 40, 4000), (20, 40, 4000)])
+    feasible(capsys, *canyon[:3], path)
+    first_of_two_runs = sent[: len(sent) // 2]
+    assert 2 * 16 * 16 * 12 // 8 <= sum(first_of_two_runs) < 1000
+
+
 def test_shows_the_progress_of_the_upload_on_a_terminal(level, capsys, monkeypatch):
+    write_path(level[3], [(2, 5, 500), (500, 500, 500)])
     assert main(["feasible", *map(str, level)]) == 1
     assert "%" not in capsys.readouterr().err
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)

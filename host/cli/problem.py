@@ -11,6 +11,7 @@ from host.errors import InputError
 from host.evaluation import utopia
 from host.problem.aircraft import DEFAULT, Aircraft
 from host.problem.aircraft import load as load_aircraft
+from host.problem.ends import place
 from host.problem.problem import Problem
 from host.problem.rules import Rules
 from host.problem.zones import Circle, Zone, read_geojson
@@ -61,8 +62,7 @@ def end_point(
     if geographic is None:
         return None
     latitude, longitude, altitude = geographic
-    x, y = terrain.to_local(latitude, longitude)
-    return float(x), float(y), altitude
+    return (*place(name, latitude, longitude, terrain), altitude)
 
 
 def make_problem(args: argparse.Namespace) -> Problem:

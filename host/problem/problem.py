@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from host.errors import InputError
 from host.numeric import real
 from host.problem.aircraft import DEFAULT, Aircraft, load
+from host.problem.ends import Point, check_above_ground, end_point, numbers
 from host.problem.rules import Rules
 from host.problem.zones import Zone, raster
 from host.terrain import Terrain
@@ -22,8 +23,6 @@ from host.terrain import Terrain
 __all__ = ["SMALLEST_DS_M", "Problem"]
 
 SMALLEST_DS_M = 1e-3
-
-Point = tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -108,11 +107,11 @@ class Problem:
         half_a_cell_m = 0.5 * min(terrain.dx_m, terrain.dy_m)
         for name, value in {
             "terrain": terrain,
-            "start": _end("start", start, terrain, agl=agl, geo=geo),
-            "goal": _end("goal", goal, terrain, agl=agl, geo=geo),
+            "start": end_point("start", start, terrain, agl=agl, geo=geo),
+            "goal": end_point("goal", goal, terrain, agl=agl, geo=geo),
             "aircraft": aircraft if isinstance(aircraft, Aircraft) else load(aircraft),
             "zones": _zones(zones),
-            "wind": _numbers("wind", wind, 2),
+            "wind": numbers("wind", wind, 2),
             "ds_m": half_a_cell_m if ds_m is None else real("sampling step", ds_m),
             "rules": _rules(rules, as_paper),
             "start_heading_deg": _heading("start", start_heading_deg),
@@ -161,14 +160,8 @@ class Problem:
         return inside
 
     def _check_place(self, name: str, point: Point) -> None:
-        x, y, z = point
-        _check_on_map(name, self.terrain, x, y)
-        ground = _ground(name, self.terrain, x, y)
-        if z < ground:
-            raise InputError(
-                f"The {name} at an altitude of {z:g} m is inside the ground, which is "
-                f"at {ground:g} m there; raise it."
-            )
+        check_above_ground(name, self.terrain, point)
+        x, y, _ = point
         if self.nofly_raster[self.terrain.nearest_nodes(x, y)]:
             raise InputError(
                 f"The {name} at ({x:g}, {y:g}) is inside a no-fly zone; move it or the zone."
@@ -204,45 +197,3 @@ def _zones(zones: Iterable[Zone]) -> tuple[Zone, ...]:
     if not all(isinstance(zone, Zone) for zone in given):
         raise InputError(f"The zones must be a list of no-fly zones, not {zones!r}.")
     return given
-
-
-def _numbers(name: str, values: Sequence[float], count: int) -> tuple[float, ...]:
-    """``values`` as a tuple of ``count`` finite floats."""
-    try:
-        numbers = tuple(float(value) for value in values)
-    except (TypeError, ValueError):
-        numbers = ()
-    if len(numbers) != count or not all(map(math.isfinite, numbers)):
-        raise InputError(f"The {name} must be {count} finite numbers, not {values!r}.")
-    return numbers
-
-
-def _end(name: str, values: Sequence[float], terrain: Terrain, *, agl: bool, geo: bool) -> Point:
-    """Start or goal as x, y and altitude; ``values`` are as :class:`Problem` is given them."""
-    x, y, z = _numbers(name, values, 3)
-    if geo:
-        x, y = terrain.to_local(x, y)
-    if agl:
-        _check_on_map(name, terrain, x, y)
-        z += _ground(name, terrain, x, y)
-    return x, y, z
-
-
-def _check_on_map(name: str, terrain: Terrain, x: float, y: float) -> None:
-    rows, columns = terrain.elevation.shape
-    east, north = (columns - 1) * terrain.dx_m, (rows - 1) * terrain.dy_m
-    if not (0 <= x <= east and 0 <= y <= north):
-        raise InputError(
-            f"The {name} at ({x:g}, {y:g}) is outside the map, which reaches from "
-            f"(0, 0) to ({east:g}, {north:g}) m."
-        )
-
-
-def _ground(name: str, terrain: Terrain, x: float, y: float) -> float:
-    ground = float(terrain.ground(x, y))
-    if math.isnan(ground):
-        raise InputError(
-            f"The {name} at ({x:g}, {y:g}) is over a void of the terrain; move it, or "
-            f"fill the voids (--fill-voids)."
-        )
-    return ground

@@ -55,7 +55,7 @@ class Aircraft:
     max_climb_deg, max_descent_deg : float
         Steepest slopes flown, both above 0 and at most 90.
     sources : dict of str to str
-        Where each value is from, by parameter name; not compared.
+        Where each value is from, by parameter name; not compared. Other names are notes.
 
     Raises
     ------
@@ -178,12 +178,10 @@ class Aircraft:
                 f"{where}: UAV parameter {missing[0]!r} is missing; add it to the file."
             )
         sources = table.get("sources", {})
-        if (
-            not isinstance(sources, dict)
-            or not set(sources) <= set(PARAMETERS)
-            or not all(isinstance(source, str) for source in sources.values())
+        if not isinstance(sources, dict) or not all(
+            isinstance(source, str) for source in sources.values()
         ):
-            raise InputError(f"{where}: [sources] must map names of UAV parameters to texts.")
+            raise InputError(f"{where}: [sources] must map names to texts.")
         return cls(**table)
 
 

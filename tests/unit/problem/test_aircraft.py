@@ -2,6 +2,8 @@
 
 import dataclasses
 import math
+import re
+from pathlib import Path
 
 import pytest
 
@@ -23,6 +25,33 @@ turn_radius_m = 100
 max_climb_deg = 8
 max_descent_deg = 20
 """
+
+
+def test_sources_may_name_more_than_the_parameters():
+    aircraft = parse(TOML + "[sources]\nspan = 'measured'\nnote = 'of 2024'", "mine.toml")
+    assert aircraft.sources == {"span": "measured", "note": "of 2024"}
+    assert "note" not in aircraft.to_dict()
+
+
+def test_the_page_documents_every_key():
+    """One row a key, with its default or the word required."""
+    defaults = {field.name: field.default for field in dataclasses.fields(Aircraft)}
+    page = (Path(__file__).parents[3] / "docs" / "aircraft.md").read_text()
+    rows = dict(re.findall(r"^\| `(\w+)` \|(.*)\|$", page, flags=re.MULTILINE))
+    assert list(rows) == ["name", *PARAMETERS]
+    for key, row in rows.items():
+        default = defaults[key]
+        stated = row.split("|")[1].strip()
+        if default is dataclasses.MISSING:
+            assert stated == "required", key
+        else:
+            assert stated == ("none" if default is None else f"{default:g}"), key
+
+
+def test_the_pages_example_is_an_aircraft():
+    page = (Path(__file__).parents[3] / "docs" / "aircraft.md").read_text()
+    (example,) = re.findall(r"```toml\n(.*?)```", page, flags=re.DOTALL)
+    assert parse(example, "docs/aircraft.md").name == "My glider"
 
 
 def test_silver_fox_has_the_papers_values():
@@ -131,11 +160,8 @@ def test_dictionary_round_trip(name):
             ),
         ),
         (
-            TOML + "[sources]\nspan = 'x'",
-            (
-                r"^mine\.toml: \[sources\] must map names of UAV parameters "
-                r"to texts\.$"
-            ),
+            TOML + "[sources]\nwing_span_m = 2",
+            r"^mine\.toml: \[sources\] must map names to texts\.$",
         ),
         (
             TOML.replace("100\nwing", "'x'\nwing"),

@@ -135,7 +135,8 @@ def test_a_point_on_the_ground_is_not_inside_it():
             {"start": (100, 100, 99.9)},
             (
                 r"^The start at an altitude of 99\.9 m is inside the ground, "
-                r"which is at 100 m there; raise it\.$"
+                r"which is at 100 m there; raise it, or give --agl if 99\.9 m is its height "
+                r"above the ground\.$"
             ),
         ),
         (

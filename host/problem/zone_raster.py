@@ -1,0 +1,139 @@
+"""The conservative raster of zones for the search: every cell that a zone and its margin meet.
+
+The cell of a node is the closed rectangle of one cell's size around it. A path that stays in cells
+that are not blocked cannot meet a zone, however small or thin.
+
+A zone with its margin is the zone and, around each edge, all places within the margin: a capsule,
+which is convex. In a row of cells, the capsule's part within the row is convex too, so it meets the
+cells from its westernmost to its easternmost place and no others, and both places have a closed
+form. A cell that no edge's capsule meets is inside or outside as a whole, as its node is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.problem.rings import EDGE_M, edges
+from host.problem.zones import Circle, Polygon, Zone
+from host.terrain import Terrain
+
+
+__all__ = ["blocked_cells"]
+
+# Wider than the strict rule's micrometre, so that a free cell holds nothing that it rejects.
+_SLACK_M = 2 * EDGE_M
+# An edge that rises by less is level.
+_LEVEL_M = 1e-9
+
+_Floats = NDArray[np.float64]
+
+
+def blocked_cells(zones: Iterable[Zone], terrain: Terrain, margin_m: float) -> NDArray[np.bool_]:
+    """Return the nodes of ``terrain`` whose cells meet a zone, (ny, nx) bool, row 0 the south.
+
+    Parameters
+    ----------
+    zones : iterable of Zone
+        Zones; their heights and times are left aside.
+    terrain : Terrain
+        The grid.
+    margin_m : float
+        Distance around a zone that belongs to it, 0 or more.
+    """
+    rows, columns = terrain.elevation.shape
+    inside = np.zeros((rows, columns), dtype=bool)
+    capsules = [np.empty((0, 5))]
+    for zone in zones:
+        if isinstance(zone, Circle):
+            borders = np.array([(zone.x_m, zone.y_m, zone.x_m, zone.y_m)])
+            radius = zone.radius_m
+        elif isinstance(zone, Polygon):
+            borders = np.array([edge for ring in (zone.ring, *zone.holes) for edge in edges(ring)])
+            radius = 0.0
+            _add_nodes(inside, borders, terrain)
+        else:
+            raise TypeError(f"Zone must be a circle or a polygon, not {zone!r}")
+        radii = np.full((len(borders), 1), radius + margin_m + _SLACK_M)
+        capsules.append(np.hstack((borders, radii)))
+    _add_capsules(inside, np.concatenate(capsules), terrain)
+    return inside
+
+
+def _spread(first: _Floats, last: _Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return an entry for every row from ``first`` to ``last`` of each item: the item, the row."""
+    counts = np.maximum(last - first + 1, 0).astype(np.intp)
+    item = np.repeat(np.arange(len(counts)), counts)
+    row = np.arange(len(item)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return item, row + first.astype(np.intp)[item]
+
+
+def _add_nodes(inside: NDArray[np.bool_], borders: _Floats, terrain: Terrain) -> None:
+    """Set the nodes inside a polygon, by the even-odd rule; ``borders`` are x, y, x, y of edges."""
+    rows, columns = inside.shape
+    low, high = np.minimum(borders[:, 1], borders[:, 3]), np.maximum(borders[:, 1], borders[:, 3])
+    edge, row = _spread(
+        np.ceil(np.clip(low / terrain.dy_m, 0, rows)),
+        np.ceil(np.clip(high / terrain.dy_m, 0, rows)) - 1,
+    )
+    if not len(row):
+        return
+    xa, ya, xb, yb = borders[edge].T
+    x = xa + (row * terrain.dy_m - ya) / (yb - ya) * (xb - xa)
+    column = np.ceil(np.clip(x / terrain.dx_m, 0, columns)).astype(np.intp)
+    south, north = int(row.min()), int(row.max()) + 1
+    crossings = np.zeros((north - south, columns + 1), dtype=np.int32)
+    np.add.at(crossings, (row - south, column), 1)
+    # A row crosses a ring an even number of times: as often in the west as in the east, mod 2.
+    inside[south:north] |= np.cumsum(crossings, axis=1, dtype=np.int32)[:, :-1] % 2 == 1
+
+
+def _add_capsules(inside: NDArray[np.bool_], capsules: _Floats, terrain: Terrain) -> None:
+    """Set the cells that capsules meet: rows of two ends x, y, x, y and the radius."""
+    rows, columns = inside.shape
+    low, high = (
+        np.minimum(capsules[:, 1], capsules[:, 3]),
+        np.maximum(capsules[:, 1], capsules[:, 3]),
+    )
+    which, row = _spread(
+        np.ceil(np.clip((low - capsules[:, 4]) / terrain.dy_m - 0.5, 0, rows)),
+        np.floor(np.clip((high + capsules[:, 4]) / terrain.dy_m + 0.5, -1, rows - 1)),
+    )
+    middle: _Floats = row * np.float64(terrain.dy_m)
+    south, north = middle - 0.5 * terrain.dy_m, middle + 0.5 * terrain.dy_m
+    xa, ya, xb, yb, radius = capsules[which].T
+    east = _easternmost(xa, ya, xb, yb, radius, south, north)
+    west = -_easternmost(-xa, ya, -xb, yb, radius, south, north)
+    left = np.ceil(np.clip(west / terrain.dx_m - 0.5, 0, columns)).astype(np.intp)
+    right = np.floor(np.clip(east / terrain.dx_m + 0.5, -1, columns - 1)).astype(np.intp)
+    met = left <= right
+    changes = np.zeros((rows, columns + 1), dtype=np.int32)
+    np.add.at(changes, (row[met], left[met]), 1)
+    np.add.at(changes, (row[met], right[met] + 1), -1)
+    inside |= np.cumsum(changes, axis=1, dtype=np.int32)[:, :-1] > 0
+
+
+def _easternmost(
+    xa: _Floats,
+    ya: _Floats,
+    xb: _Floats,
+    yb: _Floats,
+    radius: _Floats,
+    south: _Floats,
+    north: _Floats,
+) -> _Floats:
+    """Return the greatest x of capsules between two values of y that they reach."""
+    dx, dy = xb - xa, yb - ya
+    # The east of a convex shape is a concave function of y, greatest beside the eastern end.
+    y = np.clip(np.where(dx > 0, yb, ya), south, north)
+    # The centre of the circle that reaches the furthest at y is where the radius is at a right
+    # angle to the edge, or else the end next to there.
+    level = np.abs(dy) < _LEVEL_M
+    rise = np.where(level, 1.0, dy)
+    aside = -radius * dx / np.hypot(dx, rise) * np.sign(rise)
+    along = np.where(level, dx > 0, np.clip((y - ya - aside) / rise, 0, 1))
+    away = y - ya - along * dy
+    east: _Floats = xa + along * dx + np.sqrt(np.maximum(radius * radius - away * away, 0))
+    return east

@@ -8,7 +8,7 @@ from typing import Any
 
 from host.cli.arguments.rules import RULES
 from host.errors import InputError
-from host.evaluation import utopia
+from host.evaluation import problem_utopia
 from host.problem.aircraft import DEFAULT, Aircraft
 from host.problem.aircraft import load as load_aircraft
 from host.problem.ends import place
@@ -88,7 +88,7 @@ def make_problem(args: argparse.Namespace) -> Problem:
         **rule_arguments(args),
     )
     # Refuses a start and goal without a finite reference cost, before any work.
-    utopia(problem.start, problem.goal, problem.aircraft, problem.wind)
+    problem_utopia(problem)
     return problem
 
 

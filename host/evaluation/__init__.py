@@ -7,7 +7,7 @@ and is loaded with the first evaluator.
 
 from host.evaluation.evaluator import Evaluation, Evaluator
 from host.evaluation.geometry import Arc, Straight
-from host.evaluation.reference import utopia
+from host.evaluation.reference import problem_utopia, utopia
 from host.evaluation.track import Samples, SmoothedTrack
 
 
@@ -18,5 +18,6 @@ __all__ = [
     "Samples",
     "SmoothedTrack",
     "Straight",
+    "problem_utopia",
     "utopia",
 ]

@@ -14,7 +14,7 @@ from host.cores import available_cores
 from host.errors import InputError
 from host.evaluation.constants import COORDINATE_LIMIT_M, VOID_HEIGHT_M, Constants, Floats
 from host.evaluation.geometry import smooth
-from host.evaluation.reference import utopia
+from host.evaluation.reference import problem_utopia
 from host.evaluation.track import SmoothedTrack, ground_below
 from host.problem.problem import Problem
 
@@ -350,7 +350,7 @@ def _constants(problem: Problem, ds_m: float, bilinear: bool, isa: bool) -> Cons
     """Return the constants of a problem for the kernels."""
     terrain, aircraft = problem.terrain, problem.aircraft
     rows, columns = terrain.elevation.shape
-    best = utopia(problem.start, problem.goal, aircraft, problem.wind, isa=isa)
+    best = problem_utopia(problem, isa=isa)
     return Constants(
         dx_m=float(terrain.dx_m),
         dy_m=float(terrain.dy_m),

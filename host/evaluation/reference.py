@@ -5,6 +5,7 @@ Source: Roberge and Tarbouchi, sections 3.1 and 3.2, equations (1) to (3).
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ from host.problem.aircraft import Aircraft
 from host.problem.problem import Problem
 
 
-__all__ = ["Terms", "Utopia", "evaluate", "too_steep", "utopia"]
+__all__ = ["Terms", "Utopia", "evaluate", "problem_utopia", "too_steep", "utopia"]
 
 _FUEL_WEIGHT = _ALTITUDE_WEIGHT = 0.5
 
@@ -91,7 +92,7 @@ def evaluate(
     penalty = under + nofly + steep
     if smoothed.arcs:
         penalty += smoothed.impossible_arcs / smoothed.arcs * length
-    best = utopia(problem.start, problem.goal, aircraft, problem.wind, isa=isa)
+    best = problem_utopia(problem, isa=isa)
     cost = (
         _ALTITUDE_WEIGHT * (altitude * length) / (best.altitude_m * best.length_m)
         + _FUEL_WEIGHT * fuel / best.fuel_N
@@ -158,6 +159,27 @@ def utopia(
             "start."
         )
     return Utopia(altitude, line.length_m, fuel)
+
+
+def problem_utopia(problem: Problem, *, isa: bool = False) -> Utopia:
+    """Return altitude, length and fuel of the straight lines that join the way of a problem.
+
+    Every line starts with the full weight.
+
+    Raises
+    ------
+    InputError
+        As :func:`utopia` does, for any of the lines.
+    """
+    lines = [
+        utopia(start, stop, problem.aircraft, problem.wind, isa=isa)
+        for start, stop in itertools.pairwise(problem.way)
+    ]
+    if len(lines) == 1:
+        return lines[0]
+    length_m = sum(line.length_m for line in lines)
+    area_m2 = sum(line.altitude_m * line.length_m for line in lines)
+    return Utopia(area_m2 / length_m, length_m, sum(line.fuel_N for line in lines))
 
 
 def _mean_altitude(piece: Piece) -> float:

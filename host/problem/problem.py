@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -132,9 +133,9 @@ class Problem:
 
         for name in ("start", "goal"):
             self._check_place(name, getattr(self, name))
-        if self.start == self.goal:
+        if len(self.way) == 2 and self.start == self.goal:
             raise InputError("Start and goal are the same point; move one of them.")
-        way_m = math.dist(self.start, self.goal)
+        way_m = sum(itertools.starmap(math.dist, itertools.pairwise(self.way)))
         if self.ds_m > max(way_m, half_a_cell_m):
             raise InputError(
                 f"The sampling step of {self.ds_m:g} m is longer than the way from "
@@ -146,6 +147,14 @@ class Problem:
                 f"{self.aircraft.name}, {self.aircraft.cruise_speed_m_s:g} m/s; reduce it or "
                 f"choose a faster UAV."
             )
+
+    @property
+    def way(self) -> tuple[Point, ...]:
+        """Points of the straight lines that costs are relative to: start and goal.
+
+        The problem of a whole mission has its via points between them, and may end where it starts.
+        """
+        return self.start, self.goal
 
     @property
     def as_paper(self) -> bool:

@@ -1,0 +1,1 @@
+"""Missions: legs planned as one path, problem files, batches, and files for other programs."""

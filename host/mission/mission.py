@@ -1,0 +1,249 @@
+"""A mission: a start, points to pass in order, a goal, and perhaps the way back."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from host.errors import InputError
+from host.evaluation import utopia
+from host.evaluation.track import ground_below
+from host.problem.ends import Point, check_above_ground, end_point
+from host.problem.problem import Problem
+from host.problem.zones import Zone
+
+
+__all__ = ["Mission", "MissionProblem"]
+
+
+class MissionProblem(Problem):
+    """The problem of a whole mission, for the evaluation of the path of all its legs.
+
+    Costs are relative to the straight lines through all points of the mission. Near its start and
+    its end less clearance is demanded, near its via points the whole clearance. The evaluation does
+    not look whether a path passes the via points.
+
+    Parameters
+    ----------
+    problem : Problem
+        The problem from the start to the goal.
+    way : tuple of (float, float, float)
+        All points; the last may be the first.
+    """
+
+    def __init__(self, problem: Problem, way: tuple[Point, ...]) -> None:
+        object.__setattr__(self, "_way", way)
+        super().__init__(
+            problem.terrain,
+            way[0],
+            way[-1],
+            problem.aircraft,
+            problem.zones,
+            problem.wind,
+            problem.ds_m,
+            rules=problem.rules,
+            as_paper=problem.as_paper,
+            start_heading_deg=problem.start_heading_deg,
+            goal_heading_deg=problem.goal_heading_deg,
+        )
+
+    @property
+    def way(self) -> tuple[Point, ...]:
+        """All points of the mission in order."""
+        return self.__dict__["_way"]  # type: ignore[no-any-return]
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class Mission:
+    """Start, via points, goal, and the return to the start: legs from each point to the next.
+
+    A leg starts with the heading at which the leg before arrives, so the path of all legs turns at
+    a via point by one arc, like a path at any waypoint: it passes the point on the inside of the
+    turn. The headings of ``problem`` are those of the mission's start and of its end.
+
+    Parameters
+    ----------
+    problem : Problem
+        Terrain, start, goal, aircraft, zones, wind and rules.
+    via : iterable of (float, float, float)
+        Points between start and goal, in order: x, y and altitude. With rules, at least the
+        clearance above the ground.
+    return_to_start : bool
+        Fly back from the goal to the start, which is then the end of the mission. The goal is a via
+        point then.
+    agl, geo : bool
+        As for :class:`Problem`, of the via points.
+
+    Raises
+    ------
+    InputError
+        If a via point is off the map, over a void, in the ground, in a no-fly zone, too low, or
+        equal to its neighbour.
+    """
+
+    problem: Problem
+    via: tuple[Point, ...]
+    return_to_start: bool
+
+    def __init__(
+        self,
+        problem: Problem,
+        via: Iterable[Sequence[float]] = (),
+        return_to_start: bool = False,
+        *,
+        agl: bool = False,
+        geo: bool = False,
+    ) -> None:
+        points = tuple(
+            end_point(f"via point {number}", point, problem.terrain, agl=agl, geo=geo)
+            for number, point in enumerate(via, start=1)
+        )
+        for name, value in (
+            ("problem", problem),
+            ("via", points),
+            ("return_to_start", bool(return_to_start)),
+        ):
+            object.__setattr__(self, name, value)
+        for name, point in zip(self.names[1:], self.way[1:], strict=True):
+            if name.startswith("via") or (name == "the goal" and self.return_to_start):
+                self._check(name, point)
+        for number, (start, stop) in enumerate(itertools.pairwise(self.way)):
+            if start == stop:
+                first, second = self.names[number : number + 2]
+                raise InputError(f"{_upper(first)} and {second} are one point; leave one out.")
+        self._check_lines()
+
+    @property
+    def way(self) -> tuple[Point, ...]:
+        """All points in order: start, via points, goal, and the start again after a return."""
+        back = (self.problem.start,) if self.return_to_start else ()
+        return (self.problem.start, *self.via, self.problem.goal, *back)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the points of :attr:`way` in sentences."""
+        between = (f"via point {number}" for number in range(1, len(self.via) + 1))
+        back = ("the start",) if self.return_to_start else ()
+        return ("the start", *between, "the goal", *back)
+
+    @property
+    def legs(self) -> int:
+        """Number of legs, 1 or more."""
+        return len(self.way) - 1
+
+    @cached_property
+    def whole(self) -> Problem:
+        """The problem of the path of all legs."""
+        return self.problem if self.legs == 1 else MissionProblem(self.problem, self.way)
+
+    def name_of(self, leg: int) -> str:
+        """Return the name of a leg, counted from 0: its number from 1 and its ends."""
+        first, second = self.names[leg : leg + 2]
+        return f"leg {leg + 1}, from {first} to {second}"
+
+    def leg(
+        self,
+        leg: int,
+        *,
+        start_heading_deg: float | None = None,
+        goal_heading_deg: float | None = None,
+        elapsed_s: float = 0.0,
+    ) -> Problem:
+        """Return the problem of a leg.
+
+        Parameters
+        ----------
+        leg : int
+            Its number, from 0.
+        start_heading_deg, goal_heading_deg : float, optional
+            Headings at via points; those at the ends of the mission are the problem's own.
+        elapsed_s : float
+            Seconds flown before the leg: the times of its zones count from its own start.
+
+        Raises
+        ------
+        InputError
+            If the leg is no problem, longer sampled than it is for example.
+        """
+        problem = self.problem
+        if self.legs == 1:
+            return problem
+        start, stop = self.way[leg : leg + 2]
+        half_a_cell_m = 0.5 * min(problem.terrain.dx_m, problem.terrain.dy_m)
+        headings: dict[str, Any] = {}
+        if not problem.as_paper:
+            headings = {
+                "start_heading_deg": start_heading_deg if leg else problem.start_heading_deg,
+                "goal_heading_deg": (
+                    problem.goal_heading_deg if leg == self.legs - 1 else goal_heading_deg
+                ),
+            }
+        return Problem(
+            problem.terrain,
+            start,
+            stop,
+            problem.aircraft,
+            _shifted(problem.zones, elapsed_s),
+            problem.wind,
+            min(problem.ds_m, max(math.dist(start, stop), half_a_cell_m)),
+            rules=problem.rules,
+            as_paper=problem.as_paper,
+            **headings,
+        )
+
+    def _check(self, name: str, point: Point) -> None:
+        """Refuse a via point where no path with the whole clearance can pass."""
+        problem = self.problem
+        check_above_ground(name.removeprefix("the "), problem.terrain, point)
+        x, y, z = point
+        if problem.nofly_raster[problem.terrain.nearest_nodes(x, y)]:
+            raise InputError(
+                f"{_upper(name)} at ({x:.10g}, {y:.10g}) is inside a no-fly zone; move it or the "
+                "zone."
+            )
+        if problem.rules is None:
+            return
+        at = np.array([x]), np.array([y])
+        between = ground_below(problem.terrain, *at, bilinear=True)
+        height_m = z - max(problem.terrain.ground(x, y), float(between[0]))
+        if height_m < problem.rules.clearance_m:
+            raise InputError(
+                f"{_upper(name)} is {height_m:.1f} m above the ground, less than the clearance of "
+                f"{problem.rules.clearance_m:g} m; raise it or reduce the clearance."
+            )
+
+    def _check_lines(self) -> None:
+        """Refuse a leg whose straight line is no reference for costs."""
+        for leg, (start, stop) in enumerate(itertools.pairwise(self.way)):
+            try:
+                utopia(start, stop, self.problem.aircraft, self.problem.wind)
+            except InputError as error:
+                if self.legs == 1:
+                    raise
+                raise InputError(f"{_upper(self.name_of(leg))}: {error}") from None
+
+
+def _shifted(zones: tuple[Zone, ...], elapsed_s: float) -> tuple[Zone, ...]:
+    """Return the zones with times from ``elapsed_s`` on, without those that have ended by then."""
+    shifted = []
+    for zone in zones:
+        t0, t1 = zone.t0_s, zone.t1_s
+        if elapsed_s and (t0 is not None or t1 is not None):
+            if t1 is not None and t1 <= elapsed_s:
+                continue
+            starts = None if t0 is None or t0 <= elapsed_s else t0 - elapsed_s
+            ends = None if t1 is None else t1 - elapsed_s
+            zone = dataclasses.replace(zone, t0_s=starts, t1_s=ends)
+        shifted.append(zone)
+    return tuple(shifted)
+
+
+def _upper(text: str) -> str:
+    return text[:1].upper() + text[1:]

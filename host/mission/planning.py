@@ -1,0 +1,322 @@
+"""Plan a mission: leg by leg, and the path of all legs in one evaluation."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.errors import PathgeneError
+from host.evaluation import Evaluation, Evaluator
+from host.mission.mission import Mission
+from host.planners.base import Progress, Result, Stop
+from host.planning import Plan, Search
+from host.report.summary import finite
+
+
+__all__ = ["Leg", "MissionPlan", "plan_mission"]
+
+# A horizontal run below this has no heading.
+_SHORTEST_RUN_M = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Leg:
+    """A leg of a mission and its plan.
+
+    Parameters
+    ----------
+    name : str
+        Number and ends, in words.
+    path : ndarray
+        Waypoints, (n, 3) float64 metres; a straight line if there is no plan.
+    plan : Plan or None
+        The run of the planner; None for a leg that failed or was not reached.
+    failure : str or None
+        The sentence on what ended the leg; None if nothing.
+    """
+
+    name: str
+    path: NDArray[np.float64]
+    plan: Plan | None = None
+    failure: str | None = None
+
+    @property
+    def feasible(self) -> bool:
+        """True if the leg has a path that is feasible by itself."""
+        return self.plan is not None and self.plan.evaluation.feasible
+
+    def describe(self, number: int) -> dict[str, Any]:
+        """Return the leg as in ``summary.json``; ``number`` counts from 1."""
+        table: dict[str, Any] = {
+            "index": number,
+            "name": self.name,
+            "from": self.path[0].tolist(),
+            "to": self.path[-1].tolist(),
+            "planned": self.plan is not None,
+            "feasible": self.feasible,
+            "failure": self.failure,
+            "waypoints": len(self.path),
+        }
+        if self.plan is None:
+            return table
+        result, evaluation = self.plan.result, self.plan.evaluation
+        table |= {
+            "length_m": evaluation.length_m,
+            "fitness": evaluation.fitness,
+            "fuel_N": evaluation.fuel_N,
+            "start_heading_deg": self.plan.evaluator.problem.start_heading_deg,
+            "generations": result.generations,
+            "evaluations": result.evaluations,
+            "stopped_by": result.stopped_by,
+            "seconds": result.seconds,
+            "hardware": result.hardware,
+        }
+        return {key: finite(value) for key, value in table.items()}
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class MissionPlan(Plan):
+    """The plan of a mission of several legs.
+
+    ``path``, ``evaluation`` and ``summary`` are those of all legs in one. ``history`` counts the
+    generations of all legs, the fitness in it is the current leg's.
+
+    Parameters
+    ----------
+    mission : Mission
+        The mission.
+    legs : tuple of Leg
+        Its legs in order.
+    """
+
+    mission: Mission
+    legs: tuple[Leg, ...]
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """The content of ``summary.json`` in plain JSON values; every number is finite."""
+        return {
+            **super().summary,
+            "legs": [leg.describe(number) for number, leg in enumerate(self.legs, start=1)],
+            "via": [list(point) for point in self.mission.via],
+            "return": self.mission.return_to_start,
+        }
+
+    @property
+    def failing_leg(self) -> Leg | None:
+        """The first leg without a feasible path; None if all have one."""
+        return next((leg for leg in self.legs if not leg.feasible), None)
+
+
+def plan_mission(
+    mission: Mission,
+    search: Search,
+    *,
+    progress: Progress | None = None,
+    stop: Stop | None = None,
+    source: Mapping[str, Any] | None = None,
+    evaluator: Callable[..., Evaluator] = Evaluator,
+) -> Plan:
+    """Plan the legs of a mission one after the other, each with the same search.
+
+    A leg that has only an infeasible path is kept, and the next leg starts from its end. After a
+    failure or an interrupt, the legs that remain are straight lines.
+
+    Where the legs are feasible one by one but their path is not, because the arc at a via point
+    needs more of the last segment than the turn before it leaves, the leg before the point is
+    planned again so that it arrives in the direction in which the next leaves.
+
+    Parameters
+    ----------
+    mission : Mission
+        The mission.
+    search : Search
+        Planner and options; stop criteria count for each leg.
+    progress : callable, optional
+        Called after each generation with its number, counted over all legs.
+    stop : Stop, optional
+        Ends the planning when requested.
+    source : mapping, optional
+        Origin of the terrain for the summary.
+    evaluator : callable
+        Makes the evaluator of a problem.
+
+    Returns
+    -------
+    Plan
+        A :class:`MissionPlan`, unless the mission has a single leg.
+
+    Raises
+    ------
+    InputError, JobError
+        If the first leg fails before it has a path.
+    """
+    if mission.legs == 1:
+        return search.run(evaluator(mission.problem), progress=progress, stop=stop, source=source)
+    legs = _plan_legs(mission, search, progress, stop, evaluator)
+    whole = evaluator(mission.whole)
+    evaluation = whole.evaluate(_joined(legs))
+    if not evaluation.feasible and all(leg.feasible for leg in legs) and not mission.whole.as_paper:
+        legs, evaluation = _rejoined(mission, search, stop, evaluator, whole, legs, evaluation)
+    first = next(leg.plan for leg in legs if leg.plan is not None)
+    return MissionPlan(
+        whole,
+        _combined(legs, evaluation),
+        first.planner,
+        first.board,
+        first.seed,
+        first.source if source is None else source,
+        mission,
+        tuple(legs),
+    )
+
+
+def _plan_legs(
+    mission: Mission,
+    search: Search,
+    progress: Progress | None,
+    stop: Stop | None,
+    evaluator: Callable[..., Evaluator],
+) -> list[Leg]:
+    legs: list[Leg] = []
+    heading_deg: float | None = None
+    elapsed_s = 0.0
+    generations = 0
+    ended = False
+    for number in range(mission.legs):
+        straight = np.array(mission.way[number : number + 2])
+        name = mission.name_of(number)
+        if ended:
+            legs.append(Leg(name, straight))
+            continue
+        try:
+            problem = mission.leg(number, start_heading_deg=heading_deg, elapsed_s=elapsed_s)
+            if stop is not None and not stop.requested:
+                stop.heeded = False
+            plan = search.run(
+                evaluator(problem), progress=_counted(progress, generations), stop=stop
+            )
+        except (PathgeneError, KeyboardInterrupt) as error:
+            # Without a first leg nothing would be kept.
+            if not legs:
+                raise
+            if isinstance(error, KeyboardInterrupt) and (stop is None or not stop.requested):
+                raise
+            legs.append(Leg(name, straight, failure=str(error) or "It was interrupted."))
+            ended = True
+            continue
+        legs.append(Leg(name, plan.path, plan, plan.failure))
+        ended = plan.interrupted or plan.failure is not None
+        heading_deg = _heading_deg(plan.path[::-1], backwards=True)
+        elapsed_s += _seconds(plan)
+        generations += plan.result.generations + 1
+    return legs
+
+
+def _rejoined(
+    mission: Mission,
+    search: Search,
+    stop: Stop | None,
+    evaluator: Callable[..., Evaluator],
+    whole: Evaluator,
+    legs: list[Leg],
+    evaluation: Evaluation,
+) -> tuple[list[Leg], Evaluation]:
+    """Plan legs again that arrive at a via point, with the heading in which the next one leaves."""
+    for number in range(mission.legs - 1):
+        if evaluation.feasible or (stop is not None and stop.requested):
+            break
+        own = legs[number].plan
+        assert own is not None
+        before = legs[number - 1].path if number else None
+        problem = mission.leg(
+            number,
+            start_heading_deg=None
+            if before is None
+            else _heading_deg(before[::-1], backwards=True),
+            goal_heading_deg=_heading_deg(legs[number + 1].path),
+            elapsed_s=sum(_seconds(leg.plan) for leg in legs[:number] if leg.plan is not None),
+        )
+        plan = search.run(evaluator(problem), stop=stop)
+        tried = [*legs[:number], Leg(legs[number].name, plan.path, plan), *legs[number + 1 :]]
+        found = whole.evaluate(_joined(tried))
+        if found.penalty < evaluation.penalty or found.feasible:
+            legs, evaluation = tried, found
+    return legs, evaluation
+
+
+def _joined(legs: list[Leg]) -> NDArray[np.float64]:
+    """Return the path of all legs, each via point once."""
+    return np.concatenate([legs[0].path, *(leg.path[1:] for leg in legs[1:])])
+
+
+def _combined(legs: list[Leg], evaluation: Evaluation) -> Result:
+    """Return the record of all legs as that of one run."""
+    results = [leg.plan.result for leg in legs if leg.plan is not None]
+    history: list[list[float]] = []
+    evaluations: list[int] = []
+    seconds: dict[str, float] = {}
+    for result in results:
+        first = len(history)
+        done = evaluations[-1] if evaluations else 0
+        history += [[first + row[0], *row[1:]] for row in result.history]
+        evaluations += [done + count for count in result.history_evaluations]
+        for phase, spent in result.seconds.items():
+            seconds[phase] = seconds.get(phase, 0.0) + spent
+    failed = [leg for leg in legs if leg.failure is not None]
+    interrupted = any(result.interrupted for result in results)
+    stopped_by = results[-1].stopped_by
+    if failed:
+        stopped_by = "failure"
+    return Result(
+        _joined(legs),
+        evaluation,
+        history,
+        sum(result.generations for result in results),
+        sum(result.evaluations for result in results),
+        "interrupt" if interrupted else stopped_by,
+        f"{_upper(failed[0].name)}: {failed[0].failure}" if failed and not interrupted else None,
+        seconds,
+        None,
+        [],
+        evaluations,
+        sum(result.cut_short for result in results),
+    )
+
+
+def _counted(progress: Progress | None, before: int) -> Progress | None:
+    """Return a progress that counts on from the generations of the legs before."""
+    if progress is None:
+        return None
+    return lambda generation, best, mean: progress(before + generation, best, mean)
+
+
+def _heading_deg(path: NDArray[np.float64], *, backwards: bool = False) -> float | None:
+    """Return the heading of the first segment of ``path`` that has one, degrees from north.
+
+    With ``backwards`` the path is given from its end, and flown the other way.
+    """
+    for start, stop in itertools.pairwise(path):
+        east, north = (stop - start)[:2].tolist()
+        if math.hypot(east, north) > _SHORTEST_RUN_M:
+            return math.degrees(math.atan2(east, north)) % 360 - (180 if backwards else 0)
+    return None
+
+
+def _seconds(plan: Plan) -> float:
+    """Return the seconds that a leg is flown, without wind as the paper."""
+    flown_s: float | None = getattr(plan.evaluation, "flight_time_s", None)
+    if flown_s is not None:
+        return flown_s
+    return plan.evaluation.length_m / plan.evaluator.problem.aircraft.cruise_speed_m_s
+
+
+def _upper(text: str) -> str:
+    return text[:1].upper() + text[1:]

@@ -1,0 +1,175 @@
+"""Legs planned one after the other, and the path of all of them."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from host.errors import JobError
+from host.evaluation import Evaluator
+from host.mission.mission import Mission
+from host.mission.planning import MissionPlan, plan_mission
+from host.planners.base import Stop
+from host.planning import Plan, Search
+from host.problem import Circle, Problem
+from host.terrain import Terrain
+
+
+START, GOAL, VIA = (500.0, 500.0, 480.0), (5500.0, 3500.0, 480.0), (3000.0, 3300.0, 620.0)
+
+
+@pytest.fixture(scope="module")
+def terrain():
+    y, x = np.mgrid[:41, :61]
+    return Terrain("hills", 300 + 150 * np.sin(x / 8) * np.cos(y / 6), 100, 100)
+
+
+def mission(terrain, via=(VIA,), return_to_start=False, **options):
+    return Mission(Problem(terrain, START, GOAL, **options), via, return_to_start)
+
+
+def search(generations=30, **options):
+    return Search("ga-pc", seed=3, generations=generations, init="astar", **options)
+
+
+@pytest.fixture(scope="module")
+def planned(terrain):
+    seen = []
+    plan = plan_mission(
+        mission(terrain, zones=[Circle(4200, 3300, 300, name="town")], return_to_start=True),
+        search(),
+        progress=lambda *row: seen.append(row),
+        source={"source": "hills"},
+    )
+    return plan, seen
+
+
+def test_the_path_passes_all_points_and_returns(planned):
+    plan, _ = planned
+    assert isinstance(plan, MissionPlan)
+    waypoints = plan.path.tolist()
+    places = [waypoints.index(list(point)) for point in (START, VIA, GOAL)]
+    assert places == sorted(places)
+    assert waypoints[0] == waypoints[-1] == list(START)
+    assert len(plan.path) == sum(len(leg.path) for leg in plan.legs) - 2
+
+
+def test_a_leg_starts_with_the_heading_at_which_the_leg_before_arrives(planned):
+    plan, _ = planned
+    assert plan.legs[0].plan.evaluator.problem.start_heading_deg is None
+    for before, after in zip(plan.legs, plan.legs[1:], strict=False):
+        east, north = (before.path[-1] - before.path[-2])[:2]
+        heading = after.plan.evaluator.problem.start_heading_deg
+        assert heading == pytest.approx(math.degrees(math.atan2(east, north)) % 360)
+
+
+def test_the_whole_path_is_evaluated_as_one(planned):
+    plan, _ = planned
+    whole = plan.mission.whole
+    assert plan.evaluation == Evaluator(whole).evaluate(plan.path)
+    assert plan.evaluation.length_m < sum(leg.plan.evaluation.length_m for leg in plan.legs)
+    summary = plan.summary
+    assert json.loads(json.dumps(summary, allow_nan=False)) == summary
+    assert summary["waypoints"] == plan.path.tolist()
+    assert (summary["via"], summary["return"]) == ([list(VIA)], True)
+    assert summary["terrain"]["source"] == "hills"
+    assert [leg["index"] for leg in summary["legs"]] == [1, 2, 3]
+    assert [(leg["from"], leg["to"]) for leg in summary["legs"]] == [
+        (list(START), list(VIA)),
+        (list(VIA), list(GOAL)),
+        (list(GOAL), list(START)),
+    ]
+    for leg, made in zip(summary["legs"], plan.legs, strict=True):
+        assert leg["feasible"] is made.plan.evaluation.feasible
+        assert leg["length_m"] == made.plan.evaluation.length_m
+        assert leg["planned"]
+        assert leg["failure"] is None
+
+
+def test_history_and_progress_count_all_generations(planned):
+    plan, seen = planned
+    generations = [row[0] for row in plan.history]
+    assert generations == list(range(3 * 31))
+    assert plan.result.generations == 3 * 30
+    assert [row[0] for row in seen][: len(generations)] == generations
+    assert plan.result.history_evaluations == sorted(plan.result.history_evaluations)
+    assert plan.result.evaluations == sum(leg.plan.result.evaluations for leg in plan.legs)
+    assert plan.result.seconds["total"] == pytest.approx(
+        sum(leg.plan.result.seconds["total"] for leg in plan.legs)
+    )
+
+
+def test_saves_and_draws_all_legs(planned, tmp_path):
+    plan, _ = planned
+    names = [file.name for file in plan.save(tmp_path)]
+    assert names == ["summary.json", "terrain.npz", "path.geojson", "path.png"]
+    assert json.loads((tmp_path / "summary.json").read_text())["legs"] == plan.summary["legs"]
+
+
+def test_the_same_seed_gives_the_same_path(terrain):
+    paths = [plan_mission(mission(terrain), search(5)).path for _ in range(2)]
+    np.testing.assert_array_equal(*paths)
+
+
+def test_a_single_leg_is_a_plain_plan(terrain):
+    single = mission(terrain, via=())
+    plan = plan_mission(single, search(5))
+    assert type(plan) is Plan
+    np.testing.assert_array_equal(plan.path, search(5).run(Evaluator(single.problem)).path)
+
+
+def test_an_infeasible_leg_is_kept_and_the_others_planned(terrain):
+    """A wall of zones lies across the second leg."""
+    wall = [Circle(4300, y, 300) for y in range(0, 4001, 400)]
+    plan = plan_mission(mission(terrain, zones=wall), search(3))
+    assert [leg.feasible for leg in plan.legs] == [True, False]
+    assert plan.failing_leg is plan.legs[1]
+    assert plan.failing_leg.name == "leg 2, from via point 1 to the goal"
+    assert not plan.evaluation.feasible
+    assert plan.evaluation.distance_in_nofly_m > 0
+    assert plan.failure is None
+
+
+class FailsFrom:
+    """A search whose runs fail from a given leg on."""
+
+    def __init__(self, first):
+        self.real, self.left = search(5), first
+
+    def run(self, *arguments, **options):
+        self.left -= 1
+        if self.left < 0:
+            raise JobError("The board is lost.")
+        return self.real.run(*arguments, **options)
+
+
+def test_a_leg_that_fails_leaves_those_planned_before(terrain):
+    plan = plan_mission(mission(terrain, return_to_start=True), FailsFrom(1))
+    assert plan.failure == "Leg 2, from via point 1 to the goal: The board is lost."
+    assert [leg["planned"] for leg in plan.summary["legs"]] == [True, False, False]
+    assert plan.failing_leg is plan.legs[1]
+    assert plan.path[-3:].tolist() == [list(VIA), list(GOAL), list(START)]
+    np.testing.assert_array_equal(plan.path[:-2], plan.legs[0].path)
+    assert plan.summary["stopped_by"] == "failure"
+
+
+def test_a_first_leg_that_fails_leaves_nothing(terrain):
+    with pytest.raises(JobError, match=r"^The board is lost\.$"):
+        plan_mission(mission(terrain), FailsFrom(0))
+
+
+def test_a_stop_in_the_second_leg_keeps_the_first(terrain):
+    stop = Stop()
+
+    def progress(generation, best, mean):
+        if generation == 8:
+            stop.request()
+
+    plan = plan_mission(
+        mission(terrain, return_to_start=True), search(5), progress=progress, stop=stop
+    )
+    assert plan.interrupted
+    assert plan.failure is None
+    assert [leg.plan and leg.plan.interrupted for leg in plan.legs] == [False, True, None]
+    assert plan.result.generations == 5 + 2

@@ -238,9 +238,9 @@ def _shifted(zones: tuple[Zone, ...], elapsed_s: float) -> tuple[Zone, ...]:
         if elapsed_s and (t0 is not None or t1 is not None):
             if t1 is not None and t1 <= elapsed_s:
                 continue
-            starts = None if t0 is None or t0 <= elapsed_s else t0 - elapsed_s
-            ends = None if t1 is None else t1 - elapsed_s
-            zone = dataclasses.replace(zone, t0_s=starts, t1_s=ends)
+            begin_s = None if t0 is None or t0 <= elapsed_s else t0 - elapsed_s
+            end_s = None if t1 is None else t1 - elapsed_s
+            zone = dataclasses.replace(zone, t0_s=begin_s, t1_s=end_s)
         shifted.append(zone)
     return tuple(shifted)
 

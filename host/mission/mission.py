@@ -17,47 +17,11 @@ from host.evaluation import utopia
 from host.evaluation.track import ground_below
 from host.problem.ends import Point, check_above_ground, end_point
 from host.problem.problem import Problem
+from host.problem.way import WayProblem
 from host.problem.zones import Zone
 
 
-__all__ = ["Mission", "MissionProblem"]
-
-
-class MissionProblem(Problem):
-    """The problem of a whole mission, for the evaluation of the path of all its legs.
-
-    Costs are relative to the straight lines through all points of the mission. Near its start and
-    its end less clearance is demanded, near its via points the whole clearance. The evaluation does
-    not look whether a path passes the via points.
-
-    Parameters
-    ----------
-    problem : Problem
-        The problem from the start to the goal.
-    way : tuple of (float, float, float)
-        All points; the last may be the first.
-    """
-
-    def __init__(self, problem: Problem, way: tuple[Point, ...]) -> None:
-        object.__setattr__(self, "_way", way)
-        super().__init__(
-            problem.terrain,
-            way[0],
-            way[-1],
-            problem.aircraft,
-            problem.zones,
-            problem.wind,
-            problem.ds_m,
-            rules=problem.rules,
-            as_paper=problem.as_paper,
-            start_heading_deg=problem.start_heading_deg,
-            goal_heading_deg=problem.goal_heading_deg,
-        )
-
-    @property
-    def way(self) -> tuple[Point, ...]:
-        """All points of the mission in order."""
-        return self.__dict__["_way"]  # type: ignore[no-any-return]
+__all__ = ["Mission"]
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -141,7 +105,21 @@ class Mission:
     @cached_property
     def whole(self) -> Problem:
         """The problem of the path of all legs."""
-        return self.problem if self.legs == 1 else MissionProblem(self.problem, self.way)
+        problem = self.problem
+        if self.legs == 1:
+            return problem
+        return WayProblem(
+            problem.terrain,
+            self.way,
+            aircraft=problem.aircraft,
+            zones=problem.zones,
+            wind=problem.wind,
+            ds_m=problem.ds_m,
+            rules=problem.rules,
+            as_paper=problem.as_paper,
+            start_heading_deg=problem.start_heading_deg,
+            goal_heading_deg=problem.goal_heading_deg,
+        )
 
     def name_of(self, leg: int) -> str:
         """Return the name of a leg, counted from 0: its number from 1 and its ends."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,8 +15,10 @@ from numpy.typing import NDArray
 from host.errors import InputError
 from host.problem.aircraft import DEFAULT, Aircraft
 from host.problem.aircraft import load as load_aircraft
+from host.problem.ends import Point
 from host.problem.problem import Problem
 from host.problem.rules import Rules
+from host.problem.way import WayProblem
 from host.problem.zones import Zone, zone_from_dict
 from host.terrain import Terrain, load
 
@@ -23,11 +26,13 @@ from host.terrain import Terrain, load
 __all__ = [
     "Run",
     "find_summary",
+    "problem_of_path",
     "read_run",
     "summary_aircraft",
     "summary_path",
     "summary_rules",
     "summary_terrain",
+    "summary_way",
     "summary_wind_and_step",
     "summary_zones",
 ]
@@ -71,17 +76,39 @@ def read_run(file: Path) -> Run:
         raise InputError(_no_summary(file))
     path = summary_path(file, summary)
     wind, ds_m = summary_wind_and_step(file, summary)
-    problem = Problem(
+    problem = problem_of_path(
         summary_terrain(file, summary),
-        tuple(path[0].tolist()),
-        tuple(path[-1].tolist()),
-        summary_aircraft(file, summary) or load_aircraft(DEFAULT),
-        summary_zones(file, summary),
-        wind,
-        ds_m,
+        path,
+        summary_way(file, summary),
+        aircraft=summary_aircraft(file, summary) or load_aircraft(DEFAULT),
+        zones=summary_zones(file, summary),
+        wind=wind,
+        ds_m=ds_m,
         **summary_rules(file, summary),
     )
     return Run(problem, path, summary)
+
+
+def problem_of_path(
+    terrain: Terrain, path: NDArray[np.float64], between: Sequence[Point], **options: Any
+) -> Problem:
+    """Return the problem of a path from its first point to its last.
+
+    Parameters
+    ----------
+    terrain : Terrain
+        The ground.
+    path : ndarray
+        Waypoints, (n, 3) float64 metres.
+    between : sequence of (float, float, float)
+        Points of a mission between its start and its end; none for a single leg.
+    **options
+        Those of :class:`Problem`.
+    """
+    (x, y, z), (end_x, end_y, end_z) = path[0].tolist(), path[-1].tolist()
+    if between:
+        return WayProblem(terrain, ((x, y, z), *between, (end_x, end_y, end_z)), **options)
+    return Problem(terrain, (x, y, z), (end_x, end_y, end_z), **options)
 
 
 def find_summary(file: Path) -> dict[str, Any] | None:
@@ -154,6 +181,25 @@ def summary_path(file: Path, summary: dict[str, Any]) -> NDArray[np.float64]:
     if path.ndim != 2 or path.shape[1] != 3 or len(path) < 2:
         raise InputError(f"{file}: waypoints must be two or more lists of three numbers.")
     return path
+
+
+def summary_way(file: Path, summary: dict[str, Any]) -> tuple[Point, ...]:
+    """Return the points of a mission between its start and its end; none for a single leg.
+
+    Raises
+    ------
+    InputError
+        If the legs do not state where they begin.
+    """
+    try:
+        points = [tuple(map(float, leg["from"])) for leg in summary.get("legs") or ()][1:]
+        if not all(len(point) == 3 for point in points):
+            raise ValueError
+    except (KeyError, TypeError, ValueError):
+        raise InputError(
+            f"{file}: every leg must be a table with three numbers under from."
+        ) from None
+    return tuple((x, y, z) for x, y, z in points)
 
 
 def summary_aircraft(file: Path, summary: dict[str, Any]) -> Aircraft | None:

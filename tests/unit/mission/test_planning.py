@@ -13,6 +13,7 @@ from host.mission.planning import MissionPlan, plan_mission
 from host.planners.base import Stop
 from host.planning import Plan, Search
 from host.problem import Circle, Problem
+from host.report.read import read_run
 from host.terrain import Terrain
 
 
@@ -105,6 +106,9 @@ def test_saves_and_draws_all_legs(planned, tmp_path):
     names = [file.name for file in plan.save(tmp_path)]
     assert names == ["summary.json", "terrain.npz", "path.geojson", "path.png"]
     assert json.loads((tmp_path / "summary.json").read_text())["legs"] == plan.summary["legs"]
+    run = read_run(tmp_path / "summary.json")
+    assert run.problem.way == plan.mission.way
+    assert Evaluator(run.problem).evaluate(run.path) == plan.evaluation
 
 
 def test_the_same_seed_gives_the_same_path(terrain):

@@ -41,7 +41,7 @@ def planned(terrain):
         mission(terrain, zones=[Circle(4200, 3300, 300, name="town")], return_to_start=True),
         search(),
         progress=lambda *row: seen.append(row),
-        source={"source": "hills"},
+        source={"source": "hills", "fill_voids": False, "cell_m": None},
     )
     return plan, seen
 

@@ -11,6 +11,7 @@ from host.cli.arguments.board import add_board
 from host.cli.arguments.check import add_check
 from host.cli.arguments.compare import add_compare
 from host.cli.arguments.feasible import add_feasible
+from host.cli.arguments.fly import add_fly
 from host.cli.arguments.plan import add_plan
 from host.cli.arguments.terrain import add_terrain
 from host.cli.arguments.verilog import add_verilog
@@ -34,6 +35,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_plan(commands)
     add_compare(commands)
     add_check(commands)
+    add_fly(commands)
     add_feasible(commands)
     add_board(commands)
     add_terrain(commands)

@@ -19,6 +19,7 @@ COMMANDS = [
     ("plan",),
     ("compare",),
     ("check",),
+    ("fly",),
     ("board",),
     ("board", "serve"),
     ("board", "info"),
@@ -59,6 +60,15 @@ def place(tmp_path_factory):
     ) as raster:
         raster.write((300 + 100 * np.sin(x / 20) * np.cos(y / 15)).astype(np.float32), 1)
     (place / "path.csv").write_text("x,y,z\n1200,1200,600\n7000,9000,600\n14000,14000,600\n")
+    (place / "out" / "plan").mkdir(parents=True)
+    summary = {
+        "waypoints": [(1200, 1200, 600), (7000, 9000, 600), (14000, 14000, 600)],
+        "terrain": {"source": "tile.tif", "fill_voids": False, "cell_m": None},
+        "wind": (0, 0),
+        "ds_m": 50,
+        "as_paper": True,
+    }
+    (place / "out" / "plan" / "summary.json").write_text(json.dumps(summary))
     return place
 
 
@@ -102,6 +112,7 @@ JSON = [
     "compare --planners ga-pc --terrain tile.tif --agl --start 1200,1200,100 "
     "--goal 14000,14000,100 --generations 5 --runs 1 --jobs 1",
     "check --terrain tile.tif --path path.csv",
+    "fly out/plan/summary.json --out flight",
     "board info",
     "terrain list",
     "terrain info tile.tif",

@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 PACKAGES = ("hdl", "host", "pathgene", "sim")
-DATA = {".cpp", ".hpp", ".json", ".npz", ".toml", ".typed", ".v", ".vlt"}
+DATA = {".cpp", ".hpp", ".json", ".npz", ".toml", ".typed", ".v", ".vlt", ".xml"}
 
 
 @pytest.fixture(scope="module")

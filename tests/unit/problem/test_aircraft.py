@@ -88,7 +88,7 @@ def test_male_aircraft_have_the_papers_speed_and_size(name, max_speed, size):
 
 
 def test_names():
-    assert names() == ["heron", "predator", "silver-fox", "sperwer"]
+    assert names() == ["c172p", "heron", "j3cub", "predator", "silver-fox", "sperwer"]
 
 
 @pytest.mark.parametrize("name", names())
@@ -100,6 +100,9 @@ def test_every_value_of_the_package_has_a_source(name):
         assert source.startswith(
             (
                 "assumed",
+                "chosen",
+                "fitted",
+                "the model",
                 "Roberge and Tarbouchi, table",
                 "Allaire et al., two-tier feasibility, table",
             )
@@ -209,7 +212,7 @@ def test_refuses_bad_values(changes, message):
 def test_refuses_an_unknown_name():
     with pytest.raises(
         InputError,
-        match=r"^There is no UAV 'fox'; give one of heron, predator, "
+        match=r"^There is no UAV 'fox'; give one of c172p, heron, j3cub, predator, "
         r"silver-fox, sperwer, or a \.toml file\.$",
     ):
         load("fox")

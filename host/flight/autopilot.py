@@ -1,0 +1,141 @@
+"""Autopilot: control surfaces, throttle and air brake that follow the commands of the guidance."""
+
+from __future__ import annotations
+
+import math
+
+from host.flight.guidance import GRAVITY_M_S2, Commands, State
+from host.flight.models import FlightModel
+from host.flight.simulator import Controls
+
+
+__all__ = ["Autopilot"]
+
+# Roll rate per error of bank, 1/s, and the largest, rad/s.
+_BANK_GAIN = 1.6
+_MOST_ROLL_RAD_S = 0.6
+# Aileron per error of the roll rate, as a share of the fed-forward one, and of the bank's integral.
+_ROLL_GAIN = 0.2
+_BANK_TRIM_GAIN = 0.15
+# Pitch rate per error of the angle of the flight path, 1/s, and the largest, rad/s.
+_SLOPE_GAIN = 1.2
+_MOST_PITCH_RAD_S = 0.25
+# Throttle per share of airspeed, and per integral of it, 1/s.
+_SPEED_GAIN = 4.0
+_SPEED_TRIM_GAIN = 0.6
+# Below this share of the airspeed, averaged over the time, height is given up for speed: the sine
+# of the flight path is lowered by what is missing.
+_SLOW = 0.9
+_SLOW_S = 1.5
+# The highest throttle falls by this share per second and share of power beyond the limit.
+_POWER_GAIN = 0.5
+
+
+class Autopilot:
+    """Loops of roll, pitch, yaw and airspeed of a flight model.
+
+    Parameters
+    ----------
+    model : FlightModel
+        Its gains.
+    airspeed_m_s : float
+        True airspeed to hold.
+    period_s : float
+        Time between two calls of :meth:`controls`.
+    most_watts : float
+        Shaft power that the throttle is held back to.
+    """
+
+    def __init__(
+        self,
+        model: FlightModel,
+        airspeed_m_s: float,
+        period_s: float,
+        *,
+        most_watts: float = math.inf,
+    ) -> None:
+        self.airspeed_m_s = airspeed_m_s
+        self._model = model
+        self._period_s = period_s
+        self._bank_trim = 0.0
+        self._pitch_trim = 0.0
+        self._speed_trim = 0.0
+        self._mean_speed_m_s = airspeed_m_s
+        self._most_watts = most_watts
+        self._most_throttle = 1.0
+
+    def controls(self, state: State, commands: Commands) -> Controls:
+        """Return the controls for the next period."""
+        model = self._model
+        speed = max(state.airspeed_m_s, 0.5 * self.airspeed_m_s)
+        self._mean_speed_m_s += (state.airspeed_m_s - self._mean_speed_m_s) * (
+            self._period_s / _SLOW_S
+        )
+        missing = max(_SLOW - self._mean_speed_m_s / self.airspeed_m_s, 0.0)
+        climb_m_s = commands.climb_m_s - missing * self.airspeed_m_s
+        aileron = self._aileron(state, commands.bank_rad, self.airspeed_m_s / speed)
+        elevator = self._elevator(state, climb_m_s, speed)
+        rudder = _within(model.rudder_gain * state.sideslip_rad, 1.0)
+        throttle, brake = self._power(
+            state, commands.climb_m_s, self.airspeed_m_s * (1.0 - commands.slow)
+        )
+        return aileron, elevator, rudder, throttle, brake
+
+    def _aileron(self, state: State, bank_rad: float, slow: float) -> float:
+        error = bank_rad - state.roll_rad
+        wanted = _within(_BANK_GAIN * error, _MOST_ROLL_RAD_S)
+        if abs(error) < 0.1:
+            self._bank_trim = _within(
+                self._bank_trim + _BANK_TRIM_GAIN * error * self._period_s, 0.3
+            )
+        rate = wanted + _ROLL_GAIN * (wanted - state.p_rad_s)
+        return _within(rate / self._model.roll_rate_rad_s * slow + self._bank_trim, 1.0)
+
+    def _elevator(self, state: State, climb_m_s: float, speed: float) -> float:
+        model = self._model
+        wanted = math.asin(_within(climb_m_s / speed, 0.9))
+        slope = math.asin(_within(state.climb_m_s / speed, 0.9))
+        bank = _within(state.roll_rad, 1.0)
+        # The pitch rate of a level turn.
+        turn = GRAVITY_M_S2 / speed * math.sin(bank) * math.tan(bank)
+        rate = _within(_SLOPE_GAIN * (wanted - slope), _MOST_PITCH_RAD_S) + turn
+        error = rate - state.q_rad_s
+        self._pitch_trim = _within(
+            self._pitch_trim + model.pitch_trim_gain * error * self._period_s, 0.8
+        )
+        slow = (self.airspeed_m_s / speed) ** 2
+        return _within(slow * (model.pitch_gain * error + self._pitch_trim), 1.0)
+
+    def _power(self, state: State, climb_m_s: float, airspeed_m_s: float) -> tuple[float, float]:
+        """Return throttle and air brake."""
+        model = self._model
+        short = 1.0 - state.airspeed_m_s / airspeed_m_s
+        sine = _within(climb_m_s / self.airspeed_m_s, 0.9)
+        thrust = (
+            model.throttle_level
+            + model.throttle_climb * sine
+            + _SPEED_GAIN * short
+            + self._speed_trim
+        )
+        # The integral waits while the throttle is at a stop.
+        if 0.0 < thrust < 1.0 or (thrust <= 0.0) == (short > 0.0):
+            self._speed_trim = _within(
+                self._speed_trim + _SPEED_TRIM_GAIN * short * self._period_s, 0.5
+            )
+        brake = 0.0
+        if model.brake_climb:
+            brake = model.brake_climb * (-sine - model.brake_level) - 2.0 * short
+        return min(max(thrust, 0.0), self._stop(state.power_W)), min(max(brake, 0.0), 1.0)
+
+    def _stop(self, watts: float) -> float:
+        """Return the highest throttle for now."""
+        if math.isfinite(self._most_watts):
+            left = 1.0 - watts / self._most_watts
+            self._most_throttle += _POWER_GAIN * min(left, 0.5) * self._period_s
+            self._most_throttle = min(max(self._most_throttle, 0.2), 1.0)
+        return self._most_throttle
+
+
+def _within(value: float, most: float) -> float:
+    """Return ``value``, at most ``most`` to either side of 0."""
+    return min(max(value, -most), most)

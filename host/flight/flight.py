@@ -1,0 +1,265 @@
+"""A flight along a smoothed track, step by step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.errors import JobError
+from host.evaluation.geometry import Piece
+from host.flight.autopilot import Autopilot
+from host.flight.guidance import GRAVITY_M_S2, Commands, Guidance, Limits, State
+from host.flight.models import FlightModel
+from host.flight.route import Route
+from host.flight.simulator import STEP_S, Simulator
+from host.problem.aircraft import Aircraft
+from host.terrain import Terrain
+
+
+__all__ = ["MARGIN", "PERIOD_S", "Flight", "Flown", "fly_track", "limits_of"]
+
+# Steps of the model between two looks of the autopilot.
+_STEPS = 4
+#: Time between two samples of a flight.
+PERIOD_S = _STEPS * STEP_S
+#: Commands may exceed a limit of the aircraft by this share, to return to the track.
+MARGIN = 0.05
+
+# Looks between two looks at the ground, which only the turbulence and the mixture depend on.
+_LOOKS = 15
+# The lead-in lasts so long: the aircraft settles, then the wind rises, then it settles again.
+_LEAD_S = 45.0
+_WIND_S = (5.0, 20.0)
+_SHAKE_S = 25.0
+# A flight of more than this times the expected time, or this far off its track, is lost.
+_PATIENCE = 2.0
+_LOST_M = 3000.0
+_LEAD_SLOPE_S = 1.0
+_HEIGHT_GAIN = 0.35
+
+
+@dataclass(frozen=True, eq=False)
+class Flown:
+    """Samples of a flight from the start of the track on, every :data:`PERIOD_S`.
+
+    Parameters
+    ----------
+    t_s, x, y, z : ndarray
+        Seconds since the start was passed, position and altitude: (k,) float64.
+    along_m, cross_m, height_error_m : ndarray
+        Place beside the track: horizontal distance along it, distance to the left of it, height
+        over it.
+    airspeed_m_s, bank_rad, climb_m_s, power_W : ndarray
+        True airspeed, bank to the right, vertical speed, shaft power, as flown.
+    bank_command_rad, climb_command_m_s : ndarray
+        As commanded.
+    arrived : bool
+        The end of the track was reached.
+    """
+
+    t_s: NDArray[np.float64]
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    z: NDArray[np.float64]
+    along_m: NDArray[np.float64]
+    cross_m: NDArray[np.float64]
+    height_error_m: NDArray[np.float64]
+    airspeed_m_s: NDArray[np.float64]
+    bank_rad: NDArray[np.float64]
+    climb_m_s: NDArray[np.float64]
+    power_W: NDArray[np.float64]
+    bank_command_rad: NDArray[np.float64]
+    climb_command_m_s: NDArray[np.float64]
+    arrived: bool
+
+
+Sample = tuple[float, ...]
+_COLUMNS = tuple(field.name for field in fields(Flown) if field.name != "arrived")
+
+
+class Flight:
+    """An aircraft in the air that follows a track.
+
+    It begins on a straight lead-in before the track, in calm air; the wind rises there, then the
+    turbulence begins. The wind of a flight model must be set after its start: what is set before is
+    ignored, or the aircraft would begin with the wrong airspeed.
+
+    Parameters
+    ----------
+    pieces : sequence of Straight or Arc
+        The smoothed track.
+    terrain : Terrain
+        The ground below.
+    aircraft : Aircraft
+        Figures that the path was planned for: airspeed, radius, limits.
+    model : FlightModel
+        The aircraft that flies.
+    wind : (float, float)
+        Where the air moves to, m/s in x and y.
+    gusts : str
+        Turbulence; see :data:`host.flight.simulator.GUSTS`.
+    seed : int
+        Seed of the turbulence.
+
+    Attributes
+    ----------
+    state : State
+        The present state.
+    commands : Commands
+        The last commands.
+
+    Raises
+    ------
+    InputError
+        As for :class:`Simulator`.
+    """
+
+    def __init__(
+        self,
+        pieces: Sequence[Piece],
+        terrain: Terrain,
+        aircraft: Aircraft,
+        model: FlightModel,
+        *,
+        wind: tuple[float, float] = (0.0, 0.0),
+        gusts: str = "none",
+        seed: int = 0,
+    ) -> None:
+        airspeed = aircraft.cruise_speed_m_s
+        self._terrain = terrain
+        self._wind = wind
+        self._shaken = False
+        self._looks = 0
+        # The wind blows for two thirds of the lead-in.
+        route = Route(pieces, _LEAD_S * (airspeed + math.hypot(*wind)))
+        x, y, z, east, north = route.start
+        _, slope = route.height(-1.0)
+        self._simulator = Simulator(
+            model,
+            middle=(0.5 * terrain.width_m, 0.5 * terrain.height_m),
+            place=(x, y, z),
+            heading_rad=math.atan2(east, north),
+            airspeed_m_s=airspeed,
+            slope_rad=math.atan(slope),
+            gusts=gusts,
+            seed=seed,
+        )
+        limits = limits_of(aircraft)
+        self._autopilot = Autopilot(model, airspeed, PERIOD_S, most_watts=limits.power_W)
+        self._guidance = Guidance(
+            route,
+            limits,
+            lookahead_s=model.lookahead_s,
+            lead_s=_LEAD_SLOPE_S,
+            height_gain=_HEIGHT_GAIN,
+            period_s=PERIOD_S,
+        )
+        self.state: State = self._simulator.state()
+        self.commands: Commands = self._guidance.commands(self.state)
+
+    @property
+    def route(self) -> Route:
+        """The route that is followed."""
+        return self._guidance.route
+
+    def follow(self, pieces: Sequence[Piece]) -> None:
+        """Go on along another track, from its point nearest to the aircraft."""
+        self._guidance.follow(Route(pieces))
+        self.commands = self._guidance.commands(self.state)
+
+    def step(self) -> Sample:
+        """Fly on for :data:`PERIOD_S`; return a sample, in the order of :class:`Flown`."""
+        simulator = self._simulator
+        simulator.control(self._autopilot.controls(self.state, self.commands))
+        self._weather(self.state.time_s)
+        simulator.step(_STEPS)
+        state = self.state = simulator.state()
+        commands = self.commands = self._guidance.commands(state)
+        return (
+            state.time_s,
+            state.x,
+            state.y,
+            state.z,
+            commands.place.along_m,
+            commands.place.cross_m,
+            commands.height_error_m,
+            state.airspeed_m_s,
+            state.roll_rad,
+            state.climb_m_s,
+            state.power_W,
+            commands.bank_rad,
+            commands.climb_m_s,
+        )
+
+    def _weather(self, time_s: float) -> None:
+        simulator = self._simulator
+        if self._looks % _LOOKS == 0:
+            simulator.over(self._terrain.ground(self.state.x, self.state.y))
+        self._looks += 1
+        first, last = _WIND_S
+        if self._wind != (0.0, 0.0) and first <= time_s <= last + PERIOD_S:
+            share = min((time_s - first) / (last - first), 1.0)
+            simulator.blow(share * self._wind[0], share * self._wind[1])
+        if time_s >= _SHAKE_S and not self._shaken:
+            self._shaken = True
+            simulator.shake()
+
+
+def limits_of(aircraft: Aircraft) -> Limits:
+    """Return the largest commands: the aircraft's limits and :data:`MARGIN`.
+
+    The bank is that of its turning radius at its speed.
+    """
+    speed = aircraft.cruise_speed_m_s
+    more = 1 + MARGIN
+    return Limits(
+        bank_rad=more * math.atan(speed**2 / (GRAVITY_M_S2 * aircraft.turn_radius_m)),
+        climb_m_s=more * speed * math.sin(math.radians(aircraft.max_climb_deg)),
+        descent_m_s=more * speed * math.sin(math.radians(aircraft.max_descent_deg)),
+        # None beyond it: an engine has no errors to correct.
+        power_W=aircraft.engine_power_W or math.inf,
+    )
+
+
+def fly_track(flight: Flight, airspeed_m_s: float, slowest_m_s: float) -> Flown:
+    """Fly to the end of the track and return the samples from its start on.
+
+    Parameters
+    ----------
+    flight : Flight
+        At its beginning.
+    airspeed_m_s : float
+        The airspeed that it holds.
+    slowest_m_s : float
+        The least ground speed to expect: airspeed less wind.
+
+    Raises
+    ------
+    JobError
+        If the aircraft is lost before it reaches the start.
+    """
+    length = flight.route.length_m
+    most_s = _PATIENCE * (length / slowest_m_s + 2 * _LEAD_S * airspeed_m_s / slowest_m_s)
+    samples: list[Sample] = []
+    arrived = False
+    while True:
+        sample = flight.step()
+        time_s, along, cross = sample[0], sample[4], sample[5]
+        if along >= length:
+            arrived = True
+            break
+        if not abs(cross) < _LOST_M or time_s > most_s or not all(map(math.isfinite, sample)):
+            break
+        if along >= 0:
+            samples.append(sample)
+    if not samples:
+        raise JobError(
+            "The aircraft did not reach the start of the path; the gusts are too strong."
+        )
+    columns = np.array(samples, dtype=np.float64).reshape(-1, len(_COLUMNS)).T.copy()
+    columns[0] -= columns[0, 0]
+    return Flown(**dict(zip(_COLUMNS, columns, strict=True)), arrived=arrived)

@@ -1,0 +1,205 @@
+"""Guidance: bank and climb rate that bring an aircraft onto a route and keep it there.
+
+Across, the law L1 of Park, Deyst and How, "A New Nonlinear Guidance Logic for Trajectory Tracking"
+(2004): the acceleration ``2 V^2 sin(eta) / L1`` leads on a circle to the point of the route that
+lies L1 ahead, where eta is the angle from the velocity over ground to that point. Up and down, the
+slope of the route ahead and a share of the error of height.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+from host.flight.route import Place, Route
+
+
+__all__ = ["GRAVITY_M_S2", "MEAN_S", "Commands", "Guidance", "Limits", "State"]
+
+GRAVITY_M_S2 = 9.80665
+#: Seconds over which the bank is limited on average, and what it may be at once, as a factor: a
+#: turn begins faster than it goes on.
+MEAN_S = 5.0
+PEAK = 1.25
+# Most that is given up of the airspeed where the bank is too small for a turn, and how fast: gusts
+# from behind widen it.
+_SLOWEST = 0.1
+_SLOW_S = 1.0
+
+
+@dataclass(frozen=True)
+class State:
+    """State of an aircraft, as far as guidance and control use it.
+
+    Parameters
+    ----------
+    time_s : float
+        Simulated seconds.
+    x, y, z : float
+        Position in the terrain's frame and altitude, metres.
+    east_m_s, north_m_s, climb_m_s : float
+        Velocity over ground.
+    airspeed_m_s : float
+        True airspeed.
+    roll_rad, pitch_rad : float
+        Attitude, positive to the right and up.
+    p_rad_s, q_rad_s : float
+        Rates of roll and pitch.
+    sideslip_rad : float
+        Positive with the wind from the right.
+    power_W : float
+        Shaft power.
+    """
+
+    time_s: float
+    x: float
+    y: float
+    z: float
+    east_m_s: float
+    north_m_s: float
+    climb_m_s: float
+    airspeed_m_s: float
+    roll_rad: float
+    pitch_rad: float
+    p_rad_s: float
+    q_rad_s: float
+    sideslip_rad: float
+    power_W: float
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Largest commands.
+
+    Parameters
+    ----------
+    bank_rad : float
+        Bank to either side, as a mean of :data:`MEAN_S`; at once it may be :data:`PEAK` times more.
+    climb_m_s, descent_m_s : float
+        Vertical speeds, both positive.
+    power_W : float
+        Shaft power; infinite where the aircraft names none.
+    """
+
+    bank_rad: float
+    climb_m_s: float
+    descent_m_s: float
+    power_W: float = math.inf
+
+
+@dataclass(frozen=True)
+class Commands:
+    """Commands of the guidance.
+
+    Parameters
+    ----------
+    place : Place
+        Place beside the route.
+    bank_rad : float
+        Positive to the right.
+    climb_m_s : float
+        Vertical speed.
+    height_error_m : float
+        Height over the route.
+    slow : float
+        Share of the airspeed to give up, for a turn that the bank cannot hold.
+    """
+
+    place: Place
+    bank_rad: float
+    climb_m_s: float
+    height_error_m: float
+    slow: float = 0.0
+
+
+class Guidance:
+    """L1 guidance along a route.
+
+    Parameters
+    ----------
+    route : Route
+        Replace it with :meth:`follow` at any time.
+    limits : Limits
+        Largest commands.
+    lookahead_s : float
+        Time that L1 lasts at the present ground speed.
+    lead_s : float
+        The slope that is fed forward lies this far ahead, as the aircraft answers late.
+    height_gain : float
+        Vertical speed per metre of height error, 1/s.
+    period_s : float
+        Time between two calls of :meth:`commands`.
+    """
+
+    def __init__(
+        self,
+        route: Route,
+        limits: Limits,
+        *,
+        lookahead_s: float,
+        lead_s: float,
+        height_gain: float,
+        period_s: float,
+    ) -> None:
+        self.limits = limits
+        self._lookahead_s = lookahead_s
+        self._lead_s = lead_s
+        self._height_gain = height_gain
+        count = round(MEAN_S / period_s)
+        self._banks = deque([0.0] * count, maxlen=count)
+        self._bank_sum = 0.0
+        self._period_s = period_s
+        self._slow = 0.0
+        self.follow(route)
+
+    def follow(self, route: Route) -> None:
+        """Go on along ``route``, from its point nearest to the aircraft."""
+        self.route = route
+        self._leg: int | None = None
+
+    def commands(self, state: State) -> Commands:
+        """Return the commands for a state."""
+        route = self.route
+        place = route.locate(state.x, state.y, self._leg)
+        self._leg = place.leg
+        speed = math.hypot(state.east_m_s, state.north_m_s)
+        return Commands(
+            place,
+            self._bank(state, place, speed),
+            *self._climb(state, place, speed),
+            self._slow,
+        )
+
+    def _bank(self, state: State, place: Place, speed: float) -> float:
+        lookahead = max(speed, 1.0) * self._lookahead_s
+        # Farther off than L1, the route is met at a right angle.
+        ahead = math.sqrt(max(lookahead**2 - place.cross_m**2, 0.0))
+        x, y = self.route.point(place.along_m + ahead, place.leg)
+        dx, dy = x - state.x, y - state.y
+        distance = max(math.hypot(dx, dy), 1.0)
+        # Of the angle from the velocity to the point, positive to the left.
+        sine = (state.east_m_s * dy - state.north_m_s * dx) / (max(speed, 1.0) * distance)
+        cosine = state.east_m_s * dx + state.north_m_s * dy
+        if cosine < 0:
+            sine = math.copysign(1.0, sine)
+        acceleration = 2 * speed**2 * sine / distance
+        return self._limited(-math.atan(acceleration / GRAVITY_M_S2))
+
+    def _limited(self, bank: float) -> float:
+        """Return ``bank``, such that it and the mean of its size keep their limits."""
+        banks, most = self._banks, self.limits.bank_rad
+        left = most * len(banks) - (self._bank_sum - banks[0])
+        size = min(abs(bank), PEAK * most, max(left, 0.0))
+        self._bank_sum += size - banks[0]
+        banks.append(size)
+        short = min((abs(bank) - size) / (0.5 * most), 1.0)
+        self._slow += (_SLOWEST * short - self._slow) * (self._period_s / _SLOW_S)
+        return math.copysign(size, bank)
+
+    def _climb(self, state: State, place: Place, speed: float) -> tuple[float, float]:
+        height, _ = self.route.height(place.along_m, place.leg)
+        _, slope = self.route.height(place.along_m + speed * self._lead_s, place.leg)
+        error = state.z - height
+        climb = speed * slope - self._height_gain * error
+        return min(max(climb, -self.limits.descent_m_s), self.limits.climb_m_s), error

@@ -1,0 +1,267 @@
+"""Verdict on a flight: the ground, the clearance, the zones and the aircraft's limits.
+
+The flight is judged by itself, not by how well it follows its track.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.evaluation.track import SmoothedTrack, ground_below
+from host.flight.flight import MARGIN, PERIOD_S, Flown, limits_of
+from host.flight.guidance import MEAN_S
+from host.problem.aircraft import Aircraft
+from host.problem.problem import Problem
+from host.problem.rings import edges
+from host.problem.zones import Circle, Polygon, Zone
+from host.terrain import Terrain
+
+
+__all__ = ["Verdict", "demanded_m", "entered", "judge", "surface_below"]
+
+Floats = NDArray[np.float64]
+
+# Step along the planned track, metres.
+_STEP_M = 1.0
+#: Share of the clearance that a flight must keep.
+SHARE = 0.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """What a flight kept and what it broke; the keys of ``flight.json``.
+
+    Parameters
+    ----------
+    kept : bool
+        It arrived, kept half of the demanded clearance everywhere, and entered no zone.
+    breaks : list of str
+        Sentences on what it broke; empty if ``kept``.
+    arrived : bool
+        It reached the end of the track.
+    flight_time_s, length_m : float
+        Time from start to goal, and length of the planned track.
+    cross_track_rms_m, cross_track_max_m : float
+        Distance to the side of the track: root of the mean square, and largest.
+    height_error_rms_m, height_error_max_m : float
+        The same up and down.
+    clearance_asked_m, clearance_planned_m, clearance_flown_m : float
+        Asked for, least of the planned track and least of the flight, over the surface
+        ``max(nearest node, bilinear)``. NaN where no sample has ground below.
+    clearance_share : float
+        Least share of the demanded clearance, which is less near both ends; infinite where none is
+        demanded.
+    lowest_at_m : tuple of float
+        x, y and horizontal distance along the track of the lowest point.
+    zones_entered : list of str
+        Names of the zones entered, their margin not counted.
+    airspeed_m_s, power_W : tuple of float
+        Least and largest.
+    limits : list
+        Commands against the aircraft's limits, means of 5 s: ``limit``, ``worst``, ``allowed`` and
+        ``excess``, worst / allowed - 1, the largest excess first.
+    """
+
+    kept: bool
+    breaks: list[str]
+    arrived: bool
+    flight_time_s: float
+    length_m: float
+    cross_track_rms_m: float
+    cross_track_max_m: float
+    height_error_rms_m: float
+    height_error_max_m: float
+    clearance_asked_m: float
+    clearance_planned_m: float
+    clearance_flown_m: float
+    clearance_share: float
+    lowest_at_m: tuple[float, float, float]
+    zones_entered: list[str]
+    airspeed_m_s: tuple[float, float]
+    power_W: tuple[float, float]
+    limits: list[dict[str, Any]]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The verdict as a table."""
+        return asdict(self)
+
+    @property
+    def excess(self) -> float:
+        """Largest share by which a command exceeds a limit; negative where none does."""
+        return float(self.limits[0]["excess"])
+
+
+def judge(problem: Problem, track: SmoothedTrack, flown: Flown, aircraft: Aircraft) -> Verdict:
+    """Return the verdict on a flight along ``track``.
+
+    Parameters
+    ----------
+    problem : Problem
+        What was planned for: terrain, zones and rules.
+    track : SmoothedTrack
+        The planned track over the terrain.
+    flown : Flown
+        The flight, with one sample at least.
+    aircraft : Aircraft
+        Figures of the aircraft that flew, for its limits.
+    """
+    clearance = flown.z - surface_below(problem.terrain, flown.x, flown.y)
+    planned = track.sample(_STEP_M)
+    over = planned.z - surface_below(problem.terrain, planned.x, planned.y)
+    demanded = demanded_m(problem, flown.x, flown.y)
+    asked = problem.rules.clearance_m if problem.rules else 0.0
+    lowest = int(np.nanargmin(clearance)) if not np.isnan(clearance).all() else 0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = np.where(demanded > 0, clearance / demanded, math.inf)
+    share = float(np.nanmin(np.append(shares, math.inf)))
+    names = [
+        zone.name or f"zone {number}"
+        for number, zone in enumerate(problem.zones, 1)
+        if entered(zone, flown).any()
+    ]
+    breaks = []
+    if not flown.arrived:
+        breaks.append("The aircraft did not reach the goal.")
+    if clearance[lowest] < 0:
+        breaks.append(
+            f"The flight is {-clearance[lowest]:.1f} m under the ground "
+            f"at ({flown.x[lowest]:.0f}, {flown.y[lowest]:.0f})."
+        )
+    elif share < SHARE:
+        worst = int(np.nanargmin(shares))
+        breaks.append(
+            f"The flight keeps {clearance[worst]:.1f} m of a clearance of {demanded[worst]:.1f} m "
+            f"at ({flown.x[worst]:.0f}, {flown.y[worst]:.0f})."
+        )
+    if np.isnan(clearance).any():
+        breaks.append("The flight crosses a void of the terrain.")
+    breaks += [f"The flight enters the no-fly zone {name!r}." for name in names]
+    return Verdict(
+        kept=not breaks,
+        breaks=breaks,
+        arrived=flown.arrived,
+        flight_time_s=float(flown.t_s[-1]),
+        length_m=track.length_m,
+        cross_track_rms_m=_rms(flown.cross_m),
+        cross_track_max_m=float(np.abs(flown.cross_m).max()),
+        height_error_rms_m=_rms(flown.height_error_m),
+        height_error_max_m=float(np.abs(flown.height_error_m).max()),
+        clearance_asked_m=asked,
+        clearance_planned_m=float(np.nanmin(np.append(over, math.inf))),
+        clearance_flown_m=float(clearance[lowest]),
+        clearance_share=share,
+        lowest_at_m=(
+            float(flown.x[lowest]),
+            float(flown.y[lowest]),
+            float(flown.along_m[lowest]),
+        ),
+        zones_entered=names,
+        airspeed_m_s=_range(flown.airspeed_m_s),
+        power_W=_range(flown.power_W),
+        limits=_limits(aircraft, flown),
+    )
+
+
+def surface_below(terrain: Terrain, x: Floats, y: Floats) -> Floats:
+    """Return the surface below points (k,), metres: the higher of nearest node and bilinear.
+
+    NaN over a void.
+    """
+    surface: Floats = np.maximum(
+        ground_below(terrain, x, y), ground_below(terrain, x, y, bilinear=True)
+    )
+    return surface
+
+
+def demanded_m(problem: Problem, x: Floats, y: Floats) -> Floats:
+    """Return the clearance demanded at points (k,), metres: less near both ends.
+
+    At a horizontal distance d from an end it is at most the end's own height over the surface and d
+    times half the tangent of the climb limit (start) or descent limit (goal). 0 as paper.
+    """
+    if problem.rules is None:
+        return np.zeros_like(x)
+    demanded = np.full_like(x, problem.rules.clearance_m)
+    for end, slope_deg in (
+        (problem.start, problem.aircraft.max_climb_deg),
+        (problem.goal, problem.aircraft.max_descent_deg),
+    ):
+        below = surface_below(problem.terrain, np.array([end[0]]), np.array([end[1]]))
+        height = end[2] - float(below[0])
+        rise = 0.5 * math.tan(math.radians(slope_deg))
+        demanded = np.minimum(demanded, height + rise * np.hypot(x - end[0], y - end[1]))
+    return demanded
+
+
+def entered(zone: Zone, flown: Flown) -> NDArray[np.bool_]:
+    """Return the samples of a flight that lie in a zone while it is active, (k,) bool."""
+    inside = _inside(zone, flown.x, flown.y)
+    for values, low, high in (
+        (flown.z, zone.lower_m, zone.upper_m),
+        (flown.t_s, zone.t0_s, zone.t1_s),
+    ):
+        if low is not None:
+            inside &= values >= low
+        if high is not None:
+            inside &= values <= high
+    return inside
+
+
+def _inside(zone: Zone, x: Floats, y: Floats) -> NDArray[np.bool_]:
+    if isinstance(zone, Circle):
+        near: NDArray[np.bool_] = np.hypot(x - zone.x_m, y - zone.y_m) <= zone.radius_m
+        return near
+    assert isinstance(zone, Polygon)
+    inside = np.zeros(len(x), dtype=bool)
+    for ring in (zone.ring, *zone.holes):
+        for xa, ya, xb, yb in edges(ring):
+            between = (ya <= y) != (yb <= y)
+            border = xa + (y[between] - ya) * ((xb - xa) / (yb - ya)) if between.any() else 0.0
+            inside[between] ^= x[between] < border
+    return inside
+
+
+def _limits(aircraft: Aircraft, flown: Flown) -> list[dict[str, Any]]:
+    most = limits_of(aircraft)
+    more = 1 + MARGIN
+    rows = [
+        ("bank", np.degrees(np.abs(flown.bank_command_rad)), math.degrees(most.bank_rad / more)),
+        ("climb", flown.climb_command_m_s, most.climb_m_s / more),
+        ("descent", -flown.climb_command_m_s, most.descent_m_s / more),
+        ("power", flown.power_W, most.power_W),
+    ]
+    limits = []
+    for name, values, allowed in rows:
+        if math.isfinite(allowed):
+            worst = float(_means(values).max())
+            limits.append(
+                {
+                    "limit": name,
+                    "worst": worst,
+                    "allowed": allowed,
+                    "excess": worst / allowed - 1,
+                }
+            )
+    return sorted(limits, key=lambda row: -row["excess"])
+
+
+def _means(values: Floats) -> Floats:
+    """Return the means of 5 s; of all samples where there are fewer."""
+    count = min(round(MEAN_S / PERIOD_S), len(values))
+    sums = np.concatenate(([0.0], np.cumsum(values)))
+    means: Floats = (sums[count:] - sums[:-count]) / count
+    return means
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _range(values: Sequence[float] | Floats) -> tuple[float, float]:
+    return float(np.min(values)), float(np.max(values))

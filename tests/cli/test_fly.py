@@ -1,0 +1,77 @@
+"""``pathgene fly``."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+
+from host.cli import main
+
+
+PATH = [(1000.0, 1000.0, 330.0), (3000.0, 2500.0, 400.0), (5200.0, 2800.0, 330.0)]
+
+
+@pytest.fixture
+def summary(tmp_path):
+    """Write a run over hills: path of any heights, terrain beside it."""
+    y, x = np.mgrid[:61, :81]
+    elevation = 150 + 80 * np.sin(x / 9) * np.cos(y / 7)
+    np.savez(tmp_path / "terrain.npz", elevation=elevation, dx_m=100.0, dy_m=100.0)
+
+    def write(path=PATH, **more):
+        content = {
+            "waypoints": path,
+            "terrain": {"source": "hills", "fill_voids": False, "cell_m": None},
+            "nofly": [],
+            "wind": [0.0, 0.0],
+            "ds_m": 50.0,
+            "as_paper": True,
+        }
+        file = tmp_path / "summary.json"
+        file.write_text(json.dumps(content | more))
+        return str(file)
+
+    return write
+
+
+def test_flies_a_summary(summary, tmp_path, capsys):
+    assert main(["fly", summary(), "--wind", "4,0", "--gusts", "light", "--seed", "3"]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("kept           yes\naircraft       silver-fox\n")
+    assert {"flight.json", "flight.png"} <= {file.name for file in tmp_path.iterdir()}
+    content = json.loads((tmp_path / "flight.json").read_text())
+    assert (content["wind"], content["gusts"], content["seed"]) == ([4, 0], "light", 3)
+
+
+def test_prints_json_alone(summary, tmp_path, capfd):
+    assert main(["fly", summary(), "--json", "--out", str(tmp_path / "new")]) == 0
+    report = json.loads(capfd.readouterr().out)
+    assert report["kept"] is True
+    assert report["files"][0] == str(tmp_path / "new" / "flight.json")
+
+
+def test_flight_through_the_ground_is_a_failure(summary, capsys):
+    assert main(["fly", summary([PATH[0], (3000.0, 2500.0, 150.0), PATH[2]])]) == 1
+    captured = capsys.readouterr()
+    assert captured.out.startswith("kept           no\n")
+    assert "under the ground" in captured.err
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--aircraft", "jet"], "There is no flight model 'jet'; choose from silver-fox, c172p"),
+        (["--gusts", "wild"], "Gusts must be one of none, light, moderate, severe, not 'wild'."),
+        (["--wind", "30,0"], "A wind of 30 m/s is not below the airspeed"),
+    ],
+)
+def test_bad_options_are_one_sentence(summary, capsys, options, message):
+    assert main(["fly", summary(), *options]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_missing_extra_is_one_sentence(summary, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "jsbsim", None)
+    assert main(["fly", summary()]) == 2
+    assert "needs the extra pathgene[fly]: pip install" in capsys.readouterr().err

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from host.cli.output import note, print_json, print_pairs
-from host.flight.fly import fly
+from host.flight.fly import fly, save
 from host.flight.models import model_named
 from host.report.files import prepare_directory, writing_into
 from host.report.read import read_run
@@ -25,7 +25,7 @@ def run(args: argparse.Namespace) -> int:
     prepare_directory(directory)
     report = fly(run.problem, run.path, model, wind=args.wind, gusts=args.gusts, seed=args.seed)
     with writing_into(directory):
-        written = report.save(directory)
+        written = save(report, directory)
     table = {key: value for key, value in report.to_dict().items() if key != "track"}
     if args.json:
         print_json(table | {"files": list(map(str, written))})

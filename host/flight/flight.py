@@ -198,7 +198,7 @@ class Flight:
     def _weather(self, time_s: float) -> None:
         simulator = self._simulator
         if self._looks % _LOOKS == 0:
-            simulator.over(self._terrain.ground(self.state.x, self.state.y))
+            simulator.sense_ground(self._terrain.ground(self.state.x, self.state.y))
         self._looks += 1
         first, last = _WIND_S
         if self._wind != (0.0, 0.0) and first <= time_s <= last + PERIOD_S:

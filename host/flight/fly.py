@@ -3,110 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
 from host.evaluation import Evaluator
-from host.evaluation.track import SmoothedTrack
-from host.flight.flight import PERIOD_S, Flight, Flown, fly_track
-from host.flight.judge import Verdict, judge
+from host.flight.flight import Flight, fly_track
+from host.flight.judge import judge
 from host.flight.models import FlightModel, model_for
-from host.problem.aircraft import Aircraft
+from host.flight.report import FlightReport
 from host.problem.problem import Problem
 from host.report.files import write_json
-from host.report.summary import finite, version
 
 
-__all__ = ["FlightReport", "fly"]
-
-# Seconds between two points of the track in the file.
-_POINT_S = 1.0
-# What the file has of the track; more digits than the model's truth deserves cost space.
-_COLUMNS = (
-    ("t_s", 2),
-    ("x", 2),
-    ("y", 2),
-    ("z", 2),
-    ("along_m", 1),
-    ("cross_m", 2),
-    ("height_error_m", 2),
-    ("airspeed_m_s", 2),
-)
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class FlightReport:
-    """A flight of a planned path.
-
-    Parameters
-    ----------
-    problem : Problem
-        The problem of the path.
-    path : ndarray
-        Waypoints, (n, 3) float64 metres.
-    track : SmoothedTrack
-        The smoothed path.
-    flown : Flown
-        Samples of the flight.
-    verdict : Verdict
-        What it kept and broke.
-    model : FlightModel
-        The aircraft that flew.
-    aircraft : Aircraft
-        Its figures: those that were planned for, unless another aircraft flew.
-    wind : (float, float)
-        Where the air moved to, m/s.
-    gusts : str
-        Turbulence.
-    seed : int
-        Its seed.
-    """
-
-    problem: Problem
-    path: NDArray[np.float64]
-    track: SmoothedTrack
-    flown: Flown
-    verdict: Verdict
-    model: FlightModel
-    aircraft: Aircraft
-    wind: tuple[float, float]
-    gusts: str
-    seed: int
-
-    def to_dict(self) -> dict[str, Any]:
-        """The content of ``flight.json``; every number is finite, None stands for the others."""
-        every = round(_POINT_S / PERIOD_S)
-        table = {
-            "pathgene": version(),
-            "aircraft": self.model.name,
-            "planned_for": self.problem.aircraft.name,
-            "as_paper": self.problem.rules is None,
-            "wind": list(self.wind),
-            "gusts": self.gusts,
-            "seed": self.seed,
-            **self.verdict.to_dict(),
-            "track": {
-                name: np.round(getattr(self.flown, name)[::every], digits).tolist()
-                for name, digits in _COLUMNS
-            },
-        }
-        plain: dict[str, Any] = finite(table)
-        return plain
-
-    def save(self, directory: Path) -> list[Path]:
-        """Write ``flight.json`` and ``flight.png`` into ``directory``; return their paths."""
-        # Loads matplotlib, which flying does not need.
-        from host.flight import picture
-
-        written = [directory / "flight.json", directory / "flight.png"]
-        write_json(written[0], self.to_dict())
-        picture.write(self, written[1])
-        return written
+__all__ = ["fly", "save"]
 
 
 def fly(
@@ -175,3 +87,14 @@ def fly(
         gusts=gusts,
         seed=seed,
     )
+
+
+def save(report: FlightReport, directory: Path) -> list[Path]:
+    """Write ``flight.json`` and ``flight.png`` into ``directory``; return their paths."""
+    # Loads matplotlib, which flying does not need.
+    from host.flight import picture
+
+    written = [directory / "flight.json", directory / "flight.png"]
+    write_json(written[0], report.to_dict())
+    picture.write(report, written[1])
+    return written

@@ -113,7 +113,7 @@ def judge(problem: Problem, track: SmoothedTrack, flown: Flown, aircraft: Aircra
     """
     clearance = flown.z - surface_below(problem.terrain, flown.x, flown.y)
     planned = track.sample(_STEP_M)
-    over = planned.z - surface_below(problem.terrain, planned.x, planned.y)
+    heights = planned.z - surface_below(problem.terrain, planned.x, planned.y)
     demanded = demanded_m(problem, flown.x, flown.y)
     asked = problem.rules.clearance_m if problem.rules else 0.0
     lowest = int(np.nanargmin(clearance)) if not np.isnan(clearance).all() else 0
@@ -153,7 +153,7 @@ def judge(problem: Problem, track: SmoothedTrack, flown: Flown, aircraft: Aircra
         height_error_rms_m=_rms(flown.height_error_m),
         height_error_max_m=float(np.abs(flown.height_error_m).max()),
         clearance_asked_m=asked,
-        clearance_planned_m=float(np.nanmin(np.append(over, math.inf))),
+        clearance_planned_m=float(np.nanmin(np.append(heights, math.inf))),
         clearance_flown_m=float(clearance[lowest]),
         clearance_share=share,
         lowest_at_m=(

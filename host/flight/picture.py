@@ -21,7 +21,7 @@ from host.report.palette import GROUND, PATH, START, TEXT, TROUBLE, halo
 
 
 if TYPE_CHECKING:
-    from host.flight.fly import FlightReport
+    from host.flight.report import FlightReport
 
 __all__ = ["draw", "write"]
 

@@ -133,7 +133,7 @@ class Simulator:
         self._executive["atmosphere/wind-east-fps"] = east_m_s / _FOOT_M
         self._executive["atmosphere/wind-north-fps"] = north_m_s / _FOOT_M
 
-    def over(self, ground_m: float) -> None:
+    def sense_ground(self, ground_m: float) -> None:
         """Tell the model the altitude of the ground below, for the turbulence and the mixture."""
         z = float(self._executive["position/h-sl-meters"])
         ground_m = min(ground_m, z - _WHEELS_M) if math.isfinite(ground_m) else z - _WHEELS_M
@@ -173,7 +173,7 @@ class Simulator:
         executive["propulsion/set-running"] = -1
         executive["simulation/randomseed"] = self._seed
         self._start_s = float(executive["simulation/sim-time-sec"])
-        self.over(-math.inf)
+        self.sense_ground(-math.inf)
 
 
 def _loaded(model: FlightModel) -> Any:

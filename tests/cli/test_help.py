@@ -198,7 +198,7 @@ def test_help_is_quick(pathgene):
     ("arguments", "sentence"),
     [
         ([], "No command is given; pathgene --help lists them."),
-        (["fly"], "Argument COMMAND: invalid choice: 'fly' (choose from "),
+        (["soar"], "Argument COMMAND: invalid choice: 'soar' (choose from "),
         (["plan"], "The following arguments are required: --terrain; see pathgene plan --help."),
         (
             ["plan", "--terrain", "x", "--start", "1,2"],

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from host.errors import InputError
-from host.flight.fly import fly
+from host.flight.fly import fly, save
 from host.flight.models import MODELS
 from host.problem import Circle, Problem
 from host.terrain import Terrain
@@ -56,7 +56,7 @@ def test_another_aircraft_flies_with_its_own_figures():
 
 
 def test_writes_file_and_picture(kept, tmp_path):
-    written = kept.save(tmp_path)
+    written = save(kept, tmp_path)
     assert [file.name for file in written] == ["flight.json", "flight.png"]
     content = json.loads(written[0].read_text())
     assert content["kept"] is True

@@ -54,14 +54,14 @@ def test_head_wind_adds_to_the_airspeed():
 
 def test_leans_the_mixture_with_the_height():
     flight = simulator("c172p")
-    flight.over(0.0)
+    flight.sense_ground(0.0)
     assert flight._executive["fcs/mixture-cmd-norm"] == pytest.approx(0.96)
 
 
 def test_ground_stays_below_the_wheels():
     flight = simulator()
     for ground in (490.0, 600.0, math.nan):
-        flight.over(ground)
+        flight.sense_ground(ground)
         flight.step()
         assert flight._executive["position/h-agl-ft"] * 0.3048 == pytest.approx(60, abs=0.5)
 

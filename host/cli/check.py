@@ -10,7 +10,7 @@ import numpy as np
 
 from host.cli.arguments.rules import RULES
 from host.cli.output import print_json, print_pairs, term_pairs
-from host.cli.problem import end_point, load_terrain, load_zones, rule_arguments
+from host.cli.problem import end_point, load_terrain, load_zones, placed, rule_arguments
 from host.errors import InputError, JobError
 from host.planning import check
 from host.problem.aircraft import DEFAULT, Aircraft
@@ -48,6 +48,7 @@ def run(args: argparse.Namespace) -> int:
         terrain = summary_terrain(
             file, summary, args.terrain, cell=args.cell, fill_voids=args.fill_voids
         )
+        terrain = placed(args, terrain)
         path = summary_path(file, summary)
     else:
         if args.terrain is None:

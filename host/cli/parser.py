@@ -10,6 +10,7 @@ from host.cli.arguments.base import Parser, add_command
 from host.cli.arguments.board import add_board
 from host.cli.arguments.check import add_check
 from host.cli.arguments.compare import add_compare
+from host.cli.arguments.export import add_export
 from host.cli.arguments.feasible import add_feasible
 from host.cli.arguments.fly import add_fly
 from host.cli.arguments.plan import add_plan
@@ -36,6 +37,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_compare(commands)
     add_check(commands)
     add_fly(commands)
+    add_export(commands)
     add_feasible(commands)
     add_board(commands)
     add_terrain(commands)

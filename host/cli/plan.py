@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +16,11 @@ from host.cli.output import note, print_json, print_pairs, term_pairs
 from host.cli.problem import make_problem, source_of
 from host.errors import JobError
 from host.evaluation import Evaluator
+from host.mission.files.export import FORMATS, check_formats, export, parse_formats
 from host.planners.base import Result, Stop
-from host.planning import Search
+from host.planning import Plan, Search
 from host.progress import Progress
-from host.report.files import prepare_directory
+from host.report.files import prepare_directory, remove
 
 
 __all__ = ["run"]
@@ -35,7 +37,9 @@ def run(args: argparse.Namespace) -> int:
         seed=args.seed,
         **own_options(args, args.planner),
     )
+    formats = parse_formats(args.write) if args.write else ()
     evaluator = Evaluator(make_problem(args))
+    check_formats(formats, evaluator.problem.terrain)
     directory = Path(args.out)
     prepare_directory(directory)
 
@@ -46,11 +50,20 @@ def run(args: argparse.Namespace) -> int:
                 evaluator, progress=progress.update, stop=stop, source=source_of(args)
             )
         written = plan.save(directory, picture=args.picture, grid=args.grid, warn=note)
+        written += _export(plan, formats, directory)
     if args.json:
         print_json(plan.summary)
     else:
         _print(plan.summary, written)
     return _status(plan.result)
+
+
+def _export(plan: Plan, formats: Sequence[str], directory: Path) -> list[Path]:
+    """Write the files of ``--write``; remove those of an earlier run, which would mislead."""
+    for name in set(FORMATS) - {"geojson", *formats}:
+        remove(directory / FORMATS[name])
+    formats = [name for name in formats if name != "geojson"]  # It is there already.
+    return export(plan.evaluator.problem, plan.path, formats, directory, note)
 
 
 def _status(result: Result) -> int:

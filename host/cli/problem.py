@@ -16,6 +16,7 @@ from host.problem.problem import Problem
 from host.problem.rules import Rules
 from host.problem.zones import Circle, Zone, read_geojson
 from host.terrain import Terrain, load
+from host.terrain.origin import at_origin
 
 
 __all__ = [
@@ -23,14 +24,21 @@ __all__ = [
     "load_terrain",
     "load_zones",
     "make_problem",
+    "placed",
     "rule_arguments",
     "source_of",
 ]
 
 
 def load_terrain(args: argparse.Namespace) -> Terrain:
-    """Load the terrain of ``--terrain``, ``--fill-voids`` and ``--cell``."""
-    return load(args.terrain, cell=args.cell, fill_voids=args.fill_voids)
+    """Load the terrain of ``--terrain``, ``--fill-voids`` and ``--cell``, at ``--origin``."""
+    return placed(args, load(args.terrain, cell=args.cell, fill_voids=args.fill_voids))
+
+
+def placed(args: argparse.Namespace, terrain: Terrain) -> Terrain:
+    """Return the terrain with its south-west node at ``--origin``, if that is given."""
+    origin: tuple[float, float] | None = getattr(args, "origin", None)
+    return terrain if origin is None else at_origin(terrain, *origin)
 
 
 def source_of(args: argparse.Namespace) -> dict[str, Any]:

@@ -14,7 +14,10 @@ from host.problem.rings import Ring, is_number
 from host.terrain import Terrain
 
 
-__all__ = ["Shape", "read_document", "shapes"]
+__all__ = ["NOT_ZONES", "Shape", "read_document", "shapes"]
+
+#: Values of the property ``kind`` of features in a ``path.geojson`` that are no zones.
+NOT_ZONES = ("waypoints", "smoothed track", "start", "goal")
 
 
 class Shape(NamedTuple):
@@ -45,6 +48,8 @@ def read_document(path: str | Path) -> Any:
 def shapes(document: Any, terrain: Terrain) -> Iterator[Shape]:
     """Yield the points and polygons of GeoJSON; a multi-polygon is several polygons.
 
+    The path in a ``path.geojson`` is left out, so that its zones can be read.
+
     Coordinates are WGS84 longitude and latitude, moved into the terrain's frame corner by corner,
     or local metres where the document has the member ``"crs_local": true``. A third coordinate is
     ignored.
@@ -68,6 +73,8 @@ def shapes(document: Any, terrain: Terrain) -> Iterator[Shape]:
                 'local metres and add the member "crs_local": true.'
             )
     for geometry, properties in _geometries(document):
+        if properties.get("kind") in NOT_ZONES:
+            continue
         kind, coordinates = geometry.get("type"), geometry.get("coordinates")
         if kind == "Point":
             yield Shape("Point", (_local([coordinates], terrain, local),), properties)

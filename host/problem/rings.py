@@ -13,7 +13,17 @@ from numpy.typing import NDArray
 from host.errors import InputError
 
 
-__all__ = ["EDGE_M", "Ring", "add_edges", "edges", "is_number", "nodes_inside", "plain", "ring_of"]
+__all__ = [
+    "EDGE_M",
+    "Ring",
+    "add_edges",
+    "edges",
+    "is_number",
+    "nodes_inside",
+    "plain",
+    "ring_of",
+    "wound",
+]
 
 # Nodes this near an edge are on it: products like 7 * 30.87 carry rounding, borders do not.
 EDGE_M = 1e-6
@@ -50,6 +60,12 @@ def ring_of(corners: Any) -> Ring:
     if len(ring) < 3:
         raise InputError(f"No-fly polygon: a ring must have at least 3 corners, not {len(ring)}.")
     return ring
+
+
+def wound(ring: Ring, *, left: bool) -> Ring:
+    """Return the ring counter-clockwise if ``left``, else clockwise."""
+    area = sum(xa * yb - xb * ya for xa, ya, xb, yb in edges(ring))
+    return ring if (area >= 0) == left else ring[::-1]
 
 
 def edges(ring: Ring) -> Iterator[tuple[float, float, float, float]]:

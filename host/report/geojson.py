@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,13 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
+from host.problem.rings import wound
+from host.problem.zones import Circle, Polygon, Zone
 
 
 if TYPE_CHECKING:
     from host.evaluation import SmoothedTrack
     from host.terrain import Terrain
 
-__all__ = ["path_document", "read_path"]
+__all__ = ["heights_datum", "path_document", "read_path"]
 
 # Nine decimals of a degree are a tenth of a millimetre.
 _DEGREE_DECIMALS = 9
@@ -27,8 +31,12 @@ def path_document(
     track: SmoothedTrack,
     terrain: Terrain,
     step_m: float,
+    zones: Sequence[Zone] = (),
 ) -> dict[str, Any]:
-    """Return a FeatureCollection: the waypoints, then the smoothed track, as LineStrings.
+    """Return a FeatureCollection: waypoints and smoothed track, start and goal, and the zones.
+
+    The first two features are LineStrings, the next two Points. A circular zone is a Point with the
+    property ``radius_m``, as :func:`host.problem.zones.read_zones` reads it.
 
     Parameters
     ----------
@@ -41,38 +49,68 @@ def path_document(
         metres, and the member ``crs_local`` is true.
     step_m : float
         Most metres between points of the track.
+    zones : sequence of Zone
+        No-fly zones.
     """
     samples = track.sample(step_m)
     smooth = np.stack((samples.x, samples.y, samples.z), axis=1)
     document: dict[str, Any] = {"type": "FeatureCollection"}
     if terrain.crs is None:
         document["crs_local"] = True
+    document["heights"] = heights_datum(terrain)
+    way, flown = _positions(path, terrain), _positions(smooth, terrain)
     document["features"] = [
-        _line(path, terrain, {"kind": "waypoints"}),
-        _line(smooth, terrain, {"kind": "smoothed track", "length_m": track.length_m}),
+        _feature("LineString", way, {"kind": "waypoints"}),
+        _feature("LineString", flown, {"kind": "smoothed track", "length_m": track.length_m}),
+        _feature("Point", way[0], {"kind": "start"}),
+        _feature("Point", way[-1], {"kind": "goal"}),
+        *(_zone(zone, terrain) for zone in zones),
     ]
     return document
 
 
-def _line(
-    points: NDArray[np.float64],
-    terrain: Terrain,
-    properties: dict[str, Any],
-) -> dict[str, Any]:
+def heights_datum(terrain: Terrain) -> str:
+    """Return what the altitudes of a terrain, and of paths over it, are measured from."""
+    system = re.search(r'VERT(?:_CS|CRS)\["([^"]+)"', terrain.crs or "")
+    if system:
+        return f"AMSL ({system.group(1)})"
+    if "SRTM" in terrain.source or terrain.source.lower().endswith(".hgt"):
+        return "AMSL (EGM96, the geoid of SRTM)"
+    return f"AMSL (the datum of the terrain {terrain.name!r}, which its file does not name)"
+
+
+def _zone(zone: Zone, terrain: Terrain) -> dict[str, Any]:
+    properties = {"kind": "zone", **zone.limits}
+    if isinstance(zone, Circle):
+        ((east, north),) = _positions(np.array([(zone.x_m, zone.y_m)]), terrain)
+        return _feature("Point", [east, north], properties | {"radius_m": zone.radius_m})
+    if isinstance(zone, Polygon):
+        # Outer rings counter-clockwise, holes clockwise, as RFC 7946 wants them.
+        rings = [wound(zone.ring, left=True), *(wound(hole, left=False) for hole in zone.holes)]
+        closed = [_positions(np.array((*ring, ring[0])), terrain) for ring in rings]
+        return _feature("Polygon", closed, properties)
+    raise TypeError(f"No GeoJSON for a zone of the type {type(zone).__name__}")
+
+
+def _positions(points: NDArray[np.float64], terrain: Terrain) -> list[list[float]]:
+    """Return points (n, 2 or 3) as positions of GeoJSON."""
     if terrain.crs is None:
-        positions = points.tolist()
-    else:
-        latitude, longitude = terrain.to_geographic(points[:, 0], points[:, 1])
-        positions = [
-            [round(east, _DEGREE_DECIMALS), round(north, _DEGREE_DECIMALS), z]
-            for east, north, z in zip(
-                longitude.tolist(), latitude.tolist(), points[:, 2].tolist(), strict=True
-            )
-        ]
+        plain: list[list[float]] = points.tolist()
+        return plain
+    latitude, longitude = terrain.to_geographic(points[:, 0], points[:, 1])
+    return [
+        [round(east, _DEGREE_DECIMALS), round(north, _DEGREE_DECIMALS), *rest]
+        for east, north, rest in zip(
+            longitude.tolist(), latitude.tolist(), points[:, 2:].tolist(), strict=True
+        )
+    ]
+
+
+def _feature(kind: str, coordinates: Any, properties: dict[str, Any]) -> dict[str, Any]:
     return {
         "type": "Feature",
         "properties": properties,
-        "geometry": {"type": "LineString", "coordinates": positions},
+        "geometry": {"type": kind, "coordinates": coordinates},
     }
 
 

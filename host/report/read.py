@@ -20,7 +20,8 @@ from host.problem.problem import Problem
 from host.problem.rules import Rules
 from host.problem.way import WayProblem
 from host.problem.zones import Zone, zone_from_dict
-from host.terrain import Terrain, load
+from host.terrain import Terrain, embedded, load
+from host.terrain.origin import at_origin
 
 
 __all__ = [
@@ -61,10 +62,17 @@ class Run:
     summary: dict[str, Any]
 
 
-def read_run(file: Path) -> Run:
+def read_run(file: Path, *, origin: tuple[float, float] | None = None) -> Run:
     """Return the problem, the path and the content of a ``summary.json``.
 
     The ground is that of ``terrain.npz`` beside the file, else the terrain that the summary names.
+
+    Parameters
+    ----------
+    file : Path
+        The summary.
+    origin : tuple of float, optional
+        Latitude and longitude of the south-west node, for a terrain that has no place on Earth.
 
     Raises
     ------
@@ -76,8 +84,9 @@ def read_run(file: Path) -> Run:
         raise InputError(_no_summary(file))
     path = summary_path(file, summary)
     wind, ds_m = summary_wind_and_step(file, summary)
+    terrain = summary_terrain(file, summary)
     problem = problem_of_path(
-        summary_terrain(file, summary),
+        terrain if origin is None else at_origin(terrain, *origin),
         path,
         summary_way(file, summary),
         aircraft=summary_aircraft(file, summary) or load_aircraft(DEFAULT),
@@ -153,6 +162,7 @@ def summary_terrain(
         stated = summary["terrain"]
         grid = file.with_name("terrain.npz")
         is_grid = source is None and grid.exists()
+        is_own = source is None
         if source is None:
             source = str(grid) if is_grid else str(stated["source"])
         if not is_grid:
@@ -163,7 +173,7 @@ def summary_terrain(
     except (KeyError, TypeError, ValueError):
         raise InputError(f"{file}: {_UNKNOWN_PROBLEM}") from None
     terrain = load(source, cell=cell, fill_voids=fill_voids)
-    return _placed(file, terrain, stated) if is_grid else terrain
+    return _placed(file, terrain, stated) if is_own else terrain
 
 
 def summary_path(file: Path, summary: dict[str, Any]) -> NDArray[np.float64]:
@@ -273,7 +283,10 @@ def summary_rules(file: Path, summary: dict[str, Any]) -> dict[str, Any]:
 
 
 def _placed(file: Path, terrain: Terrain, stated: dict[str, Any]) -> Terrain:
-    """Return the grid with the reference system of the summary, if it has none itself."""
+    """Return the terrain with its name, and with the reference system of the summary if needed."""
+    name, source = str(stated.get("name", terrain.name)), str(stated.get("source", terrain.source))
+    named = {entry.name: entry.source for entry in embedded.describe()}
+    terrain = replace(terrain, name=name, source=named.get(source, source))
     crs, origin = stated.get("crs"), stated.get("origin")
     if terrain.crs is not None or crs is None or origin is None:
         return terrain

@@ -74,6 +74,7 @@ def write_report(
             evaluator.track(result.path),
             terrain,
             step_m=min(terrain.dx_m, terrain.dy_m),
+            zones=evaluator.problem.zones,
         )
         write_json(written[-1], document)
     drawing = directory / "path.png"

@@ -17,7 +17,7 @@ from rasterio.warp import transform as warp_transform
 from host.errors import InputError
 
 
-__all__ = ["WGS84", "LocalFrame", "crs_name", "transform", "unit_m", "utm_zone"]
+__all__ = ["WGS84", "LocalFrame", "crs_name", "local_crs", "transform", "unit_m", "utm_zone"]
 
 Floats = NDArray[np.float64]
 
@@ -47,6 +47,16 @@ def utm_zone(lat: float, lon: float) -> str:
     """Return the UTM zone on WGS84 of a point in degrees, as ``EPSG:<code>``."""
     zone = int((lon + 180.0) % 360.0 // 6.0) + 1
     return f"EPSG:{(32600 if lat >= 0 else 32700) + zone}"
+
+
+def local_crs(lat: float, lon: float) -> str:
+    """Return a reference system in metres east and north of a point in degrees, as WKT.
+
+    It is the transverse Mercator projection around the point, on WGS84, without a scale factor:
+    north is up at the point, and 20 km from it lengths are right within 5 millionths.
+    """
+    parameters = f"+lat_0={lat!r} +lon_0={lon!r} +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m"
+    return str(CRS.from_proj4(f"+proj=tmerc {parameters} +no_defs").to_wkt())
 
 
 @lru_cache(maxsize=64)

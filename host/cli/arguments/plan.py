@@ -45,6 +45,13 @@ def add_plan(commands: Commands) -> None:
         "--out", metavar="DIR", default="out", help="directory to write to (default %(default)s)"
     )
     group.add_argument(
+        "--write",
+        metavar="LIST",
+        default="",
+        help="also write path.plan, path.waypoints and path.kml, as in plan,waypoints,kml: see "
+        "pathgene export",
+    )
+    group.add_argument(
         "--no-picture",
         dest="picture",
         action="store_false",

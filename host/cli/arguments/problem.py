@@ -28,6 +28,13 @@ def add_problem(parser: Parser, *, ends_required: bool) -> None:
         help="GeoTIFF, .hgt, any other raster that rasterio opens, .npy, .npz, or a name from "
         "'pathgene terrain list'",
     )
+    group.add_argument(
+        "--origin",
+        type=numbers("LAT,LON"),
+        metavar="LAT,LON",
+        help="place of the south-west node of a terrain that states none, north up, in WGS84 "
+        "degrees",
+    )
     for end in ("start", "goal"):
         either = group.add_mutually_exclusive_group()
         either.add_argument(

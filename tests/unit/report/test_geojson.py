@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from host.errors import InputError
-from host.report.geojson import path_document, read_path
+from host.problem.zones import read_geojson
+from host.report.geojson import heights_datum, path_document, read_path
+from host.terrain import Terrain
 
 
 UTM = {"crs": "EPSG:32632", "origin": (400_000.0, 5_130_000.0)}
@@ -29,7 +31,10 @@ def written(tmp_path, document):
 def test_local_metres_are_exact(make_run, tmp_path):
     terrain, result, document = documented(make_run)
     assert document["crs_local"] is True
-    assert [feature["geometry"]["type"] for feature in document["features"]] == ["LineString"] * 2
+    kinds = [feature["geometry"]["type"] for feature in document["features"]]
+    assert kinds == ["LineString", "LineString", "Point", "Point"]
+    assert document["features"][2]["geometry"]["coordinates"] == result.path[0].tolist()
+    assert document["features"][3]["geometry"]["coordinates"] == result.path[-1].tolist()
     assert np.array_equal(read_path(written(tmp_path, document), terrain), result.path)
 
 
@@ -48,13 +53,44 @@ def test_wgs84_is_exact_to_the_millimetre(make_run, tmp_path):
 def test_second_feature_is_the_smoothed_track(make_run):
     _, result, document = documented(make_run)
     waypoints, track = (
-        np.array(feature["geometry"]["coordinates"]) for feature in document["features"]
+        np.array(feature["geometry"]["coordinates"]) for feature in document["features"][:2]
     )
     assert np.array_equal(waypoints, result.path)
     assert np.array_equal(track[[0, -1]], result.path[[0, -1]])
     steps = np.linalg.norm(np.diff(track, axis=0), axis=1)
     assert steps.max() <= 50.0 * (1 + 1e-9)
     assert steps.sum() == pytest.approx(result.evaluation.length_m, rel=1e-3)
+
+
+def test_zones_are_read_back_in_local_metres(make_run, tmp_path):
+    evaluator, result = make_run()
+    problem = evaluator.problem
+    track, terrain = evaluator.track(result.path), problem.terrain
+    document = path_document(result.path, track, terrain, step_m=50.0, zones=problem.zones)
+    assert [feature["properties"]["kind"] for feature in document["features"][4:]] == ["zone"] * 2
+    circle, polygon = read_geojson(written(tmp_path, document), terrain)
+    assert circle == problem.zones[0]
+    assert set(polygon.ring) == set(problem.zones[1].ring)
+
+
+@pytest.mark.parametrize(
+    ("crs", "source", "heights"),
+    [
+        (
+            None,
+            "synthetic",
+            "AMSL (the datum of the terrain 'hills', which its file does not name)",
+        ),
+        ("EPSG:32632", "/dem/N46E007.hgt", "AMSL (EGM96, the geoid of SRTM)"),
+        (None, "SRTM 3 arc-second (NASA, USGS)", "AMSL (EGM96, the geoid of SRTM)"),
+        ('COMPD_CS["a",VERT_CS["EGM2008 height",', "", "AMSL (EGM2008 height)"),
+    ],
+)
+def test_states_what_heights_are_measured_from(make_run, crs, source, heights):
+    terrain = Terrain("hills", np.zeros((2, 2)), 1.0, 1.0, crs, (0.0, 0.0), source)
+    assert heights_datum(terrain) == heights
+    _, _, document = documented(make_run)
+    assert document["heights"].startswith("AMSL (")
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,38 @@
+"""Arguments of ``pathgene export``."""
+
+from __future__ import annotations
+
+from host.cli.arguments.base import Commands, add_command, numbers
+
+
+__all__ = ["add_export"]
+
+
+def add_export(commands: Commands) -> None:
+    """Add the command."""
+    parser = add_command(
+        commands,
+        "export",
+        "export:run",
+        "Write a planned path as files for ground stations and viewers",
+        "pathgene export out/summary.json --write plan,kml --out mission",
+        notes="Altitudes are above mean sea level; docs/files.md describes each file.",
+    )
+    parser.add_argument("summary", metavar="SUMMARY", help="summary.json of pathgene plan")
+    parser.add_argument(
+        "--write",
+        metavar="LIST",
+        default="plan,waypoints,kml",
+        help="some of plan (QGroundControl), waypoints (QGC WPL 110, Mission Planner), kml and "
+        "geojson (default %(default)s)",
+    )
+    parser.add_argument(
+        "--out", metavar="DIR", help="directory to write to (default that of the summary)"
+    )
+    parser.add_argument(
+        "--origin",
+        type=numbers("LAT,LON"),
+        metavar="LAT,LON",
+        help="place of the south-west node of a terrain that states none, north up, in WGS84 "
+        "degrees",
+    )

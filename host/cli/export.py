@@ -1,0 +1,35 @@
+"""``pathgene export``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from host.cli.output import note, print_json, print_pairs
+from host.mission.files.export import export, parse_formats
+from host.report.files import prepare_directory
+from host.report.read import read_run
+
+
+__all__ = ["run"]
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the files and print their names."""
+    formats = parse_formats(args.write)
+    file = Path(args.summary)
+    planned = read_run(file, origin=args.origin)
+    directory = file.parent if args.out is None else Path(args.out)
+    prepare_directory(directory)
+    if planned.summary.get("feasible") is False:
+        note("The path is not feasible; look at the files, but do not fly them.")
+    notes: list[str] = []
+    written = export(planned.problem, planned.path, formats, directory, notes.append)
+    for sentence in notes:
+        note(sentence)
+    if args.json:
+        files = {name: str(path) for name, path in zip(formats, written, strict=True)}
+        print_json({"files": files, "notes": notes})
+    else:
+        print_pairs(("written", str(path)) for path in written)
+    return 0

@@ -1,0 +1,152 @@
+"""The file ``.plan`` of QGroundControl, written and read."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from host.errors import InputError
+from host.mission.files.fence import Fence, FenceCircle, FencePolygon
+from host.mission.files.flight_plan import FlightPlan, Item
+from host.problem.rings import is_number
+
+
+__all__ = ["plan_document", "read_plan"]
+
+# Constants of MAVLink: any autopilot, a fixed wing, altitudes above mean sea level.
+_GENERIC_AUTOPILOT = 0
+_FIXED_WING = 1
+_FRAME_GLOBAL = 0
+_ALTITUDE_MODE = 1
+# The file wants a speed of hovering as well; an aeroplane has none.
+_HOVER_SPEED_M_S = 5.0
+
+
+def plan_document(plan: FlightPlan) -> dict[str, Any]:
+    """Return the content of a ``.plan`` file."""
+    return {
+        "fileType": "Plan",
+        "version": 1,
+        "groundStation": "QGroundControl",
+        "mission": {
+            "version": 2,
+            "firmwareType": _GENERIC_AUTOPILOT,
+            "vehicleType": _FIXED_WING,
+            "globalPlanAltitudeMode": _ALTITUDE_MODE,
+            "cruiseSpeed": plan.cruise_speed_m_s,
+            "hoverSpeed": _HOVER_SPEED_M_S,
+            "plannedHomePosition": list(plan.home),
+            "items": [
+                {
+                    "type": "SimpleItem",
+                    "doJumpId": number,
+                    "command": item.command,
+                    "frame": _FRAME_GLOBAL,
+                    "params": [*item.params, item.lat, item.lon, item.alt_m],
+                    "autoContinue": True,
+                    "AltitudeMode": _ALTITUDE_MODE,
+                    "Altitude": item.alt_m,
+                    "AMSLAltAboveTerrain": None,
+                }
+                for number, item in enumerate(plan.items, start=1)
+            ],
+        },
+        "geoFence": {
+            "version": 2,
+            "circles": [
+                {
+                    "version": 1,
+                    "inclusion": fence.inclusion,
+                    "circle": {"center": [fence.lat, fence.lon], "radius": fence.radius_m},
+                }
+                for fence in plan.fence
+                if isinstance(fence, FenceCircle)
+            ],
+            "polygons": [
+                {
+                    "version": 1,
+                    "inclusion": fence.inclusion,
+                    "polygon": [list(corner) for corner in fence.corners],
+                }
+                for fence in plan.fence
+                if isinstance(fence, FencePolygon)
+            ],
+        },
+        "rallyPoints": {"version": 2, "points": [list(point) for point in plan.rally]},
+    }
+
+
+def read_plan(file: Path) -> FlightPlan:
+    """Return the content of a ``.plan`` file of simple items at altitudes above mean sea level.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or holds anything else: surveys, altitudes above home or above
+        ground, fences of another version.
+    """
+    try:
+        document = json.loads(file.read_text("utf-8"))
+    except OSError as error:
+        raise InputError(
+            f"Cannot read the plan {str(file)!r} ({error.strerror or error})."
+        ) from None
+    except (ValueError, RecursionError):
+        raise InputError(f"{file}: not JSON; give a .plan file or a summary.json.") from None
+    try:
+        return _plan(document)
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from None
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError):
+        raise InputError(f"{file}: not a .plan file of QGroundControl, version 1.") from None
+
+
+def _plan(document: dict[str, Any]) -> FlightPlan:
+    mission, geofence = document["mission"], document["geoFence"]
+    if document["fileType"] != "Plan" or document["version"] != 1 or mission["version"] != 2:
+        raise ValueError
+    if geofence["version"] != 2:
+        raise InputError("its fences are of another version than 2; save it with a newer program.")
+    return FlightPlan(
+        _numbers(mission["plannedHomePosition"], 3),
+        tuple(_item(number, item) for number, item in enumerate(mission["items"], start=1)),
+        tuple(_fences(geofence)),
+        tuple(_numbers(point, 3) for point in document["rallyPoints"]["points"]),
+        float(mission["cruiseSpeed"]),
+    )
+
+
+def _item(number: int, item: dict[str, Any]) -> Item:
+    if item["type"] != "SimpleItem":
+        raise InputError(
+            f"item {number} is a {item.get('complexItemType', item['type'])}, but only waypoints "
+            "and other simple items can be read; replace it by waypoints."
+        )
+    if item["frame"] != _FRAME_GLOBAL:
+        raise InputError(
+            f"item {number} has an altitude of frame {item['frame']}; give altitudes above mean "
+            "sea level (frame 0)."
+        )
+    *params, lat, lon, alt_m = item["params"]
+    first, second, third, fourth = (None if value is None else float(value) for value in params)
+    lat, lon, alt_m = _numbers((lat, lon, alt_m), 3)
+    return Item(int(item["command"]), (first, second, third, fourth), lat, lon, alt_m)
+
+
+def _fences(geofence: dict[str, Any]) -> Iterator[Fence]:
+    for circle in geofence["circles"]:
+        lat, lon = _numbers(circle["circle"]["center"], 2)
+        (radius_m,) = _numbers([circle["circle"]["radius"]], 1)
+        yield FenceCircle(lat, lon, radius_m, bool(circle["inclusion"]))
+    for polygon in geofence["polygons"]:
+        corners = tuple(_numbers(corner, 2) for corner in polygon["polygon"])
+        yield FencePolygon(corners, bool(polygon["inclusion"]))
+
+
+def _numbers(values: Any, count: int) -> tuple[Any, ...]:
+    """``values`` as a tuple of ``count`` finite floats."""
+    if len(values) != count or not all(map(is_number, values)):
+        raise ValueError
+    return tuple(map(float, values))

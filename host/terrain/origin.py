@@ -1,0 +1,44 @@
+"""A place on Earth for a terrain whose file states none."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from host.errors import InputError
+from host.terrain.grid import Terrain
+
+
+__all__ = ["at_origin"]
+
+
+def at_origin(terrain: Terrain, lat: float, lon: float) -> Terrain:
+    """Return the terrain with its south-west node at a point in degrees, and its y axis north.
+
+    Parameters
+    ----------
+    terrain : Terrain
+        A terrain without a coordinate reference system.
+    lat, lon : float
+        WGS84 latitude, -90 to 90, and longitude, -180 to 180.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range, or the terrain already has a place on Earth.
+    """
+    for name, value, most in (("latitude", lat, 90), ("longitude", lon, 180)):
+        if not (math.isfinite(value) and abs(value) <= most):
+            raise InputError(
+                f"The {name} of the origin must be from -{most} to {most} degrees, "
+                f"not {value:g}; latitude comes first (--origin LAT,LON)."
+            )
+    if terrain.crs is not None:
+        raise InputError(
+            f"The terrain {terrain.name!r} states its place on Earth; leave the origin out "
+            "(--origin)."
+        )
+    # Loads GDAL, which terrains in local metres do not need.
+    from host.terrain.geodesy import local_crs
+
+    return replace(terrain, crs=local_crs(float(lat), float(lon)), origin=(0.0, 0.0))

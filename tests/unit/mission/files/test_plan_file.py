@@ -1,0 +1,165 @@
+"""The plan of QGroundControl: its content, MAVSDK's reading of it, and ours."""
+
+import copy
+import json
+import math
+
+import numpy as np
+import pytest
+
+from host.errors import InputError
+from host.mission.files.flight_plan import LOITER, WAYPOINT, flight_plan
+from host.mission.files.plan_file import plan_document, read_plan
+from host.mission.files.route import leg_tolerance_m, route
+from host.problem.zones import Circle
+from tests.unit.mission.files.judge import agree, single
+from tests.unit.mission.files.mavsdk_autopilot import importer
+
+
+@pytest.fixture(scope="module")
+def plans(missions):
+    return [flight_plan(*mission) for mission in missions]
+
+
+@pytest.fixture(scope="module")
+def documents(plans):
+    """Return the content of the files, as a reader gets it."""
+    return [json.loads(json.dumps(plan_document(plan))) for plan in plans]
+
+
+def route_of(problem, track):
+    rules = problem.rules
+    points = route(track, leg_tolerance_m(rules.corridor_m if rules else None))
+    return np.array([(point.x_m, point.y_m, point.z_m) for point in points])
+
+
+def test_every_number_is_where_the_format_has_it(missions, tracks, documents):
+    for (problem, _), track, document in zip(missions, tracks, documents, strict=True):
+        assert (document["fileType"], document["version"]) == ("Plan", 1)
+        mission, fence, rally = (document[key] for key in ("mission", "geoFence", "rallyPoints"))
+        assert (mission["version"], fence["version"], rally["version"]) == (2, 2, 2)
+        items = mission["items"]
+        assert [item["doJumpId"] for item in items] == list(range(1, len(items) + 1))
+        assert {item["type"] for item in items} == {"SimpleItem"}
+        assert {item["frame"] for item in items} == {0}
+        assert {item["AltitudeMode"] for item in items} == {1}
+        assert [item["command"] for item in items[:-1]] == [WAYPOINT] * (len(items) - 1)
+        assert items[-1]["command"] == LOITER
+        assert {item["Altitude"] == item["params"][6] for item in items} == {True}
+        for piece in fence["circles"] + fence["polygons"]:
+            assert (piece["version"], piece["inclusion"]) == (1, False)
+        start, ground = problem.start, problem.terrain.ground(*problem.start[:2])
+        assert mission["plannedHomePosition"] == items[0]["params"][4:]
+        ((*place, height),) = rally["points"]
+        assert place == items[0]["params"][4:6]
+        assert height == pytest.approx(start[2] - ground)
+
+        points = route_of(problem, track)
+        lat, lon, alt = np.array([item["params"][4:] for item in items[:-1]]).T
+        assert agree(problem.terrain, points, lat, lon)
+        assert np.array_equal(alt, points[:, 2])  # Exactly.
+        assert items[-1]["params"][4:] == items[-2]["params"][4:]
+
+
+def test_mavsdk_imports_the_same_mission_and_fence(documents):
+    """MAVLink has degrees times 10 million and altitudes in single precision."""
+    with importer() as read:
+        for document in documents:
+            imported = read(json.dumps(document))
+            items = document["mission"]["items"]
+            assert len(imported.mission_items) == len(items)
+            for wanted, item in zip(items, imported.mission_items, strict=True):
+                *params, lat, lon, alt = wanted["params"]
+                assert (item.command, item.frame) == (wanted["command"], 0)
+                assert item.x == pytest.approx(lat * 1e7, abs=0.51)
+                assert item.y == pytest.approx(lon * 1e7, abs=0.51)
+                assert item.z == single(alt)
+                assert [item.param1, item.param2, item.param3] == params[:3]
+                assert math.isnan(item.param4)
+            corners = [
+                (corner, len(piece["polygon"]))
+                for piece in document["geoFence"]["polygons"]
+                for corner in piece["polygon"]
+            ]
+            circles = [piece["circle"] for piece in document["geoFence"]["circles"]]
+            fence = imported.geofence_items
+            assert [(f.command, f.param1) for f in fence] == [
+                *((5002, count) for _, count in corners),
+                *((5004, single(circle["radius"])) for circle in circles),
+            ]
+            places = [corner for corner, _ in corners] + [circle["center"] for circle in circles]
+            for (lat, lon), item in zip(places, fence, strict=True):
+                assert item.x == pytest.approx(lat * 1e7, abs=0.51)
+                assert item.y == pytest.approx(lon * 1e7, abs=0.51)
+            (rally,) = imported.rally_items
+            assert rally.z == single(document["rallyPoints"]["points"][0][2])
+
+
+def test_circles_have_their_centres(missions, documents):
+    for (problem, _), document in zip(missions, documents, strict=True):
+        circles = [circle["circle"] for circle in document["geoFence"]["circles"]]
+        zones = [zone for zone in problem.zones if isinstance(zone, Circle)]
+        for circle in circles:
+            (zone,) = (zone for zone in zones if zone.radius_m == circle["radius"])
+            lat, lon = np.array(circle["center"])[:, None]
+            assert agree(problem.terrain, [(zone.x_m, zone.y_m)], lat, lon)
+
+
+def test_reads_its_own_files(plans, documents, tmp_path):
+    file = tmp_path / "path.plan"
+    for plan, document in zip(plans, documents, strict=True):
+        file.write_text(json.dumps(document))
+        read = read_plan(file)
+        assert (read.home, read.items, read.rally) == (plan.home, plan.items, plan.rally)
+        assert set(read.fence) == set(plan.fence)
+
+
+def altered(document, *where, to):
+    """Return a copy with another value at ``where``."""
+    changed = copy.deepcopy(document)
+    table = changed
+    for key in where[:-1]:
+        table = table[key]
+    table[where[-1]] = to
+    return changed
+
+
+@pytest.mark.parametrize(
+    ("where", "to", "sentence"),
+    [
+        (("version",), 2, "not a .plan file of QGroundControl, version 1."),
+        (("mission", "items", 0, "params"), [0, 1], "not a .plan file of QGroundControl, version"),
+        (("mission", "items", 0, "params", 4), None, "not a .plan file of QGroundControl, version"),
+        (
+            ("mission", "items", 2, "frame"),
+            3,
+            "item 3 has an altitude of frame 3; give altitudes above mean sea level (frame 0).",
+        ),
+        (
+            ("mission", "items", 1),
+            {"type": "ComplexItem", "complexItemType": "survey"},
+            "item 2 is a survey, but only waypoints and other simple items can be read; replace "
+            "it by waypoints.",
+        ),
+        (
+            ("geoFence", "version"),
+            1,
+            "its fences are of another version than 2; save it with a newer program.",
+        ),
+    ],
+)
+def test_refuses_other_plans(documents, tmp_path, where, to, sentence):
+    file = tmp_path / "other.plan"
+    file.write_text(json.dumps(altered(documents[1], *where, to=to)))
+    with pytest.raises(InputError) as refusal:
+        read_plan(file)
+    assert str(refusal.value).startswith(f"{file}: {sentence}")
+
+
+def test_refuses_what_is_no_json(tmp_path):
+    file = tmp_path / "none.plan"
+    with pytest.raises(InputError, match=r"^Cannot read the plan .*none.plan' \(No such file"):
+        read_plan(file)
+    file.write_text("QGC WPL 110\n")
+    with pytest.raises(InputError, match=r": not JSON; give a .plan file or a summary.json.$"):
+        read_plan(file)

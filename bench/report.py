@@ -25,7 +25,8 @@ class Options:
     trials : int
         Number of seeds in benchmarks that repeat a table of 50 trials.
     only : str
-        Part of the names of rows to measure, for ``fpga`` and ``quality``.
+        Part of the names of rows to measure, for ``fpga``, ``flight`` and
+        ``quality``.
     """
 
     seeds: int = 40

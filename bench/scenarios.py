@@ -107,7 +107,7 @@ def problem(name: str) -> Problem:
     )
     start = (x0, y0, float(terrain.ground(x0, y0)) + height_m)
     goal = (x1, y1, float(terrain.ground(x1, y1)) + height_m)
-    return Problem(terrain, start, goal, aircraft.load("silver-fox"), zones=zones)
+    return Problem(terrain, start, goal, aircraft.load("silver-fox"), zones=zones, as_paper=True)
 
 
 @cache

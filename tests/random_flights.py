@@ -6,7 +6,7 @@ import shapely
 from host.evaluation.constants import Constants
 from host.evaluation.geometry import smooth
 from host.evaluation.kernels import scratch
-from host.evaluation.pieces import LENGTH, lay_segment, lay_turn
+from host.evaluation.laying import LENGTH, lay_segment, lay_turn
 from host.problem.zones import Circle, Polygon
 from tests.zone_oracle import distances, outline
 
@@ -147,8 +147,8 @@ def piece_rows(path, radius_m):
     for i in range(n):
         lay_turn(path, n, i, constants, turns)
     for i in range(n - 1):
-        lay_segment(path, i, constants, turns, pieces)
-    return pieces, 2 * n - 3
+        lay_segment(path, n, i, constants, turns, pieces)
+    return pieces, 2 * n - 1
 
 
 def piece_times(pieces, rows, speed_m_s=CRUISE_M_S):

@@ -5,9 +5,10 @@ Python; :mod:`~host.evaluation.kernels` with :mod:`~host.evaluation.pieces` is t
 and is loaded with the first evaluator.
 """
 
-from host.evaluation.evaluator import Evaluation, Evaluator
+from host.evaluation.evaluator import Evaluator
 from host.evaluation.geometry import Arc, Straight
 from host.evaluation.reference import problem_utopia, utopia
+from host.evaluation.terms import Evaluation
 from host.evaluation.track import Samples, SmoothedTrack
 
 

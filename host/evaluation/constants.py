@@ -39,6 +39,12 @@ class Constants(NamedTuple):
     ``rows`` and ``columns`` are the shape of the rasters; ``sampled``, ``zones``, ``bilinear`` and
     ``isa`` are 0 or 1; ``burn_per_m`` is sfc / eta, 1/m; ``utopia_area_m2`` is
     a_utopia * l_utopia. Where ``sampled`` is 0 nothing is sampled: d_ut and d_nf are 0.
+
+    The last fields belong to the rules of safe flight; as paper they are 0, or infinite where they
+    limit. ``in_air`` is 1 where slopes are limited by vertical speeds, as in wind. ``roofed`` is 1
+    where the raster of the ground is followed by that of the negated roofs. ``start_east`` and
+    ``start_north`` are the unit vector of the heading at the start, 0 and 0 if it is free, and so
+    at the goal. ``headings`` is the number of fixed headings.
     """
 
     dx_m: float
@@ -63,3 +69,15 @@ class Constants(NamedTuple):
     wind_y_m_s: float
     utopia_area_m2: float
     utopia_fuel: float
+    in_air: int
+    roofed: int
+    headings: int
+    climb_m_s: float
+    descent_m_s: float
+    thrust: float
+    fuel: float
+    ceiling_m: float
+    start_east: float
+    start_north: float
+    goal_east: float
+    goal_north: float

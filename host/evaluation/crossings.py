@@ -13,7 +13,7 @@ import math
 
 from host.evaluation.constants import Floats
 from host.evaluation.jit import compiled, inlined
-from host.evaluation.pieces import _ANGLE, _RUN, _SIDE, _UX, _UY, _X, _X_END, _Y, _Y_END
+from host.evaluation.laying import ANGLE, RUN, SIDE, UX, UY, X_END, Y_END, X, Y
 
 
 __all__ = [
@@ -32,11 +32,11 @@ Box = tuple[float, float, float, float]
 @inlined
 def centre_of(pieces: Floats, row: int) -> tuple[float, float, float]:
     """Return the centre x, y and the radius of an arc."""
-    radius = pieces[row, _RUN] / pieces[row, _ANGLE]
-    aside = pieces[row, _SIDE] * radius
+    radius = pieces[row, RUN] / pieces[row, ANGLE]
+    aside = pieces[row, SIDE] * radius
     return (
-        pieces[row, _X] - aside * pieces[row, _UY],
-        pieces[row, _Y] + aside * pieces[row, _UX],
+        pieces[row, X] - aside * pieces[row, UY],
+        pieces[row, Y] + aside * pieces[row, UX],
         radius,
     )
 
@@ -44,33 +44,33 @@ def centre_of(pieces: Floats, row: int) -> tuple[float, float, float]:
 @inlined
 def place(pieces: Floats, row: int, t: float) -> tuple[float, float]:
     """Return x and y at the fraction ``t``."""
-    x, y = pieces[row, _X], pieces[row, _Y]
-    angle = pieces[row, _ANGLE]
+    x, y = pieces[row, X], pieces[row, Y]
+    angle = pieces[row, ANGLE]
     if angle > 0.0:
-        radius = pieces[row, _RUN] / angle
-        ux, uy = pieces[row, _UX], pieces[row, _UY]
+        radius = pieces[row, RUN] / angle
+        ux, uy = pieces[row, UX], pieces[row, UY]
         # 1 - cos as 2 sin^2 keeps its digits on a short arc.
         half = math.sin(0.5 * angle * t)
         ahead = radius * math.sin(angle * t)
-        aside = pieces[row, _SIDE] * radius * 2.0 * half * half
+        aside = pieces[row, SIDE] * radius * 2.0 * half * half
         return x + (ahead * ux - aside * uy), y + (ahead * uy + aside * ux)
-    return x + (pieces[row, _X_END] - x) * t, y + (pieces[row, _Y_END] - y) * t
+    return x + (pieces[row, X_END] - x) * t, y + (pieces[row, Y_END] - y) * t
 
 
 @inlined
 def box_of(pieces: Floats, row: int) -> Box:
     """Return a rectangle that holds the piece: west, south, east, north."""
-    x, y = pieces[row, _X], pieces[row, _Y]
-    if pieces[row, _ANGLE] > 0.0:
+    x, y = pieces[row, X], pieces[row, Y]
+    if pieces[row, ANGLE] > 0.0:
         cx, cy, radius = centre_of(pieces, row)
-        run = pieces[row, _RUN]
+        run = pieces[row, RUN]
         return (
             max(x - run, cx - radius),
             max(y - run, cy - radius),
             min(x + run, cx + radius),
             min(y + run, cy + radius),
         )
-    x_end, y_end = pieces[row, _X_END], pieces[row, _Y_END]
+    x_end, y_end = pieces[row, X_END], pieces[row, Y_END]
     return min(x, x_end), min(y, y_end), max(x, x_end), max(y, y_end)
 
 
@@ -85,11 +85,11 @@ def _mark(t: float, low: float, high: float, marks: Floats, count: int) -> int:
 @inlined
 def _arc_fraction(pieces: Floats, row: int, vx: float, vy: float) -> float:
     """Return the fraction where the arc's radius has the direction (vx, vy); above 1 beyond it."""
-    ux, uy = pieces[row, _UX], pieces[row, _UY]
-    turned = math.atan2(vx * ux + vy * uy, pieces[row, _SIDE] * (vx * uy - vy * ux))
+    ux, uy = pieces[row, UX], pieces[row, UY]
+    turned = math.atan2(vx * ux + vy * uy, pieces[row, SIDE] * (vx * uy - vy * ux))
     if turned < 0.0:
         turned += 2.0 * math.pi
-    fraction: float = turned / pieces[row, _ANGLE]
+    fraction: float = turned / pieces[row, ANGLE]
     return fraction
 
 
@@ -106,7 +106,7 @@ def cross_circle(
     count: int,
 ) -> int:
     """Mark the crossings with the circle around (``x``, ``y``)."""
-    if pieces[row, _ANGLE] > 0.0:
+    if pieces[row, ANGLE] > 0.0:
         cx, cy, turn_radius = centre_of(pieces, row)
         ox, oy = x - cx, y - cy
         apart = math.sqrt(ox * ox + oy * oy)
@@ -124,8 +124,8 @@ def cross_circle(
         px, py, qx, qy = ahead * ox, ahead * oy, -aside * oy, aside * ox
         count = _mark(_arc_fraction(pieces, row, px + qx, py + qy), low, high, marks, count)
         return _mark(_arc_fraction(pieces, row, px - qx, py - qy), low, high, marks, count)
-    fx, fy = pieces[row, _X] - x, pieces[row, _Y] - y
-    dx, dy = pieces[row, _X_END] - pieces[row, _X], pieces[row, _Y_END] - pieces[row, _Y]
+    fx, fy = pieces[row, X] - x, pieces[row, Y] - y
+    dx, dy = pieces[row, X_END] - pieces[row, X], pieces[row, Y_END] - pieces[row, Y]
     length = math.sqrt(dx * dx + dy * dy)
     if length == 0.0:
         return count
@@ -161,7 +161,7 @@ def cross_line(
     The parallel is ``aside`` metres to the left. Only crossings from ``first`` to ``last`` metres
     along it count.
     """
-    if pieces[row, _ANGLE] > 0.0:
+    if pieces[row, ANGLE] > 0.0:
         cx, cy, radius = centre_of(pieces, row)
         across = aside - ((cy - y) * ex - (cx - x) * ey)
         square = (radius - across) * (radius + across)
@@ -177,8 +177,8 @@ def cross_line(
             t = _arc_fraction(pieces, row, nx - half * ex, ny - half * ey)
             count = _mark(t, low, high, marks, count)
         return count
-    fx, fy = pieces[row, _X] - x, pieces[row, _Y] - y
-    dx, dy = pieces[row, _X_END] - pieces[row, _X], pieces[row, _Y_END] - pieces[row, _Y]
+    fx, fy = pieces[row, X] - x, pieces[row, Y] - y
+    dx, dy = pieces[row, X_END] - pieces[row, X], pieces[row, Y_END] - pieces[row, Y]
     slope = dy * ex - dx * ey
     if slope == 0.0:
         return count
@@ -201,14 +201,14 @@ def mark_towards(
     count: int,
 ) -> int:
     """Mark the place nearest to the point (``x``, ``y``), if it is no end of the piece."""
-    if pieces[row, _ANGLE] > 0.0:
+    if pieces[row, ANGLE] > 0.0:
         cx, cy, _ = centre_of(pieces, row)
         return _mark(_arc_fraction(pieces, row, x - cx, y - cy), low, high, marks, count)
-    dx, dy = pieces[row, _X_END] - pieces[row, _X], pieces[row, _Y_END] - pieces[row, _Y]
+    dx, dy = pieces[row, X_END] - pieces[row, X], pieces[row, Y_END] - pieces[row, Y]
     square = dx * dx + dy * dy
     if square == 0.0:
         return count
-    t = ((x - pieces[row, _X]) * dx + (y - pieces[row, _Y]) * dy) / square
+    t = ((x - pieces[row, X]) * dx + (y - pieces[row, Y]) * dy) / square
     return _mark(t, low, high, marks, count)
 
 
@@ -224,7 +224,7 @@ def mark_parallel(
     count: int,
 ) -> int:
     """Mark the places of an arc that run along the unit direction (``ex``, ``ey``), or against."""
-    if pieces[row, _ANGLE] > 0.0:
+    if pieces[row, ANGLE] > 0.0:
         count = _mark(_arc_fraction(pieces, row, -ey, ex), low, high, marks, count)
         count = _mark(_arc_fraction(pieces, row, ey, -ex), low, high, marks, count)
     return count

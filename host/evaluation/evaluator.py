@@ -2,24 +2,35 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from host.cores import available_cores
 from host.errors import InputError
-from host.evaluation.constants import COORDINATE_LIMIT_M, VOID_HEIGHT_M, Constants, Floats
+from host.evaluation.constants import (
+    COORDINATE_LIMIT_M,
+    SLOPE_TOLERANCE_RAD,
+    VOID_HEIGHT_M,
+    Constants,
+    Floats,
+)
+from host.evaluation.fuel import level_range_m
 from host.evaluation.geometry import smooth
 from host.evaluation.reference import problem_utopia
+from host.evaluation.terms import Evaluation
 from host.evaluation.track import SmoothedTrack, ground_below
+from host.problem.aircraft import Aircraft
 from host.problem.problem import Problem
 
 
-__all__ = ["FINE", "Evaluation", "Evaluator"]
+if TYPE_CHECKING:
+    from host.evaluation.safety import StrictRule
+
+__all__ = ["FINE", "Evaluator"]
 
 # A path is reported feasible only if it is feasible at samples this many times finer.
 FINE = 8
@@ -27,58 +38,6 @@ FINE = 8
 _SAME_POINT_M = 1e-6
 # Fewest paths for a thread: below, a second thread costs more than it saves.
 _PATHS_PER_THREAD = 16
-
-
-@dataclasses.dataclass(frozen=True)
-class Evaluation:
-    """Every term of one path, under the names of ``summary.json``.
-
-    Parameters
-    ----------
-    feasible : bool
-        Penalty 0 both at ``ds`` and at ``ds / 8``.
-    feasible_at_ds : bool
-        Penalty 0 at ``ds``.
-    fitness : float
-        Equation (3), inside (0, 2).
-    penalty : float
-        Equation (1) at ``ds``, metres.
-    cost : float
-        Equation (2).
-    length_m, mean_altitude_m, fuel_N : float
-        Values of the smoothed path. The altitude is the exact mean by length.
-    distance_under_terrain_m, distance_in_nofly_m, distance_too_steep_m : float
-        The terms of the penalty at ``ds``.
-    impossible_arcs : int
-        Interior waypoints whose arc does not fit.
-    void_crossed_m : float
-        The part of ``distance_under_terrain_m`` over voids.
-    minimum_clearance_m : float
-        Least height over the terrain among the samples of the smoothed path at ``ds / 8``, its
-        start and its goal; voids are left out.
-    penalty_fine : float
-        Equation (1) at ``ds / 8``, metres.
-    """
-
-    feasible: bool
-    feasible_at_ds: bool
-    fitness: float
-    penalty: float
-    cost: float
-    length_m: float
-    mean_altitude_m: float
-    fuel_N: float
-    distance_under_terrain_m: float
-    distance_in_nofly_m: float
-    distance_too_steep_m: float
-    impossible_arcs: int
-    void_crossed_m: float
-    minimum_clearance_m: float
-    penalty_fine: float
-
-    def to_dict(self) -> dict[str, Any]:
-        """The terms as plain JSON values."""
-        return dataclasses.asdict(self)
 
 
 class Evaluator:
@@ -130,20 +89,31 @@ class Evaluator:
         self.bilinear = bool(bilinear)
         self.isa = bool(isa)
 
-        elevation = problem.terrain.elevation
-        self._ground = np.where(np.isnan(elevation), VOID_HEIGHT_M, elevation).ravel()
-        self._zoned = np.where(problem.nofly_raster.ravel(), np.nan, self._ground)
+        elevation = problem.surface.elevation
+        ground = np.where(np.isnan(elevation), VOID_HEIGHT_M, elevation).ravel()
+        self._zoned = np.where(problem.nofly_raster.ravel(), np.nan, ground)
+        # Above a roof is below it, upside down.
+        roof = [] if problem.roof is None else [-problem.roof.ravel()]
+        self._ground = np.concatenate((ground, *roof))
         # Numba, which compiles the kernels, is loaded with the first evaluator.
         from host.evaluation import kernels
 
         self._kernels = kernels
         self._constants = _constants(problem, self.ds_m, self.bilinear, self.isa)
         self._fine = self._constants._replace(ds_m=self.ds_m / FINE)
+        self._strict: StrictRule | None = None
+        if problem.rules is not None:
+            from host.evaluation.safety import StrictRule
+
+            self._strict = StrictRule(problem, self._constants)
         self._pool: ThreadPoolExecutor | None = None
 
     @property
     def kernel_arguments(self) -> tuple[Floats, Floats, Constants]:
-        """Ground, the same with NaN in no-fly zones, and constants, as the kernels take them."""
+        """Ground, the same with NaN in no-fly zones, and constants, as the kernels take them.
+
+        The negated roofs follow the ground where there are some.
+        """
         return self._ground, self._zoned, self._constants
 
     def evaluate(self, path: NDArray[np.float64]) -> Evaluation:
@@ -157,24 +127,21 @@ class Evaluator:
             If the path has the wrong shape or other ends than the problem.
         """
         path = self._checked(path)
+        if self._strict is not None:
+            return self._by_rules(self._strict, path)
         n = len(path)
         kernels = self._kernels
         turns, pieces = kernels.scratch(n)
-        length, altitude, fuel, steep, under, zone, impossible = kernels.path_terms(
+        length, altitude, fuel, steep, under, zone, impossible, _ = kernels.path_terms(
             path, n, self._ground, self._zoned, self._constants, turns, pieces
         )
-        corners = impossible / (n - 2) * length if n > 2 else 0.0
+        corners = kernels.corners_m(self._constants, turns, n, length)
         penalty = under + zone + steep + corners
         fine = kernels.path_terms(path, n, self._ground, self._zoned, self._fine, turns, pieces)
         penalty_fine = fine[4] + fine[5] + steep + corners
-        cost = (
-            0.5 * altitude / self._constants.utopia_area_m2
-            + 0.5 * fuel / self._constants.utopia_fuel
-        )
+        cost = kernels.cost_of(self._constants, altitude, fuel)
 
         track = self.track(path)
-        samples, weights = track.midpoints(self.ds_m)
-        void_m = float(weights[np.isnan(samples.ground)].sum())
         ends = path[[0, -1]]
         clearance = np.concatenate(
             (
@@ -198,10 +165,55 @@ class Evaluator:
             distance_in_nofly_m=zone,
             distance_too_steep_m=steep,
             impossible_arcs=impossible,
-            void_crossed_m=void_m,
+            void_crossed_m=self._void_m(track),
             minimum_clearance_m=float(np.nanmin(clearance)),
             penalty_fine=penalty_fine,
         )
+
+    def _by_rules(self, rule: StrictRule, path: NDArray[np.float64]) -> Evaluation:
+        """Return every term of a path by the strict rule."""
+        kernels, problem = self._kernels, self.problem
+        assert problem.rules is not None
+        length, altitude, fuel, steep, under, zone, impossible, beyond = rule.terms(path)
+        arcs = len(path) - 2 + self._constants.headings
+        corners = impossible / arcs * length if arcs else 0.0
+        penalty = under + zone + steep + corners + beyond
+        cost = kernels.cost_of(self._constants, altitude, fuel)
+        searched, _ = self._population(path[None], np.array([len(path)]), self._constants)[:2]
+        track = rule.lay(path)
+        fuel_left = range_left = None
+        if problem.aircraft.fuel_weight_N is not None:
+            fuel_left = problem.aircraft.fuel_weight_N - fuel
+            range_left = level_range_m(problem.aircraft, fuel, max(fuel_left, 0.0))
+        return Evaluation(
+            feasible=penalty == 0,
+            feasible_at_ds=bool(searched[0] == 0),
+            fitness=kernels.fitness_of(penalty, cost),
+            penalty=penalty,
+            cost=cost,
+            length_m=length,
+            mean_altitude_m=altitude / length,
+            fuel_N=fuel,
+            distance_under_terrain_m=under,
+            distance_in_nofly_m=zone,
+            distance_too_steep_m=steep,
+            impossible_arcs=impossible,
+            void_crossed_m=self._void_m(self.track(path)),
+            minimum_clearance_m=rule.clearance_m(track),
+            penalty_fine=penalty,
+            clearance_m=problem.rules.clearance_m,
+            distance_beyond_limits_m=beyond,
+            max_height_agl_m=rule.height_m(track),
+            flight_time_s=track.time_s,
+            fuel_left_N=fuel_left,
+            range_left_m=range_left,
+            limits=rule.limits(track),
+        )
+
+    def _void_m(self, track: SmoothedTrack) -> float:
+        """Return the metres of a track over voids, by its samples at ``ds``."""
+        samples, weights = track.midpoints(self.ds_m)
+        return float(weights[np.isnan(samples.ground)].sum())
 
     def fitness(
         self,
@@ -256,8 +268,14 @@ class Evaluator:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return penalty and cost of a population as for :meth:`fitness`; infinite for bad paths.
 
-        With ``fine`` the samples are at ``ds / 8``, as for a reported feasibility.
+        With ``fine`` they are those of a reported feasibility: by the strict rule, or as paper at
+        samples of ``ds / 8``.
         """
+        if fine and self._strict is not None:
+            return self._strict.penalty_cost(
+                np.ascontiguousarray(paths, dtype=np.float64),
+                np.ascontiguousarray(lengths, dtype=np.int64),
+            )
         penalty, cost, _ = self._population(paths, lengths, self._fine if fine else self._constants)
         return penalty, cost
 
@@ -270,8 +288,9 @@ class Evaluator:
             As for :meth:`evaluate`.
         """
         path = self._checked(path)
-        smoothed = smooth(path, self.problem.aircraft.turn_radius_m)
-        return SmoothedTrack(smoothed.pieces, self.problem.terrain, self.bilinear)
+        problem = self.problem
+        smoothed = smooth(path, problem.limits.turn_radius_m, problem.headings)
+        return SmoothedTrack(smoothed.pieces, problem.terrain, self.bilinear)
 
     def _checked(self, path: NDArray[np.float64]) -> NDArray[np.float64]:
         path = np.ascontiguousarray(path, dtype=np.float64)
@@ -348,7 +367,8 @@ class Evaluator:
 
 def _constants(problem: Problem, ds_m: float, bilinear: bool, isa: bool) -> Constants:
     """Return the constants of a problem for the kernels."""
-    terrain, aircraft = problem.terrain, problem.aircraft
+    terrain, aircraft, limits = problem.terrain, problem.aircraft, problem.limits
+    start, goal = (heading or (0.0, 0.0) for heading in problem.headings)
     rows, columns = terrain.elevation.shape
     best = problem_utopia(problem, isa=isa)
     return Constants(
@@ -361,7 +381,7 @@ def _constants(problem: Problem, ds_m: float, bilinear: bool, isa: bool) -> Cons
         zones=int(problem.nofly_raster.any()),
         bilinear=int(bilinear),
         isa=int(isa),
-        turn_radius_m=aircraft.turn_radius_m,
+        turn_radius_m=limits.turn_radius_m,
         max_climb_rad=math.radians(aircraft.max_climb_deg),
         max_descent_rad=math.radians(aircraft.max_descent_deg),
         weight=aircraft.weight_N,
@@ -374,4 +394,22 @@ def _constants(problem: Problem, ds_m: float, bilinear: bool, isa: bool) -> Cons
         wind_y_m_s=float(problem.wind[1]),
         utopia_area_m2=best.altitude_m * best.length_m,
         utopia_fuel=best.fuel_N,
+        in_air=int(problem.rules is not None and problem.wind != (0.0, 0.0)),
+        roofed=int(problem.roof is not None),
+        headings=sum(heading is not None for heading in problem.headings),
+        climb_m_s=_vertical_m_s(aircraft, aircraft.max_climb_deg),
+        descent_m_s=_vertical_m_s(aircraft, aircraft.max_descent_deg),
+        thrust=limits.thrust_N,
+        fuel=limits.fuel_N,
+        ceiling_m=limits.ceiling_m,
+        start_east=start[0],
+        start_north=start[1],
+        goal_east=goal[0],
+        goal_north=goal[1],
     )
+
+
+def _vertical_m_s(aircraft: Aircraft, slope_deg: float) -> float:
+    """Return the vertical speed of a slope flown in still air, and the tolerance of slopes."""
+    slope = math.radians(slope_deg) + SLOPE_TOLERANCE_RAD
+    return aircraft.cruise_speed_m_s * math.sin(min(slope, 0.5 * math.pi))

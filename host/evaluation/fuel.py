@@ -11,7 +11,14 @@ from collections.abc import Iterable
 from host.problem.aircraft import Aircraft
 
 
-__all__ = ["SEA_LEVEL_DENSITY_KG_M3", "air_density", "air_distance", "fuel_burned"]
+__all__ = [
+    "SEA_LEVEL_DENSITY_KG_M3",
+    "air_density",
+    "air_distance",
+    "fuel_burned",
+    "level_range_m",
+    "thrust_needed",
+]
 
 SEA_LEVEL_DENSITY_KG_M3 = 1.225
 
@@ -55,13 +62,7 @@ def fuel_burned(
 
     A glide that needs no thrust at the start of the piece burns no fuel on it.
     """
-    length = math.hypot(run_m, rise_m)
-    cos, sin = run_m / length, rise_m / length
-    pressure_area = 0.5 * density_kg_m3 * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2
-    # Thrust is a W^2 + b W + e.
-    a = aircraft.induced_drag_factor * cos**2 / pressure_area
-    b = sin
-    e = pressure_area * aircraft.zero_lift_drag_coefficient
+    a, b, e = _thrust_terms(aircraft, run_m, rise_m, density_kg_m3)
     thrust = a * weight**2 + b * weight + e
     if thrust <= 0:
         return 0.0
@@ -79,6 +80,32 @@ def fuel_burned(
     else:
         tau = half
     return 2 * thrust * tau / (1 + (2 * a * weight + b) * tau)
+
+
+def thrust_needed(
+    aircraft: Aircraft,
+    weight: float,
+    run_m: float,
+    rise_m: float,
+    density_kg_m3: float = SEA_LEVEL_DENSITY_KG_M3,
+) -> float:
+    """Return the thrust in newtons that holds a slope; arguments as for :func:`fuel_burned`."""
+    a, b, e = _thrust_terms(aircraft, run_m, rise_m, density_kg_m3)
+    return a * weight**2 + b * weight + e
+
+
+def _thrust_terms(
+    aircraft: Aircraft, run_m: float, rise_m: float, density_kg_m3: float
+) -> tuple[float, float, float]:
+    """Return a, b and e of the thrust a W^2 + b W + e."""
+    length = math.hypot(run_m, rise_m)
+    cos, sin = run_m / length, rise_m / length
+    pressure_area = 0.5 * density_kg_m3 * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2
+    return (
+        aircraft.induced_drag_factor * cos**2 / pressure_area,
+        sin,
+        pressure_area * aircraft.zero_lift_drag_coefficient,
+    )
 
 
 def air_distance(
@@ -118,3 +145,26 @@ def air_distance(
             return None
         time_s += run / ground_speed
     return airspeed_m_s * time_s
+
+
+def level_range_m(aircraft: Aircraft, burned: float, fuel: float) -> float:
+    """Return the distance that ``fuel`` lasts in level flight at sea level in still air, metres.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+        The aircraft, at its cruise speed.
+    burned, fuel : float
+        Fuel burned before, and fuel left, newtons.
+    """
+    pressure_area = 0.5 * SEA_LEVEL_DENSITY_KG_M3 * aircraft.cruise_speed_m_s**2
+    pressure_area *= aircraft.wing_area_m2
+    a = aircraft.induced_drag_factor / pressure_area
+    e = pressure_area * aircraft.zero_lift_drag_coefficient
+    burn_per_m = aircraft.specific_fuel_consumption_N_per_Ws / aircraft.propeller_efficiency
+    root = math.sqrt(a / e)
+    weight = aircraft.weight_N - burned
+    # The integral of dW / (a W^2 + e), over the weights that burn the fuel.
+    return (math.atan(root * weight) - math.atan(root * (weight - fuel))) / (
+        burn_per_m * math.sqrt(a * e)
+    )

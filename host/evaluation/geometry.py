@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from host.evaluation.constants import COLLINEAR_RAD
 
 
-__all__ = ["Arc", "Piece", "Smoothed", "Straight", "smooth"]
+__all__ = ["Arc", "Heading", "Piece", "Smoothed", "Straight", "smooth"]
 
 # A shorter run counts as 0, as in the kernels, where its square is 0: its slope would overflow.
 _SHORTEST_RUN_M = 1e-160
@@ -126,6 +126,7 @@ class Arc:
 
 
 Piece = Straight | Arc
+Heading = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -140,8 +141,16 @@ class Smoothed:
     impossible_arcs: int
 
 
-def smooth(path: NDArray[np.float64], radius_m: float) -> Smoothed:
+def smooth(
+    path: NDArray[np.float64],
+    radius_m: float,
+    headings: tuple[Heading | None, Heading | None] = (None, None),
+) -> Smoothed:
     """Round the corners of ``path``, (n, 3) float64 metres as x, y, z with n >= 2.
+
+    With a heading at the start or goal, the turn between it and the segment beside it is an arc
+    like any other: the track begins before the start, or ends beyond the goal, by its tangent
+    length, which must fit into that segment alone. The way in and the way out are level.
 
     A waypoint whose turn is below 1e-12 rad has no arc: it is never impossible.
     A waypoint at either end of a segment without horizontal length, and one where the path
@@ -150,28 +159,42 @@ def smooth(path: NDArray[np.float64], radius_m: float) -> Smoothed:
     points = [(float(x), float(y), float(z)) for x, y, z in path]
     deltas = [tuple(b - a for a, b in zip(p, q, strict=True)) for p, q in pairwise(points)]
     runs = [_run(east, north) for east, north, _ in deltas]
-    interior = range(1, len(points) - 1)
+    # The ways in and out: level, and long enough for any turn.
+    start, goal = ((*heading, 0.0) if heading else None for heading in headings)
+    ways = [(start, math.inf), *zip(deltas, runs, strict=True), (goal, math.inf)]
 
     turns = [0.0] * len(points)  # Signed turn angle at each waypoint.
-    tangents = [0.0] * len(points)  # Tangent length its arc needs; 0 at start and goal.
-    for i in interior:
-        turns[i], tangents[i] = _turn(deltas[i - 1], deltas[i], runs[i - 1], runs[i], radius_m)
-    possible = [True] * len(points)
-    for i in interior:
-        if tangents[i] > 0:
-            possible[i] = (
-                tangents[i - 1] + tangents[i] <= runs[i - 1]
-                and tangents[i] + tangents[i + 1] <= runs[i]
-            )
+    tangents = [0.0] * len(points)  # Tangent length its arc needs; 0 at a free start or goal.
+    for i, ((before, run_before), (after, run_after)) in enumerate(pairwise(ways)):
+        if before is not None and after is not None:
+            turns[i], tangents[i] = _turn(before, after, run_before, run_after, radius_m)
+    beside = [0.0, *tangents, 0.0]
+    possible = [
+        tangent == 0
+        or (
+            beside[i] + tangent <= ways[i][1]
+            and tangent + beside[i + 2] <= ways[i + 1][1]
+            and tangent < math.inf
+        )
+        for i, tangent in enumerate(tangents)
+    ]
     used = [tangent if fits else 0.0 for tangent, fits in zip(tangents, possible, strict=True)]
 
     pieces: list[Piece] = []
+    if used[0] > 0:
+        assert start is not None
+        x, y, z = points[0]
+        entry = x - used[0] * start[0], y - used[0] * start[1], z
+        climb = deltas[0][2] / runs[0]
+        pieces.append(Arc(entry, start[:2], radius_m, turns[0], used[0] * climb))
     for i, (delta, run) in enumerate(zip(deltas, runs, strict=True)):
         straight = _shortened(points[i], points[i + 1], run, used[i], used[i + 1])
         if straight.length_m > 0:
             pieces.append(straight)
-        if i + 2 < len(points) and used[i + 1] > 0:
-            climb = delta[2] / run + deltas[i + 1][2] / runs[i + 1]
+        if used[i + 1] > 0:
+            climb = delta[2] / run
+            if i + 2 < len(points):
+                climb += deltas[i + 1][2] / runs[i + 1]
             pieces.append(
                 Arc(
                     straight.stop,
@@ -181,7 +204,8 @@ def smooth(path: NDArray[np.float64], radius_m: float) -> Smoothed:
                     used[i + 1] * climb,
                 )
             )
-    return Smoothed(tuple(pieces), len(interior), possible.count(False))
+    arcs = len(points) - 2 + sum(heading is not None for heading in headings)
+    return Smoothed(tuple(pieces), arcs, possible.count(False))
 
 
 def _run(east: float, north: float) -> float:

@@ -13,20 +13,16 @@ from numpy.typing import NDArray
 
 from host.evaluation.constants import COORDINATE_LIMIT_M, Constants, Floats
 from host.evaluation.jit import compiled, inlined
-from host.evaluation.pieces import (
+from host.evaluation.laying import (
     LENGTH,
     PIECE_FIELDS,
     STEEP,
     TURN_FIELDS,
-    area_and_fuel,
-    collided_m,
     count_impossible,
-    judge_slope,
     lay_segment,
     lay_turn,
-    prepare_burn,
-    total_of,
 )
+from host.evaluation.pieces import area_and_fuel, collided_m, judge_slope, prepare_burn, total_of
 
 
 __all__ = [
@@ -56,7 +52,7 @@ def path_terms(
     c: Constants,
     turns: Floats,
     pieces: Floats,
-) -> tuple[float, float, float, float, float, float, int]:
+) -> tuple[float, float, float, float, float, float, int, float]:
     """Return every term of one path.
 
     Parameters
@@ -69,23 +65,25 @@ def path_terms(
         The same with NaN in no-fly zones, so that one load usually answers both questions.
     c : Constants
     turns, pieces : (max_n, TURN_FIELDS), (2 * max_n, PIECE_FIELDS) float64
-        Scratch: the turn at each point; the straight part of each segment and the arc at its end.
+        Scratch: the turn at each point; the arc at the start, the straight part of each segment
+        and the arc at its end.
 
     Returns
     -------
     tuple
         Length, altitude integral (m^2), fuel (N), distance too steep, distance under the terrain,
-        distance in no-fly zones (all m), and the number of impossible arcs.
+        distance in no-fly zones (all m), the number of impossible arcs, and the distance beyond
+        the limits of safe flight (m).
     """
-    rows = 2 * n - 3  # No arc at the goal.
+    rows = 2 * n - 1
     for i in range(n):
         lay_turn(path, n, i, c, turns)
     for i in range(n - 1):
-        lay_segment(path, i, c, turns, pieces)
+        lay_segment(path, n, i, c, turns, pieces)
     for row in range(rows):
         judge_slope(c, pieces, row)
         prepare_burn(c, pieces, row)
-    area, fuel = area_and_fuel(c, pieces, rows)
+    area, fuel, beyond = area_and_fuel(c, pieces, rows)
     under_m = 0.0
     nofly_m = 0.0
     if c.sampled:
@@ -101,6 +99,7 @@ def path_terms(
         under_m,
         nofly_m,
         count_impossible(turns, n),
+        beyond,
     )
 
 
@@ -141,18 +140,22 @@ def penalty_cost(
         for axis in range(3):
             if not abs(path[i, axis]) <= COORDINATE_LIMIT_M:
                 return math.inf, math.inf
-    length, area, fuel, steep, under, zone, _ = path_terms(path, n, ground, zoned, c, turns, pieces)
+    length, area, fuel, steep, under, zone, _, beyond = path_terms(
+        path, n, ground, zoned, c, turns, pieces
+    )
     if not length > 0.0:
         return math.inf, math.inf
     penalty = under + zone + counted_m + steep
-    penalty += corners_m(turns, n, length)
+    penalty += corners_m(c, turns, n, length)
+    penalty += beyond
     return penalty, cost_of(c, area, fuel)
 
 
 @inlined
-def corners_m(turns: Floats, n: int, length: float) -> float:
+def corners_m(c: Constants, turns: Floats, n: int, length: float) -> float:
     """Return the last term of equation (1): the share of impossible arcs, times the length."""
-    return count_impossible(turns, n) / (n - 2) * length if n > 2 else 0.0
+    arcs = n - 2 + c.headings
+    return count_impossible(turns, n) / arcs * length if arcs > 0 else 0.0
 
 
 @compiled
@@ -184,15 +187,15 @@ def fitness_above(
     Arguments are those of :func:`path_terms`; every coordinate must be within the limits there or
     NaN.
     """
-    rows = 2 * n - 3  # No arc at the goal.
+    rows = 2 * n - 1
     for i in range(n):
         lay_turn(path, n, i, c, turns)
     for i in range(n - 1):
-        lay_segment(path, i, c, turns, pieces)
+        lay_segment(path, n, i, c, turns, pieces)
     length = total_of(pieces, rows, LENGTH)
     if not length > 0.0:
         return WORST_FITNESS, True
-    corners = corners_m(turns, n, length)
+    corners = corners_m(c, turns, n, length)
     bound = fitness_of(corners, 0.0)
     if not bound > incumbent:
         return bound, False
@@ -204,19 +207,21 @@ def fitness_above(
         return bound, False
     for row in range(rows):
         prepare_burn(c, pieces, row)
-    area, fuel = area_and_fuel(c, pieces, rows)
+    area, fuel, beyond = area_and_fuel(c, pieces, rows)
     cost = cost_of(c, area, fuel)
-    bound = fitness_of(steep + corners, cost)
+    bound = fitness_of(steep + corners + beyond, cost)
     under_m = 0.0
     nofly_m = 0.0
-    for row in range(rows):
+    # Without a turn at the goal its row is no piece: the segments before it decide.
+    last = rows if pieces[rows - 1, LENGTH] > 0.0 else rows - 1
+    for row in range(last):
         if not bound > incumbent:
             return bound, False
         under, zone = collided_m(ground, zoned, c, pieces, row)
         if under + zone > 0.0:
             under_m += under
             nofly_m += zone
-            bound = fitness_of(under_m + nofly_m + steep + corners, cost)
+            bound = fitness_of(under_m + nofly_m + steep + corners + beyond, cost)
     return bound, True
 
 

@@ -15,7 +15,13 @@ from numpy.typing import NDArray
 
 from host.errors import InputError
 from host.evaluation.constants import SLOPE_TOLERANCE_RAD
-from host.evaluation.fuel import SEA_LEVEL_DENSITY_KG_M3, air_density, air_distance, fuel_burned
+from host.evaluation.fuel import (
+    SEA_LEVEL_DENSITY_KG_M3,
+    air_density,
+    air_distance,
+    fuel_burned,
+    thrust_needed,
+)
 from host.evaluation.geometry import Piece, Straight, smooth
 from host.evaluation.track import SmoothedTrack
 from host.problem.aircraft import Aircraft
@@ -64,17 +70,18 @@ def evaluate(
     """Evaluate ``path``, (n, 3) float64 metres with start and goal, by the definition."""
     aircraft = problem.aircraft
     ds_m = problem.ds_m if ds_m is None else ds_m
-    smoothed = smooth(path, aircraft.turn_radius_m)
-    track = SmoothedTrack(smoothed.pieces, problem.terrain, bilinear)
+    smoothed = smooth(path, problem.limits.turn_radius_m, problem.headings)
+    track = SmoothedTrack(smoothed.pieces, problem.surface, bilinear)
 
     length = sum(piece.length_m for piece in smoothed.pieces)
     altitude = sum(_mean_altitude(piece) * piece.length_m for piece in smoothed.pieces) / length
     steep = sum(
         piece.length_m
         for piece in smoothed.pieces
-        if too_steep(piece, aircraft) or _air_distance(piece, aircraft, problem.wind) is None
+        if _is_too_steep(piece, problem) or _air_distance(piece, aircraft, problem.wind) is None
     )
     fuel = _fuel(smoothed.pieces, aircraft, problem.wind, isa)
+    beyond = _beyond_limits(smoothed.pieces, problem, isa)
 
     at, part = track.midpoints(ds_m)
     rows, columns = problem.terrain.elevation.shape
@@ -85,11 +92,14 @@ def evaluate(
         & (at.y <= (rows - 1) * problem.terrain.dy_m)
     )
     void = np.isnan(at.ground)
-    under = float(part[outside | void | (at.z < at.ground)].sum())
+    high = np.zeros_like(outside)
+    if problem.roof is not None:
+        high = at.z > problem.roof[problem.terrain.nearest_nodes(at.x, at.y)]
+    under = float(part[outside | void | (at.z < at.ground)].sum() + part[high].sum())
     in_zone = problem.nofly_raster[problem.terrain.nearest_nodes(at.x, at.y)]
     nofly = float(part[in_zone].sum())
 
-    penalty = under + nofly + steep
+    penalty = under + nofly + steep + beyond
     if smoothed.arcs:
         penalty += smoothed.impossible_arcs / smoothed.arcs * length
     best = problem_utopia(problem, isa=isa)
@@ -111,6 +121,49 @@ def evaluate(
         smoothed.impossible_arcs,
         float(part[void].sum()),
     )
+
+
+def _is_too_steep(piece: Piece, problem: Problem) -> bool:
+    """Return whether a piece is too steep; in wind under the rules, by its vertical speed."""
+    aircraft = problem.aircraft
+    if problem.rules is None or problem.wind == (0.0, 0.0) or piece.run_m == 0:
+        return too_steep(piece, aircraft)
+    speed = aircraft.cruise_speed_m_s
+    fastest = 0.0
+    for direction in piece.directions():
+        distance = air_distance(
+            piece.length_m, piece.run_m, [direction], problem.wind, aircraft.cruise_speed_m_s
+        )
+        if distance is None:
+            return True
+        fastest = max(fastest, direction[2] / (distance / speed))
+    vertical = fastest * piece.rise_m / piece.run_m
+    climb, descent = (
+        speed * math.sin(math.radians(degrees) + SLOPE_TOLERANCE_RAD)
+        for degrees in (aircraft.max_climb_deg, aircraft.max_descent_deg)
+    )
+    return not -descent <= vertical <= climb
+
+
+def _beyond_limits(pieces: tuple[Piece, ...], problem: Problem, isa: bool) -> float:
+    """Return the metres beyond the engine's power, the ceiling and the fuel; 0 as paper."""
+    limits, aircraft = problem.limits, problem.aircraft
+    beyond = burned = 0.0
+    for piece in pieces:
+        density = air_density(_mean_altitude(piece)) if isa else SEA_LEVEL_DENSITY_KG_M3
+        weight = aircraft.weight_N - burned
+        if thrust_needed(aircraft, weight, piece.run_m, piece.rise_m, density) > limits.thrust_N:
+            beyond += piece.length_m
+        low = piece.start[2]
+        high = piece.stop[2] if isinstance(piece, Straight) else low + piece.rise_m
+        low, high = min(low, high), max(low, high)
+        if high > limits.ceiling_m:
+            share = 1.0 if low >= limits.ceiling_m else (high - limits.ceiling_m) / (high - low)
+            beyond += share * piece.length_m
+        burned += _fuel((piece,), aircraft, problem.wind, isa, burned)
+    if burned > limits.fuel_N:
+        beyond += sum(piece.length_m for piece in pieces) * (1 - limits.fuel_N / burned)
+    return beyond
 
 
 def too_steep(piece: Piece, aircraft: Aircraft) -> bool:
@@ -199,9 +252,13 @@ def _fuel(
     aircraft: Aircraft,
     wind: tuple[float, float],
     isa: bool,
+    before: float = 0.0,
 ) -> float:
-    """Return the fuel of all pieces; the wind is left out of a piece that it makes impossible."""
-    burned = 0.0
+    """Return the fuel of all pieces; the wind is left out of a piece that it makes impossible.
+
+    ``before`` was burned before the first piece.
+    """
+    burned = before
     for piece in pieces:
         distance = _air_distance(piece, aircraft, wind)
         burned += fuel_burned(
@@ -212,4 +269,4 @@ def _fuel(
             piece.length_m if distance is None else distance,
             air_density(_mean_altitude(piece)) if isa else SEA_LEVEL_DENSITY_KG_M3,
         )
-    return burned
+    return burned - before

@@ -44,6 +44,8 @@ def sample(
 ) -> tuple[int, int]:
     """Return two integers 0 or 1: the point is under the terrain; the point is in a no-fly zone.
 
+    A point above the roof of its node counts as under the terrain.
+
     A point outside the map is under the terrain; for no-fly zones, the nearest node of the edge
     stands in for it.
     """
@@ -59,6 +61,8 @@ def sample(
         under = z < bilinear_ground(ground, c, x, y) if inside else True
     else:
         under = (not inside) | (z < (ground[node] if zone else height))
+    if c.roofed:
+        under = under | (-z < ground[node + np.uint64(c.rows * c.columns)])
     return int(under), int(zone)
 
 
@@ -179,7 +183,13 @@ def count_straight(
         return straight_under_bilinear(ground, c, a, b, parts), zone
     under, zone = straight_hits(zoned, c, a, b, parts)
     # The height in a zone is not in this raster, but few pieces touch a zone.
-    return straight_hits(ground, c, a, b, parts)[0] if zone else under, zone
+    if zone:
+        under = straight_hits(ground, c, a, b, parts)[0]
+    if c.roofed:
+        # Above a roof is below it, upside down; a floor and a roof leave room between them.
+        upside_down = (a[0], a[1], -a[2]), (b[0], b[1], -b[2])
+        under += straight_hits(ground[c.rows * c.columns :], c, *upside_down, parts)[0]
+    return under, zone
 
 
 @inlined
@@ -327,4 +337,8 @@ def count_arc(
     under, zone = arc_hits(zoned, c, a, ux, uy, side, angle, rise, parts)
     if zone:
         under = arc_hits(ground, c, a, ux, uy, side, angle, rise, parts)[0]
+    if c.roofed:
+        entry = a[0], a[1], -a[2]
+        roofs = ground[c.rows * c.columns :]
+        under += arc_hits(roofs, c, entry, ux, uy, side, angle, -rise, parts)[0]
     return under, zone

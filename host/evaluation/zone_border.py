@@ -8,6 +8,7 @@ import math
 from host.evaluation.constants import Floats
 from host.evaluation.crossings import Box, box_of, cross_circle, cross_line
 from host.evaluation.jit import compiled, inlined
+from host.evaluation.laying import RISE, Z
 from host.evaluation.packed_zones import (
     EDGE_BOX,
     EDGE_LENGTH,
@@ -26,7 +27,6 @@ from host.evaluation.packed_zones import (
     ZONE_Y,
     PackedZones,
 )
-from host.evaluation.pieces import _RISE, _Z
 
 
 __all__ = [
@@ -86,7 +86,7 @@ def applies(
     zones = packed.zones
     if zones[zone, LOW] > -math.inf or zones[zone, HIGH] < math.inf:
         low, high = _clip(
-            pieces[row, _Z], pieces[row, _RISE], zones[zone, LOW], zones[zone, HIGH], low, high
+            pieces[row, Z], pieces[row, RISE], zones[zone, LOW], zones[zone, HIGH], low, high
         )
     if zones[zone, T0] > -math.inf or zones[zone, T1] < math.inf:
         start, seconds = times[row], times[row + 1] - times[row]

@@ -30,6 +30,7 @@ from host.evaluation.crossings import (
     place,
 )
 from host.evaluation.jit import allocating, compiled, inlined
+from host.evaluation.laying import LENGTH
 from host.evaluation.packed_zones import (
     EDGE_BOX,
     EDGE_LENGTH,
@@ -46,7 +47,6 @@ from host.evaluation.packed_zones import (
     PackedZones,
     pack_zones,
 )
-from host.evaluation.pieces import LENGTH
 from host.evaluation.zone_border import (
     apart,
     applies,
@@ -177,7 +177,7 @@ def zone_metres(pieces: Floats, rows: int, times: Floats, packed: PackedZones) -
         Pieces of the track, as :func:`host.evaluation.kernels.path_terms` leaves them; rows of
         the length 0 are none.
     rows : int
-        Number of rows that count: 2 n - 3 for n waypoints.
+        Number of rows that count: 2 n - 1 for n waypoints.
     times : (at least rows + 1,) float64
         Seconds from the start of the path to the start of each piece, and to the end of the last;
         the time is linear within a piece. Used by zones with times alone; where it is not finite

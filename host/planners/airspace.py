@@ -22,7 +22,8 @@ class Airspace:
     """The box over the map, less the ground, voids and no-fly zones.
 
     It reaches from the lowest ground to :data:`HEADROOM_M` over the highest, or to the start or the
-    goal where that is higher.
+    goal where that is higher, but not above the ceiling. Under the rules of safe flight, the ground
+    is the raised surface of the search.
 
     Parameters
     ----------
@@ -35,6 +36,8 @@ class Airspace:
         Corners of the box, (3,) float64 metres.
     floor : ndarray
         Lowest free altitude at each node, of the terrain's shape; infinite over voids and zones.
+    roof : ndarray or None
+        Highest free altitude at each node, if it is below the top of the box anywhere.
 
     Raises
     ------
@@ -45,13 +48,15 @@ class Airspace:
     def __init__(self, problem: Problem) -> None:
         self.terrain = problem.terrain
         self.start, self.goal = problem.start, problem.goal
-        elevation = problem.terrain.elevation
-        self.floor = np.where(np.isnan(elevation) | problem.nofly_raster, np.inf, elevation)
+        elevation = problem.surface.elevation
+        self.floor = np.where(problem.blocked_raster, np.inf, elevation)
+        self.roof = problem.roof
         self._free = np.flatnonzero(np.isfinite(self.floor))
         if not len(self._free):
             raise InputError(NO_FLYABLE_CELL)
         rows, columns = elevation.shape
-        top = max(float(np.nanmax(elevation)) + HEADROOM_M, self.start[2], self.goal[2])
+        top = min(float(np.nanmax(elevation)) + HEADROOM_M, problem.limits.ceiling_m)
+        top = max(top, self.start[2], self.goal[2])
         self.low = np.array(
             [0.0, 0.0, min(float(np.nanmin(elevation)), self.start[2], self.goal[2])]
         )
@@ -62,16 +67,20 @@ class Airspace:
     def is_free(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return which ``points``, (n, 3) float64 metres, are in the box and free: (n,) bool."""
         inside = ((points >= self.low) & (points <= self.high)).all(axis=1)
-        floor = self.floor[self.terrain.nearest_nodes(points[:, 0], points[:, 1])]
-        free: NDArray[np.bool_] = inside & (points[:, 2] >= floor)
+        nodes = self.terrain.nearest_nodes(points[:, 0], points[:, 1])
+        free: NDArray[np.bool_] = inside & (points[:, 2] >= self.floor[nodes])
+        if self.roof is not None:
+            free &= points[:, 2] <= self.roof[nodes]
         return free
 
     def draw(self, rng: np.random.Generator, count: int) -> NDArray[np.float64]:
         """Return ``count`` points (count, 3): uniform over the free nodes, then over the height."""
         nodes = self._free[rng.integers(len(self._free), size=count)]
         row, column = np.divmod(nodes, self.floor.shape[1])
-        floor = self.floor[row, column]
-        z = floor + (self.high[2] - floor) * rng.random(count)
+        floor, top = self.floor[row, column], self.high[2]
+        if self.roof is not None:
+            top = np.minimum(top, self.roof[row, column])
+        z = floor + (top - floor) * rng.random(count)
         return np.stack((column * self.terrain.dx_m, row * self.terrain.dy_m, z), axis=1)
 
     def draw_near(

@@ -71,14 +71,18 @@ def lowest_altitudes(
     # The altitudes are the numbers of the waypoints, so each piece tells which it lies between.
     smoothed = smooth(
         np.column_stack((places, np.arange(count, dtype=np.float64))),
-        problem.aircraft.turn_radius_m,
+        problem.limits.turn_radius_m,
+        problem.headings,
     )
     runs = np.hypot(*np.diff(places, axis=0).T)
     if smoothed.impossible_arcs or not runs.any():
         return None
     above, heights, level = [], [], np.zeros(count)
     rises, flown = [np.diff(np.eye(count), axis=0)], [runs]
-    profiles = _profiles(problem.terrain, smoothed.pieces, problem.ds_m / FINE)
+    with np.errstate(invalid="ignore"):  # A segment without horizontal length has no direction.
+        ways = np.diff(places, axis=0) / runs[:, None]
+    allowed = [problem.slope_limits(*ways.T)]
+    profiles = _profiles(problem.surface, smoothed.pieces, problem.ds_m / FINE)
     for piece, (at, ground) in zip(smoothed.pieces, profiles, strict=True):
         start = _between(piece.start[2], count)
         stop = _between(piece.start[2] + piece.rise_m, count)
@@ -88,6 +92,7 @@ def lowest_altitudes(
         if isinstance(piece, Arc) and piece.run_m > _SHORT_ARC_M:
             rises.append((stop - start)[None])
             flown.append(np.array([piece.run_m]))
+            allowed.append(_least_slopes(problem, piece))
     z = _solved(
         problem,
         prices,
@@ -96,6 +101,10 @@ def lowest_altitudes(
         level,
         np.concatenate(rises),
         np.concatenate(flown),
+        (
+            np.concatenate([climb for climb, _ in allowed]),
+            np.concatenate([descent for _, descent in allowed]),
+        ),
         step_m,
     )
     if z is None:
@@ -103,6 +112,13 @@ def lowest_altitudes(
     if step_m > 0:
         z[1:-1] = base_m + np.ceil((z[1:-1] - base_m) / step_m) * step_m
     return np.column_stack((places, z))
+
+
+def _least_slopes(problem: Problem, arc: Arc) -> tuple[Floats, Floats]:
+    """Return the steepest climb and descent that hold all along an arc, as tangents, (1,) each."""
+    directions = np.array([direction[:2] for direction in arc.directions()])
+    climb, descent = problem.slope_limits(*directions.T)
+    return climb.min(keepdims=True), descent.min(keepdims=True)
 
 
 def _between(at: float, count: int) -> Floats:
@@ -193,6 +209,7 @@ def _solved(
     level: Floats,
     rises: Floats,
     runs: Floats,
+    slopes_allowed: tuple[Floats, Floats],
     step_m: float,
 ) -> Floats | None:
     """Solve for the altitudes of all waypoints, the climb of each segment, and the excess slope.
@@ -205,13 +222,12 @@ def _solved(
         Weights of the integral of altitude over length, metres.
     rises, runs : (p, n) and (p,) float64
         Weights of the rise on a run, and the length of the run in metres: segments, then arcs.
+    slopes_allowed : (p,) and (p,) float64
+        Steepest climb and descent of each run, as tangents.
     """
-    aircraft, count = problem.aircraft, len(level)
+    count = len(level)
     segments, slopes = count - 1, len(rises)
-    climb, descent = (
-        math.tan(math.radians(limit)) - _SLOPE_MARGIN
-        for limit in (aircraft.max_climb_deg, aircraft.max_descent_deg)
-    )
+    climb, descent = (limit - _SLOPE_MARGIN for limit in slopes_allowed)
     # Rounding up may add this to a rise, and take this from it.
     more = step_m * np.maximum(rises[:, 1:-1], 0).sum(axis=1)
     less = step_m * np.maximum(-rises[:, 1:-1], 0).sum(axis=1)

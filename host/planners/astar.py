@@ -25,6 +25,8 @@ Path = NDArray[np.float64]
 _STEEPNESS = (2.5, 1.5, 1.0, math.inf)
 # Margin around voids and zones, in turn radii; the second if the first gives no feasible path.
 _MARGINS = (0.0, 0.5)
+# Slope of the surfaces for an aircraft that can hardly climb.
+_LEAST_SLOPE = 1e-3
 #: Most searches of a run.
 MOST_SEARCHES = len(_MARGINS) * len(_STEEPNESS)
 # Numbers of turns tried with each route, as shares of the most waypoints.
@@ -124,7 +126,7 @@ def searches(
     problem, best = run.evaluator.problem, 0.0
     for margin in _MARGINS:
         with run.phase("search"):
-            grid = SearchGrid(problem, margin * problem.aircraft.turn_radius_m)
+            grid = SearchGrid(problem, margin * problem.limits.turn_radius_m)
         for steepness in _STEEPNESS:
             with run.phase("search"):
                 paths = _paths(grid, steepness, most, lattice)
@@ -139,7 +141,7 @@ def searches(
 def _paths(grid: SearchGrid, steepness: float, most: int, lattice: ChipMap | None) -> list[Path]:
     """Return paths of several numbers of turns along one route; none if there is no route."""
     problem = grid.problem
-    surface = grid.surface(steepness * math.tan(math.radians(problem.aircraft.max_climb_deg)))
+    surface = grid.surface(steepness * max(math.tan(problem.limits.climb_rad), _LEAST_SLOPE))
     route = grid.route(surface)
     if route is None:
         return []
@@ -151,7 +153,7 @@ def _paths(grid: SearchGrid, steepness: float, most: int, lattice: ChipMap | Non
         if line is None:
             continue
         # More waypoints on a track allow lower altitudes; on a lattice they may add turns.
-        places = lengthened(points[line], most, problem.aircraft.turn_radius_m)
+        places = lengthened(points[line], most, problem.limits.turn_radius_m)
         if lattice is not None:
             places[1:-1] = on_corners(places[1:-1], lattice.scale_m[:2])
         path = lowest_altitudes(problem, grid.prices, places, **steps)

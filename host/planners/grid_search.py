@@ -89,7 +89,7 @@ class SearchGrid:
     """
 
     def __init__(self, problem: Problem, margin_m: float = 0.0) -> None:
-        terrain, aircraft = problem.terrain, problem.aircraft
+        terrain = problem.surface
         self.problem = problem
         self.prices = Prices(problem)
         self._every = math.ceil(max(terrain.shape) / _MOST_NODES)
@@ -104,15 +104,12 @@ class SearchGrid:
         y = np.minimum(rows * self._every + middle, terrain.shape[0] - 1) * terrain.dy_m
         self._x, self._y = x.ravel(), y.ravel()
 
-        climb, descent = (
-            math.tan(math.radians(limit))
-            for limit in (aircraft.max_climb_deg, aircraft.max_descent_deg)
-        )
+        climb, descent = math.tan(problem.limits.climb_rad), math.tan(problem.limits.descent_rad)
         (x0, y0, z0), (x1, y1, z1) = problem.start, problem.goal
         away_0, away_1 = np.hypot(x - x0, y - y0), np.hypot(x - x1, y - y1)
         # The highest ground of a node may lie this far from the node.
         reach = math.hypot(self.dx_m, self.dy_m)
-        out = self._pooled(void | problem.nofly_raster)
+        out = self._pooled(problem.blocked_raster)
         out |= self.ground > z0 + climb * (away_0 + reach)
         out |= self.ground > z1 + descent * (away_1 + reach)
         self._start, self._goal = self._node(x0, y0), self._node(x1, y1)

@@ -101,7 +101,7 @@ def astar_paths(
     with run.phase("variation"):
         vary = Variation(problem, rng, most, fewest, lattice)
         best = ranked[: max(1, int(_FOUND_SHARE * count))]
-        longer = (lengthened(path, fewest, problem.aircraft.turn_radius_m) for _, path in best)
+        longer = (lengthened(path, fewest, problem.limits.turn_radius_m) for _, path in best)
         paths = [vary.placed(path[1:-1]) for path in longer]
         randoms = [vary.random() for _ in range(int(_RANDOM_SHARE * count))]
         varied = count - len(paths) - len(randoms)

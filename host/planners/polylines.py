@@ -130,7 +130,7 @@ def _chord_costs(points: Floats, grid: SearchGrid, surface: Floats) -> Floats:
     share = (np.arange(len(chord)) - first[chord] + 0.5) / parts[chord]
     at = points[one][chord] + (points[other] - points[one])[chord] * share[:, None]
     price = grid.price_per_m(surface)[grid.nodes(*at.T)]
-    radius_m = grid.problem.aircraft.turn_radius_m
+    radius_m = grid.problem.limits.turn_radius_m
     shortest = radius_m * ((one > 0).astype(np.int64) + (other < count - 1))
     costs = np.full((count, count), math.inf)
     total = np.add.reduceat(price, first) * (run / parts)

@@ -38,7 +38,8 @@ class ChipMap:
     config : Config
         Sizes of the chip.
     problem : Problem
-        Terrain, no-fly zones, start and goal.
+        Terrain, no-fly zones, start and goal. Under the rules of safe flight, the map has the
+        raised surface of the search.
 
     Attributes
     ----------
@@ -62,7 +63,7 @@ class ChipMap:
     """
 
     def __init__(self, config: Config, problem: Problem) -> None:
-        terrain = problem.terrain
+        terrain = problem.surface
         self._config = config
         self._problem = problem
         ny, nx = terrain.elevation.shape
@@ -71,7 +72,7 @@ class ChipMap:
             _scale(nx, terrain.dx_m, size),
             _scale(ny, terrain.dy_m, size),
         )
-        lowest = float(np.nanmin(terrain.elevation))
+        lowest = min(float(np.nanmin(terrain.elevation)), problem.start[2], problem.goal[2])
         highest = float(np.nanmax(terrain.elevation))
         headroom_m = max(_HEADROOM_M, _HEADROOM_SHARE * (highest - lowest))
         self.base_m = float(math.floor(lowest))
@@ -139,11 +140,11 @@ class ChipMap:
     @functools.cached_property
     def heights(self) -> NDArray[np.uint16]:
         """Altitude steps of the cells, made when they are first needed."""
-        terrain, blocked = self._problem.terrain, self._config.blocked_altitude
+        terrain, blocked = self._problem.surface, self._config.blocked_altitude
         steps = np.ceil((terrain.elevation - self.base_m) / self.step_m)
         # The difference may have been rounded down to a step that lies below the ground.
         steps += self.base_m + steps * self.step_m < terrain.elevation
-        steps = np.where(np.isnan(terrain.elevation) | self._problem.nofly_raster, blocked, steps)
+        steps = np.where(self._problem.blocked_raster, blocked, steps)
         ny, nx = steps.shape
         rows = _first_nodes(ny, terrain.dy_m, self.scale_m[1])
         columns = _first_nodes(nx, terrain.dx_m, self.scale_m[0])

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +18,19 @@ from host.errors import InputError
 from host.numeric import real
 from host.problem.aircraft import DEFAULT, Aircraft, load
 from host.problem.ends import Point, check_above_ground, end_point, numbers
+from host.problem.limits import Limits, slope_limits
 from host.problem.rules import Rules
 from host.problem.zones import Zone, raster
 from host.terrain import Terrain
 
 
+if TYPE_CHECKING:
+    from host.problem.surface import Demand, SearchRasters
+
 __all__ = ["SMALLEST_DS_M", "Problem"]
 
 SMALLEST_DS_M = 1e-3
+_SAFE = Rules()
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -54,10 +61,11 @@ class Problem:
     geo : bool
         The first two numbers of ``start`` and ``goal`` are WGS84 latitude and longitude in degrees;
         the terrain must have a coordinate reference system.
-    rules : Rules, optional
+    rules : Rules or None
         What a path must keep beyond the evaluation of the papers; the defaults of :class:`Rules`.
+        None is as paper.
     as_paper : bool
-        No rules: the evaluation of the papers alone. Excludes ``rules`` and headings.
+        No rules: the evaluation of the papers alone. Excludes other rules, and headings.
     start_heading_deg, goal_heading_deg : float, optional
         Heading at start and goal, degrees clockwise from the frame's north, -360 to 360. The turn
         between it and the segment beside it is an arc like any other.
@@ -91,7 +99,7 @@ class Problem:
         *,
         agl: bool = False,
         geo: bool = False,
-        rules: Rules | None = None,
+        rules: Rules | None = _SAFE,
         as_paper: bool = False,
         start_heading_deg: float | None = None,
         goal_heading_deg: float | None = None,
@@ -162,16 +170,103 @@ class Problem:
         return self.rules is None
 
     @cached_property
+    def limits(self) -> Limits:
+        """Limits of the aircraft in this wind, under these rules."""
+        return Limits.of(self.aircraft, self.wind, self.rules)
+
+    def slope_limits(
+        self, east: NDArray[np.float64], north: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the steepest climbs and descents along unit directions, (n,) each, as tangents.
+
+        See :func:`host.problem.limits.slope_limits`.
+        """
+        wind = (0.0, 0.0) if self.rules is None else self.wind
+        return slope_limits(self.limits, self.aircraft.cruise_speed_m_s, wind, east, north)
+
+    @property
+    def headings(self) -> tuple[tuple[float, float] | None, tuple[float, float] | None]:
+        """Unit vectors east and north of the headings at start and goal; None where free."""
+        start, goal = (
+            None if deg is None else (math.sin(math.radians(deg)), math.cos(math.radians(deg)))
+            for deg in (self.start_heading_deg, self.goal_heading_deg)
+        )
+        return start, goal
+
+    @cached_property
+    def surface(self) -> Terrain:
+        """Terrain that planners search above; see :class:`host.problem.surface.SearchRasters`.
+
+        As paper it is the terrain.
+        """
+        if self._rasters is None:
+            return self.terrain
+        return dataclasses.replace(self.terrain, elevation=self._rasters.floor)
+
+    @property
+    def roof(self) -> NDArray[np.float64] | None:
+        """Highest altitude of the search at each node, (ny, nx); None where there is no limit."""
+        return None if self._rasters is None else self._rasters.roof
+
+    @cached_property
     def nofly_raster(self) -> NDArray[np.bool_]:
-        """Nodes of the terrain in a no-fly zone, (ny, nx) bool, row 0 the southernmost."""
-        inside = raster(self.zones, self.terrain)
+        """Nodes that the search takes for no-fly, (ny, nx) bool, row 0 the southernmost.
+
+        As paper, the nodes in a zone. Under the rules, the nodes whose cell square meets a zone or
+        its margin; zones that are flown over or under are in :attr:`surface` and :attr:`roof`.
+        """
+        inside = raster(self.zones, self.terrain) if self._rasters is None else self._rasters.nofly
         inside.flags.writeable = False
         return inside
+
+    @cached_property
+    def blocked_raster(self) -> NDArray[np.bool_]:
+        """Nodes where planners can put no waypoint: no-fly, void, or without room, (ny, nx)."""
+        top = self.limits.ceiling_m if self.roof is None else self.roof
+        blocked: NDArray[np.bool_] = self.nofly_raster | ~(
+            self.surface.elevation <= np.minimum(top, self.limits.ceiling_m)
+        )
+        return blocked
+
+    @cached_property
+    def demand(self) -> Demand:
+        """Clearance demanded on the way from start to goal; the problem must have rules."""
+        from host.problem.surface import Demand
+
+        assert self.rules is not None
+        return Demand.of(self.terrain, self.start, self.goal, self.aircraft, self.rules.clearance_m)
+
+    @property
+    def _fastest_m_s(self) -> float:
+        return self.aircraft.cruise_speed_m_s + math.hypot(*self.wind)
+
+    @cached_property
+    def _rasters(self) -> SearchRasters | None:
+        if self.rules is None:
+            return None
+        # Loads SciPy.
+        from host.problem.surface import SearchRasters
+
+        return SearchRasters(self.terrain, self.demand, self.zones, self.rules, self._fastest_m_s)
+
+    def _is_in_zone(self, name: str, point: Point) -> bool:
+        """Return whether an end is in a zone; for timed zones, the start at its time alone."""
+        x, y, z = point
+        if self.rules is None:
+            return bool(self.nofly_raster[self.terrain.nearest_nodes(x, y)])
+        return any(
+            bool(zone.covers(np.array([x]), np.array([y]))[0, 0])
+            and (zone.lower_m is None or zone.lower_m <= z)
+            and (zone.upper_m is None or z <= zone.upper_m)
+            and (zone.t0_s is None or (name == "start" and zone.t0_s == 0))
+            and (zone.t1_s is None or name == "start")
+            for zone in self.zones
+        )
 
     def _check_place(self, name: str, point: Point) -> None:
         check_above_ground(name, self.terrain, point)
         x, y, _ = point
-        if self.nofly_raster[self.terrain.nearest_nodes(x, y)]:
+        if self._is_in_zone(name, point):
             raise InputError(
                 f"The {name} at ({x:g}, {y:g}) is inside a no-fly zone; move it or the zone."
             )
@@ -181,11 +276,9 @@ def _rules(rules: Rules | None, as_paper: bool) -> Rules | None:
     """The rules of a problem; None as paper."""
     if not isinstance(rules, Rules | None):
         raise InputError(f"The rules must be Rules, not {rules!r}.")
-    if as_paper:
-        if rules is not None:
-            raise InputError("The evaluation of the papers has no rules; leave them out.")
-        return None
-    return Rules() if rules is None else rules
+    if as_paper and rules not in (None, _SAFE):
+        raise InputError("The evaluation of the papers has no rules; leave them out.")
+    return None if as_paper else rules
 
 
 def _heading(end: str, heading_deg: float | None) -> float | None:

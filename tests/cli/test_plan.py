@@ -228,7 +228,7 @@ def test_grid_beside_the_summary_is_the_evaluated_one(planned, hills):
     with np.load(out / "terrain.npz") as grid, np.load(hills) as source:
         assert np.array_equal(grid["elevation"], source["elevation"], equal_nan=True)
         assert grid["nofly"][20, 30]
-        assert grid["nofly"].sum() == 49  # Nodes within 4 cells of the centre.
+        assert grid["nofly"].sum() == 69  # Cells that meet the circle or its margin.
 
 
 @pytest.fixture(scope="module")

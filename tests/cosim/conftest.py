@@ -17,5 +17,7 @@ def evaluator():
     terrain = Terrain(
         name="wall", elevation=elevation, dx_m=100.0, dy_m=100.0, crs=None, origin=(0.0, 0.0)
     )
-    problem = Problem(terrain, (200, 300, 200), (2800, 300, 200), aircraft.load("silver-fox"))
+    problem = Problem(
+        terrain, (200, 300, 200), (2800, 300, 200), aircraft.load("silver-fox"), as_paper=True
+    )
     return Evaluator(problem, threads=1)

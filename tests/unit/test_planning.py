@@ -22,7 +22,7 @@ HILLS = Terrain(
     100.0,
 )
 FOX = aircraft.load("silver-fox")
-PROBLEM = Problem(HILLS, (300, 300, 500), (3700, 2700, 500), FOX)
+PROBLEM = Problem(HILLS, (300, 300, 500), (3700, 2700, 500), FOX, as_paper=True)
 
 
 def test_plans_without_output(capsys):
@@ -169,7 +169,7 @@ from host.problem import Aircraft, ChipMap, Circle, Problem
 from host.problem.aircraft import load as aircraft
 from host.terrain import load
 problem = Problem(load(sys.argv[1]), (300, 300, 500), (3700, 2700, 500), aircraft("heron"))
-problem.nofly_raster
+assert problem.limits
 heavy = ("numba", "scipy", "matplotlib", "rasterio", "amaranth", "serial")
 print([name for name in heavy if name in sys.modules])
 """

@@ -25,15 +25,10 @@ from numpy.typing import NDArray
 
 from host.evaluation import Evaluator
 from host.evaluation.kernels import corners_m, cost_of, fitness_of
+from host.evaluation.laying import LENGTH, PIECE_FIELDS, STEEP, TURN_FIELDS, lay_segment, lay_turn
 from host.evaluation.pieces import (
-    LENGTH,
-    PIECE_FIELDS,
-    STEEP,
-    TURN_FIELDS,
     area_and_fuel,
     judge_slope,
-    lay_segment,
-    lay_turn,
     parts_of,
     piece_part,
     prepare_burn,
@@ -77,7 +72,7 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
     history, leaders : (k, 2), (k, n, 3) float64
         Best and mean fitness; path of the best.
     """
-    rows = 2 * points - 3
+    rows = 2 * points - 1
     numbers = 3 * points
     # Shapes in a block's memory must be constants.
     path_shape, turns_shape = (points, 3), (points, TURN_FIELDS)
@@ -104,7 +99,7 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
             hits[1, row] = 0
         cuda.syncthreads()
         for i in range(thread, points - 1, threads):
-            lay_segment(path, i, c, turns, pieces)
+            lay_segment(path, points, i, c, turns, pieces)
         cuda.syncthreads()
         for row in range(thread, rows, threads):
             judge_slope(c, pieces, row)
@@ -113,9 +108,9 @@ def iteration_kernel(points: int, threads: int = THREADS) -> Callable[..., None]
         cuda.syncthreads()
         if thread == 0:
             length = total_of(pieces, rows, LENGTH)
-            area, fuel = area_and_fuel(c, pieces, rows)
+            area, fuel, beyond = area_and_fuel(c, pieces, rows)
             verdict[_STEEP_M] = total_of(pieces, rows, STEEP)
-            verdict[_CORNERS_M] = corners_m(turns, points, length)
+            verdict[_CORNERS_M] = corners_m(c, turns, points, length) + beyond
             verdict[_COST] = cost_of(c, area, fuel)
             verdict[_VALUE] = fitness_of(
                 verdict[_STEEP_M] + verdict[_CORNERS_M] if length > 0.0 else -1.0, verdict[_COST]

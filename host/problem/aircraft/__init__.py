@@ -15,7 +15,14 @@ __all__ = ["DEFAULT", "Aircraft", "load", "names", "parse"]
 #: The shipped aircraft that flies where none is named.
 DEFAULT = "silver-fox"
 
-_OPTIONAL = ("fuel_weight_N", "lift_coefficient_max", "engine_power_W", "max_speed_m_s", "size_m")
+_OPTIONAL = (
+    "fuel_weight_N",
+    "lift_coefficient_max",
+    "engine_power_W",
+    "max_speed_m_s",
+    "size_m",
+    "service_ceiling_m",
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,17 +36,18 @@ class Aircraft:
     weight_N : float
         Take-off weight, fuel included.
     fuel_weight_N : float or None
-        Weight of the fuel, below ``weight_N``. Not used by the evaluation.
+        Weight of the fuel, below ``weight_N``. Under the rules of safe flight, the most that a path
+        may burn, less the reserve.
     wing_span_m, wing_area_m2 : float
         They give the aspect ratio, span^2 / area.
     lift_coefficient_max : float or None
-        Not used by the evaluation.
+        Under the rules, no turn is possible below the stall speed that follows from it.
     zero_lift_drag_coefficient : float
         Drag coefficient at zero lift, CD0.
     oswald_efficiency : float
         Oswald's span efficiency e, above 0 and at most 1.
     engine_power_W : float or None
-        Not used by the evaluation.
+        Under the rules, the greatest shaft power.
     specific_fuel_consumption_N_per_Ws : float
         Weight of fuel burned per unit of shaft work.
     propeller_efficiency : float
@@ -50,6 +58,8 @@ class Aircraft:
         Top speed, not below the cruise speed. Not used by the evaluation.
     size_m : float or None
         The largest of span, length and height. Not used by the evaluation.
+    service_ceiling_m : float or None
+        Under the rules, the highest altitude.
     turn_radius_m : float
         Radius R of every arc.
     max_climb_deg, max_descent_deg : float
@@ -80,6 +90,7 @@ class Aircraft:
     engine_power_W: float | None = None
     max_speed_m_s: float | None = None
     size_m: float | None = None
+    service_ceiling_m: float | None = None
     sources: dict[str, str] = field(default_factory=dict, compare=False, repr=False)
 
     def __post_init__(self) -> None:

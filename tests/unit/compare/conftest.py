@@ -23,6 +23,7 @@ def problem():
         (5500, 3500, 100),
         zones=(Circle(3000, 2000, 400),),
         agl=True,
+        as_paper=True,
     )
 
 

@@ -22,6 +22,7 @@ def make_problem() -> MakeProblem:
         terrain = Terrain(
             name="world", elevation=elevation, dx_m=dx_m, dy_m=dy_m, crs=None, origin=(0.0, 0.0)
         )
+        options.setdefault("as_paper", "rules" not in options)
         options.setdefault("aircraft", aircraft.load("silver-fox"))
         return Problem(terrain, start, goal, **options)
 

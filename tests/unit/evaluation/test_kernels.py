@@ -8,10 +8,8 @@ import pytest
 from host.evaluation import Evaluator, reference
 from host.evaluation.geometry import Arc, smooth
 from host.evaluation.kernels import BELOW_TWO, WORST_FITNESS, fitness_of
-from host.evaluation.pieces import (
-    _ARC_PARTS_IN_WIND,
-    turn,
-)
+from host.evaluation.laying import turn
+from host.evaluation.pieces import ARC_PARTS_IN_WIND
 from host.problem.zones import Circle, Polygon
 
 
@@ -156,7 +154,7 @@ def test_slopes_about_the_limits(make_problem, beyond):
 
 
 def test_parts_of_an_arc_are_those_of_the_reference():
-    assert _ARC_PARTS_IN_WIND == Arc.PARTS_IN_WIND
+    assert ARC_PARTS_IN_WIND == Arc.PARTS_IN_WIND
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ ROUGH = Terrain(
     crs=None,
     origin=(0.0, 0.0),
 )
-PROBLEM = Problem(ROUGH, (0, 0, 400), (5000, 5000, 500), aircraft.load("silver-fox"))
+PROBLEM = Problem(ROUGH, (0, 0, 400), (5000, 5000, 500), aircraft.load("silver-fox"), as_paper=True)
 EVALUATOR = Evaluator(PROBLEM, threads=1)
 
 points = st.lists(

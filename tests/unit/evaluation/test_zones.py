@@ -277,15 +277,15 @@ def test_places_are_those_of_first_entry_and_least_distance():
     zone = Polygon(SQUARE)
     found = spots([(0, 200, 50), (400, 200, 50), (400, 0, 50)], zone, 10)
     assert found.entry.at_m == pytest.approx(90, abs=1e-4)
-    assert (found.entry.row, found.distance_m) == (0, 0)
+    assert (found.entry.row, found.distance_m) == (1, 0)
     free = spots([(0, 400, 50), (320, 400, 50), (320, 0, 50)], zone, 10)
     assert free.entry is None
     assert free.metres == 0
     assert free.distance_m == pytest.approx(20)
-    assert free.nearest.row == 2
+    assert free.nearest.row == 3
     circle = spots([(0, 0, 0), (400, 0, 0)], Circle(300, 70, 50))
     assert circle.distance_m == pytest.approx(20)
-    assert circle.nearest == (0, pytest.approx(0.75), pytest.approx(300))
+    assert circle.nearest == (1, pytest.approx(0.75), pytest.approx(300))
 
 
 def test_no_zones_and_wrong_zones():

@@ -25,7 +25,7 @@ def test_from_array_with_a_place():
     made = Terrain.from_array(HEIGHTS, 30, crs="EPSG:32616", origin=(740_000.0, 4_010_000.0))
     start, goal = made.to_geographic(5, 5), made.to_geographic(30, 25)
     assert made.to_local(*goal) == pytest.approx((30, 25), abs=1e-6)
-    problem = Problem(made, (*start, 50), (*goal, 60), geo=True, agl=True)
+    problem = Problem(made, (*start, 50), (*goal, 60), geo=True, agl=True, as_paper=True)
     assert (problem.start[2], problem.goal[2]) == (60, 110)
 
 

@@ -36,6 +36,7 @@ def make_evaluator():
             origin=(0.0, 0.0),
         )
         start, goal = options.pop("start", (500, 500, 200)), options.pop("goal", (5500, 700, 220))
+        options.setdefault("as_paper", "rules" not in options)
         problem = Problem(terrain, start, goal, aircraft.load("silver-fox"), zones=zones, **options)
         return Evaluator(problem, threads=1)
 

@@ -81,7 +81,10 @@ def test_refuses_a_map_without_free_ground(make_evaluator):
         terrain=problem.terrain,
         start=problem.start,
         goal=problem.goal,
-        nofly_raster=np.ones((41, 61), dtype=bool),
+        surface=problem.terrain,
+        roof=None,
+        limits=problem.limits,
+        blocked_raster=np.ones((41, 61), dtype=bool),
     )
     with pytest.raises(
         InputError,

@@ -23,7 +23,7 @@ def rough(seed, relief_m=120.0, height_m=150.0):
     start, goal = (
         (x, y, float(terrain.ground(x, y)) + height_m) for x, y in ((300, 300), (5700, 3700))
     )
-    return Problem(terrain, start, goal, aircraft.load("silver-fox"))
+    return Problem(terrain, start, goal, aircraft.load("silver-fox"), as_paper=True)
 
 
 def lowest(problem, inner, **step):
@@ -70,7 +70,9 @@ def test_altitudes_are_optimal():
 def test_steep_glides_are_not_free():
     # By altitude alone, the path would descend as fast as allowed.
     terrain = Terrain("flat", np.zeros((41, 61)), 100.0, 100.0)
-    problem = Problem(terrain, (300, 2000, 400), (5700, 2000, 400), aircraft.load("silver-fox"))
+    problem = Problem(
+        terrain, (300, 2000, 400), (5700, 2000, 400), aircraft.load("silver-fox"), as_paper=True
+    )
     evaluator, prices = Evaluator(problem, threads=1), Prices(problem)
     places = np.array([(300, 2000), (1500, 2000), (4000, 2000), (5700, 2000)], dtype=float)
     free = Prices(problem)
@@ -91,6 +93,7 @@ def test_a_spike_between_samples_is_cleared():
         (5700, 1951, 150),
         aircraft.load("silver-fox"),
         ds_m=900.0,
+        as_paper=True,
     )
     path = lowest(problem, [(1500, 1951), (3000, 1951), (4500, 1951)])
     # 1 m north of the border of the spike's cell, from 2950 to 3050 m.
@@ -110,6 +113,7 @@ def test_rounding_up_keeps_the_climb_limit(base_m):
         (300, 2000, 200),
         (5700, 2000, 150),
         aircraft.load("silver-fox"),
+        as_paper=True,
     )
     evaluator = Evaluator(problem, threads=1)
     inner = [(1200, 2000), (2000, 2000), (4000, 2000)]
@@ -130,7 +134,11 @@ def test_clears_a_wall_too_steep_to_climb():
     heights = problem.terrain.elevation.copy()
     heights[:, 10] = 700.0  # 400 m up in 700 m: 10 degrees are 123 m.
     wall = Problem(
-        Terrain("wall", heights, 100.0, 100.0), problem.start, problem.goal, problem.aircraft
+        Terrain("wall", heights, 100.0, 100.0),
+        problem.start,
+        problem.goal,
+        problem.aircraft,
+        as_paper=True,
     )
     path = lowest(wall, [(1000, 1000), (3000, 2000)])
     evaluation = Evaluator(wall, threads=1).evaluate(path)

@@ -96,7 +96,12 @@ def test_keeps_away_from_zones_when_hugging_them_fails():
     wall = Polygon(((995, 0), (1005, 0), (1005, 1100), (995, 1100)))
     evaluator = Evaluator(
         Problem(
-            terrain, (200, 200, 50), (1800, 200, 50), aircraft.load("silver-fox"), zones=(wall,)
+            terrain,
+            (200, 200, 50),
+            (1800, 200, 50),
+            aircraft.load("silver-fox"),
+            zones=(wall,),
+            as_paper=True,
         ),
         threads=1,
     )

@@ -23,7 +23,9 @@ def small(rows=6, columns=7, zones=(), wind=(0.0, 0.0), seed=1):
     rng = np.random.default_rng(seed)
     terrain = Terrain("small", 200 + 120 * rng.random((rows, columns)), 400.0, 300.0)
     start, goal = (0, 0, 500), ((columns - 1) * 400, (rows - 1) * 300, 500)
-    return Problem(terrain, start, goal, aircraft.load("silver-fox"), zones=zones, wind=wind)
+    return Problem(
+        terrain, start, goal, aircraft.load("silver-fox"), zones=zones, wind=wind, as_paper=True
+    )
 
 
 def steps(problem):
@@ -112,7 +114,11 @@ def test_wind_changes_the_route():
     routes = []
     for wind in (WIND, (WIND[0], -WIND[1])):
         problem = Problem(
-            Terrain("flat", flat, 400.0, 400.0), *ends, aircraft.load("silver-fox"), wind=wind
+            Terrain("flat", flat, 400.0, 400.0),
+            *ends,
+            aircraft.load("silver-fox"),
+            wind=wind,
+            as_paper=True,
         )
         grid = SearchGrid(problem)
         routes.append(grid.route(grid.surface(math.inf)))
@@ -134,7 +140,7 @@ def test_prices_match_the_evaluation():
     climb = evaluator.evaluate(high).fuel_N - evaluator.evaluate(low).fuel_N
     assert climb > 0
     # To a higher goal: the price of a climb is that of its height.
-    up = Problem(problem.terrain, problem.start, (2400, 1500, 700), problem.aircraft)
+    up = Problem(problem.terrain, problem.start, (2400, 1500, 700), problem.aircraft, as_paper=True)
     flown = Evaluator(up, threads=1).evaluate(np.array([up.start, up.goal]))
     prices = Prices(up)
     assert prices.work * (prices.glide * run + 200) == pytest.approx(0.5, rel=0.02)
@@ -151,6 +157,7 @@ def test_large_terrain_keeps_its_highest_nodes_zones_and_voids():
         (6990, 4490, 100),
         aircraft.load("silver-fox"),
         zones=(Circle(5000, 2000, 4),),
+        as_paper=True,
     )
     grid = SearchGrid(problem)
     assert grid.shape == (113, 175)
@@ -167,6 +174,7 @@ def test_routes_keep_their_margin():
         (6000, 3000, 100),
         aircraft.load("silver-fox"),
         zones=(Circle(3000, 2900, 600),),
+        as_paper=True,
     )
     for margin_m in (0.0, 300.0):
         grid = SearchGrid(problem, margin_m)
@@ -182,7 +190,9 @@ def test_leaves_out_ground_out_of_reach():
     heights[:, 30] = 1000.0
     terrain = Terrain("wall", heights, 100.0, 100.0)
     far, near = (
-        SearchGrid(Problem(terrain, start, (6000, 200, 700), aircraft.load("silver-fox")))
+        SearchGrid(
+            Problem(terrain, start, (6000, 200, 700), aircraft.load("silver-fox"), as_paper=True)
+        )
         for start in ((0, 200, 700), (0, 200, 200))
     )
     assert far.route(far.surface(math.inf)) is not None

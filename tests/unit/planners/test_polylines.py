@@ -24,6 +24,7 @@ def hilly():
         (5900, 3900, 500),
         aircraft.load("silver-fox"),
         zones=(Circle(2000, 1900, 250),),
+        as_paper=True,
     )
     grid = SearchGrid(problem)
     route = np.array(

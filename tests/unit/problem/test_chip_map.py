@@ -34,6 +34,8 @@ class Place:
             self.nofly_raster = np.zeros(self.terrain.shape, bool)
         top = (0.0, 0.0, self.terrain.highest)
         self.start, self.goal = self.start or top, self.goal or top
+        self.surface = self.terrain
+        self.blocked_raster = self.nofly_raster | self.terrain.voids
 
 
 @st.composite

@@ -26,6 +26,7 @@ def make_run():
         height_m=300.0,
         history=30,
         failure=None,
+        as_paper=False,
     ):
         rng = np.random.default_rng(0)
         y, x = np.mgrid[: shape[0], : shape[1]]
@@ -55,7 +56,9 @@ def make_run():
             if nofly
             else ()
         )
-        problem = Problem(terrain, (*ends[0], 100), (*ends[1], 100), zones=zones, agl=True)
+        problem = Problem(
+            terrain, (*ends[0], 100), (*ends[1], 100), zones=zones, agl=True, as_paper=as_paper
+        )
         evaluator = Evaluator(problem, threads=1)
         run = Run(evaluator, Options())
         path = np.array(

@@ -38,7 +38,7 @@ WORLDS = {
 
 @pytest.fixture(scope="module", params=WORLDS)
 def scene(request, make_run):
-    evaluator, result = make_run(**WORLDS[request.param])
+    evaluator, result = make_run(**WORLDS[request.param], as_paper=True)
     return Scene(
         evaluator,
         result.path,

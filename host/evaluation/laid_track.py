@@ -1,0 +1,109 @@
+"""A smoothed track as the kernels lay it, with the figures of its pieces."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from host.evaluation import laying as fields
+from host.evaluation.constants import Constants, Floats
+from host.evaluation.strict import track_point
+from host.evaluation.verdict import FIGURES, FLOWN, FUEL, piece_figures
+
+
+__all__ = ["LaidTrack", "Place"]
+
+#: A place on a track: a piece, and the share of its length.
+Place = tuple[int, float]
+
+
+class LaidTrack:
+    """A smoothed track.
+
+    Parameters
+    ----------
+    constants : Constants
+        Constants of the problem.
+    points : int
+        Waypoints.
+    turns, pieces, times : ndarray
+        As :func:`host.evaluation.verdict.strict_terms` leaves them.
+
+    Attributes
+    ----------
+    rows : int
+        Rows of ``pieces``; those of length 0 are none.
+    figures : (rows, FIGURES) float64
+        Figures of each piece.
+    """
+
+    def __init__(
+        self, constants: Constants, points: int, turns: Floats, pieces: Floats, times: Floats
+    ) -> None:
+        self._constants, self._points, self._turns = constants, points, turns
+        self.pieces, self.times = pieces, times
+        self.rows = 2 * points - 1
+        self.figures = np.zeros((self.rows, FIGURES))
+        piece_figures(constants, pieces, self.rows, self.figures)
+        self._flown = np.flatnonzero(pieces[: self.rows, fields.LENGTH] > 0)
+
+    @property
+    def length_m(self) -> float:
+        """Length in three dimensions, metres."""
+        return float(self.pieces[self._flown, fields.LENGTH].sum())
+
+    @property
+    def time_s(self) -> float:
+        """Seconds of the flight."""
+        return float(self.times[self.rows])
+
+    @property
+    def fuel(self) -> float:
+        """Fuel burned, newtons."""
+        return float(self.figures[self._flown, FUEL].sum())
+
+    def flown_m(self, row: int, share: float) -> float:
+        """Return the metres flown to a place."""
+        return float(self.figures[row, FLOWN] + share * self.pieces[row, fields.LENGTH])
+
+    def place(self, row: int, share: float) -> tuple[float, float]:
+        """Return x and y of a place, metres."""
+        along = share * self.pieces[row, fields.RUN]
+        x, y, _, _ = track_point(self.pieces, row, along, 0.0)
+        return x, y
+
+    def highest(self) -> tuple[float, Place]:
+        """Return the greatest altitude and its place."""
+        pieces = self.pieces[self._flown]
+        ends = np.stack((pieces[:, fields.Z], pieces[:, fields.Z] + pieces[:, fields.RISE]))
+        end, at = np.unravel_index(int(np.argmax(ends)), ends.shape)
+        return float(ends[end, at]), (int(self._flown[at]), float(end))
+
+    def most(self, sign: int, figure: int) -> tuple[float, Place]:
+        """Return the greatest value of ``sign`` times a figure, and its place."""
+        values = sign * self.figures[self._flown, figure]
+        at = int(np.argmax(values))
+        return float(values[at]), (int(self._flown[at]), 0.0)
+
+    def tightest_turn(self) -> tuple[float, Place]:
+        """Return the least radius that fits at a waypoint with its neighbours, and the place.
+
+        The radius is infinite on a straight path, and 0 at a reversal.
+        """
+        turns, n = self._turns, self._points
+        bends = np.tan(0.5 * turns[:n, fields.ANGLE])
+        # A reversal, and a waypoint beside a segment without horizontal length, has no arc.
+        bends[~np.isfinite(turns[:n, fields.TANGENT]) & (bends == 0)] = math.inf
+        bends[turns[:n, fields.ANGLE] >= math.pi] = math.inf
+        runs = turns[:n, fields.RUN]
+        best, at = math.inf, (0, 0.0)
+        for i in np.flatnonzero(bends > 0).tolist():
+            fits = math.inf
+            if i > 0:
+                fits = min(fits, runs[i - 1] / (bends[i - 1] + bends[i]))
+            if i < n - 1:
+                fits = min(fits, runs[i] / (bends[i] + bends[i + 1]))
+            if fits < best:
+                best, at = float(fits), (max(2 * i - 1, 0), 1.0)
+        return best, at

@@ -1,0 +1,191 @@
+"""The strict rule on paths of one problem: the verdict, and how near each limit is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.evaluation import verdict
+from host.evaluation.constants import VOID_HEIGHT_M, Constants, Floats
+from host.evaluation.kernels import scratch
+from host.evaluation.laid_track import LaidTrack
+from host.evaluation.packed_zones import pack_zones
+from host.evaluation.strict import Required
+from host.evaluation.zones import zone_intrusions
+from host.problem.problem import Problem
+
+
+__all__ = ["Limit", "StrictRule"]
+
+#: A limit: its name, the worst value on the path, the value allowed, and the metres flown there.
+Limit = dict[str, Any]
+_Scored = tuple[float, Limit]
+
+# The extremes of the report are found to this, metres.
+_STEP_M = 0.01
+# An end without effect on what is demanded.
+_NO_END = (0.0, 0.0, math.inf, 0.0)
+
+
+class StrictRule:
+    """Judges paths of one problem by the strict rule.
+
+    Parameters
+    ----------
+    problem : Problem
+        A problem with rules.
+    constants : Constants
+        Constants of the kernels for this problem.
+    """
+
+    def __init__(self, problem: Problem, constants: Constants) -> None:
+        rules = problem.rules
+        assert rules is not None
+        self._problem, self._rules, self._constants = problem, rules, constants
+        elevation = problem.terrain.elevation
+        self._ground: Floats = np.where(np.isnan(elevation), VOID_HEIGHT_M, elevation).ravel()
+        self._demand = demand = problem.demand
+        ends: tuple[float, ...] = ()
+        for (x, y, _), height, slope in zip(
+            demand.ends, demand.heights_m, demand.slopes, strict=True
+        ):
+            ends += (x, y, height, slope)
+        top = math.inf if rules.ceiling_agl_m is None else rules.ceiling_agl_m
+        self._low = Required(1.0, rules.clearance_m, rules.corridor_m, *ends)
+        self._high = Required(-1.0, top, 0.0, *_NO_END, *_NO_END)
+        self._zones = pack_zones(problem.zones, rules.zone_margin_m)
+
+    def terms(self, path: Floats) -> tuple[Any, ...]:
+        """Return the terms of a path; see :func:`host.evaluation.verdict.strict_terms`."""
+        terms: tuple[Any, ...] = verdict.strict_terms(
+            path, len(path), *self._fixed, *self._scratch(len(path))
+        )
+        return terms
+
+    def lay(self, path: Floats) -> LaidTrack:
+        """Return the smoothed track of a path with the figures of its pieces."""
+        scratches = self._scratch(len(path))
+        verdict.strict_terms(path, len(path), *self._fixed, *scratches)
+        return LaidTrack(self._constants, len(path), *scratches[:3])
+
+    def penalty_cost(self, paths: Floats, lengths: NDArray[np.int64]) -> tuple[Floats, Floats]:
+        """Return penalty and cost of paths (m, max_n, 3), (m,) each; infinite for bad paths."""
+        scratches = self._scratch(paths.shape[1])
+        results = [
+            verdict.strict_penalty(path, n, *self._fixed, *scratches)
+            for path, n in zip(paths, lengths.tolist(), strict=True)
+        ]
+        penalty, cost = np.array(results, dtype=np.float64).reshape(-1, 2).T
+        return penalty, cost
+
+    @property
+    def _fixed(self) -> tuple[Any, ...]:
+        return self._ground, self._constants, self._low, self._high, self._zones
+
+    def _scratch(self, points: int) -> tuple[Any, ...]:
+        return (*scratch(points), *verdict.scratch(points, self._zones))
+
+    def clearance_m(self, track: LaidTrack) -> float:
+        """Return the least height of the track over the surface within the corridor, metres."""
+        all_along = self._low._replace(
+            height_m=0.0, start_height_m=math.inf, goal_height_m=math.inf
+        )
+        return -self._extreme(track, all_along)[0]
+
+    def height_m(self, track: LaidTrack) -> float:
+        """Return the greatest height of the track over the surface below it, metres."""
+        return self._extreme(track, self._high._replace(height_m=0.0))[0]
+
+    def _extreme(self, track: LaidTrack, required: Required) -> tuple[float, tuple[int, float]]:
+        """Return the greatest excess over ``required``, its piece and the share of the piece."""
+        worst, row, share = verdict.extreme_of_track(
+            self._ground,
+            self._constants,
+            required,
+            track.pieces,
+            track.rows,
+            _STEP_M,
+            np.empty(verdict.STACK_SHAPE),
+        )
+        return worst, (row, share)
+
+    def limits(self, track: LaidTrack) -> list[Limit]:
+        """Return how near the track comes to each limit, the worst first.
+
+        A limit is broken where its ``worst`` is beyond its ``allowed``.
+        """
+        found = [*self._heights(track), *self._zone_distances(track), *self._figures(track)]
+        return [limit for _, limit in sorted(found, key=lambda item: -item[0])]
+
+    def _heights(self, track: LaidTrack) -> Iterator[_Scored]:
+        excess, at = self._extreme(track, self._low)
+        x, y = track.place(*at)
+        allowed = float(self._demand.required_m(np.array([x]), np.array([y]))[0])
+        yield _least("clearance", allowed - excess, allowed, track.flown_m(*at))
+        if math.isfinite(self._high.height_m):
+            excess, at = self._extreme(track, self._high)
+            allowed = self._high.height_m
+            yield _most("ceiling-agl", allowed + excess, allowed, track.flown_m(*at))
+        top, at = track.highest()
+        for name, ceiling in (
+            ("ceiling", self._rules.ceiling_m),
+            ("service-ceiling", self._problem.aircraft.service_ceiling_m),
+        ):
+            if ceiling is not None:
+                yield _most(name, top, ceiling, track.flown_m(*at))
+
+    def _zone_distances(self, track: LaidTrack) -> Iterator[_Scored]:
+        """Yield the least distance to each zone, where it applies."""
+        intrusions = zone_intrusions(track.pieces, track.rows, track.times, self._zones)
+        margin = self._rules.zone_margin_m
+        zones = zip(self._problem.zones, intrusions, strict=True)
+        for number, (zone, found) in enumerate(zones, 1):
+            at = found.entry or found.nearest
+            if at is None:
+                continue
+            # Inside a zone without margin, the distance of 0 is not below the margin.
+            worst = -1.0 if found.metres and margin <= found.distance_m else found.distance_m
+            yield _least(f"zone {zone.name or number}", worst, margin, at.at_m)
+
+    def _figures(self, track: LaidTrack) -> Iterator[_Scored]:
+        """Yield the limits of the aircraft."""
+        aircraft, limits = self._problem.aircraft, self._problem.limits
+        speed = aircraft.cruise_speed_m_s
+        for name, sign, degrees in (
+            ("climb", 1, aircraft.max_climb_deg),
+            ("descent", -1, aircraft.max_descent_deg),
+        ):
+            worst, at = track.most(sign, verdict.VERTICAL_SPEED)
+            allowed = speed * math.sin(math.radians(degrees))
+            yield _most(name, max(worst, 0.0), allowed, track.flown_m(*at))
+        if aircraft.engine_power_W is not None:
+            worst, at = track.most(1, verdict.THRUST)
+            power = max(worst, 0.0) * speed / aircraft.propeller_efficiency
+            yield _most("power", power, aircraft.engine_power_W, track.flown_m(*at))
+        if aircraft.fuel_weight_N is not None:
+            yield _most("fuel", track.fuel, limits.fuel_N, track.length_m)
+        radius, at = track.tightest_turn()
+        if math.isfinite(radius):
+            wind = math.hypot(*self._problem.wind)
+            allowed = aircraft.turn_radius_m * (1.0 + wind / speed) ** 2
+            yield _least("turn", radius, allowed, track.flown_m(*at))
+            if limits.stall_speed_m_s > 0:
+                yield _least("stall", speed, limits.stall_speed_m_s, track.flown_m(*at))
+
+
+def _least(name: str, worst: float, allowed: float, at_m: float) -> _Scored:
+    """Return a limit that values must not be below, and how badly it is broken."""
+    return (allowed - worst) / max(abs(allowed), 1.0), _limit(name, worst, allowed, at_m)
+
+
+def _most(name: str, worst: float, allowed: float, at_m: float) -> _Scored:
+    """Return a limit that values must not be above, and how badly it is broken."""
+    return (worst - allowed) / max(abs(allowed), 1.0), _limit(name, worst, allowed, at_m)
+
+
+def _limit(name: str, worst: float, allowed: float, at_m: float) -> Limit:
+    return {"limit": name, "worst": worst, "allowed": allowed, "at_m": at_m}

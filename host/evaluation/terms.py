@@ -1,0 +1,95 @@
+"""The terms of one path, as reports state them."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+
+__all__ = ["Evaluation"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Evaluation:
+    """Every term of one path, under the names of ``summary.json``.
+
+    Parameters
+    ----------
+    feasible : bool
+        Penalty 0 both at ``ds`` and at ``ds / 8``.
+    feasible_at_ds : bool
+        Penalty 0 at ``ds``.
+    fitness : float
+        Equation (3), inside (0, 2).
+    penalty : float
+        Equation (1) at ``ds``, metres.
+    cost : float
+        Equation (2).
+    length_m, mean_altitude_m, fuel_N : float
+        Values of the smoothed path. The altitude is the exact mean by length.
+    distance_under_terrain_m, distance_in_nofly_m, distance_too_steep_m : float
+        The terms of the penalty at ``ds``.
+    impossible_arcs : int
+        Interior waypoints whose arc does not fit.
+    void_crossed_m : float
+        The part of ``distance_under_terrain_m`` over voids.
+    minimum_clearance_m : float
+        Least height over the terrain among the samples of the smoothed path at ``ds / 8``, its
+        start and its goal; voids are left out.
+    penalty_fine : float
+        Equation (1) at ``ds / 8``, metres.
+
+    Under the rules of safe flight, ``feasible``, ``penalty``, ``fitness`` and the distances are
+    those of the strict rule; ``feasible_at_ds`` is what the search sees, and ``penalty_fine`` the
+    penalty again. ``minimum_clearance_m`` is then exact to a centimetre and counts the whole
+    corridor. The following are None as paper.
+
+    clearance_m : float
+        Clearance asked for.
+    distance_beyond_limits_m : float
+        Distance above a ceiling or with more than the engine's power, and the share of the path
+        for which there is no fuel.
+    max_height_agl_m : float
+        Greatest height over the surface.
+    flight_time_s : float
+        Seconds of the flight.
+    fuel_left_N : float
+        Fuel left at the goal, the reserve included; None without a ``fuel_weight_N``.
+    range_left_m : float
+        Distance that this fuel lasts in level flight in still air.
+    limits : list of dict
+        ``limit``, ``worst`` value, ``allowed`` value and ``at_m``, metres flown; the worst first.
+    """
+
+    feasible: bool
+    feasible_at_ds: bool
+    fitness: float
+    penalty: float
+    cost: float
+    length_m: float
+    mean_altitude_m: float
+    fuel_N: float
+    distance_under_terrain_m: float
+    distance_in_nofly_m: float
+    distance_too_steep_m: float
+    impossible_arcs: int
+    void_crossed_m: float
+    minimum_clearance_m: float
+    penalty_fine: float
+    clearance_m: float | None = None
+    distance_beyond_limits_m: float | None = None
+    max_height_agl_m: float | None = None
+    flight_time_s: float | None = None
+    fuel_left_N: float | None = None
+    range_left_m: float | None = None
+    limits: list[dict[str, Any]] | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The terms as plain JSON values; as paper without those of the rules."""
+        table = dataclasses.asdict(self)
+        return table if self.limits is not None else {name: table[name] for name in _AS_PAPER}
+
+
+_AS_PAPER = tuple(
+    field.name for field in dataclasses.fields(Evaluation) if field.default is dataclasses.MISSING
+)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-__all__ = ["Check", "Plan", "Search", "check", "plan"]
+__all__ = ["Check", "Plan", "Search", "check", "plan", "require_functions"]
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -275,54 +275,8 @@ def plan(
     cancel: Callable[[], bool] | None = None,
     **options: Any,
 ) -> Plan:
-    """Plan a path; print and write nothing.
-
-    The defaults are those of ``pathgene plan``, and the same seed gives the same path.
-
-    Parameters
-    ----------
-    problem : Problem
-        Terrain, ends, aircraft, zones and wind.
-    planner : str
-        Name of a planner: ``ga-fpga``, ``ga-pc``, ``astar``, ``fpa``, ``fpa-2opt``, ``ga-dp`` or
-        ``ga-auv``.
-    seed : int
-        0 to 2**64 - 1. Everything random follows from it.
-    generations : int, optional
-        Most generations; the planner's own number by default.
-    time_limit_s : float, optional
-        Most seconds of planning.
-    target_fitness : float, optional
-        Fitness that ends the search; feasible paths have more than 1.
-    population : int, optional
-        Paths in the population; the planner's own number by default. A chip's is fixed.
-    progress : callable, optional
-        Called after each generation with its number, the best fitness so far and the mean fitness
-        of the population.
-    cancel : callable, optional
-        Called between generations. Once it returns True, the search ends, and the plan is the best
-        so far with ``interrupted`` true. The longest wait is usually that for generation 0: the
-        first plan on a machine compiles for up to a minute, and ``sim:`` builds its board.
-    **options
-        The planner's own options, ``board="sim:"`` for example: those of ``pathgene plan`` with
-        underscores. None is the default of each.
-
-    Returns
-    -------
-    Plan
-        The best path found, which may not be feasible: see ``plan.evaluation``.
-
-    Raises
-    ------
-    InputError
-        If there is no such planner, the planner has no such option, or a value is out of range.
-    JobError
-        If the search fails before it has a path: no board answers, for example. A later failure
-        leaves the best path so far; ``plan.failure`` says what happened.
-    """
-    for name, callback in (("progress", progress), ("cancel", cancel)):
-        if callback is not None and not callable(callback):
-            raise InputError(f"The {name} must be a function, not {callback!r}.")
+    """Plan the path of a single leg; see :func:`host.mission.plan.plan`."""
+    require_functions(progress=progress, cancel=cancel)
     search = Search(
         planner,
         seed=seed,
@@ -333,6 +287,19 @@ def plan(
         **options,
     )
     return search.run(_evaluator(problem), progress=progress, stop=Stop(cancel))
+
+
+def require_functions(**callbacks: Any) -> None:
+    """Refuse a callback that is neither None nor a function.
+
+    Raises
+    ------
+    InputError
+        If there is one.
+    """
+    for name, callback in callbacks.items():
+        if callback is not None and not callable(callback):
+            raise InputError(f"The {name} must be a function, not {callback!r}.")
 
 
 def check(problem: Problem, path: ArrayLike, *, source: Mapping[str, Any] | None = None) -> Check:

@@ -30,7 +30,10 @@ if TYPE_CHECKING:
     from host.device.boards import open_board
     from host.device.chip import CheckReport, Chip, LinkMode, PathResult, Step
     from host.evaluation import Evaluation
-    from host.planning import Plan, plan
+    from host.mission.build import load_mission
+    from host.mission.mission import Mission
+    from host.mission.plan import plan
+    from host.planning import Plan
     from host.problem.aircraft import Aircraft
     from host.problem.problem import Problem
     from host.problem.rules import Rules
@@ -44,6 +47,7 @@ __all__ = [
     "InputError",
     "JobError",
     "LinkMode",
+    "Mission",
     "PathResult",
     "PathgeneError",
     "Plan",
@@ -53,6 +57,7 @@ __all__ = [
     "Terrain",
     "Zone",
     "check",
+    "load_mission",
     "open_board",
     "plan",
     "planners",
@@ -66,6 +71,7 @@ _HOMES = {
     "Evaluation": "host.evaluation",
     "LinkMode": "host.device.chip",
     "PathResult": "host.device.chip",
+    "Mission": "host.mission.mission",
     "Plan": "host.planning",
     "Problem": "host.problem.problem",
     "Rules": "host.problem.rules",
@@ -73,8 +79,9 @@ _HOMES = {
     "Terrain": "host.api",
     "Zone": "host.problem.zones",
     "check": "host.api",
+    "load_mission": "host.mission.build",
     "open_board": "host.device.boards",
-    "plan": "host.planning",
+    "plan": "host.mission.plan",
     "planners": "host.api",
 }
 

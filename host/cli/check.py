@@ -8,22 +8,33 @@ from typing import Any
 
 import numpy as np
 
-from host.cli.arguments.rules import RULES
 from host.cli.output import print_json, print_pairs, term_pairs
-from host.cli.problem import end_point, load_terrain, load_zones, placed, rule_arguments
+from host.cli.problem import (
+    complete_options,
+    end_point,
+    load_terrain,
+    load_zones,
+    placed,
+    rule_arguments,
+)
 from host.errors import InputError, JobError
+from host.mission.build import aircraft_of, via_of
+from host.mission.keys import RULES
 from host.planning import check
-from host.problem.aircraft import DEFAULT, Aircraft
-from host.problem.aircraft import load as load_aircraft
+from host.problem.aircraft import Aircraft
+from host.problem.ends import Point
+from host.problem.ends import end_point as end_point_of
 from host.problem.problem import Problem
 from host.problem.zones import Zone
 from host.report.geojson import read_path
 from host.report.read import (
     find_summary,
+    problem_of_path,
     summary_aircraft,
     summary_path,
     summary_rules,
     summary_terrain,
+    summary_way,
     summary_wind_and_step,
     summary_zones,
 )
@@ -39,6 +50,7 @@ _SAME_END_M = 0.01
 
 def run(args: argparse.Namespace) -> int:
     """Evaluate the path and print its terms; a path that is not feasible is a failure."""
+    complete_options(args)
     file = Path(args.path)
     summary = find_summary(file)
     if summary is not None:
@@ -51,18 +63,16 @@ def run(args: argparse.Namespace) -> int:
         terrain = placed(args, terrain)
         path = summary_path(file, summary)
     else:
-        if args.terrain is None:
-            raise InputError("The terrain is missing; give --terrain.")
         terrain = load_terrain(args)
         path = read_csv(file) if file.suffix.lower() == ".csv" else read_path(file, terrain)
-    problem = Problem(
+    problem = problem_of_path(
         terrain,
-        tuple(path[0].tolist()),
-        tuple(path[-1].tolist()),
-        _aircraft(args, summary),
-        _zones(args, summary, terrain),
-        args.wind or (0.0, 0.0),
-        args.ds,
+        path,
+        _between(args, summary, terrain),
+        aircraft=_aircraft(args, summary),
+        zones=_zones(args, summary, terrain),
+        wind=args.wind or (0.0, 0.0),
+        ds_m=args.ds,
         **rule_arguments(args),
     )
     _check_ends(args, problem)
@@ -91,13 +101,28 @@ def _take_rules(args: argparse.Namespace, stated: dict[str, Any]) -> None:
         setattr(args, name, 100 * values["reserve"] if name == "reserve" else values[key])
 
 
+def _between(
+    args: argparse.Namespace, summary: dict[str, Any] | None, terrain: Terrain
+) -> tuple[Point, ...]:
+    """Return the points of a mission between its start and its end."""
+    via = via_of(vars(args), terrain)
+    if args.return_to_start:
+        goal = end_point(args, "goal", terrain)
+        if goal is None:
+            raise InputError("The goal is missing, where the path turns back; give --goal.")
+        return (*via, end_point_of("goal", goal, terrain, agl=args.agl))
+    if via or summary is None:
+        return via
+    return summary_way(Path(args.path), summary)
+
+
 def _aircraft(args: argparse.Namespace, summary: dict[str, Any] | None) -> Aircraft:
     """Return the aircraft of ``--uav``, else that of the summary, else the default."""
     if args.uav is None and summary is not None:
         stated = summary_aircraft(Path(args.path), summary)
         if stated is not None:
             return stated
-    return load_aircraft(args.uav or DEFAULT)
+    return aircraft_of(vars(args))
 
 
 def _zones(
@@ -114,7 +139,7 @@ def _zones(
 
 def _check_ends(args: argparse.Namespace, problem: Problem) -> None:
     """Refuse a start or goal that differs from the path's end."""
-    for name in ("start", "goal"):
+    for name in ("start",) if args.return_to_start else ("start", "goal"):
         given = end_point(args, name, problem.terrain)
         if given is None:
             continue

@@ -14,7 +14,7 @@ from typing import Any
 from host import interrupts
 from host.cli.options import own_options
 from host.cli.output import note, print_json, print_pairs, print_table
-from host.cli.problem import make_problem, source_of
+from host.cli.problem import complete_options, make_problem, source_of
 from host.compare import LOCAL
 from host.compare.cluster import on_cluster
 from host.compare.digest import problem_digest
@@ -39,6 +39,7 @@ _SMALLEST_P = 1e-99
 
 def run(args: argparse.Namespace) -> int:
     """Do the runs that are missing, write the report and print its tables."""
+    complete_options(args)
     entrants = parse_entrants(
         args.planners,
         {name: getattr(args, name) for name in SEARCH},

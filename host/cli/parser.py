@@ -14,6 +14,7 @@ from host.cli.arguments.export import add_export
 from host.cli.arguments.feasible import add_feasible
 from host.cli.arguments.fly import add_fly
 from host.cli.arguments.plan import add_plan
+from host.cli.arguments.problem_files import add_problem_files
 from host.cli.arguments.terrain import add_terrain
 from host.cli.arguments.verilog import add_verilog
 
@@ -34,6 +35,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser.set_defaults(command=None)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")
     add_plan(commands)
+    add_problem_files(commands)
     add_compare(commands)
     add_check(commands)
     add_fly(commands)

@@ -13,11 +13,11 @@ from host import interrupts
 from host.cli.ending import ending
 from host.cli.options import own_options
 from host.cli.output import note, print_json, print_pairs, term_pairs
-from host.cli.problem import make_problem, source_of
+from host.cli.problem import complete_options, make_mission, save_options, source_of
 from host.errors import JobError
-from host.evaluation import Evaluator
 from host.mission.files.export import FORMATS, check_formats, export, parse_formats
-from host.planners.base import Result, Stop
+from host.mission.planning import MissionPlan, plan_mission
+from host.planners.base import Stop
 from host.planning import Plan, Search
 from host.progress import Progress
 from host.report.files import prepare_directory, remove
@@ -28,6 +28,7 @@ __all__ = ["run"]
 
 def run(args: argparse.Namespace) -> int:
     """Plan, write the files and print the summary."""
+    complete_options(args)
     search = Search(
         args.planner,
         generations=args.generations,
@@ -38,16 +39,20 @@ def run(args: argparse.Namespace) -> int:
         **own_options(args, args.planner),
     )
     formats = parse_formats(args.write) if args.write else ()
-    evaluator = Evaluator(make_problem(args))
-    check_formats(formats, evaluator.problem.terrain)
+    mission = make_mission(args)
+    check_formats(formats, mission.problem.terrain)
+    if args.save_problem is not None:
+        save_options(args, Path(args.save_problem))
     directory = Path(args.out)
     prepare_directory(directory)
 
     stop = Stop()
     with ending(stop):
-        with contextlib.closing(Progress(sys.stderr, search.options.generations)) as progress:
-            plan = search.run(
-                evaluator, progress=progress.update, stop=stop, source=source_of(args)
+        # Every leg adds a generation 0.
+        generations = mission.legs * (search.options.generations + 1) - 1
+        with contextlib.closing(Progress(sys.stderr, generations)) as progress:
+            plan = plan_mission(
+                mission, search, progress=progress.update, stop=stop, source=source_of(args)
             )
         written = plan.save(directory, picture=args.picture, grid=args.grid, warn=note)
         written += _export(plan, formats, directory)
@@ -55,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
         print_json(plan.summary)
     else:
         _print(plan.summary, written)
-    return _status(plan.result)
+    return _status(plan)
 
 
 def _export(plan: Plan, formats: Sequence[str], directory: Path) -> list[Path]:
@@ -66,13 +71,20 @@ def _export(plan: Plan, formats: Sequence[str], directory: Path) -> list[Path]:
     return export(plan.evaluator.problem, plan.path, formats, directory, note)
 
 
-def _status(result: Result) -> int:
+def _status(plan: Plan) -> int:
     """Return the exit status; raise the error of a failed job, whose files are written."""
+    result = plan.result
     if result.interrupted:
         note("Interrupted; the best path so far is written.")
         return interrupts.status()
     if result.failure is not None:
         raise JobError(f"{result.failure.rstrip('.')}; the best path until then is written.")
+    leg = plan.failing_leg if isinstance(plan, MissionPlan) else None
+    if leg is not None:
+        raise JobError(
+            f"No feasible path was found for {leg.name}; the best path of all legs is written, try "
+            "more --generations, another --seed, or move a point."
+        )
     if not result.evaluation.feasible:
         raise JobError(
             "No feasible path was found, the best path is written; try more "
@@ -86,6 +98,7 @@ def _print(summary: dict[str, Any], written: list[Path]) -> None:
         [
             ("planner", summary["planner"]),
             ("board", summary["board"] or "none"),
+            *_legs(summary),
             *term_pairs(summary),
             ("generations", f"{summary['generations']}"),
             ("evaluations", f"{summary['evaluations']}"),
@@ -94,6 +107,22 @@ def _print(summary: dict[str, Any], written: list[Path]) -> None:
             *(("written", str(path)) for path in written),
         ]
     )
+
+
+def _legs(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return the legs of a mission with their lengths."""
+    return [
+        (
+            f"leg {leg['index']}",
+            f"{leg['name'].partition(', ')[2]}: "
+            + (
+                f"{'feasible' if leg['feasible'] else 'not feasible'}, {leg['length_m']:.1f} m"
+                if leg["planned"]
+                else "not planned"
+            ),
+        )
+        for leg in summary.get("legs", ())
+    ]
 
 
 def _counted(hardware: dict[str, Any]) -> list[tuple[str, str]]:

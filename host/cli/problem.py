@@ -1,4 +1,4 @@
-"""The problem that the options describe."""
+"""The problem that the options and the problem file describe."""
 
 from __future__ import annotations
 
@@ -6,39 +6,96 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from host.cli.arguments.rules import RULES
+from host.compare.entrants import planner_names
 from host.errors import InputError
-from host.evaluation import problem_utopia
-from host.problem.aircraft import DEFAULT, Aircraft
-from host.problem.aircraft import load as load_aircraft
-from host.problem.ends import place
+from host.mission.build import end_of, mission_of, placed_at, rules_of, terrain_of, zones_of
+from host.mission.keys import RULES, TOGETHER
+from host.mission.mission import Mission
+from host.mission.problem_file import read_problem, save_problem
+from host.planners import OPTIONS, PLANNERS
+from host.problem.ends import Point
 from host.problem.problem import Problem
-from host.problem.rules import Rules
-from host.problem.zones import Circle, Zone, read_geojson
-from host.terrain import Terrain, load
-from host.terrain.origin import at_origin
+from host.problem.zones import Zone
+from host.terrain import Terrain
 
 
 __all__ = [
+    "complete_options",
     "end_point",
     "load_terrain",
     "load_zones",
+    "make_mission",
     "make_problem",
     "placed",
     "rule_arguments",
+    "save_options",
     "source_of",
 ]
 
 
+def complete_options(args: argparse.Namespace) -> None:
+    """Set the options that are not given: from the problem file, else to their defaults.
+
+    An option replaces all that the file says about the same: ``--start-geo`` also a ``start``, one
+    zone all zones, ``--as-paper`` the rules. Where planners are named, the options of the file that
+    none of them has are left out.
+
+    Raises
+    ------
+    InputError
+        If the problem file is bad.
+    """
+    given = set(vars(args))
+    values = {} if args.problem is None else read_problem(Path(args.problem))
+    values = {name: value for name, value in values.items() if value is not None}
+    replaced = {name for group in TOGETHER if given & set(group) for name in group}
+    if "as_paper" in given:
+        replaced |= set(RULES) if args.as_paper else set()
+    elif given & set(RULES):
+        replaced.add("as_paper")
+    planners = [args.planner] if "planner" in given else []
+    if "planners" in given:
+        planners = planner_names(args.planners)
+    if planners:
+        having = [PLANNERS[planner].options for planner in planners if planner in PLANNERS]
+        replaced |= set(OPTIONS).difference(*having)
+    for name in replaced:
+        values.pop(name, None)
+    for name, default in args.option_defaults.items():
+        if name not in given:
+            setattr(args, name, values.get(name, default))
+    args.zones = values.get("zones", [])
+
+
+def save_options(args: argparse.Namespace, file: Path) -> None:
+    """Write the problem file of completed options: those that differ from their defaults.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+    """
+    # What defaults may become another day.
+    stated = {"planner", "seed"}
+    values = {
+        name: value
+        for name, value in vars(args).items()
+        if name in stated or value != args.option_defaults.get(name)
+    }
+    own = PLANNERS[args.planner].options
+    save_problem(
+        file, {name: value for name, value in values.items() if name not in OPTIONS or name in own}
+    )
+
+
 def load_terrain(args: argparse.Namespace) -> Terrain:
     """Load the terrain of ``--terrain``, ``--fill-voids`` and ``--cell``, at ``--origin``."""
-    return placed(args, load(args.terrain, cell=args.cell, fill_voids=args.fill_voids))
+    return terrain_of(vars(args))
 
 
 def placed(args: argparse.Namespace, terrain: Terrain) -> Terrain:
     """Return the terrain with its south-west node at ``--origin``, if that is given."""
-    origin: tuple[float, float] | None = getattr(args, "origin", None)
-    return terrain if origin is None else at_origin(terrain, *origin)
+    return placed_at(vars(args), terrain)
 
 
 def source_of(args: argparse.Namespace) -> dict[str, Any]:
@@ -52,52 +109,38 @@ def source_of(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def load_zones(args: argparse.Namespace, terrain: Terrain) -> tuple[Zone, ...]:
-    """Return the no-fly zones of ``--nofly`` and ``--nofly-circle``."""
-    files = [zone for file in args.nofly for zone in read_geojson(file, terrain)]
-    return (*files, *(Circle(*circle) for circle in args.nofly_circle))
+    """Return the no-fly zones of ``--nofly``, ``--nofly-circle`` and the problem file."""
+    return zones_of(vars(args), terrain)
 
 
-def end_point(
-    args: argparse.Namespace,
-    name: str,
-    terrain: Terrain,
-) -> tuple[float, float, float] | None:
+def end_point(args: argparse.Namespace, name: str, terrain: Terrain) -> Point | None:
     """Return start or goal in local metres, with the third number as given."""
-    local: tuple[float, float, float] | None = getattr(args, name)
-    if local is not None:
-        return local
-    geographic = getattr(args, f"{name}_geo")
-    if geographic is None:
-        return None
-    latitude, longitude, altitude = geographic
-    return (*place(name, latitude, longitude, terrain), altitude)
+    return end_of(vars(args), name, terrain)
 
 
-def make_problem(args: argparse.Namespace) -> Problem:
-    """Return the problem of ``pathgene plan``.
+def make_mission(args: argparse.Namespace) -> Mission:
+    """Return the mission of ``pathgene plan``.
 
     Raises
     ------
     InputError
         If an option is bad or missing.
     """
-    aircraft: Aircraft = load_aircraft(args.uav or DEFAULT)
-    terrain = load_terrain(args)
-    start, goal = _needed(args, "start", terrain), _needed(args, "goal", terrain)
-    problem = Problem(
-        terrain,
-        start,
-        goal,
-        aircraft,
-        load_zones(args, terrain),
-        args.wind or (0.0, 0.0),
-        args.ds,
-        agl=args.agl,
-        **rule_arguments(args),
-    )
-    # Refuses a start and goal without a finite reference cost, before any work.
-    problem_utopia(problem)
-    return problem
+    return mission_of(vars(args))
+
+
+def make_problem(args: argparse.Namespace) -> Problem:
+    """Return the problem of a command that has no missions.
+
+    Raises
+    ------
+    InputError
+        If an option is bad or missing, or there are via points or a return.
+    """
+    mission = make_mission(args)
+    if mission.legs > 1:
+        raise InputError("Only single legs can be compared; leave via points and return out.")
+    return mission.problem
 
 
 def rule_arguments(args: argparse.Namespace) -> dict[str, Any]:
@@ -108,34 +151,4 @@ def rule_arguments(args: argparse.Namespace) -> dict[str, Any]:
     InputError
         If a rule is out of range, or is given with ``--as-paper``.
     """
-    given = {name: getattr(args, name) for name in RULES if getattr(args, name) is not None}
-    if args.as_paper:
-        if given:
-            option = next(iter(given)).replace("_", "-")
-            raise InputError(
-                f"--as-paper has no rules; leave out one of --as-paper and --{option}."
-            )
-        return {"as_paper": True}
-    rules: dict[str, Any] = {
-        f"{name}_m": given[name]
-        for name in ("clearance", "corridor", "ceiling", "ceiling_agl", "zone_margin")
-        if name in given
-    }
-    if "reserve" in given:
-        rules["reserve"] = given["reserve"] / 100
-    return {
-        "rules": Rules(**rules),
-        "start_heading_deg": given.get("start_heading"),
-        "goal_heading_deg": given.get("goal_heading"),
-    }
-
-
-def _needed(
-    args: argparse.Namespace,
-    name: str,
-    terrain: Terrain,
-) -> tuple[float, float, float]:
-    point = end_point(args, name, terrain)
-    if point is None:
-        raise InputError(f"The {name} is missing; give --{name} or --{name}-geo.")
-    return point
+    return rules_of(vars(args))

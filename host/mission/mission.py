@@ -102,6 +102,11 @@ class Mission:
         """Number of legs, 1 or more."""
         return len(self.way) - 1
 
+    @property
+    def straight_m(self) -> float:
+        """Length of the straight lines through all points, metres."""
+        return sum(itertools.starmap(math.dist, itertools.pairwise(self.way)))
+
     @cached_property
     def whole(self) -> Problem:
         """The problem of the path of all legs."""

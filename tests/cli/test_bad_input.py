@@ -265,7 +265,10 @@ def test_check_refuses_bad_paths(hills, tmp_path, capsys, name, content, sentenc
 def test_check_refuses_a_path_without_terrain(tmp_path, capsys):
     file = tmp_path / "path.csv"
     file.write_text("x,y,z\n500,500,900\n5500,3500,900\n")
-    assert refused(capsys, "check", "--path", file) == "The terrain is missing; give --terrain."
+    assert (
+        refused(capsys, "check", "--path", file)
+        == "The terrain is missing; give --terrain or a problem file."
+    )
 
 
 def test_check_refuses_another_start(hills, tmp_path, capsys):

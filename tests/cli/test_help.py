@@ -4,6 +4,7 @@ import json
 import re
 import shlex
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,12 +12,16 @@ import rasterio
 
 from host.cli import main
 from host.cli.parser import build_parser
+from host.mission.problem_file import template
 from host.planners import OPTIONS, PLANNERS
 
 
 COMMANDS = [
     (),
     ("plan",),
+    ("problem",),
+    ("problem", "new"),
+    ("problem", "check"),
     ("compare",),
     ("check",),
     ("fly",),
@@ -59,6 +64,7 @@ def place(tmp_path_factory):
         transform=rasterio.Affine(100, 0, 600_000, 0, -100, 5_100_000),
     ) as raster:
         raster.write((300 + 100 * np.sin(x / 20) * np.cos(y / 15)).astype(np.float32), 1)
+    (place / "problem.toml").write_text(template())
     (place / "path.csv").write_text("x,y,z\n1200,1200,600\n7000,9000,600\n14000,14000,600\n")
     (place / "out" / "plan").mkdir(parents=True)
     summary = {
@@ -96,6 +102,7 @@ def test_the_example_of_every_command_runs(command, place, capsys, monkeypatch):
         arguments += ["--jobs", "1"]
     if command == ("check",):  # The plan that makes its path may not have run.
         arguments[arguments.index("out/path.geojson")] = "path.csv"
+    Path("mine.toml").unlink(missing_ok=True)
     assert main(arguments) == 0
     output = capsys.readouterr().out
     assert output
@@ -111,6 +118,8 @@ JSON = [
     "plan --terrain tile.tif --agl --start 1200,1200,100 --goal 14000,14000,100 --generations 5",
     "compare --planners ga-pc --terrain tile.tif --agl --start 1200,1200,100 "
     "--goal 14000,14000,100 --generations 5 --runs 1 --jobs 1",
+    "problem new new.toml",
+    "problem check problem.toml",
     "check --terrain tile.tif --path path.csv",
     "fly out/plan/summary.json --out flight",
     "board info",
@@ -132,7 +141,7 @@ def test_every_command_speaks_json(line, place, capsys, monkeypatch):
 
 def test_no_command_lacks_json():
     spoken = {tuple(line.split()[: len(command)]) for line in JSON for command in COMMANDS}
-    groups = {(), ("board",), ("terrain",)}
+    groups = {(), ("board",), ("problem",), ("terrain",)}
     assert set(COMMANDS) - groups - {("board", "serve")} <= spoken
 
 
@@ -158,6 +167,7 @@ def test_options_are_grouped(command, outputs, capsys, monkeypatch):
     found = groups(text)
     titles = [title for title in found if not title.startswith("options of ")]
     assert [title for title in titles if title != "comparison"] == [
+        "positional arguments",
         "options",
         "problem",
         "rules of safe flight",
@@ -199,7 +209,7 @@ def test_help_is_quick(pathgene):
     [
         ([], "No command is given; pathgene --help lists them."),
         (["soar"], "Argument COMMAND: invalid choice: 'soar' (choose from "),
-        (["plan"], "The following arguments are required: --terrain; see pathgene plan --help."),
+        (["plan"], "The terrain is missing; give --terrain or a problem file."),
         (
             ["plan", "--terrain", "x", "--start", "1,2"],
             "Argument --start: must be numbers X,Y,Z, not '1,2'; see pathgene plan --help.",
@@ -218,7 +228,7 @@ def test_help_is_quick(pathgene):
         ),
         (
             ["plan", "--terrain", "x", "--gen", "3"],
-            "Unrecognized arguments: --gen 3; see pathgene --help.",
+            "Unrecognized arguments: --gen; see pathgene --help.",
         ),
         (["board"], "The following arguments are required: COMMAND; see pathgene board --help."),
         (

@@ -159,6 +159,8 @@ def _defaults(planner: str, options: Iterable[str]) -> dict[str, Any]:
 def describe_options(parser: argparse.ArgumentParser) -> Iterator[tuple[str, Any]]:
     """Yield each command with options, and the properties of its options except the prose."""
     rows = {}
+    # Where a problem file may supply an option, its default stands apart.
+    defaults = parser.get_default("option_defaults") or {}
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
             for command in action.choices.values():
@@ -167,7 +169,7 @@ def describe_options(parser: argparse.ArgumentParser) -> Iterator[tuple[str, Any
             rows[", ".join(action.option_strings) or action.dest] = {
                 "dest": action.dest,
                 "number": action.type.__name__ if action.type in (int, float) else None,
-                "default": action.default,
+                "default": defaults.get(action.dest, action.default),
                 "const": action.const,
                 "choices": action.choices and list(action.choices),
                 "nargs": action.nargs,

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import NoReturn, TypeAlias
 
 from host.errors import InputError
 
 
-__all__ = ["Commands", "Parser", "add_command", "add_command_group", "cell_sides", "numbers"]
+__all__ = [
+    "Commands",
+    "Parser",
+    "add_command",
+    "add_command_group",
+    "cell_sides",
+    "complete_by_file",
+    "numbers",
+]
 
 
 class Parser(argparse.ArgumentParser):
@@ -77,6 +85,37 @@ def add_command_group(commands: Commands, name: str, summary: str, example: str)
         epilog=f"Example: {example}",
     )
     return parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+
+
+def complete_by_file(parser: Parser, *, besides: Collection[str] = ()) -> None:
+    """Add the argument PROBLEM.toml, a file that supplies the options that are not given.
+
+    The parsed arguments hold only what is given, and under ``option_defaults`` the defaults of the
+    options; :func:`host.cli.problem.complete_options` adds the rest. No option is required.
+
+    Parameters
+    ----------
+    parser : Parser
+        The command with all its options.
+    besides : collection of str
+        Names of arguments that no file supplies.
+    """
+    defaults = {}
+    for action in parser._actions:
+        if action.dest in ("help", "json", "debug", *besides):
+            continue
+        defaults[action.dest] = action.default
+        # The formatter of the help leaves out the default of an argument without one.
+        action.help = (action.help or "").replace("%(default)s", str(action.default))
+        action.default, action.required = argparse.SUPPRESS, False
+    parser.set_defaults(option_defaults=defaults)
+    parser.add_argument(
+        "problem",
+        metavar="PROBLEM.toml",
+        nargs="?",
+        help="problem file that supplies the options that are not given; 'pathgene problem new' "
+        "writes one with every key explained",
+    )
 
 
 def numbers(names: str) -> Callable[[str], tuple[float, ...]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from host.cli.arguments.base import Commands, add_command
+from host.cli.arguments.base import Commands, add_command, complete_by_file
 from host.cli.arguments.problem import add_problem
 
 
@@ -17,7 +17,7 @@ def add_check(commands: Commands) -> None:
         "check:run",
         "Evaluate a given path",
         "pathgene check --terrain tile.tif --path out/path.geojson --json",
-        usage="[OPTIONS] --path FILE",
+        usage="[PROBLEM.toml] --path FILE [OPTIONS]",
         notes="The exit status is 0 for a feasible path, 1 for one that is not, 2 for bad input.",
     )
     parser.add_argument(
@@ -27,4 +27,5 @@ def add_check(commands: Commands) -> None:
         help="GeoJSON, CSV with the header x,y,z, or a summary.json, which also supplies the "
         "options that are not given",
     )
-    add_problem(parser, ends_required=False)
+    add_problem(parser, of_path=True)
+    complete_by_file(parser, besides=("path",))

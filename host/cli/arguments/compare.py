@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from host.cli.arguments.base import Commands, add_command
+from host.cli.arguments.base import Commands, add_command, complete_by_file
 from host.cli.arguments.problem import add_problem
 from host.cli.arguments.search import add_own_options, add_search
 from host.compare import LOCAL
@@ -22,9 +22,9 @@ def add_compare(commands: Commands) -> None:
         "pathgene compare --planners ga-fpga,ga-pc,ga-pc:max_waypoints=8 --terrain tile.tif "
         "--start 1200,1200,100 --goal 14000,14000,100 --agl --runs 5 --generations 20 "
         "--out out/compare",
-        usage="--planners NAME,... --terrain FILE|NAME --start X,Y,Z --goal X,Y,Z [OPTIONS]",
+        usage="[PROBLEM.toml] --planners NAME,... [OPTIONS]",
     )
-    add_problem(parser, ends_required=True)
+    add_problem(parser)
     group = parser.add_argument_group("comparison")
     group.add_argument(
         "--planners",
@@ -72,3 +72,4 @@ def add_compare(commands: Commands) -> None:
         help="directory to write to; runs that it already holds are not repeated "
         "(default %(default)s)",
     )
+    complete_by_file(parser, besides=("planners", "runs", "seed", "jobs", "scheduler", "out"))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from host.cli.arguments.base import Commands, add_command
+import argparse
+
+from host.cli.arguments.base import Commands, add_command, complete_by_file
 from host.cli.arguments.problem import add_problem
 from host.cli.arguments.search import add_own_options, add_search
 from host.planners import DEFAULT, PLANNERS
@@ -20,10 +22,10 @@ def add_plan(commands: Commands) -> None:
         "Plan a path and write it with a summary and a picture",
         "pathgene plan --terrain tile.tif --start 1200,1200,100 --goal 14000,14000,100 --agl "
         "--nofly-circle 7000,7000,900 --board sim: --out out",
-        usage="--terrain FILE|NAME --start X,Y,Z --goal X,Y,Z [OPTIONS]",
+        usage="[PROBLEM.toml] [OPTIONS]",
         notes="The exit status is 0 with a feasible path, 1 without one, 2 for bad input.",
     )
-    add_problem(parser, ends_required=True)
+    add_problem(parser)
     group = parser.add_argument_group("planning")
     group.add_argument(
         "--planner",
@@ -52,15 +54,21 @@ def add_plan(commands: Commands) -> None:
         "pathgene export",
     )
     group.add_argument(
-        "--no-picture",
-        dest="picture",
-        action="store_false",
-        help="do not draw path.png, and remove one of an earlier run",
+        "--picture",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="draw path.png (default); otherwise remove one of an earlier run",
     )
     group.add_argument(
-        "--no-grid",
-        dest="grid",
-        action="store_false",
-        help="do not write terrain.npz, the grid that the path was evaluated on, and remove one of "
-        "an earlier run; pathgene check then loads the terrain again from its source",
+        "--grid",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="write terrain.npz, the grid that the path was evaluated on (default); otherwise "
+        "remove one of an earlier run, and pathgene check loads the terrain from its source",
     )
+    group.add_argument(
+        "--save-problem",
+        metavar="FILE",
+        help="write a problem file, .toml, of these options before planning",
+    )
+    complete_by_file(parser, besides=("save_problem",))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
+
 from host.cli.arguments.base import Parser, cell_sides, numbers
 from host.cli.arguments.rules import add_rules
 
@@ -9,22 +11,21 @@ from host.cli.arguments.rules import add_rules
 __all__ = ["add_problem"]
 
 
-def add_problem(parser: Parser, *, ends_required: bool) -> None:
+def add_problem(parser: Parser, *, of_path: bool = False) -> None:
     """Add the options of a problem.
 
     Parameters
     ----------
     parser : Parser
         The command.
-    ends_required : bool
-        Require terrain, start and goal. Otherwise a file supplies them.
+    of_path : bool
+        The problem is that of a given path, which has its own ends.
     """
-    need = "required, or its -geo twin" if ends_required else "must be the path's own end"
+    need = "must be the path's own end" if of_path else "required, or its -geo twin"
     group = parser.add_argument_group("problem")
     group.add_argument(
         "--terrain",
         metavar="FILE|NAME",
-        required=ends_required,
         help="GeoTIFF, .hgt, any other raster that rasterio opens, .npy, .npz, or a name from "
         "'pathgene terrain list'",
     )
@@ -50,9 +51,33 @@ def add_problem(parser: Parser, *, ends_required: bool) -> None:
             help="latitude and longitude in WGS84 degrees, and altitude in metres",
         )
     group.add_argument(
+        "--via",
+        type=numbers("X,Y,Z"),
+        metavar="X,Y,Z",
+        action="append",
+        default=[],
+        help="point to pass between start and goal; repeated, the points are passed in order",
+    )
+    group.add_argument(
+        "--via-geo",
+        type=numbers("LAT,LON,ALT"),
+        metavar="LAT,LON,ALT",
+        action="append",
+        default=[],
+        help="the same in WGS84 degrees",
+    )
+    group.add_argument(
+        "--return",
+        dest="return_to_start",
+        action=argparse.BooleanOptionalAction,
+        default=False,
+        help="fly back from the goal to the start",
+    )
+    group.add_argument(
         "--agl",
-        action="store_true",
-        help="altitudes of start and goal are heights above the ground",
+        action=argparse.BooleanOptionalAction,
+        default=False,
+        help="altitudes of start, goal and via points are heights above the ground",
     )
     group.add_argument(
         "--nofly",
@@ -79,7 +104,8 @@ def add_problem(parser: Parser, *, ends_required: bool) -> None:
     )
     group.add_argument(
         "--fill-voids",
-        action="store_true",
+        action=argparse.BooleanOptionalAction,
+        default=False,
         help="interpolate cells without data; by default they are impassable",
     )
     group.add_argument(

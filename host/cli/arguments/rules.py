@@ -7,19 +7,7 @@ import argparse
 from host.cli.arguments.base import Parser
 
 
-__all__ = ["RULES", "add_rules"]
-
-#: Options that set a rule, by their name in the parsed arguments; ``--as-paper`` excludes them.
-RULES = (
-    "clearance",
-    "corridor",
-    "ceiling",
-    "ceiling_agl",
-    "zone_margin",
-    "reserve",
-    "start_heading",
-    "goal_heading",
-)
+__all__ = ["add_rules"]
 
 
 def add_rules(parser: Parser) -> argparse._ArgumentGroup:
@@ -38,7 +26,8 @@ def add_rules(parser: Parser) -> argparse._ArgumentGroup:
         group.add_argument(f"--{name}", type=float, metavar=metavar, help=meaning)
     group.add_argument(
         "--as-paper",
-        action="store_true",
+        action=argparse.BooleanOptionalAction,
+        default=False,
         help="no rules: the evaluation of the papers alone, as in version 0.1",
     )
     return group

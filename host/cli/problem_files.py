@@ -1,0 +1,72 @@
+"""``pathgene problem``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from host.cli.output import print_json, print_pairs
+from host.errors import InputError
+from host.mission.build import mission_of, search_of
+from host.mission.problem_file import read_problem, template
+from host.report.files import is_special, output_file, prepare_file
+
+
+__all__ = ["check", "new"]
+
+
+def new(args: argparse.Namespace) -> int:
+    """Write a template; refuse to replace a file."""
+    file = Path(args.file)
+    if file.exists() and not is_special(file):
+        raise InputError(f"{str(file)!r} exists; give the name of a new file.")
+    prepare_file(file)
+    with output_file(file) as binary:
+        binary.write(template().encode())
+    if args.json:
+        print_json({"file": str(file)})
+    else:
+        print_pairs([("file", str(file)), ("plan it with", f"pathgene plan {file}")])
+    return 0
+
+
+def check(args: argparse.Namespace) -> int:
+    """Read a problem file, build what it describes, and describe that."""
+    values = read_problem(Path(args.file))
+    search = search_of(values)
+    mission = mission_of(values)
+    problem = mission.problem
+    report: dict[str, Any] = {
+        "file": args.file,
+        "terrain": problem.terrain.describe(),
+        "uav": problem.aircraft.name,
+        "zones": len(problem.zones),
+        "points": [list(point) for point in mission.way],
+        "legs": mission.legs,
+        "straight_m": mission.straight_m,
+        "as_paper": problem.as_paper,
+        "rules": None if problem.rules is None else problem.rules.to_dict(),
+        "planner": search.planner,
+        "generations": search.options.generations,
+        "seed": search.options.seed,
+    }
+    if args.json:
+        print_json(report)
+    else:
+        rules = "none, as paper"
+        if problem.rules is not None:
+            rules = f"clearance {problem.rules.clearance_m:g} m"
+        names = zip(mission.names, mission.way, strict=True)
+        print_pairs(
+            [
+                ("terrain", problem.terrain.name),
+                ("aircraft", problem.aircraft.name),
+                ("no-fly zones", str(len(problem.zones))),
+                *((name, f"{x:.1f}, {y:.1f}, altitude {z:.1f} m") for name, (x, y, z) in names),
+                ("straight lines", f"{report['straight_m']:.1f} m"),
+                ("rules", rules),
+                ("planner", search.planner),
+            ]
+        )
+    return 0

@@ -1,0 +1,244 @@
+"""The mission that the values of a problem file, or parsed arguments, describe."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from host.errors import InputError
+from host.evaluation import problem_utopia
+from host.mission.keys import RULES
+from host.mission.mission import Mission
+from host.mission.problem_file import read_problem
+from host.planners import DEFAULT as DEFAULT_PLANNER
+from host.planners import PLANNERS
+from host.planning import Search
+from host.problem.aircraft import DEFAULT, Aircraft
+from host.problem.aircraft import load as load_aircraft
+from host.problem.ends import Point, end_point, place
+from host.problem.problem import Problem
+from host.problem.rules import Rules
+from host.problem.zones import Circle, Zone, read_geojson, zone_from_dict
+from host.terrain import Terrain, load
+from host.terrain.origin import at_origin
+
+
+__all__ = [
+    "aircraft_of",
+    "end_of",
+    "load_mission",
+    "mission_of",
+    "placed_at",
+    "rules_of",
+    "search_of",
+    "terrain_of",
+    "via_of",
+    "zones_of",
+]
+
+Values = Mapping[str, Any]
+
+
+def load_mission(file: str | Path) -> Mission:
+    """Return the mission of a problem file, of one leg where it has no via points and no return.
+
+    The planner and the output in the file are left out.
+
+    Raises
+    ------
+    InputError
+        If the file is no problem file, or describes no mission.
+    """
+    if not isinstance(file, str | Path):
+        raise InputError(f"The problem file must be the path of a file, not {file!r}.")
+    return mission_of(read_problem(Path(file)))
+
+
+def mission_of(values: Values) -> Mission:
+    """Return the mission, of one leg where there are neither via points nor a return.
+
+    Parameters
+    ----------
+    values : mapping
+        Values by the names in :data:`host.mission.keys.KEYS`; None is the default of each.
+
+    Raises
+    ------
+    InputError
+        If a value is bad or missing.
+    """
+    aircraft = aircraft_of(values)
+    terrain = terrain_of(values)
+    start, goal = (_needed(values, name, terrain) for name in ("start", "goal"))
+    problem = Problem(
+        terrain,
+        start,
+        goal,
+        aircraft,
+        zones_of(values, terrain),
+        values.get("wind") or (0.0, 0.0),
+        values.get("ds"),
+        agl=bool(values.get("agl")),
+        **rules_of(values),
+    )
+    # Refuses a start and goal without a finite reference cost, before any work.
+    problem_utopia(problem)
+    return Mission(problem, via_of(values, terrain), bool(values.get("return_to_start")))
+
+
+def search_of(values: Values) -> Search:
+    """Return the planner with its options; those that it does not have are left out.
+
+    Raises
+    ------
+    InputError
+        If there is no such planner, or a value is bad.
+    """
+    planner = values.get("planner") or DEFAULT_PLANNER
+    having = PLANNERS[planner].options if planner in PLANNERS else ()
+    return Search(
+        planner,
+        generations=values.get("generations"),
+        time_limit_s=values.get("time_limit"),
+        target_fitness=values.get("target_fitness"),
+        population=values.get("population"),
+        seed=values.get("seed") or 0,
+        **{name: values[name] for name in having if values.get(name) is not None},
+    )
+
+
+def terrain_of(values: Values) -> Terrain:
+    """Load the terrain.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it cannot be loaded.
+    """
+    if values.get("terrain") is None:
+        raise InputError("The terrain is missing; give --terrain or a problem file.")
+    terrain = load(
+        values["terrain"], cell=values.get("cell"), fill_voids=bool(values.get("fill_voids"))
+    )
+    return placed_at(values, terrain)
+
+
+def placed_at(values: Values, terrain: Terrain) -> Terrain:
+    """Return the terrain with its south-west node at ``origin``, if that is given.
+
+    Raises
+    ------
+    InputError
+        If the origin is bad, or the terrain has a place already.
+    """
+    origin = values.get("origin")
+    return terrain if origin is None else at_origin(terrain, *origin)
+
+
+def aircraft_of(values: Values) -> Aircraft:
+    """Return the aircraft: a shipped one, that of a file, or that of a table.
+
+    Raises
+    ------
+    InputError
+        If it is bad.
+    """
+    uav = values.get("uav")
+    if isinstance(uav, Mapping):
+        return Aircraft.from_dict(dict(uav), "[aircraft]")
+    return load_aircraft(uav or DEFAULT)
+
+
+def zones_of(values: Values, terrain: Terrain) -> tuple[Zone, ...]:
+    """Return the no-fly zones of files, tables and circles.
+
+    Raises
+    ------
+    InputError
+        If one is bad.
+    """
+    zones: list[Zone] = []
+    for file in values.get("nofly") or ():
+        zones += read_geojson(file, terrain)
+    for table in values.get("zones") or ():
+        if "file" in table:
+            zones += read_geojson(table["file"], terrain)
+            continue
+        shape = dict(table)
+        if "circle" in shape:
+            shape["x"], shape["y"], shape["radius_m"] = shape.pop("circle")
+        zones.append(zone_from_dict(shape))
+    return (*zones, *(Circle(*circle) for circle in values.get("nofly_circle") or ()))
+
+
+def end_of(values: Values, name: str, terrain: Terrain) -> Point | None:
+    """Return ``start`` or ``goal`` in local metres, the third number as given; None without one."""
+    local: Point | None = values.get(name)
+    if local is not None:
+        return local
+    geographic = values.get(f"{name}_geo")
+    if geographic is None:
+        return None
+    latitude, longitude, altitude = geographic
+    return (*place(name, latitude, longitude, terrain), altitude)
+
+
+def via_of(values: Values, terrain: Terrain) -> tuple[Point, ...]:
+    """Return the via points as x, y and altitude.
+
+    Raises
+    ------
+    InputError
+        If some are in metres and others in degrees, or one is bad.
+    """
+    local, geographic = values.get("via") or (), values.get("via_geo") or ()
+    if local and geographic:
+        raise InputError("Give all via points by --via, or all by --via-geo.")
+    return tuple(
+        end_point(
+            f"via point {number}",
+            point,
+            terrain,
+            agl=bool(values.get("agl")),
+            geo=bool(geographic),
+        )
+        for number, point in enumerate(local or geographic, start=1)
+    )
+
+
+def rules_of(values: Values) -> dict[str, Any]:
+    """Return the keywords of :class:`Problem` for the rules and headings.
+
+    Raises
+    ------
+    InputError
+        If a rule is out of range, or is given beside ``as_paper``.
+    """
+    given = {name: values[name] for name in RULES if values.get(name) is not None}
+    if values.get("as_paper"):
+        if given:
+            option = next(iter(given)).replace("_", "-")
+            raise InputError(
+                f"--as-paper has no rules; leave out one of --as-paper and --{option}."
+            )
+        return {"as_paper": True}
+    rules: dict[str, Any] = {
+        f"{name}_m": given[name]
+        for name in ("clearance", "corridor", "ceiling", "ceiling_agl", "zone_margin")
+        if name in given
+    }
+    if "reserve" in given:
+        rules["reserve"] = given["reserve"] / 100
+    return {
+        "rules": Rules(**rules),
+        "start_heading_deg": given.get("start_heading"),
+        "goal_heading_deg": given.get("goal_heading"),
+    }
+
+
+def _needed(values: Values, name: str, terrain: Terrain) -> Point:
+    point = end_of(values, name, terrain)
+    if point is None:
+        raise InputError(f"The {name} is missing; give --{name} or --{name}-geo.")
+    return point

@@ -1,0 +1,103 @@
+"""Plan a problem or a mission: the function of the Python API."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from host import planning
+from host.mission.mission import Mission
+from host.mission.planning import plan_mission
+from host.planners import DEFAULT
+from host.planners.base import Progress, Stop
+from host.planning import Plan, Search, require_functions
+from host.problem.problem import Problem
+
+
+__all__ = ["plan"]
+
+
+def plan(
+    problem: Problem | Mission,
+    planner: str = DEFAULT,
+    *,
+    seed: int = 0,
+    generations: int | None = None,
+    time_limit_s: float | None = None,
+    target_fitness: float | None = None,
+    population: int | None = None,
+    progress: Progress | None = None,
+    cancel: Callable[[], bool] | None = None,
+    **options: Any,
+) -> Plan:
+    """Plan a path; print and write nothing.
+
+    The defaults are those of ``pathgene plan``, and the same seed gives the same path.
+
+    Parameters
+    ----------
+    problem : Problem or Mission
+        Terrain, ends, aircraft, zones and wind; a mission has several legs, and each is planned
+        with the same options.
+    planner : str
+        Name of a planner: ``ga-fpga``, ``ga-pc``, ``astar``, ``fpa``, ``fpa-2opt``, ``ga-dp`` or
+        ``ga-auv``.
+    seed : int
+        0 to 2**64 - 1. Everything random follows from it.
+    generations : int, optional
+        Most generations; the planner's own number by default.
+    time_limit_s : float, optional
+        Most seconds of planning.
+    target_fitness : float, optional
+        Fitness that ends the search; feasible paths have more than 1.
+    population : int, optional
+        Paths in the population; the planner's own number by default. A chip's is fixed.
+    progress : callable, optional
+        Called after each generation with its number, the best fitness so far and the mean fitness
+        of the population. A mission counts the generations of all legs.
+    cancel : callable, optional
+        Called between generations. Once it returns True, the search ends, and the plan is the best
+        so far with ``interrupted`` true. The longest wait is usually that for generation 0: the
+        first plan on a machine compiles for up to a minute, and ``sim:`` builds its board.
+    **options
+        The planner's own options, ``board="sim:"`` for example: those of ``pathgene plan`` with
+        underscores. None is the default of each.
+
+    Returns
+    -------
+    Plan
+        The best path found, which may not be feasible: see ``plan.evaluation``. The plan of a
+        mission of several legs has ``plan.legs``, each with its own ``plan``.
+
+    Raises
+    ------
+    InputError
+        If there is no such planner, the planner has no such option, or a value is out of range.
+    JobError
+        If the search fails before it has a path: no board answers, for example. A later failure
+        leaves the best path so far; ``plan.failure`` says what happened.
+    """
+    if not isinstance(problem, Mission):
+        return planning.plan(
+            problem,
+            planner,
+            seed=seed,
+            generations=generations,
+            time_limit_s=time_limit_s,
+            target_fitness=target_fitness,
+            population=population,
+            progress=progress,
+            cancel=cancel,
+            **options,
+        )
+    require_functions(progress=progress, cancel=cancel)
+    search = Search(
+        planner,
+        seed=seed,
+        generations=generations,
+        time_limit_s=time_limit_s,
+        target_fitness=target_fitness,
+        population=population,
+        **options,
+    )
+    return plan_mission(problem, search, progress=progress, stop=Stop(cancel))

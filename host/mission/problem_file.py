@@ -1,0 +1,237 @@
+"""Problem files: all options of ``pathgene plan`` in TOML."""
+
+from __future__ import annotations
+
+import difflib
+import textwrap
+import tomllib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from host.errors import InputError
+from host.mission.keys import TABLES, Key, keys_of
+from host.mission.values import to_toml
+from host.problem.aircraft import PARAMETERS
+from host.report.files import output_file
+
+
+__all__ = ["markdown", "read_problem", "save_problem", "template"]
+
+#: Keys of a zone that name what it is.
+_SHAPES = ("file", "circle", "polygon")
+_WIDTH = 96
+
+
+def read_problem(file: Path) -> dict[str, Any]:
+    """Return the values of a problem file by the names of the parsed arguments.
+
+    Paths in the file are relative to its folder. ``uav`` is a name, a path, or the table of an
+    aircraft; ``zones`` is a list of tables.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is not TOML, holds an unknown key, or a value of another kind.
+    """
+    try:
+        document = tomllib.loads(file.read_text("utf-8"))
+    except OSError as error:
+        raise InputError(
+            f"Cannot read the problem {str(file)!r} ({error.strerror or error})."
+        ) from None
+    except UnicodeDecodeError:
+        raise InputError(f"{file}: not a problem file, it is not UTF-8 text.") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{file}: not valid TOML: {error}.") from None
+    try:
+        return _values(document, file.parent)
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from None
+
+
+def save_problem(file: Path, values: Mapping[str, Any]) -> None:
+    """Write a problem file that gives ``values``, parsed arguments; those that are None stay out.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+    """
+    folder = file.parent
+    lines = [f"# A problem of pathgene; plan it with: pathgene plan {file.name}"]
+    for table in TABLES:
+        if table == "zones":
+            for zone in _all_zones(values):
+                lines += ["", "[[zones]]", *_lines(_written(keys_of("zones"), zone, folder))]
+            continue
+        if table == "aircraft":
+            given = _aircraft_table(values.get("uav"), folder)
+        else:
+            own = {name: values.get(key.dest) for name, key in keys_of(table).items() if key.dest}
+            given = _written(keys_of(table), own, folder)
+        if given:
+            lines += ["", f"[{table}]", *_lines(given)]
+    with output_file(file) as binary:
+        binary.write(("\n".join(lines) + "\n").encode())
+
+
+def template() -> str:
+    """Return a problem file with every key explained; it plans as it is."""
+    active = {"source", "start", "goal", "agl"}
+    lines = [
+        "# A problem of pathgene. Plan it with: pathgene plan FILE",
+        "# Every key is here. Remove the # before a key to set it; its default is in brackets.",
+        "# Paths are relative to this file. An option on the command line overrides a key.",
+    ]
+    for table, meaning in TABLES.items():
+        lines += ["", "", *_comment(meaning)]
+        listed = table == "zones"
+        lines += ["# [[zones]]" if listed else f"[{table}]"]
+        for key in keys_of(table).values():
+            is_active = key.name in active and table in ("terrain", "mission")
+            default = f" ({key.default})" if key.default else ""
+            lines += ["", *_comment(f"{key.meaning[:1].upper()}{key.meaning[1:]}{default}.")]
+            lines += [f"{'' if is_active else '# '}{key.name} = {key.example}"]
+    return "\n".join(lines) + "\n"
+
+
+def markdown() -> str:
+    """Return the tables of all keys for the documentation, as Markdown."""
+    parts = []
+    for table, meaning in TABLES.items():
+        title = "[[zones]]" if table == "zones" else f"[{table}]"
+        rows = [
+            f"| `{key.name}` | {key.meaning}; {key.kind.name} | "
+            f"{key.default or 'required'} | {f'`{key.option}`' if key.option else ''} |"
+            for key in keys_of(table).values()
+        ]
+        parts += [
+            f"### `{title}`",
+            "",
+            meaning,
+            "",
+            "| key | meaning; kind | default | option |",
+            "|---|---|---|---|",
+            *rows,
+            "",
+        ]
+    return "\n".join(parts)
+
+
+def _values(document: dict[str, Any], folder: Path) -> dict[str, Any]:
+    values: dict[str, Any] = {}
+    for name, table in document.items():
+        if name not in TABLES:
+            raise InputError(f"there is no table [{name}]{_nearest(name, TABLES)}")
+        if name == "zones":
+            values["zones"] = _zones(table, folder)
+            continue
+        if not isinstance(table, dict):
+            raise InputError(f"{name} must be a table, [{name}].")
+        if name == "aircraft":
+            values["uav"] = _uav(table, folder)
+            continue
+        for key, value in _read(name, table, folder):
+            values[key.dest] = value
+    for one, other in (("start", "start_geo"), ("goal", "goal_geo"), ("via", "via_geo")):
+        if one in values and other in values:
+            raise InputError(f"[mission] has both {one} and {other}; leave one out.")
+    return values
+
+
+def _read(name: str, table: dict[str, Any], folder: Path) -> Iterator[tuple[Key, Any]]:
+    """Yield the keys of a table with their values."""
+    known = keys_of(name)
+    for key, value in table.items():
+        if key not in known:
+            raise InputError(f"there is no key {key!r} in [{name}]{_nearest(key, known)}")
+        try:
+            yield known[key], known[key].kind.read(value, folder)
+        except ValueError:
+            raise InputError(
+                f"{key} in [{name}] must be {known[key].kind.name}, not {value!r}."
+            ) from None
+
+
+def _zones(tables: Any, folder: Path) -> list[dict[str, Any]]:
+    if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
+        raise InputError("zones must be tables, [[zones]] once for each.")
+    zones = []
+    for number, table in enumerate(tables, start=1):
+        zone = {key.name: value for key, value in _read("zones", table, folder)}
+        shapes = [shape for shape in _SHAPES if shape in zone]
+        if len(shapes) != 1:
+            raise InputError(
+                f"[[zones]] number {number} must have one of {', '.join(_SHAPES)}, not "
+                f"{' and '.join(shapes) or 'none'}."
+            )
+        if shapes == ["file"] and len(zone) > 1:
+            raise InputError(
+                f"[[zones]] number {number}: a file states names and limits itself; leave "
+                f"{', '.join(key for key in zone if key != 'file')} out."
+            )
+        if shapes == ["circle"] and "holes" in zone:
+            raise InputError(f"[[zones]] number {number}: a circle has no holes.")
+        zones.append(zone)
+    return zones
+
+
+def _uav(table: dict[str, Any], folder: Path) -> Any:
+    """Return the aircraft as a name, a path, or its own table."""
+    known = {*keys_of("aircraft"), "sources", *PARAMETERS}
+    for key in table:
+        if key not in known:
+            raise InputError(f"there is no key {key!r} in [aircraft]{_nearest(key, known)}")
+    chosen = {key: value for key, value in table.items() if key in keys_of("aircraft")}
+    read = {key.name: value for key, value in _read("aircraft", chosen, folder)}
+    if "file" in read:
+        if len(table) > 1:
+            raise InputError("[aircraft] with a file must have no other key.")
+        return read["file"]
+    if set(table) == {"name"}:
+        return read["name"]
+    return dict(table) if table else None
+
+
+def _nearest(name: str, known: Mapping[str, Any] | set[str]) -> str:
+    """Return the end of a sentence on an unknown name: the nearest known one, or all."""
+    near = difflib.get_close_matches(name, known, n=1)
+    if near:
+        return f"; is it {near[0]!r}?"
+    return f"; known are {', '.join(sorted(known) if isinstance(known, set) else known)}."
+
+
+def _all_zones(values: Mapping[str, Any]) -> list[dict[str, Any]]:
+    return [
+        *({"file": file} for file in values.get("nofly") or ()),
+        *(values.get("zones") or ()),
+        *({"circle": circle} for circle in values.get("nofly_circle") or ()),
+    ]
+
+
+def _aircraft_table(uav: Any, folder: Path) -> dict[str, Any]:
+    if uav is None:
+        return {}
+    if isinstance(uav, Mapping):
+        return dict(uav)
+    key = "file" if str(uav).endswith(".toml") else "name"
+    return _written(keys_of("aircraft"), {key: uav}, folder)
+
+
+def _written(keys: Mapping[str, Key], values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Return the values that are not None as TOML takes them, in the order of the keys."""
+    return {
+        name: key.kind.write(values[name], folder)
+        for name, key in keys.items()
+        if values.get(name) is not None and values[name] != []
+    }
+
+
+def _lines(table: Mapping[str, Any]) -> list[str]:
+    return [f"{name} = {to_toml(value)}" for name, value in table.items()]
+
+
+def _comment(text: str) -> list[str]:
+    """Return ``text`` as lines of comment."""
+    return [f"# {line}" for line in textwrap.wrap(text, _WIDTH)]

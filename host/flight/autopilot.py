@@ -27,8 +27,10 @@ _SPEED_TRIM_GAIN = 0.6
 # of the flight path is lowered by what is missing.
 _SLOW = 0.9
 _SLOW_S = 1.5
-# The highest throttle falls by this share per second and share of power beyond the limit.
-_POWER_GAIN = 0.5
+# The highest throttle falls by this share per second and share of power beyond the limit, and rises
+# more slowly below it.
+_POWER_GAIN = 2.0
+_POWER_BACK_GAIN = 0.3
 
 
 class Autopilot:
@@ -131,7 +133,8 @@ class Autopilot:
         """Return the highest throttle for now."""
         if math.isfinite(self._most_watts):
             left = 1.0 - watts / self._most_watts
-            self._most_throttle += _POWER_GAIN * min(left, 0.5) * self._period_s
+            gain = _POWER_GAIN if left < 0 else _POWER_BACK_GAIN
+            self._most_throttle += gain * left * self._period_s
             self._most_throttle = min(max(self._most_throttle, 0.2), 1.0)
         return self._most_throttle
 

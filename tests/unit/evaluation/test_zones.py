@@ -1,12 +1,17 @@
 """The strict rule on zones: a dense-sampling oracle, and the cases that a raster misses."""
 
 import math
+import timeit
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
 from host.evaluation.zones import pack_zones, zone_intrusions, zone_metres
+from host.problem.zone_raster import blocked_cells
 from host.problem.zones import Circle, Polygon
+from host.terrain import Terrain
 from tests.random_flights import (
     CRUISE_M_S,
     near_a_limit,
@@ -14,11 +19,13 @@ from tests.random_flights import (
     piece_times,
     random_path,
     random_zones,
+    star,
     track_of,
 )
 from tests.zone_oracle import distances, enters
 
 
+UNLIMITED = dict.fromkeys(("lower_m", "upper_m", "t0_s", "t1_s"))
 SQUARE = ((100.0, 100.0), (300.0, 100.0), (300.0, 300.0), (100.0, 300.0))
 
 
@@ -122,6 +129,44 @@ def spots(path, zone, margin_m=0.0, radius_m=30.0):
     times = piece_times(pieces, rows)
     (found,) = zone_intrusions(pieces, rows, times, pack_zones([zone], margin_m))
     return found
+
+
+def test_cells_that_are_not_blocked_hold_nothing_that_is_rejected():
+    """The search's raster is as strict as the rule: also at the very corners of its free cells."""
+    rng = np.random.default_rng(3)
+    where = Terrain(
+        name="map", elevation=np.zeros((24, 32)), dx_m=30.0, dy_m=20.0, crs=None, origin=(0.0, 0.0)
+    )
+    tried = 0
+    for _ in range(60):
+        zones = [replace(zone, **UNLIMITED) for zone in random_zones(rng, 930.0, 460.0)]
+        margin_m = float(rng.choice([0.0, 25.0]))
+        free = ~blocked_cells(zones, where, margin_m)
+        packed = pack_zones(zones, margin_m)
+        rows, columns = np.nonzero(free)
+        for row, column in zip(rows[::7].tolist(), columns[::7].tolist(), strict=True):
+            corners = np.array((column, row)) + rng.choice([-0.5, 0.5, 0.0], (4, 2))
+            path = np.column_stack((corners * (30.0, 20.0), np.arange(4)))
+            pieces, count = piece_rows(path, 3.0)
+            assert zone_metres(pieces, count, piece_times(pieces, count), packed) == 0
+            tried += 1
+    assert tried > 2000
+
+
+def test_a_long_path_among_many_zones_takes_microseconds():
+    """40 km, 31 waypoints, 20 polygons of 8 corners: 4 to 11 us measured, 0.1 ms with distances."""
+    rng = np.random.default_rng(1)
+    path = np.linspace((0.0, 20e3, 50.0), (40e3, 20e3, 900.0), 31)
+    path[1:-1, 1] += rng.normal(0, 500, 29)
+    zones = [Polygon(star(rng, x, rng.uniform(18e3, 22e3), 1500, 8)) for x in range(0, 40000, 2000)]
+    pieces, rows = piece_rows(path, 150.0)
+    times, packed = piece_times(pieces, rows), pack_zones(zones, 25)
+    for measure in (zone_metres, zone_intrusions):
+        measure(pieces, rows, times, packed)
+        assert (
+            min(timeit.repeat(partial(measure, pieces, rows, times, packed), number=1, repeat=20))
+            < 0.5e-3
+        )
 
 
 # --- What a raster of nodes misses ---------------------------------------------------------------
@@ -286,6 +331,24 @@ def test_places_are_those_of_first_entry_and_least_distance():
     circle = spots([(0, 0, 0), (400, 0, 0)], Circle(300, 70, 50))
     assert circle.distance_m == pytest.approx(20)
     assert circle.nearest == (1, pytest.approx(0.75), pytest.approx(300))
+
+
+def test_least_distance_inside_and_beside_arcs():
+    zone = Polygon(SQUARE)
+    inside = spots([(150, 200, 50), (250, 200, 50)], zone)
+    assert (inside.distance_m, inside.metres) == (0, pytest.approx(100))
+    # Arcs of 100 m, left and right, whose middle is the place nearest to an edge.
+    middle = 100 * (math.sqrt(2) - 1)
+    for turn in (1, -1):
+        for east, north in ((1, 0), (0, 1), (-1, 0), (0, -1)):
+            # The corner points at the square's side, 30 m from it after rounding.
+            tip = 130 - middle
+            ends = [(tip + 400, turn * 400), (tip, 0), (tip + 400, -turn * 400)]
+            path = [(200 + a * east - b * north, 200 + a * north + b * east, 50) for a, b in ends]
+            found = spots(path, zone, 0, 100.0)
+            assert found.distance_m == pytest.approx(30)
+            assert found.nearest.row == 1
+            assert found.nearest.t == pytest.approx(0.5)
 
 
 def test_no_zones_and_wrong_zones():

@@ -120,6 +120,14 @@ def test_holes_are_free_where_a_whole_cell_is():
     assert np.count_nonzero(~blocked_cells([zone], terrain(), 101)[5:14, 5:14]) == 9
 
 
+def test_cells_as_near_as_the_rounding_of_the_strict_rule_are_blocked():
+    for gap_m, blocked in ((1e-6, True), (1e-5, False)):
+        assert blocked_cells([Circle(250 + 30 + gap_m, 200, 30)], terrain(), 0)[2, 2] == blocked
+        edge = 275 + gap_m
+        zone = Polygon(((edge, 0), (edge + 50, 0), (edge + 50, 400), (edge, 400)))
+        assert blocked_cells([zone], terrain(), 25)[2, 2] == blocked
+
+
 def test_zones_off_the_map_and_none():
     for zone in (
         Circle(-5000, 0, 100),

@@ -1,0 +1,120 @@
+"""Crossings of lines and arcs with circles and lines, by places that are known."""
+
+import math
+
+import numpy as np
+import pytest
+
+from host.evaluation.crossings import (
+    box_of,
+    cross_circle,
+    cross_line,
+    mark_parallel,
+    mark_towards,
+    place,
+)
+from host.evaluation.kernels import scratch
+from host.evaluation.pieces import lay_piece
+
+
+def straight(ax, ay, bx, by):
+    _, pieces = scratch(1)
+    run = math.hypot(bx - ax, by - ay)
+    ux, uy = ((bx - ax) / run, (by - ay) / run) if run > 0 else (0.0, 0.0)
+    lay_piece(pieces, 0, (ax, ay, 0.0), (bx, by, 0.0), ux, uy, 1.0, 0.0, run, 0.0)
+    return pieces
+
+
+def arc(x, y, heading_deg, radius, angle_deg, side=1.0):
+    """Return an arc that starts at (x, y), its heading from the east to the north."""
+    _, pieces = scratch(1)
+    heading, angle = math.radians(heading_deg), math.radians(angle_deg)
+    ux, uy = math.cos(heading), math.sin(heading)
+    lay_piece(pieces, 0, (x, y, 0.0), (0.0, 0.0, 0.0), ux, uy, side, angle, radius * angle, 0.0)
+    return pieces
+
+
+def marks_of(function, pieces, *where, low=0.0, high=1.0):
+    """Return the marks of a function, in order."""
+    marks = np.full(8, math.nan)
+    count = function(pieces, 0, *(float(value) for value in where), low, high, marks, 0)
+    assert np.isnan(marks[count:]).all()
+    return sorted(marks[:count].tolist())
+
+
+def around(parts):
+    """Return fractions of an arc of 270 degrees, given in degrees."""
+    return pytest.approx([part / 270 for part in parts])
+
+
+# Around (0, 0), from (100, 0) by the north and the west to (0, -100).
+LEFT = arc(100.0, 0.0, 90.0, 100.0, 270.0)
+# The same arc mirrored: by the south and the west to (0, 100).
+RIGHT = arc(100.0, 0.0, -90.0, 100.0, 270.0, -1.0)
+
+
+def test_places_and_boxes():
+    assert place(LEFT, 0, 1 / 3) == pytest.approx((0, 100))
+    assert place(RIGHT, 0, 1 / 3) == pytest.approx((0, -100))
+    assert place(LEFT, 0, 1) == pytest.approx((0, -100))
+    assert place(straight(1.0, 2.0, 5.0, 10.0), 0, 0.25) == (2, 4)
+    assert box_of(LEFT, 0) == pytest.approx((-100, -100, 100, 100))
+    assert box_of(straight(1.0, 9.0, 5.0, 2.0), 0) == (1, 2, 5, 9)
+    # A short arc to the north of its tangent is no further from its start than its length.
+    short = arc(0.0, 0.0, 0.0, 1000.0, 1.0)
+    length = math.radians(1000)
+    assert box_of(short, 0) == pytest.approx((-length, 0, length, length))
+
+
+def test_straight_and_circle():
+    line = straight(0.0, 0.0, 100.0, 0.0)
+    assert marks_of(cross_circle, line, 50, 0, 10) == pytest.approx([0.4, 0.6])
+    assert marks_of(cross_circle, line, 50, 8, 10) == pytest.approx([0.44, 0.56])
+    assert marks_of(cross_circle, line, 50, 11, 10) == []
+    assert marks_of(cross_circle, line, 95, 0, 10) == pytest.approx([0.85])
+    assert marks_of(cross_circle, line, 50, 0, 10, low=0.5) == pytest.approx([0.6])
+    assert marks_of(cross_circle, straight(5.0, 5.0, 5.0, 5.0), 5, 5, 1) == []
+
+
+def test_arc_and_circle():
+    # The chord of 60 degrees is as long as the radius; the circle is around the arc's west.
+    assert marks_of(cross_circle, LEFT, -100, 0, 100) == around([120, 240])
+    assert marks_of(cross_circle, RIGHT, -100, 0, 100) == around([120, 240])
+    assert marks_of(cross_circle, LEFT, 0, -100, 100) == around([210])
+    # Inside, outside and around the same centre, nothing is crossed.
+    for x, radius in ((0, 50), (0, 100), (-300, 150), (30, 40), (-50, 250)):
+        assert marks_of(cross_circle, LEFT, x, 0, radius) == []
+
+
+def test_straight_and_line():
+    line = straight(0.0, 0.0, 100.0, 100.0)
+    east = (0, 50, 1, 0)
+    assert marks_of(cross_line, line, *east, 0, 0, 60) == pytest.approx([0.5])
+    assert marks_of(cross_line, line, *east, 20, 0, 80) == pytest.approx([0.7])
+    assert marks_of(cross_line, line, *east, 20, 0, 60) == []
+    assert marks_of(cross_line, line, *east, 60, 0, 200) == []
+    along = math.sqrt(0.5)
+    assert marks_of(cross_line, line, 0, 0, along, along, 0, -9, 999) == []
+
+
+def test_arc_and_line():
+    south = (-50, 0, 0, -1)
+    # Crossed at x = -50: at 120 and 240 degrees, 87 m to the north and to the south.
+    assert marks_of(cross_line, LEFT, *south, 0, -99, 99) == around([120, 240])
+    assert marks_of(cross_line, RIGHT, *south, 0, -99, 99) == around([120, 240])
+    assert marks_of(cross_line, LEFT, *south, 0, 0, 99) == around([240])
+    # The left of south is east.
+    assert marks_of(cross_line, LEFT, *south, 50, -101, 101) == around([90])
+    assert marks_of(cross_line, LEFT, *south, 151, -101, 101) == []
+
+
+def test_nearest_places():
+    assert marks_of(mark_towards, straight(0.0, 0.0, 100.0, 0.0), 30, 70) == [0.3]
+    assert marks_of(mark_towards, straight(0.0, 0.0, 100.0, 0.0), -30, 70) == []
+    assert marks_of(mark_towards, straight(0.0, 0.0, 0.0, 0.0), -30, 70) == []
+    assert marks_of(mark_towards, LEFT, -1, 0) == around([180])
+    assert marks_of(mark_towards, LEFT, 900, -900) == []
+    half = math.sqrt(0.5)
+    assert marks_of(mark_parallel, LEFT, half, half) == around([135])
+    assert marks_of(mark_parallel, LEFT, half, -half) == around([45, 225])
+    assert marks_of(mark_parallel, straight(0.0, 0.0, 9.0, 0.0), 1, 0) == []

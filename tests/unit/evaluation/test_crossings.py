@@ -14,7 +14,7 @@ from host.evaluation.crossings import (
     place,
 )
 from host.evaluation.kernels import scratch
-from host.evaluation.pieces import lay_piece
+from host.evaluation.laying import lay_piece
 
 
 def straight(ax, ay, bx, by):

@@ -347,8 +347,9 @@ def test_least_distance_inside_and_beside_arcs():
             path = [(200 + a * east - b * north, 200 + a * north + b * east, 50) for a, b in ends]
             found = spots(path, zone, 0, 100.0)
             assert found.distance_m == pytest.approx(30)
-            assert found.nearest.row == 1
             assert found.nearest.t == pytest.approx(0.5)
+            # Half of the way: one of the straights, less the tangent, and half of the arc.
+            assert found.nearest.at_m == pytest.approx(400 * math.sqrt(2) - 100 + 25 * math.pi)
 
 
 def test_no_zones_and_wrong_zones():

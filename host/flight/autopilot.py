@@ -12,7 +12,7 @@ from host.flight.simulator import Controls
 __all__ = ["Autopilot"]
 
 # Roll rate per error of bank, 1/s, and the largest, rad/s.
-_BANK_GAIN = 1.6
+_BANK_GAIN = 2.5
 _MOST_ROLL_RAD_S = 0.6
 # Aileron per error of the roll rate, as a share of the fed-forward one, and of the bank's integral.
 _ROLL_GAIN = 0.2

@@ -22,9 +22,11 @@ GRAVITY_M_S2 = 9.80665
 #: turn begins faster than it goes on.
 MEAN_S = 5.0
 PEAK = 1.25
-# Most that is given up of the airspeed where the bank is too small for a turn, and how fast: gusts
-# from behind widen it.
+# Most that is given up of the airspeed in a turn that takes nearly all of the bank, or more: gusts
+# from behind widen a turn. From which share of the bank on, how far ahead, and how fast.
 _SLOWEST = 0.1
+_SLOW_FROM = 0.85
+_SLOW_AHEAD_S = 4.0
 _SLOW_S = 1.0
 
 
@@ -164,12 +166,10 @@ class Guidance:
         place = route.locate(state.x, state.y, self._leg)
         self._leg = place.leg
         speed = math.hypot(state.east_m_s, state.north_m_s)
-        return Commands(
-            place,
-            self._bank(state, place, speed),
-            *self._climb(state, place, speed),
-            self._slow,
-        )
+        bank = self._bank(state, place, speed)
+        limited = self._limited(bank)
+        self._slow_down(abs(bank) - abs(limited), place, speed)
+        return Commands(place, limited, *self._climb(state, place, speed), self._slow)
 
     def _bank(self, state: State, place: Place, speed: float) -> float:
         lookahead = max(speed, 1.0) * self._lookahead_s
@@ -184,18 +184,31 @@ class Guidance:
         if cosine < 0:
             sine = math.copysign(1.0, sine)
         acceleration = 2 * speed**2 * sine / distance
-        return self._limited(-math.atan(acceleration / GRAVITY_M_S2))
+        return -math.atan(acceleration / GRAVITY_M_S2)
 
     def _limited(self, bank: float) -> float:
         """Return ``bank``, such that it and the mean of its size keep their limits."""
         banks, most = self._banks, self.limits.bank_rad
-        left = most * len(banks) - (self._bank_sum - banks[0])
-        size = min(abs(bank), PEAK * most, max(left, 0.0))
+        count = len(banks)
+        left = most * count - (self._bank_sum - banks[0])
+        # The nearer the mean is to its limit, the less goes beyond it: no bank is cut off at once.
+        peak = most * PEAK - (PEAK - 1) * self._bank_sum / count
+        size = min(abs(bank), peak, max(left, 0.0))
         self._bank_sum += size - banks[0]
         banks.append(size)
-        short = min((abs(bank) - size) / (0.5 * most), 1.0)
-        self._slow += (_SLOWEST * short - self._slow) * (self._period_s / _SLOW_S)
         return math.copysign(size, bank)
+
+    def _slow_down(self, missing_rad: float, place: Place, speed: float) -> None:
+        """Follow the airspeed to give up; ``missing_rad`` is the bank beyond its limit."""
+        most = self.limits.bank_rad
+        curvature = max(
+            abs(self.route.curvature(place.along_m + ahead_s * speed, place.leg))
+            for ahead_s in (0.0, _SLOW_AHEAD_S)
+        )
+        needed = math.atan(speed**2 * curvature / GRAVITY_M_S2) / most
+        short = max((needed - _SLOW_FROM) / (1.0 - _SLOW_FROM), missing_rad / (0.5 * most))
+        wanted = _SLOWEST * min(max(short, 0.0), 1.0)
+        self._slow += (wanted - self._slow) * (self._period_s / _SLOW_S)
 
     def _climb(self, state: State, place: Place, speed: float) -> tuple[float, float]:
         height, _ = self.route.height(place.along_m, place.leg)

@@ -148,6 +148,10 @@ class Route:
         here = self._leg(along_m, leg)
         return here.z + here.slope * (along_m - here.s0), here.slope
 
+    def curvature(self, along_m: float, leg: int = 0) -> float:
+        """Return the curvature at a distance along the route, 1/m, positive to the left."""
+        return self._leg(along_m, leg).curvature
+
     def _leg(self, along_m: float, leg: int) -> _Leg:
         legs = self._legs
         while leg + 1 < len(legs) and along_m >= legs[leg + 1].s0:

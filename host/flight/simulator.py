@@ -27,6 +27,7 @@ GUSTS = {"none": None, "light": (25.0, 3), "moderate": (50.0, 4), "severe": (75.
 
 _FOOT_M = 0.3048
 _HORSEPOWER_W = 745.69987
+_MOST_SEED = 2**31 - 1
 # Radii of WGS84 at the equator: along the parallel and along the meridian.
 _EAST_M = 6378137.0
 _NORTH_M = 6335439.327
@@ -56,7 +57,7 @@ class Simulator:
     gusts : str
         Turbulence, a name of :data:`GUSTS`.
     seed : int
-        Seed of the turbulence, 0 to 2^31 - 1.
+        Seed of the turbulence, 0 to 2^31 - 2.
 
     Raises
     ------
@@ -78,12 +79,12 @@ class Simulator:
     ) -> None:
         if gusts not in GUSTS:
             raise InputError(f"Gusts must be one of {', '.join(GUSTS)}, not {gusts!r}.")
-        if not 0 <= seed < 2**31:
-            raise InputError(f"The seed of a flight must be 0 to 2147483647, not {seed}.")
+        if not 0 <= seed < _MOST_SEED:
+            raise InputError(f"The seed of a flight must be 0 to {_MOST_SEED - 1}, not {seed}.")
         self.model = model
         self._middle = middle
         self._gusts = GUSTS[gusts]
-        self._seed = seed
+        self._seed = seed + 1  # JSBSim takes 0 for 1.
         self._start_s = 0.0
         self._executive = _loaded(model)
         self._start(place, heading_rad, airspeed_m_s, slope_rad)

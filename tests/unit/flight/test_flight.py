@@ -59,7 +59,7 @@ def test_wind_counts(flat, wind):
 
 def test_same_seed_gives_the_same_flight(flat):
     first, again, other = (
-        flown(flat, [straight(START, 1000.0)], gusts="light", seed=seed) for seed in (3, 3, 4)
+        flown(flat, [straight(START, 1000.0)], gusts="light", seed=seed) for seed in (0, 0, 1)
     )
     assert np.array_equal(first.x, again.x)
     assert np.array_equal(first.z, again.z)

@@ -69,7 +69,7 @@ def test_ground_stays_below_the_wheels():
 def test_refuses_bad_weather():
     with pytest.raises(InputError, match=r"^Gusts must be one of none, light, .*, not 'mild'\.$"):
         simulator(gusts="mild")
-    with pytest.raises(InputError, match=r"^The seed of a flight must be 0 to 2147483647, not -1"):
+    with pytest.raises(InputError, match=r"^The seed of a flight must be 0 to 2147483646, not -1"):
         simulator(seed=-1)
 
 

@@ -76,7 +76,7 @@ def test_mean_of_the_bank_keeps_the_limit():
     count = round(MEAN_S / PERIOD)
     means = [sum(banks[i : i + count]) / count for i in range(len(banks) - count)]
     assert max(means) <= LIMITS.bank_rad * (1 + 1e-9)
-    assert max(banks) == pytest.approx(PEAK * LIMITS.bank_rad)
+    assert 1.1 * LIMITS.bank_rad < max(banks) <= PEAK * LIMITS.bank_rad
     assert max(command.slow for command in commands) > 0.01
 
 

@@ -16,6 +16,7 @@ from host.cli.arguments.fly import add_fly
 from host.cli.arguments.plan import add_plan
 from host.cli.arguments.problem_files import add_problem_files
 from host.cli.arguments.terrain import add_terrain
+from host.cli.arguments.upload import add_upload
 from host.cli.arguments.verilog import add_verilog
 
 
@@ -40,6 +41,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_check(commands)
     add_fly(commands)
     add_export(commands)
+    add_upload(commands)
     add_feasible(commands)
     add_board(commands)
     add_terrain(commands)

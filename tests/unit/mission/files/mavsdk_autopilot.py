@@ -1,10 +1,13 @@
 """MAVSDK as the other end: a reader of plans, and an autopilot that takes missions over UDP."""
 
 import contextlib
+import select
 import socket
+import threading
 
 from mavsdk import ComponentType, Configuration, Mavsdk
 from mavsdk.plugins.mission_raw import MissionRaw
+from mavsdk.plugins.mission_raw_server import MissionRawServer, MissionRawServerResult
 
 
 def free_port():
@@ -32,3 +35,61 @@ def importer():
     finally:
         vehicle.destroy()
         station.destroy()
+
+
+class Autopilot:
+    """An autopilot of MAVSDK that takes missions and fences over UDP.
+
+    ``received`` has the items of each complete list in the order of arrival.
+    """
+
+    def __init__(self):
+        self.port = free_port()
+        self.address = f"udpout:127.0.0.1:{self.port}"
+        self.received = []
+        self._vehicle = _mavsdk(ComponentType.AUTOPILOT)
+        self._vehicle.add_any_connection(f"udpin://127.0.0.1:{self.port}")
+        self._server = MissionRawServer(self._vehicle.server_component())
+        self._server.subscribe_incoming_mission(self._take)
+
+    def _take(self, result, plan, _context):
+        if result == MissionRawServerResult.SUCCESS:
+            self.received.append(plan.mission_items)
+
+    def close(self):
+        self._vehicle.destroy()
+
+
+class Proxy(threading.Thread):
+    """A UDP link to an autopilot that carries so many datagrams from it, then nothing."""
+
+    def __init__(self, port, most):
+        super().__init__(daemon=True)
+        self._inside = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._inside.connect(("127.0.0.1", port))
+        self._outside = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._outside.bind(("127.0.0.1", 0))
+        self.address = f"udpout:127.0.0.1:{self._outside.getsockname()[1]}"
+        self._left = most
+        self._closed = threading.Event()
+        self.start()
+
+    def run(self):
+        client = None
+        while not self._closed.is_set():
+            ready, _, _ = select.select([self._inside, self._outside], [], [], 0.05)
+            if self._outside in ready:
+                data, client = self._outside.recvfrom(65536)
+                if self._left > 0:
+                    self._inside.send(data)
+            if self._inside in ready:
+                data = self._inside.recv(65536)
+                self._left -= 1
+                if self._left > 0 and client:
+                    self._outside.sendto(data, client)
+
+    def close(self):
+        self._closed.set()
+        self.join()
+        self._inside.close()
+        self._outside.close()

@@ -1,0 +1,88 @@
+"""``pathgene upload``, to MAVSDK's autopilot over UDP."""
+
+import json
+
+import pytest
+
+from host.cli import main
+from tests.cli.conftest import plan
+from tests.unit.mission.files.judge import single
+from tests.unit.mission.files.mavsdk_autopilot import Autopilot, free_port
+
+
+@pytest.fixture(scope="module")
+def flown(hills, tmp_path_factory):
+    """Return the folder of a plan with a fence."""
+    out = tmp_path_factory.mktemp("flown")
+    options = ("--planner", "astar", "--no-picture", "--origin", "46.1,7.6", "--write", "plan")
+    assert plan(hills, out, *options, "--as-paper") == 0
+    return out
+
+
+@pytest.fixture(scope="module")
+def autopilot():
+    server = Autopilot()
+    yield server
+    server.close()
+
+
+@pytest.mark.parametrize("name", ["summary.json", "path.plan"])
+def test_uploads_a_plan_and_its_fence(flown, autopilot, capsys, name):
+    autopilot.received.clear()
+    assert main(["upload", str(flown / name), "--to", autopilot.address, "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    items = json.loads((flown / "path.plan").read_text())["mission"]["items"]
+    assert report["mission_items"] == len(items)
+    assert (report["fence_items"], report["fences"], report["equal"]) == (1, 1, True)
+    assert report["to"] == autopilot.address
+    fence, mission = autopilot.received
+    assert [item.command for item in fence] == [5004]
+    for item, wanted in zip(mission, items, strict=True):
+        lat, lon, alt = wanted["params"][4:]
+        assert (item.x, item.y, item.z) == (round(lat * 1e7), round(lon * 1e7), single(alt))
+
+
+def test_prints_what_the_autopilot_has(flown, autopilot, capsys):
+    assert main(["upload", str(flown / "path.plan"), "--to", autopilot.address]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "autopilot  autopilot of kind 0, system 1"
+    assert lines[1].endswith(" items, read back equal")
+    assert lines[2] == "fence      1 circles and 0 polygons, read back equal"
+
+
+def test_nobody_there_is_one_sentence(flown, capsys):
+    to = f"udpout:127.0.0.1:{free_port()}"
+    assert main(["upload", str(flown / "path.plan"), "--to", to, "--timeout", "0.2"]) == 1
+    assert capsys.readouterr().err == (
+        f"pathgene: No autopilot answers at {to} within 0.2 s; check the address, the link and "
+        "the autopilot (--timeout).\n"
+    )
+
+
+def test_a_path_that_is_not_feasible_stays_here(flown, tmp_path, capsys):
+    summary = json.loads((flown / "summary.json").read_text())
+    file = tmp_path / "summary.json"
+    file.write_text(json.dumps(summary | {"feasible": False}))
+    (tmp_path / "terrain.npz").write_bytes((flown / "terrain.npz").read_bytes())
+    arguments = ["upload", str(file), "--to", f"udpout:127.0.0.1:{free_port()}"]
+    assert main(arguments) == 1
+    assert capsys.readouterr().err == (
+        f"pathgene: {file}: the path is not feasible, so nothing is uploaded; plan again, or give "
+        "--infeasible.\n"
+    )
+    assert main([*arguments, "--infeasible", "--timeout", "0.1"]) == 1
+    assert "No autopilot answers" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--to", "logs.tlog"], "There is no autopilot at 'logs.tlog': give udpout:HOST:PORT"),
+        (["--to", "udpout:127.0.0.1:1", "--timeout", "nan"], "--timeout must be a positive number"),
+        (["--to", "udpout:127.0.0.1:1", "--origin", "1,2"], "A .plan file has its place on Earth;"),
+        ([], "The following arguments are required: --to; see pathgene upload --help."),
+    ],
+)
+def test_bad_input_is_one_sentence(flown, capsys, options, sentence):
+    assert main(["upload", str(flown / "path.plan"), *options]) == 2
+    assert capsys.readouterr().err.startswith(f"pathgene: {sentence}")

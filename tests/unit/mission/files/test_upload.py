@@ -1,0 +1,240 @@
+"""Uploads to MAVSDK's autopilot over UDP, and to one of ours that misbehaves."""
+
+import math
+import time
+
+import pytest
+
+from host.errors import InputError, JobError
+from host.mission.files.flight_plan import flight_plan
+from host.mission.files.mavlink_link import Link, Silence, open_link
+from host.mission.files.upload import upload
+from tests.unit.mission.files.judge import single
+from tests.unit.mission.files.mavsdk_autopilot import Autopilot, Proxy
+from tests.unit.mission.files.own_autopilot import OwnAutopilot
+
+
+@pytest.fixture(scope="module")
+def plans(missions):
+    return [flight_plan(*mission) for mission in missions]
+
+
+@pytest.fixture(scope="module")
+def autopilot():
+    server = Autopilot()
+    yield server
+    server.close()
+
+
+def connect(address, answer_s=0.3):
+    link = open_link(address, answer_s=answer_s)
+    link.find(20.0)
+    return link
+
+
+def until(condition):
+    """Wait until MAVSDK's callback has run."""
+    end = time.monotonic() + 10
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.002)
+    assert condition()
+
+
+def assert_has(items, plan):
+    """Assert that a list of MAVSDK's autopilot is the mission of a plan."""
+    assert [item.seq for item in items] == list(range(len(plan.items)))
+    for item, wanted in zip(items, plan.items, strict=True):
+        assert (item.command, item.frame, item.mission_type) == (wanted.command, 0, 0)
+        assert (item.x, item.y) == (round(wanted.lat * 1e7), round(wanted.lon * 1e7))
+        assert item.z == single(wanted.alt_m)
+        assert (item.param1, item.param2, item.param3) == wanted.params[:3]
+        assert math.isnan(item.param4)
+
+
+def test_mavsdk_takes_a_hundred_missions_with_their_fences(plans, autopilot):
+    link = connect(autopilot.address)
+    for plan in plans:
+        autopilot.received.clear()
+        done = upload(plan, link)
+        until(lambda plan=plan: len(autopilot.received) >= 1 + bool(plan.fence))
+        *fence, mission = autopilot.received
+        assert_has(mission, plan)
+        assert done.mission_items == len(plan.items)
+        corners = sum(len(getattr(piece, "corners", [0])) for piece in plan.fence)
+        assert done.fence_items == corners
+        assert [len(items) for items in fence] == ([corners] if corners else [])
+        assert {item.command for items in fence for item in items} <= {5002, 5004}
+    link.close()
+
+
+@pytest.mark.parametrize(
+    "most", [4, *(pytest.param(most, marks=pytest.mark.ci) for most in (9, 22)), 15]
+)
+def test_a_broken_connection_is_one_sentence_and_the_next_upload_succeeds(plans, autopilot, most):
+    plan = max(plans, key=lambda plan: len(plan.items))
+    proxy = Proxy(autopilot.port, most)
+    link = connect(proxy.address, answer_s=0.1)
+    with pytest.raises(JobError, match=r"^The autopilot (fell silent at|took the) .* again\.$"):
+        upload(plan, link)
+    link.close()
+    proxy.close()
+
+    autopilot.received.clear()
+    link = connect(autopilot.address, answer_s=1.5)  # As on the command line.
+    assert upload(plan, link).mission_items == len(plan.items)
+    link.close()
+    until(lambda: len(autopilot.received) >= 1 + bool(plan.fence))
+    assert_has(autopilot.received[-1], plan)
+
+
+def test_nobody_there(autopilot):
+    link = open_link("udpout:127.0.0.1:9")
+    with pytest.raises(Silence):
+        link.find(0.2)
+    link.close()
+
+
+@pytest.fixture
+def own():
+    server = OwnAutopilot()
+    yield server
+    server.close()
+
+
+def uploaded(own, plan, **options):
+    link = connect(own.address, answer_s=0.15)
+    try:
+        return upload(plan, link, **options)
+    finally:
+        link.close()
+
+
+def test_ardupilot_gets_home_as_item_0(own, plans):
+    own.kind = 3
+    own.moves_home = True
+    done = uploaded(own, plans[2])
+    assert (done.autopilot_name, done.mission_items) == ("ardupilot", len(plans[2].items) + 1)
+    home = own.lists[0][0]
+    assert (home.x, home.y) == tuple(round(1e7 * value) for value in plans[2].home[:2])
+    assert home.z == single(plans[2].home[2])
+
+
+def test_the_kind_of_the_autopilot_can_be_given(own, plans):
+    done = uploaded(own, plans[2], autopilot=3)
+    assert done.mission_items == len(plans[2].items) + 1
+
+
+def test_survives_lost_messages_and_old_requests(own, plans):
+    own.drops = 4  # Every fourth.
+    own.asks_by = "mission_request_send"
+    plan = min(plans, key=lambda plan: len(plan.items))
+    assert uploaded(own, plan).mission_items == len(plan.items)
+
+
+def test_px4_says_the_same_in_other_words(own, plans):
+    """Frame 5 means what 0 means, and 0 is a heading left to the autopilot."""
+    own.kind = 12
+    own.alter = lambda item: setattr(item, "frame", 5) or setattr(item, "param4", 0.0)
+    assert uploaded(own, plans[0]).autopilot_name == "px4"
+
+
+def test_ardupilot_keeps_whole_centimetres(own, plans):
+    own.kind = 3
+    own.alter = lambda item: setattr(item, "z", math.floor(item.z * 100) / 100)
+    uploaded(own, plans[0])
+
+
+@pytest.mark.parametrize(
+    ("field", "change", "what"),
+    [
+        ("x", 1, "place"),
+        ("y", -1, "place"),
+        ("z", 0.5, "altitude"),
+        ("command", 1, "command"),
+        ("frame", 3, "frame"),
+        ("param2", 1, "parameter 2"),
+    ],
+)
+def test_refuses_whatever_differs(own, plans, field, change, what):
+    def alter(item):
+        if item.mission_type == 0 and item.seq == 1:
+            setattr(item, field, getattr(item, field) + change)
+
+    own.alter = alter
+    with pytest.raises(
+        JobError,
+        match=rf"^The autopilot gives back item 1 of the mission with "
+        rf"another {what} \(.*\); do not fly it\.$",
+    ):
+        uploaded(own, plans[0])
+
+
+def test_refuses_a_fence_that_differs(own, plans):
+    plan = next(plan for plan in plans if plan.fence)
+    own.alter = lambda item: setattr(item, "param1", item.param1 + (item.mission_type == 1))
+    with pytest.raises(JobError, match=r"^The autopilot gives back item 0 of the fence with ano"):
+        uploaded(own, plan)
+
+
+def test_refuses_a_shorter_list(own, plans):
+    own.keeps = 3
+    count = len(plans[0].items)
+    with pytest.raises(JobError) as refusal:
+        uploaded(own, plans[0])
+    assert str(refusal.value) == (
+        f"The autopilot gives back 3 items of the mission, not {count}; do not fly it."
+    )
+
+
+def test_says_why_the_autopilot_refuses(own, plans):
+    own.refuses = (5, 4)  # No space, at the fifth item.
+    with pytest.raises(JobError) as refusal:
+        uploaded(own, plans[0])
+    assert str(refusal.value) == (
+        f"The autopilot refuses the mission at item 5 of {len(plans[0].items)} (no space)."
+    )
+
+
+def test_clears_the_fence_of_an_earlier_mission(own, plans):
+    fenced = next(plan for plan in plans if plan.fence)
+    bare = next(plan for plan in plans if not plan.fence)
+    uploaded(own, fenced)
+    assert own.lists[1]
+    uploaded(own, bare)
+    assert own.lists[1] == []
+
+
+def test_an_autopilot_without_fences_takes_a_mission_without(own, plans):
+    own.has_fences = False
+    uploaded(own, next(plan for plan in plans if not plan.fence))
+    with pytest.raises(JobError, match=r"^The autopilot refuses the fence at item 0 .*unsupported"):
+        uploaded(own, next(plan for plan in plans if plan.fence))
+
+
+@pytest.mark.parametrize(
+    ("address", "sentence"),
+    [
+        (
+            "udpout:localhost",
+            "The address must be udpout:HOST:PORT, not 'udpout:localhost' (--to).",
+        ),
+        ("tcp::5760", "The address must be tcp:HOST:PORT, not 'tcp::5760' (--to)."),
+        ("udpin:127.0.0.1:70000", "The address must be udpin:HOST:PORT, not"),
+        ("udpout:no.such.host.invalid:14550", "There is no host 'no.such.host.invalid'; check"),
+        (
+            "flight.tlog",
+            "There is no autopilot at 'flight.tlog': give udpout:HOST:PORT, udpin:HOST:PORT, "
+            "tcp:HOST:PORT or a serial device (--to).",
+        ),
+    ],
+)
+def test_refuses_other_addresses(address, sentence):
+    with pytest.raises(InputError) as refusal:
+        open_link(address)
+    assert str(refusal.value).startswith(sentence)
+
+
+def test_says_what_cannot_be_opened(own):
+    with pytest.raises(JobError, match=r"^Cannot open tcp:127.0.0.1:9 \(.*\); check the address"):
+        open_link("tcp:127.0.0.1:9")
+    assert isinstance(open_link(own.address), Link)

@@ -1,5 +1,6 @@
 """Constants of the evaluation, and the types of arrays that its compiled kernels take."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ __all__ = [
     "COLLINEAR_RAD",
     "COORDINATE_LIMIT_M",
     "SLOPE_TOLERANCE_RAD",
+    "TURN_AT_END_RAD",
     "VOID_HEIGHT_M",
     "Constants",
     "Flags",
@@ -24,6 +26,9 @@ COORDINATE_LIMIT_M = 1e7
 
 # Rounding turns a waypoint on a straight line by up to about 1e-15 rad: no turn at all.
 COLLINEAR_RAD = 1e-12
+# Sharpest turn from a fixed heading at the start, or to one at the goal: the arc of a sharper one
+# would begin more than a radius before the start, and end as far beyond the goal.
+TURN_AT_END_RAD = 0.5 * math.pi + 1e-9
 # A slope is too steep beyond the limit and this.
 SLOPE_TOLERANCE_RAD = 1e-9
 

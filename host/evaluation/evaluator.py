@@ -112,9 +112,13 @@ class Evaluator:
     def kernel_arguments(self) -> tuple[Floats, Floats, Constants]:
         """Ground, the same with NaN in no-fly zones, and constants, as the kernels take them.
 
-        The negated roofs follow the ground where there are some.
+        The negated roofs follow the ground where there are some. Zones that are active at times
+        count as always active: these kernels know no time.
         """
-        return self._ground, self._zoned, self._constants
+        zoned = self._zoned
+        if self.problem.zones_at_times:
+            zoned = np.where(self.problem.blocked_raster.ravel(), np.nan, zoned)
+        return self._ground, zoned, self._constants._replace(zones=int(np.isnan(zoned).any()))
 
     def evaluate(self, path: NDArray[np.float64]) -> Evaluation:
         """Return every term of one path, (n, 3) float64 metres, n >= 2, start and goal included.
@@ -279,6 +283,18 @@ class Evaluator:
         penalty, cost, _ = self._population(paths, lengths, self._fine if fine else self._constants)
         return penalty, cost
 
+    def segments_penalty_cost(
+        self,
+        paths: NDArray[np.float64],
+        lengths: NDArray[np.integer[Any]],
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return penalty and cost of parts of paths, which begin and end with any heading."""
+        free = self._constants._replace(
+            headings=0, start_east=0.0, start_north=0.0, goal_east=0.0, goal_north=0.0
+        )
+        penalty, cost, _ = self._population(paths, lengths, free)
+        return penalty, cost
+
     def track(self, path: NDArray[np.float64]) -> SmoothedTrack:
         """Return the smoothed path over the terrain.
 
@@ -358,10 +374,13 @@ class Evaluator:
 
         if shares == 1:
             run(0)
-            return out
-        if self._pool is None:
-            self._pool = ThreadPoolExecutor(self.threads, thread_name_prefix="evaluate")
-        list(self._pool.map(run, range(shares)))
+        else:
+            if self._pool is None:
+                self._pool = ThreadPoolExecutor(self.threads, thread_name_prefix="evaluate")
+            list(self._pool.map(run, range(shares)))
+        if self._strict is not None and self.problem.zones_at_times:
+            self._strict.add_timed_zones(paths, points, out[0])
+            out[2] = [self._kernels.fitness_of(*terms) for terms in out[:2].T.tolist()]
         return out
 
 

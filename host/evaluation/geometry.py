@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation.constants import COLLINEAR_RAD
+from host.evaluation.constants import COLLINEAR_RAD, TURN_AT_END_RAD
 
 
 __all__ = ["Arc", "Heading", "Piece", "Smoothed", "Straight", "smooth"]
@@ -150,7 +150,8 @@ def smooth(
 
     With a heading at the start or goal, the turn between it and the segment beside it is an arc
     like any other: the track begins before the start, or ends beyond the goal, by its tangent
-    length, which must fit into that segment alone. The way in and the way out are level.
+    length. The turn must not exceed a right angle, and its tangent must fit into that segment. The
+    way in and the way out are level.
 
     A waypoint whose turn is below 1e-12 rad has no arc: it is never impossible.
     A waypoint at either end of a segment without horizontal length, and one where the path
@@ -174,7 +175,7 @@ def smooth(
         or (
             beside[i] + tangent <= ways[i][1]
             and tangent + beside[i + 2] <= ways[i + 1][1]
-            and tangent < math.inf
+            and (0 < i < len(points) - 1 or abs(turns[i]) <= TURN_AT_END_RAD)
         )
         for i, tangent in enumerate(tangents)
     ]

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from host.evaluation import laying as fields
-from host.evaluation.constants import Constants, Floats
+from host.evaluation.constants import TURN_AT_END_RAD, Constants, Floats
 from host.evaluation.strict import track_point
 from host.evaluation.verdict import FIGURES, FLOWN, FUEL, piece_figures
 
@@ -99,7 +99,8 @@ class LaidTrack:
         runs = turns[:n, fields.RUN]
         best, at = math.inf, (0, 0.0)
         for i in np.flatnonzero(bends > 0).tolist():
-            fits = math.inf
+            sharp = i in (0, n - 1) and turns[i, fields.ANGLE] > TURN_AT_END_RAD
+            fits = 0.0 if sharp else math.inf
             if i > 0:
                 fits = min(fits, runs[i - 1] / (bends[i - 1] + bends[i]))
             if i < n - 1:

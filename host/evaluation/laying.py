@@ -9,7 +9,7 @@ Source: Roberge and Tarbouchi, section 3.1.
 
 import math
 
-from host.evaluation.constants import COLLINEAR_RAD, Constants, Floats, Point
+from host.evaluation.constants import COLLINEAR_RAD, TURN_AT_END_RAD, Constants, Floats, Point
 from host.evaluation.jit import inlined
 
 
@@ -112,8 +112,9 @@ def is_impossible(turns: Floats, n: int, i: int) -> bool:
     here = turns[i, TANGENT]
     if not here > 0.0:
         return False
-    before = i == 0 or turns[i - 1, TANGENT] + here <= turns[i - 1, RUN]
-    after = i == n - 1 or here + turns[i + 1, TANGENT] <= turns[i, RUN]
+    at_end = turns[i, ANGLE] <= TURN_AT_END_RAD
+    before = at_end if i == 0 else turns[i - 1, TANGENT] + here <= turns[i - 1, RUN]
+    after = at_end if i == n - 1 else here + turns[i + 1, TANGENT] <= turns[i, RUN]
     return not (before and after)
 
 

@@ -58,6 +58,7 @@ class StrictRule:
         self._low = Required(1.0, rules.clearance_m, rules.corridor_m, *ends)
         self._high = Required(-1.0, top, 0.0, *_NO_END, *_NO_END)
         self._zones = pack_zones(problem.zones, rules.zone_margin_m)
+        self._timed = pack_zones(problem.zones_at_times, rules.zone_margin_m)
 
     def terms(self, path: Floats) -> tuple[Any, ...]:
         """Return the terms of a path; see :func:`host.evaluation.verdict.strict_terms`."""
@@ -71,6 +72,13 @@ class StrictRule:
         scratches = self._scratch(len(path))
         verdict.strict_terms(path, len(path), *self._fixed, *scratches)
         return LaidTrack(self._constants, len(path), *scratches[:3])
+
+    def add_timed_zones(self, paths: Floats, lengths: NDArray[np.int64], penalty: Floats) -> None:
+        """Add the metres of paths in the zones of ``problem.zones_at_times`` to ``penalty``."""
+        turns, pieces, times, _, marks = self._scratch(paths.shape[1])
+        verdict.add_zone_metres(
+            paths, lengths, self._constants, self._timed, turns, pieces, times, marks, penalty
+        )
 
     def penalty_cost(self, paths: Floats, lengths: NDArray[np.int64]) -> tuple[Floats, Floats]:
         """Return penalty and cost of paths (m, max_n, 3), (m,) each; infinite for bad paths."""

@@ -3,13 +3,15 @@
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from host.evaluation import laying as fields
 from host.evaluation.constants import COORDINATE_LIMIT_M, Constants, Floats
 from host.evaluation.jit import compiled
 from host.evaluation.kernels import corners_m, cost_of, path_terms
+from host.evaluation.laying import lay_segment, lay_turn
 from host.evaluation.packed_zones import PackedZones
-from host.evaluation.pieces import burn, fastest_over_ground, thrust_of
+from host.evaluation.pieces import burn, fastest_over_ground, judge_slope, thrust_of
 from host.evaluation.strict import STACK_SHAPE, Required, excess_m, extreme
 from host.evaluation.zones import zone_metres_with
 
@@ -21,6 +23,7 @@ __all__ = [
     "STACK_SHAPE",
     "THRUST",
     "VERTICAL_SPEED",
+    "add_zone_metres",
     "extreme_of_track",
     "piece_figures",
     "scratch",
@@ -155,6 +158,37 @@ def strict_penalty(
         return math.inf, math.inf
     penalty = under + zone + steep + corners_m(c, turns, n, length) + beyond
     return penalty, cost_of(c, area, fuel)
+
+
+@compiled
+def add_zone_metres(
+    paths: Floats,
+    lengths: NDArray[np.int64],
+    c: Constants,
+    zones: PackedZones,
+    turns: Floats,
+    pieces: Floats,
+    times: Floats,
+    marks: Floats,
+    penalty: Floats,
+) -> None:
+    """Add the metres of each path in ``zones`` to ``penalty``, (m,); infinite ones stay.
+
+    Other parameters are those of :func:`strict_terms`, for paths (m, max_n, 3).
+    """
+    for i in range(paths.shape[0]):
+        if penalty[i] == math.inf:
+            continue
+        n = lengths[i]
+        for point in range(n):
+            lay_turn(paths[i], n, point, c, turns)
+        for segment in range(n - 1):
+            lay_segment(paths[i], n, segment, c, turns, pieces)
+        rows = 2 * n - 1
+        for row in range(rows):
+            judge_slope(c, pieces, row)
+        lay_times(c, pieces, rows, times)
+        penalty[i] += zone_metres_with(pieces, rows, times, zones, marks)
 
 
 @compiled

@@ -14,6 +14,7 @@ from host.planners.altitudes import lowest_altitudes
 from host.planners.base import Options, Progress, Result, Run, Stop
 from host.planners.grid_search import SearchGrid
 from host.planners.polylines import lengthened, on_corners, polylines, thinned
+from host.planners.turns_at_ends import Leads, leads
 from host.problem import ChipMap
 
 
@@ -129,7 +130,11 @@ def searches(
             grid = SearchGrid(problem, margin * problem.limits.turn_radius_m)
         for steepness in _STEEPNESS:
             with run.phase("search"):
-                paths = _paths(grid, steepness, most, lattice)
+                paths = [
+                    path
+                    for way in leads(problem)
+                    for path in _paths(grid, steepness, most, lattice, way)
+                ]
             if paths:
                 fitness = run.fitness(paths).tolist()
                 best = max(best, *fitness)
@@ -138,13 +143,23 @@ def searches(
             return
 
 
-def _paths(grid: SearchGrid, steepness: float, most: int, lattice: ChipMap | None) -> list[Path]:
+def _paths(
+    grid: SearchGrid, steepness: float, most: int, lattice: ChipMap | None, way: Leads
+) -> list[Path]:
     """Return paths of several numbers of turns along one route; none if there is no route."""
+    if most < sum(map(len, way)):
+        return []
     problem = grid.problem
     surface = grid.surface(steepness * max(math.tan(problem.limits.climb_rad), _LEAST_SLOPE))
-    route = grid.route(surface)
+    first, last = (
+        (float(lead[at][0]), float(lead[at][1])) if len(lead) else None
+        for lead, at in zip(way, (-1, 0), strict=True)
+    )
+    route = grid.route(surface, first, last)
     if route is None:
         return []
+    most -= sum(map(len, way))
+    ends = np.array([problem.start[:2]]), np.array([problem.goal[:2]])
     points = thinned(route, None if lattice is None else lattice.scale_m[:2])
     lines = polylines(points, grid, surface, most)
     steps = {} if lattice is None else {"base_m": lattice.base_m, "step_m": lattice.step_m}
@@ -152,13 +167,19 @@ def _paths(grid: SearchGrid, steepness: float, most: int, lattice: ChipMap | Non
     for line in (lines[count] for count in _counts(most)):
         if line is None:
             continue
+        turns = points[line]
+        if sum(map(len, way)):
+            # The ends of the route are waypoints where leads replace start and goal.
+            before = (*ends[:1], way[0][:-1]) if len(way[0]) else ()
+            after = (way[1][1:], *ends[1:]) if len(way[1]) else ()
+            turns = np.concatenate((*before, turns, *after))
         # More waypoints on a track allow lower altitudes; on a lattice they may add turns.
-        places = lengthened(points[line], most, problem.limits.turn_radius_m)
+        places = lengthened(turns, most + sum(map(len, way)), problem.limits.turn_radius_m)
         if lattice is not None:
             places[1:-1] = on_corners(places[1:-1], lattice.scale_m[:2])
         path = lowest_altitudes(problem, grid.prices, places, **steps)
         if path is None and lattice is not None:
-            path = lowest_altitudes(problem, grid.prices, points[line], **steps)
+            path = lowest_altitudes(problem, grid.prices, turns, **steps)
         if path is not None:
             found.append(path)
     return found
@@ -166,4 +187,4 @@ def _paths(grid: SearchGrid, steepness: float, most: int, lattice: ChipMap | Non
 
 def _counts(most: int) -> list[int]:
     """Return the numbers of turns to try, in rising order."""
-    return sorted({max(1, round(share * most)) for share in _SHARES})
+    return sorted({min(max(1, round(share * most)), most) for share in _SHARES})

@@ -23,6 +23,7 @@ from host.problem.problem import Problem
 __all__ = ["Prices", "SearchGrid"]
 
 Floats = NDArray[np.float64]
+Place = tuple[float, float]
 
 # Nodes on the longer side of the search grid: more nodes hardly improve routes, but take longer.
 _MOST_NODES = 200
@@ -141,8 +142,16 @@ class SearchGrid:
         lowest: Floats = np.maximum(surface, self._lowest)
         return lowest
 
-    def route(self, surface: Floats) -> Floats | None:
+    def route(
+        self, surface: Floats, first: Place | None = None, last: Place | None = None
+    ) -> Floats | None:
         """Return the cheapest route from start to goal at the altitudes of ``surface``.
+
+        Parameters
+        ----------
+        surface : (rows, columns) float64, metres
+        first, last : (float, float), optional
+            Other ends of the route than start and goal, metres on the map.
 
         Returns
         -------
@@ -159,15 +168,17 @@ class SearchGrid:
         costs = np.maximum(costs, _LEAST_COST)
         costs[self._barred] = math.inf
         graph = self._graph(np.concatenate((costs, np.full(len(self._x), math.inf))))
-        _, before = dijkstra(graph, indices=self._start, return_predecessors=True)
-        nodes = [self._goal]
-        while nodes[-1] != self._start:
+        start = self._start if first is None else self._node(*first)
+        goal = self._goal if last is None else self._node(*last)
+        _, before = dijkstra(graph, indices=start, return_predecessors=True)
+        nodes = [goal]
+        while nodes[-1] != start:
             if before[nodes[-1]] < 0:
                 return None
             nodes.append(int(before[nodes[-1]]))
         nodes.reverse()
         points: Floats = np.stack((self._x[nodes], self._y[nodes]), axis=1)
-        ends = np.array([self.problem.start[:2], self.problem.goal[:2]])
+        ends = np.array([first or self.problem.start[:2], last or self.problem.goal[:2]])
         return np.concatenate((ends[:1], points[1:-1], ends[1:]))
 
     def price_per_m(self, surface: Floats) -> Floats:

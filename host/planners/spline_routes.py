@@ -86,7 +86,7 @@ class TerrainField:
         with run.phase("segments"):
             paths = equal_steps(control, counts, WAYPOINTS)
             lengths = np.full(len(paths), WAYPOINTS + 1)
-            penalty, cost = run.evaluator.penalty_cost(paths, lengths)
+            penalty, cost = run.evaluator.segments_penalty_cost(paths, lengths)
         run.evaluations += len(paths)
         return np.stack((penalty, cost), axis=1)
 

@@ -213,7 +213,8 @@ class Problem:
         """Nodes that the search takes for no-fly, (ny, nx) bool, row 0 the southernmost.
 
         As paper, the nodes in a zone. Under the rules, the nodes whose cell square meets a zone or
-        its margin; zones that are flown over or under are in :attr:`surface` and :attr:`roof`.
+        its margin. Zones that are flown over or under are in :attr:`surface` and :attr:`roof`, and
+        those that are active at times in :attr:`blocked_raster` alone.
         """
         inside = raster(self.zones, self.terrain) if self._rasters is None else self._rasters.nofly
         inside.flags.writeable = False
@@ -221,12 +222,23 @@ class Problem:
 
     @cached_property
     def blocked_raster(self) -> NDArray[np.bool_]:
-        """Nodes where planners can put no waypoint: no-fly, void, or without room, (ny, nx)."""
+        """Nodes where planners can put no waypoint: no-fly, void, or without room, (ny, nx).
+
+        Zones that are active at times count as always active.
+        """
         top = self.limits.ceiling_m if self.roof is None else self.roof
         blocked: NDArray[np.bool_] = self.nofly_raster | ~(
             self.surface.elevation <= np.minimum(top, self.limits.ceiling_m)
         )
-        return blocked
+        return blocked if self._rasters is None else blocked | self._rasters.at_times
+
+    @property
+    def zones_at_times(self) -> tuple[Zone, ...]:
+        """Zones of all heights that are active at times; an evaluation knows when it passes them.
+
+        As paper, and of zones that end before they can be reached, there are none.
+        """
+        return () if self._rasters is None else self._rasters.at_times_zones
 
     @cached_property
     def demand(self) -> Demand:

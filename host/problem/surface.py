@@ -137,6 +137,10 @@ class SearchRasters:
         infinite where there is none. None if no node has one.
     nofly : (ny, nx) bool
         Nodes in zones that are neither flown over nor under.
+    at_times : (ny, nx) bool
+        The same of zones that are active at times.
+    at_times_zones : tuple of Zone
+        These zones.
     """
 
     def __init__(
@@ -153,6 +157,8 @@ class SearchRasters:
             # The surface in a node's square is nowhere below the node.
             np.copyto(roof, terrain.elevation + rules.ceiling_agl_m, where=~terrain.voids)
         self.nofly = np.zeros(terrain.shape, dtype=bool)
+        self.at_times = np.zeros(terrain.shape, dtype=bool)
+        at_times = []
         start = demand.ends[0]
         for zone in zones:
             if zone.t1_s is not None:
@@ -166,11 +172,16 @@ class SearchRasters:
                 roof[under] = np.minimum(roof[under], lowest)
                 cells &= ~under
             if zone.upper_m is None:
-                self.nofly |= cells
+                if zone.t0_s is None and zone.t1_s is None:
+                    self.nofly |= cells
+                else:
+                    self.at_times |= cells
+                    at_times.append(zone)
             else:
                 self.floor[cells] = np.maximum(
                     self.floor[cells], zone.upper_m + rules.zone_margin_m
                 )
+        self.at_times_zones = tuple(at_times)
         self.roof = roof if np.isfinite(roof).any() else None
 
 

@@ -1,0 +1,63 @@
+"""Waypoints that turn a path from a fixed heading onto its route, and onto the one at the goal."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.problem.problem import Problem
+
+
+__all__ = ["Leads", "leads"]
+
+Floats = NDArray[np.float64]
+#: Waypoints after the start, and before the goal: (k, 2) float64 metres each.
+Leads = tuple[Floats, Floats]
+
+_NONE: Floats = np.empty((0, 2))
+# Turns below the first are made at the end itself or just ahead of it; above the second, the path
+# must turn back.
+_GENTLE_RAD, _BACK_RAD = math.radians(45), math.radians(100)
+
+
+def leads(problem: Problem) -> Iterator[Leads]:
+    """Yield the ways of leaving the start and reaching the goal with their headings, in metres.
+
+    Without headings there is one, without waypoints. A waypoint lies a turn radius ahead of the
+    start, so a right angle fits there; one more lies two radii aside where the route leads back.
+    The ways of reaching the goal mirror these. Waypoints off the map are left out with their way.
+    """
+    start, goal = np.array(problem.start[:2]), np.array(problem.goal[:2])
+    after, before = problem.headings
+    if not math.isfinite(problem.limits.turn_radius_m):
+        after = before = None
+    radius = problem.limits.turn_radius_m
+    firsts = [_NONE] if after is None else list(_ways(start, np.array(after), goal, radius))
+    lasts = [_NONE] if before is None else list(_ways(goal, -np.array(before), start, radius))
+    for first, last in itertools.product(firsts, lasts):
+        points = np.concatenate((first, last))
+        most = problem.terrain.width_m, problem.terrain.height_m
+        if ((points >= 0) & (points <= most)).all():
+            yield first, last[::-1]
+
+
+def _ways(end: Floats, heading: Floats, other: Floats, radius: float) -> Iterator[Floats]:
+    """Yield the waypoints of the ways from an end, flown with ``heading``, to the other end."""
+    line = other - end
+    cross = heading[0] * line[1] - heading[1] * line[0]
+    turn = math.atan2(cross, float(heading @ line))
+    ahead = end + radius * heading
+    aside = 2.0 * radius * np.array((-heading[1], heading[0]))
+    if abs(turn) < _GENTLE_RAD:
+        yield _NONE
+    if abs(turn) < _BACK_RAD:
+        yield ahead[None]
+    if abs(turn) > _GENTLE_RAD:
+        side = 1.0 if turn >= 0 else -1.0
+        yield np.stack((ahead, ahead + side * aside))
+        if abs(turn) > _BACK_RAD:
+            yield np.stack((ahead, ahead - side * aside))

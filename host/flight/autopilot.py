@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 
+from host.evaluation.fuel import air_density
 from host.flight.guidance import GRAVITY_M_S2, Commands, State
 from host.flight.models import FlightModel
 from host.flight.simulator import Controls
+from host.problem.aircraft import Aircraft
 
 
 __all__ = ["Autopilot"]
@@ -23,8 +25,9 @@ _MOST_PITCH_RAD_S = 0.25
 # Throttle per share of airspeed, and per integral of it, 1/s.
 _SPEED_GAIN = 4.0
 _SPEED_TRIM_GAIN = 0.6
-# Below this share of the airspeed, averaged over the time, height is given up for speed: the sine
-# of the flight path is lowered by what is missing.
+# Below this multiple of the stall speed, or this share of the airspeed if less, averaged over
+# the time, height is given up for speed: the sine of the flight path falls by the share missing.
+_OVER_STALL = 1.3
 _SLOW = 0.9
 _SLOW_S = 1.5
 # The highest throttle falls by this share per second and share of power beyond the limit, and rises
@@ -40,30 +43,30 @@ class Autopilot:
     ----------
     model : FlightModel
         Its gains.
-    airspeed_m_s : float
-        True airspeed to hold.
+    aircraft : Aircraft
+        Figures that it flies by: the true airspeed to hold, the engine's power, which the throttle
+        is held back to, and the stall speed.
     period_s : float
         Time between two calls of :meth:`controls`.
-    most_watts : float
-        Shaft power that the throttle is held back to.
     """
 
     def __init__(
         self,
         model: FlightModel,
-        airspeed_m_s: float,
+        aircraft: Aircraft,
         period_s: float,
-        *,
-        most_watts: float = math.inf,
     ) -> None:
-        self.airspeed_m_s = airspeed_m_s
+        self.airspeed_m_s = aircraft.cruise_speed_m_s
         self._model = model
         self._period_s = period_s
         self._bank_trim = 0.0
         self._pitch_trim = 0.0
         self._speed_trim = 0.0
-        self._mean_speed_m_s = airspeed_m_s
-        self._most_watts = most_watts
+        self._mean_speed_m_s = self.airspeed_m_s
+        self._most_watts = aircraft.engine_power_W or math.inf
+        # Its square times the density is constant; without a figure there is no stall.
+        lift = aircraft.lift_coefficient_max
+        self._stall = 2 * aircraft.weight_N / (aircraft.wing_area_m2 * lift) if lift else 0.0
         self._most_throttle = 1.0
 
     def controls(self, state: State, commands: Commands) -> Controls:
@@ -73,7 +76,8 @@ class Autopilot:
         self._mean_speed_m_s += (state.airspeed_m_s - self._mean_speed_m_s) * (
             self._period_s / _SLOW_S
         )
-        missing = max(_SLOW - self._mean_speed_m_s / self.airspeed_m_s, 0.0)
+        slowest = _OVER_STALL * math.sqrt(self._stall / air_density(state.z)) / self.airspeed_m_s
+        missing = max(min(slowest, _SLOW) - self._mean_speed_m_s / self.airspeed_m_s, 0.0)
         climb_m_s = commands.climb_m_s - missing * self.airspeed_m_s
         aileron = self._aileron(state, commands.bank_rad, self.airspeed_m_s / speed)
         elevator = self._elevator(state, climb_m_s, speed)

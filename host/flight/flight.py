@@ -149,7 +149,7 @@ class Flight:
             seed=seed,
         )
         limits = limits_of(aircraft)
-        self._autopilot = Autopilot(model, airspeed, PERIOD_S, most_watts=limits.power_W)
+        self._autopilot = Autopilot(model, aircraft, PERIOD_S)
         self._guidance = Guidance(
             route,
             limits,

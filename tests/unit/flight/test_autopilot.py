@@ -8,14 +8,16 @@ from host.flight.autopilot import Autopilot
 from host.flight.guidance import Commands
 from host.flight.models import MODELS
 from host.flight.route import Place
+from host.problem import aircraft
 from tests.unit.flight.test_guidance import state
 
 
 LEVEL = state(0, 0, 0, 0.0)
 
 
-def autopilot(**options):
-    return Autopilot(MODELS["silver-fox"], 23.0, 1 / 30, **options)
+def autopilot(**figures):
+    fox = dataclasses.replace(aircraft.load("silver-fox"), **figures)
+    return Autopilot(MODELS["silver-fox"], fox, 1 / 30)
 
 
 def commands(bank=0.0, climb=0.0):
@@ -42,15 +44,20 @@ def test_steep_descent_takes_the_brake():
 
 
 def test_slow_flight_gives_up_height():
-    slow = dataclasses.replace(LEVEL, airspeed_m_s=15.0)
-    pilot = autopilot()
-    for _ in range(60):
-        elevator = pilot.controls(slow, commands())[1]
-    assert elevator < -0.1
+    # The stall speed at sea level is 13.8 m/s, at 3000 m 16 m/s.
+    def elevator(airspeed, height=0.0, **figures):
+        slow = dataclasses.replace(LEVEL, airspeed_m_s=airspeed, z=height)
+        pilot = autopilot(**figures)
+        return [pilot.controls(slow, commands())[1] for _ in range(90)][-1]
+
+    assert elevator(15.0) < -0.05
+    assert elevator(18.0) == 0
+    assert elevator(18.0, 3000.0) < -0.05
+    assert elevator(15.0, lift_coefficient_max=None) == 0
 
 
 def test_throttle_is_held_back_to_the_power():
-    pilot = autopilot(most_watts=500.0)
+    pilot = autopilot(engine_power_W=500.0)
     strong = dataclasses.replace(LEVEL, airspeed_m_s=20.0, power_W=1000.0)
     throttles = [pilot.controls(strong, commands(climb=4.0))[3] for _ in range(60)]
     assert throttles[0] > 0.9

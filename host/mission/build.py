@@ -19,7 +19,7 @@ from host.problem.aircraft import load as load_aircraft
 from host.problem.ends import Point, end_point, place
 from host.problem.problem import Problem
 from host.problem.rules import Rules
-from host.problem.zones import Circle, Zone, read_geojson, zone_from_dict
+from host.problem.zones import Circle, Zone, read_zones, zone_from_dict
 from host.terrain import Terrain, load
 from host.terrain.origin import at_origin
 
@@ -160,10 +160,10 @@ def zones_of(values: Values, terrain: Terrain) -> tuple[Zone, ...]:
     """
     zones: list[Zone] = []
     for file in values.get("nofly") or ():
-        zones += read_geojson(file, terrain)
+        zones += read_zones(file, terrain)
     for table in values.get("zones") or ():
         if "file" in table:
-            zones += read_geojson(table["file"], terrain)
+            zones += read_zones(table["file"], terrain)
             continue
         shape = dict(table)
         if "circle" in shape:

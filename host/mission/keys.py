@@ -258,7 +258,7 @@ KEYS: tuple[Key, ...] = (
         "zones",
         "file",
         PATH,
-        "GeoJSON of polygons, or of points with radius_m",
+        "GeoJSON, KML, or the fences of a .plan",
         "none",
         '"zones.geojson"',
         "--nofly",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +13,7 @@ from host.problem.rings import Ring, is_number
 from host.terrain import Terrain
 
 
-__all__ = ["NOT_ZONES", "Shape", "read_document", "shapes"]
+__all__ = ["NOT_ZONES", "Shape", "shapes"]
 
 #: Values of the property ``kind`` of features in a ``path.geojson`` that are no zones.
 NOT_ZONES = ("waypoints", "smoothed track", "start", "goal")
@@ -26,23 +25,6 @@ class Shape(NamedTuple):
     kind: str
     rings: tuple[Ring, ...]
     properties: dict[str, Any]
-
-
-def read_document(path: str | Path) -> Any:
-    """Return the content of a JSON file.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or is not JSON.
-    """
-    try:
-        return json.loads(Path(path).read_text("utf-8"))
-    except OSError as error:
-        reason = error.strerror or "unknown reason"
-        raise InputError(f"Cannot read no-fly file {str(path)!r}: {reason}.") from None
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"No-fly file {str(path)!r} is not JSON: {error}.") from None
 
 
 def shapes(document: Any, terrain: Terrain) -> Iterator[Shape]:

@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
-from host.problem.geojson import read_document, shapes
 from host.problem.rings import Ring, add_edges, is_number, nodes_inside, plain, ring_of
+from host.problem.zone_files import document_shapes, read_document
 from host.terrain import Terrain
 
 
-__all__ = ["Circle", "Polygon", "Zone", "raster", "read_geojson", "zone_from_dict"]
+__all__ = ["Circle", "Polygon", "Zone", "raster", "read_zones", "zone_from_dict"]
 
 # The fields of every zone, by their names in a summary and in the properties of GeoJSON.
 _COMMON = {"name": "name", "lower": "lower_m", "upper": "upper_m", "t0": "t0_s", "t1": "t1_s"}
@@ -123,8 +123,8 @@ class Zone(ABC):
 
     @staticmethod
     def read(path: str | Path, terrain: Terrain) -> tuple[Zone, ...]:
-        """Read the zones of a GeoJSON file; see :func:`read_geojson`."""
-        return read_geojson(path, terrain)
+        """Read the zones of a GeoJSON, KML or ``.plan`` file; see :func:`read_zones`."""
+        return read_zones(path, terrain)
 
     @abstractmethod
     def covers(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -290,19 +290,23 @@ def zone_from_dict(table: Any) -> Zone:
     )
 
 
-def read_geojson(path: str | Path, terrain: Terrain) -> tuple[Zone, ...]:
-    """Read zones from a GeoJSON file.
+def read_zones(path: str | Path, terrain: Terrain) -> tuple[Zone, ...]:
+    """Read zones from a file of GeoJSON or KML, or the fences of a ``.plan`` of QGroundControl.
 
-    Polygons and multi-polygons, with holes, and points with the property ``radius_m``, in metres of
-    the terrain's plane. Coordinates are WGS84 longitude and latitude, moved into the terrain's
-    frame corner by corner, or local metres where the file has the member ``"crs_local": true``.
+    GeoJSON: polygons and multi-polygons, with holes, and points with the property ``radius_m``, in
+    metres of the terrain's plane. Coordinates are WGS84 longitude and latitude, moved into the
+    terrain's frame corner by corner, or local metres where the file has the member
+    ``"crs_local": true``.
     A third coordinate is ignored. A feature's properties ``name``, ``lower``, ``upper``, ``t0`` and
     ``t1`` are those of :class:`Zone`, in metres and seconds; null is no limit.
+
+    KML and plans: see :func:`host.problem.kml.kml_shapes` and
+    :func:`host.problem.qgc_fences.fence_shapes`.
 
     Raises
     ------
     InputError
-        If the file cannot be read or is not such GeoJSON, or has geographic coordinates where the
+        If the file cannot be read or holds anything else, or has geographic coordinates where the
         terrain has no coordinate reference system.
     """
     document = read_document(path)
@@ -313,7 +317,7 @@ def read_geojson(path: str | Path, terrain: Terrain) -> tuple[Zone, ...]:
 
 
 def _zones(document: Any, terrain: Terrain) -> Iterator[Zone]:
-    for shape in shapes(document, terrain):
+    for shape in document_shapes(document, terrain):
         common: dict[str, Any] = {
             field: shape.properties.get(key) for key, field in _COMMON.items()
         }

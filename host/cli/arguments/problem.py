@@ -84,7 +84,7 @@ def add_problem(parser: Parser, *, of_path: bool = False) -> None:
         metavar="FILE",
         action="append",
         default=[],
-        help="no-fly zones: GeoJSON of polygons, or of points with radius_m; may be repeated",
+        help="no-fly zones: GeoJSON, KML, or the fences of a .plan; may be repeated",
     )
     group.add_argument(
         "--nofly-circle",

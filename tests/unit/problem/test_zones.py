@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from rasterio.warp import transform
 
 from host.errors import InputError
-from host.problem.zones import Circle, Polygon, Zone, raster, read_geojson, zone_from_dict
+from host.problem.zones import Circle, Polygon, Zone, raster, read_zones, zone_from_dict
 from host.terrain import Terrain
 
 
@@ -246,7 +246,7 @@ def test_refuses_bad_polygons(ring, message):
 def read(tmp_path, document, where=None):
     file = tmp_path / "zones.geojson"
     file.write_text(document if isinstance(document, str) else json.dumps(document), "utf-8")
-    return read_geojson(file, terrain() if where is None else where)
+    return read_zones(file, terrain() if where is None else where)
 
 
 def feature(kind, coordinates, **properties):
@@ -425,4 +425,4 @@ def test_refuses_a_missing_file(tmp_path):
         match=r"^Cannot read no-fly file '.*none\.geojson': No such "
         r"file or directory\.$",
     ):
-        read_geojson(tmp_path / "none.geojson", terrain())
+        read_zones(tmp_path / "none.geojson", terrain())

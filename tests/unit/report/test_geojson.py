@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from host.errors import InputError
-from host.problem.zones import read_geojson
+from host.problem.zones import read_zones
 from host.report.geojson import heights_datum, path_document, read_path
 from host.terrain import Terrain
 
@@ -68,7 +68,7 @@ def test_zones_are_read_back_in_local_metres(make_run, tmp_path):
     track, terrain = evaluator.track(result.path), problem.terrain
     document = path_document(result.path, track, terrain, step_m=50.0, zones=problem.zones)
     assert [feature["properties"]["kind"] for feature in document["features"][4:]] == ["zone"] * 2
-    circle, polygon = read_geojson(written(tmp_path, document), terrain)
+    circle, polygon = read_zones(written(tmp_path, document), terrain)
     assert circle == problem.zones[0]
     assert set(polygon.ring) == set(problem.zones[1].ring)
 

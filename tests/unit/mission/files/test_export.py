@@ -9,7 +9,7 @@ import pytest
 from host.errors import InputError
 from host.mission.files.export import FORMATS, export, parse_formats
 from host.problem.problem import Problem
-from host.problem.zones import Circle, read_geojson
+from host.problem.zones import Circle, read_zones
 from host.terrain import Terrain
 from tests.unit.mission.files.judge import agree
 
@@ -47,7 +47,7 @@ def test_geopandas_reads_the_same_path_and_zones(missions, tracks, tmp_path):
 def test_the_zones_of_a_path_file_are_read_back(missions, tmp_path):
     for problem, path in missions[:20]:
         (file,) = export(problem, path, ["geojson"], tmp_path, pytest.fail)
-        read = read_geojson(file, problem.terrain)
+        read = read_zones(file, problem.terrain)
         assert [zone.limits for zone in read] == [zone.limits for zone in problem.zones]
 
 

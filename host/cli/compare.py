@@ -15,13 +15,10 @@ from host import interrupts
 from host.cli.options import own_options
 from host.cli.output import note, print_json, print_pairs, print_table
 from host.cli.problem import complete_options, make_problem, source_of
-from host.compare import LOCAL
-from host.compare.cluster import on_cluster
 from host.compare.digest import problem_digest
 from host.compare.entrants import SEARCH, Entrant, parse_entrants, planner_names
-from host.compare.processes import in_processes
 from host.compare.report import Field, document
-from host.compare.runs import Outcome, Task
+from host.compare.runs import Outcome, Task, run_in_processes, run_on_cluster
 from host.compare.session import complete, kept
 from host.compare.store import RunStore
 from host.compare.write import write_report
@@ -29,6 +26,7 @@ from host.cores import available_cores
 from host.errors import InputError, JobError
 from host.problem.problem import Problem
 from host.report.files import prepare_directory
+from host.workers import LOCAL
 
 
 __all__ = ["run"]
@@ -85,8 +83,8 @@ def _execute(
 ) -> Generator[Outcome]:
     jobs = min(jobs, len(tasks))
     if scheduler is None:
-        return in_processes(problem, tasks, jobs)
-    return on_cluster(problem, tasks, scheduler, jobs)
+        return run_in_processes(problem, tasks, jobs)
+    return run_on_cluster(problem, tasks, scheduler, jobs)
 
 
 def _seeds(args: argparse.Namespace, entrants: Sequence[Entrant]) -> range:

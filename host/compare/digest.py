@@ -36,4 +36,9 @@ def problem_digest(problem: Problem) -> str:
         "wind": problem.wind,
         "ds_m": problem.ds_m,
     }
+    if problem.rules is not None:
+        described |= {
+            "rules": problem.rules.to_dict(),
+            "headings": [problem.start_heading_deg, problem.goal_heading_deg],
+        }
     return digest_of(described, terrain.elevation.tobytes())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,10 +11,13 @@ from host.compare.entrants import Entrant
 from host.errors import InputError, PathgeneError
 from host.evaluation import Evaluator
 from host.planners.base import Result
+from host.problem.problem import Problem
 from host.report.summary import describe_run, version
+from host.workers.cluster import on_cluster
+from host.workers.processes import in_processes
 
 
-__all__ = ["Outcome", "Task", "execute"]
+__all__ = ["Outcome", "Task", "execute", "run_in_processes", "run_on_cluster"]
 
 # Entrants that have run in this process: their code is compiled and loaded.
 _warm: set[str] = set()
@@ -58,6 +62,31 @@ class Outcome:
     record: dict[str, Any] | None = None
     failure: str | None = None
     bad_input: bool = False
+
+
+def run_in_processes(problem: Problem, tasks: Sequence[Task], jobs: int) -> Generator[Outcome]:
+    """Do runs of one problem; see :func:`host.workers.processes.in_processes`."""
+    return in_processes(tasks, jobs, execute, _evaluator, problem)
+
+
+def run_on_cluster(
+    problem: Problem, tasks: Sequence[Task], address: str, jobs: int
+) -> Generator[Outcome]:
+    """Do runs of one problem; see :func:`host.workers.cluster.on_cluster`."""
+    return on_cluster(
+        tasks,
+        address,
+        jobs,
+        execute,
+        _evaluator,
+        problem,
+        name=lambda task: f"{task.entrant.planner}-{task.seed}",
+        failed=lambda task, reason: Outcome(task, failure=reason),
+    )
+
+
+def _evaluator(problem: Problem, threads: int) -> Evaluator:
+    return Evaluator(problem, threads=threads)
 
 
 def execute(evaluator: Evaluator, task: Task) -> Outcome:

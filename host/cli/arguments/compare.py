@@ -5,8 +5,8 @@ from __future__ import annotations
 from host.cli.arguments.base import Commands, add_command, complete_by_file
 from host.cli.arguments.problem import add_problem
 from host.cli.arguments.search import add_own_options, add_search
-from host.compare import LOCAL
 from host.planners import PLANNERS
+from host.workers import LOCAL
 
 
 __all__ = ["add_compare"]

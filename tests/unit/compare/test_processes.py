@@ -5,9 +5,7 @@ import sys
 
 import pytest
 
-from host.compare.cluster import on_cluster
-from host.compare.processes import in_processes
-from host.compare.runs import Task
+from host.compare.runs import Task, run_in_processes, run_on_cluster
 from host.errors import InputError, JobError
 
 
@@ -36,18 +34,18 @@ def new_children(before):
 def test_a_dead_process_loses_no_run(problem, entrants):
     tasks = tasks_of(entrants, range(3))
     before = multiprocessing.active_children()
-    outcomes = in_processes(problem, tasks, 2)
+    outcomes = run_in_processes(problem, tasks, 2)
     first = next(outcomes)
     assert len(new_children(before)) == 2
     new_children(before)[0].kill()
-    assert found([first, *outcomes]) == found(in_processes(problem, tasks, 1))
+    assert found([first, *outcomes]) == found(run_in_processes(problem, tasks, 1))
     assert not new_children(before)
 
 
 @pytest.mark.long
 def test_a_closed_comparison_leaves_no_process(problem, entrants):
     before = multiprocessing.active_children()
-    outcomes = in_processes(problem, tasks_of(entrants, range(100)), 2)
+    outcomes = run_in_processes(problem, tasks_of(entrants, range(100)), 2)
     next(outcomes)
     outcomes.close()
     assert not new_children(before)
@@ -70,8 +68,8 @@ def test_a_cluster_by_its_address(problem, entrants, distributed):
     ) as cluster:
         address = cluster.scheduler_address
         assert address.startswith("tcp://")
-        there = found(on_cluster(problem, tasks, address, 1))
-    assert there == found(in_processes(problem, tasks, 1))
+        there = found(run_on_cluster(problem, tasks, address, 1))
+    assert there == found(run_in_processes(problem, tasks, 1))
 
 
 def test_reports_the_loss_of_the_scheduler(problem, entrants, distributed):
@@ -83,7 +81,7 @@ def test_reports_the_loss_of_the_scheduler(problem, entrants, distributed):
         scheduler_kwargs={"dashboard": False},
     ) as cluster:
         address = cluster.scheduler_address
-        outcomes = on_cluster(problem, tasks_of(entrants, range(50)), address, 1)
+        outcomes = run_on_cluster(problem, tasks_of(entrants, range(50)), address, 1)
         assert next(outcomes).failure is None
     with pytest.raises(JobError) as caught:
         list(outcomes)
@@ -93,9 +91,9 @@ def test_reports_the_loss_of_the_scheduler(problem, entrants, distributed):
 
 
 def test_reports_a_missing_scheduler(problem, entrants, distributed, monkeypatch):
-    monkeypatch.setattr("host.compare.cluster._CONNECT_TIMEOUT_S", 0.5)
+    monkeypatch.setattr("host.workers.cluster._CONNECT_TIMEOUT_S", 0.5)
     with pytest.raises(InputError) as caught:
-        next(on_cluster(problem, tasks_of(entrants, range(1)), "tcp://127.0.0.1:9", 1))
+        next(run_on_cluster(problem, tasks_of(entrants, range(1)), "tcp://127.0.0.1:9", 1))
     assert str(caught.value).startswith("No Dask scheduler answers at 'tcp://127.0.0.1:9' (")
     assert str(caught.value).endswith("; start one with 'dask scheduler', or give 'local'.")
 
@@ -103,7 +101,7 @@ def test_reports_a_missing_scheduler(problem, entrants, distributed, monkeypatch
 def test_names_the_missing_extra(problem, entrants, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(InputError) as caught:
-        next(on_cluster(problem, tasks_of(entrants, range(1)), "local", 1))
+        next(run_on_cluster(problem, tasks_of(entrants, range(1)), "local", 1))
     assert str(caught.value) == (
         "A Dask cluster needs the package distributed; install "
         "pathgene[cluster], or leave --scheduler out."
@@ -114,11 +112,11 @@ def test_names_the_missing_extra(problem, entrants, monkeypatch):
 def test_a_lost_worker_loses_no_run(problem, entrants, distributed):
     tasks = tasks_of(entrants, range(10))
     before = multiprocessing.active_children()
-    outcomes = on_cluster(problem, tasks, "local", 2)
+    outcomes = run_on_cluster(problem, tasks, "local", 2)
     first = next(outcomes)
     workers = new_children(before)
     assert len(workers) == 2
     for worker in workers:  # Both die, so the problem must be sent again.
         worker.kill()
-    assert found([first, *outcomes]) == found(in_processes(problem, tasks, 1))
+    assert found([first, *outcomes]) == found(run_in_processes(problem, tasks, 1))
     assert not new_children(before)

@@ -7,9 +7,8 @@ import json
 import pytest
 
 from host.compare.entrants import parse_entrants
-from host.compare.processes import in_processes
 from host.compare.report import document
-from host.compare.runs import Outcome, Task, execute
+from host.compare.runs import Outcome, Task, execute, run_in_processes
 from host.compare.session import RunProgress, complete, kept
 from host.compare.store import RunStore
 from host.compare.write import write_report
@@ -47,7 +46,7 @@ def run(problem, entrants, seeds, directory):
 
     def recorded(tasks):
         done.extend((task.entrant.label, task.seed) for task in tasks)
-        return in_processes(problem, tasks, 1)
+        return run_in_processes(problem, tasks, 1)
 
     with RunStore(directory, "p") as store:
         fields = kept(store, entrants, seeds)
@@ -111,7 +110,7 @@ def test_warms_up_before_the_first_run_of_a_planner(problem, monkeypatch):
         Entry(description="", paper="", generations=4, options=(), constructor=Told),
     )
     (entrant,) = parse_entrants("told:population=20", {}, {})
-    outcomes = list(in_processes(problem, [Task(entrant, seed) for seed in (7, 8)], 1))
+    outcomes = list(run_in_processes(problem, [Task(entrant, seed) for seed in (7, 8)], 1))
     assert told == [(7, 1, 20), (7, 4, 20), (8, 4, 20)]
     assert [outcome.record["generations"] for outcome in outcomes] == [4, 4]
 

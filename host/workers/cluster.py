@@ -1,4 +1,4 @@
-"""Runs on a Dask cluster."""
+"""Tasks on a Dask cluster."""
 
 from __future__ import annotations
 
@@ -7,19 +7,21 @@ import importlib
 import logging
 import pickle
 import uuid
-from collections.abc import Generator, Iterator, Sequence
-from typing import Any
+from collections.abc import Callable, Generator, Iterator, Sequence
+from typing import Any, TypeVar
 
 from host import interrupts
-from host.compare import LOCAL
-from host.compare.processes import ending_children
-from host.compare.runs import Outcome, Task, execute
 from host.errors import InputError, JobError
-from host.evaluation import Evaluator
-from host.problem.problem import Problem
+from host.workers import LOCAL
+from host.workers.processes import ending_children
 
 
 __all__ = ["on_cluster"]
+
+Data = TypeVar("Data")
+State = TypeVar("State")
+Task = TypeVar("Task")
+Outcome = TypeVar("Outcome")
 
 _CONNECT_TIMEOUT_S = 10
 # Longest restart of a lost worker of the local cluster before its place is given up. Dask's 15
@@ -30,27 +32,34 @@ _CLOSE_TIMEOUT_S, _INTERRUPT_TIMEOUT_S = 10.0, 1.0
 
 
 def on_cluster(
-    problem: Problem,
     tasks: Sequence[Task],
     address: str,
     jobs: int,
+    work: Callable[[State, Task], Outcome],
+    prepare: Callable[[Data, int], State],
+    data: Data,
+    *,
+    name: Callable[[Task], str],
+    failed: Callable[[Task, str], Outcome],
 ) -> Generator[Outcome]:
     """Do ``tasks`` on a Dask cluster; yield their outcomes as they come.
 
-    The workers need this version of pathgene, but no files of this machine: the problem is sent by
-    value. Another worker repeats the run of a lost one; a run that loses four workers in a row
+    The workers need this version of pathgene, but no files of this machine: data and tasks are sent
+    by value. Another worker repeats the task of a lost one; a task that loses four workers in a row
     counts as failed.
 
     Parameters
     ----------
-    problem : Problem
-        The problem of all runs.
-    tasks : sequence of Task
-        The runs.
+    tasks, work, prepare, data
+        As for :func:`host.workers.processes.in_processes`; a worker has one thread.
     address : str
         Address of the scheduler, ``tcp://HOST:PORT``; :data:`LOCAL` starts a local cluster.
     jobs : int
         Workers of the local cluster.
+    name : callable
+        Returns a name of a task for the cluster's own displays.
+    failed : callable
+        Returns the outcome of a task that the cluster could not do, with the reason.
 
     Raises
     ------
@@ -69,19 +78,24 @@ def on_cluster(
         client = stack.enter_context(_client(distributed, address))
         stack.enter_context(client.as_current())
         # A task, not scattered data: the scheduler can repeat it when its worker is lost.
-        data = client.submit(pickle.loads, pickle.dumps(problem), key=f"problem-{uuid.uuid4()}")
+        sent = client.submit(pickle.loads, pickle.dumps(data), key=f"data-{uuid.uuid4()}")
         futures = {
             client.submit(
-                _work, data, task, key=f"{task.entrant.planner}-{task.seed}-{uuid.uuid4()}"
+                _work, work, prepare, sent, task, key=f"{name(task)}-{uuid.uuid4()}"
             ): task
             for task in tasks
         }
         for future in distributed.as_completed(list(futures)):
-            yield _outcome(client, future, futures[future], address)
+            if future.status == "finished":
+                yield future.result()
+            else:
+                yield failed(futures[future], _reason(client, future, address))
 
 
-def _work(problem: Problem, task: Task) -> Outcome:
-    return execute(Evaluator(problem, threads=1), task)
+def _work(
+    work: Callable[[Any, Any], Any], prepare: Callable[[Any, int], Any], data: Any, task: Any
+) -> Any:
+    return work(prepare(data, 1), task)
 
 
 def _distributed() -> Any:
@@ -92,7 +106,7 @@ def _distributed() -> Any:
             "A Dask cluster needs the package distributed; install "
             "pathgene[cluster], or leave --scheduler out."
         ) from None
-    # It logs every connection; the errors that matter become messages of the comparison.
+    # It logs every connection; the errors that matter become messages of the command.
     for name in list(logging.root.manager.loggerDict):
         if name.partition(".")[0] == "distributed":
             logging.getLogger(name).setLevel(logging.CRITICAL)
@@ -133,14 +147,11 @@ def _client(distributed: Any, address: str) -> Any:
         ) from None
 
 
-def _outcome(client: Any, future: Any, task: Task, address: str) -> Outcome:
-    """Return the outcome of a future that has ended, even if the cluster could not do its task."""
-    if future.status == "finished":
-        outcome: Outcome = future.result()
-        return outcome
+def _reason(client: Any, future: Any, address: str) -> str:
+    """Return why the cluster could not do the task of a future."""
     if client.status != "running" or future.status == "cancelled":
         raise JobError(
             f"The Dask scheduler at {address!r} is lost; repeat the command to continue."
         )
     error = future.exception()
-    return Outcome(task, failure=f"The cluster could not do it, {type(error).__name__}: {error}")
+    return f"The cluster could not do it, {type(error).__name__}: {error}"

@@ -1,4 +1,4 @@
-"""Runs in this process, or in several on this machine."""
+"""Tasks in this process, or in several on this machine."""
 
 from __future__ import annotations
 
@@ -7,17 +7,15 @@ import logging
 import multiprocessing
 import os
 import threading
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.connection import wait
+from typing import Any, TypeVar
 
 from host import interrupts
-from host.compare.runs import Outcome, Task, execute
 from host.cores import available_cores
 from host.errors import JobError
-from host.evaluation import Evaluator
-from host.problem.problem import Problem
 
 
 __all__ = ["ending_children", "in_processes"]
@@ -25,15 +23,41 @@ __all__ = ["ending_children", "in_processes"]
 # Starts of all processes, counting those after one of them has died.
 _POOLS = 3
 
-_evaluator: Evaluator
+# Set in each process.
+_state: Any
+_function: Callable[[Any, Any], Any]
+
+Data = TypeVar("Data")
+State = TypeVar("State")
+Task = TypeVar("Task")
+Outcome = TypeVar("Outcome")
 
 
-def in_processes(problem: Problem, tasks: Sequence[Task], jobs: int) -> Generator[Outcome]:
+def in_processes(
+    tasks: Sequence[Task],
+    jobs: int,
+    work: Callable[[State, Task], Outcome],
+    prepare: Callable[[Data, int], State],
+    data: Data,
+) -> Generator[Outcome]:
     """Do ``tasks``, ``jobs`` at a time; yield their outcomes as they come.
 
-    Each run evaluates with its share of the cores. A single job runs in this process. When a
-    process dies, unfinished runs start again in new processes. Closing the generator ends all
-    processes at once.
+    A single job runs in this process. When a process dies, unfinished tasks start again in new
+    processes. Closing the generator ends all processes at once.
+
+    Parameters
+    ----------
+    tasks : sequence
+        What ``work`` takes; may be pickled, as are the outcomes.
+    jobs : int
+        Tasks done at a time, 1 or more.
+    work : callable
+        A function of a module: returns the outcome of a state and a task.
+    prepare : callable
+        A function of a module: returns the state of a process from ``data`` and the number of
+        threads that are its share of the cores.
+    data : object
+        Sent to each process once.
 
     Raises
     ------
@@ -42,14 +66,14 @@ def in_processes(problem: Problem, tasks: Sequence[Task], jobs: int) -> Generato
     """
     threads = max(1, available_cores() // jobs)
     if jobs == 1:
-        evaluator = Evaluator(problem, threads=threads)
-        yield from (execute(evaluator, task) for task in tasks)
+        state = prepare(data, threads)
+        yield from (work(state, task) for task in tasks)
         return
     left = dict(enumerate(tasks))
     for _ in range(_POOLS):
         with (
             contextlib.suppress(BrokenProcessPool),
-            _pool(problem, min(jobs, len(left)), threads) as pool,
+            _pool(min(jobs, len(left)), work, prepare, data, threads) as pool,
         ):
             with interrupts.held():  # A process inherits this and never sees Ctrl-C.
                 futures = {pool.submit(_work, task): number for number, task in left.items()}
@@ -66,13 +90,11 @@ def in_processes(problem: Problem, tasks: Sequence[Task], jobs: int) -> Generato
 
 
 @contextlib.contextmanager
-def _pool(problem: Problem, jobs: int, threads: int) -> Iterator[ProcessPoolExecutor]:
-    """Start processes that hold the problem; kill them if an exception leaves the block."""
+def _pool(jobs: int, *arguments: Any) -> Iterator[ProcessPoolExecutor]:
+    """Start processes that begin with ``arguments``; kill them if an exception leaves the block."""
     # Spawned: a fork would copy the locks of threads that it does not copy.
     with interrupts.held():  # The tracker of its semaphores never sees Ctrl-C either.
-        pool = ProcessPoolExecutor(
-            jobs, multiprocessing.get_context("spawn"), _begin, (problem, threads)
-        )
+        pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), _begin, arguments)
     try:
         with ending_children():
             yield pool
@@ -94,15 +116,20 @@ def ending_children() -> Iterator[None]:
         raise
 
 
-def _begin(problem: Problem, threads: int) -> None:
+def _begin(
+    work: Callable[[Any, Any], Any],
+    prepare: Callable[[Any, int], Any],
+    data: Any,
+    threads: int,
+) -> None:
     """Prepare a new process."""
-    global _evaluator
+    global _state, _function
     logging.basicConfig(format="pathgene: %(message)s")
     logging.getLogger("pathgene").setLevel(
         logging.INFO
     )  # Reports that a simulated board is being built.
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    _evaluator = Evaluator(problem, threads=threads)
+    _state, _function = prepare(data, threads), work
 
 
 def _end_with_parent() -> None:
@@ -113,5 +140,5 @@ def _end_with_parent() -> None:
     os._exit(1)
 
 
-def _work(task: Task) -> Outcome:
-    return execute(_evaluator, task)
+def _work(task: Any) -> Any:
+    return _function(_state, task)

@@ -7,6 +7,7 @@ from importlib import metadata
 
 from host.cli.arguments.auv import add_auv
 from host.cli.arguments.base import Parser, add_command
+from host.cli.arguments.batch import add_batch
 from host.cli.arguments.board import add_board
 from host.cli.arguments.check import add_check
 from host.cli.arguments.compare import add_compare
@@ -37,6 +38,7 @@ def build_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")
     add_plan(commands)
     add_problem_files(commands)
+    add_batch(commands)
     add_compare(commands)
     add_check(commands)
     add_fly(commands)

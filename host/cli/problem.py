@@ -22,6 +22,7 @@ from host.terrain import Terrain
 __all__ = [
     "complete_options",
     "end_point",
+    "file_values",
     "load_terrain",
     "load_zones",
     "make_mission",
@@ -33,8 +34,8 @@ __all__ = [
 ]
 
 
-def complete_options(args: argparse.Namespace) -> None:
-    """Set the options that are not given: from the problem file, else to their defaults.
+def file_values(args: argparse.Namespace) -> dict[str, Any]:
+    """Return the values of the problem file that no option replaces; none without a file.
 
     An option replaces all that the file says about the same: ``--start-geo`` also a ``start``, one
     zone all zones, ``--as-paper`` the rules. Where planners are named, the options of the file that
@@ -47,7 +48,6 @@ def complete_options(args: argparse.Namespace) -> None:
     """
     given = set(vars(args))
     values = {} if args.problem is None else read_problem(Path(args.problem))
-    values = {name: value for name, value in values.items() if value is not None}
     replaced = {name for group in TOGETHER if given & set(group) for name in group}
     if "as_paper" in given:
         replaced |= set(RULES) if args.as_paper else set()
@@ -59,8 +59,21 @@ def complete_options(args: argparse.Namespace) -> None:
     if planners:
         having = [PLANNERS[planner].options for planner in planners if planner in PLANNERS]
         replaced |= set(OPTIONS).difference(*having)
-    for name in replaced:
-        values.pop(name, None)
+    return {
+        name: value for name, value in values.items() if value is not None and name not in replaced
+    }
+
+
+def complete_options(args: argparse.Namespace) -> None:
+    """Set the options that are not given: from the problem file, else to their defaults.
+
+    Raises
+    ------
+    InputError
+        If the problem file is bad.
+    """
+    given = set(vars(args))
+    values = file_values(args)
     for name, default in args.option_defaults.items():
         if name not in given:
             setattr(args, name, values.get(name, default))

@@ -22,6 +22,7 @@ COMMANDS = [
     ("problem",),
     ("problem", "new"),
     ("problem", "check"),
+    ("batch",),
     ("compare",),
     ("check",),
     ("fly",),
@@ -64,7 +65,8 @@ def place(tmp_path_factory):
         transform=rasterio.Affine(100, 0, 600_000, 0, -100, 5_100_000),
     ) as raster:
         raster.write((300 + 100 * np.sin(x / 20) * np.cos(y / 15)).astype(np.float32), 1)
-    (place / "problem.toml").write_text(template())
+    for name in ("problem", "north", "south"):
+        (place / f"{name}.toml").write_text(template())
     (place / "path.csv").write_text("x,y,z\n1200,1200,600\n7000,9000,600\n14000,14000,600\n")
     (place / "out" / "plan").mkdir(parents=True)
     summary = {
@@ -119,6 +121,7 @@ JSON = [
     "compare --planners ga-pc --terrain tile.tif --agl --start 1200,1200,100 "
     "--goal 14000,14000,100 --generations 5 --runs 1 --jobs 1",
     "problem new new.toml",
+    "batch north.toml south.toml --planner astar --jobs 1 --no-picture --out batch",
     "problem check problem.toml",
     "check --terrain tile.tif --path path.csv",
     "fly out/plan/summary.json --out flight",

@@ -16,6 +16,7 @@ __all__ = [
     "add_command_group",
     "cell_sides",
     "complete_by_file",
+    "leave_unset",
     "numbers",
 ]
 
@@ -87,18 +88,17 @@ def add_command_group(commands: Commands, name: str, summary: str, example: str)
     return parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
 
 
-def complete_by_file(parser: Parser, *, besides: Collection[str] = ()) -> None:
-    """Add the argument PROBLEM.toml, a file that supplies the options that are not given.
+def leave_unset(parser: Parser, *, besides: Collection[str] = ()) -> None:
+    """Let the parsed arguments hold only the options that are given, and require none.
 
-    The parsed arguments hold only what is given, and under ``option_defaults`` the defaults of the
-    options; :func:`host.cli.problem.complete_options` adds the rest. No option is required.
+    Their defaults are under ``option_defaults``.
 
     Parameters
     ----------
     parser : Parser
         The command with all its options.
     besides : collection of str
-        Names of arguments that no file supplies.
+        Names of arguments that stay as they are.
     """
     defaults = {}
     for action in parser._actions:
@@ -109,6 +109,15 @@ def complete_by_file(parser: Parser, *, besides: Collection[str] = ()) -> None:
         action.help = (action.help or "").replace("%(default)s", str(action.default))
         action.default, action.required = argparse.SUPPRESS, False
     parser.set_defaults(option_defaults=defaults)
+
+
+def complete_by_file(parser: Parser, *, besides: Collection[str] = ()) -> None:
+    """Add the argument PROBLEM.toml, a file that supplies the options that are not given.
+
+    :func:`host.cli.problem.complete_options` reads it; the parameters are those of
+    :func:`leave_unset`.
+    """
+    leave_unset(parser, besides=besides)
     parser.add_argument(
         "problem",
         metavar="PROBLEM.toml",

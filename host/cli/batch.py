@@ -1,0 +1,164 @@
+"""``pathgene batch``."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import copy
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from host import interrupts
+from host.cli.output import note, print_json, print_pairs, print_table
+from host.cli.problem import file_values
+from host.cores import available_cores
+from host.device.boards import known_config
+from host.errors import InputError, JobError
+from host.mission.batch import Job, Outcome, execute, kept_summary, names_of, save
+from host.progress import Bar
+from host.report.files import prepare_directory, write_json, writing_into
+from host.report.summary import version
+from host.workers import LOCAL
+
+
+__all__ = ["run"]
+
+
+def run(args: argparse.Namespace) -> int:
+    """Plan the problems without a result, write ``batch.json`` and print a table."""
+    if args.jobs is not None and args.jobs < 1:
+        raise InputError(f"The number of jobs must be 1 or more, not {args.jobs}.")
+    if args.jobs is not None and args.scheduler not in (None, LOCAL):
+        note("--jobs means nothing to a cluster, which has its own workers, and is ignored.")
+    directory = Path(args.out)
+    rows: list[dict[str, Any]] = []
+    jobs: list[Job] = []
+    for name, file in zip(names_of(args.problems), args.problems, strict=True):
+        rows.append({"name": name, "file": file})
+        try:
+            jobs.append(Job(name, file, _values(args, file)))
+        except InputError as error:
+            rows[-1] |= _failed(str(error), bad_input=True)
+    prepare_directory(directory)
+    by_name = {row["name"]: row for row in rows}
+    missing = []
+    for job in jobs:
+        summary = kept_summary(directory, job)
+        if summary is None:
+            missing.append(job)
+        else:
+            by_name[job.name] |= {"kept": True, **_terms(summary)}
+    try:
+        _plan(args, directory, missing, by_name, kept=len(jobs) - len(missing))
+    except KeyboardInterrupt:
+        done = sum("feasible" in row for row in rows)
+        note(
+            f"Interrupted; {done} of {len(rows)} problems are kept in {directory}; repeat the "
+            "command to continue."
+        )
+        return interrupts.status()
+    report = {"pathgene": version(), "problems": rows}
+    with writing_into(directory):
+        write_json(directory / "batch.json", report)
+    if args.json:
+        print_json(report)
+    else:
+        _print(rows, directory)
+    return _status(rows)
+
+
+def _values(args: argparse.Namespace, file: str) -> dict[str, Any]:
+    """Return the values of a problem file with those of the options."""
+    own = copy.copy(args)
+    own.problem = file
+    given = {name: getattr(args, name) for name in args.option_defaults if name in vars(args)}
+    return {**file_values(own), **given}
+
+
+def _plan(
+    args: argparse.Namespace,
+    directory: Path,
+    jobs: Sequence[Job],
+    rows: Mapping[str, dict[str, Any]],
+    kept: int,
+) -> None:
+    """Plan jobs; complete their rows, and save each result at once."""
+    if not jobs:
+        return
+    count = args.jobs or (1 if any(map(_on_hardware, jobs)) else available_cores())
+    if count > 1 and args.scheduler is None and any(map(_on_hardware, jobs)):
+        raise InputError("A board serves one run at a time; give --jobs 1.")
+    total = kept + len(jobs)
+    bar = Bar(sys.stderr, total)
+    with (
+        contextlib.closing(bar),
+        contextlib.closing(execute(jobs, count, args.scheduler)) as outcomes,
+    ):
+        bar.show(kept, f"problem {kept}/{total}")
+        for done, (job, outcome) in enumerate(outcomes, start=kept + 1):
+            with interrupts.held():  # A result that is there is counted, too.
+                rows[job.name].update(_saved(directory, job, outcome))
+            bar.show(done, f"problem {done}/{total}  {job.name}")
+
+
+def _saved(directory: Path, job: Job, outcome: Outcome) -> dict[str, Any]:
+    if outcome.summary is None:
+        return _failed(outcome.failure or "It failed.", bad_input=outcome.bad_input)
+    save(directory, job, outcome, note)
+    return {"kept": False, **_terms(outcome.summary), "failure": outcome.failure}
+
+
+def _on_hardware(job: Job) -> bool:
+    board = job.values.get("board")
+    return board is not None and known_config(board) is None
+
+
+def _terms(summary: Mapping[str, Any]) -> dict[str, Any]:
+    feasible = bool(summary["feasible"])
+    return {
+        "feasible": feasible,
+        "planner": summary["planner"],
+        "fitness": summary["fitness"],
+        "length_m": summary["length_m"],
+        "legs": len(summary.get("legs") or (None,)),
+        "seconds": summary["seconds"]["total"],
+        "failure": None if feasible else "No feasible path was found.",
+        "bad_input": False,
+    }
+
+
+def _failed(sentence: str, *, bad_input: bool) -> dict[str, Any]:
+    return {"kept": False, "feasible": False, "failure": sentence, "bad_input": bad_input}
+
+
+def _status(rows: Sequence[Mapping[str, Any]]) -> int:
+    failures = [row for row in rows if not row["feasible"]]
+    for row in failures:
+        note(f"{row['name']}: {row['failure']}")
+    if failures and all(row["bad_input"] for row in failures):
+        return InputError.exit_status
+    return JobError.exit_status if failures else 0
+
+
+def _print(rows: Sequence[Mapping[str, Any]], directory: Path) -> None:
+    table = [("problem", "feasible", "fitness", "length", "legs", "seconds", "")]
+    for row in rows:
+        if "fitness" not in row:
+            table.append((row["name"], "failed", "-", "-", "-", "-", ""))
+            continue
+        table.append(
+            (
+                row["name"],
+                "yes" if row["feasible"] else "no",
+                f"{row['fitness']:.4f}",
+                f"{row['length_m'] / 1000:.2f} km",
+                str(row["legs"]),
+                f"{row['seconds']:.2f}",
+                "kept" if row["kept"] else "",
+            )
+        )
+    print_table(table)
+    print()
+    print_pairs([("written", str(directory / "batch.json"))])

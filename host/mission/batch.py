@@ -1,0 +1,276 @@
+"""Many problems planned at once; each result is kept as soon as it is there."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import hashlib
+import json
+from collections.abc import Callable, Generator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from host.device.boards import known_config
+from host.errors import InputError, PathgeneError
+from host.evaluation import Evaluator
+from host.mission.build import mission_of, search_of
+from host.mission.files.export import check_formats, export, parse_formats
+from host.mission.keys import KEYS
+from host.mission.mission import Mission
+from host.mission.planning import MissionPlan, plan_mission
+from host.planners.base import Result
+from host.planning import Search
+from host.report.files import prepare_directory, write_json, writing_into
+from host.report.summary import version
+from host.report.write import write_report
+from host.workers.cluster import on_cluster
+from host.workers.processes import in_processes
+
+
+__all__ = ["Job", "Outcome", "execute", "kept_summary", "names_of", "save"]
+
+#: Values that decide what is written, not what is planned.
+_OUTPUT = {key.dest for key in KEYS if key.table == "output"}
+
+
+@dataclass(frozen=True)
+class Job:
+    """A problem of a batch.
+
+    Parameters
+    ----------
+    name : str
+        Its name, that of its folder.
+    file : str
+        The problem file.
+    values : mapping
+        Values of the file, with those of the command line that override them.
+    """
+
+    name: str
+    file: str
+    values: Mapping[str, Any]
+
+    @functools.cached_property
+    def key(self) -> str:
+        """Digest of all that the result depends on: the values, the files named in them, pathgene.
+
+        The same problem with another comment, or at another place, has the same key.
+        """
+        values = {
+            name: value
+            for name, value in self.values.items()
+            if name not in _OUTPUT and value is not None
+        }
+        values["zones"] = [
+            {**zone, "file": _content(zone["file"])} if "file" in zone else zone
+            for zone in values.get("zones") or ()
+        ]
+        for name in ("terrain", "uav"):
+            if isinstance(values.get(name), str):
+                values[name] = _content(values[name])
+        text = json.dumps({**values, "pathgene": version()}, sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:20]
+
+    def make(self) -> tuple[Mission, Search]:
+        """Return the mission and the search.
+
+        Raises
+        ------
+        InputError
+            If the values are bad, or the planner needs a board at this machine's ports.
+        """
+        mission = mission_of(self.values)
+        check_formats(self.formats, mission.problem.terrain)
+        return mission, search_of(self.values)
+
+    @property
+    def formats(self) -> tuple[str, ...]:
+        """Formats of the files for other programs."""
+        text = self.values.get("write")
+        return parse_formats(text) if text else ()
+
+
+@dataclass(frozen=True)
+class _Task:
+    """A job as it is sent to a process: by value, without files."""
+
+    number: int
+    mission: Mission
+    values: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The result of a job.
+
+    Parameters
+    ----------
+    number : int
+        Its number among the jobs.
+    summary : dict or None
+        Content of ``summary.json``; None if the job failed before it had a path.
+    result : Result or None
+        The path and its record.
+    failure : str or None
+        The sentence on what failed.
+    bad_input : bool
+        The problem is the cause of the failure.
+    """
+
+    number: int
+    summary: dict[str, Any] | None = None
+    result: Result | None = None
+    failure: str | None = None
+    bad_input: bool = False
+
+
+def names_of(files: Sequence[str]) -> list[str]:
+    """Return a name for each problem file: its own, or with that of its folder where two are alike.
+
+    Raises
+    ------
+    InputError
+        If two are still alike.
+    """
+    paths = [Path(file) for file in files]
+    stems = [path.stem for path in paths]
+    names = [
+        f"{path.resolve().parent.name}-{path.stem}" if stems.count(path.stem) > 1 else path.stem
+        for path in paths
+    ]
+    for number, name in enumerate(names):
+        if name in names[:number]:
+            first = files[names.index(name)]
+            raise InputError(
+                f"The results of {first} and {files[number]} would have one name, {name!r}; rename "
+                "one of the files."
+            )
+    return names
+
+
+def execute(
+    jobs: Sequence[Job], count: int, scheduler: str | None
+) -> Generator[tuple[Job, Outcome]]:
+    """Plan jobs, ``count`` at a time; yield each with its outcome as they come.
+
+    A bad problem is an outcome and stops no other.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+        The jobs.
+    count : int
+        Processes, or workers of a local cluster.
+    scheduler : str, optional
+        Address of a Dask scheduler; see :func:`host.workers.cluster.on_cluster`.
+
+    Raises
+    ------
+    InputError, JobError
+        If no scheduler answers or it is lost, or processes die again and again.
+    """
+    tasks = []
+    for number, job in enumerate(jobs):
+        try:
+            mission, search = job.make()
+            if scheduler is not None and search.board and known_config(search.board) is None:
+                raise InputError(
+                    "A board at this machine cannot be reached from a cluster; leave --scheduler "
+                    "out."
+                )
+        except InputError as error:
+            yield job, Outcome(number, failure=str(error), bad_input=True)
+            continue
+        tasks.append(_Task(number, mission, job.values))
+    if not tasks:
+        return
+    count = min(count, len(tasks))
+    outcomes: Generator[Outcome]
+    if scheduler is None:
+        outcomes = in_processes(tasks, count, _plan, _threads, None)
+    else:
+        outcomes = on_cluster(
+            tasks,
+            scheduler,
+            count,
+            _plan,
+            _threads,
+            None,
+            name=lambda task: f"problem-{task.number}",
+            failed=lambda task, reason: Outcome(task.number, failure=reason),
+        )
+    try:
+        for outcome in outcomes:
+            yield jobs[outcome.number], outcome
+    finally:
+        outcomes.close()
+
+
+def kept_summary(directory: Path, job: Job) -> dict[str, Any] | None:
+    """Return the summary of an earlier run of the same job in ``directory``, if there is one."""
+    try:
+        summary: dict[str, Any] = json.loads((directory / job.name / "summary.json").read_text())
+        same = summary["batch"]["key"] == job.key
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return summary if same else None
+
+
+def save(directory: Path, job: Job, outcome: Outcome, warn: Callable[[str], None]) -> None:
+    """Write the files of a plan into the job's folder.
+
+    Raises
+    ------
+    InputError
+        If they cannot be written.
+    """
+    assert outcome.summary is not None
+    assert outcome.result is not None
+    folder = directory / job.name
+    prepare_directory(folder)
+    whole = mission_of(job.values).whole
+    files = {name: job.values.get(name) is not False for name in ("picture", "grid")}
+    # Last, so that a summary with the key stands for all files.
+    write_report(folder, Evaluator(whole), outcome.result, outcome.summary, warn, **files)
+    formats = [name for name in job.formats if name != "geojson"]  # It is there already.
+    export(whole, outcome.result.path, formats, folder, warn)
+    with writing_into(folder):
+        write_json(
+            folder / "summary.json",
+            {**outcome.summary, "batch": {"file": job.file, "key": job.key}},
+        )
+
+
+def _threads(_: None, threads: int) -> int:
+    return threads
+
+
+def _plan(threads: int, task: _Task) -> Outcome:
+    """Plan a task, return an error as its outcome."""
+    try:
+        plan = plan_mission(
+            task.mission,
+            search_of(task.values),
+            evaluator=functools.partial(Evaluator, threads=threads),
+        )
+    except PathgeneError as error:
+        return Outcome(task.number, failure=str(error), bad_input=isinstance(error, InputError))
+    except Exception as error:
+        sentence = f"Internal error, {type(error).__name__}: {error}; please report it."
+        return Outcome(task.number, failure=sentence)
+    failure = plan.failure
+    if failure is None and not plan.evaluation.feasible:
+        leg = plan.failing_leg if isinstance(plan, MissionPlan) else None
+        failure = f"No feasible path was found{f' for {leg.name}' if leg else ''}."
+    result = dataclasses.replace(plan.result, archive=[])
+    return Outcome(task.number, plan.summary, result, failure)
+
+
+def _content(name: str) -> str:
+    """Return a digest of a file's content; a name that is no file itself."""
+    try:
+        return hashlib.sha256(Path(name).read_bytes()).hexdigest()
+    except OSError:
+        return name

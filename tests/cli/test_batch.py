@@ -1,0 +1,104 @@
+"""``pathgene batch``: many problem files, resumed."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from host.cli import main
+
+from .conftest import ROOT
+
+
+@pytest.fixture
+def files(hills, tmp_path):
+    """Three problem files over the hills: two good ones, and one whose goal is off the map."""
+    made = []
+    for name, goal in (("one", "5500, 3500"), ("two", "3000, 3500"), ("bad", "9000, 0")):
+        file = tmp_path / f"{name}.toml"
+        file.write_text(
+            f'[terrain]\nsource = "{hills}"\n[mission]\nstart = [500, 500, 100]\n'
+            f'goal = [{goal}, 100]\nagl = true\n[planner]\nname = "astar"\n'
+        )
+        made.append(str(file))
+    return made
+
+
+def batch(capsys, *arguments):
+    status = main(["batch", *map(str, arguments)])
+    return status, *capsys.readouterr()
+
+
+def test_plans_each_once(files, tmp_path, capsys):
+    out = tmp_path / "out"
+    options = ["--out", out, "--jobs", "1", "--no-picture"]
+    status, printed, said = batch(capsys, *files, *options, "--json")
+    report = json.loads(printed)
+    assert report == json.loads((out / "batch.json").read_text())
+    rows = {row["name"]: row for row in report["problems"]}
+    assert list(rows) == ["one", "two", "bad"]
+    assert [row["feasible"] for row in rows.values()] == [True, True, False]
+    assert not any(row["kept"] for row in rows.values())
+    assert status == 2
+    assert said.splitlines()[-1].startswith("pathgene: bad: The goal at (9000, 0) is outside the ")
+    written = sorted(file.name for file in (out / "one").iterdir())
+    assert written == ["path.geojson", "summary.json", "terrain.npz"]
+
+    assert main(["check", "--path", str(out / "one" / "summary.json")]) == 0
+    capsys.readouterr()
+    again = json.loads(batch(capsys, *files, *options, "--json")[1])["problems"]
+    assert [row["kept"] for row in again] == [True, True, False]
+    for row, first in zip(again, rows.values(), strict=True):
+        assert {**row, "kept": False} == first
+    changed = json.loads(batch(capsys, *files[:2], *options, "--seed", 3, "--json")[1])["problems"]
+    assert [row["kept"] for row in changed] == [False, False]
+
+
+def test_no_path_is_status_1(files, tmp_path, capsys):
+    with Path(files[0]).open("a") as file:
+        for y in range(0, 4001, 400):
+            file.write(f"[[zones]]\ncircle = [3000, {y}, 300]\n")
+    options = ["--out", tmp_path / "out", "--jobs", 1, "--no-picture", "--planner", "ga-pc"]
+    status, printed, said = batch(capsys, *files, *options, "--generations", 2, "--no-grid")
+    assert status == 1
+    assert "pathgene: one: No feasible path was found." in said
+    row = next(line.split() for line in printed.splitlines() if line.startswith("one"))
+    assert row[:2] == ["one", "no"]
+    assert not (tmp_path / "out" / "one" / "terrain.npz").exists()
+
+
+def test_ctrl_c_keeps_what_is_done(files, tmp_path, capsys):
+    out = tmp_path / "out"
+    # The second would take hours.
+    second = Path(files[1])
+    text = second.read_text().replace('"astar"', '"ga-pc"\ngenerations = 10000000')
+    second.write_text(text)
+    arguments = ["batch", *files[:2], "--jobs", "1", "--no-picture", "--out", str(out)]
+    with subprocess.Popen(
+        [sys.executable, "-m", "host", *arguments], cwd=ROOT, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stderr.readline() == "problem 0/2\n"
+        kept = out / "one" / "summary.json"
+        while not (kept.exists() and '"batch"' in kept.read_text()):
+            assert process.poll() is None
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        error = process.communicate(timeout=60)[1]
+    assert process.returncode == 130
+    assert error.splitlines()[-1] == (
+        f"pathgene: Interrupted; 1 of 2 problems are kept in {out}; repeat the command to continue."
+    )
+    status, printed, _ = batch(capsys, files[0], "--out", out, "--no-picture", "--json")
+    assert status == 0
+    assert json.loads(printed)["problems"][0]["kept"]
+
+
+def test_refuses_bad_options(files, tmp_path, capsys):
+    assert batch(capsys, *files, "--jobs", 0)[0] == 2
+    status, _, said = batch(capsys, files[0], files[0], "--out", tmp_path / "out")
+    assert status == 2
+    assert "would have one name" in said

@@ -20,6 +20,9 @@ BOARD ?= sim:
 SEED ?= 1
 OUT ?= out/plan
 
+# Turbulence of `make fly`.
+GUSTS ?= light
+
 # Options of `make sim` (default: all benches on both simulators), `make bench`, `make formal`
 # (default: all proofs) and `make test`.
 SIM ?=
@@ -50,6 +53,7 @@ endef
 help:
 	@echo "make plan       plan over real terrain, the GA running in the simulated board"
 	@echo "                (TERRAIN= START= GOAL= NOFLY_CIRCLES= BOARD= SEED= OUT=)"
+	@echo "make fly        the same, then fly the path in a flight-dynamics model (and GUSTS=)"
 	@echo "make setup      install what the tests need, once"
 	@echo "make test       the tests of minutes (WORKERS= PYTEST_ARGS=)"
 	@echo "make test-ci    the costly tests: full sizes, lint, smoke tests of benchmarks"
@@ -76,6 +80,10 @@ plan: setup-plan
 	@$(IN_ROOT) "$(BIN)/pathgene" plan --terrain "$(TERRAIN)" --agl --start "$(START)" --goal "$(GOAL)" \
 		$(foreach circle,$(NOFLY_CIRCLES),--nofly-circle "$(circle)") \
 		--board "$(BOARD)" --seed "$(SEED)" --out "$(OUT)"
+
+.PHONY: fly
+fly: setup plan
+	@$(IN_ROOT) "$(BIN)/pathgene" fly "$(OUT)/summary.json" --gusts "$(GUSTS)" --seed "$(SEED)"
 
 .PHONY: setup-long
 setup-long:

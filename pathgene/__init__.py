@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from host.device.boards import open_board
     from host.device.chip import CheckReport, Chip, LinkMode, PathResult, Step
     from host.evaluation import Evaluation
+    from host.flight.fly import fly
+    from host.flight.report import FlightReport
     from host.mission.build import load_mission
     from host.mission.mission import Mission
     from host.mission.plan import plan
@@ -44,6 +46,7 @@ __all__ = [
     "CheckReport",
     "Chip",
     "Evaluation",
+    "FlightReport",
     "InputError",
     "JobError",
     "LinkMode",
@@ -57,6 +60,7 @@ __all__ = [
     "Terrain",
     "Zone",
     "check",
+    "fly",
     "load_mission",
     "open_board",
     "plan",
@@ -69,6 +73,7 @@ _HOMES = {
     "CheckReport": "host.device.chip",
     "Chip": "host.device.chip",
     "Evaluation": "host.evaluation",
+    "FlightReport": "host.flight.report",
     "LinkMode": "host.device.chip",
     "PathResult": "host.device.chip",
     "Mission": "host.mission.mission",
@@ -79,6 +84,7 @@ _HOMES = {
     "Terrain": "host.api",
     "Zone": "host.problem.zones",
     "check": "host.api",
+    "fly": "host.flight.fly",
     "load_mission": "host.mission.build",
     "open_board": "host.device.boards",
     "plan": "host.mission.plan",

@@ -19,11 +19,14 @@ __all__ = ["run"]
 def run(args: argparse.Namespace) -> int:
     """Fly the path of a summary; a flight that breaks something is a failure."""
     file = Path(args.summary)
-    model = None if args.aircraft is None else model_named(args.aircraft)
+    if args.aircraft is not None:
+        model_named(args.aircraft)  # Refused before anything is read.
     run = read_run(file)
     directory = Path(args.out) if args.out else file.parent
     prepare_directory(directory)
-    report = fly(run.problem, run.path, model, wind=args.wind, gusts=args.gusts, seed=args.seed)
+    report = fly(
+        run.problem, run.path, args.aircraft, wind=args.wind, gusts=args.gusts, seed=args.seed
+    )
     with writing_into(directory):
         written = save(report, directory)
     table = {key: value for key, value in report.to_dict().items() if key != "track"}

@@ -6,13 +6,13 @@ import math
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
 from host.errors import InputError
 from host.evaluation import Evaluator
 from host.flight.flight import Flight, fly_track
 from host.flight.judge import judge
-from host.flight.models import FlightModel, model_for
+from host.flight.models import model_for, model_named
 from host.flight.report import FlightReport
 from host.problem.problem import Problem
 from host.report.files import write_json
@@ -23,8 +23,8 @@ __all__ = ["fly", "save"]
 
 def fly(
     problem: Problem,
-    path: NDArray[np.float64],
-    model: FlightModel | None = None,
+    path: ArrayLike,
+    aircraft: str | None = None,
     *,
     wind: tuple[float, float] | None = None,
     gusts: str = "none",
@@ -36,11 +36,11 @@ def fly(
     ----------
     problem : Problem
         The problem that the path was planned for.
-    path : ndarray
-        Waypoints, (n, 3) float64 metres, start and goal included.
-    model : FlightModel, optional
-        The aircraft that flies; by default that which was planned for. Another one flies with its
-        own speed and limits.
+    path : array_like
+        Waypoints, (n, 3) metres, start and goal included.
+    aircraft : str, optional
+        The aircraft that flies, ``"silver-fox"``, ``"c172p"`` or ``"j3cub"``; by default that which
+        was planned for. Another one flies with its own speed and limits.
     wind : (float, float), optional
         Where the air moves to, m/s in x and y; by default the wind that was planned for.
     gusts : str
@@ -51,28 +51,29 @@ def fly(
     Raises
     ------
     InputError
-        If the aircraft planned for has no flight model, the wind is not below its airspeed, or
-        JSBSim is missing.
+        If the aircraft has no flight model, the wind is not below its airspeed, or JSBSim, of the
+        extra ``fly``, is missing.
     JobError
         If the aircraft is lost before the start of the path.
     """
-    planned = model_for(problem.aircraft) if model is None else model
-    aircraft = planned.figures()
-    if aircraft.name == problem.aircraft.name:
-        aircraft = problem.aircraft
+    model = model_for(problem.aircraft) if aircraft is None else model_named(aircraft)
+    figures = model.figures()
+    if figures.name == problem.aircraft.name:
+        figures = problem.aircraft
+    path = np.array(path, dtype=np.float64)
     wind = problem.wind if wind is None else wind
-    airspeed = aircraft.cruise_speed_m_s
+    airspeed = figures.cruise_speed_m_s
     slowest = airspeed - math.hypot(*wind)
     if not slowest > 0:
         raise InputError(
-            f"A wind of {math.hypot(*wind):g} m/s is not below the airspeed of {aircraft.name}, "
+            f"A wind of {math.hypot(*wind):g} m/s is not below the airspeed of {figures.name}, "
             f"{airspeed:g} m/s; reduce it."
         )
     track = Evaluator(problem, threads=1).track(path)
     if not any(piece.run_m > 0 for piece in track.pieces):
         raise InputError("The path is vertical, so no aircraft flies it.")
     flight = Flight(
-        track.pieces, problem.terrain, aircraft, planned, wind=wind, gusts=gusts, seed=seed
+        track.pieces, problem.terrain, figures, model, wind=wind, gusts=gusts, seed=seed
     )
     flown = fly_track(flight, airspeed, slowest)
     return FlightReport(
@@ -80,9 +81,9 @@ def fly(
         path=path,
         track=track,
         flown=flown,
-        verdict=judge(problem, track, flown, aircraft),
-        model=planned,
-        aircraft=aircraft,
+        verdict=judge(problem, track, flown, figures),
+        model=model,
+        aircraft=figures,
         wind=wind,
         gusts=gusts,
         seed=seed,

@@ -7,7 +7,6 @@ import pytest
 
 from host.errors import InputError
 from host.flight.fly import fly, save
-from host.flight.models import MODELS
 from host.problem import Circle, Problem
 from host.terrain import Terrain
 
@@ -50,7 +49,7 @@ def test_path_through_a_zone_breaks():
 
 
 def test_another_aircraft_flies_with_its_own_figures():
-    report = fly(problem(), PATH, MODELS["j3cub"])
+    report = fly(problem(), PATH, "j3cub")
     assert report.aircraft.cruise_speed_m_s == 30
     assert report.verdict.flight_time_s == pytest.approx(report.verdict.length_m / 30, rel=0.05)
 

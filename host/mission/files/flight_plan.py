@@ -145,7 +145,8 @@ def _loiter_notes(problem: Problem, track: SmoothedTrack, radius_m: float) -> tu
     needed_m = problem.rules.clearance_m if problem.rules else 0.0
     if lowest_m >= needed_m and not blocked:
         return ()
-    what = "a no-fly zone" if blocked else f"ground {lowest_m:.0f} m below it"
+    side = "below" if lowest_m >= 0 else "above"
+    what = "a no-fly zone" if blocked else f"ground {abs(lowest_m):.0f} m {side} it"
     return (
         f"The mission ends with a circle of {radius_m:.0f} m around the goal, over {what}; land or "
         "take over before the aircraft gets there.",

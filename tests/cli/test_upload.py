@@ -1,13 +1,14 @@
 """``pathgene upload``, to MAVSDK's autopilot over UDP."""
 
 import json
+import re
 
 import pytest
 
 from host.cli import main
 from tests.cli.conftest import plan
 from tests.unit.mission.files.judge import single
-from tests.unit.mission.files.mavsdk_autopilot import Autopilot, free_port
+from tests.unit.mission.files.mavsdk_autopilot import Autopilot, Proxy, free_port
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +73,21 @@ def test_a_path_that_is_not_feasible_stays_here(flown, tmp_path, capsys):
     )
     assert main([*arguments, "--infeasible", "--timeout", "0.1"]) == 1
     assert "No autopilot answers" in capsys.readouterr().err
+
+
+@pytest.mark.ci
+def test_a_broken_connection_is_one_sentence_and_the_next_upload_succeeds(flown, autopilot, capsys):
+    proxy = Proxy(autopilot.port, 10)
+    assert main(["upload", str(flown / "path.plan"), "--to", proxy.address]) == 1
+    proxy.close()
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert re.fullmatch(
+        r"pathgene: The autopilot fell silent at item \d+ of \d+ of the mission; check the link "
+        r"and upload again\.\n",
+        captured.err,
+    )
+    assert main(["upload", str(flown / "path.plan"), "--to", autopilot.address]) == 0
 
 
 @pytest.mark.parametrize(

@@ -11,13 +11,15 @@ from host.auv.landscape import HALF_SIDE
 from host.auv.measures import Counts, Floats, least_angle, measure, seabed
 from host.errors import InputError
 from host.planners.routes.field import READINGS, Graph, Route, check_reading
+from host.planners.routes.fine_steps import fine_steps
 from host.planners.routes.programming import best_by_sum, best_by_whole, segments_of
-from host.planners.routes.spline import sample
+from host.planners.routes.spline import equal_steps, sample
 
 
 __all__ = [
     "ENDS",
-    "SAMPLES",
+    "PAPER_SAMPLES",
+    "STEP",
     "WEIGHTS",
     "AuvField",
     "Base",
@@ -31,8 +33,16 @@ __all__ = [
 ENDS = (-0.25, -0.50), (0.25, 0.50)
 #: w1, w2 and w3 of equation (3) (table II).
 WEIGHTS = 1.0, 2.0, 4.0
-#: Samples of a segment.
-SAMPLES = 21
+#: Longest step between two samples, along the path. At the landscapes' shortest wave, 0.083, the
+#: rate of such a step is at most 0.6 % less than the slope in its middle.
+STEP = 0.005
+#: Samples of a segment under ``--as-paper``, where the paper gives no number; see docs/auv.md.
+PAPER_SAMPLES = 21
+
+# A short segment must not hide its slopes between a few samples.
+_FEWEST_STEPS = 20
+# Largest angle between a step and the path at its ends, radians.
+_BEND = 0.1
 
 _FEWEST_SAMPLES, _MOST_SAMPLES = 2, 100_001
 
@@ -67,8 +77,11 @@ class AuvField:
         Cost of a route. ``route``: delta of the whole route, whose v1 is the sum of its segments',
         v2 and v3 the greatest of them; the dynamic programming keeps every way that no other beats
         in all three. ``sum``: the sum of the segments' deltas, equation (8) as printed.
-    samples : int
-        Points of a segment at which the seabed is read, 2 to 100,001.
+    samples : int, optional
+        Points of a segment at which the seabed is read, 2 to 100,001, at equal steps of the
+        spline's parameter: the paper's way. By default the points are even in arc length, with
+        steps of :data:`STEP` at most, 20 or more of them, and more where the path bends; v3 is then
+        the greatest of the steps' rates and the slopes at the points, along the path.
     in_space : bool
         v1 is the length over the seabed rather than the horizontal length.
 
@@ -88,11 +101,11 @@ class AuvField:
         landscape: int,
         *,
         reading: str = READINGS[0],
-        samples: int = SAMPLES,
+        samples: int | None = None,
         in_space: bool = False,
     ) -> None:
         check_reading(reading)
-        if not _FEWEST_SAMPLES <= samples <= _MOST_SAMPLES:
+        if samples is not None and not _FEWEST_SAMPLES <= samples <= _MOST_SAMPLES:
             raise InputError(
                 f"The samples of a segment must be from {_FEWEST_SAMPLES} to "
                 f"{_MOST_SAMPLES}, not {samples}."
@@ -105,16 +118,50 @@ class AuvField:
         self.evaluations = 0
         self._seabed = seabed(landscape)
 
-    def measure(self, control: Floats, counts: Counts, samples: int | None = None) -> Floats:
-        """Return v1, v2 and v3 of segments, (m, 3).
+    def points(
+        self,
+        control: Floats,
+        counts: Counts,
+        samples: int | None = None,
+    ) -> tuple[Floats, Counts, Floats]:
+        """Return the points at which the seabed is read.
 
-        ``samples`` replaces the number of points of the search.
+        Parameters
+        ----------
+        control : ndarray
+            Control points of segments, (m, 10, 2) float64.
+        counts : ndarray
+            Number of each segment's, (m,) int64.
+        samples : int, optional
+            Points of each segment, 2 or more, spaced as in the search: even in arc length, or in
+            the parameter where the field has ``samples``. By default the points of the search.
+
+        Returns
+        -------
+        tuple
+            Points of all segments in a row, (p, 2) float64; the number of each segment's, (m,)
+            int64; and the unit vectors in which the segments pass the points, (p, 2), or (0, 2)
+            where the rates are those of the steps alone.
         """
+        if self.samples is not None:
+            number = self.samples if samples is None else samples
+            points = sample(control, counts, number)
+        elif samples is not None:
+            number = samples
+            points = equal_steps(control, counts, number - 1)
+        else:
+            points, directions, points_of = fine_steps(control, counts, STEP, _FEWEST_STEPS, _BEND)
+            return points, points_of, directions
+        return points.reshape(-1, 2), np.full(len(counts), number), np.empty((0, 2))
+
+    def measure(self, control: Floats, counts: Counts, samples: int | None = None) -> Floats:
+        """Return v1, v2 and v3 of segments, (m, 3); parameters are those of :meth:`points`."""
         if samples is None:
-            samples = self.samples
             self.evaluations += len(counts)
-        points = sample(control, counts, samples)
-        terms: Floats = measure(control, counts, points, self._seabed, self.in_space)
+        points, points_of, directions = self.points(control, counts, samples)
+        terms: Floats = measure(
+            control, counts, points, points_of, directions, self._seabed, self.in_space
+        )
         return terms
 
     def costs(self, terms: Floats) -> Floats:

@@ -41,6 +41,31 @@ def height(bed: Seabed, x: float, y: float) -> float:
 
 
 @compiled
+def slope(bed: Seabed, x: float, y: float, along_x: float, along_y: float) -> float:
+    """Slope of the seabed in the direction of a unit vector, 0 or more.
+
+    At the origin, where the ripples have a cone's tip, theirs is left out.
+    """
+    number, sigma, a, b, c, d, e = bed
+    u = 4.0 * math.pi * x
+    v = 4.0 * math.pi * y
+    r = math.sqrt(v * v + u * u)
+    waves = c * math.sin(d * r)
+    ripples = c * d * math.cos(d * r) / r if r > 0.0 else 0.0
+    by_u = ripples * u
+    by_v = ripples * v
+    if number == 1:
+        waves += math.sin(v + a) + b * math.cos(u) + e * math.sin(v)
+        by_u -= b * math.sin(u)
+        by_v += math.cos(v + a) + e * math.cos(v)
+    else:
+        waves += math.cos(v + a) + b * math.sin(u) + e * math.cos(v)
+        by_u += b * math.cos(u)
+        by_v -= math.sin(v + a) + e * math.sin(v)
+    return abs(8.0 * math.pi * sigma * waves * (by_u * along_x + by_v * along_y))
+
+
+@compiled
 def least_angle(control: Floats, count: int) -> float:
     """Least interior angle at a middle point of ``control[:count]``, radians; pi is straight on.
 
@@ -61,6 +86,8 @@ def measure(
     control: Floats,
     counts: Counts,
     points: Floats,
+    points_of: Counts,
+    directions: Floats,
     bed: Seabed,
     in_space: bool,
 ) -> Floats:
@@ -72,8 +99,13 @@ def measure(
         Control points of the segments, ends included; rows from ``counts[i]`` on are not read.
     counts : (m,) int64
         Control points of each.
-    points : (m, s, 2) float64
-        Points of each along its curve.
+    points : (p, 2) float64
+        Points along the curve of each, one curve after the other.
+    points_of : (m,) int64
+        Number of points of each, 1 or more.
+    directions : (p, 2) float64, or (0, 2)
+        Unit vectors in which the curves pass the points. If given, the slopes at the points count
+        among the rates: between two points they may be greater than that of the step.
     bed : tuple
         Result of :func:`seabed`.
     in_space : bool
@@ -84,20 +116,27 @@ def measure(
     ndarray
         (m, 3) float64: v1, v2 and v3 of each.
     """
-    terms = np.empty((points.shape[0], 3))
-    for i in range(points.shape[0]):
+    terms = np.empty((len(counts), 3))
+    directed = len(directions) > 0
+    end = 0
+    for i in range(len(counts)):
+        begin, end = end, end + points_of[i]
         length = 0.0
         rate = 0.0
-        x, y = points[i, 0, 0], points[i, 0, 1]
+        x, y = points[begin, 0], points[begin, 1]
         z = height(bed, x, y)
-        for k in range(1, points.shape[1]):
-            x_next, y_next = points[i, k, 0], points[i, k, 1]
+        if directed:
+            rate = slope(bed, x, y, directions[begin, 0], directions[begin, 1])
+        for k in range(begin + 1, end):
+            x_next, y_next = points[k, 0], points[k, 1]
             z_next = height(bed, x_next, y_next)
             square = (x_next - x) ** 2 + (y_next - y) ** 2
             rise = abs(z_next - z)
             length += math.sqrt(square + rise * rise if in_space else square)
             if square > 0.0:
                 rate = max(rate, rise / math.sqrt(square))
+            if directed:
+                rate = max(rate, slope(bed, x_next, y_next, directions[k, 0], directions[k, 1]))
             x, y, z = x_next, y_next, z_next
         terms[i, 0] = length
         terms[i, 1] = 1.0 - least_angle(control[i], counts[i]) / math.pi

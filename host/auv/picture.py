@@ -12,11 +12,12 @@ from matplotlib.figure import Figure
 
 from host.auv.field import AuvField, control_polygon
 from host.auv.landscape import HALF_SIDE, height
+from host.auv.measures import Floats
 from host.auv.plan import REPORT_SAMPLES
 from host.planners.routes.field import Route
 from host.planners.routes.spline import sample
 from host.report.files import replacing
-from host.report.palette import BEST, GOAL, GROUND, LAND, PATH, START, TEXT, halo
+from host.report.palette import BEST, GOAL, GROUND, LAND, PATH, START, TEXT, TROUBLE, halo
 
 
 __all__ = ["write"]
@@ -48,9 +49,10 @@ def write(field: AuvField, route: Route, summary: dict[str, Any], file: Path) ->
     _draw_cost(axes["cost"], summary)
     fine = summary[f"at_{REPORT_SAMPLES}_samples"]
     figure.suptitle(
-        f"Landscape {field.landscape}, {summary['planner']} ({field.reading}), seed "
-        f"{summary['seed']}: delta {summary['delta']:.3f} at {field.samples} samples a segment, "
-        f"{fine['delta']:.3f} at {REPORT_SAMPLES}",
+        f"Landscape {field.landscape}, {summary['planner']} ({field.reading}"
+        f"{', as paper' if field.samples is not None else ''}), seed "
+        f"{summary['seed']}: delta {summary['delta']:.3f} as searched, "
+        f"{fine['delta']:.3f} at {REPORT_SAMPLES} samples a segment",
         color=TEXT,
         weight="bold",
     )
@@ -115,25 +117,84 @@ def _draw_map(axes: Axes, field: AuvField, route: Route) -> None:
 
 
 def _draw_seabed(axes: Axes, field: AuvField, route: Route) -> None:
-    """Draw the height along the path and the samples of the search."""
+    """Draw the height along the path, and the samples of the search with their steepest step."""
     control, counts = route.segments.control, route.segments.counts
-    along = np.linspace(0, 1, REPORT_SAMPLES)
+    curves = sample(control, counts, REPORT_SAMPLES)
+    read, read_of, _ = field.points(control, counts)
+    samples = np.split(read, np.cumsum(read_of)[:-1])
+    places = []
     begin = 0.0
-    for curve, coarse in zip(
-        sample(control, counts, REPORT_SAMPLES), sample(control, counts, field.samples), strict=True
-    ):
-        gone = begin + np.concatenate(([0], np.cumsum(np.hypot(*np.diff(curve, axis=0).T))))
-        axes.plot(gone, height(field.landscape, *curve.T), color=GROUND)
+    for curve, points in zip(curves, samples, strict=True):
+        gone = _lengths(curve)
+        axes.plot(begin + gone, height(field.landscape, *curve.T), color=GROUND)
+        if field.samples is None:
+            along = _lengths(points)
+            # Chords are a little shorter than the curve.
+            place = along * (gone[-1] / along[-1]) if along[-1] > 0 else along
+        else:
+            place = np.interp(
+                np.linspace(0, 1, len(points)), np.linspace(0, 1, REPORT_SAMPLES), gone
+            )
+        places.append(begin + place)
+        begin += gone[-1]
+    heights = [height(field.landscape, *points.T) for points in samples]
+    axes.vlines(
+        np.concatenate(places), 0, np.concatenate(heights), color=PATH, linewidth=0.4, alpha=0.6
+    )
+    if field.samples is not None:
         axes.plot(
-            np.interp(np.linspace(0, 1, field.samples), along, gone),
-            height(field.landscape, *coarse.T),
-            color=PATH,
-            linestyle="",
-            marker=".",
+            np.concatenate(places), np.concatenate(heights), color=PATH, linestyle="", marker="."
         )
-        begin = gone[-1]
-    axes.set(xlim=(0, begin), ylim=(0, None), xlabel="distance", ylabel="height of the seabed")
-    axes.set_title("Along the path; dots: what the search has read", loc="left", fontsize=10)
+    _mark_steepest(axes, samples, places, heights)
+    # Room for the mark above the ground.
+    top = 1.25 * max(own.max() for own in heights)
+    axes.set(
+        xlim=(0, begin),
+        ylim=(0, max(axes.get_ylim()[1], top)),
+        xlabel="distance",
+        ylabel="height of the seabed",
+    )
+    axes.set_title(
+        f"Along the path; lines: the {len(read)} samples of the search", loc="left", fontsize=10
+    )
+
+
+def _mark_steepest(
+    axes: Axes,
+    samples: list[Floats],
+    places: list[Floats],
+    heights: list[Floats],
+) -> None:
+    """Mark the steepest step of the samples."""
+    best = 0.0, 0.0, 0.0
+    for points, place, own in zip(samples, places, heights, strict=True):
+        step = np.hypot(*np.diff(points, axis=0).T)
+        rate = np.abs(np.diff(own)) / np.where(step > 0, step, np.inf)
+        k = int(rate.argmax())
+        best = max(
+            best, (float(rate[k]), float(place[k : k + 2].mean()), float(own[k : k + 2].mean()))
+        )
+    _, x, z = best
+    axes.plot(
+        x,
+        z,
+        linestyle="",
+        marker="o",
+        markersize=9,
+        markerfacecolor="none",
+        markeredgecolor=TROUBLE,
+        markeredgewidth=1.8,
+        label="steepest step of the search",
+        clip_on=False,
+        zorder=9,
+    )
+    axes.legend(frameon=False, fontsize=9, loc="upper right")
+
+
+def _lengths(points: Floats) -> Floats:
+    """Return the lengths of a polyline up to each of its points, (n, 2): (n,)."""
+    along: Floats = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))))
+    return along
 
 
 def _draw_cost(axes: Axes, summary: dict[str, Any]) -> None:

@@ -27,7 +27,7 @@ __all__ = ["GENERATIONS", "REPORT_SAMPLES", "describe", "evolve", "history", "te
 
 #: Table II.
 GENERATIONS = 100
-#: Samples of a segment at which a report adds the terms to those of the search.
+#: Samples of a segment at which a report adds the terms to those of the search, spaced alike.
 REPORT_SAMPLES = 1001
 
 
@@ -98,14 +98,19 @@ def describe(field: AuvField, routes: Sequence[Route]) -> dict[str, Any]:
 
     ``minimum_turn_deg`` is the least angle inside a segment, as v2 has it;
     ``minimum_turn_at_crossover_deg`` also counts the angles at crossover points. ``cost`` is that
-    of the reading.
+    of the reading. ``as_paper`` says that the samples are even in the spline's parameter,
+    ``samples`` a segment; otherwise ``samples`` is null. ``segment_samples`` has the number of
+    samples that the search has read of each segment.
     """
     best = routes[-1]
     segments = best.segments
+    _, points_of, _ = field.points(segments.control, segments.counts)
     return {
         "landscape": field.landscape,
         "reading": field.reading,
+        "as_paper": field.samples is not None,
         "samples": field.samples,
+        "segment_samples": points_of.tolist(),
         "length": "3d" if field.in_space else "2d",
         "cost": field.cost(best),
         **terms(field, best),

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from host import interrupts
-from host.auv.field import SAMPLES, AuvField
-from host.auv.plan import GENERATIONS, REPORT_SAMPLES, describe, evolve
+from host.auv.field import PAPER_SAMPLES, AuvField
+from host.auv.plan import GENERATIONS, REPORT_SAMPLES, describe, evolve, terms
 from host.cli.ending import ending
 from host.cli.output import note, print_json, print_pairs
 from host.errors import InputError
@@ -20,7 +20,7 @@ from host.planners.base import Stop
 from host.planners.routes.field import READINGS, Route
 from host.planners.routes.point_sampler import KINDS
 from host.planners.routes.search import ADDED_POINTS
-from host.progress import Progress
+from host.progress import Bar
 from host.report.files import prepare_directory, write_json, writing_into
 from host.report.summary import version
 
@@ -36,7 +36,7 @@ def run(args: argparse.Namespace) -> int:
     field = AuvField(
         args.landscape,
         reading=args.reading or READINGS[0],
-        samples=SAMPLES if args.samples is None else args.samples,
+        samples=PAPER_SAMPLES if args.as_paper and args.samples is None else args.samples,
         in_space=args.length == "3d",
     )
     draws = args.draws or KINDS[0]
@@ -49,14 +49,13 @@ def run(args: argparse.Namespace) -> int:
     routes: list[Route] = []
     stop = Stop()
     with ending(stop):
-        with contextlib.closing(Progress(sys.stderr, generations)) as progress:
+        with contextlib.closing(Bar(sys.stderr, generations)) as progress:
             try:
                 for generation in itertools.islice(search, generations):
                     routes.append(generation.best)
-                    progress.update(
-                        len(routes),
-                        1 / field.cost(generation.best),
-                        float(generation.fitness.mean()),
+                    delta = terms(field, generation.best)["delta"]
+                    progress.show(
+                        len(routes), f"generation {len(routes)}/{generations}  delta {delta:.4f}"
                     )
                     if stop.requested:
                         break
@@ -117,7 +116,7 @@ def _print(summary: dict[str, Any], written: list[Path]) -> None:
                 "planner",
                 f"{summary['planner']}, reading {summary['reading']}, draws {summary['draws']}",
             ),
-            ("samples of a segment", f"{summary['samples']}, and {REPORT_SAMPLES}"),
+            ("samples of a segment", f"{_samples(summary)}, and {REPORT_SAMPLES}"),
             *((text, f"{summary[name]:.4f}, and {fine[name]:.4f}") for name, text in names.items()),
             ("  crossover points too", f"{summary['minimum_turn_at_crossover_deg']:.4f}"),
             ("crossover points", f"{len(summary['crossover_points'])}, start and goal included"),
@@ -126,3 +125,8 @@ def _print(summary: dict[str, Any], written: list[Path]) -> None:
             *(("written", str(path)) for path in written),
         ]
     )
+
+
+def _samples(summary: dict[str, Any]) -> str:
+    least, most = min(summary["segment_samples"]), max(summary["segment_samples"])
+    return f"{least}" if least == most else f"{least} to {most}"

@@ -22,7 +22,8 @@ def test_writes_a_summary_and_a_picture(tmp_path, capsys, planner):
     options = ("--landscape", "2", "--planner", planner, "--generations", "12", "--seed", "3")
     summary = run(capsys, tmp_path / "one", *options)
     assert summary == json.loads((tmp_path / "one" / "auv.json").read_text())
-    assert (summary["planner"], summary["landscape"], summary["samples"]) == (planner, 2, 21)
+    assert (summary["planner"], summary["landscape"]) == (planner, 2)
+    assert (summary["as_paper"], summary["samples"]) == (False, None)
     assert len(summary["history"]) == summary["generations"] == 12
     assert min(matplotlib.image.imread(tmp_path / "one" / "auv.png").shape[:2]) > 600
 
@@ -31,8 +32,8 @@ def test_writes_a_summary_and_a_picture(tmp_path, capsys, planner):
     counts = np.array([len(points) for points in summary["control_points"]])
     for row, points in zip(control, summary["control_points"], strict=True):
         row[: len(points)] = points
-    for samples, terms in ((21, summary), (1001, summary["at_1001_samples"])):
-        length, turning, rate = AuvField(2, samples=samples).measure(control, counts).T
+    for samples, terms in ((None, summary), (1001, summary["at_1001_samples"])):
+        length, turning, rate = AuvField(2).measure(control, counts, samples).T
         assert terms["path_length"] == pytest.approx(length.sum())
         assert terms["minimum_turn_deg"] == pytest.approx(180 * (1 - turning.max()))
         assert terms["elevation_rate"] == pytest.approx(rate.max())
@@ -44,6 +45,29 @@ def test_writes_a_summary_and_a_picture(tmp_path, capsys, planner):
     assert again["control_points"] == summary["control_points"]
     other = run(capsys, tmp_path / "two", *options[:-1], "4")
     assert other["control_points"] != summary["control_points"]
+
+
+def test_as_paper_is_version_0_1(tmp_path, capsys):
+    """The figures of version 0.1 with the same options."""
+    summary = run(capsys, tmp_path, "--as-paper", "--seed", "1", "--generations", "40")
+    again = run(capsys, tmp_path, "--samples", "21", "--seed", "1", "--generations", "40")
+    assert (summary["as_paper"], summary["samples"]) == (True, 21)
+    assert summary["delta"] == pytest.approx(0.6370660068856192, rel=1e-9)
+    assert summary["at_1001_samples"]["delta"] == pytest.approx(2.624330736509207, rel=1e-9)
+    assert again["control_points"] == summary["control_points"]
+    # Reports of the paper's samples are even in the parameter, too.
+    control = np.zeros((1, 10, 2))
+    points = summary["control_points"][0]
+    control[0, : len(points)] = points
+    _, _, rate = AuvField(1, samples=1001).measure(control, np.array([len(points)]))[0]
+    assert summary["at_1001_samples"]["elevation_rate"] == rate
+
+
+def test_progress_shows_delta(tmp_path, capsys):
+    assert main(["auv", "--generations", "2", "--out", str(tmp_path)]) == 0
+    last = capsys.readouterr().err.splitlines()[-1]
+    delta = json.loads((tmp_path / "auv.json").read_text())["delta"]
+    assert last == f"generation 2/2  delta {delta:.4f}"
 
 
 def test_options_reach_the_problem(tmp_path, capsys):

@@ -39,10 +39,17 @@ def add_auv(commands: Commands) -> None:
             help=option.meaning,
         )
     parser.add_argument(
+        "--as-paper",
+        action="store_true",
+        help="read the seabed as in the paper, at 21 samples per segment, even in the spline's "
+        "parameter, which step over hills; without it the samples are even in arc length, and as "
+        "many as it takes",
+    )
+    parser.add_argument(
         "--samples",
         type=int,
         metavar="N",
-        help="samples of the seabed per segment (default 21)",
+        help="read the seabed in the paper's way at N samples per segment (--as-paper: 21)",
     )
     parser.add_argument(
         "--length",

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from host.evaluation.jit import allocating, compiled
 
 
-__all__ = ["ORDER", "equal_steps", "sample"]
+__all__ = ["ORDER", "equal_steps", "last_two", "point_at", "sample"]
 
 Floats = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -24,10 +24,12 @@ _CHORDS = 8
 
 
 @compiled
-def point_at(control: Floats, count: int, t: float, work: Floats, point: Floats) -> None:
-    """Write the point at ``t``, 0..1, of the curve over ``control[:count]`` to ``point``, (d,).
+def last_two(control: Floats, count: int, t: float, work: Floats) -> float:
+    """Run de Boor's algorithm up to its last step.
 
-    ``work``, (ORDER, d), is scratch.
+    The point lies between the last two rows of ``work`` that the degree uses, and the curve leads
+    from the first to the second. The result is the share of the second. Parameters are those of
+    :func:`point_at`.
     """
     degree = min(ORDER, count) - 1
     spans = count - degree
@@ -36,7 +38,7 @@ def point_at(control: Floats, count: int, t: float, work: Floats, point: Floats)
     for r in range(degree + 1):
         for axis in range(control.shape[1]):
             work[r, axis] = control[span + r, axis]
-    for step in range(1, degree + 1):
+    for step in range(1, degree):
         for r in range(degree, step - 1, -1):
             # Knot i lies at i - degree, but never beyond the ends 0 and spans.
             low = max(span + r - degree, 0)
@@ -44,8 +46,19 @@ def point_at(control: Floats, count: int, t: float, work: Floats, point: Floats)
             share = (u - low) / (high - low)
             for axis in range(control.shape[1]):
                 work[r, axis] = (1.0 - share) * work[r - 1, axis] + share * work[r, axis]
+    return u - span
+
+
+@compiled
+def point_at(control: Floats, count: int, t: float, work: Floats, point: Floats) -> None:
+    """Write the point at ``t``, 0..1, of the curve over ``control[:count]`` to ``point``, (d,).
+
+    ``work``, (ORDER, d), is scratch.
+    """
+    share = last_two(control, count, t, work)
+    degree = min(ORDER, count) - 1
     for axis in range(control.shape[1]):
-        point[axis] = work[degree, axis]
+        point[axis] = (1.0 - share) * work[degree - 1, axis] + share * work[degree, axis]
 
 
 @allocating

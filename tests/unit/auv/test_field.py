@@ -1,5 +1,6 @@
 """Terms of segments and routes against SciPy's splines and plain NumPy."""
 
+import itertools
 import math
 
 import numpy as np
@@ -8,7 +9,8 @@ from scipy.interpolate import BSpline
 
 from host.auv.field import AuvField, Base, delta, route_terms, whole_angle
 from host.auv.landscape import height
-from host.auv.measures import least_angle
+from host.auv.measures import least_angle, seabed, slope
+from host.auv.plan import evolve
 from host.errors import InputError
 from host.planners.routes.field import Graph, Route, Segments
 
@@ -115,13 +117,68 @@ def test_readings_choose_different_routes():
 
 def test_finer_samples_of_a_route():
     control, counts = drawn(5, segments=3)
-    field = AuvField(2)
+    field = AuvField(2, samples=21)
     route = Route(np.zeros((4, 2)), Segments(control, counts, field.measure(control, counts)))
     before = field.evaluations
     fine = field.whole_terms(route, 1001)
     assert fine == pytest.approx(route_terms(AuvField(2, samples=1001).measure(control, counts)))
     assert (field.whole_terms(route) != fine).any()
     assert field.evaluations == before == 3  # Evaluations of the search alone.
+
+
+def steepest(landscape, control, number=100_001):
+    """Return the greatest slope of the seabed along a segment at many points."""
+    knots = np.r_[[0] * 3, np.linspace(0, 1, len(control) - 2), [1] * 3]
+    x, y = BSpline(knots, control, 3)(np.linspace(0, 1, number)).T
+    steps = np.hypot(np.diff(x), np.diff(y))
+    return (np.abs(np.diff(height(landscape, x, y))) / steps).max()
+
+
+@pytest.mark.parametrize("landscape", [1, 2])
+def test_default_samples_see_the_steepest_place(landscape):
+    control, counts = drawn(landscape + 10, segments=60)
+    rates = AuvField(landscape).measure(control, counts)[:, 2]
+    true = [steepest(landscape, own[:n]) for own, n in zip(control, counts, strict=True)]
+    assert rates == pytest.approx(np.array(true), rel=0.01)
+
+
+def test_default_samples_do_not_step_over_a_hill():
+    """The path of seed 1 that 21 samples call flat: it bunches them in the valleys."""
+    paper = AuvField(1, samples=21)
+    for generation in itertools.islice(evolve(paper, "ga-dp", seed=1), 100):
+        route = generation.best
+    # As measured by version 0.1.
+    assert delta(paper.whole_terms(route)) == pytest.approx(0.5995068116602426, rel=1e-9)
+    assert delta(paper.whole_terms(route, 1001)) == pytest.approx(6.919479577525211, rel=1e-9)
+    segments = route.segments
+    honest = route_terms(AuvField(1).measure(segments.control, segments.counts))
+    assert delta(honest) == pytest.approx(delta(paper.whole_terms(route, 1001)), rel=0.01)
+
+
+def test_default_samples_see_the_slope_of_a_hairpin():
+    """It leads along the contour, turns up the slope within half a step, and back."""
+    x, y = 0.28, 0.05  # On a slope whose contour leads along x, nearly.
+    control = np.zeros((1, 10, 2))
+    control[0, :7] = [
+        (x - 0.2, y), (x - 0.1, y), (x, y), (x + 0.001, y + 0.0005), (x, y + 0.001),
+        (x - 0.1, y + 0.001), (x - 0.2, y + 0.001),
+    ]  # fmt: skip
+    counts = np.array([7])
+    rate = AuvField(2).measure(control, counts)[0, 2]
+    assert rate == pytest.approx(steepest(2, control[0, :7], 1_000_001), rel=0.01)
+
+
+@pytest.mark.parametrize("landscape", [1, 2])
+def test_slope_is_the_derivative_of_the_height(landscape):
+    bed = seabed(landscape)
+    step = 1e-6
+    for x, y, angle in np.random.default_rng(0).uniform(-0.5, 0.5, (100, 3)) * (1, 1, 6.28):
+        dx, dy = step * math.cos(angle), step * math.sin(angle)
+        rise = height(landscape, x + dx, y + dy) - height(landscape, x - dx, y - dy)
+        assert slope(bed, x, y, dx / step, dy / step) == pytest.approx(
+            abs(rise) / (2 * step), abs=1e-6
+        )
+    assert math.isfinite(slope(bed, 0.0, 0.0, 1.0, 0.0))
 
 
 def test_base_is_a_square():

@@ -31,6 +31,10 @@ def test_direct_optimizer_improves_with_evaluations():
 @pytest.mark.long
 def test_two_runs_fill_the_table():
     report = run(Options(trials=2))
-    assert len(report.rows) == 2 * 2 * 3 * 10
-    assert set(report.data["direct"]) == {"1", "2"}
+    assert len(report.rows) == 2 * 2 * 2 * 3 * 10
+    assert set(report.data["direct"]) == {
+        f"{samples}, landscape {landscape}" for samples in ("21", "dense") for landscape in (1, 2)
+    }
+    said = " ".join(report.notes)
+    assert said.count("by Welch's t-test") == said.count("by Mann-Whitney") == 2 * 2 * 2
     assert "landscape" in report.text()

@@ -1,5 +1,7 @@
 """Random missions, and an aircraft that is told one by an autopilot's means alone."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,9 @@ from host.problem.zones import Circle, Polygon
 from host.terrain import Terrain
 from host.terrain.origin import at_origin
 
+
+# Before pymavlink is imported: it reads the version of MAVLink then, as its loader does later.
+os.environ["MAVLINK20"] = "1"
 
 # South-west corners in both hemispheres, one at the edge of its UTM zone.
 PLACES = (

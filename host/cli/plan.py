@@ -85,6 +85,12 @@ def _status(plan: Plan) -> int:
             f"No feasible path was found for {leg.name}; the best path of all legs is written, try "
             "more --generations, another --seed, or move a point."
         )
+    if isinstance(plan, MissionPlan) and not result.evaluation.feasible:
+        raise JobError(
+            "Every leg is feasible by itself, but the turn at a via point does not fit both its "
+            "legs; the best path is written, try more --generations, another --seed, or move a "
+            "via point."
+        )
     if not result.evaluation.feasible:
         raise JobError(
             "No feasible path was found, the best path is written; try more "

@@ -113,17 +113,48 @@ class Mission:
         problem = self.problem
         if self.legs == 1:
             return problem
+        return self.part(
+            self.way,
+            start_heading_deg=problem.start_heading_deg,
+            goal_heading_deg=problem.goal_heading_deg,
+        )
+
+    def part(
+        self,
+        way: tuple[Point, ...],
+        *,
+        start_heading_deg: float | None = None,
+        goal_heading_deg: float | None = None,
+        elapsed_s: float = 0.0,
+    ) -> Problem:
+        """Return the problem of a path over some points of the mission.
+
+        Parameters
+        ----------
+        way : tuple of (float, float, float)
+            Three points or more.
+        start_heading_deg, goal_heading_deg : float, optional
+            Headings at the first and the last; left out as paper.
+        elapsed_s : float
+            Seconds flown before the first.
+        """
+        problem = self.problem
+        headings: dict[str, Any] = {}
+        if not problem.as_paper:
+            headings = {
+                "start_heading_deg": start_heading_deg,
+                "goal_heading_deg": goal_heading_deg,
+            }
         return WayProblem(
             problem.terrain,
-            self.way,
+            way,
             aircraft=problem.aircraft,
-            zones=problem.zones,
+            zones=_shifted(problem.zones, elapsed_s),
             wind=problem.wind,
             ds_m=problem.ds_m,
             rules=problem.rules,
             as_paper=problem.as_paper,
-            start_heading_deg=problem.start_heading_deg,
-            goal_heading_deg=problem.goal_heading_deg,
+            **headings,
         )
 
     def name_of(self, leg: int) -> str:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -14,14 +15,18 @@ from numpy.typing import NDArray
 
 from host.errors import PathgeneError
 from host.evaluation import Evaluation, Evaluator
+from host.mission.joint import JoinedEvaluator
 from host.mission.mission import Mission
 from host.planners.base import Progress, Result, Stop
 from host.planning import Plan, Search
+from host.problem.ends import Point
 from host.report.summary import finite
 
 
 __all__ = ["Leg", "MissionPlan", "plan_mission"]
 
+# Waypoints of the leg before that a leg is evaluated with: the arcs at these have room as well.
+_POINTS_BEFORE = 2
 # A horizontal run below this has no heading.
 _SHORTEST_RUN_M = 1e-6
 
@@ -129,9 +134,10 @@ def plan_mission(
     A leg that has only an infeasible path is kept, and the next leg starts from its end. After a
     failure or an interrupt, the legs that remain are straight lines.
 
-    Where the legs are feasible one by one but their path is not, because the arc at a via point
-    needs more of the last segment than the turn before it leaves, the leg before the point is
-    planned again so that it arrives in the direction in which the next leaves.
+    A leg is searched together with the last two waypoints of the leg before it, so that the arc at
+    the via point fits both, and by itself if that finds nothing. Where the path of all legs is infeasible all the same, the legs at a
+    via point are planned again, the first so that it arrives in the direction in which the second
+    leaves.
 
     Parameters
     ----------
@@ -186,8 +192,6 @@ def _plan_legs(
     evaluator: Callable[..., Evaluator],
 ) -> list[Leg]:
     legs: list[Leg] = []
-    heading_deg: float | None = None
-    elapsed_s = 0.0
     generations = 0
     ended = False
     for number in range(mission.legs):
@@ -196,12 +200,16 @@ def _plan_legs(
         if ended:
             legs.append(Leg(name, straight))
             continue
+        if stop is not None and not stop.requested:
+            stop.heeded = False
         try:
-            problem = mission.leg(number, start_heading_deg=heading_deg, elapsed_s=elapsed_s)
-            if stop is not None and not stop.requested:
-                stop.heeded = False
-            plan = search.run(
-                evaluator(problem), progress=_counted(progress, generations), stop=stop
+            plan = _plan_leg(
+                mission,
+                search,
+                evaluator,
+                legs,
+                progress=_counted(progress, generations),
+                stop=stop,
             )
         except (PathgeneError, KeyboardInterrupt) as error:
             # Without a first leg nothing would be kept.
@@ -214,10 +222,56 @@ def _plan_legs(
             continue
         legs.append(Leg(name, plan.path, plan, plan.failure))
         ended = plan.interrupted or plan.failure is not None
-        heading_deg = _heading_deg(plan.path[::-1], backwards=True)
-        elapsed_s += _seconds(plan)
         generations += plan.result.generations + 1
     return legs
+
+
+def _plan_leg(
+    mission: Mission,
+    search: Search,
+    evaluator: Callable[..., Evaluator],
+    before: Sequence[Leg],
+    *,
+    goal_heading_deg: float | None = None,
+    progress: Progress | None = None,
+    stop: Stop | None = None,
+) -> Plan:
+    """Plan the leg that follows those ``before``, together with the end of the last of them."""
+    number = len(before)
+    elapsed_s = sum(_seconds(leg.plan) for leg in before if leg.plan is not None)
+    arrival_deg = _heading_deg(before[-1].path[::-1], backwards=True) if before else None
+    problem = mission.leg(
+        number,
+        start_heading_deg=arrival_deg,
+        goal_heading_deg=goal_heading_deg,
+        elapsed_s=elapsed_s,
+    )
+    alone = evaluator(problem)
+    if not before or not before[-1].feasible:
+        return search.run(alone, progress=progress, stop=stop)
+    path = before[-1].path
+    ahead = path[max(0, len(path) - 1 - _POINTS_BEFORE) : -1]
+    earlier = path[: len(path) - len(ahead)]
+    aircraft = problem.aircraft
+    run_m = float(np.linalg.norm(np.diff(path[-1 - len(ahead) :], axis=0), axis=1).sum())
+    joined = mission.part(
+        (*map(_point, ahead), problem.start, problem.goal),
+        start_heading_deg=_heading_deg(earlier[::-1], backwards=True) if len(earlier) > 1 else None,
+        goal_heading_deg=problem.goal_heading_deg,
+        elapsed_s=max(0.0, elapsed_s - run_m / aircraft.cruise_speed_m_s),
+    )
+    both = JoinedEvaluator(
+        problem, ahead, joined, ds_m=alone.ds_m, threads=alone.threads, bilinear=alone.bilinear
+    )
+    plan = search.run(both, progress=progress, stop=stop)
+    if not (plan.evaluation.feasible or plan.interrupted or plan.failure):
+        # A leg that is feasible by itself may still be joined to the next one.
+        single = search.run(alone, stop=stop)
+        if single.evaluation.feasible:
+            return single
+    # The leg's own terms, for its report.
+    result = dataclasses.replace(plan.result, evaluation=alone.evaluate(plan.path))
+    return dataclasses.replace(plan, evaluator=alone, result=result)
 
 
 def _rejoined(
@@ -229,26 +283,32 @@ def _rejoined(
     legs: list[Leg],
     evaluation: Evaluation,
 ) -> tuple[list[Leg], Evaluation]:
-    """Plan legs again that arrive at a via point, with the heading in which the next one leaves."""
+    """Plan the legs at a via point again, the first with the heading in which the second leaves.
+
+    Returns the better of the legs given and found, and the terms of their path.
+    """
     for number in range(mission.legs - 1):
         if evaluation.feasible or (stop is not None and stop.requested):
             break
-        own = legs[number].plan
-        assert own is not None
-        before = legs[number - 1].path if number else None
-        problem = mission.leg(
-            number,
-            start_heading_deg=None
-            if before is None
-            else _heading_deg(before[::-1], backwards=True),
-            goal_heading_deg=_heading_deg(legs[number + 1].path),
-            elapsed_s=sum(_seconds(leg.plan) for leg in legs[:number] if leg.plan is not None),
-        )
-        plan = search.run(evaluator(problem), stop=stop)
-        tried = [*legs[:number], Leg(legs[number].name, plan.path, plan), *legs[number + 1 :]]
-        found = whole.evaluate(_joined(tried))
-        if found.penalty < evaluation.penalty or found.feasible:
-            legs, evaluation = tried, found
+        tried = list(legs)
+        for again, heading_deg in (
+            (number, _heading_deg(legs[number + 1].path)),
+            (number + 1, None),
+        ):
+            plan = _plan_leg(
+                mission,
+                search,
+                evaluator,
+                tried[:again],
+                goal_heading_deg=heading_deg,
+                stop=stop,
+            )
+            tried[again] = Leg(tried[again].name, plan.path, plan, plan.failure)
+            found = whole.evaluate(_joined(tried))
+            if found.penalty < evaluation.penalty:
+                legs, evaluation = list(tried), found
+            if evaluation.feasible:
+                break
     return legs, evaluation
 
 
@@ -289,6 +349,11 @@ def _combined(legs: list[Leg], evaluation: Evaluation) -> Result:
         evaluations,
         sum(result.cut_short for result in results),
     )
+
+
+def _point(point: NDArray[np.float64]) -> Point:
+    x, y, z = point.tolist()
+    return x, y, z
 
 
 def _counted(progress: Progress | None, before: int) -> Progress | None:

@@ -86,10 +86,11 @@ def _status(plan: Plan) -> int:
             "more --generations, another --seed, or move a point."
         )
     if isinstance(plan, MissionPlan) and not result.evaluation.feasible:
+        limits = result.evaluation.limits or ()
+        broken = f"breaks the limit of {limits[0]['limit']}" if limits else "is not"
         raise JobError(
-            "Every leg is feasible by itself, but the turn at a via point does not fit both its "
-            "legs; the best path is written, try more --generations, another --seed, or move a "
-            "via point."
+            f"Every leg is feasible by itself, but the path of all legs {broken}; it is written, "
+            "try more --generations, another --seed, or move a via point."
         )
     if not result.evaluation.feasible:
         raise JobError(

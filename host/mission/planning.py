@@ -135,9 +135,9 @@ def plan_mission(
     failure or an interrupt, the legs that remain are straight lines.
 
     A leg is searched together with the last two waypoints of the leg before it, so that the arc at
-    the via point fits both, and by itself if that finds nothing. Where the path of all legs is infeasible all the same, the legs at a
-    via point are planned again, the first so that it arrives in the direction in which the second
-    leaves.
+    the via point fits both, and by itself if that finds nothing. Where the path of all legs is
+    infeasible all the same, the legs at a via point are planned again, the first so that it arrives
+    in the direction in which the second leaves.
 
     Parameters
     ----------

@@ -79,7 +79,7 @@ setup-plan:
 plan: setup-plan
 	@$(IN_ROOT) "$(BIN)/pathgene" plan --terrain "$(TERRAIN)" --agl --start "$(START)" --goal "$(GOAL)" \
 		$(foreach circle,$(NOFLY_CIRCLES),--nofly-circle "$(circle)") \
-		--board "$(BOARD)" --seed "$(SEED)" --out "$(OUT)"
+		--board "$(BOARD)" --seed "$(SEED)" --write plan,kml --out "$(OUT)"
 
 .PHONY: fly
 fly: setup plan

@@ -55,10 +55,40 @@ def term_pairs(summary: dict[str, Any]) -> list[tuple[str, str]]:
         ("  in no-fly zones", f"{summary['distance_in_nofly_m']:.1f} m"),
         ("  too steep", f"{summary['distance_too_steep_m']:.1f} m"),
         ("  impossible arcs", f"{summary['impossible_arcs']}"),
+        *(
+            [("  beyond other limits", f"{summary['distance_beyond_limits_m']:.1f} m")]
+            if summary.get("distance_beyond_limits_m")
+            else []
+        ),
         ("cost", f"{summary['cost']:.6f}"),
         ("length", f"{summary['length_m']:.1f} m"),
         ("mean altitude", f"{summary['mean_altitude_m']:.1f} m"),
         ("fuel", f"{summary['fuel_N']:.4f} N"),
         ("minimum clearance", "unknown" if clearance is None else f"{clearance:.1f} m"),
+        *_limit_pairs(summary),
         ("waypoints", f"{len(summary['waypoints'])}, start and goal included"),
     ]
+
+
+def _limit_pairs(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return the duration of the flight, and the limit that it comes nearest to or breaks most."""
+    limits = summary.get("limits")
+    if not limits:
+        return []
+    minutes, seconds = divmod(round(summary["flight_time_s"]), 60)
+    worst = limits[0]
+    pairs = [("flight time", f"{minutes} min {seconds:02} s")]
+    if summary["fuel_left_N"] is not None:
+        pairs.append(("fuel left", f"{summary['fuel_left_N']:.2f} N"))
+    return [
+        *pairs,
+        (
+            "nearest limit",
+            f"{worst['limit']}: {_short(worst['worst'])}, allowed {_short(worst['allowed'])}, "
+            f"{worst['at_m'] / 1000:.2f} km from the start",
+        ),
+    ]
+
+
+def _short(value: float | None) -> str:
+    return "unknown" if value is None else f"{value:.4g}"

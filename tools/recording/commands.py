@@ -78,7 +78,7 @@ def run(*arguments: str) -> tuple[int, Any]:
 def _ends(name: str) -> list[str]:
     """Return the options of the benchmarks' scenario on a map, floats exact."""
     scenario = problem(name)
-    options = ["--terrain", name]
+    options = ["--as-paper", "--terrain", name]
     for end in ("start", "goal"):
         options += [f"--{end}", ",".join(map(repr, getattr(scenario, end)))]
     for zone in scenario.zones:

@@ -44,7 +44,7 @@ def run(options: BenchOptions) -> Report:
     evaluator.fitness(padded, lengths)
     seconds = time.process_time() - started
     return Report(
-        "Evaluation",
+        "Evaluation, as paper",
         ("terrain", "paths", "ds m", "evaluations per second and core"),
         [(terrain.name, len(paths), float(scenario.ds_m), len(paths) / seconds)],
         [

@@ -38,7 +38,8 @@ Outcome = dict[str, Any]
 def run(options: BenchOptions) -> Report:
     """Run both ways on every available scenario, with the same seeds."""
     report = Report(
-        f"Collisions counted on the board: {options.seeds} seeds, {_GENERATIONS} generations",
+        f"Collisions counted on the board, as paper: {options.seeds} seeds, "
+        f"{_GENERATIONS} generations",
         (
             "terrain",
             "host: feasible",

@@ -58,7 +58,7 @@ VARIANTS = tuple(_variants())
 def run(options: BenchOptions) -> Report:
     """Run every variant on every available scenario."""
     report = Report(
-        f"Quality: {options.seeds} seeds, each planner's own number of generations",
+        f"Quality: {options.seeds} seeds, each planner's own number of generations, as paper",
         (
             "terrain",
             "planner",

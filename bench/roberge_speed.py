@@ -49,7 +49,7 @@ def run(
     """Time fpa-2opt by threads and by solutions, on each available engine."""
     del options
     report = Report(
-        f"fpa-2opt on {MAP}: {iterations} iterations, 6 free waypoints, ds one cell",
+        f"fpa-2opt on {MAP}: {iterations} iterations, 6 free waypoints, ds one cell, as paper",
         (
             "engine",
             "threads",

@@ -50,7 +50,7 @@ def run(
     """Run all trials of every available map."""
     report = Report(
         f"Table 4 of roberge: {options.trials} trials, {iterations} iterations, {population} "
-        f"solutions",
+        f"solutions, as paper",
         (
             "map",
             "way",

@@ -89,7 +89,7 @@ def _terrain(name: str) -> Terrain:
 
 @cache
 def problem(name: str) -> Problem:
-    """Return a scenario: two no-fly circles on the straight line from start to goal.
+    """Return a scenario, as paper: two no-fly circles on the straight line from start to goal.
 
     On a real terrain, the ends lie in opposite corners, 100 m above ground; on a synthetic one, in
     the south and north, 60 m above the lowest ground of the valley and below the ground between.

@@ -1,0 +1,191 @@
+"""Bounds that every path keeps: what is forbidden beyond doubt, at every place and altitude.
+
+Bounds err on the side of caution. A place is forbidden only if the strict rule forbids it whatever
+the path; so where the bounds leave no way, there is none.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from host.diagnosis.barriers import Barrier, zone_pieces
+from host.problem.problem import Problem
+from host.problem.zone_raster import blocked_cells
+from host.problem.zones import Polygon, Zone
+
+
+__all__ = ["Bounds", "is_permanent", "zone_name"]
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+_EIGHT = np.ones((3, 3), dtype=bool)
+# Altitudes differ if they differ by more than rounding.
+_ROUNDING_M = 1e-6
+
+
+def is_permanent(zone: Zone) -> bool:
+    """Return whether a zone is active from the start of every path to its end."""
+    return zone.t0_s in (None, 0.0) and zone.t1_s is None
+
+
+def zone_name(problem: Problem, index: int) -> str:
+    """Return the name of a zone in sentences; nameless ones are numbered from 1."""
+    return f"zone {problem.zones[index].name or index + 1}"
+
+
+class Bounds:
+    """What is forbidden beyond doubt in one problem.
+
+    Parameters
+    ----------
+    problem : Problem
+        The problem, with rules or as paper.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        self.half_diagonal_m = 0.5 * math.hypot(problem.terrain.dx_m, problem.terrain.dy_m)
+
+    @property
+    def margin_m(self) -> float:
+        """Margin of zones; 0 as paper."""
+        return 0.0 if self.problem.rules is None else self.problem.rules.zone_margin_m
+
+    @cached_property
+    def lowest(self) -> Floats:
+        """Altitude that no path goes below in the square of each node, infinite over voids."""
+        terrain = self.problem.terrain
+        heights = np.where(terrain.voids, np.inf, terrain.elevation)
+        if self.problem.rules is None:
+            return heights
+        rows, columns = terrain.shape
+        x: Floats = np.arange(columns, dtype=np.float64)[None, :] * terrain.dx_m
+        y: Floats = np.arange(rows, dtype=np.float64)[:, None] * terrain.dy_m
+        least: Floats = heights + self.problem.demand.required_m(x, y, self.half_diagonal_m)
+        return least
+
+    def barrier(self, top_m: float = math.inf, agl_m: float = math.inf) -> Barrier:
+        """Return what closes the map below a ceiling, and one above ground."""
+        problem, terrain = self.problem, self.problem.terrain
+        forbidden = self.lowest > top_m + _ROUNDING_M if top_m < math.inf else terrain.voids.copy()
+        if problem.rules is None:
+            # The samples of a path may slip between two nodes that touch by a corner.
+            return Barrier(
+                terrain,
+                problem.start,
+                problem.goal,
+                forbidden | problem.nofly_raster,
+                np.empty((0, 5)),
+                np.empty(0, dtype=np.int64),
+                diagonal=False,
+            )
+        pieces, owners = [np.empty((0, 5))], [np.empty(0, dtype=np.int64)]
+        for index, zone in enumerate(problem.zones):
+            if not is_permanent(zone):
+                continue
+            if self._closes(zone, top_m, agl_m):
+                own = zone_pieces(zone, self.margin_m)
+                pieces.append(own)
+                owners.append(np.full(len(own), index))
+            else:
+                forbidden |= self._closed_nodes(zone, top_m)
+        return Barrier(
+            terrain,
+            problem.start,
+            problem.goal,
+            forbidden,
+            np.concatenate(pieces),
+            np.concatenate(owners),
+        )
+
+    def closing_zones(self, top_m: float = math.inf, agl_m: float = math.inf) -> tuple[int, ...]:
+        """Return the zones that no path can fly over or under."""
+        return tuple(
+            index
+            for index, zone in enumerate(self.problem.zones)
+            if is_permanent(zone) and self._closes(zone, top_m, agl_m)
+        )
+
+    def _closes(self, zone: Zone, top_m: float, agl_m: float) -> bool:
+        """Return whether no path flies over a zone or under it, anywhere."""
+        cells = self.cells(zone)
+        if zone.upper_m is not None:
+            least = zone.upper_m + self.margin_m
+            around = ndimage.binary_dilation(cells, _EIGHT)
+            heights = self.problem.terrain.elevation[around & ~self.problem.terrain.voids]
+            roof = min(top_m, float(heights.max()) + agl_m if len(heights) else top_m)
+            if least <= roof + _ROUNDING_M:
+                return False
+        if zone.lower_m is not None:
+            lowest = self.lowest[cells]
+            if len(lowest) and lowest.min() <= zone.lower_m - self.margin_m + _ROUNDING_M:
+                return False
+        return True
+
+    def _closed_nodes(self, zone: Zone, top_m: float) -> Flags:
+        """Return the nodes whose square is inside a zone, with no room over it or under it."""
+        none = np.zeros(self.problem.terrain.shape, dtype=bool)
+        if zone.lower_m is None or (isinstance(zone, Polygon) and zone.holes):
+            return none
+        if zone.upper_m is not None and zone.upper_m + self.margin_m <= top_m + _ROUNDING_M:
+            return none
+        terrain = self.problem.terrain
+        rows, columns = terrain.shape
+        x: Floats = np.arange(columns, dtype=np.float64) * terrain.dx_m
+        y: Floats = np.arange(rows, dtype=np.float64) * terrain.dy_m
+        nodes = zone.covers(x, y)
+        inside: Flags = ndimage.binary_erosion(nodes, _EIGHT, border_value=1)
+        return inside & (self.lowest > zone.lower_m - self.margin_m + _ROUNDING_M)
+
+    def cells(self, zone: Zone) -> Flags:
+        """Return the nodes whose cell meets a zone or its margin."""
+        return blocked_cells([zone], self.problem.terrain, self.margin_m)
+
+    @cached_property
+    def climb_slope(self) -> float:
+        """Tangent of the steepest climb over the ground in any direction, by the file's limit."""
+        return self._steepest(self.problem.aircraft.max_climb_deg)
+
+    @cached_property
+    def descent_slope(self) -> float:
+        """Tangent of the steepest descent over the ground in any direction."""
+        return self._steepest(self.problem.aircraft.max_descent_deg)
+
+    @cached_property
+    def power_slope(self) -> float:
+        """Tangent of the steepest climb that the engine holds, as light as the fuel allows."""
+        problem, aircraft = self.problem, self.problem.aircraft
+        thrust = problem.limits.thrust_N
+        if thrust == math.inf or not problem.limits.fuel_N < math.inf:
+            return math.inf
+        weight = aircraft.weight_N - problem.limits.fuel_N
+        low, high = -0.5 * math.pi, 0.5 * math.pi
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            held = self.thrust(middle, weight) <= thrust
+            low, high = (middle, high) if held else (low, middle)
+        return math.tan(high) if high < 0.5 * math.pi - 1e-9 else math.inf
+
+    def thrust(self, slope_rad: float, weight: float) -> float:
+        """Return the thrust that holds a slope at a weight, both newtons."""
+        aircraft = self.problem.aircraft
+        area = 0.5 * 1.225 * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2
+        lift = weight * math.cos(slope_rad)
+        drag = area * aircraft.zero_lift_drag_coefficient
+        return drag + aircraft.induced_drag_factor * lift**2 / area + weight * math.sin(slope_rad)
+
+    def _steepest(self, degrees: float) -> float:
+        """Return the tangent of a slope against the wind, where it is steepest over the ground."""
+        slope = math.radians(degrees)
+        if degrees >= 90:
+            return math.inf
+        speed = self.problem.aircraft.cruise_speed_m_s
+        wind = 0.0 if self.problem.rules is None else math.hypot(*self.problem.wind)
+        level = speed * math.cos(slope) - wind
+        return math.inf if level <= 0 else speed * math.sin(slope) / level

@@ -1,0 +1,166 @@
+"""Limits that the start or the goal violates by itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.diagnosis.barriers import nearest_points, zone_pieces
+from host.diagnosis.bounds import Bounds, is_permanent, zone_name
+from host.diagnosis.reason import Figure, Reason
+from host.problem.ends import Point
+from host.problem.problem import Problem
+from host.problem.surface import surface_below
+from host.problem.zones import Zone
+
+
+__all__ = ["end_reasons"]
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+# Less is rounding.
+_LEAST_M = 1e-3
+_NUMBER_OF_HEADINGS = 720
+_PLACES_ASIDE = 10
+
+
+def end_reasons(bounds: Bounds) -> Iterator[Reason]:
+    """Yield the limits that the start violates, then those that the goal does."""
+    if bounds.problem.rules is None:
+        return
+    for end in ("start", "goal"):
+        point: Point = getattr(bounds.problem, end)
+        yield from _ceilings(bounds.problem, end, point)
+        yield from _zones(bounds, end, point)
+        yield from _sides(bounds.problem, end, point)
+
+
+def _reason(end: str, point: Point, sentence: str, figure: Figure, *zones: str) -> Reason:
+    return Reason(
+        code=end,
+        sentence=sentence,
+        proven=True,
+        zones=zones,
+        place=point[:2],
+        figure=figure,
+        end=end,
+    )
+
+
+def _ceilings(problem: Problem, end: str, point: Point) -> Iterator[Reason]:
+    rules, aircraft = problem.rules, problem.aircraft
+    assert rules is not None
+    x, y, z = point
+    for limit, name, ceiling in (
+        ("ceiling", "the ceiling", rules.ceiling_m),
+        ("service-ceiling", f"the service ceiling of {aircraft.name}", aircraft.service_ceiling_m),
+    ):
+        if ceiling is not None and z > ceiling + _LEAST_M:
+            yield _reason(
+                end,
+                point,
+                f"The {end} at {z:.1f} m is {z - ceiling:.1f} m above {name}, {ceiling:.1f} m.",
+                Figure(limit, ceiling, z, "m"),
+            )
+    if rules.ceiling_agl_m is not None:
+        height = z - float(surface_below(problem.terrain, np.array([x]), np.array([y]))[0])
+        if height > rules.ceiling_agl_m + _LEAST_M:
+            yield _reason(
+                end,
+                point,
+                f"The {end} is {height:.1f} m above the ground, {height - rules.ceiling_agl_m:.1f}"
+                f" m more than the ceiling above ground, {rules.ceiling_agl_m:.1f} m.",
+                Figure("ceiling-agl", rules.ceiling_agl_m, height, "m"),
+            )
+
+
+def _zones(bounds: Bounds, end: str, point: Point) -> Iterator[Reason]:
+    margin = bounds.margin_m
+    _, _, z = point
+    for index, zone in enumerate(bounds.problem.zones):
+        if not (is_permanent(zone) or (end == "start" and zone.t0_s in (None, 0.0))):
+            continue
+        if zone.lower_m is not None and z < zone.lower_m - margin + _LEAST_M:
+            continue
+        if zone.upper_m is not None and z > zone.upper_m + margin - _LEAST_M:
+            continue
+        away = _distance_m(zone, point)
+        if away < margin - _LEAST_M:
+            name = zone_name(bounds.problem, index)
+            above = zone.lower_m is not None and z < zone.lower_m
+            below = zone.upper_m is not None and z > zone.upper_m
+            where = f"under or beside {name}" if above else f"over or beside {name}"
+            if not (above or below):
+                where = f"{away:.1f} m from {name}"
+            yield _reason(
+                end,
+                point,
+                f"The {end} is {where}, within the zone margin of {margin:g} m; move the {end} "
+                "or give a smaller --zone-margin.",
+                Figure("zone-margin", margin, None if above or below else away, "m"),
+                name,
+            )
+
+
+def _distance_m(zone: Zone, point: Point) -> float:
+    """Return the distance of a point from a zone as seen from above, 0 inside."""
+    x, y, _ = point
+    if zone.covers(np.array([x]), np.array([y]))[0, 0]:
+        return 0.0
+    pieces = zone_pieces(zone, 0.0)
+    on, at = nearest_points(
+        pieces[:, :4], np.broadcast_to(np.array([x, y, x, y]), (len(pieces), 4))
+    )
+    return float((np.hypot(*(on - at).T) - pieces[:, 4]).min())
+
+
+def _sides(problem: Problem, end: str, point: Point) -> Iterator[Reason]:
+    """Yield the ground or the void beside an end that no heading avoids."""
+    rules, x, y, z = problem.rules, *point
+    assert rules is not None
+    # With a heading, the track turns before the start, or after the goal, and may not pass it.
+    if rules.corridor_m == 0 or problem.headings[0 if end == "start" else 1] is not None:
+        return
+    demand = problem.demand
+    angles: Floats = np.linspace(0.0, 2 * math.pi, _NUMBER_OF_HEADINGS, endpoint=False)
+    aside = np.linspace(0.0, rules.corridor_m, _PLACES_ASIDE + 1)[1:]
+    at_x = x + np.sin(angles)[:, None] * aside
+    at_y = y + np.cos(angles)[:, None] * aside
+    surface = surface_below(problem.terrain, at_x, at_y)
+    # The clearance is that of the track's own place.
+    required = float(demand.required_m(np.array([x]), np.array([y]))[0])
+    with np.errstate(invalid="ignore"):  # An end over a void has no height.
+        lacking: Floats = (surface + required - z).max(axis=1)
+    half = _NUMBER_OF_HEADINGS // 2
+    # A heading lacks what either of its sides lacks; a heading between two may lack less.
+    by_heading = np.maximum(np.roll(lacking, -half // 2), np.roll(lacking, half // 2))
+    by_heading = np.minimum(by_heading, np.minimum(np.roll(by_heading, 1), np.roll(by_heading, -1)))
+    least = float(by_heading.min())
+    if math.isinf(float(surface_below(problem.terrain, np.array([x]), np.array([y]))[0])):
+        least, required = math.inf, rules.clearance_m
+    if least > _LEAST_M:
+        if math.isinf(least):
+            beside = f"A void of the terrain lies in the corridor of {rules.corridor_m:g} m"
+            remedy = "fill the voids (--fill-voids)"
+        else:
+            beside = (
+                f"The ground within the corridor of {rules.corridor_m:g} m is {least:.1f} m too "
+                "high"
+            )
+            remedy = f"raise the {end} by {least:.1f} m"
+        yield _reason(
+            end,
+            point,
+            f"{beside} beside the {end}, whatever the heading; {remedy}, move it or give a "
+            "smaller --corridor.",
+            Figure(
+                "void" if math.isinf(least) else "clearance",
+                required,
+                None if math.isinf(least) else required - least,
+                "m",
+            ),
+        )

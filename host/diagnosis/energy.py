@@ -1,0 +1,108 @@
+"""Lower bounds of fuel and power: what any path from start to goal takes at least."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from host.diagnosis.bounds import Bounds
+from host.diagnosis.reason import Figure, Reason
+
+
+__all__ = ["fuel_reasons", "least_fuel", "least_power", "power_reasons"]
+
+
+def least_fuel(bounds: Bounds) -> float:
+    """Return fuel in newtons that every path within the limits burns at least.
+
+    The thrust along a path is drag and the share of the weight along the slope. The drag is least
+    at the least weight and the steepest slope; the work of the weight is that of the rise from
+    start to goal, less what a lighter aircraft saves on climbs from the lowest ground. Wind
+    shortens a way through the air to V / (V + wind) of that over the ground at best.
+    """
+    problem, aircraft = bounds.problem, bounds.problem.aircraft
+    if problem.rules is None:
+        return 0.0
+    burned_per_work = aircraft.specific_fuel_consumption_N_per_Ws / aircraft.propeller_efficiency
+    tank = problem.limits.fuel_N
+    # Without a tank all of the weight might be burned.
+    lightest = max(aircraft.weight_N - tank, 0.0)
+    steepest = math.radians(max(aircraft.max_climb_deg, aircraft.max_descent_deg))
+    area = 0.5 * 1.225 * aircraft.cruise_speed_m_s**2 * aircraft.wing_area_m2
+    lift = lightest * math.cos(min(steepest, 0.5 * math.pi))
+    drag = (
+        area * aircraft.zero_lift_drag_coefficient + aircraft.induced_drag_factor * lift**2 / area
+    )
+    rise = problem.goal[2] - problem.start[2]
+    work = drag * math.dist(problem.start, problem.goal) + aircraft.weight_N * rise
+    wind = math.hypot(*problem.wind)
+    shortest = aircraft.cruise_speed_m_s / (aircraft.cruise_speed_m_s + wind)
+    above = max(problem.goal[2] - problem.terrain.lowest, 0.0)
+    return max(burned_per_work * shortest * work / (1 + burned_per_work * above), 0.0)
+
+
+def least_power(bounds: Bounds, slope: float) -> float:
+    """Return the shaft power that holds a slope (a tangent) at take-off weight."""
+    aircraft = bounds.problem.aircraft
+    thrust = bounds.thrust(math.atan(slope), aircraft.weight_N)
+    return max(thrust, 0.0) * aircraft.cruise_speed_m_s / aircraft.propeller_efficiency
+
+
+def power_reasons(bounds: Bounds) -> Iterator[Reason]:
+    """Yield that the engine cannot hold level flight, if the path needs it."""
+    problem, aircraft = bounds.problem, bounds.problem.aircraft
+    slope = bounds.power_slope
+    if problem.rules is None or aircraft.engine_power_W is None or not slope < 0:
+        return
+    z = problem.start[2]
+    needed = least_power(bounds, 0.0)
+    figure = Figure("power", aircraft.engine_power_W, needed, "W")
+    way = math.dist(problem.start[:2], problem.goal[:2])
+    sinks = (
+        f"The engine of {aircraft.name} gives {aircraft.engine_power_W:.0f} W and level flight "
+        f"takes {needed:.0f} W"
+    )
+    if z + slope * way < problem.goal[2] - 1e-3:
+        yield Reason(
+            code="power",
+            sentence=f"{sinks}: the aircraft sinks, and is {problem.goal[2] - z - slope * way:.0f}"
+            " m too low at the goal.",
+            proven=True,
+            place=problem.goal[:2],
+            figure=figure,
+        )
+        return
+    barrier = bounds.barrier(z)
+    if barrier.closed:
+        yield Reason(
+            code="power",
+            sentence=f"{sinks}: the aircraft sinks, and no way to the goal stays below the altitude"
+            " of the start.",
+            proven=True,
+            place=barrier.ring().place,
+            figure=figure,
+        )
+
+
+def fuel_reasons(bounds: Bounds) -> Iterator[Reason]:
+    """Yield that the fuel does not last for the straight line, at best."""
+    problem, aircraft = bounds.problem, bounds.problem.aircraft
+    if problem.rules is None or aircraft.fuel_weight_N is None:
+        return
+    least = least_fuel(bounds)
+    if least <= problem.limits.fuel_N:
+        return
+    tank = least / (1.0 - problem.rules.reserve)
+    yield Reason(
+        code="fuel",
+        sentence=f"The fuel does not last: even the straight line burns {_newtons(least)}, and "
+        f"{_newtons(problem.limits.fuel_N)} may be burnt with a reserve of "
+        f"{100 * problem.rules.reserve:g} %; at least {_newtons(tank)} of fuel is needed.",
+        proven=True,
+        place=problem.goal[:2],
+        figure=Figure("fuel", aircraft.fuel_weight_N, tank, "N"),
+    )
+
+
+def _newtons(fuel: float) -> str:
+    return f"{fuel:.3g} N"

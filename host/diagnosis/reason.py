@@ -1,0 +1,141 @@
+"""The reason why a problem has no path, as people and programs read it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.errors import PathgeneError
+from host.terrain import Terrain
+
+
+__all__ = ["CODES", "Figure", "Reason", "geographic", "listed"]
+
+#: Every code, in the order in which reasons are looked for.
+CODES = (
+    "start",
+    "goal",
+    "closed",
+    "ceiling",
+    "climb",
+    "descent",
+    "power",
+    "fuel",
+    "turn",
+    "not-found",
+)
+
+
+# Names in a sentence.
+_MOST_NAMES = 5
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A limit that forbids every path, and the value of it that would do.
+
+    Parameters
+    ----------
+    limit : str
+        Name of the limit, as in the ``limits`` of a summary.
+    allowed : float
+        The limit as it is.
+    would_do : float or None
+        The limit that would do, or the least that is known to be needed; None if no value would.
+    unit : str
+        Unit of both.
+    """
+
+    limit: str
+    allowed: float
+    would_do: float | None
+    unit: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """The figure in plain JSON values."""
+        return {
+            "limit": self.limit,
+            "allowed": self.allowed,
+            "would_do": self.would_do,
+            "unit": self.unit,
+        }
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Reason:
+    """The reason why there is no path.
+
+    Parameters
+    ----------
+    code : str
+        One of :data:`CODES`.
+    sentence : str
+        The reason for people, with names, places and figures.
+    proven : bool
+        True if no path exists at all; False if the search finds none at its cell size, or without
+        circling.
+    zones : tuple of str
+        Names of the zones that forbid every path.
+    place : (float, float) or None
+        Where, metres in the local frame.
+    place_geo : (float, float) or None
+        The same as WGS84 latitude and longitude, for a terrain with a reference system.
+    figure : Figure or None
+        The limit, and what would do.
+    end : str or None
+        The end that violates a limit or is enclosed, ``start`` or ``goal``.
+    ring : tuple of (n, 2) float64
+        The ring around that end, in lines of metres; empty if there is none.
+    region : (ny, nx) bool or None
+        Nodes that can be reached from that end.
+    """
+
+    code: str
+    sentence: str
+    proven: bool
+    zones: tuple[str, ...] = ()
+    place: tuple[float, float] | None = None
+    place_geo: tuple[float, float] | None = None
+    figure: Figure | None = None
+    end: str | None = None
+    ring: tuple[NDArray[np.float64], ...] = ()
+    region: NDArray[np.bool_] | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The reason in plain JSON values, without the region."""
+        return {
+            "code": self.code,
+            "sentence": self.sentence,
+            "proven": self.proven,
+            "zones": list(self.zones),
+            "place": None if self.place is None else list(self.place),
+            "place_geo": None if self.place_geo is None else list(self.place_geo),
+            "figure": None if self.figure is None else self.figure.to_dict(),
+            "end": self.end,
+            "ring": [line.tolist() for line in self.ring],
+        }
+
+
+def geographic(terrain: Terrain, place: tuple[float, float]) -> tuple[float, float] | None:
+    """Return latitude and longitude of a place; None where the terrain has no place on Earth."""
+    if terrain.crs is None:
+        return None
+    try:
+        latitude, longitude = terrain.to_geographic(*place)
+    except PathgeneError:
+        return None
+    return float(latitude), float(longitude)
+
+
+def listed(names: Iterable[str]) -> str:
+    """Return names joined by commas and ``and``; of many, the first and the number of the rest."""
+    all_names = list(names)
+    if len(all_names) > _MOST_NAMES:
+        rest = len(all_names) - _MOST_NAMES + 1
+        all_names = [*all_names[: _MOST_NAMES - 1], f"{rest} more"]
+    *most, last = all_names
+    return f"{', '.join(most)} and {last}" if most else last

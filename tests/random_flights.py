@@ -6,7 +6,7 @@ import shapely
 from host.evaluation.constants import Constants
 from host.evaluation.geometry import smooth
 from host.evaluation.kernels import scratch
-from host.evaluation.laying import LENGTH, lay_segment, lay_turn
+from host.evaluation.laying import AIR, LENGTH, lay_segment, lay_turn
 from host.problem.zones import Circle, Polygon
 from tests.zone_oracle import distances, outline
 
@@ -148,6 +148,8 @@ def piece_rows(path, radius_m):
         lay_turn(path, n, i, constants, turns)
     for i in range(n - 1):
         lay_segment(path, n, i, constants, turns, pieces)
+    # Without wind.
+    pieces[:, AIR] = pieces[:, LENGTH]
     return pieces, 2 * n - 1
 
 

@@ -84,14 +84,23 @@ def air_time(c: Constants, horizontal_m_s: float, ux: float, uy: float, run: flo
 def fastest_over_ground(
     c: Constants, horizontal_m_s: float, ux: float, uy: float, side: float, angle: float
 ) -> float:
-    """Return the greatest ground speed on a piece, m/s; it must be possible in this wind."""
-    fastest = 0.0
-    parts = ARC_PARTS_IN_WIND if angle > 0.0 else 1
-    for part in range(parts):
-        turned = side * angle * (part + 0.5) / parts
+    """Return the greatest ground speed on a piece, m/s; it must be possible in this wind.
+
+    On an arc it is that with the wind behind, where the arc points so, or that at one of its ends.
+    """
+    time = air_time(c, horizontal_m_s, ux, uy, 1.0)
+    fastest = 1.0 / time if time > 0.0 else 0.0
+    if angle > 0.0:
+        turned = side * angle
         cos, sin = math.cos(turned), math.sin(turned)
         time = air_time(c, horizontal_m_s, ux * cos - uy * sin, ux * sin + uy * cos, 1.0)
-        fastest = max(fastest, 1.0 / time)
+        if time > 0.0:
+            fastest = max(fastest, 1.0 / time)
+        along = c.wind_x_m_s * ux + c.wind_y_m_s * uy
+        aside = side * (c.wind_y_m_s * ux - c.wind_x_m_s * uy)
+        behind = math.atan2(aside, along)
+        if 0.0 <= behind <= angle:
+            fastest = horizontal_m_s + math.sqrt(along * along + aside * aside)
     return fastest
 
 

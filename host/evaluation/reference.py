@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +29,8 @@ from host.problem.problem import Problem
 
 
 __all__ = ["Terms", "Utopia", "evaluate", "problem_utopia", "too_steep", "utopia"]
+
+Direction = tuple[float, float, float]
 
 _FUEL_WEIGHT = _ALTITUDE_WEIGHT = 0.5
 
@@ -130,12 +132,12 @@ def _is_too_steep(piece: Piece, problem: Problem) -> bool:
         return too_steep(piece, aircraft)
     speed = aircraft.cruise_speed_m_s
     fastest = 0.0
-    for direction in piece.directions():
+    for direction in (*piece.directions(), *_fastest_directions(piece, problem.wind)):
         distance = air_distance(
             piece.length_m, piece.run_m, [direction], problem.wind, aircraft.cruise_speed_m_s
         )
         if distance is None:
-            return True
+            continue
         fastest = max(fastest, direction[2] / (distance / speed))
     vertical = fastest * piece.rise_m / piece.run_m
     climb, descent = (
@@ -143,6 +145,20 @@ def _is_too_steep(piece: Piece, problem: Problem) -> bool:
         for degrees in (aircraft.max_climb_deg, aircraft.max_descent_deg)
     )
     return not -descent <= vertical <= climb
+
+
+def _fastest_directions(piece: Piece, wind: tuple[float, float]) -> Iterator[Direction]:
+    """Yield the directions of an arc in which the wind may help most: its ends, and the wind's."""
+    if isinstance(piece, Straight):
+        return
+    east, north = piece.heading
+    downwind = math.atan2(wind[1], wind[0]) - math.atan2(north, east)
+    side = math.copysign(1.0, piece.turn_rad)
+    downwind = side * ((side * downwind) % (2 * math.pi))
+    for turned in (0.0, piece.turn_rad, downwind):
+        if abs(turned) <= abs(piece.turn_rad):
+            cos, sin = math.cos(turned), math.sin(turned)
+            yield east * cos - north * sin, east * sin + north * cos, piece.run_m
 
 
 def _beyond_limits(pieces: tuple[Piece, ...], problem: Problem, isa: bool) -> float:

@@ -45,7 +45,9 @@ class StrictRule:
     def __init__(self, problem: Problem, constants: Constants) -> None:
         rules = problem.rules
         assert rules is not None
-        self._problem, self._rules, self._constants = problem, rules, constants
+        self._problem, self._rules = problem, rules
+        # The terrain alone is looked at, and never by samples.
+        self._constants = constants._replace(sampled=0, roofed=0)
         elevation = problem.terrain.elevation
         self._ground: Floats = np.where(np.isnan(elevation), VOID_HEIGHT_M, elevation).ravel()
         self._demand = demand = problem.demand

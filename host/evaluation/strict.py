@@ -85,10 +85,13 @@ def surface_extremes(
             height = ground[np.uint64(row * np.int32(c.columns) + column)]
             nearest_low = min(nearest_low, height)
             nearest_high = max(nearest_high, height)
-    # Between nodes, the extremes lie on the lines of nodes and the rim. Nodes are read above.
-    low, high = nearest_low, nearest_high
+    # Between nodes, the extremes lie on the lines of nodes and the rim.
+    low, high = 1e301, nearest_high
     first_x, first_y = np.int32(math.ceil(x0)), np.int32(math.ceil(y0))
     lines_x, lines_y = np.int32(math.floor(x1)) - first_x, np.int32(math.floor(y1)) - first_y
+    for row in range(first_y, first_y + lines_y + 1):
+        for column in range(first_x, first_x + lines_x + 1):
+            low = min(low, ground[np.uint64(row * np.int32(c.columns) + column)])
     for i in range(lines_x + 3):
         x = x0 if i == 0 else x1 if i == 1 else first_x + (i - 2.0)
         for end in range(2):
@@ -131,6 +134,14 @@ def surface_at(ground: Floats, c: Constants, x: float, y: float) -> float:
     node = np.int32(row + 0.5) * np.int32(c.columns) + np.int32(column + 0.5)
     highest: float = max(ground[np.uint64(node)], between_nodes(ground, c, column, row))
     return highest
+
+
+@inlined
+def height_between(ground: Floats, c: Constants, x: float, y: float) -> float:
+    """Return the height between the nodes around a point in metres, as for the surface."""
+    column = min(max(x / c.dx_m, 0.0), c.columns - 1.0)
+    row = min(max(y / c.dy_m, 0.0), c.rows - 1.0)
+    return between_nodes(ground, c, column, row)
 
 
 @inlined
@@ -269,7 +280,11 @@ def extreme(
                 value = height + min(demand, by_start, by_goal) - altitude
             else:
                 value = altitude - height - required.height_m
-                plain, near_start, near_goal = value, value, value
+                # Over the lower bound of the surface, and over the height between nodes.
+                plain = max(plain, altitude - low - required.height_m)
+                between = height_between(ground, c, cx, cy)
+                near_start = max(near_start, altitude - between - required.height_m)
+                near_goal = near_start
             if value > worst:
                 worst = value
         if worst > incumbent:
@@ -278,10 +293,16 @@ def extreme(
                 return incumbent, place
         if half_along <= _LEAF_M and half_aside <= _LEAF_M:
             continue
-        if sign > 0.0 and same_patch(x_cells - ex, x_cells + ex, y_cells - ey, y_cells + ey):
-            # On one patch the surface is a plane but for its twist, so corners bound it.
+        if same_patch(x_cells - ex, x_cells + ex, y_cells - ey, y_cells + ey):
+            # On one patch the surface is a plane but for its twist, so corners bound it. The twist
+            # bulges least along the lines of nodes.
             twist, slope = shape_of_patch(ground, c, x_cells, y_cells)
-            bulge = twist * ex * ey + slope * sag + bend
+            bulge = slope * sag + bend
+            if angle > 0.0:
+                bulge += twist * ex * ey
+            else:
+                larger = max(half_along, half_aside)
+                bulge += twist * abs(ux * uy) * larger * larger / (c.dx_m * c.dy_m)
             if not min(plain, near_start, near_goal) + bulge > incumbent + step:
                 continue
         half_is_along = half_along >= half_aside

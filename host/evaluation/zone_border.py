@@ -8,7 +8,7 @@ import math
 from host.evaluation.constants import Floats
 from host.evaluation.crossings import Box, box_of, cross_circle, cross_line
 from host.evaluation.jit import compiled, inlined
-from host.evaluation.laying import RISE, Z
+from host.evaluation.laying import AIR, ANGLE, LENGTH, RISE, Z
 from host.evaluation.packed_zones import (
     EDGE_BOX,
     EDGE_LENGTH,
@@ -78,10 +78,19 @@ def _clip(
 
 
 @inlined
+def _overlap(start: float, seconds: float, first: float, last: float) -> bool:
+    """Return whether a time of a piece is one of a zone."""
+    return start <= last and start + seconds >= first
+
+
+@inlined
 def applies(
     pieces: Floats, row: int, times: Floats, packed: PackedZones, zone: int
 ) -> tuple[float, float]:
-    """Return the part of a piece within a zone's heights and times; none if not first < last."""
+    """Return the part of a piece within a zone's heights and times; none if not first < last.
+
+    On an arc in wind the times hold for the arc as a whole.
+    """
     low, high = 0.0, 1.0
     zones = packed.zones
     if zones[zone, LOW] > -math.inf or zones[zone, HIGH] < math.inf:
@@ -92,7 +101,13 @@ def applies(
         start, seconds = times[row], times[row + 1] - times[row]
         # Where the wind cannot be flown the time is not known: the zone may be active.
         if math.isfinite(start) and math.isfinite(seconds):
-            low, high = _clip(start, seconds, zones[zone, T0], zones[zone, T1], low, high)
+            first, last = _clip(start, seconds, zones[zone, T0], zones[zone, T1], low, high)
+            # Along an arc in wind the speed changes, so any time of the arc may be that of a place.
+            uneven = pieces[row, ANGLE] > 0.0 and pieces[row, AIR] != pieces[row, LENGTH]
+            if not uneven:
+                low, high = first, last
+            elif not _overlap(start, seconds, zones[zone, T0], zones[zone, T1]):
+                low, high = 1.0, 0.0
     return low, high
 
 

@@ -180,8 +180,8 @@ def zone_metres(pieces: Floats, rows: int, times: Floats, packed: PackedZones) -
         Number of rows that count: 2 n - 1 for n waypoints.
     times : (at least rows + 1,) float64
         Seconds from the start of the path to the start of each piece, and to the end of the last;
-        the time is linear within a piece. Used by zones with times alone; where it is not finite
-        they count as active.
+        the time is linear within a piece, arcs in wind apart. Used by zones with times alone;
+        where it is not finite they count as active.
     packed : PackedZones
         The zones, by :func:`pack_zones`.
     """

@@ -84,9 +84,9 @@ class Demand:
     ) -> Demand:
         """Return the demand of a flight."""
         ends = np.array([start, goal])
-        height_start, height_goal = (
-            ends[:, 2] - surface_below(terrain, ends[:, 0], ends[:, 1])
-        ).tolist()
+        heights = ends[:, 2] - surface_below(terrain, ends[:, 0], ends[:, 1])
+        # An end beside a void is itself too low, but what it lacks is no excuse for the path.
+        height_start, height_goal = np.where(np.isfinite(heights), heights, 0.0).tolist()
         return Demand(
             clearance_m,
             (height_start, height_goal),

@@ -1,0 +1,136 @@
+"""The strict rule against dense samples, and on tracks whose excess is known."""
+
+import math
+import time
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from host.errors import InputError
+from host.evaluation import Evaluator
+from host.evaluation.pieces import fastest_over_ground
+from host.problem.problem import Problem
+from host.problem.rules import Rules
+from host.terrain import Terrain
+from tests.flight_cases import random_case
+from tests.flight_oracle import examine
+
+
+def strict_penalty(problem, path):
+    path = np.asarray(path, dtype=np.float64)
+    evaluator = Evaluator(problem, threads=1)
+    return float(evaluator.penalty_cost(path[None], np.array([len(path)]), fine=True)[0][0])
+
+
+def compare(count, seed):
+    """Compare ``count`` random paths; return how many are near a limit, and so on."""
+    counts = Counter()
+    case = 0
+    while counts["paths"] < count:
+        case += 1
+        problem, path = random_case(np.random.default_rng((seed, case)))
+        try:
+            penalty = strict_penalty(problem, path)
+        except InputError:
+            # A straight way that costs nothing.
+            continue
+        found = examine(problem, path)
+        counts["paths"] += 1
+        counts["near"] += found.near
+        counts["feasible"] += penalty == 0
+        assert penalty > 0 or not found.rejected, (seed, case, found)
+        if found.accepted_with_a_metre:
+            counts["roomy"] += 1
+            counts["refused"] += penalty > 0
+    return counts
+
+
+def test_no_path_is_feasible_that_samples_reject():
+    counts = compare(100, 1)
+    assert counts["near"] >= 25
+    assert counts["feasible"] >= 20
+    assert counts["refused"] <= 0.01 * counts["roomy"]
+
+
+@pytest.mark.long
+def test_no_path_of_many_is_feasible_that_samples_reject():
+    """Takes about half an hour on one core."""
+    counts = compare(20_000, 2)
+    assert counts["near"] >= 5_000
+    assert counts["roomy"] >= 4_000
+    assert counts["refused"] <= 0.01 * counts["roomy"]
+
+
+def land(elevation, cell_m=30.0):
+    return Terrain(
+        name="land", elevation=elevation, dx_m=cell_m, dy_m=cell_m, crs=None, origin=(0.0, 0.0)
+    )
+
+
+def straight(elevation, start, goal, **rules):
+    return Problem(land(elevation), start, goal, rules=Rules(**rules)), [start, goal]
+
+
+def test_clearance_is_kept_to_a_nanometre_and_a_corner_of_a_cell_counts():
+    elevation = np.full((21, 21), 10.0)
+    elevation[10, 10] = 60.0
+    # Its square begins at 285 m; heights between nodes reach less high there.
+    for y, low, highest in ((260.1, 25.0, 60.0), (260.1, 24.0, None), (240.0, 25.0, None)):
+        start, goal = (40.0, y, 90.0), (560.0, y, 90.0)
+        problem, path = straight(elevation, start, goal, corridor_m=low)
+        assert strict_penalty(problem, path) == 0
+        under, path = straight(
+            elevation, (40.0, y, 90.0 - 1e-6), (560.0, y, 90.0 - 1e-6), corridor_m=low
+        )
+        assert (strict_penalty(under, path) > 0) == (highest is not None)
+
+
+def test_ceiling_above_ground_is_over_the_higher_of_both_surfaces():
+    elevation = np.full((21, 21), 10.0) + 3.0 * np.arange(21)
+    for above_m, allowed in ((0.0, True), (1e-6, False)):
+        # On a slope of 0.1 the nearest node is up to 1.5 m lower; the height between counts then.
+        start, goal = ((x, 300.0, 10.0 + 0.1 * x + 60.0 + above_m) for x in (40.0, 560.0))
+        problem, path = straight(elevation, start, goal, ceiling_agl_m=60.0)
+        assert (strict_penalty(problem, path) == 0) == allowed
+
+
+def test_limits_touched_all_along_take_milliseconds():
+    nodes = np.arange(700) * 30.0
+    plane = np.add.outer(0.02 * nodes, 0.03 * nodes) + 100
+    for goal in ((20_000.0, 333.0), (20_000.0, 15_000.0)):
+        for above_m in (30.0, 30.0 + 1e-6, 60.0, 60.0 - 1e-6):
+            ends = [(x, y, 100 + 0.03 * x + 0.02 * y + above_m) for x, y in ((100.0, 333.0), goal)]
+            problem, path = straight(plane, *ends, ceiling_agl_m=60.0, corridor_m=0.0)
+            strict_penalty(problem, path)
+            began = time.process_time()
+            strict_penalty(problem, path)
+            assert time.process_time() - began < 0.5
+
+
+def test_end_beside_a_void_excuses_nothing():
+    elevation = np.full((21, 21), 10.0)
+    elevation[2, 2] = np.nan
+    elevation[10, 10] = 200.0
+    # The nearest node of the start is land, the height between nodes is void.
+    problem, path = straight(elevation, (80.0, 80.0, 60.0), (560.0, 560.0, 60.0))
+    evaluation = Evaluator(problem, threads=1).evaluate(np.array(path))
+    assert not evaluation.feasible
+    clear, path = straight(elevation, (100.0, 100.0, 60.0), (560.0, 560.0, 60.0))
+    terms = Evaluator(clear, threads=1).evaluate(np.array(path))
+    assert evaluation.distance_under_terrain_m > terms.distance_under_terrain_m > 30
+
+
+def test_greatest_ground_speed_of_an_arc_is_exact():
+    rng = np.random.default_rng(0)
+    flat = land(np.full((5, 5), 10.0))
+    for _ in range(200):
+        wind, first, angle = rng.uniform(0, 15), rng.uniform(0, 2 * math.pi), rng.uniform(0, 3.14)
+        side = rng.choice([-1.0, 1.0])
+        problem = Problem(flat, (0, 0, 50), (100, 100, 50), wind=(wind, 0.0))
+        constants = Evaluator(problem, threads=1).kernel_arguments[2]
+        found = fastest_over_ground(constants, 22.0, math.cos(first), math.sin(first), side, angle)
+        headings = first + side * np.linspace(0, angle, 20_001)
+        speeds = wind * np.cos(headings) + np.sqrt(22.0**2 - (wind * np.sin(headings)) ** 2)
+        assert found == pytest.approx(speeds.max(), rel=1e-8)
+        assert found >= speeds.max() - 1e-9

@@ -347,14 +347,21 @@ def excess_m(
 
 @inlined
 def is_off_map(c: Constants, pieces: Floats, row: int, first: float, last: float) -> bool:
-    """Return whether a part of a piece leaves the map; an arc's part by the bulge of its chord."""
-    x0, y0, _, _ = track_point(pieces, row, first, 0.0)
-    x1, y1, _, _ = track_point(pieces, row, last, 0.0)
-    bulge = 0.0
+    """Return whether a part of a piece leaves the map."""
+    x0, y0, ux0, uy0 = track_point(pieces, row, first, 0.0)
+    x1, y1, ux1, uy1 = track_point(pieces, row, last, 0.0)
+    west, east, south, north = min(x0, x1), max(x0, x1), min(y0, y1), max(y0, y1)
     if pieces[row, _ANGLE] > 0.0:
-        chord = last - first
-        bulge = 0.125 * chord * chord * pieces[row, _ANGLE] / pieces[row, _RUN]
-    return not (
-        inside_map(min(x0, x1) - bulge, min(y0, y1) - bulge, c)
-        and inside_map(max(x0, x1) + bulge, max(y0, y1) + bulge, c)
-    )
+        # An arc turns by less than half a circle: it is furthest out where its heading is an axis.
+        radius = pieces[row, _RUN] / pieces[row, _ANGLE]
+        aside = pieces[row, _SIDE] * radius
+        x, y = x0 - aside * uy0, y0 + aside * ux0
+        if ux0 * ux1 < 0.0:
+            west, east = (
+                (west, max(east, x + radius)) if ux0 > 0.0 else (min(west, x - radius), east)
+            )
+        if uy0 * uy1 < 0.0:
+            south, north = (
+                (south, max(north, y + radius)) if uy0 > 0.0 else (min(south, y - radius), north)
+            )
+    return not (inside_map(west, south, c) and inside_map(east, north, c))

@@ -55,10 +55,10 @@ def test_no_path_is_feasible_that_samples_reject():
 
 @pytest.mark.long
 def test_no_path_of_many_is_feasible_that_samples_reject():
-    """Takes about half an hour on one core."""
+    """Takes about 25 minutes on one core."""
     counts = compare(20_000, 2)
     assert counts["near"] >= 5_000
-    assert counts["roomy"] >= 4_000
+    assert counts["roomy"] >= 3_500
     assert counts["refused"] <= 0.01 * counts["roomy"]
 
 

@@ -28,6 +28,7 @@ from host.problem.problem import Problem
 
 
 if TYPE_CHECKING:
+    from host.evaluation.broken import Stretch
     from host.evaluation.safety import StrictRule
 
 __all__ = ["FINE", "Evaluator"]
@@ -307,6 +308,19 @@ class Evaluator:
         problem = self.problem
         smoothed = smooth(path, problem.limits.turn_radius_m, problem.headings)
         return SmoothedTrack(smoothed.pieces, problem.terrain, self.bilinear)
+
+    def broken(self, path: NDArray[np.float64]) -> list[Stretch]:
+        """Return the stretches of a path that break a limit; none as paper.
+
+        See :meth:`host.evaluation.safety.StrictRule.broken`.
+
+        Raises
+        ------
+        InputError, ValueError
+            As for :meth:`evaluate`.
+        """
+        path = self._checked(path)
+        return [] if self._strict is None else self._strict.broken(self._strict.lay(path))
 
     def _checked(self, path: NDArray[np.float64]) -> NDArray[np.float64]:
         path = np.ascontiguousarray(path, dtype=np.float64)

@@ -36,12 +36,16 @@ class LaidTrack:
         Rows of ``pieces``; those of length 0 are none.
     figures : (rows, FIGURES) float64
         Figures of each piece.
+    turns : (at least points, TURN_FIELDS) float64
+        The turn at each waypoint.
+    points : int
+        Waypoints.
     """
 
     def __init__(
         self, constants: Constants, points: int, turns: Floats, pieces: Floats, times: Floats
     ) -> None:
-        self._constants, self._points, self._turns = constants, points, turns
+        self.points, self.turns = points, turns
         self.pieces, self.times = pieces, times
         self.rows = 2 * points - 1
         self.figures = np.zeros((self.rows, FIGURES))
@@ -91,7 +95,7 @@ class LaidTrack:
 
         The radius is infinite on a straight path, and 0 at a reversal.
         """
-        turns, n = self._turns, self._points
+        turns, n = self.turns, self.points
         bends = np.tan(0.5 * turns[:n, fields.ANGLE])
         # A reversal, and a waypoint beside a segment without horizontal length, has no arc.
         bends[~np.isfinite(turns[:n, fields.TANGENT]) & (bends == 0)] = math.inf

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from host.evaluation import verdict
+from host.evaluation import broken, verdict
 from host.evaluation.constants import VOID_HEIGHT_M, Constants, Floats
 from host.evaluation.kernels import scratch
 from host.evaluation.laid_track import LaidTrack
@@ -130,6 +130,43 @@ class StrictRule:
         """
         found = [*self._heights(track), *self._zone_distances(track), *self._figures(track)]
         return [limit for _, limit in sorted(found, key=lambda item: -item[0])]
+
+    def broken(self, track: LaidTrack) -> list[broken.Stretch]:
+        """Return the stretches of the track that break a limit, in flying order.
+
+        They are empty exactly for the feasible. A stretch that breaks several limits comes several
+        times. Stretches too low or too high are found in parts of ``ds``, a turn that does not fit
+        is a turn radius to either side of its waypoint, and fuel is missing from where it is used
+        up; the others are exact.
+        """
+        aircraft, limits = self._problem.aircraft, self._problem.limits
+        low, outside = broken.off_demand(self._ground, self._constants, self._low, track)
+        high: list[broken.Span] = []
+        if math.isfinite(self._high.height_m):
+            high, _ = broken.off_demand(self._ground, self._constants, self._high, track)
+        radius = aircraft.turn_radius_m
+        turn = "turn" if limits.stall_speed_m_s <= aircraft.cruise_speed_m_s else "stall"
+        found: list[tuple[str, Iterable[broken.Span]]] = [
+            ("map", outside),
+            ("clearance", low),
+            ("ceiling-agl", high),
+            ("climb", broken.too_steep(track, 1)),
+            ("descent", broken.too_steep(track, -1)),
+            ("power", broken.too_weak(track, limits.thrust_N)),
+            ("fuel", broken.out_of_fuel(track, limits.fuel_N)),
+            (turn, broken.impossible_turns(track, radius)),
+        ]
+        for name, ceiling in (
+            ("ceiling", self._rules.ceiling_m),
+            ("service-ceiling", aircraft.service_ceiling_m),
+        ):
+            if ceiling is not None:
+                found.append((name, broken.above(track, ceiling)))
+        for number, zone in enumerate(self._problem.zones):
+            spans = broken.within_zone(track, self._zones, number)
+            found.append((f"zone {zone.name or number + 1}", spans))
+        stretches = [each for name, spans in found for each in broken.merged(name, spans)]
+        return sorted(stretches, key=lambda stretch: stretch.from_m)
 
     def _heights(self, track: LaidTrack) -> Iterator[_Scored]:
         excess, at = self._extreme(track, self._low)

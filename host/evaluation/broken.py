@@ -1,0 +1,209 @@
+"""The stretches of a track that break a limit, by the same tests as the strict verdict."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from host.evaluation import laying as fields
+from host.evaluation.constants import Constants, Floats
+from host.evaluation.jit import compiled
+from host.evaluation.laid_track import LaidTrack
+from host.evaluation.laying import is_impossible
+from host.evaluation.packed_zones import PackedZones
+from host.evaluation.strict import STACK_SHAPE, Required, extreme, is_off_map
+from host.evaluation.verdict import FUEL, THRUST
+from host.evaluation.zone_border import applies, holds, mark_border
+
+
+__all__ = [
+    "Stretch",
+    "above",
+    "impossible_turns",
+    "merged",
+    "off_demand",
+    "out_of_fuel",
+    "too_steep",
+    "too_weak",
+    "within_zone",
+]
+
+# Heights are compared up to rounding, as in the verdict.
+_ROUNDING_M = 1e-9
+# Parts of a track that are told apart, at most: a picture shows no more.
+_PARTS = 4000
+# Stretches of one limit that are nearer than this are one, metres flown.
+_JOIN_M = 1e-6
+
+Span = tuple[float, float]
+
+
+class Stretch(NamedTuple):
+    """A stretch of a track that breaks a limit.
+
+    Parameters
+    ----------
+    limit : str
+        Name of the limit as in the report, or ``map`` where the track leaves the map.
+    from_m, to_m : float
+        Metres flown to its start and to its end.
+    """
+
+    limit: str
+    from_m: float
+    to_m: float
+
+
+def merged(limit: str, spans: Iterable[Span]) -> list[Stretch]:
+    """Return the stretches of one limit in flying order, those that touch as one."""
+    stretches: list[Stretch] = []
+    for start, stop in sorted(spans):
+        if stretches and start <= stretches[-1].to_m + _JOIN_M:
+            start, stop = stretches[-1].from_m, max(stop, stretches[-1].to_m)
+            stretches.pop()
+        stretches.append(Stretch(limit, start, stop))
+    return stretches
+
+
+@compiled
+def _mark_parts(
+    ground: Floats,
+    c: Constants,
+    required: Required,
+    pieces: Floats,
+    row: int,
+    parts: int,
+    stack: Floats,
+    marks: Floats,
+) -> None:
+    """Write 1 for each part of a piece that breaks what is demanded, 2 off the map, else 0."""
+    run = pieces[row, fields.RUN]
+    for part in range(parts):
+        first, last = run * part / parts, run * (part + 1) / parts
+        if is_off_map(c, pieces, row, first, last):
+            marks[part] = 2.0
+            continue
+        excess, _ = extreme(
+            ground, c, required, pieces, row, first, last, _ROUNDING_M, 0.0, True, stack
+        )
+        marks[part] = 1.0 if excess > _ROUNDING_M else 0.0
+
+
+def off_demand(
+    ground: Floats, c: Constants, required: Required, track: LaidTrack
+) -> tuple[list[Span], list[Span]]:
+    """Return the parts that break what is demanded of the height, and those off the map.
+
+    A part is at most ``ds_m`` long, or a 4000th of a longer track, and counts whole.
+    """
+    stack = np.empty(STACK_SHAPE)
+    step_m = max(c.ds_m, track.length_m / _PARTS)
+    broken: tuple[list[Span], list[Span]] = ([], [])
+    for row, start, length in _rows(track):
+        run = float(track.pieces[row, fields.RUN])
+        parts = max(math.ceil(run / step_m), 1)
+        marks = np.empty(parts)
+        _mark_parts(ground, c, required, track.pieces, row, parts, stack, marks)
+        for part in np.flatnonzero(marks).tolist():
+            span = start + length * part / parts, start + length * (part + 1) / parts
+            broken[int(marks[part]) - 1].append(span)
+    return broken
+
+
+@compiled
+def _inside(
+    pieces: Floats,
+    row: int,
+    times: Floats,
+    packed: PackedZones,
+    zone: int,
+    marks: Floats,
+    places: Floats,
+) -> int:
+    """Write the marks of a piece's border of a zone, first and last place included."""
+    low, high = applies(pieces, row, times, packed, zone)
+    if not low < high:
+        return 0
+    count = mark_border(pieces, row, packed, zone, low, high, marks)
+    places[0] = low
+    for i in range(count):
+        places[i + 1] = marks[i]
+    places[count + 1] = high
+    return count + 2
+
+
+def within_zone(track: LaidTrack, packed: PackedZones, zone: int) -> Iterator[Span]:
+    """Yield the stretches of a track inside one of the packed zones with its margin."""
+    marks, places = np.empty(packed.marks), np.empty(packed.marks + 2)
+    for row, start, length in _rows(track):
+        count = _inside(track.pieces, row, track.times, packed, zone, marks, places)
+        cuts = np.sort(places[:count]).tolist()
+        for first, last in itertools.pairwise(cuts):
+            if last > first and holds(packed, zone, *track.place(row, 0.5 * (first + last))):
+                yield start + first * length, start + last * length
+
+
+def too_steep(track: LaidTrack, sign: int) -> Iterator[Span]:
+    """Yield the pieces that climb (``sign`` 1) or descend (-1) too steeply."""
+    for row, start, length in _rows(track):
+        rise = track.pieces[row, fields.RISE]
+        if track.pieces[row, fields.STEEP] > 0 and (rise >= 0) == (sign > 0):
+            yield start, start + length
+
+
+def too_weak(track: LaidTrack, thrust: float) -> Iterator[Span]:
+    """Yield the pieces that need more than ``thrust``."""
+    for row, start, length in _rows(track):
+        if track.figures[row, THRUST] > thrust:
+            yield start, start + length
+
+
+def above(track: LaidTrack, ceiling_m: float) -> Iterator[Span]:
+    """Yield the stretches above a ceiling."""
+    for row, start, length in _rows(track):
+        low, rise = track.pieces[row, fields.Z], track.pieces[row, fields.RISE]
+        first, last = low > ceiling_m, low + rise > ceiling_m
+        if first or last:
+            share = float((ceiling_m - low) / rise) if first != last else 0.0
+            yield (
+                start + (0.0 if first else share) * length,
+                start + (1.0 if last else share) * length,
+            )
+
+
+def out_of_fuel(track: LaidTrack, fuel: float) -> Iterator[Span]:
+    """Yield the stretch on which more than ``fuel`` is burned, to the end of the track."""
+    burned = 0.0
+    for row, start, length in _rows(track):
+        used = float(track.figures[row, FUEL])
+        if burned + used > fuel:
+            yield start + length * max(fuel - burned, 0.0) / used, track.length_m
+            return
+        burned += used
+
+
+def impossible_turns(track: LaidTrack, reach_m: float) -> list[Span]:
+    """Return the surroundings of waypoints whose turn does not fit, ``reach_m`` to either side."""
+    lengths = np.maximum(track.pieces[: track.rows, fields.LENGTH], 0.0)
+    flown = np.cumsum(lengths)
+    spans = []
+    for i in range(track.points):
+        if is_impossible(track.turns, track.points, i):
+            at = float(flown[2 * i - 1]) if i else 0.0
+            at += 0.5 * float(lengths[2 * i])
+            spans.append((max(at - reach_m, 0.0), min(at + reach_m, track.length_m)))
+    return spans
+
+
+def _rows(track: LaidTrack) -> Iterator[tuple[int, float, float]]:
+    """Yield each piece's row, the metres flown before it, and its length."""
+    flown = 0.0
+    for row in range(track.rows):
+        length = float(track.pieces[row, fields.LENGTH])
+        if length > 0.0:
+            yield row, flown, length
+            flown += length

@@ -9,6 +9,7 @@ from matplotlib.patheffects import AbstractPathEffect, Normal, Stroke
 
 
 __all__ = [
+    "BAND",
     "BEST",
     "DASHES",
     "GOAL",
@@ -33,6 +34,7 @@ NOFLY = "#a3246b"
 TROUBLE = "#d55e00"
 VOID = "#6e7478"
 GROUND = "#c7b697"
+BAND = "#f0b400"
 BEST = PATH
 MEAN = "#7a7f84"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,16 +11,21 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.path import Path as Outline
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from host.evaluation import Evaluation, Evaluator, Samples
+from host.evaluation.broken import Stretch
 from host.evaluation.evaluator import FINE
+from host.problem.problem import Problem
+from host.problem.zones import Circle, Polygon, Zone
 from host.report import plan_view
 from host.report.axes import finish
 from host.report.files import replacing
-from host.report.palette import BEST, GROUND, MEAN, NOFLY, PATH, TEXT, TROUBLE, VOID, halo
+from host.report.palette import BAND, BEST, GROUND, MEAN, NOFLY, PATH, TEXT, TROUBLE, VOID, halo
 
 
 __all__ = ["Scene", "draw", "write"]
@@ -57,6 +63,8 @@ class Scene:
         Generation, best and mean fitness; empty for a path that was given.
     title, subtitle : str
         Lines above the picture.
+    reason : str
+        Why there is no path; the limit that is broken worst by default.
     """
 
     evaluator: Evaluator
@@ -65,6 +73,7 @@ class Scene:
     history: Sequence[Sequence[float]]
     title: str
     subtitle: str
+    reason: str = ""
 
 
 def write(scene: Scene, file: Path) -> None:
@@ -83,8 +92,17 @@ def draw(scene: Scene) -> Figure:
 
     # The samples of the verdict, so that the picture does not contradict it.
     samples, _ = scene.evaluator.track(scene.path).midpoints(scene.evaluator.ds_m / FINE)
-    trouble = _trouble(scene.evaluator, samples)
-    legend = plan_view.draw(plan, bar, scene.evaluator.problem, scene.path, samples, trouble)
+    stretches = scene.evaluator.broken(scene.path)
+    trouble = _trouble(scene.evaluator, samples, stretches)
+    legend = plan_view.draw(
+        plan,
+        bar,
+        scene.evaluator.problem,
+        scene.path,
+        samples,
+        trouble,
+        _reasons(samples, stretches),
+    )
     _draw_profile(profile, scene, samples, trouble)
     _draw_convergence(convergence, scene.history, scene.evaluation.fitness)
 
@@ -104,7 +122,44 @@ def draw(scene: Scene) -> Figure:
         (scene.subtitle, 0.68, {"fontsize": 11.5}),
     ):
         figure.text(_LEFT / width, 1 - below / height, text, color=TEXT, va="center", **style)
+    if not scene.evaluation.feasible and (why := scene.reason or _worst(scene.evaluation)):
+        figure.text(
+            _LEFT / width,
+            1 - 0.92 / height,
+            textwrap.shorten(f"No path: {why}", 150, placeholder=" ..."),
+            color=TROUBLE,
+            va="center",
+            fontsize=10.5,
+            weight="bold",
+        )
     return figure
+
+
+def _worst(evaluation: Evaluation) -> str:
+    """What the limit that is broken worst says; empty as paper."""
+    if not evaluation.limits:
+        return ""
+    worst = evaluation.limits[0]
+    return (
+        f"{worst['limit']} is {worst['worst']:,.1f}, allowed {worst['allowed']:,.1f}, "
+        f"after {worst['at_m'] / 1000:.2f} km"
+    )
+
+
+def _reasons(samples: Samples, stretches: Sequence[Stretch]) -> list[tuple[str, float, float]]:
+    """Each broken limit with the middle of its longest stretch."""
+    longest: dict[str, Stretch] = {}
+    for each in stretches:
+        known = longest.get(each.limit)
+        if known is None or each.to_m - each.from_m > known.to_m - known.from_m:
+            longest[each.limit] = each
+    reasons = []
+    for limit, each in longest.items():
+        at = min(
+            int(np.searchsorted(samples.s, 0.5 * (each.from_m + each.to_m))), len(samples.s) - 1
+        )
+        reasons.append((limit, float(samples.x[at]), float(samples.y[at])))
+    return reasons
 
 
 def _layout(aspect: float) -> tuple[Figure, list[Axes]]:
@@ -146,9 +201,18 @@ def _layout(aspect: float) -> tuple[Figure, list[Axes]]:
     ]
 
 
-def _trouble(evaluator: Evaluator, samples: Samples) -> NDArray[np.bool_]:
-    """Return which samples are under the ground, over a void or in a no-fly zone."""
+def _trouble(
+    evaluator: Evaluator, samples: Samples, stretches: Sequence[Stretch]
+) -> NDArray[np.bool_]:
+    """Return which samples break a limit; as paper, are in the ground, a void or a zone."""
     problem = evaluator.problem
+    if not problem.as_paper:
+        broken = np.zeros(len(samples.s), dtype=bool)
+        for each in stretches:
+            broken |= (samples.s >= each.from_m) & (samples.s <= each.to_m)
+            middle = np.searchsorted(samples.s, 0.5 * (each.from_m + each.to_m))
+            broken[min(int(middle), len(broken) - 1)] = True
+        return broken
     zone = problem.nofly_raster[problem.terrain.nearest_nodes(samples.x, samples.y)]
     trouble: NDArray[np.bool_] = np.isnan(samples.ground) | (samples.clearance < 0) | zone
     return trouble
@@ -163,7 +227,10 @@ def _draw_profile(
     problem = scene.evaluator.problem
     unit_m, unit = plan_view.axis_unit(float(samples.s[-1]))
     along = samples.s / unit_m
-    ground = samples.ground
+    if problem.rules is None:
+        ground = samples.ground
+    else:
+        ground, band = _surface_and_band(scene.evaluator, samples)
     heights = np.concatenate((samples.z, ground))
     low, high = float(np.nanmin(heights)), float(np.nanmax(heights))
     margin = max(1.0, 0.12 * (high - low))
@@ -172,8 +239,18 @@ def _draw_profile(
 
     axes.fill_between(along, low - 10 * margin, ground, color=GROUND, linewidth=0, zorder=2)
     axes.plot(along, ground, color="#5b4a38", linewidth=0.8, zorder=3)
-    zone = problem.nofly_raster[problem.terrain.nearest_nodes(samples.x, samples.y)]
-    _shade(axes, along, zone, NOFLY)
+    if problem.rules is None:
+        zone = problem.nofly_raster[problem.terrain.nearest_nodes(samples.x, samples.y)]
+        _shade(axes, along, zone, NOFLY)
+    else:
+        axes.fill_between(along, ground, band, color=BAND, alpha=0.55, linewidth=0, zorder=2)
+        _draw_zones(axes, along, problem, samples)
+        for ceiling in (problem.rules.ceiling_m, problem.aircraft.service_ceiling_m):
+            if ceiling is not None:
+                axes.axhline(ceiling, color=TROUBLE, linewidth=1.2, zorder=4)
+        if problem.rules.ceiling_agl_m is not None:
+            top = ground + problem.rules.ceiling_agl_m
+            axes.plot(along, top, color=TROUBLE, linewidth=0.9, zorder=4)
     _shade(axes, along, np.isnan(ground), VOID)
     axes.plot(along, samples.z, color=PATH, linewidth=2, zorder=5, path_effects=halo(1.5))
     if trouble.any():
@@ -182,6 +259,63 @@ def _draw_profile(
     finish(
         axes, "Altitude over the terrain along the path", f"distance flown ({unit})", "altitude (m)"
     )
+
+
+def _surface_and_band(
+    evaluator: Evaluator, samples: Samples
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the surface below the track, and the lowest altitude that the rules demand there.
+
+    The corridor is looked at along five lines; the verdict looks everywhere.
+    """
+    from host.problem.surface import surface_below
+
+    problem = evaluator.problem
+    assert problem.rules is not None
+    dx, dy = np.gradient(samples.x), np.gradient(samples.y)
+    run = np.maximum(np.hypot(dx, dy), 1e-9)
+    highest = np.full(len(samples.x), -np.inf)
+    for share in (-1.0, -0.5, 0.0, 0.5, 1.0):
+        aside = share * problem.rules.corridor_m
+        x, y = samples.x - aside * dy / run, samples.y + aside * dx / run
+        highest = np.maximum(highest, surface_below(problem.terrain, x, y))
+    surface = surface_below(problem.terrain, samples.x, samples.y)
+    required = problem.demand.required_m(samples.x, samples.y)
+    return (
+        np.where(np.isfinite(surface), surface, np.nan),
+        np.where(np.isfinite(highest), highest + required, np.nan),
+    )
+
+
+def _draw_zones(axes: Axes, along: NDArray[np.float64], problem: Problem, samples: Samples) -> None:
+    """Draw the zones that the track crosses as blocks of their heights."""
+    bottom, top = axes.get_ylim()
+    for zone in problem.zones:
+        inside = _covers(zone, samples.x, samples.y)
+        low = bottom if zone.lower_m is None else zone.lower_m
+        high = top if zone.upper_m is None else zone.upper_m
+        axes.fill_between(
+            along,
+            low,
+            high,
+            where=inside,
+            facecolor=(*to_rgb(NOFLY), 0.25),
+            edgecolor=NOFLY,
+            hatch="///",
+            linewidth=0.8,
+            zorder=1.5,
+        )
+
+
+def _covers(zone: Zone, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which points are within the outline of a zone."""
+    if isinstance(zone, Circle):
+        return np.asarray(np.hypot(x - zone.x_m, y - zone.y_m) <= zone.radius_m)
+    assert isinstance(zone, Polygon)
+    inside = np.zeros(len(x), dtype=bool)
+    for ring in (zone.ring, *zone.holes):
+        inside ^= Outline(ring).contains_points(np.stack((x, y), axis=1))
+    return inside
 
 
 def _shade(

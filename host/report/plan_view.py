@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import LightSource, Normalize, to_rgb
 from matplotlib.lines import Line2D
@@ -19,12 +21,14 @@ from matplotlib.offsetbox import (
 )
 from matplotlib.patches import Circle as CirclePatch
 from matplotlib.patches import FancyArrow, Patch, PathPatch, Rectangle
+from matplotlib.patches import Polygon as Triangle
 from matplotlib.path import Path as Outline
 from numpy.typing import NDArray
 
 from host.evaluation import Samples
 from host.problem.zones import Circle, Polygon, Zone
 from host.report.palette import GOAL, LAND, NOFLY, PATH, START, TEXT, TROUBLE, VOID, halo
+from host.report.placing import label
 
 
 if TYPE_CHECKING:
@@ -54,6 +58,7 @@ def draw(
     path: NDArray[np.float64],
     samples: Samples,
     trouble: NDArray[np.bool_],
+    reasons: Sequence[tuple[str, float, float]] = (),
 ) -> list[Line2D | Patch]:
     """Draw the map of ``problem`` with ``path`` on ``axes``, in kilometres or metres.
 
@@ -73,12 +78,21 @@ def draw(
         The smoothed path.
     trouble : ndarray
         True for samples that cannot be flown, (k,) bool.
+    reasons : sequence of (str, float, float)
+        Reasons to write beside the path, each with its x and y in metres.
     """
     terrain = problem.terrain
     unit_m, unit = axis_unit(max(terrain.width_m, terrain.height_m))
     voids = _draw_land(axes, bar, problem, unit_m)
     for zone in problem.zones:
         axes.add_patch(_outline(zone, unit_m))
+    margin_m = 0.0 if problem.rules is None else problem.rules.zone_margin_m
+    for zone in problem.zones:
+        if margin_m and isinstance(zone, Circle):
+            around = (zone.x_m / unit_m, zone.y_m / unit_m), (zone.radius_m + margin_m) / unit_m
+            axes.add_patch(
+                CirclePatch(*around, fill=False, edgecolor=NOFLY, linewidth=0.7, zorder=4)
+            )
 
     x, y = samples.x / unit_m, samples.y / unit_m
     axes.plot(
@@ -120,12 +134,66 @@ def draw(
             linestyle="",
         )
 
-    _draw_scale_and_north(axes, np.stack((x, y), axis=1), unit_m)
+    via = np.array(problem.way[1:-1]).reshape(-1, 3) / unit_m
+    axes.plot(
+        via[:, 0],
+        via[:, 1],
+        linestyle="",
+        marker="D",
+        markersize=8,
+        color=GOAL,
+        markeredgecolor=TEXT,
+        zorder=9,
+    )
+    for end, heading, sign in zip(path[[0, -1]], problem.headings, (-1, 1), strict=True):
+        if heading is not None:
+            axes.annotate(
+                "",
+                end[:2] / unit_m,
+                xytext=(sign * 22 * heading[0], sign * 22 * heading[1]),
+                textcoords="offset points",
+                arrowprops={"arrowstyle": "-", "color": TEXT, "linewidth": 2},
+                zorder=8,
+            )
+
+    box = _draw_scale_and_north(axes, np.stack((x, y), axis=1), unit_m, problem.wind)
+    taken = [box.get_window_extent()]
+    for text, at_x, at_y in reasons:
+        style = {"color": TROUBLE, "fontsize": 9.5, "weight": "bold", "zorder": 12}
+        placed = label(axes, at_x / unit_m, at_y / unit_m, text, taken, **style)
+        taken += [] if placed is None else [placed]
+    for zone in problem.zones:
+        text, (at_x, at_y) = _zone_text(zone), _middle(zone)
+        if text:
+            style = {"color": NOFLY, "fontsize": 8.5, "zorder": 11}
+            placed = label(axes, at_x / unit_m, at_y / unit_m, text, taken, **style)
+            taken += [] if placed is None else [placed]
     axes.set_title("Plan view", loc="left", fontsize=11.5, weight="bold", color=TEXT)
     axes.set_xlabel(f"east ({unit})", color=TEXT)
     axes.set_ylabel(f"north ({unit})", color=TEXT)
     axes.tick_params(colors=TEXT, labelsize=9)
     return _legend(problem, voids, bool(trouble.any()))
+
+
+def _zone_text(zone: Zone) -> str:
+    """Name, heights and times of a zone, each on its line."""
+    lines = [zone.name] if zone.name else []
+    for low, high, unit in ((zone.lower_m, zone.upper_m, "m"), (zone.t0_s, zone.t1_s, "s")):
+        if low is not None and high is not None:
+            lines.append(f"{low:g} to {high:g} {unit}")
+        elif low is not None:
+            lines.append(f"from {low:g} {unit}")
+        elif high is not None:
+            lines.append(f"to {high:g} {unit}")
+    return "\n".join(lines)
+
+
+def _middle(zone: Zone) -> tuple[float, float]:
+    if isinstance(zone, Circle):
+        return zone.x_m, zone.y_m
+    assert isinstance(zone, Polygon)
+    x, y = np.mean(zone.ring, axis=0).tolist()
+    return x, y
 
 
 def _draw_land(axes: Axes, bar: Axes, problem: Problem, unit_m: float) -> bool:
@@ -193,6 +261,17 @@ def _draw_land(axes: Axes, bar: Axes, problem: Problem, unit_m: float) -> bool:
         hatched.set(edgecolor=VOID, linewidth=0)
     ramp = np.linspace(low, high, 256)[:, None]
     bar.imshow(LAND(norm(ramp)), origin="lower", aspect="auto", extent=(0, 1, low, high))
+    for clips, tip, level, colour in (
+        (bool(np.nanmin(land) < low), -1, low, LAND(0.0)),
+        (bool(np.nanmax(land) > high), 1, high, LAND(1.0)),
+    ):
+        if clips:
+            # The arrow says that there is land beyond the range of the bar.
+            corners = [(0, level), (1, level), (0.5, level + tip * 0.04 * (high - low))]
+            bar.add_patch(
+                Triangle(corners, facecolor=colour, edgecolor=TEXT, linewidth=0.6, clip_on=False)
+            )
+    bar.set_ylim(low, high)
     bar.xaxis.set_visible(False)
     bar.yaxis.tick_right()
     bar.tick_params(colors=TEXT, labelsize=8.5)
@@ -214,10 +293,19 @@ def _outline(zone: Zone, unit_m: float) -> CirclePatch | PathPatch:
     assert isinstance(zone, Polygon)
     corners: list[tuple[float, float]] = []
     codes: list[Any] = []
-    for ring in (zone.ring, *zone.holes):
+    # Rings in opposite directions: a hole is neither filled nor hatched.
+    rings = [(zone.ring, 1.0), *((hole, -1.0) for hole in zone.holes)]
+    for given, direction in rings:
+        ring = given if _area(given) * direction >= 0 else given[::-1]
         corners += [(x / unit_m, y / unit_m) for x, y in (*ring, ring[0])]
         codes += [Outline.MOVETO, *[Outline.LINETO] * (len(ring) - 1), Outline.CLOSEPOLY]
     return PathPatch(Outline(corners, codes), **style)
+
+
+def _area(ring: Sequence[tuple[float, float]]) -> float:
+    """Return twice the area of a ring, positive if it runs anticlockwise."""
+    x, y = np.array(ring).T
+    return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
 
 
 def axis_unit(span_m: float) -> tuple[float, str]:
@@ -231,8 +319,13 @@ def nice_length(span: float) -> float:
     return max(step * power for step in (1, 2, 5) if step * power <= span / 4)
 
 
-def _draw_scale_and_north(axes: Axes, points: NDArray[np.float64], unit_m: float) -> None:
-    """Draw a scale bar and an arrow to the north where they are farthest from ``points``."""
+def _draw_scale_and_north(
+    axes: Axes,
+    points: NDArray[np.float64],
+    unit_m: float,
+    wind: tuple[float, float] = (0.0, 0.0),
+) -> AnchoredOffsetbox:
+    """Draw scale bar, arrow to the north and wind where they are farthest from ``points``."""
     (left, right), window = axes.get_xlim(), axes.get_window_extent()
     per_inch = (right - left) * axes.figure.dpi / window.width
     length = nice_length(right - left)
@@ -259,9 +352,31 @@ def _draw_scale_and_north(axes: Axes, points: NDArray[np.float64], unit_m: float
     )
     name = TextArea("N", textprops={"fontsize": 10, "weight": "bold", "color": TEXT})
     north = VPacker(children=[arrow, name], align="center", pad=0, sep=2)
+    parts: list[Artist] = [scale, north]
+    speed = math.hypot(*wind)
+    if speed > 0:
+        # The arrow points where the air goes.
+        east, to_north = 20 * wind[0] / speed, 20 * wind[1] / speed
+        area = DrawingArea(22, 22)
+        area.add_artist(
+            FancyArrow(
+                11 - east / 2,
+                11 - to_north / 2,
+                east,
+                to_north,
+                width=2.2,
+                head_width=8,
+                head_length=8,
+                length_includes_head=True,
+                color=PATH,
+                linewidth=0,
+            )
+        )
+        said = TextArea(f"wind {speed:.3g} m/s", textprops={"fontsize": 9, "color": PATH})
+        parts.append(VPacker(children=[area, said], align="center", pad=0, sep=2))
     box = AnchoredOffsetbox(
         _PLACES[0],
-        child=HPacker(children=[scale, north], align="center", pad=0, sep=10),
+        child=HPacker(children=parts, align="center", pad=0, sep=10),
         pad=0.5,
         borderpad=0.9,
     )
@@ -278,6 +393,7 @@ def _draw_scale_and_north(axes: Axes, points: NDArray[np.float64], unit_m: float
         return min(float(np.hypot(*outside.T).min()) / axes.figure.dpi, _FAR_INCHES)
 
     box.loc = AnchoredOffsetbox.codes[max(_PLACES, key=distance)]
+    return box
 
 
 def _legend(problem: Problem, voids: bool, trouble: bool) -> list[Line2D | Patch]:

@@ -104,7 +104,10 @@ def scene(evaluator: Evaluator, result: Result, summary: Mapping[str, Any]) -> S
     """Return all that the picture of a run shows."""
     from host.report.picture import Scene
 
-    return Scene(evaluator, result.path, result.evaluation, result.history, *_captions(summary))
+    found = summary.get("reason")
+    reason = found.get("sentence", "") if isinstance(found, Mapping) else ""
+    captions = _captions(summary)
+    return Scene(evaluator, result.path, result.evaluation, result.history, *captions, reason)
 
 
 def _captions(summary: Mapping[str, Any]) -> tuple[str, str]:

@@ -13,8 +13,10 @@ from matplotlib.legend import Legend
 from matplotlib.offsetbox import AnchoredOffsetbox
 from matplotlib.text import Text
 
+from host.problem.zones import Polygon
 from host.report import palette, plan_view
 from host.report.picture import Scene, draw, write
+from host.report.placing import label
 from host.report.plan_view import axis_unit, nice_length
 from tests.pictures import assert_texts_apart, texts_of
 
@@ -34,11 +36,20 @@ WORLDS = {
     "small": {"shape": (21, 31), "side_m": 12.0, "relief": 9.0, "nofly": False},
     "given path": {"shape": (61, 61), "history": 0},
 }
+BY_RULES = {
+    "square, by rules": {"shape": (61, 61)},
+    "tall, by rules": {"shape": (90, 25)},
+    "wide, by rules": {"shape": (25, 90)},
+    "infeasible, by rules": {"shape": (61, 61), "height_m": -400.0},
+    "voids, by rules": {"shape": (61, 61), "void": True},
+}
 
 
-@pytest.fixture(scope="module", params=WORLDS)
+@pytest.fixture(scope="module", params=[*WORLDS, *BY_RULES])
 def scene(request, make_run):
-    evaluator, result = make_run(**WORLDS[request.param], as_paper=True)
+    as_paper = request.param in WORLDS
+    world = (WORLDS if as_paper else BY_RULES)[request.param]
+    evaluator, result = make_run(**world, as_paper=as_paper)
     return Scene(
         evaluator,
         result.path,
@@ -97,12 +108,17 @@ def test_names_what_it_shows(scene, figure):
     ):
         assert shown.count(text) == 1, text
     flyable = evaluation.distance_under_terrain_m == 0
+    if not scene.evaluator.problem.as_paper:
+        flyable = evaluation.feasible
+        reasons = [text for text in shown if text.startswith("No path: ")]
+        assert len(reasons) == (not flyable)
     assert ("not flyable" in shown) == (not flyable)
     voids = np.isnan(scene.evaluator.problem.terrain.elevation).any()
     assert ("void" in shown) == voids
     assert ("no-fly zone" in shown) == bool(scene.evaluator.problem.zones)
     if scene.history:
-        assert f"best {scene.history[-1][1]:.4f}" in shown
+        # The strict verdict may count less than the search did.
+        assert any(text.startswith(f"best {scene.history[-1][1]:.4f}") for text in shown)
 
 
 def test_scale_and_north_cover_no_end_of_the_path(scene, figure):
@@ -116,6 +132,31 @@ def test_scale_and_north_cover_no_end_of_the_path(scene, figure):
     for end in scene.path[[0, -1], :2] / unit_m:
         x, y = figure.axes[0].transData.transform(end)
         assert not window.padded(10).contains(x, y)
+
+
+def test_the_reason_of_the_search_comes_before_the_worst_limit(make_run):
+    evaluator, result = make_run(height_m=-400.0)
+    scene = Scene(evaluator, result.path, result.evaluation, [], "", "", "The wall closes it.")
+    assert "No path: The wall closes it." in [t.get_text() for t in draw(scene).findobj(Text)]
+
+
+def test_labels_avoid_what_is_taken_and_are_left_out_without_room():
+    figure = Figure(figsize=(6, 5))
+    FigureCanvasAgg(figure)
+    axes = figure.add_axes((0, 0, 1, 1), xlim=(0, 6), ylim=(0, 5))
+    first = label(axes, 3, 2.5, "clearance", [])
+    second = label(axes, 3, 2.5, "clearance", [first])
+    assert not first.overlaps(second)
+    assert label(axes, 3, 2.5, "clearance", [axes.get_window_extent()]) is None
+    assert len(axes.texts) == 2
+
+
+def test_holes_run_against_their_ring():
+    square = ((0.0, 0.0), (9.0, 0.0), (9.0, 9.0), (0.0, 9.0))
+    hole = ((3.0, 3.0), (6.0, 3.0), (6.0, 6.0), (3.0, 6.0))
+    outline = plan_view._outline(Polygon(square, (hole,)), 1.0).get_path()
+    outer, inner = outline.vertices[:4], outline.vertices[5:9]
+    assert plan_view._area(outer) > 0 > plan_view._area(inner)
 
 
 @pytest.mark.parametrize("free", [(0, 0), (0, 1), (1, 0), (1, 1)])

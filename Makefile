@@ -62,7 +62,7 @@ help:
 	@echo "make bitstream  place and route for a real board, with open tools (BOARD=ulx3s-85f)"
 	@echo "make sim        cocotb benches on Icarus and Verilator (SIM= BENCH= WAVES=1)"
 	@echo "make formal     prove claims about the gateware with Yosys and Z3 (PROOF=)"
-	@echo "make bench      measure every speed claim (BENCH=; of fpga, flight and quality, rows named like ONLY=)"
+	@echo "make bench      measure every speed claim (BENCH=; of fpga, flight, quality and safety, rows named like ONLY=)"
 	@echo "make docs       the documentation as a site, in build/docs/ (open index.html)"
 	@echo "make lint       ruff (rules and format), mypy, the rules of imports, Verilator's lint of the"
 	@echo "                generated Verilog"

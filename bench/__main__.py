@@ -25,6 +25,7 @@ NAMES = {
     "evaluation": "evaluations per second of one core",
     "quality": "every planner over nine terrains, from both starts, many seeds",
     "flight": "planned paths flown in JSBSim, by the rules and as paper; hours, so only if named",
+    "safety": "what clearances cost every planner, by the rules; long, so only if named",
     "onboard": "plans whose collisions the board counts, beside the host's",
     "allaire-table1": "ga-pc and ga-fpga per phase, beside table 1 of allaire-2008",
     "cheng-table4": "ga-dp and ga-auv on the AUV problem, beside the paper's table IV",
@@ -46,7 +47,7 @@ def main() -> int:
         "--only",
         metavar="TEXT",
         default="",
-        help="of fpga, flight and quality, the rows with this in their names",
+        help="of fpga, flight, quality and safety, the rows with this in their names",
     )
     parser.add_argument("--out", type=Path, default=Path("build/bench"), help="folder of the JSON")
     arguments = parser.parse_args()
@@ -62,7 +63,9 @@ def main() -> int:
         options = replace(options, seeds=arguments.seeds, trials=arguments.seeds)
     arguments.out.mkdir(parents=True, exist_ok=True)
     status = 0
-    for name in arguments.names or [name for name in NAMES if name not in ("fpga", "flight")]:
+    for name in arguments.names or [
+        name for name in NAMES if name not in ("fpga", "flight", "safety")
+    ]:
         try:
             report = importlib.import_module(f"bench.{name.replace('-', '_')}").run(options)
         except PathgeneError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -27,8 +28,13 @@ from host.report.write import scene, write_report
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from host.diagnosis import Reason
 
-__all__ = ["Check", "Plan", "Search", "check", "plan", "require_functions"]
+__all__ = ["FALLBACKS", "Check", "Plan", "Search", "check", "plan", "require_functions"]
+
+
+#: What may follow where a planner finds no feasible path.
+FALLBACKS = ("astar", "none")
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -49,6 +55,10 @@ class Plan:
         Seed of the run.
     source : mapping
         Origin of the terrain, as ``summary.json`` states it.
+    reason : Reason or None
+        The reason why there is no feasible path; None if there is one, or it was not looked for.
+    fallback : str or None
+        The planner that found the path after this one found none that is feasible.
     """
 
     evaluator: Evaluator
@@ -57,6 +67,8 @@ class Plan:
     board: str | None
     seed: int
     source: Mapping[str, Any]
+    reason: Reason | None = field(default=None, kw_only=True)
+    fallback: str | None = field(default=None, kw_only=True)
 
     @property
     def path(self) -> NDArray[np.float64]:
@@ -89,14 +101,18 @@ class Plan:
     @cached_property
     def summary(self) -> dict[str, Any]:
         """The content of ``summary.json`` in plain JSON values; every number is finite."""
-        return summarise(
-            self.evaluator,
-            self.result,
-            planner=self.planner,
-            board=self.board,
-            seed=self.seed,
-            source=self.source,
-        )
+        return {
+            **summarise(
+                self.evaluator,
+                self.result,
+                planner=self.planner,
+                board=self.board,
+                seed=self.seed,
+                source=self.source,
+            ),
+            "reason": None if self.reason is None else self.reason.to_dict(),
+            "fallback": self.fallback,
+        }
 
     def __repr__(self) -> str:
         verdict = "feasible" if self.evaluation.feasible else "not feasible"
@@ -172,6 +188,10 @@ class Search:
         Most generations; the planner's own number by default.
     time_limit_s, target_fitness, population, seed
         See :class:`host.planners.base.Options`.
+    fallback : str, optional
+        Where the planner finds no feasible path, look for the reason, and with ``astar`` search
+        with that planner unless the reason is proven. ``none`` only looks for the reason; by
+        default neither is done. As paper there is no fallback.
     **options
         The planner's own options: those of :data:`host.planners.OPTIONS` that its entry lists.
         None is the default of each.
@@ -191,8 +211,12 @@ class Search:
         target_fitness: float | None = None,
         population: int | None = None,
         seed: int = 0,
+        fallback: str | None = None,
         **options: Any,
     ) -> None:
+        if fallback is not None and fallback not in FALLBACKS:
+            raise InputError(f"The fallback must be astar or none, not {fallback!r}.")
+        self.fallback = fallback
         own = _own_options(planner, options)
         self._planner = make(planner, **own)
         self.planner = planner
@@ -220,7 +244,7 @@ class Search:
         result = self._planner.plan(evaluator, self.options, progress, stop)
         if stop is not None:
             stop.heeded = True
-        return Plan(
+        plan = Plan(
             evaluator,
             result,
             self.planner,
@@ -228,6 +252,37 @@ class Search:
             self.options.seed,
             evaluator.problem.terrain.loading if source is None else source,
         )
+        return self._settled(plan, stop)
+
+    def _settled(self, plan: Plan, stop: Stop | None) -> Plan:
+        """Return a plan without a feasible path with one of the fallback, or with the reason."""
+        result, evaluator = plan.result, plan.evaluator
+        if self.fallback is None or result.evaluation.feasible:
+            return plan
+        if result.interrupted or result.failure is not None:
+            return plan
+        if stop is not None and not stop.requested:
+            stop.heeded = False
+        # Loads SciPy.
+        from host.connection import connect, interrupted, with_path_of
+
+        search = self.fallback == "astar" != self.planner and not evaluator.problem.as_paper
+        try:
+            found = connect(evaluator, search=search, best=result.evaluation, stop=stop)
+        except KeyboardInterrupt:
+            if stop is None or not stop.requested:
+                raise
+            return dataclasses.replace(plan, result=interrupted(result))
+        finally:
+            if stop is not None:
+                stop.heeded = True
+        if found.reason is None and found.result is not None:
+            return dataclasses.replace(
+                plan, result=with_path_of(result, found.result), fallback="astar"
+            )
+        if stop is not None and stop.requested:
+            return dataclasses.replace(plan, result=interrupted(result))
+        return dataclasses.replace(plan, reason=found.reason)
 
 
 @dataclass(frozen=True)
@@ -273,6 +328,7 @@ def plan(
     population: int | None = None,
     progress: Progress | None = None,
     cancel: Callable[[], bool] | None = None,
+    fallback: str = "astar",
     **options: Any,
 ) -> Plan:
     """Plan the path of a single leg; see :func:`host.mission.plan.plan`."""
@@ -284,6 +340,7 @@ def plan(
         time_limit_s=time_limit_s,
         target_fitness=target_fitness,
         population=population,
+        fallback=fallback,
         **options,
     )
     return search.run(_evaluator(problem), progress=progress, stop=Stop(cancel))

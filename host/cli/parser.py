@@ -11,6 +11,7 @@ from host.cli.arguments.batch import add_batch
 from host.cli.arguments.board import add_board
 from host.cli.arguments.check import add_check
 from host.cli.arguments.compare import add_compare
+from host.cli.arguments.diagnose import add_diagnose
 from host.cli.arguments.export import add_export
 from host.cli.arguments.feasible import add_feasible
 from host.cli.arguments.fly import add_fly
@@ -41,6 +42,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_batch(commands)
     add_compare(commands)
     add_check(commands)
+    add_diagnose(commands)
     add_fly(commands)
     add_export(commands)
     add_upload(commands)

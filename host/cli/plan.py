@@ -36,6 +36,7 @@ def run(args: argparse.Namespace) -> int:
         target_fitness=args.target_fitness,
         population=args.population,
         seed=args.seed,
+        fallback=args.fallback,
         **own_options(args, args.planner),
     )
     formats = parse_formats(args.write) if args.write else ()
@@ -79,25 +80,16 @@ def _status(plan: Plan) -> int:
         return interrupts.status()
     if result.failure is not None:
         raise JobError(f"{result.failure.rstrip('.')}; the best path until then is written.")
+    if plan.fallback is not None:
+        note(f"{plan.planner} found no feasible path; the path is that of {plan.fallback}.")
     leg = plan.failing_leg if isinstance(plan, MissionPlan) else None
+    if leg is None and result.evaluation.feasible:
+        return 0
+    assert plan.reason is not None
+    sentence = plan.reason.sentence.rstrip(".")
     if leg is not None:
-        raise JobError(
-            f"No feasible path was found for {leg.name}; the best path of all legs is written, try "
-            "more --generations, another --seed, or move a point."
-        )
-    if isinstance(plan, MissionPlan) and not result.evaluation.feasible:
-        limits = result.evaluation.limits or ()
-        broken = f"breaks the limit of {limits[0]['limit']}" if limits else "is not"
-        raise JobError(
-            f"Every leg is feasible by itself, but the path of all legs {broken}; it is written, "
-            "try more --generations, another --seed, or move a via point."
-        )
-    if not result.evaluation.feasible:
-        raise JobError(
-            "No feasible path was found, the best path is written; try more "
-            "--generations, another --seed, or move start and goal."
-        )
-    return 0
+        sentence = f"{leg.name[:1].upper()}{leg.name[1:]}: {sentence}"
+    raise JobError(f"{sentence}; the best path is written.")
 
 
 def _print(summary: dict[str, Any], written: list[Path]) -> None:
@@ -105,6 +97,7 @@ def _print(summary: dict[str, Any], written: list[Path]) -> None:
         [
             ("planner", summary["planner"]),
             ("board", summary["board"] or "none"),
+            *([("fallback", summary["fallback"])] if summary["fallback"] else []),
             *_legs(summary),
             *term_pairs(summary),
             ("generations", f"{summary['generations']}"),

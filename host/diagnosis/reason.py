@@ -26,6 +26,8 @@ CODES = (
     "power",
     "fuel",
     "turn",
+    "heading",
+    "joint",
     "not-found",
 )
 

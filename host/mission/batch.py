@@ -264,6 +264,8 @@ def _plan(threads: int, task: _Task) -> Outcome:
     if failure is None and not plan.evaluation.feasible:
         leg = plan.failing_leg if isinstance(plan, MissionPlan) else None
         failure = f"No feasible path was found{f' for {leg.name}' if leg else ''}."
+        if plan.reason is not None:
+            failure = f"{leg.name}: {plan.reason.sentence}" if leg else plan.reason.sentence
     result = dataclasses.replace(plan.result, archive=[])
     return Outcome(task.number, plan.summary, result, failure)
 

@@ -104,6 +104,7 @@ def search_of(values: Values) -> Search:
         target_fitness=values.get("target_fitness"),
         population=values.get("population"),
         seed=values.get("seed") or 0,
+        fallback=values.get("fallback") or "astar",
         **{name: values[name] for name in having if values.get(name) is not None},
     )
 

@@ -387,6 +387,16 @@ KEYS: tuple[Key, ...] = (
         "--seed",
         "seed",
     ),
+    Key(
+        "planner",
+        "fallback",
+        choice(("astar", "none")),
+        "planner that searches where the other finds no feasible path; none with as_paper",
+        "astar",
+        '"astar"',
+        "--fallback",
+        "fallback",
+    ),
     *_own(),
     Key("output", "out", PATH, "directory to write to", "out", '"out"', "--out", "out"),
     Key(

@@ -28,6 +28,7 @@ def plan(
     population: int | None = None,
     progress: Progress | None = None,
     cancel: Callable[[], bool] | None = None,
+    fallback: str = "astar",
     **options: Any,
 ) -> Plan:
     """Plan a path; print and write nothing.
@@ -59,6 +60,10 @@ def plan(
         Called between generations. Once it returns True, the search ends, and the plan is the best
         so far with ``interrupted`` true. The longest wait is usually that for generation 0: the
         first plan on a machine compiles for up to a minute, and ``sim:`` builds its board.
+    fallback : str
+        ``astar`` or ``none``: the planner that searches where the other one finds no feasible path,
+        unless none exists. ``plan.fallback`` says whether it did, ``plan.reason`` why there is no
+        path. Not with ``as_paper``.
     **options
         The planner's own options, ``board="sim:"`` for example: those of ``pathgene plan`` with
         underscores. None is the default of each.
@@ -88,6 +93,7 @@ def plan(
             population=population,
             progress=progress,
             cancel=cancel,
+            fallback=fallback,
             **options,
         )
     require_functions(progress=progress, cancel=cancel)
@@ -98,6 +104,7 @@ def plan(
         time_limit_s=time_limit_s,
         target_fitness=target_fitness,
         population=population,
+        fallback=fallback,
         **options,
     )
     return plan_mission(problem, search, progress=progress, stop=Stop(cancel))

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from host.diagnosis import Reason
 from host.errors import PathgeneError
 from host.evaluation import Evaluation, Evaluator
 from host.mission.joint import JoinedEvaluator
@@ -67,6 +68,8 @@ class Leg:
             "planned": self.plan is not None,
             "feasible": self.feasible,
             "failure": self.failure,
+            "reason": None,
+            "fallback": None,
             "waypoints": len(self.path),
         }
         if self.plan is None:
@@ -82,6 +85,8 @@ class Leg:
             "stopped_by": result.stopped_by,
             "seconds": result.seconds,
             "hardware": result.hardware,
+            "reason": None if self.plan.reason is None else self.plan.reason.to_dict(),
+            "fallback": self.plan.fallback,
         }
         return {key: finite(value) for key, value in table.items()}
 
@@ -171,7 +176,8 @@ def plan_mission(
     evaluation = whole.evaluate(_joined(legs))
     if not evaluation.feasible and all(leg.feasible for leg in legs) and not mission.whole.as_paper:
         legs, evaluation = _rejoined(mission, search, stop, evaluator, whole, legs, evaluation)
-    first = next(leg.plan for leg in legs if leg.plan is not None)
+    plans = [leg.plan for leg in legs if leg.plan is not None]
+    first = plans[0]
     return MissionPlan(
         whole,
         _combined(legs, evaluation),
@@ -181,6 +187,23 @@ def plan_mission(
         first.source if source is None else source,
         mission,
         tuple(legs),
+        reason=_reason(legs, evaluation, search),
+        fallback=next((plan.fallback for plan in plans if plan.fallback is not None), None),
+    )
+
+
+def _reason(legs: list[Leg], evaluation: Evaluation, search: Search) -> Reason | None:
+    """Return the reason of the first leg without a path, or that the legs do not join."""
+    for leg in legs:
+        if leg.plan is not None and leg.plan.reason is not None:
+            return leg.plan.reason
+    if evaluation.feasible or search.fallback is None or not all(leg.feasible for leg in legs):
+        return None
+    return Reason(
+        code="joint",
+        sentence="Every leg has a feasible path, but not all of them as one path: turns at the via "
+        "points, fuel or times of zones do not fit; move a via point.",
+        proven=False,
     )
 
 

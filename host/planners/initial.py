@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from host.diagnosis import diagnose
 from host.errors import InputError
 from host.planners.airspace import Airspace
 from host.planners.altitudes import lowest_altitudes
@@ -84,18 +85,21 @@ def astar_paths(
     Returns
     -------
     list of ndarray or None
-        ``count`` paths, (n, 3) float64 metres with both ends; None, with a warning, if there is no
-        route through the grid.
+        ``count`` paths, (n, 3) float64 metres with both ends; None if there is no route through the
+        grid, with a warning unless it is proven that there is no path at all: the reason of the
+        plan says so.
     """
     ranked = sorted(
         (pair for paths in searches(run, most, lattice) for pair in paths),
         key=lambda pair: -pair[0],
     )
     if not ranked:
-        warnings.warn(
-            "The grid search finds no way from start to goal, so the first population is random.",
-            stacklevel=2,
-        )
+        if not diagnose(run.evaluator.problem).proven:
+            warnings.warn(
+                "The grid search finds no way from start to goal, so the first population is "
+                "random.",
+                stacklevel=2,
+            )
         return None
     problem = run.evaluator.problem
     with run.phase("variation"):

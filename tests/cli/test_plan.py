@@ -141,13 +141,43 @@ def test_no_grid_leaves_the_terrain_out(hills, tmp_path, capsys):
 def test_no_feasible_path_exits_1_with_files(hills, tmp_path, capsys):
     assert plan(hills, tmp_path, *WALL, "--generations", "3") == 1
     assert capsys.readouterr().err.splitlines()[-1] == (
-        "pathgene: No feasible path was found, the best path is written; try more --generations, "
-        "another --seed, or move start and goal."
+        "pathgene: No way leads from the start to the goal at any altitude: the edge of the map, "
+        "zone 1, zone 2, zone 3 and 8 more enclose the goal, and must open near (3000, 2000) m; "
+        "the best path is written."
     )
     assert sorted(entry.name for entry in tmp_path.iterdir()) == FILES
     summary = summary_in(tmp_path)
     assert (summary["feasible"], summary["feasible_at_ds"]) == (False, False)
     assert summary["distance_in_nofly_m"] > 0
+    reason = summary["reason"]
+    assert (reason["code"], reason["proven"], reason["place"]) == ("closed", True, [3000, 2000])
+    assert summary["fallback"] is None
+
+
+def test_falls_back_to_astar(hills, tmp_path, capsys):
+    blind = ["--planner", "fpa", "--waypoints", "6", "--generations", "1", "--population", "4"]
+    blind += ["--nofly-circle", "4500,1000,800", "--nofly-circle", "1200,2000,500"]
+    assert plan(hills, tmp_path, *blind) == 0
+    assert capsys.readouterr().err.splitlines()[-1] == (
+        "pathgene: fpa found no feasible path; the path is that of astar."
+    )
+    summary = summary_in(tmp_path)
+    assert (summary["planner"], summary["fallback"]) == ("fpa", "astar")
+    assert (summary["feasible"], summary["reason"]) == (True, None)
+    assert summary["generations"] == 1
+    assert plan(hills, tmp_path, *blind, "--fallback", "none") == 1
+    summary = summary_in(tmp_path)
+    assert (summary["feasible"], summary["fallback"]) == (False, None)
+    assert (summary["reason"]["code"], summary["reason"]["proven"]) == ("not-found", False)
+    assert (
+        capsys.readouterr()
+        .err.splitlines()[-1]
+        .startswith(
+            "pathgene: No path was found at this cell size (100 m), and no limit was found that "
+        )
+    )
+    plan(hills, tmp_path, *blind, "--as-paper")
+    assert summary_in(tmp_path)["fallback"] is None
 
 
 def test_stop_criteria(hills, tmp_path, capsys):

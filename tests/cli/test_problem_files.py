@@ -153,8 +153,9 @@ def test_names_the_leg_without_a_path(file, tmp_path, capsys):
     options = ["--via", "3000,3300,200", "--planner", "ga-pc", "--generations", "2", *wall]
     assert main(["plan", str(file), *options, "--out", str(tmp_path / "out")]) == 1
     assert capsys.readouterr().err.splitlines()[-1] == (
-        "pathgene: No feasible path was found for leg 2, from via point 1 to the goal; the best "
-        "path of all legs is written, try more --generations, another --seed, or move a point."
+        "pathgene: Leg 2, from via point 1 to the goal: No way leads from the start to the goal at "
+        "any altitude: the edge of the map, zone 1, zone 2, zone 3 and 8 more enclose the goal, "
+        "and must open near (4300, 3404) m; the best path is written."
     )
     assert [leg["planned"] for leg in summary_in(tmp_path / "out")["legs"]] == [True, True]
 

@@ -41,6 +41,13 @@ def add_plan(commands: Commands) -> None:
         default=0,
         help="seed of all random draws; the same seed gives the same result (default %(default)s)",
     )
+    group.add_argument(
+        "--fallback",
+        choices=("astar", "none"),
+        default="astar",
+        help="planner that searches where the other finds no feasible path (default %(default)s; "
+        "none with --as-paper)",
+    )
     add_own_options(parser)
     group = parser.add_argument_group("output")
     group.add_argument(

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from host.diagnosis import diagnose
+from host.errors import InputError
 from host.evaluation import Evaluator
 from host.planners.astar import AstarPlanner
 from host.planners.base import Options
@@ -66,7 +67,11 @@ def test_proves_nothing_that_a_path_disproves(block):
     found = 0
     for seed in range(8 * block, 8 * block + 8):
         problem = random_problem(seed)
-        result = AstarPlanner().plan(Evaluator(problem), Options(generations=8))
+        try:
+            evaluator = Evaluator(problem)
+        except InputError:
+            continue  # The straight line is too steep a glide.
+        result = AstarPlanner().plan(evaluator, Options(generations=8))
         if result.evaluation.feasible:
             found += 1
             assert not diagnose(problem).proven, seed

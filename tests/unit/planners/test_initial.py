@@ -22,7 +22,6 @@ from host.problem.zones import Circle
 
 
 WALLS = tuple(Circle(3000, y, 300) for y in range(0, 4001, 400))
-NO_WAY = r"^The grid search finds no way from start to goal, so the first population is random\.$"
 
 
 @pytest.fixture
@@ -175,7 +174,8 @@ def test_starts_at_random_without_a_way(make_evaluator, name):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         started = planner(init="astar").plan(evaluator, options)
-    assert [str(warning.message) for warning in caught] == [NO_WAY.strip("^$").replace("\\", "")]
+    # It is proven that there is no path, and the plan's reason says so.
+    assert caught == []
     assert started.history == planner().plan(evaluator, options).history
 
 

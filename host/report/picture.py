@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,7 @@ from host.evaluation.broken import Stretch
 from host.evaluation.evaluator import FINE
 from host.problem.problem import Problem
 from host.problem.zones import Circle, Polygon, Zone
-from host.report import plan_view
+from host.report import plan_view, reason_marks
 from host.report.axes import finish
 from host.report.files import replacing
 from host.report.palette import BAND, BEST, GROUND, MEAN, NOFLY, PATH, TEXT, TROUBLE, VOID, halo
@@ -33,7 +33,9 @@ __all__ = ["Scene", "draw", "write"]
 _WIDE = 2.2  # Maps wider than this by height lie above the two graphs.
 _NARROWEST, _WIDEST = 0.28, 6.5  # Frames of maps narrower than these have room beside the map.
 # Inches: width of the figure, and the margins that titles, labels and legend need.
-_WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 13.2, 0.85, 0.35, 1.25, 1.0
+_WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 13.2, 0.85, 0.35, 1.45, 1.0
+# Units of the limits that are no lengths.
+_UNITS = {"climb": "m/s", "descent": "m/s", "power": "W", "fuel": "N", "stall": "m/s"}
 # Right of the title, where no line can run through it.
 _LEGEND: dict[str, Any] = {
     "loc": "lower right",
@@ -63,8 +65,8 @@ class Scene:
         Generation, best and mean fitness; empty for a path that was given.
     title, subtitle : str
         Lines above the picture.
-    reason : str
-        Why there is no path; the limit that is broken worst by default.
+    reason : mapping
+        The ``reason`` of a summary: why a planner found no path; empty for a path that was given.
     """
 
     evaluator: Evaluator
@@ -73,7 +75,7 @@ class Scene:
     history: Sequence[Sequence[float]]
     title: str
     subtitle: str
-    reason: str = ""
+    reason: Mapping[str, Any] = field(default_factory=dict)
 
 
 def write(scene: Scene, file: Path) -> None:
@@ -103,6 +105,8 @@ def draw(scene: Scene) -> Figure:
         trouble,
         _reasons(samples, stretches),
     )
+    unit_m, _ = plan_view.axis_unit(max(terrain.width_m, terrain.height_m))
+    legend += reason_marks.draw(plan, scene.reason, unit_m)
     _draw_profile(profile, scene, samples, trouble)
     _draw_convergence(convergence, scene.history, scene.evaluation.fitness)
 
@@ -122,27 +126,31 @@ def draw(scene: Scene) -> Figure:
         (scene.subtitle, 0.68, {"fontsize": 11.5}),
     ):
         figure.text(_LEFT / width, 1 - below / height, text, color=TEXT, va="center", **style)
-    if not scene.evaluation.feasible and (why := scene.reason or _worst(scene.evaluation)):
+    if not scene.evaluation.feasible and (why := _why(scene)):
         figure.text(
             _LEFT / width,
-            1 - 0.92 / height,
-            textwrap.shorten(f"No path: {why}", 150, placeholder=" ..."),
+            1 - 0.85 / height,
+            "\n".join(textwrap.wrap(why, 125, max_lines=2, placeholder=" ...")),
             color=TROUBLE,
-            va="center",
+            va="top",
             fontsize=10.5,
             weight="bold",
         )
     return figure
 
 
-def _worst(evaluation: Evaluation) -> str:
-    """What the limit that is broken worst says; empty as paper."""
-    if not evaluation.limits:
+def _why(scene: Scene) -> str:
+    """Return why a path is not feasible; empty for a given path as paper."""
+    if sentence := scene.reason.get("sentence"):
+        return f"No path: {sentence}"
+    if not scene.evaluation.limits:
         return ""
-    worst = evaluation.limits[0]
+    worst = scene.evaluation.limits[0]
+    name = worst["limit"]
+    unit = "m" if name.startswith("zone ") else _UNITS.get(name, "m")
     return (
-        f"{worst['limit']} is {worst['worst']:,.1f}, allowed {worst['allowed']:,.1f}, "
-        f"after {worst['at_m'] / 1000:.2f} km"
+        f"Not feasible: {name} is {worst['worst']:,.1f} {unit}, "
+        f"allowed {worst['allowed']:,.1f} {unit}, after {worst['at_m'] / 1000:.2f} km"
     )
 
 
@@ -178,7 +186,7 @@ def _layout(aspect: float) -> tuple[Figure, list[Axes]]:
             (_LEFT + graph_width * 1.15 + 0.9, _BOTTOM, graph_width * 0.85, graph_height),
         ]
     else:
-        height = 7.4
+        height = 7.6
         room = height - _TOP - _BOTTOM
         map_width = min(6.1, room * aspect)
         map_height = map_width / aspect

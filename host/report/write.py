@@ -105,7 +105,7 @@ def scene(evaluator: Evaluator, result: Result, summary: Mapping[str, Any]) -> S
     from host.report.picture import Scene
 
     found = summary.get("reason")
-    reason = found.get("sentence", "") if isinstance(found, Mapping) else ""
+    reason = found if isinstance(found, Mapping) else {}
     captions = _captions(summary)
     return Scene(evaluator, result.path, result.evaluation, result.history, *captions, reason)
 

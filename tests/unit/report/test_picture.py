@@ -13,11 +13,15 @@ from matplotlib.legend import Legend
 from matplotlib.offsetbox import AnchoredOffsetbox
 from matplotlib.text import Text
 
+from host.diagnosis import diagnose
+from host.evaluation import Evaluator
+from host.problem.problem import Problem
 from host.problem.zones import Polygon
 from host.report import palette, plan_view
 from host.report.picture import Scene, draw, write
 from host.report.placing import label
 from host.report.plan_view import axis_unit, nice_length
+from host.terrain import Terrain
 from tests.pictures import assert_texts_apart, texts_of
 
 
@@ -110,7 +114,7 @@ def test_names_what_it_shows(scene, figure):
     flyable = evaluation.distance_under_terrain_m == 0
     if not scene.evaluator.problem.as_paper:
         flyable = evaluation.feasible
-        reasons = [text for text in shown if text.startswith("No path: ")]
+        reasons = [text for text in shown if text.startswith("Not feasible: ")]
         assert len(reasons) == (not flyable)
     assert ("not flyable" in shown) == (not flyable)
     voids = np.isnan(scene.evaluator.problem.terrain.elevation).any()
@@ -136,8 +140,38 @@ def test_scale_and_north_cover_no_end_of_the_path(scene, figure):
 
 def test_the_reason_of_the_search_comes_before_the_worst_limit(make_run):
     evaluator, result = make_run(height_m=-400.0)
-    scene = Scene(evaluator, result.path, result.evaluation, [], "", "", "The wall closes it.")
-    assert "No path: The wall closes it." in [t.get_text() for t in draw(scene).findobj(Text)]
+    scene = Scene(evaluator, result.path, result.evaluation, [], "", "", {"sentence": "The wall."})
+    assert "No path: The wall." in [t.get_text() for t in draw(scene).findobj(Text)]
+
+
+@pytest.mark.parametrize("kind", ["closed", "climb"])
+def test_marks_the_ring_and_the_place_of_a_diagnosis(kind):
+    heights = np.full((40, 40), 100.0)
+    zones = ()
+    if kind == "closed":
+        zones = (Polygon(((1400, -50), (1600, -50), (1600, 4000), (1400, 4000)), name="W"),)
+    else:
+        heights[:] = 900.0
+        heights[3:8, 3:8] = 100.0
+    terrain = Terrain("made", heights, 100.0, 100.0)
+    ends = (500.0, 500.0, 200.0), (3000.0, 3000.0, 1100.0)
+    problem = Problem(terrain, *ends, zones=zones)
+    reason = diagnose(problem).to_dict()
+    assert reason["code"] == kind
+    evaluator = Evaluator(problem, threads=1)
+    path = np.array(ends)
+    figure = draw(Scene(evaluator, path, evaluator.evaluate(path), [], "T", "s", reason))
+    figure.canvas.draw()
+    assert_texts_apart(figure)
+    lines = [np.array(line.get_xydata()) for line in figure.axes[0].get_lines()]
+    place = np.array(reason["place"]) / 1000
+    assert any(line.shape == (1, 2) and np.allclose(line[0], place) for line in lines)
+    for ring in reason["ring"]:
+        ring = np.array(ring) / 1000
+        assert any(line.shape == ring.shape and np.allclose(line, ring) for line in lines)
+    shown = [text for text, _ in texts_of(figure)]
+    assert ("closing ring" in shown) == (kind == "closed") == bool(reason["ring"])
+    assert any(text.startswith("No path: ") for text in shown)
 
 
 def test_labels_avoid_what_is_taken_and_are_left_out_without_room():

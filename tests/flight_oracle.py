@@ -211,14 +211,15 @@ def _excess(problem, piece, fractions):
     rules, terrain, aircraft = problem.rules, problem.terrain, problem.aircraft
     x, y, z = piece.points(fractions).T
     required = np.full(x.shape, rules.clearance_m)
+    below = required.copy()
     for end, degrees in (
         (problem.start, aircraft.max_climb_deg),
         (problem.goal, aircraft.max_descent_deg),
     ):
-        height = end[2] - surface(terrain, np.array([end[0]]), np.array([end[1]]))[0]
-        height = height if math.isfinite(height) else 0.0
-        away = np.hypot(x - end[0], y - end[1])
-        required = np.minimum(required, height + away * 0.5 * math.tan(math.radians(degrees)))
+        height, beside = (end[2] - ground for ground in _around(problem, end))
+        away = np.hypot(x - end[0], y - end[1]) * 0.5 * math.tan(math.radians(degrees))
+        required = np.minimum(required, max(beside, -rules.corridor_m) + away)
+        below = np.minimum(below, height + away)
     east, north = _headings(piece, fractions)
     # Rounding of the place at the very edge of the corridor proves nothing.
     wide = max(rules.corridor_m - TOLERANCE_M, 0.0)
@@ -227,7 +228,27 @@ def _excess(problem, piece, fractions):
     highest = np.full(x.shape, -np.inf)
     for aside in asides if piece.run_m else np.zeros(1):
         highest = np.maximum(highest, surface(terrain, x - aside * north, y + aside * east))
-    return highest + required - z
+    return np.maximum(highest + required, surface(terrain, x, y) + below) - z
+
+
+def _around(problem, end):
+    """Return the surface below an end, and the highest within the corridor."""
+    x, y = np.array([end[0]]), np.array([end[1]])
+    own = surface(problem.terrain, x, y)[0]
+    corridor = problem.rules.corridor_m
+    angles = np.linspace(0, 2 * np.pi, 36001)
+    around = own
+    for radius in (corridor - 1e-6, corridor, corridor + 1e-6):
+        rim = surface(problem.terrain, x + radius * np.cos(angles), y + radius * np.sin(angles))
+        around = max(around, rim.max())
+    # Inside, no place is higher than the highest node whose square the circle meets.
+    for (iy, ix), node in np.ndenumerate(problem.terrain.elevation):
+        gap_x = max(abs(ix * problem.terrain.dx_m - end[0]) - problem.terrain.dx_m / 2, 0)
+        gap_y = max(abs(iy * problem.terrain.dy_m - end[1]) - problem.terrain.dy_m / 2, 0)
+        if math.hypot(gap_x, gap_y) <= corridor:
+            around = max(around, np.inf if math.isnan(node) else node)
+    # An end beside a void has no height that would lower the demand.
+    return (own if math.isfinite(own) else end[2]), (around if math.isfinite(around) else end[2])
 
 
 def _intrusion(problem, zone, piece, times):

@@ -132,7 +132,7 @@ def _sides(problem: Problem, end: str, point: Point) -> Iterator[Reason]:
     at_y = y + np.cos(angles)[:, None] * aside
     surface = surface_below(problem.terrain, at_x, at_y)
     # The clearance is that of the track's own place.
-    required = float(demand.required_m(np.array([x]), np.array([y]))[0])
+    required = float(demand.required_m(np.array([x]), np.array([y]), beside=True)[0])
     with np.errstate(invalid="ignore"):  # An end over a void has no height.
         lacking: Floats = (surface + required - z).max(axis=1)
     half = _NUMBER_OF_HEADINGS // 2

@@ -15,7 +15,7 @@ from host.evaluation.jit import compiled
 from host.evaluation.laid_track import LaidTrack
 from host.evaluation.laying import is_impossible
 from host.evaluation.packed_zones import PackedZones
-from host.evaluation.strict import STACK_SHAPE, Required, extreme, is_off_map
+from host.evaluation.strict import STACK_SHAPE, Required, extreme, is_near_end, is_off_map
 from host.evaluation.verdict import FUEL, THRUST
 from host.evaluation.zone_border import applies, holds, mark_border
 
@@ -74,6 +74,7 @@ def _mark_parts(
     ground: Floats,
     c: Constants,
     required: Required,
+    below: Required,
     pieces: Floats,
     row: int,
     parts: int,
@@ -90,11 +91,15 @@ def _mark_parts(
         excess, _ = extreme(
             ground, c, required, pieces, row, first, last, _ROUNDING_M, 0.0, True, stack
         )
+        if excess <= _ROUNDING_M and is_near_end(required, pieces, row, first, last):
+            excess, _ = extreme(
+                ground, c, below, pieces, row, first, last, _ROUNDING_M, 0.0, True, stack
+            )
         marks[part] = 1.0 if excess > _ROUNDING_M else 0.0
 
 
 def off_demand(
-    ground: Floats, c: Constants, required: Required, track: LaidTrack
+    ground: Floats, c: Constants, required: Required, below: Required, track: LaidTrack
 ) -> tuple[list[Span], list[Span]]:
     """Return the parts that break what is demanded of the height, and those off the map.
 
@@ -107,7 +112,7 @@ def off_demand(
         run = float(track.pieces[row, fields.RUN])
         parts = max(math.ceil(run / step_m), 1)
         marks = np.empty(parts)
-        _mark_parts(ground, c, required, track.pieces, row, parts, stack, marks)
+        _mark_parts(ground, c, required, below, track.pieces, row, parts, stack, marks)
         for part in np.flatnonzero(marks).tolist():
             span = start + length * part / parts, start + length * (part + 1) / parts
             broken[int(marks[part]) - 1].append(span)

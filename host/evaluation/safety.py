@@ -53,11 +53,17 @@ class StrictRule:
         self._demand = demand = problem.demand
         ends: tuple[float, ...] = ()
         for (x, y, _), height, slope in zip(
-            demand.ends, demand.heights_m, demand.slopes, strict=True
+            demand.ends, demand.heights_beside_m, demand.slopes, strict=True
         ):
             ends += (x, y, height, slope)
         top = math.inf if rules.ceiling_agl_m is None else rules.ceiling_agl_m
         self._low = Required(1.0, rules.clearance_m, rules.corridor_m, *ends)
+        # The demand right below the track, which is greater near the ends.
+        self._below = self._low._replace(
+            half_width_m=0.0,
+            start_height_m=demand.heights_m[0],
+            goal_height_m=demand.heights_m[1],
+        )
         self._high = Required(-1.0, top, 0.0, *_NO_END, *_NO_END)
         self._zones = pack_zones(problem.zones, rules.zone_margin_m)
         self._timed = pack_zones(problem.zones_at_times, rules.zone_margin_m)
@@ -94,7 +100,7 @@ class StrictRule:
 
     @property
     def _fixed(self) -> tuple[Any, ...]:
-        return self._ground, self._constants, self._low, self._high, self._zones
+        return self._ground, self._constants, self._low, self._below, self._high, self._zones
 
     def _scratch(self, points: int) -> tuple[Any, ...]:
         return (*scratch(points), *verdict.scratch(points, self._zones))
@@ -140,10 +146,14 @@ class StrictRule:
         up; the others are exact.
         """
         aircraft, limits = self._problem.aircraft, self._problem.limits
-        low, outside = broken.off_demand(self._ground, self._constants, self._low, track)
+        low, outside = broken.off_demand(
+            self._ground, self._constants, self._low, self._below, track
+        )
         high: list[broken.Span] = []
         if math.isfinite(self._high.height_m):
-            high, _ = broken.off_demand(self._ground, self._constants, self._high, track)
+            high, _ = broken.off_demand(
+                self._ground, self._constants, self._high, self._high, track
+            )
         radius = aircraft.turn_radius_m
         turn = "turn" if limits.stall_speed_m_s <= aircraft.cruise_speed_m_s else "stall"
         found: list[tuple[str, Iterable[broken.Span]]] = [
@@ -171,7 +181,12 @@ class StrictRule:
     def _heights(self, track: LaidTrack) -> Iterator[_Scored]:
         excess, at = self._extreme(track, self._low)
         x, y = track.place(*at)
-        allowed = float(self._demand.required_m(np.array([x]), np.array([y]))[0])
+        beside = True
+        excess_below, at_below = self._extreme(track, self._below)
+        if excess_below > max(excess, 0.0):
+            excess, at, beside = excess_below, at_below, False
+            x, y = track.place(*at)
+        allowed = float(self._demand.required_m(np.array([x]), np.array([y]), beside=beside)[0])
         yield _least("clearance", allowed - excess, allowed, track.flown_m(*at))
         if math.isfinite(self._high.height_m):
             excess, at = self._extreme(track, self._high)

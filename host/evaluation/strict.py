@@ -318,12 +318,19 @@ def extreme(
 
 @compiled
 def excess_m(
-    ground: Floats, c: Constants, required: Required, pieces: Floats, rows: int, stack: Floats
+    ground: Floats,
+    c: Constants,
+    required: Required,
+    below: Required,
+    pieces: Floats,
+    rows: int,
+    stack: Floats,
 ) -> float:
     """Return the metres of a track that break what is demanded, or lie off the map.
 
     Each piece is cut into equal parts of at most ``ds_m``; a part counts whole if it has any point
-    that breaks it. Parameters are those of :func:`extreme`.
+    that breaks it. ``below`` is demanded right below the track, too, where ``required`` is lower
+    than far from the ends. Other parameters are those of :func:`extreme`.
     """
     total = 0.0
     for row in range(rows):
@@ -340,9 +347,22 @@ def excess_m(
             excess, _ = extreme(
                 ground, c, required, pieces, row, first, last, _ROUNDING_M, 0.0, True, stack
             )
+            if excess <= _ROUNDING_M and is_near_end(required, pieces, row, first, last):
+                excess, _ = extreme(
+                    ground, c, below, pieces, row, first, last, _ROUNDING_M, 0.0, True, stack
+                )
             broken += 1 if excess > _ROUNDING_M else 0
         total += length * broken / parts
     return total
+
+
+@inlined
+def is_near_end(required: Required, pieces: Floats, row: int, first: float, last: float) -> bool:
+    """Return whether less than the clearance is demanded on a stretch of a piece."""
+    x, y, _, _ = track_point(pieces, row, 0.5 * (first + last), 0.0)
+    _, at_start, at_goal = demands(required, x, y)
+    steepest = max(required.start_slope, required.goal_slope)
+    return min(at_start, at_goal) - steepest * 0.5 * (last - first) < required.height_m
 
 
 @inlined

@@ -45,6 +45,7 @@ def strict_terms(
     ground: Floats,
     c: Constants,
     low: Required,
+    below: Required,
     high: Required,
     zones: PackedZones,
     turns: Floats,
@@ -64,8 +65,9 @@ def strict_terms(
         As for :func:`host.evaluation.kernels.path_terms`; nothing is sampled.
     ground : (rows * columns,) float64, metres
         Flat raster of the terrain itself, very high at voids.
-    low, high : Required
-        Least and greatest height; an infinite greatest height is not looked at.
+    low, below, high : Required
+        Least height over the corridor and right below the track, and greatest height; an infinite
+        greatest height is not looked at.
     zones : PackedZones
         All zones, widened by their margin.
     times : (2 n,) float64
@@ -77,9 +79,9 @@ def strict_terms(
     terms = path_terms(path, n, ground, ground, c, turns, pieces)
     length, area, fuel, steep, _, _, impossible, beyond = terms
     lay_times(c, pieces, rows, times)
-    under = excess_m(ground, c, low, pieces, rows, stack)
+    under = excess_m(ground, c, low, below, pieces, rows, stack)
     if high.height_m < math.inf:
-        under += excess_m(ground, c, high, pieces, rows, stack)
+        under += excess_m(ground, c, high, high, pieces, rows, stack)
     zone = zone_metres_with(pieces, rows, times, zones, marks)
     return length, area, fuel, steep, under, zone, impossible, beyond
 
@@ -138,6 +140,7 @@ def strict_penalty(
     ground: Floats,
     c: Constants,
     low: Required,
+    below: Required,
     high: Required,
     zones: PackedZones,
     turns: Floats,
@@ -152,7 +155,7 @@ def strict_penalty(
             if not abs(path[i, axis]) <= COORDINATE_LIMIT_M:
                 return math.inf, math.inf
     length, area, fuel, steep, under, zone, _, beyond = strict_terms(
-        path, n, ground, c, low, high, zones, turns, pieces, times, stack, marks
+        path, n, ground, c, low, below, high, zones, turns, pieces, times, stack, marks
     )
     if not length > 0.0:
         return math.inf, math.inf

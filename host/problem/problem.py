@@ -246,7 +246,7 @@ class Problem:
         from host.problem.surface import Demand
 
         assert self.rules is not None
-        return Demand.of(self.terrain, self.start, self.goal, self.aircraft, self.rules.clearance_m)
+        return Demand.of(self.terrain, self.start, self.goal, self.aircraft, self.rules)
 
     @property
     def _fastest_m_s(self) -> float:

@@ -33,6 +33,13 @@ _VOID_M = 1e300
 _ANY_VOID_M = 1e200
 # Cells around an end in which the rasters demand what the end's climb allows.
 _CELLS_AT_ENDS = 4.0
+# Share of the steepest climb from an end at which they do so.
+_SHARE_OF_CLIMB = 0.9
+# The rasters lie this far below the ends, so that rounding does not shut them in.
+_BELOW_ENDS_M = 0.005
+# Places on the rim of the corridor around an end, and what they may miss of its highest surface.
+_RIM_PLACES = 3600
+_RIM_SLACK_M = 1e-3
 
 
 def surface_below(terrain: Terrain, x: Floats, y: Floats) -> Floats:
@@ -58,15 +65,20 @@ def surface_below(terrain: Terrain, x: Floats, y: Floats) -> Floats:
 class Demand:
     """The clearance demanded at a horizontal distance from both ends.
 
-    It is the least of the rule's clearance and, for each end, the end's own height over the surface
-    plus half the tangent of the climb limit (of the descent limit at the goal) times the distance.
+    It is the least of the rule's clearance and, for each end, the height that the end itself has
+    over the surface, plus half the tangent of the climb limit (of the descent limit at the goal)
+    times the distance. Over the surface right below the track, that is the end's height over the
+    surface below it; beside the track, its height over the highest surface within the corridor.
 
     Parameters
     ----------
     clearance_m : float
         The rule.
     heights_m : (float, float)
-        Height of start and goal over the surface.
+        Height of start and goal over the surface below.
+    heights_beside_m : (float, float)
+        The same over the highest surface within the corridor around; at least less its width, as a
+        cliff beside an end is no excuse for the path.
     slopes : (float, float)
         Growth of the demand by distance from start and goal.
     ends : ((float, float, float), (float, float, float))
@@ -75,21 +87,27 @@ class Demand:
 
     clearance_m: float
     heights_m: tuple[float, float]
+    heights_beside_m: tuple[float, float]
     slopes: tuple[float, float]
     ends: tuple[Point, Point]
 
     @staticmethod
-    def of(
-        terrain: Terrain, start: Point, goal: Point, aircraft: Aircraft, clearance_m: float
-    ) -> Demand:
+    def of(terrain: Terrain, start: Point, goal: Point, aircraft: Aircraft, rules: Rules) -> Demand:
         """Return the demand of a flight."""
         ends = np.array([start, goal])
-        heights = ends[:, 2] - surface_below(terrain, ends[:, 0], ends[:, 1])
+        below = surface_below(terrain, ends[:, 0], ends[:, 1])
+        beside = np.array(
+            [_highest_within(terrain, x, y, rules.corridor_m) for x, y, _ in ends.tolist()]
+        )
         # An end beside a void is itself too low, but what it lacks is no excuse for the path.
-        height_start, height_goal = np.where(np.isfinite(heights), heights, 0.0).tolist()
+        heights, heights_beside = (
+            np.where(np.isfinite(surface), ends[:, 2] - surface, 0.0)
+            for surface in (below, np.maximum(below, beside))
+        )
         return Demand(
-            clearance_m,
-            (height_start, height_goal),
+            rules.clearance_m,
+            (float(heights[0]), float(heights[1])),
+            tuple(np.maximum(heights_beside, -rules.corridor_m).tolist()),
             (
                 0.5 * math.tan(math.radians(aircraft.max_climb_deg)),
                 0.5 * math.tan(math.radians(aircraft.max_descent_deg)),
@@ -97,15 +115,55 @@ class Demand:
             (start, goal),
         )
 
-    def required_m(self, x: Floats, y: Floats, nearer_m: float = 0.0) -> Floats:
-        """Return the clearance demanded at points, as if ``nearer_m`` nearer to both ends."""
+    def required_m(
+        self, x: Floats, y: Floats, nearer_m: float = 0.0, *, beside: bool = False
+    ) -> Floats:
+        """Return the clearance demanded at points, as if ``nearer_m`` nearer to both ends.
+
+        It is that over the surface right below the track, or ``beside`` it within the corridor.
+        """
         required = np.full(np.broadcast(x, y).shape, self.clearance_m)
-        for height, slope, (at_x, at_y, _) in zip(
-            self.heights_m, self.slopes, self.ends, strict=True
-        ):
+        heights = self.heights_beside_m if beside else self.heights_m
+        for height, slope, (at_x, at_y, _) in zip(heights, self.slopes, self.ends, strict=True):
             away = np.maximum(np.hypot(x - at_x, y - at_y) - nearer_m, 0.0)
             required = np.minimum(required, height + slope * away)
         return required
+
+
+def _highest_within(terrain: Terrain, x: float, y: float, radius_m: float) -> float:
+    """Return the highest surface within a distance of a point, metres; infinite near a void.
+
+    It lies at a node, on the rim, or where the rim crosses a line of nodes or of the squares around
+    them. A millimetre is added: the rim is sampled.
+    """
+    if radius_m == 0:
+        return float(surface_below(terrain, np.array([x]), np.array([y]))[0])
+    angles = [np.linspace(0.0, 2 * math.pi, _RIM_PLACES, endpoint=False)]
+    for at, side, shift in ((x, terrain.dx_m, 0.0), (y, terrain.dy_m, 0.5 * math.pi)):
+        lines = (
+            0.5
+            * side
+            * np.arange(
+                math.ceil(2 * (at - radius_m) / side), math.floor(2 * (at + radius_m) / side) + 1
+            )
+        )
+        turn = np.arccos(np.clip((lines - at) / radius_m, -1, 1))
+        angles += [shift + turn, shift - turn]
+    around = np.concatenate(angles)
+    # Both sides of a border between two squares.
+    rim = (radius_m + np.array([[-1e-6], [0.0], [1e-6]])) * np.stack(
+        (np.cos(around), np.sin(around))
+    )[:, None]
+    highest = surface_below(terrain, x + rim[0].ravel(), y + rim[1].ravel()).max()
+    # Nodes whose squares the circle touches.
+    rows, columns = terrain.shape
+    across = np.arange(columns) * terrain.dx_m
+    up = np.arange(rows) * terrain.dy_m
+    away_x = np.maximum(np.abs(across - x) - 0.5 * terrain.dx_m, 0.0)
+    away_y = np.maximum(np.abs(up - y) - 0.5 * terrain.dy_m, 0.0)
+    touched = np.hypot(away_x[None, :], away_y[:, None]) <= radius_m
+    nodes = np.where(np.isnan(terrain.elevation), np.inf, terrain.elevation)[touched]
+    return float(max(highest, nodes.max(initial=-np.inf))) + _RIM_SLACK_M
 
 
 class SearchRasters:
@@ -205,17 +263,22 @@ def _floor(
     y: Floats = np.arange(rows, dtype=np.float64)[:, None] * terrain.dy_m
     half_diagonal = 0.5 * math.hypot(terrain.dx_m, terrain.dy_m)
     heights = np.where(terrain.voids, _VOID_M, terrain.elevation)
-    required = demand.required_m(x, y, -half_diagonal)
+    required = demand.required_m(x, y, -half_diagonal, beside=True)
     floor: Floats = _highest_around(heights, terrain, corridor_m) + required
     # At the ends a node demands no more than the aircraft can climb from there.
     for (at_x, at_y, z), slope, height in zip(
-        demand.ends, demand.slopes, demand.heights_m, strict=True
+        demand.ends, demand.slopes, demand.heights_beside_m, strict=True
     ):
         away = np.maximum(np.hypot(x - at_x, y - at_y) - half_diagonal, 0.0)
-        ramp_m = max(demand.clearance_m - height, 0.0) / slope
+        # The raster asks for more than the rule where the ground rises from node to node.
+        ramp_m = (max(demand.clearance_m - height, 0.0) + demand.clearance_m) / slope
         near = away <= _CELLS_AT_ENDS * half_diagonal + ramp_m
         least = heights + demand.required_m(x, y, half_diagonal)
-        eased = np.maximum(least, np.minimum(floor, z + slope * away))
+        steepest = _SHARE_OF_CLIMB * 2.0 * slope
+        eased = np.maximum(least, np.minimum(floor, z + steepest * away))
+        eased = np.minimum(eased, np.where(away == 0, z - _BELOW_ENDS_M, np.inf))
+        # A void is not eased, unless the end itself is beside it.
+        near &= (floor < _ANY_VOID_M) | (away <= _CELLS_AT_ENDS * half_diagonal)
         floor = np.where(near, eased, floor)
     return np.where(floor > _ANY_VOID_M, np.nan, floor)
 

@@ -94,9 +94,9 @@ def test_end_above_a_ceiling(options, limit, sentence):
 
 
 def test_ground_and_voids_beside_an_end():
-    pit = heights(700)
+    pit = heights(920)
     pit[50, 50] = 100
-    reason = diagnose(problem(elevation=pit, start=(500, 500, 850)))
+    reason = diagnose(problem(elevation=pit, start=(500, 500, 1070)))
     assert (reason.code, reason.figure.limit) == ("goal", "clearance")
     assert reason.sentence == (
         "The ground within the corridor of 25 m is 30.0 m too high beside the goal, whatever the "
@@ -171,7 +171,7 @@ def test_ceiling_below_a_ridge():
 def test_pits():
     wide = heights(700)
     wide[47:54, 47:54] = 100
-    reason = diagnose(problem(elevation=wide, start=(500, 500, 850)))
+    reason = diagnose(problem(elevation=wide, start=(500, 500, 1070)))
     assert (reason.code, reason.proven, reason.end) == ("descent", False, "goal")
     assert reason.figure.allowed == 30
     assert 40 < reason.figure.would_do < 80

@@ -304,15 +304,12 @@ class Evaluator:
         InputError, ValueError
             As for :meth:`evaluate`.
         """
-        path = self._checked(path)
         problem = self.problem
-        smoothed = smooth(path, problem.limits.turn_radius_m, problem.headings)
+        smoothed = smooth(self._checked(path), problem.limits.turn_radius_m, problem.headings)
         return SmoothedTrack(smoothed.pieces, problem.terrain, self.bilinear)
 
     def broken(self, path: NDArray[np.float64]) -> list[Stretch]:
         """Return the stretches of a path that break a limit; none as paper.
-
-        See :meth:`host.evaluation.safety.StrictRule.broken`.
 
         Raises
         ------
@@ -321,6 +318,11 @@ class Evaluator:
         """
         path = self._checked(path)
         return [] if self._strict is None else self._strict.broken(self._strict.lay(path))
+
+    def lowest_at_m(self, path: NDArray[np.float64]) -> float | None:
+        """Return the metres flown to the least clearance of a path; None as paper."""
+        rule = self._strict
+        return None if rule is None else rule.lowest(rule.lay(self._checked(path)))[1]
 
     def _checked(self, path: NDArray[np.float64]) -> NDArray[np.float64]:
         path = np.ascontiguousarray(path, dtype=np.float64)

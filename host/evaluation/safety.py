@@ -107,10 +107,15 @@ class StrictRule:
 
     def clearance_m(self, track: LaidTrack) -> float:
         """Return the least height of the track over the surface within the corridor, metres."""
+        return self.lowest(track)[0]
+
+    def lowest(self, track: LaidTrack) -> tuple[float, float]:
+        """Return the least height over the surface within the corridor, and the metres flown."""
         all_along = self._low._replace(
             height_m=0.0, start_height_m=math.inf, goal_height_m=math.inf
         )
-        return -self._extreme(track, all_along)[0]
+        excess, at = self._extreme(track, all_along)
+        return -excess, track.flown_m(*at)
 
     def height_m(self, track: LaidTrack) -> float:
         """Return the greatest height of the track over the surface below it, metres."""

@@ -17,7 +17,7 @@ from host.flight.judge import SHARE, demanded_m, surface_below
 from host.report import plan_view
 from host.report.axes import finish
 from host.report.files import replacing
-from host.report.palette import GROUND, PATH, START, TEXT, TROUBLE, halo
+from host.report.palette import FLOWN, GROUND, PATH, START, TEXT, halo
 
 
 if TYPE_CHECKING:
@@ -32,7 +32,6 @@ _MOST_MAP = 6.1
 _NARROWEST, _WIDEST = 0.28, 2.4
 # Points drawn along a track.
 _POINTS = 4000
-_FLOWN = TROUBLE
 
 _LEGEND: dict[str, Any] = {
     "loc": "lower right",
@@ -66,12 +65,12 @@ def draw(report: FlightReport) -> Figure:
     plan.plot(
         flown.x / unit_m,
         flown.y / unit_m,
-        color=_FLOWN,
+        color=FLOWN,
         linewidth=1.3,
         zorder=7,
         path_effects=halo(0.4),
     )
-    legend.insert(3, Line2D([], [], color=_FLOWN, linewidth=1.6, label="flown"))
+    legend.insert(3, Line2D([], [], color=FLOWN, linewidth=1.6, label="flown"))
     _draw_profile(profile, report)
     _draw_errors(errors, report)
 
@@ -158,7 +157,7 @@ def _draw_profile(axes: Axes, report: FlightReport) -> None:
             label="half the clearance",
         )
     axes.plot(along, samples.z, color=PATH, linewidth=2.2, zorder=5, label="planned")
-    axes.plot(flown.along_m / unit_m, flown.z, color=_FLOWN, linewidth=1.2, zorder=6, label="flown")
+    axes.plot(flown.along_m / unit_m, flown.z, color=FLOWN, linewidth=1.2, zorder=6, label="flown")
     x, y, at = report.verdict.lowest_at_m
     lowest = int(np.argmin(np.hypot(flown.x - x, flown.y - y)))
     axes.plot(
@@ -187,7 +186,7 @@ def _draw_errors(axes: Axes, report: FlightReport) -> None:
         axes.axhspan(-corridor, corridor, color=START, alpha=0.1, linewidth=0, zorder=1)
     axes.axhline(0, color=TEXT, linewidth=0.8, zorder=2)
     axes.plot(along, flown.cross_m, color=PATH, linewidth=1.2, zorder=4, label="to the left")
-    axes.plot(along, flown.height_error_m, color=_FLOWN, linewidth=1.2, zorder=5, label="up")
+    axes.plot(along, flown.height_error_m, color=FLOWN, linewidth=1.2, zorder=5, label="up")
     axes.set_xlim(0, max(float(along[-1]), report.track.length_m * 1e-6))
     axes.set_ylim(-most, most)
     axes.legend(ncols=2, **_LEGEND)

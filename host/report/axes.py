@@ -1,11 +1,25 @@
 """The common style of all graphs."""
 
+from typing import Any
+
 from matplotlib.axes import Axes
 
 from host.report.palette import TEXT
 
 
-__all__ = ["finish"]
+__all__ = ["LEGEND", "finish"]
+
+#: Right of the title, where no line can run through it.
+LEGEND: dict[str, Any] = {
+    "loc": "lower right",
+    "bbox_to_anchor": (1.0, 1.0),
+    "fontsize": 9,
+    "frameon": False,
+    "borderpad": 0.3,
+    "borderaxespad": 0.0,
+    "handlelength": 1.4,
+    "columnspacing": 1.1,
+}
 
 
 def finish(axes: Axes, title: str, x: str, y: str) -> None:

@@ -12,6 +12,7 @@ __all__ = [
     "BAND",
     "BEST",
     "DASHES",
+    "FLOWN",
     "GOAL",
     "GROUND",
     "LAND",
@@ -31,7 +32,9 @@ PATH = "#0a4f8f"
 START = "#009e73"
 GOAL = "#f0b400"
 NOFLY = "#a3246b"
-TROUBLE = "#d55e00"
+# Bright enough to differ from the path in grey, dark enough for text on white.
+TROUBLE = "#df1f1a"
+FLOWN = "#d55e00"
 VOID = "#6e7478"
 GROUND = "#c7b697"
 BAND = "#f0b400"
@@ -40,7 +43,7 @@ MEAN = "#7a7f84"
 
 #: Colours of compared items, and the dashes of their lines. Both lists repeat; a repeated colour
 #: has another dash.
-SERIES = (PATH, TROUBLE, START, NOFLY, "#56b4e9", "#8a6d00", VOID)
+SERIES = (PATH, FLOWN, START, NOFLY, "#56b4e9", "#8a6d00", VOID)
 DASHES: tuple[str | tuple[int, tuple[float, ...]], ...] = (
     "solid",
     (0, (6, 1.6)),

@@ -13,8 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from matplotlib.path import Path as Outline
-from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from host.evaluation import Evaluation, Evaluator, Samples
@@ -22,10 +23,11 @@ from host.evaluation.broken import Stretch
 from host.evaluation.evaluator import FINE
 from host.problem.problem import Problem
 from host.problem.zones import Circle, Polygon, Zone
-from host.report import plan_view, reason_marks
-from host.report.axes import finish
+from host.report import convergence, plan_view, reason_marks
+from host.report.axes import LEGEND, finish
 from host.report.files import replacing
-from host.report.palette import BAND, BEST, GROUND, MEAN, NOFLY, PATH, TEXT, TROUBLE, VOID, halo
+from host.report.palette import BAND, GROUND, NOFLY, PATH, TEXT, TROUBLE, VOID, halo
+from host.report.placing import label
 
 
 __all__ = ["Scene", "draw", "write"]
@@ -33,20 +35,12 @@ __all__ = ["Scene", "draw", "write"]
 _WIDE = 2.2  # Maps wider than this by height lie above the two graphs.
 _NARROWEST, _WIDEST = 0.28, 6.5  # Frames of maps narrower than these have room beside the map.
 # Inches: width of the figure, and the margins that titles, labels and legend need.
-_WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 13.2, 0.85, 0.35, 1.45, 1.0
+_WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 13.2, 0.85, 0.35, 1.6, 1.0
+# Shares of the profile's width where the text of a ceiling may stand, the better ones first.
+_ASIDE = (0.75, 0.5, 0.25, 0.9, 0.1)
+_MOST_REASONS = 12  # Stretches that are named, the longest ones.
 # Units of the limits that are no lengths.
 _UNITS = {"climb": "m/s", "descent": "m/s", "power": "W", "fuel": "N", "stall": "m/s"}
-# Right of the title, where no line can run through it.
-_LEGEND: dict[str, Any] = {
-    "loc": "lower right",
-    "bbox_to_anchor": (1.0, 1.0),
-    "fontsize": 9,
-    "frameon": False,
-    "borderpad": 0.3,
-    "borderaxespad": 0.0,
-    "handlelength": 1.4,
-    "columnspacing": 1.1,
-}
 
 
 @dataclass(frozen=True)
@@ -90,12 +84,13 @@ def draw(scene: Scene) -> Figure:
     terrain = scene.evaluator.problem.terrain
     rows, columns = terrain.elevation.shape
     aspect = columns * terrain.dx_m / (rows * terrain.dy_m)
-    figure, (plan, bar, profile, convergence) = _layout(aspect)
+    figure, (plan, bar, profile, progress) = _layout(aspect)
 
     # The samples of the verdict, so that the picture does not contradict it.
     samples, _ = scene.evaluator.track(scene.path).midpoints(scene.evaluator.ds_m / FINE)
     stretches = scene.evaluator.broken(scene.path)
     trouble = _trouble(scene.evaluator, samples, stretches)
+    reasons = _reasons(samples, stretches)
     legend = plan_view.draw(
         plan,
         bar,
@@ -103,12 +98,12 @@ def draw(scene: Scene) -> Figure:
         scene.path,
         samples,
         trouble,
-        _reasons(samples, stretches),
+        [(limit, float(samples.x[at]), float(samples.y[at])) for limit, at in reasons],
     )
     unit_m, _ = plan_view.axis_unit(max(terrain.width_m, terrain.height_m))
     legend += reason_marks.draw(plan, scene.reason, unit_m)
-    _draw_profile(profile, scene, samples, trouble)
-    _draw_convergence(convergence, scene.history, scene.evaluation.fitness)
+    _draw_profile(profile, scene, samples, trouble, reasons)
+    convergence.draw(progress, scene.history, scene.evaluation.fitness)
 
     width, height = figure.get_size_inches()
     figure.legend(
@@ -154,20 +149,12 @@ def _why(scene: Scene) -> str:
     )
 
 
-def _reasons(samples: Samples, stretches: Sequence[Stretch]) -> list[tuple[str, float, float]]:
-    """Each broken limit with the middle of its longest stretch."""
-    longest: dict[str, Stretch] = {}
-    for each in stretches:
-        known = longest.get(each.limit)
-        if known is None or each.to_m - each.from_m > known.to_m - known.from_m:
-            longest[each.limit] = each
-    reasons = []
-    for limit, each in longest.items():
-        at = min(
-            int(np.searchsorted(samples.s, 0.5 * (each.from_m + each.to_m))), len(samples.s) - 1
-        )
-        reasons.append((limit, float(samples.x[at]), float(samples.y[at])))
-    return reasons
+def _reasons(samples: Samples, stretches: Sequence[Stretch]) -> list[tuple[str, int]]:
+    """Return the limits of the longest stretches, each with the sample in its middle."""
+    longest = sorted(stretches, key=lambda each: each.from_m - each.to_m)[:_MOST_REASONS]
+    middles = np.searchsorted(samples.s, [0.5 * (each.from_m + each.to_m) for each in longest])
+    at = np.minimum(middles, len(samples.s) - 1).tolist()
+    return [(each.limit, place) for each, place in zip(longest, at, strict=True)]
 
 
 def _layout(aspect: float) -> tuple[Figure, list[Axes]]:
@@ -186,7 +173,7 @@ def _layout(aspect: float) -> tuple[Figure, list[Axes]]:
             (_LEFT + graph_width * 1.15 + 0.9, _BOTTOM, graph_width * 0.85, graph_height),
         ]
     else:
-        height = 7.6
+        height = 7.75
         room = height - _TOP - _BOTTOM
         map_width = min(6.1, room * aspect)
         map_height = map_width / aspect
@@ -231,6 +218,7 @@ def _draw_profile(
     scene: Scene,
     samples: Samples,
     trouble: NDArray[np.bool_],
+    reasons: Sequence[tuple[str, int]],
 ) -> None:
     problem = scene.evaluator.problem
     unit_m, unit = plan_view.axis_unit(float(samples.s[-1]))
@@ -247,26 +235,43 @@ def _draw_profile(
 
     axes.fill_between(along, low - 10 * margin, ground, color=GROUND, linewidth=0, zorder=2)
     axes.plot(along, ground, color="#5b4a38", linewidth=0.8, zorder=3)
+    names: list[tuple[str, list[tuple[float, float]], str]] = []
     if problem.rules is None:
         zone = problem.nofly_raster[problem.terrain.nearest_nodes(samples.x, samples.y)]
         _shade(axes, along, zone, NOFLY)
     else:
         axes.fill_between(along, ground, band, color=BAND, alpha=0.55, linewidth=0, zorder=2)
         _draw_zones(axes, along, problem, samples)
-        for ceiling in (problem.rules.ceiling_m, problem.aircraft.service_ceiling_m):
-            if ceiling is not None:
-                axes.axhline(ceiling, color=TROUBLE, linewidth=1.2, zorder=4)
-        if problem.rules.ceiling_agl_m is not None:
-            top = ground + problem.rules.ceiling_agl_m
-            axes.plot(along, top, color=TROUBLE, linewidth=0.9, zorder=4)
+        for name, ceiling in (
+            ("ceiling", problem.rules.ceiling_m),
+            ("service ceiling", problem.aircraft.service_ceiling_m),
+        ):
+            if ceiling is not None and ceiling < axes.get_ylim()[1]:
+                axes.axhline(ceiling, color=TEXT, linewidth=1.2, linestyle="--", zorder=4)
+                places = [(share * float(along[-1]), ceiling) for share in _ASIDE]
+                names.append((f"{name} {ceiling:,.0f} m", places, TEXT))
+        if (above := problem.rules.ceiling_agl_m) is not None:
+            axes.plot(along, ground + above, color=TEXT, linewidth=0.9, linestyle="--", zorder=4)
+            aside = [int(share * len(along)) for share in _ASIDE]
+            places = [(float(along[i]), float(ground[i] + above)) for i in aside]
+            names.append((f"ceiling {above:,.0f} m above ground", places, TEXT))
+        clearance = f"clearance {problem.rules.clearance_m:g} m"
+        axes.legend(handles=[Patch(color=BAND, alpha=0.55, linewidth=0, label=clearance)], **LEGEND)
     _shade(axes, along, np.isnan(ground), VOID)
     axes.plot(along, samples.z, color=PATH, linewidth=2, zorder=5, path_effects=halo(1.5))
     if trouble.any():
         axes.plot(along, np.where(trouble, samples.z, np.nan), color=TROUBLE, linewidth=3, zorder=6)
-    _mark_clearance(axes, along, samples, scene.evaluation.minimum_clearance_m)
-    finish(
-        axes, "Altitude over the terrain along the path", f"distance flown ({unit})", "altitude (m)"
-    )
+    finish(axes, "Altitude along the path", f"distance flown ({unit})", "altitude (m)")
+    lowest_m = scene.evaluator.lowest_at_m(scene.path)
+    taken = _mark_clearance(axes, along, samples, lowest_m, scene.evaluation.minimum_clearance_m)
+    for limit, at in reasons:
+        names.append((limit, [(float(along[at]), float(samples.z[at]))], TROUBLE))
+    for text, places, colour in names:
+        for x, y in places:
+            placed = label(axes, x, y, text, taken, color=colour, fontsize=9, zorder=10)
+            if placed is not None:
+                taken.append(placed)
+                break
 
 
 def _surface_and_band(
@@ -351,13 +356,24 @@ def _mark_clearance(
     axes: Axes,
     along: NDArray[np.float64],
     samples: Samples,
+    lowest_m: float | None,
     clearance_m: float,
-) -> None:
-    """Mark the point of least clearance."""
-    if np.isnan(samples.clearance).all():
-        return
-    at = int(np.nanargmin(samples.clearance))
-    x, ground, z = float(along[at]), float(samples.ground[at]), float(samples.z[at])
+) -> list[Bbox]:
+    """Mark the point of least clearance, and return the box of its text.
+
+    It is ``lowest_m`` metres flown from the start, or by default where the samples are lowest.
+    """
+    if lowest_m is not None:
+        if not np.isfinite(clearance_m):
+            return []
+        x = float(np.interp(lowest_m, samples.s, along))
+        z = float(np.interp(lowest_m, samples.s, samples.z))
+        ground = z - clearance_m
+    else:
+        if np.isnan(samples.clearance).all():
+            return []
+        at = int(np.nanargmin(samples.clearance))
+        x, ground, z = float(along[at]), float(samples.ground[at]), float(samples.z[at])
     axes.plot([x, x], [ground, z], color=TEXT, linewidth=1.4, zorder=7)
     axes.plot(
         x, z, marker="v", markersize=7, color=TEXT, zorder=8, path_effects=halo(1.5), clip_on=False
@@ -365,7 +381,7 @@ def _mark_clearance(
     left, right = axes.get_xlim()
     share = (x - left) / (right - left)
     half = 1.2 * axes.figure.dpi / axes.get_window_extent().width  # Inches of half the text.
-    axes.annotate(
+    note = axes.annotate(
         f"minimum clearance {clearance_m:,.1f} m",
         (x, z),
         xytext=(min(max(share, half), 1 - half), 0.93),
@@ -378,54 +394,4 @@ def _mark_clearance(
         bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "alpha": 0.85, "linewidth": 0},
         arrowprops={"arrowstyle": "-", "color": TEXT, "linewidth": 0.8, "shrinkB": 4},
     )
-
-
-def _draw_convergence(axes: Axes, history: Sequence[Sequence[float]], chosen: float) -> None:
-    """Best and mean fitness over the generations, with the border of feasibility.
-
-    ``chosen`` is below the best where the best path is not feasible between the samples.
-    """
-    axes.axhline(
-        1, color=TEXT, linewidth=1, linestyle=(0, (4, 3)), zorder=2, label="feasible above 1"
-    )
-    if history:
-        generation, best, mean = np.array(history, dtype=np.float64).T
-        axes.plot(generation, mean, color=MEAN, linewidth=1.1, zorder=3, label="mean")
-        axes.plot(
-            generation,
-            best,
-            color=BEST,
-            linewidth=2.2,
-            zorder=4,
-            drawstyle="steps-post",
-            label="best",
-        )
-        last = max(1.0, float(generation[-1]))
-        axes.set_xlim(0, last)
-        axes.set_ylim(0, max(1.25, 1.12 * float(best.max())))
-        text = f"best {best[-1]:.4f}"
-        if f"{chosen:.4f}" != f"{best[-1]:.4f}":
-            text += f", chosen {chosen:.4f}"
-        axes.text(
-            0.985 * last,
-            float(best[-1]) + 0.03,
-            text,
-            color=BEST,
-            fontsize=10,
-            weight="bold",
-            ha="right",
-            va="bottom",
-        )
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    else:
-        axes.set_ylim(0, 2)
-        axes.text(
-            0.5,
-            0.25,
-            "a given path: nothing was searched",
-            transform=axes.transAxes,
-            ha="center",
-            color=MEAN,
-        )
-    axes.legend(ncols=3, **_LEGEND)
-    finish(axes, "Convergence", "generation", "fitness")
+    return [note.get_window_extent()]

@@ -145,14 +145,14 @@ def draw(
         markeredgecolor=TEXT,
         zorder=9,
     )
-    for end, heading, sign in zip(path[[0, -1]], problem.headings, (-1, 1), strict=True):
+    for end, heading in zip(path[[0, -1]], problem.headings, strict=True):
         if heading is not None:
             axes.annotate(
                 "",
                 end[:2] / unit_m,
-                xytext=(sign * 22 * heading[0], sign * 22 * heading[1]),
+                xytext=(26 * heading[0], 26 * heading[1]),
                 textcoords="offset points",
-                arrowprops={"arrowstyle": "-", "color": TEXT, "linewidth": 2},
+                arrowprops={"arrowstyle": "<|-", "color": TEXT, "linewidth": 2},
                 zorder=8,
             )
 

@@ -16,6 +16,7 @@ from matplotlib.text import Text
 from host.diagnosis import diagnose
 from host.evaluation import Evaluator
 from host.problem.problem import Problem
+from host.problem.rules import Rules
 from host.problem.zones import Polygon
 from host.report import palette, plan_view
 from host.report.picture import Scene, draw, write
@@ -101,7 +102,7 @@ def test_names_what_it_shows(scene, figure):
     for text in (
         "Plan view",
         "height of the ground (m)",
-        "Altitude over the terrain along the path",
+        "Altitude along the path",
         "Convergence",
         "feasible above 1",
         "start",
@@ -247,8 +248,36 @@ def test_land_grows_lighter_with_height():
     assert all(low < high for low, high in itertools.pairwise(ramp))
 
 
-@pytest.mark.parametrize("colour", [palette.PATH, palette.NOFLY, palette.TEXT])
+@pytest.mark.parametrize("colour", [palette.PATH, palette.NOFLY, palette.TEXT, palette.TROUBLE])
 def test_strong_colours_stand_out_on_white(colour):
     # The contrast that web guidelines require of text.
     assert 1.05 / (luminance(colour) + 0.05) > 4.5
     assert math.isfinite(luminance(colour))
+
+
+def test_broken_stretches_stand_out_from_the_path_in_grey():
+    assert (luminance(palette.TROUBLE) + 0.05) / (luminance(palette.PATH) + 0.05) > 1.5
+
+
+def test_profile_names_clearance_ceiling_and_broken_limits_and_marks_the_strict_minimum(make_run):
+    evaluator, result = make_run(height_m=-400.0)
+    problem = replace_rules(evaluator.problem)
+    evaluator = Evaluator(problem, threads=1)
+    evaluation = evaluator.evaluate(result.path)
+    profile = draw(Scene(evaluator, result.path, evaluation, [], "", "")).axes[2]
+    texts = [text.get_text() for text in profile.findobj(Text)]
+    assert {"clearance 30 m", "ceiling 500 m", "clearance"} <= set(texts)
+    (marker,) = [line for line in profile.get_lines() if line.get_marker() == "v"]
+    x, z = marker.get_xydata()[0]
+    at_m = evaluator.lowest_at_m(result.path)
+    assert x == pytest.approx(at_m / 1000)
+    samples, _ = evaluator.track(result.path).midpoints(1.0)
+    assert z == pytest.approx(np.interp(at_m, samples.s, samples.z), abs=1.0)
+    # The corridor is never lower than the ground below the track.
+    below = np.interp(at_m, samples.s, samples.ground)
+    assert evaluation.minimum_clearance_m <= z - below + 1.0
+
+
+def replace_rules(problem):
+    ends, rules = (problem.start, problem.goal), Rules(ceiling_m=500.0)
+    return Problem(problem.terrain, *ends, zones=problem.zones, rules=rules)

@@ -187,16 +187,7 @@ def demanded_m(problem: Problem, x: Floats, y: Floats) -> Floats:
     """
     if problem.rules is None:
         return np.zeros_like(x)
-    demanded = np.full_like(x, problem.rules.clearance_m)
-    for end, slope_deg in (
-        (problem.start, problem.aircraft.max_climb_deg),
-        (problem.goal, problem.aircraft.max_descent_deg),
-    ):
-        below = surface_below(problem.terrain, np.array([end[0]]), np.array([end[1]]))
-        height = end[2] - float(below[0])
-        rise = 0.5 * math.tan(math.radians(slope_deg))
-        demanded = np.minimum(demanded, height + rise * np.hypot(x - end[0], y - end[1]))
-    return demanded
+    return problem.demand.required_m(x, y)
 
 
 def entered(zone: Zone, flown: Flown) -> NDArray[np.bool_]:

@@ -217,7 +217,7 @@ class Mission:
         problem = self.problem
         check_above_ground(name.removeprefix("the "), problem.terrain, point)
         x, y, z = point
-        if problem.nofly_raster[problem.terrain.nearest_nodes(x, y)]:
+        if problem.is_in_zone(point):
             raise InputError(
                 f"{_upper(name)} at ({x:.10g}, {y:.10g}) is inside a no-fly zone; move it or the "
                 "zone."

@@ -29,6 +29,8 @@ _CLEARANCE_M = 1e-3
 _SLOPE_MARGIN = 1e-6
 # Price of excess slope, in metres of altitude along the whole path.
 _TOO_STEEP = 1e6
+# Price of a metre too low, in metres of altitude along the whole path.
+_TOO_LOW = 1e4
 # Shorter arcs are hardly steeper than the segments that they join.
 _SHORT_ARC_M = 1e-3
 
@@ -253,4 +255,14 @@ def _solved(
     work = np.full(segments, prices.work / prices.area / way_m)
     costs = np.concatenate((level / way_m, work, [_TOO_STEEP]))
     solution = linprog(costs, A_ub=matrix, b_ub=limits, bounds=bounds, method="highs")
+    if solution.status != 0 and problem.rules is not None:
+        # The raster may ask for more than an end has: then fly as little too low as possible.
+        too_low = np.concatenate((-np.ones(len(above)), np.zeros(len(matrix) - len(above))))
+        solution = linprog(
+            np.append(costs, _TOO_LOW),
+            A_ub=np.column_stack((matrix, too_low)),
+            b_ub=limits,
+            bounds=np.concatenate((bounds, [[0.0, np.inf]])),
+            method="highs",
+        )
     return solution.x[:count] if solution.status == 0 else None

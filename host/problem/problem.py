@@ -261,8 +261,11 @@ class Problem:
 
         return SearchRasters(self.terrain, self.demand, self.zones, self.rules, self._fastest_m_s)
 
-    def _is_in_zone(self, name: str, point: Point) -> bool:
-        """Return whether an end is in a zone; for timed zones, the start at its time alone."""
+    def is_in_zone(self, point: Point, *, at_start: bool = False) -> bool:
+        """Return whether a point, x, y and altitude, is in a zone, its margin left out.
+
+        A zone with times counts only where the time is known: at the start of the path.
+        """
         x, y, z = point
         if self.rules is None:
             return bool(self.nofly_raster[self.terrain.nearest_nodes(x, y)])
@@ -270,15 +273,15 @@ class Problem:
             bool(zone.covers(np.array([x]), np.array([y]))[0, 0])
             and (zone.lower_m is None or zone.lower_m <= z)
             and (zone.upper_m is None or z <= zone.upper_m)
-            and (zone.t0_s is None or (name == "start" and zone.t0_s == 0))
-            and (zone.t1_s is None or name == "start")
+            and (zone.t0_s is None or (at_start and zone.t0_s == 0))
+            and (zone.t1_s is None or at_start)
             for zone in self.zones
         )
 
     def _check_place(self, name: str, point: Point) -> None:
         check_above_ground(name, self.terrain, point)
         x, y, _ = point
-        if self._is_in_zone(name, point):
+        if self.is_in_zone(point, at_start=name == "start"):
             raise InputError(
                 f"The {name} at ({x:g}, {y:g}) is inside a no-fly zone; move it or the zone."
             )

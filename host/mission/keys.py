@@ -297,8 +297,8 @@ KEYS: tuple[Key, ...] = (
         "aircraft",
         "name",
         TEXT,
-        "a shipped aircraft (silver-fox, sperwer, heron, predator); with other keys beside it, "
-        "the name of the aircraft that they describe",
+        "a shipped aircraft (silver-fox, c172p, j3cub, sperwer, heron, predator); with other keys "
+        "beside it, the name of the aircraft that they describe",
         "silver-fox",
         '"silver-fox"',
         "--uav",

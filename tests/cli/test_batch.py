@@ -65,7 +65,7 @@ def test_no_path_is_status_1(files, tmp_path, capsys):
     options = ["--out", tmp_path / "out", "--jobs", 1, "--no-picture", "--planner", "ga-pc"]
     status, printed, said = batch(capsys, *files, *options, "--generations", 2, "--no-grid")
     assert status == 1
-    assert "pathgene: one: No feasible path was found." in said
+    assert "pathgene: one: No way leads from the start to the goal at any altitude" in said
     row = next(line.split() for line in printed.splitlines() if line.startswith("one"))
     assert row[:2] == ["one", "no"]
     assert not (tmp_path / "out" / "one" / "terrain.npz").exists()

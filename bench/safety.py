@@ -1,4 +1,4 @@
-"""What safety costs: every planner as paper and with clearances, over nine terrains."""
+"""Cost of safety: every planner as paper and with three clearances, over nine terrains."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether start and goal are connected: by the grid search, or the reason why not."""
+"""Connection of start and goal: a path of the grid search, or the reason why there is none."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from host.cli.output import note, print_json, print_pairs
 from host.errors import InputError, JobError
 from host.mission.files.fence import FenceCircle
 from host.mission.files.flight_plan import FlightPlan, flight_plan
-from host.mission.files.mavlink_link import Silence, open_link
+from host.mission.files.mavlink_link import NoReplyError, open_link
 from host.mission.files.plan_file import read_plan
 from host.mission.files.upload import AUTOPILOTS, upload
 from host.report.read import read_run
@@ -32,7 +32,7 @@ def run(args: argparse.Namespace) -> int:
     try:
         link.find(args.timeout)
         done = upload(plan, link, autopilot=AUTOPILOTS.get(args.autopilot))
-    except Silence:
+    except NoReplyError:
         raise JobError(
             f"No autopilot answers at {args.to} within {args.timeout:g} s; check the address, "
             "the link and the autopilot (--timeout)."

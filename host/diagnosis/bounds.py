@@ -40,7 +40,7 @@ def zone_name(problem: Problem, index: int) -> str:
 
 
 class Bounds:
-    """What is forbidden beyond doubt in one problem.
+    """Places and altitudes of one problem that are forbidden beyond doubt.
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ _RUN, _RISE, _LENGTH = fields.RUN, fields.RISE, fields.LENGTH
 
 
 class Required(NamedTuple):
-    """What is demanded of the height over the surface; metres.
+    """Demand on the height over the surface; metres.
 
     ``sign`` is 1 for a least height and -1 for a greatest one, ``height_m`` that height, and
     ``half_width_m`` half the width of the strip on which it holds. The least height is lower near
@@ -294,7 +294,7 @@ def extreme(
         if half_along <= _LEAF_M and half_aside <= _LEAF_M:
             continue
         if same_patch(x_cells - ex, x_cells + ex, y_cells - ey, y_cells + ey):
-            # On one patch the surface is a plane but for its twist, so corners bound it. The twist
+            # On one patch the surface is a plane and a twist, so its corners bound it. The twist
             # bulges least along the lines of nodes.
             twist, slope = shape_of_patch(ground, c, x_cells, y_cells)
             bulge = slope * sag + bend

@@ -74,7 +74,7 @@ _METRES, _ROW, _T, _DISTANCE, _NEAREST_ROW, _NEAREST_T = range(6)
 
 
 class Intrusion(NamedTuple):
-    """What a track has to do with one zone.
+    """Metres of a track inside one zone, and its least distance from it.
 
     Parameters
     ----------
@@ -317,7 +317,7 @@ def zone_intrusions(
         Intrusion(
             metres,
             spot(row, t),
-            # A crossing of an edge is on it but for rounding.
+            # A crossing lies on its edge up to rounding.
             math.sqrt(square) if square > EDGE_M * EDGE_M else 0.0,
             spot(nearest_row, nearest_t),
         )

@@ -15,7 +15,7 @@ from typing import Any
 from host.errors import InputError, JobError
 
 
-__all__ = ["Link", "Silence", "open_link"]
+__all__ = ["Link", "NoReplyError", "open_link"]
 
 # Our own address: a ground station.
 _SYSTEM, _COMPONENT = 255, 190
@@ -26,7 +26,7 @@ _TRIES = 5
 _SCHEMES = ("udpout:", "udpin:", "tcp:")
 
 
-class Silence(Exception):  # noqa: N818
+class NoReplyError(Exception):
     """The autopilot does not answer."""
 
 
@@ -58,7 +58,7 @@ class Link:
 
         Raises
         ------
-        Silence
+        NoReplyError
             If there is none for ``wait_s`` seconds.
         """
         from pymavlink import mavutil
@@ -75,7 +75,7 @@ class Link:
                 self.system, self.component = message.get_srcSystem(), message.get_srcComponent()
                 self.autopilot = message.autopilot
                 return
-        raise Silence
+        raise NoReplyError
 
     def ask(
         self,
@@ -96,7 +96,7 @@ class Link:
 
         Raises
         ------
-        Silence
+        NoReplyError
             If there is none after several repeats.
         """
         for _ in range(_TRIES):
@@ -112,7 +112,7 @@ class Link:
                     and accept(message)
                 ):
                     return message
-        raise Silence
+        raise NoReplyError
 
     def drain(self) -> None:
         """Discard what has arrived: answers to an earlier upload."""

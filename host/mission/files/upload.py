@@ -16,7 +16,7 @@ import numpy as np
 from host.errors import JobError
 from host.mission.files.fence import FenceCircle
 from host.mission.files.flight_plan import WAYPOINT, FlightPlan, Item
-from host.mission.files.mavlink_link import Link, Silence
+from host.mission.files.mavlink_link import Link, NoReplyError
 
 
 __all__ = ["ARDUPILOT", "AUTOPILOTS", "Uploaded", "WireItem", "upload"]
@@ -183,7 +183,7 @@ def _send(link: Link, mission_type: int, items: list[WireItem]) -> bool:
     for _ in range(_MOST_ANSWERS * (len(items) + 1)):
         try:
             message = link.ask(send, answers, lambda found: found.mission_type == mission_type)
-        except Silence:
+        except NoReplyError:
             # Frees an autopilot that hears us but is not heard.
             link.mav.mission_ack_send(*to, _CANCELLED, mission_type)
             raise JobError(
@@ -231,7 +231,7 @@ def _read(link: Link, mission_type: int) -> list[WireItem]:
             )
             params = found.param1, found.param2, found.param3, found.param4
             items.append(WireItem(found.command, found.frame, params, found.x, found.y, found.z))
-    except Silence:
+    except NoReplyError:
         name = _NAMES[mission_type]
         raise JobError(
             f"The autopilot took the {name} but does not give it back "

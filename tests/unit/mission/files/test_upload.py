@@ -7,7 +7,7 @@ import pytest
 
 from host.errors import InputError, JobError
 from host.mission.files.flight_plan import flight_plan
-from host.mission.files.mavlink_link import Link, Silence, open_link
+from host.mission.files.mavlink_link import Link, NoReplyError, open_link
 from host.mission.files.upload import upload
 from tests.unit.mission.files.judge import single
 from tests.unit.mission.files.mavsdk_autopilot import Autopilot, Proxy
@@ -89,7 +89,7 @@ def test_a_broken_connection_is_one_sentence_and_the_next_upload_succeeds(plans,
 
 def test_nobody_there(autopilot):
     link = open_link("udpout:127.0.0.1:9")
-    with pytest.raises(Silence):
+    with pytest.raises(NoReplyError):
         link.find(0.2)
     link.close()
 

@@ -13,16 +13,15 @@ import json
 import math
 import sys
 import time
-from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import SYNTHETIC, missing, names, problem
+from bench.sources import digest
 from host.cores import available_cores
 from host.errors import InputError, JobError
 from host.evaluation import Evaluator
@@ -53,7 +52,6 @@ AIRCRAFT = ("silver-fox", "c172p")
 WEATHERS = ("calm", "along", "across")
 WIND_M_S = 8.0
 
-_ROOT = Path(__file__).resolve().parents[1]
 _SOURCES = ("host/evaluation", "host/flight", "host/planners", "host/problem")
 # Commands may exceed a limit by this share; rounding apart.
 _EXCESS = 0.05 + 1e-6
@@ -312,7 +310,7 @@ def _kept(row: Row) -> dict[str, list[Outcome]]:
         content = json.loads(row.file.read_text("utf-8"))
     except (OSError, ValueError):
         return {}
-    if content.get("sources") != _sources():
+    if content.get("sources") != digest(*_SOURCES):
         return {}
     planners: dict[str, list[Outcome]] = content["planners"]
     return planners
@@ -320,20 +318,6 @@ def _kept(row: Row) -> dict[str, list[Outcome]]:
 
 def _keep(row: Row, planner: str, outcomes: list[Outcome]) -> None:
     planners = _kept(row) | {planner: outcomes}
-    write_json(row.file, {"sources": _sources(), **dataclasses.asdict(row), "planners": planners})
-
-
-@cache
-def _sources() -> str:
-    """Return a digest of the sources that the results follow from."""
-    digest = hashlib.sha256()
-    for file in _source_files():
-        digest.update(str(file.relative_to(_ROOT)).encode() + file.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def _source_files() -> Iterator[Path]:
-    for folder in _SOURCES:
-        yield from sorted(
-            file for file in (_ROOT / folder).rglob("*") if file.suffix in (".py", ".xml", ".toml")
-        )
+    write_json(
+        row.file, {"sources": digest(*_SOURCES), **dataclasses.asdict(row), "planners": planners}
+    )

@@ -59,7 +59,7 @@ def test_a_run_is_kept_and_not_repeated(one, monkeypatch):
 
     monkeypatch.setattr(flight, "_measure", fail)
     assert run(one).rows == report.rows
-    monkeypatch.setattr(flight, "_sources", lambda: "others")
+    monkeypatch.setattr(flight, "digest", lambda *_: "others")
     assert flight._lacks(Row("river", "silver-fox", "calm", True), "astar", 1)
 
 

@@ -1,0 +1,55 @@
+"""Digest of sources: changes with names and contents of sources alone."""
+
+import pytest
+
+from bench import sources
+from bench.sources import digest
+
+
+@pytest.fixture
+def root(tmp_path, monkeypatch):
+    """A repository of one folder, and digests that are not kept from test to test."""
+    monkeypatch.setattr(sources, "_ROOT", tmp_path)
+    digest.cache_clear()
+    folder = tmp_path / "host" / "deep"
+    folder.mkdir(parents=True)
+    (folder / "a.py").write_text("1")
+    yield tmp_path
+    digest.cache_clear()
+
+
+def anew(*names):
+    """Return the digest of what the files hold now."""
+    digest.cache_clear()
+    return digest(*names)
+
+
+def test_changes_with_names_and_contents_of_sources(root):
+    found = [anew("host")]
+    (root / "host" / "deep" / "a.py").write_text("2")
+    found.append(anew("host"))
+    (root / "host" / "deep" / "a.py").rename(root / "host" / "a.py")
+    found.append(anew("host"))
+    (root / "host" / "model.xml").write_text("2")
+    found.append(anew("host"))
+    assert len(set(found)) == 4
+    assert all(len(value) == 16 for value in found)
+
+
+def test_a_file_of_another_kind_or_place_changes_nothing(root):
+    before = anew("host/deep")
+    (root / "host" / "deep" / "a.pyc").write_text("2")
+    (root / "host" / "b.py").write_text("2")
+    assert anew("host/deep") == before
+
+
+def test_takes_single_files(root):
+    before = anew("host/deep/a.py")
+    assert before == anew("host")
+    (root / "host" / "deep" / "a.py").write_text("2")
+    assert anew("host/deep/a.py") != before
+
+
+def test_refuses_what_does_not_exist(root):
+    with pytest.raises(FileNotFoundError):
+        digest("host/gone")

@@ -19,7 +19,12 @@ __all__ = ["plan_document", "read_plan"]
 _GENERIC_AUTOPILOT = 0
 _FIXED_WING = 1
 _FRAME_GLOBAL = 0
-_ALTITUDE_MODE = 1
+# AltitudeModeAbsolute of QGroundControl's QGroundControlQmlGlobal.h, the mode of frame 0.
+# SimpleMissionItem::load() takes mode and frame without comparing them. With mode 1, relative to
+# home, amslEntryAlt() adds the altitude of home to AMSL altitudes, so the editor shows the path too
+# high above the ground; and whatever sets an item's frame from the mode, or adds an item to a plan
+# of that mode, makes AMSL altitudes relative ones for the aircraft too.
+_ALTITUDE_MODE = 2
 # The file wants a speed of hovering as well; an aeroplane has none.
 _HOVER_SPEED_M_S = 5.0
 

@@ -25,8 +25,8 @@ class Options:
     trials : int
         Number of seeds in benchmarks that repeat a table of 50 trials.
     only : str
-        Part of the names of rows to measure, for ``fpga``, ``flight`` and
-        ``quality``.
+        Part of the names of rows to measure, for ``fpga``, ``flight``, ``quality`` and
+        ``safety``.
     """
 
     seeds: int = 40
@@ -51,6 +51,8 @@ class Report:
         Additional content of the JSON.
     failed : bool
         A measurement failed; a note gives the reason.
+    further : sequence of Report
+        Tables below this one, with rows and notes of their own.
     """
 
     title: str
@@ -59,14 +61,16 @@ class Report:
     notes: list[str] = field(default_factory=list)
     data: dict[str, Any] = field(default_factory=dict)
     failed: bool = False
+    further: Sequence[Report] = ()
 
     def text(self) -> str:
-        """Return the table in Markdown."""
+        """Return the tables in Markdown."""
         cells = [list(self.columns), *([_cell(value) for value in row] for row in self.rows)]
         widths = [max(len(row[i]) for row in cells) for i in range(len(self.columns))]
         lines = [f"| {' | '.join(map(str.ljust, row, widths))} |" for row in cells]
         lines.insert(1, "|" + "|".join("-" * (width + 2) for width in widths) + "|")
-        return "\n".join([f"## {self.title}", "", *lines, "", *self.notes])
+        own = "\n".join([f"## {self.title}", "", *lines, "", *self.notes])
+        return "\n\n".join([own, *(report.text() for report in self.further)])
 
     def write(self, path: Path) -> Path:
         """Write the report and a description of the machine to ``path`` as JSON."""
@@ -76,10 +80,14 @@ class Report:
             "python": platform.python_version(),
             "system": platform.system(),
         }
-        rows = [dict(zip(self.columns, row, strict=True)) for row in self.rows]
-        content = {"title": self.title, "machine": machine, "rows": rows, "notes": self.notes}
+        first, *further = (report._content() for report in (self, *self.further))
+        content = {**first, "machine": machine, **({"further": further} if further else {})}
         path.write_text(json.dumps(content | self.data, indent=1, default=float) + "\n")
         return path
+
+    def _content(self) -> dict[str, Any]:
+        rows = [dict(zip(self.columns, row, strict=True)) for row in self.rows]
+        return {"title": self.title, "rows": rows, "notes": self.notes}
 
 
 def _cell(value: Any) -> str:

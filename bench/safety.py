@@ -1,4 +1,9 @@
-"""Cost of safety: every planner as paper and with three clearances, over nine terrains."""
+"""Cost of safety: every planner as paper and with three clearances, over nine terrains.
+
+A row is a terrain, a planner and a set of rules. Its results are kept in :data:`FOLDER`, so that an
+interrupted run goes on where it was; a change of the sources they follow from discards them. A run
+of all rows writes its tables into ``docs/safety.md``.
+"""
 
 from __future__ import annotations
 
@@ -6,13 +11,19 @@ import dataclasses
 import json
 import sys
 import time
+from collections.abc import Collection, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
 from pathlib import Path
-from statistics import mean
+from statistics import mean, median
 from typing import Any
 
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import SYNTHETIC, missing, names, problem
+from bench.sources import digest
+from host.cores import available_cores
+from host.errors import InputError
 from host.evaluation import Evaluator
 from host.planners import PLANNERS, make
 from host.planners.base import Options
@@ -21,85 +32,251 @@ from host.problem.rules import Rules
 from host.report.files import write_json
 
 
-__all__ = ["run"]
+__all__ = [
+    "BEGIN",
+    "CLEARANCES",
+    "END",
+    "FOLDER",
+    "MOST_SEEDS",
+    "PAGE",
+    "Row",
+    "paste",
+    "rows",
+    "run",
+]
 
-_MOST_SEEDS = 5
-#: The rules of a row; None is as paper.
-_CLEARANCES = (None, 0.0, 30.0, 100.0)
-_KEPT = Path("build/bench/safety-runs.json")
+#: Where the results of each row are kept.
+FOLDER = Path("build/bench/safety-runs")
+#: The page with the tables, which stand between the lines :data:`BEGIN` and :data:`END`.
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "safety.md"
+BEGIN, END = "<!-- tables of make bench BENCH=safety: begin -->", "<!-- tables: end -->"
+#: Seeds of each planner at most.
+MOST_SEEDS = 5
+#: The clearance of each set of rules, metres; None is as paper.
+CLEARANCES = (None, 0.0, 30.0, 100.0)
+
+_SOURCES = (
+    "bench/scenarios.py",
+    "hdl/config.py",
+    "host/device",
+    "host/evaluation",
+    "host/planners",
+    "host/problem",
+    "host/terrain",
+    "sim/model",
+)
 
 Outcome = dict[str, Any]
 
 
-def run(options: BenchOptions) -> Report:
-    """Run every planner on every available scenario under every set of rules.
+@dataclass(frozen=True)
+class Row:
+    """A planner on a terrain under a set of rules.
 
-    Finished rows are kept in ``build/bench/safety-runs.json``, so a stopped run can go on.
+    Parameters
+    ----------
+    terrain : str
+        Name of the map.
+    planner : str
+        Name of the planner.
+    clearance_m : float or None
+        Clearance demanded, metres, all other rules by default; None is as paper.
     """
-    seeds = min(options.seeds, _MOST_SEEDS)
-    report = Report(
-        f"What safety costs: {seeds} seeds, each planner's own number of generations",
-        ("terrain", "planner", "rules", "feasible", "mean F", "CPU seconds", "beside paper"),
-    )
-    kept: dict[str, list[Outcome]] = json.loads(_KEPT.read_text()) if _KEPT.exists() else {}
-    for name in (*names(), *SYNTHETIC):
-        for planner in (entry for entry in PLANNERS if options.only in entry):
-            seconds_as_paper = 0.0
-            for clearance_m in _CLEARANCES:
-                rules = "as paper" if clearance_m is None else f"{clearance_m:g} m"
-                key = f"{name} {planner} {rules} {seeds}"
-                if key not in kept:
-                    kept[key] = _plans(name, planner, clearance_m, seeds)
-                    _KEPT.parent.mkdir(parents=True, exist_ok=True)
-                    write_json(_KEPT, kept)
-                seconds = mean(outcome["cpu_seconds"] for outcome in kept[key])
-                seconds_as_paper = seconds_as_paper or seconds
-                feasible = [run["fitness"] for run in kept[key] if run["feasible"]]
-                report.rows.append(
-                    (
-                        name,
-                        planner,
-                        rules,
-                        f"{len(feasible)}/{seeds}",
-                        f"{mean(feasible):.4f}" if feasible else "-",
-                        seconds,
-                        f"{seconds / seconds_as_paper:.2f}",
-                    )
-                )
-        print(f"safety: {name} done", file=sys.stderr, flush=True)
-    report.notes = [
-        "Scenarios of BENCH=quality: the ends are 100 m above ground, on synthetic land 60 m.",
-        "Rules: the clearance, all others by default. F: the mean of feasible paths alone; without",
-        "one, no planner may have a path, as an end may break a limit itself (`pathgene diagnose`",
-        "tells). CPU seconds of a plan, its problem's rasters included, compiling not counted.",
-        *missing(),
+
+    terrain: str
+    planner: str
+    clearance_m: float | None
+
+    @property
+    def rules(self) -> str:
+        """Name of the set of rules: a column of the table."""
+        return "as paper" if self.clearance_m is None else f"clearance {self.clearance_m:g} m"
+
+    @property
+    def name(self) -> str:
+        """Name that ``--only`` is compared with."""
+        return f"{self.terrain} {self.planner} {self.rules}"
+
+    @property
+    def file(self) -> Path:
+        """Where the results are kept."""
+        return FOLDER / f"{self.name.replace(' ', '_')}.json"
+
+    def problem(self) -> Problem:
+        """Return the problem to plan, its rasters not yet made."""
+        rules = None if self.clearance_m is None else Rules(clearance_m=self.clearance_m)
+        return dataclasses.replace(problem(self.terrain), rules=rules)
+
+
+def rows(only: str = "") -> list[Row]:
+    """Return the rows with ``only`` in their names, of all available maps."""
+    every = [
+        Row(terrain, planner, clearance_m)
+        for terrain in (*names(), *SYNTHETIC)
+        for planner in PLANNERS
+        for clearance_m in CLEARANCES
     ]
-    report.data = {"runs": kept}
+    return [row for row in every if only in row.name]
+
+
+def run(options: BenchOptions) -> Report:
+    """Measure the rows that are not kept already; return the table of all.
+
+    Raises
+    ------
+    InputError
+        If no row has the name of ``--only``, or the page has no place for the tables.
+    """
+    wanted = rows(options.only)
+    if not wanted:
+        raise InputError(
+            f"No row has {options.only!r} in its name; one is 'canyon astar clearance 30 m'."
+        )
+    seeds = min(options.seeds, MOST_SEEDS)
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    _measure_missing(wanted, seeds)
+    runs = {row: _kept(row)[:seeds] for row in wanted}
+    report = _report(runs)
+    if not options.only and seeds == MOST_SEEDS and not missing():
+        paste(PAGE, report.text())
     return report
 
 
-def _plans(name: str, planner: str, clearance_m: float | None, seeds: int) -> list[Outcome]:
-    generations = PLANNERS[planner].generations
-    _plan(_problem(name, clearance_m), planner, Options(generations=2))
-    return [
-        _plan(_problem(name, clearance_m), planner, Options(seed=seed, generations=generations))
-        for seed in range(seeds)
-    ]
+def paste(page: Path, tables: str) -> None:
+    """Replace the text between the lines :data:`BEGIN` and :data:`END` of a page.
+
+    Raises
+    ------
+    InputError
+        If the page has not both lines, in this order.
+    """
+    before, begin, rest = page.read_text("utf-8").partition(f"{BEGIN}\n")
+    _, end, after = rest.partition(f"{END}\n")
+    if not (begin and end):
+        raise InputError(f"{page.name} has no place for the tables: the lines {BEGIN} and {END}.")
+    page.write_text(f"{before}{begin}\n{tables}\n\n{end}{after}", "utf-8")
 
 
-def _problem(name: str, clearance_m: float | None) -> Problem:
-    """Return a scenario under rules, its rasters not yet made."""
-    scenario = problem(name)
-    if clearance_m is None:
-        return dataclasses.replace(scenario)
-    return dataclasses.replace(scenario, rules=Rules(clearance_m=clearance_m))
+def _measure_missing(wanted: Sequence[Row], seeds: int) -> None:
+    """Measure and keep the rows of which results of a seed are missing, one a core."""
+    lacking = [row for row in wanted if len(_kept(row)) < seeds]
+    print(f"safety: {len(lacking)} of {len(wanted)} rows to measure", file=sys.stderr, flush=True)
+    with ProcessPoolExecutor(available_cores()) as pool:
+        try:
+            jobs = {pool.submit(_plans, row, seeds): row for row in lacking}
+            for done, job in enumerate(as_completed(jobs), 1):
+                row = jobs[job]
+                content = {"sources": digest(*_SOURCES), **dataclasses.asdict(row)}
+                write_json(row.file, content | {"outcomes": job.result()})
+                print(f"safety: {row.name} ({done} of {len(jobs)})", file=sys.stderr, flush=True)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
-def _plan(scenario: Problem, planner: str, options: Options) -> Outcome:
+def _kept(row: Row) -> list[Outcome]:
+    """Return the outcomes of a row by seed, if they follow from the present sources."""
+    try:
+        content = json.loads(row.file.read_text("utf-8"))
+    except (OSError, ValueError):
+        return []
+    if content.get("sources") != digest(*_SOURCES):
+        return []
+    outcomes: list[Outcome] = content["outcomes"]
+    return outcomes
+
+
+def _plans(row: Row, seeds: int) -> list[Outcome]:
+    """Plan with every seed; a few generations before compile the code, or load it."""
+    _plan(row, Options(generations=2))
+    generations = PLANNERS[row.planner].generations
+    return [_plan(row, Options(seed=seed, generations=generations)) for seed in range(seeds)]
+
+
+def _plan(row: Row, options: Options) -> Outcome:
+    task = row.problem()
+    # Processor time, not wall time: other load of the machine adds little to it.
     began = time.process_time()
-    result = make(planner).plan(Evaluator(scenario, threads=1), options)
+    result = make(row.planner).plan(Evaluator(task, threads=1), options)
     return {
         "fitness": result.evaluation.fitness,
         "feasible": result.evaluation.feasible,
         "cpu_seconds": time.process_time() - began,
     }
+
+
+def _report(runs: dict[Row, list[Outcome]]) -> Report:
+    rules = {row.clearance_m: row.rules for row in runs}
+    cells = {
+        (row.terrain, row.planner, row.clearance_m): _fitness(outcomes)
+        for row, outcomes in runs.items()
+    }
+    return Report(
+        "Mean F",
+        ("terrain", "planner", *rules.values()),
+        [
+            (terrain, planner, *(cells.get((terrain, planner, key), "") for key in rules))
+            for terrain, planner in dict.fromkeys((row.terrain, row.planner) for row in runs)
+        ],
+        [
+            "F: the mean of the feasible paths alone. A share says how many seeds found one, where",
+            "not all did; none: no seed did.",
+            *missing(),
+        ],
+        {"runs": {row.name: outcomes for row, outcomes in runs.items()}},
+        further=[_seconds_table(runs)],
+    )
+
+
+def _fitness(outcomes: Sequence[Outcome]) -> str:
+    """Return the cell of a row in the table of F."""
+    feasible = [outcome["fitness"] for outcome in outcomes if outcome["feasible"]]
+    if not feasible:
+        return "none"
+    share = "" if len(feasible) == len(outcomes) else f" ({len(feasible)}/{len(outcomes)})"
+    return f"{mean(feasible):.4f}{share}"
+
+
+def _seconds_table(runs: dict[Row, list[Outcome]]) -> Report:
+    rules = {row.clearance_m: row.rules for row in runs}
+    safe = [key for key in rules if key is not None]
+    table = Report(
+        "CPU seconds of a plan",
+        ("planner", *rules.values(), *(f"{rules[key]}, times as paper" for key in safe)),
+        notes=[
+            "The least and the greatest mean of a terrain. The problem's rasters are included,",
+            "compiling is not; plans that find no path count, too. Times as paper: the median over",
+            "the terrains.",
+        ],
+    )
+    for planner in dict.fromkeys(row.planner for row in runs):
+        by_rules = {key: _seconds(runs, planner, key) for key in rules}
+        table.rows.append(
+            (
+                planner,
+                *(_range(by_rules[key].values()) for key in rules),
+                *(_times(by_rules[key], by_rules.get(None, {})) for key in safe),
+            )
+        )
+    return table
+
+
+def _seconds(
+    runs: dict[Row, list[Outcome]], planner: str, clearance_m: float | None
+) -> dict[str, float]:
+    """Return the mean CPU seconds of a planner under a set of rules by terrain."""
+    return {
+        row.terrain: mean(outcome["cpu_seconds"] for outcome in outcomes)
+        for row, outcomes in runs.items()
+        if (row.planner, row.clearance_m) == (planner, clearance_m)
+    }
+
+
+def _range(seconds: Collection[float]) -> str:
+    return f"{min(seconds):.2f} to {max(seconds):.2f}" if seconds else ""
+
+
+def _times(seconds: dict[str, float], as_paper: dict[str, float]) -> str:
+    """Return the median ratio over the terrains that both have."""
+    ratios = [seconds[terrain] / as_paper[terrain] for terrain in seconds if terrain in as_paper]
+    return f"{median(ratios):.2f}" if ratios else ""

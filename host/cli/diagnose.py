@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import Any
 
-from host.cli.output import print_json, print_pairs
+from host.cli.output import note, print_json, print_pairs
 from host.cli.problem import complete_options, make_mission
 from host.connection import connect
 from host.errors import JobError
 from host.evaluation import Evaluator
+from host.report.diagnosis import write_diagnosis
+from host.report.files import prepare_directory
 from host.report.summary import version
 
 
@@ -20,32 +23,33 @@ def run(args: argparse.Namespace) -> int:
     """Look for a path and print that there is one, or the reason of the first leg without one."""
     complete_options(args)
     mission = make_mission(args)
+    directory = None if args.out is None else Path(args.out)
+    if directory is not None:
+        prepare_directory(directory)
+    for number in range(mission.legs):
+        evaluator = Evaluator(mission.leg(number))
+        found = connect(evaluator)
+        if found.reason is not None:
+            break
+    leg = mission.name_of(number) if mission.legs > 1 and found.reason is not None else None
     report: dict[str, Any] = {
         "pathgene": version(),
-        "connected": True,
-        "leg": None,
-        "reason": None,
+        "connected": found.reason is None,
+        "leg": None if leg is None else number + 1,
+        "reason": None if found.reason is None else found.reason.to_dict(),
     }
-    sentence = ""
-    for number in range(mission.legs):
-        problem = mission.problem if mission.legs == 1 else mission.leg(number)
-        reason = connect(Evaluator(problem)).reason
-        if reason is None:
-            continue
-        sentence = reason.sentence
-        report |= {"connected": False, "reason": reason.to_dict()}
-        if mission.legs > 1:
-            report["leg"] = number + 1
-            name = mission.name_of(number)
-            sentence = f"{name[:1].upper()}{name[1:]}: {sentence}"
-        break
+    written = []
+    if directory is not None:
+        place = f"{evaluator.problem.terrain.name}{'' if leg is None else f', {leg}'}"
+        written = write_diagnosis(directory, evaluator, found.result, report, place, note)
     if args.json:
         print_json(report)
     else:
-        print_pairs(_pairs(report))
-    if sentence:
-        raise JobError(sentence)
-    return 0
+        print_pairs([*_pairs(report), *(("written", str(file)) for file in written)])
+    if found.reason is None:
+        return 0
+    sentence = found.reason.sentence
+    raise JobError(sentence if leg is None else f"{leg[:1].upper()}{leg[1:]}: {sentence}")
 
 
 def _pairs(report: dict[str, Any]) -> list[tuple[str, str]]:

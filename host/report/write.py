@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from host.report.picture import Scene
 
 
-__all__ = ["scene", "write_grid", "write_report"]
+__all__ = ["scene", "write_grid", "write_picture", "write_report"]
 
 
 def write_report(
@@ -80,17 +80,32 @@ def write_report(
     drawing = directory / "path.png"
     if not picture:
         remove(drawing)
-        return written
+    elif write_picture(drawing, lambda: scene(evaluator, result, summary), warn):
+        written.append(drawing)
+    return written
+
+
+def write_picture(file: Path, made: Callable[[], Scene], warn: Callable[[str], None]) -> bool:
+    """Draw a picture, and return whether it is there; an error in it is only a warning.
+
+    Parameters
+    ----------
+    file : Path
+        The PNG. After an error, the one of an earlier run is removed, which would mislead.
+    made : callable
+        Returns the scene.
+    warn : callable
+        Receives a sentence if there is no picture.
+    """
     try:
         from host.report.picture import write
 
-        write(scene(evaluator, result, summary), drawing)
+        write(made(), file)
     except Exception as error:
-        remove(drawing)
+        remove(file)
         warn(f"There is no picture this time, drawing it failed: {type(error).__name__}: {error}.")
-    else:
-        written.append(drawing)
-    return written
+        return False
+    return True
 
 
 def write_grid(file: Path, evaluator: Evaluator) -> None:

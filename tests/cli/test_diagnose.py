@@ -54,6 +54,43 @@ def test_leg_without_a_way(diagnosed):
     )
 
 
+def test_writes_the_reason_and_its_picture(diagnosed, tmp_path):
+    out = tmp_path / "made" / "out"
+    status, printed, said = diagnosed(*WALL, "--out", str(out))
+    assert status == 1
+    assert [line.split()[1] for line in printed.splitlines() if line.startswith("written")] == [
+        str(out / "diagnosis.json"),
+        str(out / "diagnosis.png"),
+    ]
+    written = json.loads((out / "diagnosis.json").read_text())
+    assert said == [f"pathgene: {written['reason']['sentence']}"]
+    assert written == json.loads(diagnosed(*WALL, "--json")[1])
+    assert (out / "diagnosis.png").read_bytes().startswith(b"\x89PNG")
+
+    # A later run that finds a path leaves no picture of a reason.
+    assert diagnosed("--out", str(out))[0] == 0
+    assert [file.name for file in out.iterdir()] == ["diagnosis.json"]
+    assert json.loads((out / "diagnosis.json").read_text())["connected"] is True
+
+
+def test_a_problem_file_chooses_no_folder(hills, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "problem.toml"
+    file.write_text(
+        f'[terrain]\nsource = "{hills}"\n[mission]\nstart = [500, 500, 100]\n'
+        'goal = [5500, 3500, 100]\nagl = true\n[output]\nout = "out"\n'
+    )
+    assert main(["diagnose", str(file)]) == 0
+    assert [each.name for each in tmp_path.iterdir()] == ["problem.toml"]
+
+
+def test_a_folder_that_cannot_be_written_is_bad_input(diagnosed, tmp_path):
+    (tmp_path / "taken").touch()
+    status, out, said = diagnosed("--out", str(tmp_path / "taken" / "out"))
+    assert (status, out) == (2, "")
+    assert said[0].startswith("pathgene: Cannot write to the directory ")
+
+
 def test_bad_input(diagnosed):
     status, out, said = diagnosed("--ceiling", "nan")
     assert (status, out) == (2, "")

@@ -1,0 +1,87 @@
+"""The files of a diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from host.evaluation import Evaluator
+from host.planners.base import Result
+from host.report.files import remove, write_json, writing_into
+from host.report.write import write_picture
+
+
+if TYPE_CHECKING:
+    from host.report.picture import Scene
+
+
+__all__ = ["write_diagnosis"]
+
+
+def write_diagnosis(
+    directory: Path,
+    evaluator: Evaluator,
+    result: Result | None,
+    report: Mapping[str, Any],
+    place: str,
+    warn: Callable[[str], None],
+) -> list[Path]:
+    """Write ``diagnosis.json``, and ``diagnosis.png`` where there is a reason to mark.
+
+    Parameters
+    ----------
+    directory : Path
+        An existing folder.
+    evaluator : Evaluator
+        Holds the problem, that of the leg that the report speaks of.
+    result : Result or None
+        The search that found no feasible path, whose best one is drawn; None where nothing was
+        searched, and the straight line is drawn.
+    report : mapping
+        Content of ``diagnosis.json``: the output of ``pathgene diagnose --json``.
+    place : str
+        Terrain and leg, the title of the picture.
+    warn : callable
+        Receives a sentence if there is no picture.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    InputError
+        If the directory cannot be written to.
+    """
+    written = [directory / "diagnosis.json"]
+    with writing_into(directory):
+        write_json(written[0], report)
+    drawing = directory / "diagnosis.png"
+    reason = report["reason"]
+    if reason is None:
+        # One of an earlier run would mislead.
+        remove(drawing)
+    elif write_picture(drawing, lambda: _scene(evaluator, result, reason, place), warn):
+        written.append(drawing)
+    return written
+
+
+def _scene(
+    evaluator: Evaluator, result: Result | None, reason: Mapping[str, Any], place: str
+) -> Scene:
+    """Return all that the picture of a reason shows."""
+    from host.report.picture import Scene
+
+    verdict = f"{reason['code']}, {'proven' if reason['proven'] else 'not proven'}"
+    if result is not None:
+        verdict = f"{verdict}; the path is the best that was found"
+        return Scene(
+            evaluator, result.path, result.evaluation, result.history, place, verdict, reason
+        )
+    path = np.array([evaluator.problem.start, evaluator.problem.goal])
+    verdict = f"{verdict}; nothing was searched, and the path is the straight line"
+    return Scene(evaluator, path, evaluator.evaluate(path), [], place, verdict, reason)

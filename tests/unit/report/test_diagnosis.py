@@ -1,0 +1,68 @@
+"""The files of a diagnosis."""
+
+import json
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+from PIL import Image
+
+from host.diagnosis import diagnose
+from host.evaluation import Evaluator
+from host.planners.astar import AstarPlanner
+from host.planners.base import Options
+from host.problem import Polygon, Problem
+from host.report.diagnosis import write_diagnosis
+from host.report.palette import TROUBLE
+from host.terrain import Terrain
+
+
+WALL = Polygon(((1900, -50), (2100, -50), (2100, 5000), (1900, 5000)), name="border")
+
+
+@pytest.fixture
+def closed():
+    terrain = Terrain("flat", np.full((40, 40), 100.0), 100.0, 100.0)
+    return Evaluator(Problem(terrain, (500, 500, 250), (3000, 3000, 250), zones=[WALL]), threads=1)
+
+
+def red_pixels(file):
+    with Image.open(file) as image:
+        assert image.width >= 1920
+        pixels = np.asarray(image.convert("RGB")).astype(int)
+    red = np.round(255 * np.array(to_rgb(TROUBLE)))
+    return int((np.abs(pixels - red).max(axis=2) <= 1).sum())
+
+
+def report_of(reason):
+    return {"connected": False, "reason": reason}
+
+
+def test_the_picture_marks_ring_and_place(closed, tmp_path):
+    reason = diagnose(closed.problem).to_dict()
+    written = write_diagnosis(tmp_path, closed, None, report_of(reason), "flat", pytest.fail)
+    assert [file.name for file in written] == ["diagnosis.json", "diagnosis.png"]
+    assert json.loads(written[0].read_text()) == report_of(reason)
+    marked = red_pixels(written[1])
+    plain = report_of({**reason, "ring": [], "place": None})
+    unmarked = red_pixels(write_diagnosis(tmp_path, closed, None, plain, "flat", pytest.fail)[1])
+    # A dashed line across a map of 800 pixels.
+    assert marked - unmarked > 1000
+
+
+def test_draws_what_the_search_found(closed, tmp_path):
+    result = AstarPlanner().plan(closed, Options(generations=1))
+    reason = diagnose(closed.problem).to_dict()
+    drawn = []
+    for searched in (None, result):
+        write_diagnosis(tmp_path, closed, searched, report_of(reason), "flat", pytest.fail)
+        drawn.append((tmp_path / "diagnosis.png").read_bytes())
+    assert drawn[0] != drawn[1]
+
+
+def test_a_path_leaves_no_picture_of_an_earlier_reason(closed, tmp_path):
+    (tmp_path / "diagnosis.png").write_bytes(b"of an earlier run")
+    report = {"connected": True, "reason": None}
+    (written,) = write_diagnosis(tmp_path, closed, None, report, "flat", pytest.fail)
+    assert json.loads(written.read_text()) == report
+    assert list(tmp_path.iterdir()) == [written]

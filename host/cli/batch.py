@@ -120,6 +120,7 @@ def _terms(summary: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "feasible": feasible,
         "planner": summary["planner"],
+        "fallback": summary["fallback"],
         "fitness": summary["fitness"],
         "length_m": summary["length_m"],
         "legs": len(summary.get("legs") or (None,)),
@@ -142,6 +143,12 @@ def _status(rows: Sequence[Mapping[str, Any]]) -> int:
     return JobError.exit_status if failures else 0
 
 
+def _remark(row: Mapping[str, Any]) -> str:
+    """Return what a row has besides: the planner that the path is from, and whether it is kept."""
+    by = f"by {row['fallback']}" if row["fallback"] else ""
+    return ", ".join(filter(None, (by, "kept" if row["kept"] else "")))
+
+
 def _print(rows: Sequence[Mapping[str, Any]], directory: Path) -> None:
     table = [("problem", "feasible", "fitness", "length", "legs", "seconds", "")]
     for row in rows:
@@ -156,7 +163,7 @@ def _print(rows: Sequence[Mapping[str, Any]], directory: Path) -> None:
                 f"{row['length_m'] / 1000:.2f} km",
                 str(row["legs"]),
                 f"{row['seconds']:.2f}",
-                "kept" if row["kept"] else "",
+                _remark(row),
             )
         )
     print_table(table)

@@ -71,6 +71,30 @@ def test_no_path_is_status_1(files, tmp_path, capsys):
     assert not (tmp_path / "out" / "one" / "terrain.npz").exists()
 
 
+def test_fallback_is_that_of_the_option_before_that_of_the_file(files, tmp_path, capsys):
+    file = Path(files[0])
+    blind = 'name = "fpa"\nwaypoints = 6\ngenerations = 1\npopulation = 4'
+    text = file.read_text().replace('name = "astar"', blind)
+    for zone in ("3000, 2000, 400", "4500, 1000, 800", "1200, 2000, 500"):
+        text += f"[[zones]]\ncircle = [{zone}]\n"
+    file.write_text(text)
+    options = ["--out", tmp_path / "out", "--jobs", 1, "--no-picture"]
+
+    status, printed, _ = batch(capsys, file, *options)
+    assert status == 0
+    row = next(line.split() for line in printed.splitlines() if line.startswith("one"))
+    assert (row[1], row[-2:]) == ("yes", ["by", "astar"])
+    (row,) = json.loads(batch(capsys, file, *options, "--json")[1])["problems"]
+    assert (row["kept"], row["planner"], row["fallback"]) == (True, "fpa", "astar")
+
+    # Another fallback is another search: what is there is not kept.
+    status, printed, said = batch(capsys, file, *options, "--fallback", "none", "--json")
+    assert status == 1
+    (row,) = json.loads(printed)["problems"]
+    assert (row["kept"], row["feasible"], row["fallback"]) == (False, False, None)
+    assert "pathgene: one: No path was found at this cell size" in said
+
+
 def test_ctrl_c_keeps_what_is_done(files, tmp_path, capsys):
     out = tmp_path / "out"
     # The second would take hours.

@@ -6,7 +6,7 @@ import argparse
 
 from host.cli.arguments.base import Commands, add_command, complete_by_file
 from host.cli.arguments.problem import add_problem
-from host.cli.arguments.search import add_own_options, add_search
+from host.cli.arguments.search import add_fallback, add_own_options, add_search
 from host.planners import DEFAULT, PLANNERS
 
 
@@ -41,13 +41,7 @@ def add_plan(commands: Commands) -> None:
         default=0,
         help="seed of all random draws; the same seed gives the same result (default %(default)s)",
     )
-    group.add_argument(
-        "--fallback",
-        choices=("astar", "none"),
-        default="astar",
-        help="planner that searches where the other finds no feasible path (default %(default)s; "
-        "none with --as-paper)",
-    )
+    add_fallback(group)
     add_own_options(parser)
     group = parser.add_argument_group("output")
     group.add_argument(

@@ -8,7 +8,7 @@ from host.cli.arguments.base import Parser
 from host.planners import OPTIONS, PLANNERS
 
 
-__all__ = ["add_own_options", "add_search"]
+__all__ = ["add_fallback", "add_own_options", "add_search"]
 
 
 def add_search(group: argparse._ArgumentGroup) -> None:
@@ -31,6 +31,17 @@ def add_search(group: argparse._ArgumentGroup) -> None:
         type=int,
         metavar="N",
         help="paths in the population (default depends on the planner)",
+    )
+
+
+def add_fallback(group: argparse._ArgumentGroup) -> None:
+    """Add the choice of what searches where the planner finds no feasible path."""
+    group.add_argument(
+        "--fallback",
+        choices=("astar", "none"),
+        default="astar",
+        help="planner that searches where the other finds no feasible path (default %(default)s; "
+        "none with --as-paper)",
     )
 
 

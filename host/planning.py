@@ -22,6 +22,7 @@ from host.planners.options import DEFAULT_BOARD
 from host.problem.problem import Problem
 from host.report.files import prepare_directory
 from host.report.summary import describe_problem, summarise, terms, version
+from host.report.via import Visit, visits
 from host.report.write import scene, write_report
 
 
@@ -314,7 +315,13 @@ class Check:
             **terms(self.evaluation),
             "waypoints": self.path.tolist(),
             **describe_problem(self.evaluator, self.source),
+            **({"visits": [visit.to_dict() for visit in self.visits]} if self.visits else {}),
         }
+
+    @cached_property
+    def visits(self) -> list[Visit]:
+        """How near the path comes to each via point of the problem."""
+        return visits(self.evaluator, self.path)
 
 
 def plan(

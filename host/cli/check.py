@@ -49,7 +49,10 @@ _SAME_END_M = 0.01
 
 
 def run(args: argparse.Namespace) -> int:
-    """Evaluate the path and print its terms; a path that is not feasible is a failure."""
+    """Evaluate the path and print its terms.
+
+    A path that is not feasible, or misses a via point, is a failure.
+    """
     complete_options(args)
     file = Path(args.path)
     summary = find_summary(file)
@@ -77,13 +80,17 @@ def run(args: argparse.Namespace) -> int:
     )
     _check_ends(args, problem)
 
-    report = check(problem, path).report
+    checked = check(problem, path)
+    report = checked.report
     if args.json:
         print_json(report)
     else:
         print_pairs(term_pairs(report))
+    broken = [visit.sentence for visit in checked.visits if visit.missed]
     if not report["feasible"]:
-        raise JobError("The path is not feasible; the report shows its distances and limits.")
+        broken.insert(0, "The path is not feasible; the report shows its distances and limits.")
+    if broken:
+        raise JobError(" ".join(broken))
     return 0
 
 

@@ -66,6 +66,7 @@ def term_pairs(summary: dict[str, Any]) -> list[tuple[str, str]]:
         ("fuel", f"{summary['fuel_N']:.4f} N"),
         ("minimum clearance", "unknown" if clearance is None else f"{clearance:.1f} m"),
         *_limit_pairs(summary),
+        *map(_visit_pair, summary.get("visits", ())),
         ("waypoints", f"{len(summary['waypoints'])}, start and goal included"),
     ]
 
@@ -88,6 +89,16 @@ def _limit_pairs(summary: dict[str, Any]) -> list[tuple[str, str]]:
             f"{worst['at_m'] / 1000:.2f} km from the start",
         ),
     ]
+
+
+def _visit_pair(visit: dict[str, Any]) -> tuple[str, str]:
+    """Return how near the track comes to a via point, and where."""
+    return (
+        f"via point {visit['index']}",
+        f"{'missed' if visit['missed'] else 'passed'} at {visit['distance_m']:.1f} m "
+        f"({visit['horizontal_m']:.1f} m horizontally), {visit['at_m'] / 1000:.2f} km from the "
+        "start",
+    )
 
 
 def _short(value: float | None) -> str:

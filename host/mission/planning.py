@@ -22,6 +22,7 @@ from host.planners.base import Progress, Result, Stop
 from host.planning import Plan, Search
 from host.problem.ends import Point
 from host.report.summary import finite
+from host.report.via import visits
 
 
 __all__ = ["Leg", "MissionPlan", "plan_mission"]
@@ -117,6 +118,7 @@ class MissionPlan(Plan):
             "legs": [leg.describe(number) for number, leg in enumerate(self.legs, start=1)],
             "via": [list(point) for point in self.mission.via],
             "return": self.mission.return_to_start,
+            "visits": [visit.to_dict() for visit in visits(self.evaluator, self.path)],
         }
 
     @property

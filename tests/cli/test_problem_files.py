@@ -121,6 +121,10 @@ def test_a_mission_with_a_return(file, tmp_path, capsys):
     for point in summary["via"]:
         assert point in summary["waypoints"]
     assert output.out.count("leg ") == 4
+    # The goal is a via point before a return.
+    assert [visit["point"] for visit in summary["visits"][:2]] == summary["via"]
+    assert [visit["missed"] for visit in summary["visits"]] == [False] * 3
+    assert "via point 3 passed at " in " ".join(output.out.split())
     assert_check_agrees(out, summary, capsys)
 
 
@@ -135,6 +139,22 @@ def test_check_takes_a_problem_file(file, tmp_path, capsys):
     assert report["fitness"] == summary["fitness"]
     assert report["nofly"] == summary["nofly"]
     assert report["rules"] == summary["rules"]
+    assert report["visits"] == summary["visits"]
+
+
+def test_check_says_which_via_points_a_path_misses(file, tmp_path, capsys):
+    options = ["--via", "3000,3200,150", "--out", str(tmp_path)]
+    assert main(["plan", str(file), *options, *QUICK]) == 0
+    saved = ["check", "--path", str(tmp_path / "summary.json"), "--agl"]
+    capsys.readouterr()
+    assert main(saved) == 0
+    assert "via point 1 passed at " in " ".join(capsys.readouterr().out.split())
+    given = ["--via", "3000,3200,150", "--via", "3500,2000,150"]
+    assert main([*saved, *given]) == 1
+    output = capsys.readouterr()
+    assert "via point 2 missed at " in " ".join(output.out.split())
+    assert output.err.startswith("pathgene: The path misses via point 2 at (3500, 2000, ")
+    assert len(output.err.splitlines()) == 1
 
 
 def test_compare_takes_the_problem_and_refuses_missions(file, tmp_path, capsys):

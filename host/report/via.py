@@ -1,0 +1,137 @@
+"""How near a path comes to the points that it must visit."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.evaluation import Evaluator
+from host.evaluation.track import SmoothedTrack
+from host.problem.ends import Point
+
+
+__all__ = ["Visit", "visits"]
+
+Floats = NDArray[np.float64]
+
+# A visit may miss a point by the rounding of a file.
+_ROUNDING_M = 0.01
+# Points of a piece that are looked at first, and how often the best of them is looked at closer:
+# each round narrows a piece to a fifth.
+_FIRST_LOOK, _CLOSER_LOOK, _ROUNDS = 65, 11, 16
+
+
+@dataclass(frozen=True)
+class Visit:
+    """How near a path comes to a via point.
+
+    Parameters
+    ----------
+    index : int
+        Number of the via point, from 1.
+    point : tuple of float
+        The point: x, y and altitude, metres.
+    distance_m : float
+        Least distance of the smoothed track from it, in three dimensions.
+    horizontal_m, at_m : float
+        Horizontal distance there, and metres flown to there.
+    line_m : float
+        Least distance of the straight lines through the waypoints from it, in three dimensions.
+    missed : bool
+        True if neither those lines nor the track pass the point after the via point before it.
+    """
+
+    index: int
+    point: Point
+    distance_m: float
+    horizontal_m: float
+    at_m: float
+    line_m: float
+    missed: bool
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the values as in ``summary.json``."""
+        return {**asdict(self), "point": list(self.point)}
+
+    @property
+    def sentence(self) -> str:
+        """A sentence for a point that is missed."""
+        x, y, z = self.point
+        name = f"via point {self.index} at ({x:.10g}, {y:.10g}, {z:.10g})"
+        if min(self.line_m, self.distance_m) <= _ROUNDING_M:
+            return f"The path passes {name} in another order; give the via points in its order."
+        return (
+            f"The path misses {name} by {self.distance_m:.1f} m; it must have a waypoint there, "
+            "which a turn may round."
+        )
+
+
+def visits(evaluator: Evaluator, path: Floats) -> list[Visit]:
+    """Return how near a path comes to each point between the ends of its problem.
+
+    The points are visited where the straight lines through the waypoints pass them in their order:
+    what the smoothed track then keeps away from a point is the rounding of turns alone. A track
+    that passes a point itself, on the arc of a waypoint beside it, visits it as well.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+        Evaluates paths of the problem. The goal before a return is the last of its points.
+    path : ndarray
+        Waypoints, (n, 3) float64 metres.
+    """
+    points = evaluator.problem.way[1:-1]
+    if not points:
+        return []
+    track = evaluator.track(path)
+    found: list[Visit] = []
+    reached = 0.0
+    for index, point in enumerate(points, start=1):
+        near = _nearest_on_track(track, point)
+        places, distances = _nearest_on_lines(path, point)
+        line_m = float(distances.min())
+        off_m = max(_ROUNDING_M, line_m) if near[0] <= _ROUNDING_M else _ROUNDING_M
+        passed = places[(distances <= off_m) & (places >= reached)].tolist()
+        reached = min(passed, default=reached)
+        found.append(Visit(index, point, *near, line_m, not passed))
+    return found
+
+
+def _nearest_on_lines(path: Floats, point: Sequence[float]) -> tuple[Floats, Floats]:
+    """Return where each segment of a path is nearest to a point, and how near.
+
+    Returns
+    -------
+    tuple of ndarray
+        The place, the number of the segment plus the part of it; and the distance in metres. Both
+        (n - 1,) float64.
+    """
+    corners, steps = path[:-1], np.diff(path, axis=0)
+    square = (steps**2).sum(axis=1)
+    along = ((np.array(point) - corners) * steps).sum(axis=1)
+    part = np.clip(along / np.where(square > 0, square, 1), 0, 1)
+    distance = np.linalg.norm(corners + part[:, None] * steps - point, axis=1)
+    return np.arange(len(steps)) + part, distance
+
+
+def _nearest_on_track(track: SmoothedTrack, point: Sequence[float]) -> tuple[float, float, float]:
+    """Return the least distance of a track from a point, the horizontal one there, and where."""
+    found = []
+    begins = itertools.accumulate((piece.length_m for piece in track.pieces), initial=0.0)
+    for begin, piece in zip(begins, track.pieces, strict=False):
+        parts = np.linspace(0, 1, _FIRST_LOOK)
+        for _ in range(_ROUNDS):
+            offsets = piece.points(parts) - point
+            best = int((offsets**2).sum(axis=1).argmin())
+            ends = parts[max(best - 1, 0)], parts[min(best + 1, len(parts) - 1)]
+            place, (east, north, up) = parts[best], offsets[best].tolist()
+            parts = np.linspace(*ends, _CLOSER_LOOK)
+        distance_m = math.hypot(east, north, up)
+        found.append((distance_m, math.hypot(east, north), begin + float(place) * piece.length_m))
+    return min(found)

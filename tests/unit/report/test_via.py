@@ -1,0 +1,103 @@
+"""Distances of a track from the points that it must visit."""
+
+import math
+
+import numpy as np
+import pytest
+
+from host.evaluation import Evaluator
+from host.problem.way import WayProblem
+from host.report.via import visits
+from host.terrain import Terrain
+
+
+START, CORNER, GOAL = (500.0, 500.0, 200.0), (3000.0, 500.0, 200.0), (3000.0, 3000.0, 200.0)
+
+
+def visited(via, path):
+    terrain = Terrain("plain", np.zeros((41, 41)), 100, 100)
+    evaluator = Evaluator(WayProblem(terrain, (path[0], *via, path[-1])))
+    return visits(evaluator, np.array(path)), evaluator
+
+
+def test_a_right_angle_is_rounded_by_two_fifths_of_the_radius():
+    (visit,), evaluator = visited([CORNER], [START, CORNER, GOAL])
+    radius_m = evaluator.problem.limits.turn_radius_m
+    assert visit.distance_m == pytest.approx((math.sqrt(2) - 1) * radius_m, rel=1e-9)
+    assert visit.horizontal_m == visit.distance_m
+    assert visit.at_m == pytest.approx(2500 - radius_m + math.pi / 4 * radius_m, abs=1e-3)
+    assert (visit.line_m, visit.missed) == (0, False)
+
+
+def test_a_point_on_a_line_needs_no_waypoint():
+    via = [(1250.0, 500.0, 200.0), (3000.0, 2000.005, 200.0)]
+    (first, second), _ = visited(via, [START, CORNER, GOAL])
+    assert first.distance_m == pytest.approx(0, abs=1e-6)
+    assert first.at_m == pytest.approx(750, abs=1e-6)
+    assert not first.missed
+    assert not second.missed
+
+
+def test_a_point_beside_the_lines_is_missed():
+    via = [(1250.0, 530.0, 240.0)]
+    (visit,), _ = visited(via, [START, CORNER, GOAL])
+    assert (visit.distance_m, visit.horizontal_m) == (pytest.approx(50), pytest.approx(30))
+    assert visit.line_m == pytest.approx(50)
+    assert visit.missed
+    assert visit.sentence == (
+        "The path misses via point 1 at (1250, 530, 240) by 50.0 m; it must have a waypoint there, "
+        "which a turn may round."
+    )
+
+
+def test_an_arc_through_the_point_is_a_visit():
+    """A waypoint may be put beside a point so that its arc passes it."""
+    _, evaluator = visited([CORNER], [START, CORNER, GOAL])
+    inside_m = evaluator.problem.limits.turn_radius_m * (1 - math.sqrt(0.5))
+    via = (3000.0 - inside_m, 500.0 + inside_m, 200.0)
+    (visit,), _ = visited([via], [START, CORNER, GOAL])
+    assert visit.distance_m == pytest.approx(0, abs=1e-6)
+    assert visit.line_m == pytest.approx(inside_m)
+    assert not visit.missed
+    later = (3000.0, 2000.0, 200.0)
+    found, _ = visited([later, via], [START, CORNER, GOAL])
+    assert [visit.missed for visit in found] == [False, True]
+    assert "in another order" in found[1].sentence
+
+
+def test_points_in_another_order_are_missed():
+    first, second = (2000.0, 500.0, 200.0), (1000.0, 500.0, 200.0)
+    there, back = visited([first, second], [START, CORNER, GOAL])[0]
+    assert (there.missed, back.missed) == (False, True)
+    assert back.line_m == 0
+    assert back.sentence == (
+        "The path passes via point 2 at (1000, 500, 200) in another order; give the via points in "
+        "its order."
+    )
+
+
+def test_a_point_may_be_visited_twice():
+    via = (CORNER, GOAL, CORNER)
+    path = [START, CORNER, GOAL, (2000.0, 3000.0, 200.0), CORNER, (3500.0, 300.0, 200.0)]
+    assert [visit.missed for visit in visited(via, path)[0]] == [False] * 3
+    # Once only: the second visit is missing.
+    assert [visit.missed for visit in visited(via, path[:4])[0]] == [False, False, True]
+
+
+def test_agrees_with_dense_samples():
+    rng = np.random.default_rng(5)
+    for _ in range(5):
+        path = np.column_stack((rng.uniform(500, 3500, (6, 2)), rng.uniform(100, 400, 6)))
+        via = tuple(map(tuple, np.column_stack((rng.uniform(500, 3500, (3, 2)), [200] * 3))))
+        found, evaluator = visited(via, list(map(tuple, path)))
+        samples = evaluator.track(path).sample(0.5)
+        points = np.column_stack((samples.x, samples.y, samples.z))
+        for visit in found:
+            offsets = points - visit.point
+            distances = np.linalg.norm(offsets, axis=1)
+            nearest = distances.argmin()
+            # Half a step aside, a sample is at most so much further away.
+            assert visit.distance_m <= distances[nearest]
+            assert math.hypot(visit.distance_m, 0.25) >= distances[nearest] - 0.001
+            assert visit.at_m == pytest.approx(samples.s[nearest], abs=0.5)
+            assert visit.horizontal_m == pytest.approx(np.hypot(*offsets[nearest, :2]), abs=0.5)

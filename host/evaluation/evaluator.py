@@ -11,19 +11,12 @@ from numpy.typing import NDArray
 
 from host.cores import available_cores
 from host.errors import InputError
-from host.evaluation.constants import (
-    COORDINATE_LIMIT_M,
-    SLOPE_TOLERANCE_RAD,
-    VOID_HEIGHT_M,
-    Constants,
-    Floats,
-)
+from host.evaluation.constants import COORDINATE_LIMIT_M, VOID_HEIGHT_M, Constants, Floats
 from host.evaluation.fuel import level_range_m
 from host.evaluation.geometry import smooth
-from host.evaluation.reference import problem_utopia
+from host.evaluation.problem_constants import constants_of
 from host.evaluation.terms import Evaluation
 from host.evaluation.track import SmoothedTrack, ground_below
-from host.problem.aircraft import Aircraft
 from host.problem.problem import Problem
 
 
@@ -100,7 +93,7 @@ class Evaluator:
         from host.evaluation import kernels
 
         self._kernels = kernels
-        self._constants = _constants(problem, self.ds_m, self.bilinear, self.isa)
+        self._constants = constants_of(problem, self.ds_m, self.bilinear, self.isa)
         self._fine = self._constants._replace(ds_m=self.ds_m / FINE)
         self._strict: StrictRule | None = None
         if problem.rules is not None:
@@ -224,6 +217,8 @@ class Evaluator:
         self,
         paths: NDArray[np.float64],
         lengths: NDArray[np.integer[Any]],
+        *,
+        strict: bool = False,
     ) -> NDArray[np.float64]:
         """Return the fitness of a population, (m,) float64, every value inside (0, 2).
 
@@ -234,6 +229,8 @@ class Evaluator:
             checked.
         lengths : (m,) integers
             Points of each path, 2 to max_n.
+        strict : bool
+            By the strict rule rather than above the search surface; as paper there is none.
 
         A path with a coordinate that is not finite, or beyond 10,000 km, gets the least value.
 
@@ -242,6 +239,9 @@ class Evaluator:
         ValueError
             If a shape is wrong or a length is out of range.
         """
+        if strict and self._strict is not None:
+            terms = zip(*self.penalty_cost(paths, lengths, fine=True), strict=True)
+            return np.array([self._kernels.fitness_of(*each) for each in terms])
         fitness: NDArray[np.float64] = self._population(paths, lengths, self._constants)[2]
         return fitness
 
@@ -398,53 +398,3 @@ class Evaluator:
             self._strict.add_timed_zones(paths, points, out[0])
             out[2] = [self._kernels.fitness_of(*terms) for terms in out[:2].T.tolist()]
         return out
-
-
-def _constants(problem: Problem, ds_m: float, bilinear: bool, isa: bool) -> Constants:
-    """Return the constants of a problem for the kernels."""
-    terrain, aircraft, limits = problem.terrain, problem.aircraft, problem.limits
-    start, goal = (heading or (0.0, 0.0) for heading in problem.headings)
-    rows, columns = terrain.elevation.shape
-    best = problem_utopia(problem, isa=isa)
-    return Constants(
-        dx_m=float(terrain.dx_m),
-        dy_m=float(terrain.dy_m),
-        rows=rows,
-        columns=columns,
-        ds_m=ds_m,
-        sampled=1,
-        zones=int(problem.nofly_raster.any()),
-        bilinear=int(bilinear),
-        isa=int(isa),
-        turn_radius_m=limits.turn_radius_m,
-        max_climb_rad=math.radians(aircraft.max_climb_deg),
-        max_descent_rad=math.radians(aircraft.max_descent_deg),
-        weight=aircraft.weight_N,
-        airspeed_m_s=aircraft.cruise_speed_m_s,
-        wing_area_m2=aircraft.wing_area_m2,
-        drag_coefficient=aircraft.zero_lift_drag_coefficient,
-        induced_drag_factor=aircraft.induced_drag_factor,
-        burn_per_m=aircraft.specific_fuel_consumption_N_per_Ws / aircraft.propeller_efficiency,
-        wind_x_m_s=float(problem.wind[0]),
-        wind_y_m_s=float(problem.wind[1]),
-        utopia_area_m2=best.altitude_m * best.length_m,
-        utopia_fuel=best.fuel_N,
-        in_air=int(problem.rules is not None and problem.wind != (0.0, 0.0)),
-        roofed=int(problem.roof is not None),
-        headings=sum(heading is not None for heading in problem.headings),
-        climb_m_s=_vertical_m_s(aircraft, aircraft.max_climb_deg),
-        descent_m_s=_vertical_m_s(aircraft, aircraft.max_descent_deg),
-        thrust=limits.thrust_N,
-        fuel=limits.fuel_N,
-        ceiling_m=limits.ceiling_m,
-        start_east=start[0],
-        start_north=start[1],
-        goal_east=goal[0],
-        goal_north=goal[1],
-    )
-
-
-def _vertical_m_s(aircraft: Aircraft, slope_deg: float) -> float:
-    """Return the vertical speed of a slope flown in still air, and the tolerance of slopes."""
-    slope = math.radians(slope_deg) + SLOPE_TOLERANCE_RAD
-    return aircraft.cruise_speed_m_s * math.sin(min(slope, 0.5 * math.pi))

@@ -43,9 +43,11 @@ class JoinedEvaluator(Evaluator):
         """Return every term of the waypoints before and of ``path`` as one path."""
         return self._joined.evaluate(np.concatenate((self._before, self._checked(path))))
 
-    def fitness(self, paths: Floats, lengths: NDArray[np.integer[Any]]) -> Floats:
+    def fitness(
+        self, paths: Floats, lengths: NDArray[np.integer[Any]], *, strict: bool = False
+    ) -> Floats:
         """Return the fitness of a population; see :meth:`Evaluator.fitness`."""
-        return self._joined.fitness(*self._with_before(paths, lengths))
+        return self._joined.fitness(*self._with_before(paths, lengths), strict=strict)
 
     def fitness_counted(
         self, paths: Floats, lengths: NDArray[np.integer[Any]], counted_m: Floats

@@ -109,7 +109,7 @@ PLANNERS: Mapping[str, Entry] = {
     "astar": Entry(
         description="Grid search, few waypoints, lowest altitudes: what to beat",
         paper="none: the search is Dijkstra's, the altitudes are a linear program's",
-        generations=8,
+        generations=40,
         options=("max_waypoints",),
         constructor=_astar,
     ),

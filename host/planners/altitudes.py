@@ -30,7 +30,7 @@ _SLOPE_MARGIN = 1e-6
 # Price of excess slope, in metres of altitude along the whole path.
 _TOO_STEEP = 1e6
 # Price of a metre too low, in metres of altitude along the whole path.
-_TOO_LOW = 1e4
+_TOO_LOW = 10.0
 # Shorter arcs are hardly steeper than the segments that they join.
 _SHORT_ARC_M = 1e-3
 
@@ -83,7 +83,7 @@ def lowest_altitudes(
     rises, flown = [np.diff(np.eye(count), axis=0)], [runs]
     with np.errstate(invalid="ignore"):  # A segment without horizontal length has no direction.
         ways = np.diff(places, axis=0) / runs[:, None]
-    allowed = [problem.slope_limits(*ways.T)]
+    arcs = []
     profiles = _profiles(problem.surface, smoothed.pieces, problem.ds_m / FINE)
     for piece, (at, ground) in zip(smoothed.pieces, profiles, strict=True):
         start = _between(piece.start[2], count)
@@ -94,7 +94,7 @@ def lowest_altitudes(
         if isinstance(piece, Arc) and piece.run_m > _SHORT_ARC_M:
             rises.append((stop - start)[None])
             flown.append(np.array([piece.run_m]))
-            allowed.append(_least_slopes(problem, piece))
+            arcs.append(piece)
     z = _solved(
         problem,
         prices,
@@ -103,10 +103,7 @@ def lowest_altitudes(
         level,
         np.concatenate(rises),
         np.concatenate(flown),
-        (
-            np.concatenate([climb for climb, _ in allowed]),
-            np.concatenate([descent for _, descent in allowed]),
-        ),
+        _slopes_allowed(problem, ways, arcs),
         step_m,
     )
     if z is None:
@@ -116,11 +113,21 @@ def lowest_altitudes(
     return np.column_stack((places, z))
 
 
-def _least_slopes(problem: Problem, arc: Arc) -> tuple[Floats, Floats]:
-    """Return the steepest climb and descent that hold all along an arc, as tangents, (1,) each."""
-    directions = np.array([direction[:2] for direction in arc.directions()])
-    climb, descent = problem.slope_limits(*directions.T)
-    return climb.min(keepdims=True), descent.min(keepdims=True)
+def _slopes_allowed(problem: Problem, ways: Floats, arcs: Sequence[Arc]) -> tuple[Floats, Floats]:
+    """Return the steepest climbs and descents, as tangents: of straight ways, then all along arcs.
+
+    All directions are asked at once: in wind each call solves for the slopes by halving.
+    """
+    turns = [np.array([direction[:2] for direction in arc.directions()]) for arc in arcs]
+    limits = problem.slope_limits(*np.concatenate((ways, *turns)).T)
+    firsts = len(ways) + np.cumsum([0, *map(len, turns)])[:-1]
+    climb, descent = (
+        np.concatenate((limit[: len(ways)], np.minimum.reduceat(limit, firsts)))
+        if len(arcs)
+        else limit
+        for limit in limits
+    )
+    return climb, descent
 
 
 def _between(at: float, count: int) -> Floats:
@@ -255,14 +262,16 @@ def _solved(
     work = np.full(segments, prices.work / prices.area / way_m)
     costs = np.concatenate((level / way_m, work, [_TOO_STEEP]))
     solution = linprog(costs, A_ub=matrix, b_ub=limits, bounds=bounds, method="highs")
-    if solution.status != 0 and problem.rules is not None:
-        # The raster may ask for more than an end has: then fly as little too low as possible.
-        too_low = np.concatenate((-np.ones(len(above)), np.zeros(len(matrix) - len(above))))
+    steep = solution.status != 0 or solution.x[-1] > 0
+    if steep and problem.rules is not None:
+        # The raster may ask for more than the rules: then fly too low where nothing else helps.
+        rows = len(above)
+        too_low = np.concatenate((-np.eye(rows), np.zeros((len(matrix) - rows, rows))))
         solution = linprog(
-            np.append(costs, _TOO_LOW),
+            np.concatenate((costs, np.full(rows, _TOO_LOW))),
             A_ub=np.column_stack((matrix, too_low)),
             b_ub=limits,
-            bounds=np.concatenate((bounds, [[0.0, np.inf]])),
+            bounds=np.concatenate((bounds, np.tile([[0.0, np.inf]], (rows, 1)))),
             method="highs",
         )
     return solution.x[:count] if solution.status == 0 else None

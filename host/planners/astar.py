@@ -14,7 +14,7 @@ from host.planners.altitudes import lowest_altitudes
 from host.planners.base import Options, Progress, Result, Run, Stop
 from host.planners.grid_search import SearchGrid
 from host.planners.polylines import lengthened, on_corners, polylines, thinned
-from host.planners.turns_at_ends import Leads, leads
+from host.planners.turns_at_ends import Leads, around, leads
 from host.problem import ChipMap
 
 
@@ -26,10 +26,13 @@ Path = NDArray[np.float64]
 _STEEPNESS = (2.5, 1.5, 1.0, math.inf)
 # Margin around voids and zones, in turn radii; the second if the first gives no feasible path.
 _MARGINS = (0.0, 0.5)
+# Distances of waypoints around the ends, in turn radii, and the surfaces tried with them.
+_AWAY_RADII = (2.0, 4.0)
+_STEEPNESS_FROM_SIDES = (1.5, math.inf)
 # Slope of the surfaces for an aircraft that can hardly climb.
 _LEAST_SLOPE = 1e-3
 #: Most searches of a run.
-MOST_SEARCHES = len(_MARGINS) * len(_STEEPNESS)
+MOST_SEARCHES = len(_MARGINS) * len(_STEEPNESS) + len(_AWAY_RADII) * 2 * 8
 # Numbers of turns tried with each route, as shares of the most waypoints.
 _SHARES = (1.0, 0.75, 0.5, 0.25, 0.125)
 _MOST_WAYPOINTS = 100
@@ -48,7 +51,9 @@ class AstarPlanner:
 
     A gently sloping surface accounts for the climb before a pass, but closes a valley between
     steep walls; the ground itself does the opposite. Therefore four surfaces are tried, and four
-    more with a margin around voids and zones if none of them gives a feasible path.
+    more with a margin around voids and zones if none of them gives a feasible path. By the rules of
+    safe flight, where paths are compared by the strict rule, at most 32 more follow, which leave
+    the start or reach the goal in one of eight directions.
 
     The route is Dijkstra's, as cheap as that of A*. SciPy searches the whole grid in less time
     than the graph takes to build, so a heuristic would save nothing.
@@ -81,7 +86,7 @@ class AstarPlanner:
     ) -> Result:
         """Search; see :class:`host.planners.base.Planner`.
 
-        Generation 0 is the straight line; each later one is a search, 8 at most.
+        Generation 0 is the straight line; each later one is a search.
 
         Raises
         ------
@@ -136,11 +141,43 @@ def searches(
                     for path in _paths(grid, steepness, most, lattice, way)
                 ]
             if paths:
-                fitness = run.fitness(paths).tolist()
+                fitness = run.fitness(paths, strict=True).tolist()
                 best = max(best, *fitness)
                 yield list(zip(fitness, paths, strict=True))
         if best > 1:
             return
+    if best > 0 and problem.rules is not None:
+        yield from _from_all_sides(run, most, lattice, grid, best)
+
+
+def _from_all_sides(
+    run: Run, most: int, lattice: ChipMap | None, grid: SearchGrid, best: float
+) -> Iterator[list[tuple[float, Path]]]:
+    """Search with a first waypoint in each direction from the start, then a last one so.
+
+    An aircraft that starts low can climb out in some directions only, and the nodes of the grid are
+    too far apart to tell. The best direction at one end is kept for the searches at the other.
+    """
+    problem = run.evaluator.problem
+    kept = list(next(leads(problem)))
+    for radii in _AWAY_RADII:
+        for at_goal in (False, True):
+            for place in around(problem, at_goal, radii * problem.limits.turn_radius_m):
+                way = (kept[0], place) if at_goal else (place, kept[1])
+                with run.phase("search"):
+                    paths = [
+                        path
+                        for steepness in _STEEPNESS_FROM_SIDES
+                        for path in _paths(grid, steepness, most, lattice, way)
+                    ]
+                if not paths:
+                    continue
+                fitness = run.fitness(paths, strict=True).tolist()
+                if max(fitness) > best:
+                    best, kept[at_goal] = max(fitness), place
+                yield list(zip(fitness, paths, strict=True))
+            if best > 1:
+                return
 
 
 def _paths(

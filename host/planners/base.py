@@ -242,11 +242,13 @@ class Run:
         paths: Sequence[Path],
         *,
         counted_m: NDArray[np.float64] | None = None,
+        strict: bool = False,
     ) -> NDArray[np.float64]:
         """Evaluate ``paths``, (n, 3) float64 metres each, ends included, and keep the best.
 
-        With ``counted_m``, (m,) metres, d_ut + d_nf are these, and no path is kept: a path whose
-        distances were counted elsewhere is no candidate before its full evaluation.
+        With ``strict`` the fitness is by the strict rule, which may accept what lies below the
+        search surface. With ``counted_m``, (m,) metres, d_ut + d_nf are these, and no path is kept:
+        a path whose distances were counted elsewhere is no candidate before its full evaluation.
 
         Returns
         -------
@@ -259,7 +261,7 @@ class Run:
             for row, path in zip(padded, paths, strict=True):
                 row[: len(path)] = path
             if counted_m is None:
-                fitness = self.evaluator.fitness(padded, lengths)
+                fitness = self.evaluator.fitness(padded, lengths, strict=strict)
             else:
                 fitness = self.evaluator.fitness_counted(padded, lengths, counted_m)
         self.evaluations += len(paths)

@@ -111,10 +111,8 @@ class SearchGrid:
         # The highest ground of a node may lie this far from the node.
         reach = math.hypot(self.dx_m, self.dy_m)
         out = self._pooled(problem.blocked_raster)
-        # Under the rules it asks for more than they do, by about the clearance.
-        spare = 0.0 if problem.rules is None else problem.rules.clearance_m
-        out |= self.ground > z0 + climb * (away_0 + reach) + spare
-        out |= self.ground > z1 + descent * (away_1 + reach) + spare
+        out |= self.ground > z0 + climb * (away_0 + reach)
+        out |= self.ground > z1 + descent * (away_1 + reach)
         self._start, self._goal = self._node(x0, y0), self._node(x1, y1)
         out.flat[[self._start, self._goal]] = False
         self.blocked = out

@@ -1,4 +1,4 @@
-"""Waypoints that turn a path from a fixed heading onto its route, and onto the one at the goal."""
+"""Waypoints that lead a path from its start onto its route, and from there to its goal."""
 
 from __future__ import annotations
 
@@ -12,13 +12,16 @@ from numpy.typing import NDArray
 from host.problem.problem import Problem
 
 
-__all__ = ["Leads", "leads"]
+__all__ = ["Leads", "around", "leads"]
 
 Floats = NDArray[np.float64]
 #: Waypoints after the start, and before the goal: (k, 2) float64 metres each.
 Leads = tuple[Floats, Floats]
 
 _NONE: Floats = np.empty((0, 2))
+# Unit vectors to eight points of the compass.
+_ANGLES = np.arange(8) * (math.pi / 4)
+_COMPASS: Floats = np.stack((np.sin(_ANGLES), np.cos(_ANGLES)), axis=1)
 # Turns below the first are made at the end itself or just ahead of it; above the second, the path
 # must turn back.
 _GENTLE_RAD, _BACK_RAD = math.radians(45), math.radians(100)
@@ -61,3 +64,16 @@ def _ways(end: Floats, heading: Floats, other: Floats, radius: float) -> Iterato
         yield np.stack((ahead, ahead + side * aside))
         if abs(turn) > _BACK_RAD:
             yield np.stack((ahead, ahead - side * aside))
+
+
+def around(problem: Problem, at_goal: bool, away_m: float) -> list[Floats]:
+    """Return waypoints around the start or the goal, (1, 2) metres each, in eight directions.
+
+    Those off the map are left out; around an end with a fixed heading there are none.
+    """
+    if problem.headings[at_goal] is not None or not math.isfinite(away_m):
+        return []
+    end = np.array((problem.goal if at_goal else problem.start)[:2])
+    most = problem.terrain.width_m, problem.terrain.height_m
+    places = end + away_m * _COMPASS
+    return [place[None] for place in places if ((place >= 0) & (place <= most)).all()]

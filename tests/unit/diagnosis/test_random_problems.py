@@ -6,7 +6,7 @@ import pytest
 from host.diagnosis import diagnose
 from host.errors import InputError
 from host.evaluation import Evaluator
-from host.planners.astar import AstarPlanner
+from host.planners.astar import MOST_SEARCHES, AstarPlanner
 from host.planners.base import Options
 from host.problem.problem import Problem
 from host.problem.rules import Rules
@@ -71,7 +71,7 @@ def test_proves_nothing_that_a_path_disproves(block):
             evaluator = Evaluator(problem)
         except InputError:
             continue  # The straight line is too steep a glide.
-        result = AstarPlanner().plan(evaluator, Options(generations=8))
+        result = AstarPlanner().plan(evaluator, Options(generations=MOST_SEARCHES))
         if result.evaluation.feasible:
             found += 1
             assert not diagnose(problem).proven, seed

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter
 
 from bench.scenarios import EMBEDDED, problem
 from host.errors import InputError
@@ -11,6 +12,7 @@ from host.planners.astar import MOST_SEARCHES, AstarPlanner
 from host.planners.base import Options, Stop
 from host.problem import aircraft
 from host.problem.problem import Problem
+from host.problem.surface import surface_below
 from host.problem.zones import Circle, Polygon
 from host.terrain import Terrain
 
@@ -43,6 +45,46 @@ def test_beats_the_genetic_algorithm_on_the_embedded_terrain():
     assert result.evaluation.feasible
     # The means of ga-fpga and ga-pc are 1.481 and 1.460.
     assert result.evaluation.fitness > 1.505
+
+
+def hills(seed, **options):
+    """Return a flight from 10 m above rough ground, which few directions climb out of."""
+    rng = np.random.default_rng(seed)
+    heights = gaussian_filter(rng.standard_normal((80, 80)), 6)
+    terrain = Terrain("hills", 400 * (heights - heights.min()) / np.ptp(heights), 50.0, 50.0)
+    places = rng.uniform(800, 3100, (2, 2))
+    ground = surface_below(terrain, *places.T)
+    start, goal = np.column_stack((places, ground + 10.0)).tolist()
+    return Problem(terrain, tuple(start), tuple(goal), aircraft.load("silver-fox"), **options)
+
+
+@pytest.mark.parametrize("seed", [2, 16, 37])
+def test_climbs_out_of_low_ground_in_the_direction_that_allows_it(seed):
+    evaluator = Evaluator(hills(seed), threads=1)
+    few = AstarPlanner().plan(evaluator, Options(generations=8))
+    result = AstarPlanner().plan(evaluator, ALL)
+    assert not few.evaluation.feasible
+    assert result.evaluation.feasible
+    assert 8 < result.generations <= MOST_SEARCHES
+
+
+def test_keeps_fixed_headings_while_it_tries_directions():
+    problem = hills(16, goal_heading_deg=40.0)
+    result = AstarPlanner().plan(Evaluator(problem, threads=1), ALL)
+    assert result.evaluation.feasible
+    assert result.generations > 8
+
+
+def test_tries_no_directions_as_paper():
+    # A wall that cannot be climbed.
+    heights = np.zeros((20, 20))
+    heights[:, 10] = 5000.0
+    wall = Terrain("wall", heights, 100.0, 100.0)
+    ends = (300.0, 1000.0, 50.0), (1600.0, 1000.0, 50.0)
+    problem = Problem(wall, *ends, aircraft.load("silver-fox"), as_paper=True)
+    result = AstarPlanner().plan(Evaluator(problem, threads=1), ALL)
+    assert not result.evaluation.feasible
+    assert result.generations <= 8
 
 
 def test_keeps_the_maximum_of_waypoints(evaluator):

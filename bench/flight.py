@@ -1,27 +1,27 @@
 """Flights of planned paths: every planner, map, weather and aircraft, by the rules and as paper.
 
-A row of the table is a map, an aircraft and a weather; all distinct feasible paths of all planners
-and seeds are flown, none is chosen. Results are kept by row and planner in :data:`FOLDER`, so that
-an interrupted run goes on where it was; a change of the sources they follow from discards them.
+A row of a table is a map, an aircraft and a weather; all distinct feasible paths of all planners
+and seeds are flown, none is chosen. Results are kept by row and planner in ``docs/flights.json``
+(:class:`bench.kept.Kept`); ``docs/flight.md`` shows them.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
-import json
 import math
 import sys
 import time
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import mean
 from typing import Any
 
+from bench.kept import Kept, paste
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import SYNTHETIC, missing, names, problem
-from bench.sources import digest
 from host.cores import available_cores
 from host.errors import InputError, JobError
 from host.evaluation import Evaluator
@@ -29,14 +29,13 @@ from host.flight.fly import fly
 from host.planners import PLANNERS, make
 from host.planners.base import Options
 from host.problem import Problem, aircraft
-from host.report.files import write_json
-from host.report.summary import finite
 
 
-__all__ = ["FOLDER", "MOST_SEEDS", "PLANNED", "Row", "rows", "run"]
+__all__ = ["MOST_SEEDS", "PAGE", "PLANNED", "STORE", "Row", "rows", "run"]
 
-#: Where the results of each row are kept.
-FOLDER = Path("build/bench/flights")
+_DOCS = Path(__file__).resolve().parents[1] / "docs"
+#: Where the results are kept, and the page with their tables.
+STORE, PAGE = _DOCS / "flights.json", _DOCS / "flight.md"
 #: Seeds of each planner at most: the number of the claim.
 MOST_SEEDS = 10
 #: The planners by their names in the results, with their options.
@@ -52,9 +51,42 @@ AIRCRAFT = ("silver-fox", "c172p")
 WEATHERS = ("calm", "along", "across")
 WIND_M_S = 8.0
 
-_SOURCES = ("host/evaluation", "host/flight", "host/planners", "host/problem")
+_SOURCES = (
+    "bench/scenarios.py",
+    "hdl/config.py",
+    "host/device",
+    "host/evaluation",
+    "host/flight",
+    "host/planners",
+    "host/problem",
+    "host/terrain",
+    "sim/model",
+)
 # Commands may exceed a limit by this share; rounding apart.
-_EXCESS = 0.05 + 1e-6
+_EXCESS = 0.05 + 1e-4
+# The figures of flights: the key of the verdict, and which of several is the worst.
+_FIGURES: dict[str, tuple[str, Callable[[list[float]], float]]] = {
+    "cross-track rms, m": ("cross_track_rms_m", max),
+    "max, m": ("cross_track_max_m", max),
+    "height error max, m": ("height_error_max_m", max),
+    "clearance planned, m": ("clearance_planned_m", min),
+    "flown, m": ("clearance_flown_m", min),
+    "least share": ("clearance_share", min),
+    "largest excess": ("excess", max),
+}
+# Digits after the point; 1 of all others.
+_DIGITS = {"least share": 2, "largest excess": 2}
+_COLUMNS = (
+    "map, aircraft, weather",
+    "found",
+    "flown",
+    "kept",
+    *list(_FIGURES)[:-1],
+    "zones entered",
+    "largest excess",
+)
+# Sentences of breaks that are kept of a planner's flights.
+_MOST_BREAKS = 3
 
 Outcome = dict[str, Any]
 
@@ -86,11 +118,6 @@ class Row:
         """Name in the table, which ``--only`` is compared with."""
         mode = "as paper" if self.as_paper else "safe"
         return f"{self.terrain} {self.aircraft} {self.weather} {mode}"
-
-    @property
-    def file(self) -> Path:
-        """Where the results are kept."""
-        return FOLDER / f"{self.name.replace(' ', '_')}.json"
 
     def problem(self) -> Problem:
         """Return the problem to plan.
@@ -130,7 +157,7 @@ def rows(only: str = "") -> list[Row]:
 
 
 def run(options: BenchOptions) -> Report:
-    """Plan and fly all rows that are not kept already; return the table of all.
+    """Plan and fly all rows that are not kept already; write the tables of all rows to the page.
 
     Raises
     ------
@@ -142,9 +169,20 @@ def run(options: BenchOptions) -> Report:
         raise InputError(
             f"No row has {options.only!r} in its name; one is 'canyon silver-fox calm safe'."
         )
-    seeds = min(options.seeds, MOST_SEEDS)
-    FOLDER.mkdir(parents=True, exist_ok=True)
-    tasks = [(row, planner) for row in wanted for planner in PLANNED if _lacks(row, planner, seeds)]
+    kept = Kept(STORE, *_SOURCES)
+    _measure_missing(kept, wanted, min(options.seeds, MOST_SEEDS))
+    paste(PAGE, "flight", _report(kept, rows()).text())
+    return _report(kept, wanted)
+
+
+def _measure_missing(kept: Kept, wanted: list[Row], seeds: int) -> None:
+    """Measure what is missing, one planner of a row a core."""
+    tasks = [
+        (row, planner)
+        for row in wanted
+        for planner in PLANNED
+        if (kept.get(row.name, planner) or {"runs": 0})["runs"] < _seeds(planner, seeds)
+    ]
     print(
         f"flight: {sum(_seeds(planner, seeds) for _, planner in tasks)} runs of planners to fly",
         file=sys.stderr,
@@ -152,92 +190,91 @@ def run(options: BenchOptions) -> Report:
     )
     started = time.monotonic()
     with ProcessPoolExecutor(available_cores()) as pool:
-        jobs = {pool.submit(_measure, *task, seeds): task for task in tasks}
-        for done, job in enumerate(as_completed(jobs), 1):
-            row, planner = jobs[job]
-            _keep(row, planner, job.result())
-            minutes = (time.monotonic() - started) / 60
-            print(
-                f"flight: {row.name}, {planner} ({done} of {len(jobs)}, {minutes:.1f} min)",
-                file=sys.stderr,
-                flush=True,
+        try:
+            jobs = {pool.submit(_measure, *task, seeds): task for task in tasks}
+            for done, job in enumerate(as_completed(jobs), 1):
+                row, planner = jobs[job]
+                kept.keep(row.name, planner, _worst(job.result()))
+                minutes = (time.monotonic() - started) / 60
+                print(
+                    f"flight: {row.name}, {planner} ({done} of {len(jobs)}, {minutes:.1f} min)",
+                    file=sys.stderr,
+                    flush=True,
+                )
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _report(kept: Kept, wanted: list[Row]) -> Report:
+    """Return the tables of rows by the rules and as paper, with those planners that are kept."""
+    tables = []
+    for as_paper in (False, True):
+        table = Report("As paper" if as_paper else "By the rules", _COLUMNS)
+        flown = safe = lacking = 0
+        for row in (row for row in wanted if row.as_paper == as_paper):
+            parts = [part for planner in PLANNED if (part := kept.get(row.name, planner))]
+            lacking += len(PLANNED) - len(parts)
+            if parts:
+                table.rows.append((row.name.rsplit(" ", 2 if as_paper else 1)[0], *_cells(parts)))
+                table.data[row.name] = parts
+                flown += sum(part["flown"] for part in parts)
+                safe += sum(part["kept"] for part in parts)
+        table.notes = [f"{flown:,} flights, {safe:,} of them kept."]
+        if lacking:
+            table.notes.append(f"Planners of a row not measured yet: {lacking}.")
+        if not as_paper:
+            table.failed = any(
+                part["kept"] < part["flown"] or part["largest excess"] > _EXCESS
+                for parts in table.data.values()
+                for part in parts
+                if part["flown"]
             )
-    return _report(wanted, seeds)
+        tables.append(table)
+    by_rules, as_paper_too = tables
+    by_rules.data = {"rows": {**by_rules.data, **as_paper_too.data}}
+    by_rules.further = [as_paper_too]
+    by_rules.notes += missing()
+    return by_rules
 
 
-def _report(wanted: list[Row], seeds: int) -> Report:
-    report = Report(
-        f"Flight: {seeds} seeds, every distinct feasible path flown",
-        (
-            "row",
-            "found",
-            "flown",
-            "kept",
-            "cross-track rms, m",
-            "max, m",
-            "height error max, m",
-            "clearance planned, m",
-            "flown, m",
-            "least share",
-            "zones entered",
-            "largest excess",
-        ),
-    )
-    runs = {}
-    for row in wanted:
-        kept = _kept(row)
-        outcomes = [
-            outcome
-            for planner in PLANNED
-            for outcome in kept.get(planner, [])
-            if outcome["seed"] < seeds
-        ]
-        runs[row.name] = outcomes
-        report.rows.append((row.name, *_cells(outcomes)))
-        if not row.as_paper:
-            report.failed |= any(
-                not outcome["kept"] or outcome["excess"] > _EXCESS
-                for outcome in outcomes
-                if "kept" in outcome
-            )
-    report.notes = [
-        f"Scenarios of BENCH=quality. Planners: {', '.join(PLANNED)}.",
-        "Found: feasible paths of all runs; flown: those of them that differ. Kept: half of the",
-        "demanded clearance, no zone entered, the goal reached. Along, across: 8 m/s from start to",
-        "goal, or across, with light turbulence; planned for and flown. Columns after kept are the",
-        "worst of all flights, also the rms; clearances the least. Share: of the one demanded.",
-        "Excess: of commands over a limit of the aircraft, means of 5 s; 0.05 is allowed. Safe: a",
-        "clearance of 30 m and all rules of flight.",
-        *missing(),
-    ]
-    report.data = {"runs": runs}
-    return report
-
-
-def _cells(outcomes: list[Outcome]) -> tuple[object, ...]:
+def _worst(outcomes: list[Outcome]) -> Outcome:
+    """Return the numbers of runs, paths and flights of a planner, and the worst of its flights."""
     feasible = [outcome for outcome in outcomes if outcome["feasible"]]
-    found = f"{len(feasible)}/{len(outcomes)}"
     flights = list({outcome["path"]: outcome for outcome in feasible}.values())
-    if not flights:
-        return found, 0, *("-",) * 9
-    flown = [flight for flight in flights if "clearance_flown_m" in flight]
+    told = [flight for flight in flights if "clearance_flown_m" in flight]
+    worst: Outcome = {
+        "runs": len(outcomes),
+        "found": len(feasible),
+        "flown": len(flights),
+        "kept": sum(flight["kept"] for flight in flights),
+        "zones entered": sum(bool(flight["zones_entered"]) for flight in told),
+        "seconds": round(mean(outcome.get("plan_seconds", 0.0) for outcome in outcomes), 2),
+        "breaks": sorted({text for flight in flights for text in flight["breaks"]})[:_MOST_BREAKS],
+    }
+    for column, (key, choose) in _FIGURES.items():
+        values = [flight[key] for flight in told if math.isfinite(flight[key])]
+        worst[column] = round(choose(values), 4) if values else None
+    return worst
 
-    def worst(key: str, choose: Any = max) -> object:
-        return choose((flight[key] for flight in flown), default="-")
 
-    shares = [share for flight in flown if (share := flight["clearance_share"]) is not None]
+def _cells(parts: list[Outcome]) -> tuple[object, ...]:
+    """Return the cells of a row from the results of its planners."""
+
+    def total(key: str) -> int:
+        return sum(part[key] for part in parts)
+
+    def worst(column: str) -> object:
+        _, choose = _FIGURES[column]
+        values = [part[column] for part in parts if part[column] is not None]
+        return f"{choose(values):.{_DIGITS.get(column, 1)}f}" if values else "-"
+
+    figures = {column: worst(column) for column in _FIGURES}
     return (
-        found,
-        len(flights),
-        sum(flight["kept"] for flight in flights),
-        worst("cross_track_rms_m"),
-        worst("cross_track_max_m"),
-        worst("height_error_max_m"),
-        worst("clearance_planned_m", min),
-        worst("clearance_flown_m", min),
-        min(shares, default="-"),
-        sum(bool(flight["zones_entered"]) for flight in flown),
-        worst("excess"),
+        f"{total('found')}/{total('runs')}",
+        total("flown"),
+        total("kept"),
+        *(figures.get(column, total("zones entered")) for column in _COLUMNS[4:]),
     )
 
 
@@ -283,41 +320,16 @@ def _plan_and_fly(
         return outcome
     if outcome["path"] in flown:
         return flown[outcome["path"]]
-    started = time.process_time()
     gusts = "none" if row.weather == "calm" else "light"
     try:
         flight = fly(task, result.path, gusts=gusts, seed=seed)
     except JobError as error:
         outcome |= {"kept": False, "excess": 0.0, "breaks": [str(error)]}
     else:
-        outcome |= finite(flight.verdict.to_dict()) | {"excess": flight.verdict.excess}
-    outcome["fly_seconds"] = time.process_time() - started
+        outcome |= flight.verdict.to_dict() | {"excess": flight.verdict.excess}
     flown[outcome["path"]] = outcome
     return outcome
 
 
 def _seeds(planner: str, seeds: int) -> int:
     return 1 if planner in _DRAWLESS else seeds
-
-
-def _lacks(row: Row, planner: str, seeds: int) -> bool:
-    return len(_kept(row).get(planner, [])) < _seeds(planner, seeds)
-
-
-def _kept(row: Row) -> dict[str, list[Outcome]]:
-    """Return the outcomes of a row by planner, if they follow from the present sources."""
-    try:
-        content = json.loads(row.file.read_text("utf-8"))
-    except (OSError, ValueError):
-        return {}
-    if content.get("sources") != digest(*_SOURCES):
-        return {}
-    planners: dict[str, list[Outcome]] = content["planners"]
-    return planners
-
-
-def _keep(row: Row, planner: str, outcomes: list[Outcome]) -> None:
-    planners = _kept(row) | {planner: outcomes}
-    write_json(
-        row.file, {"sources": digest(*_SOURCES), **dataclasses.asdict(row), "planners": planners}
-    )

@@ -6,6 +6,7 @@ import pytest
 
 from bench import flight
 from bench.flight import PLANNED, Row, rows, run
+from bench.kept import Kept
 from bench.report import Options
 from bench.scenarios import names
 from host.errors import InputError
@@ -39,44 +40,71 @@ def test_problems_are_those_of_the_row():
 
 @pytest.fixture
 def one(tmp_path, monkeypatch):
-    """Keep results apart, and plan with astar alone."""
-    monkeypatch.setattr(flight, "FOLDER", tmp_path / "flights")
+    """Keep results and tables apart, and plan with astar alone."""
+    monkeypatch.setattr(flight, "STORE", tmp_path / "flights.json")
+    monkeypatch.setattr(flight, "PAGE", tmp_path / "page.md")
     monkeypatch.setattr(flight, "PLANNED", {"astar": ("astar", {})})
+    flight.PAGE.write_text("<!-- tables of BENCH=flight -->\n<!-- end of BENCH=flight -->\n")
     return Options(seeds=3, only="river silver-fox calm as paper")
 
 
 @pytest.mark.ci  # Starts processes that compile.
 def test_a_run_is_kept_and_not_repeated(one, monkeypatch):
     report = run(one)
-    (row,) = report.rows
-    assert row[:3] == ("river silver-fox calm as paper", "1/1", 1)
-    (outcome,) = report.data["runs"][row[0]]
-    assert outcome["arrived"]
-    assert abs(outcome["clearance_flown_m"] - outcome["clearance_planned_m"]) < 3
+    assert report.rows == []
+    (table,) = report.further
+    (row,) = table.rows
+    assert row[:3] == ("river silver-fox calm", "1/1", 1)
+    (part,) = report.data["rows"][one.only]
+    assert abs(part["flown, m"] - part["clearance planned, m"]) < 3
+    assert table.text() in flight.PAGE.read_text()
 
     def fail(*_):
         raise AssertionError
 
     monkeypatch.setattr(flight, "_measure", fail)
-    assert run(one).rows == report.rows
-    monkeypatch.setattr(flight, "digest", lambda *_: "others")
-    assert flight._lacks(Row("river", "silver-fox", "calm", True), "astar", 1)
+    assert run(one).further[0].rows == table.rows
 
 
-def test_equal_paths_count_once_and_breaks_fail():
-    base = {
-        "feasible": True, "kept": True, "cross_track_rms_m": 1.0, "cross_track_max_m": 4.0,
-        "height_error_max_m": 2.0, "clearance_planned_m": 30.0, "clearance_flown_m": 29.0,
-        "clearance_share": 0.9, "zones_entered": [], "excess": 0.05,
-    }  # fmt: skip
-    outcomes = [
-        base | {"path": "a"},
-        base | {"path": "a"},
-        base | {"path": "b", "kept": False, "clearance_flown_m": 9.0, "cross_track_max_m": 5.0},
-        {"path": "c", "feasible": True, "kept": False, "excess": 0.0},  # Lost before the start.
-        {"path": "d", "feasible": False},
-    ]
-    assert flight._cells(outcomes) == ("4/5", 3, 1, 1.0, 5.0, 2.0, 30.0, 9.0, 0.9, 0, 0.05)
+FLOWN = {
+    "feasible": True, "kept": True, "cross_track_rms_m": 1.0, "cross_track_max_m": 4.0,
+    "height_error_max_m": 2.0, "clearance_planned_m": 30.0, "clearance_flown_m": 29.0,
+    "clearance_share": 0.9, "zones_entered": [], "excess": 0.05, "breaks": [],
+    "plan_seconds": 1.0,
+}  # fmt: skip
+
+
+def test_equal_paths_count_once_and_the_worst_of_all_is_told():
+    part = flight._worst(
+        [
+            FLOWN | {"path": "a"},
+            FLOWN | {"path": "a"},
+            FLOWN
+            | {"path": "b", "kept": False, "clearance_flown_m": 9.0, "cross_track_max_m": 5.0}
+            | {"zones_entered": ["storm"], "breaks": ["It entered storm."]},
+            # Lost before the start.
+            {"path": "c", "feasible": True, "kept": False, "excess": 0.0, "breaks": ["Lost."]},
+            {"path": "d", "feasible": False},
+        ]
+    )
+    assert (part["runs"], part["found"], part["flown"], part["kept"]) == (5, 4, 3, 1)
+    assert part["breaks"] == ["It entered storm.", "Lost."]
+    none = flight._worst([{"path": "d", "feasible": False}])
+    assert flight._cells([part, none]) == (
+        "4/6", 3, 1, "1.0", "5.0", "2.0", "30.0", "9.0", "0.90", 1, "0.05",
+    )  # fmt: skip
+
+
+def test_a_flight_by_the_rules_that_breaks_them_fails_the_run(one):
+    row = Row("river", "silver-fox", "calm", False)
+    bad = {
+        "kept": {"kept": False},
+        "excess": {"excess": 0.06},
+    }
+    for outcome, failed in (({}, False), (bad["kept"], True), (bad["excess"], True)):
+        kept = Kept(flight.STORE, "bench/scenarios.py")
+        kept.keep(row.name, "astar", flight._worst([FLOWN | {"path": "a"} | outcome]))
+        assert flight._report(kept, [row]).failed is failed
 
 
 def test_refuses_an_unknown_row():

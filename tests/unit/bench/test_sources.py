@@ -43,6 +43,26 @@ def test_a_file_of_another_kind_or_place_changes_nothing(root):
     assert anew("host/deep") == before
 
 
+def test_of_python_the_code_alone_counts(root):
+    file = root / "host" / "deep" / "a.py"
+    file.write_text('''"""One."""
+
+def half(x):
+    """Return half of x."""
+    # Halves are exact.
+    return x / 2  # Always.
+''')
+    before = anew("host")
+    file.write_text(
+        'def half(x):\n    """Return x / 2.\n\n    Exact.\n    """\n\n    return x / 2\n'
+    )
+    assert anew("host") == before
+    file.write_text('def half(x):\n    "Return x / 2."\n    return "# 2"\n')
+    text = anew("host")
+    file.write_text('def half(x):\n    "Return x / 2."\n    return "# 3"\n')
+    assert len({before, text, anew("host")}) == 3
+
+
 def test_takes_single_files(root):
     before = anew("host/deep/a.py")
     assert before == anew("host")

@@ -22,7 +22,7 @@ NAMES = {
     "terrains": "the builds of the checker over seven terrains: cycles, and answers that differ",
     "simulation": "cycles per second of the simulated board",
     "model": "generations per second of the software model",
-    "evaluation": "evaluations per second of one core",
+    "evaluation": "evaluations per second of one core, time that the rules take",
     "quality": "every planner over nine terrains, from both starts, many seeds",
     "flight": "planned paths flown in JSBSim, by the rules and as paper; hours, so only if named",
     "safety": "what clearances cost every planner, by the rules; long, so only if named",

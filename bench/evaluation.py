@@ -1,4 +1,4 @@
-"""Evaluations per second of one core, on paths of planners."""
+"""Evaluations per second of one core, milliseconds of the strict rule, cost of a clearance."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from bench.report import Options as BenchOptions
 from bench.report import Report
+from bench.rules import clearance_table, strict_table
 from bench.scenarios import EMBEDDED, problem
 from host.device.boards import open_board
 from host.device.chip import Chip, unpack_waypoints
@@ -21,13 +22,24 @@ from host.problem import ChipMap
 __all__ = ["run"]
 
 _RANDOM_PATHS, _RANDOM_WAYPOINTS = 32, 8
+# Plans without and with a clearance, at most, and calls of the strict rule, of each planner.
+_MOST_ROUNDS, _REPEATS = 9, 200
 
 
 def run(options: BenchOptions) -> Report:
-    """Evaluate final populations of many seeds and random paths, each once, on one thread."""
+    """Measure on one thread: populations as paper, single paths by the strict rule, plans."""
+    report = _populations(options.seeds)
+    clearance = clearance_table(min(options.seeds, _MOST_ROUNDS))
+    report.further = [strict_table(_REPEATS), clearance]
+    report.data = clearance.data
+    return report
+
+
+def _populations(seeds: int) -> Report:
+    """Evaluate final populations of many seeds and random paths, each once."""
     scenario = problem(EMBEDDED)
     evaluator = Evaluator(scenario, threads=1)
-    paths = [path for seed in range(options.seeds) for path in _final_population(evaluator, seed)]
+    paths = [path for seed in range(seeds) for path in _final_population(evaluator, seed)]
     rng = np.random.default_rng(0)
     terrain = scenario.terrain
     for _ in range(_RANDOM_PATHS):

@@ -1,14 +1,12 @@
 """Cost of safety: every planner as paper and with three clearances, over nine terrains.
 
-A row is a terrain, a planner and a set of rules. Its results are kept in :data:`FOLDER`, so that an
-interrupted run goes on where it was; a change of the sources they follow from discards them. A run
-of all rows writes its tables into ``docs/safety.md``.
+A row is a terrain, a planner and a set of rules. Results are kept in ``docs/safety.json``
+(:class:`bench.kept.Kept`); ``docs/safety.md`` shows them.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import json
 import sys
 import time
 from collections.abc import Collection, Sequence
@@ -18,10 +16,10 @@ from pathlib import Path
 from statistics import mean, median
 from typing import Any
 
+from bench.kept import Kept, paste
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import SYNTHETIC, missing, names, problem
-from bench.sources import digest
 from host.cores import available_cores
 from host.errors import InputError
 from host.evaluation import Evaluator
@@ -29,27 +27,13 @@ from host.planners import PLANNERS, make
 from host.planners.base import Options
 from host.problem.problem import Problem
 from host.problem.rules import Rules
-from host.report.files import write_json
 
 
-__all__ = [
-    "BEGIN",
-    "CLEARANCES",
-    "END",
-    "FOLDER",
-    "MOST_SEEDS",
-    "PAGE",
-    "Row",
-    "paste",
-    "rows",
-    "run",
-]
+__all__ = ["CLEARANCES", "MOST_SEEDS", "PAGE", "STORE", "Row", "rows", "run"]
 
-#: Where the results of each row are kept.
-FOLDER = Path("build/bench/safety-runs")
-#: The page with the tables, which stand between the lines :data:`BEGIN` and :data:`END`.
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "safety.md"
-BEGIN, END = "<!-- tables of make bench BENCH=safety: begin -->", "<!-- tables: end -->"
+_DOCS = Path(__file__).resolve().parents[1] / "docs"
+#: Where the results are kept, and the page with their tables.
+STORE, PAGE = _DOCS / "safety.json", _DOCS / "safety.md"
 #: Seeds of each planner at most.
 MOST_SEEDS = 5
 #: The clearance of each set of rules, metres; None is as paper.
@@ -95,12 +79,12 @@ class Row:
     @property
     def name(self) -> str:
         """Name that ``--only`` is compared with."""
-        return f"{self.terrain} {self.planner} {self.rules}"
+        return f"{self.plan} {self.rules}"
 
     @property
-    def file(self) -> Path:
-        """Where the results are kept."""
-        return FOLDER / f"{self.name.replace(' ', '_')}.json"
+    def plan(self) -> str:
+        """Terrain and planner: a line of the table."""
+        return f"{self.terrain} {self.planner}"
 
     def problem(self) -> Problem:
         """Return the problem to plan, its rasters not yet made."""
@@ -120,70 +104,45 @@ def rows(only: str = "") -> list[Row]:
 
 
 def run(options: BenchOptions) -> Report:
-    """Measure the rows that are not kept already; return the table of all.
+    """Measure the rows that are not kept already; write the tables of all rows to the page.
 
     Raises
     ------
     InputError
-        If no row has the name of ``--only``, or the page has no place for the tables.
+        If no row has the name of ``--only``.
     """
     wanted = rows(options.only)
     if not wanted:
         raise InputError(
             f"No row has {options.only!r} in its name; one is 'canyon astar clearance 30 m'."
         )
-    seeds = min(options.seeds, MOST_SEEDS)
-    FOLDER.mkdir(parents=True, exist_ok=True)
-    _measure_missing(wanted, seeds)
-    runs = {row: _kept(row)[:seeds] for row in wanted}
-    report = _report(runs)
-    if not options.only and seeds == MOST_SEEDS and not missing():
-        paste(PAGE, report.text())
-    return report
+    kept = Kept(STORE, *_SOURCES)
+    _measure_missing(kept, wanted, min(options.seeds, MOST_SEEDS))
+    paste(PAGE, "safety", _report(_runs(kept, rows())).text())
+    return _report(_runs(kept, wanted))
 
 
-def paste(page: Path, tables: str) -> None:
-    """Replace the text between the lines :data:`BEGIN` and :data:`END` of a page.
-
-    Raises
-    ------
-    InputError
-        If the page has not both lines, in this order.
-    """
-    before, begin, rest = page.read_text("utf-8").partition(f"{BEGIN}\n")
-    _, end, after = rest.partition(f"{END}\n")
-    if not (begin and end):
-        raise InputError(f"{page.name} has no place for the tables: the lines {BEGIN} and {END}.")
-    page.write_text(f"{before}{begin}\n{tables}\n\n{end}{after}", "utf-8")
+def _runs(kept: Kept, wanted: Sequence[Row]) -> dict[Row, list[Outcome]]:
+    """Return the outcomes of the rows that are kept."""
+    found = {row: kept.get(row.plan, row.rules) for row in wanted}
+    return {row: result["outcomes"] for row, result in found.items() if result is not None}
 
 
-def _measure_missing(wanted: Sequence[Row], seeds: int) -> None:
+def _measure_missing(kept: Kept, wanted: Sequence[Row], seeds: int) -> None:
     """Measure and keep the rows of which results of a seed are missing, one a core."""
-    lacking = [row for row in wanted if len(_kept(row)) < seeds]
+    runs = _runs(kept, wanted)
+    lacking = [row for row in wanted if len(runs.get(row, ())) < seeds]
     print(f"safety: {len(lacking)} of {len(wanted)} rows to measure", file=sys.stderr, flush=True)
     with ProcessPoolExecutor(available_cores()) as pool:
         try:
             jobs = {pool.submit(_plans, row, seeds): row for row in lacking}
             for done, job in enumerate(as_completed(jobs), 1):
                 row = jobs[job]
-                content = {"sources": digest(*_SOURCES), **dataclasses.asdict(row)}
-                write_json(row.file, content | {"outcomes": job.result()})
+                kept.keep(row.plan, row.rules, {"outcomes": job.result()})
                 print(f"safety: {row.name} ({done} of {len(jobs)})", file=sys.stderr, flush=True)
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-
-
-def _kept(row: Row) -> list[Outcome]:
-    """Return the outcomes of a row by seed, if they follow from the present sources."""
-    try:
-        content = json.loads(row.file.read_text("utf-8"))
-    except (OSError, ValueError):
-        return []
-    if content.get("sources") != digest(*_SOURCES):
-        return []
-    outcomes: list[Outcome] = content["outcomes"]
-    return outcomes
 
 
 def _plans(row: Row, seeds: int) -> list[Outcome]:
@@ -199,9 +158,9 @@ def _plan(row: Row, options: Options) -> Outcome:
     began = time.process_time()
     result = make(row.planner).plan(Evaluator(task, threads=1), options)
     return {
-        "fitness": result.evaluation.fitness,
+        "fitness": round(result.evaluation.fitness, 6),
         "feasible": result.evaluation.feasible,
-        "cpu_seconds": time.process_time() - began,
+        "cpu_seconds": round(time.process_time() - began, 3),
     }
 
 

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from bench.kept import paste
 from bench.report import Options
-from bench.safety import BEGIN, CLEARANCES, END, PAGE, Row, _report, paste, rows, run
+from bench.safety import CLEARANCES, PAGE, Row, _report, rows, run
 from bench.scenarios import names
 from host.errors import InputError
 from host.planners import PLANNERS
@@ -23,7 +24,7 @@ ROOT = Path(__file__).resolve().parents[3]
 def test_rows_are_all_maps_planners_and_rules():
     every = rows()
     assert len(every) == (len(names()) + 2) * len(PLANNERS) * len(CLEARANCES)
-    assert len({row.name for row in every}) == len({row.file for row in every}) == len(every)
+    assert len({row.name for row in every}) == len(every)
     assert [row.name for row in rows("canyon astar")] == [
         "canyon astar as paper",
         "canyon astar clearance 0 m",
@@ -74,23 +75,11 @@ def test_tables_have_means_of_feasible_paths_and_ratios_of_seconds():
     assert seconds.text() in report.text()
 
 
-def test_tables_are_pasted_between_their_lines(tmp_path):
-    page = tmp_path / "page.md"
-    page.write_text(f"# Title\n\n{BEGIN}\n\nold\n\n{END}\n\nLimits\n")
-    for tables in ("| a |", "| b |"):
-        paste(page, tables)
-        assert page.read_text() == f"# Title\n\n{BEGIN}\n\n{tables}\n\n{END}\n\nLimits\n"
-    page.write_text(f"{END}\n{BEGIN}\n")
-    with pytest.raises(InputError, match=r"^page.md has no place for the tables: the lines <!-- "):
-        paste(page, "| a |")
-    assert page.read_text() == f"{END}\n{BEGIN}\n"
-
-
 def test_the_page_has_a_place_for_the_tables(tmp_path):
     copy = tmp_path / "safety.md"
     copy.write_text(PAGE.read_text("utf-8"))
-    paste(copy, "| a |")
-    assert f"{BEGIN}\n\n| a |\n\n{END}\n" in copy.read_text("utf-8")
+    paste(copy, "safety", "| a |")
+    assert "\n\n| a |\n\n" in copy.read_text("utf-8")
 
 
 def test_refuses_an_unknown_row():
@@ -98,14 +87,28 @@ def test_refuses_an_unknown_row():
         run(Options(only="mars"))
 
 
-@pytest.fixture
-def bench(tmp_path):
-    """Start the benchmark on few rows of one seed, in a folder of its own."""
-    command = [sys.executable, "-m", "bench", "safety", "--seeds", "1", "--only"]
+# The benchmark of few rows with one seed, with results and page in a folder of their own.
+SCRIPT = """
+import sys
+from pathlib import Path
+from bench import safety
+from bench.report import Options
+if __name__ == "__main__":
+    safety.STORE, safety.PAGE = Path("safety.json"), Path("safety.md")
+    print(safety.run(Options(seeds=1, only="river astar")).text())
+"""
 
-    def start(only):
+
+@pytest.fixture
+def start(tmp_path):
+    """Start the benchmark."""
+    (tmp_path / "safety.md").write_text(
+        "<!-- tables of BENCH=safety -->\n<!-- end of BENCH=safety -->\n"
+    )
+
+    def start():
         return subprocess.Popen(
-            [*command, only],
+            [sys.executable, "-c", SCRIPT],
             cwd=tmp_path,
             env={**os.environ, "PYTHONPATH": str(ROOT)},
             stdout=subprocess.PIPE,
@@ -116,36 +119,36 @@ def bench(tmp_path):
     return start
 
 
-def kept(folder):
-    """Return the files of measured rows with the times at which they were written."""
-    return {file: file.stat().st_mtime_ns for file in folder.glob("build/bench/safety-runs/*.json")}
-
-
 @pytest.mark.ci  # Starts processes that compile.
-def test_goes_on_where_it_was_interrupted_and_discards_stale_results(bench, tmp_path):
-    first = bench("river astar")
-    while not kept(tmp_path):
+def test_goes_on_where_it_was_interrupted_and_measures_stale_results_again(start, tmp_path):
+    file = tmp_path / "safety.json"
+    first = start()
+    while not file.exists():
         assert first.poll() is None, first.communicate()
         time.sleep(0.01)
     first.send_signal(signal.SIGINT)
     first.communicate()
     assert first.returncode != 0
-    before = kept(tmp_path)
+    before = json.loads(file.read_text())["river astar"]
 
-    output, errors = bench("river astar").communicate()
+    output, errors = start().communicate()
     assert f"safety: {4 - len(before)} of 4 rows to measure\n" in errors
-    assert before.items() <= kept(tmp_path).items()
+    everything = json.loads(file.read_text())["river astar"]
+    assert len(everything) == 4
+    assert before.items() <= everything.items()
     assert "| river   | astar   | 1." in output
+    assert output.partition("##")[2].strip() in (tmp_path / "safety.md").read_text()
 
-    stale, *others = kept(tmp_path).items()
-    content = json.loads(stale[0].read_text())
-    stale[0].write_text(json.dumps(content | {"sources": "others", "outcomes": []}))
-    output_again, errors = bench("river astar").communicate()
+    stale = everything["clearance 0 m"]
+    changed = {**everything, "clearance 0 m": {**stale, "sources": "others"}}
+    file.write_text(json.dumps({"river astar": changed}))
+    output_again, errors = start().communicate()
     assert "safety: 1 of 4 rows to measure\n" in errors
-    assert dict(others).items() < kept(tmp_path).items()
-    measured = json.loads(stale[0].read_text())
-    assert measured["sources"] == content["sources"]
+    again = json.loads(file.read_text())["river astar"]
+    measured = again.pop("clearance 0 m")
+    assert again.items() <= everything.items()
+    assert measured["sources"] == stale["sources"]
     assert [run["fitness"] for run in measured["outcomes"]] == [
-        run["fitness"] for run in content["outcomes"]
+        run["fitness"] for run in stale["outcomes"]
     ]
     assert output_again.partition("CPU")[0] == output.partition("CPU")[0]

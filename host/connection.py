@@ -1,19 +1,24 @@
-"""Connection of start and goal: a path of the grid search, or the reason why there is none."""
+"""Connection of start and goal: a path that a search finds, or the reason why there is none."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from host.diagnosis import Figure, Reason, diagnose
 from host.evaluation import Evaluation, Evaluator
-from host.planners.astar import MOST_SEARCHES, AstarPlanner
+from host.planners import PLANNERS, make
 from host.planners.base import Options, Result, Stop
 from host.problem.problem import Problem
 
 
-__all__ = ["Connection", "connect", "interrupted", "with_path_of"]
+__all__ = ["SEARCHERS", "Connection", "connect", "interrupted", "with_path_of"]
+
+#: The planners that search, in order: the quick one, then one that finds ways out of valleys where
+#: the other finds none. Each runs as by default, with seed 0.
+SEARCHERS = ("astar", "fpa-2opt")
 
 # Limits that a value must not be below; zones besides.
 _LEAST = ("clearance", "turn", "stall")
@@ -28,21 +33,24 @@ class Connection:
     reason : Reason or None
         The reason why none is known; None if there is one.
     result : Result or None
-        What the grid search found; None if it was not asked.
+        The path that was found, or the best of those that break a limit; None if nothing searched.
+    planner : str or None
+        The planner whose path it is.
     """
 
     reason: Reason | None
     result: Result | None = None
+    planner: str | None = None
 
 
 def connect(
     evaluator: Evaluator,
     *,
-    search: bool = True,
+    searchers: Sequence[str] = SEARCHERS,
     best: Evaluation | None = None,
     stop: Stop | None = None,
 ) -> Connection:
-    """Return a feasible path of the grid search, or the reason why there is none.
+    """Return a feasible path, or the reason why there is none.
 
     Where the reason is proven, nothing is searched.
 
@@ -50,8 +58,8 @@ def connect(
     ----------
     evaluator : Evaluator
         Evaluates paths of the problem.
-    search : bool
-        Ask the grid search.
+    searchers : sequence of str
+        Names of planners; each searches if those before it have found no feasible path.
     best : Evaluation, optional
         Evaluation of the best path known so far, which breaks a limit.
     stop : Stop, optional
@@ -60,13 +68,14 @@ def connect(
     reason = diagnose(evaluator.problem)
     if reason.proven:
         return Connection(reason)
-    result = None
-    if search:
-        result = _searched(evaluator, stop)
-        if result.evaluation.feasible:
-            return Connection(None, result)
-        best = best or result.evaluation
-    return Connection(_by_headings(evaluator, stop) or _with_limit(reason, best), result)
+    found = _searched(evaluator, searchers, stop)
+    if found is not None:
+        if found[1].evaluation.feasible:
+            return Connection(None, found[1], found[0])
+        best = best or found[1].evaluation
+    planner, result = found or (None, None)
+    reason = _by_headings(evaluator, stop) or _with_limit(reason, best)
+    return Connection(reason, result, planner)
 
 
 def with_path_of(result: Result, found: Result) -> Result:
@@ -91,8 +100,23 @@ def interrupted(result: Result) -> Result:
     return dataclasses.replace(result, stopped_by="interrupt")
 
 
-def _searched(evaluator: Evaluator, stop: Stop | None) -> Result:
-    return AstarPlanner().plan(evaluator, Options(generations=MOST_SEARCHES), stop=stop)
+def _searched(
+    evaluator: Evaluator, searchers: Sequence[str], stop: Stop | None
+) -> tuple[str, Result] | None:
+    """Return the first feasible path, else the best one, with its planner; the work is of all."""
+    found: list[tuple[str, Result]] = []
+    for name in searchers:
+        if found and (found[-1][1].evaluation.feasible or (stop is not None and stop.requested)):
+            break
+        options = Options(generations=PLANNERS[name].generations)
+        found.append((name, make(name).plan(evaluator, options, stop=stop)))
+    if not found:
+        return None
+    name, result = max(found, key=lambda each: each[1].evaluation.fitness)
+    results = [each for _, each in found]
+    seconds = {**result.seconds, "total": sum(each.seconds["total"] for each in results)}
+    evaluations = sum(each.evaluations for each in results)
+    return name, dataclasses.replace(result, seconds=seconds, evaluations=evaluations)
 
 
 def _by_headings(evaluator: Evaluator, stop: Stop | None) -> Reason | None:
@@ -118,9 +142,10 @@ def _by_headings(evaluator: Evaluator, stop: Stop | None) -> Reason | None:
         problem.ds_m,
         rules=problem.rules,
     )
-    found = _searched(Evaluator(free, threads=evaluator.threads), stop)
-    if not found.evaluation.feasible:
+    searched = _searched(Evaluator(free, threads=evaluator.threads), SEARCHERS, stop)
+    if searched is None or not searched[1].evaluation.feasible:
         return None
+    found = searched[1]
     headings = {"start": found.path[1] - found.path[0], "goal": found.path[-1] - found.path[-2]}
     named = " and ".join(f"the {end} heading of {deg:g} degrees" for end, deg in fixed.items())
     end = next(iter(fixed))

@@ -191,8 +191,8 @@ class Search:
         See :class:`host.planners.base.Options`.
     fallback : str, optional
         Where the planner finds no feasible path, look for the reason, and with ``astar`` search
-        with that planner unless the reason is proven. ``none`` only looks for the reason; by
-        default neither is done. As paper there is no fallback.
+        with that planner, and then with ``fpa-2opt``, unless the reason is proven. ``none`` only
+        looks for the reason; by default neither is done. As paper there is no fallback.
     **options
         The planner's own options: those of :data:`host.planners.OPTIONS` that its entry lists.
         None is the default of each.
@@ -265,11 +265,14 @@ class Search:
         if stop is not None and not stop.requested:
             stop.heeded = False
         # Loads SciPy.
-        from host.connection import connect, interrupted, with_path_of
+        from host.connection import SEARCHERS, connect, interrupted, with_path_of
 
-        search = self.fallback == "astar" != self.planner and not evaluator.problem.as_paper
+        searchers: tuple[str, ...] = ()
+        if self.fallback == "astar" and not evaluator.problem.as_paper:
+            # A second search of astar would find the same.
+            searchers = SEARCHERS[1:] if self.planner == SEARCHERS[0] else SEARCHERS
         try:
-            found = connect(evaluator, search=search, best=result.evaluation, stop=stop)
+            found = connect(evaluator, searchers=searchers, best=result.evaluation, stop=stop)
         except KeyboardInterrupt:
             if stop is None or not stop.requested:
                 raise
@@ -279,7 +282,7 @@ class Search:
                 stop.heeded = True
         if found.reason is None and found.result is not None:
             return dataclasses.replace(
-                plan, result=with_path_of(result, found.result), fallback="astar"
+                plan, result=with_path_of(result, found.result), fallback=found.planner
             )
         if stop is not None and stop.requested:
             return dataclasses.replace(plan, result=interrupted(result))

@@ -9,6 +9,7 @@ from typing import Any
 from host.cli.output import note, print_json, print_pairs
 from host.cli.problem import complete_options, make_mission
 from host.connection import connect
+from host.diagnosis.reason import listed
 from host.errors import JobError
 from host.evaluation import Evaluator
 from host.report.diagnosis import write_diagnosis
@@ -26,11 +27,13 @@ def run(args: argparse.Namespace) -> int:
     directory = None if args.out is None else Path(args.out)
     if directory is not None:
         prepare_directory(directory)
+    planners: list[str] = []
     for number in range(mission.legs):
         evaluator = Evaluator(mission.leg(number))
         found = connect(evaluator)
         if found.reason is not None:
             break
+        planners.append(str(found.planner))
     leg = mission.name_of(number) if mission.legs > 1 and found.reason is not None else None
     report: dict[str, Any] = {
         "pathgene": version(),
@@ -45,17 +48,19 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         print_json(report)
     else:
-        print_pairs([*_pairs(report), *(("written", str(file)) for file in written)])
+        print_pairs([*_pairs(report, planners), *(("written", str(file)) for file in written)])
     if found.reason is None:
         return 0
     sentence = found.reason.sentence
     raise JobError(sentence if leg is None else f"{leg[:1].upper()}{leg[1:]}: {sentence}")
 
 
-def _pairs(report: dict[str, Any]) -> list[tuple[str, str]]:
+def _pairs(report: dict[str, Any], planners: list[str]) -> list[tuple[str, str]]:
+    """Return the report as names and texts; ``planners`` are those that found the paths."""
     reason = report["reason"]
     if reason is None:
-        return [("connected", "yes, astar finds a feasible path")]
+        by = listed(dict.fromkeys(planners))
+        return [("connected", f"yes, a feasible path is found by {by}")]
     pairs = [
         ("connected", "no" if reason["proven"] else "not as far as the search sees"),
         ("reason", reason["code"]),

@@ -391,7 +391,8 @@ KEYS: tuple[Key, ...] = (
         "planner",
         "fallback",
         choice(("astar", "none")),
-        "planner that searches where the other finds no feasible path; none with as_paper",
+        "astar, and then fpa-2opt, search where the planner finds no feasible path; none with "
+        "as_paper",
         "astar",
         '"astar"',
         "--fallback",

@@ -61,9 +61,9 @@ def plan(
         so far with ``interrupted`` true. The longest wait is usually that for generation 0: the
         first plan on a machine compiles for up to a minute, and ``sim:`` builds its board.
     fallback : str
-        ``astar`` or ``none``: the planner that searches where the other one finds no feasible path,
-        unless none exists. ``plan.fallback`` says whether it did, ``plan.reason`` why there is no
-        path. Not with ``as_paper``.
+        ``astar`` or ``none``: with ``astar`` that planner searches, and then ``fpa-2opt``, where
+        the other one finds no feasible path, unless none exists. ``plan.fallback`` names the one
+        that found it, ``plan.reason`` says why there is no path. Not with ``as_paper``.
     **options
         The planner's own options, ``board="sim:"`` for example: those of ``pathgene plan`` with
         underscores. None is the default of each.

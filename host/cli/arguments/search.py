@@ -40,8 +40,8 @@ def add_fallback(group: argparse._ArgumentGroup) -> None:
         "--fallback",
         choices=("astar", "none"),
         default="astar",
-        help="planner that searches where the other finds no feasible path (default %(default)s; "
-        "none with --as-paper)",
+        help="astar, and then fpa-2opt, search where the planner finds no feasible path (default "
+        "%(default)s; none with --as-paper)",
     )
 
 

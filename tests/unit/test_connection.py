@@ -1,0 +1,102 @@
+"""Connection of start and goal: which planner finds the path, or why there is none."""
+
+import numpy as np
+import pytest
+
+from host.connection import SEARCHERS, connect
+from host.evaluation import Evaluator
+from host.planners import PLANNERS, make
+from host.planners.base import Options, Stop
+from host.planning import Search
+from host.problem import Circle, Polygon, Problem, Rules
+from host.terrain import Terrain, load
+
+
+WALL = Polygon(((1900, -50), (2100, -50), (2100, 5000), (1900, 5000)), name="border")
+
+
+def flat(**options):
+    terrain = Terrain("flat", np.full((40, 40), 100.0), 100.0, 100.0)
+    return Problem(terrain, (500, 500, 250), (3000, 3000, 250), **options)
+
+
+@pytest.fixture(scope="module")
+def mountains():
+    """A problem on real terrain, with ends much lower than the clearance."""
+    terrain = load("jacksboro")
+    (x0, x1), (y0, y1) = (
+        (0.08 * size, 0.92 * size) for size in (terrain.width_m, terrain.height_m)
+    )
+    start, goal = (x0, y0, 20.0), (x1, y1, 20.0)
+    return Problem(terrain, start, goal, rules=Rules(clearance_m=100.0), agl=True)
+
+
+@pytest.fixture(scope="module")
+def alone(mountains):
+    """The result of each planner by itself, up to the first that finds a path."""
+    results = {}
+    for name in SEARCHERS:
+        options = Options(generations=PLANNERS[name].generations)
+        results[name] = make(name).plan(Evaluator(mountains), options)
+        if results[name].evaluation.feasible:
+            break
+    return results
+
+
+def test_names_the_first_planner_that_finds_a_path(mountains, alone):
+    found = connect(Evaluator(mountains))
+    finder = list(alone)[-1]
+    assert (found.reason, found.planner) == (None, finder)
+    np.testing.assert_array_equal(found.result.path, alone[finder].path)
+    assert found.result.evaluations == sum(result.evaluations for result in alone.values())
+
+
+def test_a_planner_after_the_one_that_finds_a_path_is_not_asked(mountains):
+    found = connect(Evaluator(mountains), searchers=("fpa-2opt", "astar"))
+    options = Options(generations=PLANNERS["fpa-2opt"].generations)
+    result = make("fpa-2opt").plan(Evaluator(mountains), options)
+    assert result.evaluation.feasible
+    assert (found.reason, found.planner) == (None, "fpa-2opt")
+    assert found.result.evaluations == result.evaluations
+
+
+def test_nothing_is_searched_where_the_reason_is_proven():
+    found = connect(Evaluator(flat(zones=[WALL])))
+    assert (found.reason.code, found.reason.proven) == ("closed", True)
+    assert (found.result, found.planner) == (None, None)
+
+
+def test_without_searchers_the_path_that_is_known_names_the_limit():
+    problem = flat(zones=[Circle(1800, 1800, 200, name="K")])
+    evaluator = Evaluator(problem)
+    straight = evaluator.evaluate(np.array([problem.start, problem.goal]))
+    reason = connect(evaluator, searchers=()).reason
+    assert reason.code == "not-found"
+    named = connect(evaluator, searchers=(), best=straight).reason
+    assert named.sentence.startswith(reason.sentence.rstrip("."))
+    assert "; the best path found breaks the limit zone K, " in named.sentence
+
+
+def test_a_request_to_stop_ends_all_searches(mountains):
+    stop = Stop()
+    stop.request()
+    found = connect(Evaluator(mountains), searchers=("fpa-2opt", "astar"), stop=stop)
+    assert (found.planner, found.result.interrupted) == ("fpa-2opt", True)
+    assert found.result.generations == 0
+
+
+def test_the_second_opinion_is_asked_after_astar_by_itself(mountains):
+    """One search of eight finds no path, and the fallback does not repeat them."""
+    search = Search("astar", generations=1, max_waypoints=1, fallback="astar")
+    plan = search.run(Evaluator(mountains))
+    assert plan.evaluation.feasible
+    assert (plan.planner, plan.fallback, plan.reason) == ("astar", "fpa-2opt", None)
+    assert plan.summary["fallback"] == "fpa-2opt"
+    assert plan.result.seconds["fallback"] <= plan.result.seconds["total"]
+
+
+def test_no_fallback_searches_nothing(mountains):
+    search = Search("astar", generations=1, max_waypoints=1, fallback="none")
+    plan = search.run(Evaluator(mountains))
+    assert (plan.evaluation.feasible, plan.fallback) == (False, None)
+    assert (plan.reason.code, plan.reason.proven) == ("not-found", False)

@@ -18,8 +18,9 @@ def texts_of(figure):
             if not low - margin <= tick.get_loc() <= high + margin or not axis.get_visible()
         }
     renderer = figure.canvas.get_renderer()
+    # The box of a text without its arrow, which may cross other texts' boxes and no text.
     return [
-        (text.get_text(), text.get_window_extent(renderer))
+        (text.get_text(), Text.get_window_extent(text, renderer))
         for text in figure.findobj(Text)
         if text.get_visible() and text.get_text() and text not in unseen
     ]

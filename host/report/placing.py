@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.transforms import Bbox
+from numpy.typing import NDArray
 
 from host.report.palette import halo
 
@@ -22,15 +24,41 @@ _PAD = 3.0
 
 
 def label(
-    axes: Axes, x: float, y: float, text: str, taken: Sequence[Bbox], **style: Any
+    axes: Axes,
+    places: Sequence[tuple[float, float]],
+    text: str,
+    taken: Sequence[Bbox],
+    *,
+    lines: NDArray[np.float64] | None = None,
+    first: float = 0.0,
+    **style: Any,
 ) -> Bbox | None:
-    """Write ``text`` near a place of ``axes`` and return its box in pixels.
+    """Write ``text`` near one of several places of ``axes`` and return its box in pixels.
 
-    There is no text, and None, where each place would cover one of ``taken`` or leave the axes.
+    There is no text, and None, where each position would cover one of ``taken`` or leave the axes.
+
+    Parameters
+    ----------
+    axes : Axes
+        The axes, with fixed limits.
+    places : sequence of (float, float)
+        The places, in their units, the better ones first; any of them near by is better than the
+        first from further away.
+    text : str
+        The text.
+    taken : sequence of Bbox
+        Boxes in pixels that it must not cover.
+    lines : ndarray, optional
+        Points of lines, (k, 2) in the units of the axes, that it does not cover if there is other
+        room.
+    first : float
+        Direction from the place that is tried first, radians anticlockwise from the right.
+    **style
+        Style of the text.
     """
     note = axes.annotate(
         text,
-        (x, y),
+        places[0],
         xytext=(0, 0),
         textcoords="offset pixels",
         ha="center",
@@ -39,24 +67,34 @@ def label(
         **style,
     )
     size = note.get_window_extent()
-    here = axes.transData.transform((x, y))
     window = axes.get_window_extent()
-    for away in _AWAY_INCHES:
-        for step in range(_DIRECTIONS):
-            angle = 2 * math.pi * step / _DIRECTIONS
-            reach = away * axes.figure.dpi
-            east = math.cos(angle) * (reach + 0.5 * size.width)
-            north = math.sin(angle) * (reach + 0.5 * size.height)
-            low = here + np.array((east, north)) - (0.5 * size.width, 0.5 * size.height)
-            box = Bbox.from_bounds(low[0], low[1], size.width, size.height).padded(_PAD)
-            inside = (
-                window.x0 <= box.x0
-                and box.x1 <= window.x1
-                and window.y0 <= box.y0
-                and box.y1 <= window.y1
-            )
-            if inside and not any(box.overlaps(other) for other in taken):
-                note.set_position((east, north))
-                return box
-    note.remove()
-    return None
+    seen = np.empty((0, 2)) if lines is None else axes.transData.transform(lines)
+    covering = None
+    for away, place, step in itertools.product(_AWAY_INCHES, places, range(_DIRECTIONS)):
+        angle = first + 2 * math.pi * step / _DIRECTIONS
+        reach = away * axes.figure.dpi
+        east = math.cos(angle) * (reach + 0.5 * size.width)
+        north = math.sin(angle) * (reach + 0.5 * size.height)
+        x, y = axes.transData.transform(place)
+        low = x + east - 0.5 * size.width, y + north - 0.5 * size.height
+        box = Bbox.from_bounds(*low, size.width, size.height).padded(_PAD)
+        inside = (
+            window.x0 <= box.x0
+            and box.x1 <= window.x1
+            and window.y0 <= box.y0
+            and box.y1 <= window.y1
+        )
+        if not inside or any(box.overlaps(other) for other in taken):
+            continue
+        found = place, (east, north), box
+        if not ((box.min <= seen) & (seen <= box.max)).all(axis=1).any():
+            break
+        covering = covering or found
+    else:
+        if covering is None:
+            note.remove()
+            return None
+        found = covering
+    note.xy, offset, box = found
+    note.set_position(offset)
+    return box

@@ -19,14 +19,12 @@ from matplotlib.offsetbox import (
     TextArea,
     VPacker,
 )
-from matplotlib.patches import Circle as CirclePatch
-from matplotlib.patches import FancyArrow, Patch, PathPatch, Rectangle
+from matplotlib.patches import FancyArrow, Patch, Rectangle
 from matplotlib.patches import Polygon as Triangle
-from matplotlib.path import Path as Outline
 from numpy.typing import NDArray
 
 from host.evaluation import Samples
-from host.problem.zones import Circle, Polygon, Zone
+from host.report import zone_shapes
 from host.report.palette import GOAL, LAND, NOFLY, PATH, START, TEXT, TROUBLE, VOID, halo
 from host.report.placing import label
 
@@ -84,15 +82,11 @@ def draw(
     terrain = problem.terrain
     unit_m, unit = axis_unit(max(terrain.width_m, terrain.height_m))
     voids = _draw_land(axes, bar, problem, unit_m)
-    for zone in problem.zones:
-        axes.add_patch(_outline(zone, unit_m))
     margin_m = 0.0 if problem.rules is None else problem.rules.zone_margin_m
     for zone in problem.zones:
-        if margin_m and isinstance(zone, Circle):
-            around = (zone.x_m / unit_m, zone.y_m / unit_m), (zone.radius_m + margin_m) / unit_m
-            axes.add_patch(
-                CirclePatch(*around, fill=False, edgecolor=NOFLY, linewidth=0.7, zorder=4)
-            )
+        axes.add_patch(zone_shapes.outline(zone, unit_m))
+        if margin_m:
+            zone_shapes.draw_margin(axes, zone, margin_m, unit_m)
 
     x, y = samples.x / unit_m, samples.y / unit_m
     axes.plot(
@@ -156,44 +150,27 @@ def draw(
                 zorder=8,
             )
 
-    box = _draw_scale_and_north(axes, np.stack((x, y), axis=1), unit_m, problem.wind)
+    lines = np.stack((x, y), axis=1)
+    box = _draw_scale_and_north(axes, lines, unit_m, problem.wind)
     taken = [box.get_window_extent()]
-    for text, at_x, at_y in reasons:
-        style = {"color": TROUBLE, "fontsize": 9.5, "weight": "bold", "zorder": 12}
-        placed = label(axes, at_x / unit_m, at_y / unit_m, text, taken, **style)
+    texts: list[tuple[str, tuple[float, float], dict[str, Any]]] = [
+        (text, (x, y), {"color": TROUBLE, "fontsize": 9.5, "weight": "bold", "zorder": 12})
+        for text, x, y in reasons
+    ]
+    texts += [
+        (text, zone_shapes.middle(zone), {"color": NOFLY, "fontsize": 8.5, "zorder": 11})
+        for zone in problem.zones
+        if (text := zone_shapes.text(zone))
+    ]
+    for text, (at_x, at_y), style in texts:
+        place = at_x / unit_m, at_y / unit_m
+        placed = label(axes, [place], text, taken, lines=lines, **style)
         taken += [] if placed is None else [placed]
-    for zone in problem.zones:
-        text, (at_x, at_y) = _zone_text(zone), _middle(zone)
-        if text:
-            style = {"color": NOFLY, "fontsize": 8.5, "zorder": 11}
-            placed = label(axes, at_x / unit_m, at_y / unit_m, text, taken, **style)
-            taken += [] if placed is None else [placed]
     axes.set_title("Plan view", loc="left", fontsize=11.5, weight="bold", color=TEXT)
     axes.set_xlabel(f"east ({unit})", color=TEXT)
     axes.set_ylabel(f"north ({unit})", color=TEXT)
     axes.tick_params(colors=TEXT, labelsize=9)
     return _legend(problem, voids, bool(trouble.any()))
-
-
-def _zone_text(zone: Zone) -> str:
-    """Name, heights and times of a zone, each on its line."""
-    lines = [zone.name] if zone.name else []
-    for low, high, unit in ((zone.lower_m, zone.upper_m, "m"), (zone.t0_s, zone.t1_s, "s")):
-        if low is not None and high is not None:
-            lines.append(f"{low:g} to {high:g} {unit}")
-        elif low is not None:
-            lines.append(f"from {low:g} {unit}")
-        elif high is not None:
-            lines.append(f"to {high:g} {unit}")
-    return "\n".join(lines)
-
-
-def _middle(zone: Zone) -> tuple[float, float]:
-    if isinstance(zone, Circle):
-        return zone.x_m, zone.y_m
-    assert isinstance(zone, Polygon)
-    x, y = np.mean(zone.ring, axis=0).tolist()
-    return x, y
 
 
 def _draw_land(axes: Axes, bar: Axes, problem: Problem, unit_m: float) -> bool:
@@ -278,34 +255,6 @@ def _draw_land(axes: Axes, bar: Axes, problem: Problem, unit_m: float) -> bool:
     bar.yaxis.set_label_position("right")
     bar.set_ylabel("height of the ground (m)", fontsize=9, color=TEXT)
     return bool(voids.any())
-
-
-def _outline(zone: Zone, unit_m: float) -> CirclePatch | PathPatch:
-    style: dict[str, Any] = {
-        "facecolor": (*to_rgb(NOFLY), 0.28),
-        "edgecolor": NOFLY,
-        "linewidth": 1.6,
-        "hatch": "///",
-        "zorder": 4,
-    }
-    if isinstance(zone, Circle):
-        return CirclePatch((zone.x_m / unit_m, zone.y_m / unit_m), zone.radius_m / unit_m, **style)
-    assert isinstance(zone, Polygon)
-    corners: list[tuple[float, float]] = []
-    codes: list[Any] = []
-    # Rings in opposite directions: a hole is neither filled nor hatched.
-    rings = [(zone.ring, 1.0), *((hole, -1.0) for hole in zone.holes)]
-    for given, direction in rings:
-        ring = given if _area(given) * direction >= 0 else given[::-1]
-        corners += [(x / unit_m, y / unit_m) for x, y in (*ring, ring[0])]
-        codes += [Outline.MOVETO, *[Outline.LINETO] * (len(ring) - 1), Outline.CLOSEPOLY]
-    return PathPatch(Outline(corners, codes), **style)
-
-
-def _area(ring: Sequence[tuple[float, float]]) -> float:
-    """Return twice the area of a ring, positive if it runs anticlockwise."""
-    x, y = np.array(ring).T
-    return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
 
 
 def axis_unit(span_m: float) -> tuple[float, str]:

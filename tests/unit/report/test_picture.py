@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,11 +13,11 @@ from matplotlib.image import imread
 from matplotlib.legend import Legend
 from matplotlib.offsetbox import AnchoredOffsetbox
 from matplotlib.text import Text
+from matplotlib.transforms import Bbox
 
 from host.diagnosis import diagnose
 from host.evaluation import Evaluator
 from host.problem.problem import Problem
-from host.problem.rules import Rules
 from host.problem.zones import Polygon
 from host.report import palette, plan_view
 from host.report.picture import Scene, draw, write
@@ -175,23 +176,42 @@ def test_marks_the_ring_and_the_place_of_a_diagnosis(kind):
     assert any(text.startswith("No path: ") for text in shown)
 
 
-def test_labels_avoid_what_is_taken_and_are_left_out_without_room():
+@pytest.fixture
+def axes():
     figure = Figure(figsize=(6, 5))
     FigureCanvasAgg(figure)
-    axes = figure.add_axes((0, 0, 1, 1), xlim=(0, 6), ylim=(0, 5))
-    first = label(axes, 3, 2.5, "clearance", [])
-    second = label(axes, 3, 2.5, "clearance", [first])
+    return figure.add_axes((0, 0, 1, 1), xlim=(0, 6), ylim=(0, 5))
+
+
+def test_labels_avoid_what_is_taken_and_are_left_out_without_room(axes):
+    first = label(axes, [(3, 2.5)], "clearance", [])
+    second = label(axes, [(3, 2.5)], "clearance", [first])
     assert not first.overlaps(second)
-    assert label(axes, 3, 2.5, "clearance", [axes.get_window_extent()]) is None
+    assert label(axes, [(3, 2.5)], "clearance", [axes.get_window_extent()]) is None
     assert len(axes.texts) == 2
 
 
-def test_holes_run_against_their_ring():
-    square = ((0.0, 0.0), (9.0, 0.0), (9.0, 9.0), (0.0, 9.0))
-    hole = ((3.0, 3.0), (6.0, 3.0), (6.0, 6.0), (3.0, 6.0))
-    outline = plan_view._outline(Polygon(square, (hole,)), 1.0).get_path()
-    outer, inner = outline.vertices[:4], outline.vertices[5:9]
-    assert plan_view._area(outer) > 0 > plan_view._area(inner)
+def test_labels_keep_off_lines_where_there_is_room(axes):
+    level = np.stack((np.linspace(0, 6, 200), np.full(200, 2.5)), axis=1)
+    place = [(3.0, 2.5)]
+
+    def covers(box):
+        x, y = axes.transData.transform(level).T
+        return bool(((box.x0 <= x) & (x <= box.x1) & (box.y0 <= y) & (y <= box.y1)).any())
+
+    assert covers(label(axes, place, "clearance", []))
+    assert not covers(label(axes, place, "clearance", [], lines=level))
+    # Lines everywhere: the text is there all the same, at the first place.
+    everywhere = np.stack([axis.ravel() for axis in np.mgrid[:6:0.05, :5:0.05]], axis=1)
+    box = label(axes, place, "clearance", [], lines=everywhere)
+    assert box.bounds == label(axes, place, "clearance", []).bounds
+
+
+def test_labels_take_the_next_place_where_the_first_is_full(axes):
+    full = Bbox([[0, 0], axes.transData.transform((3, 5))])
+    box = label(axes, [(1.0, 2.5), (5.0, 2.5)], "clearance", [full])
+    assert box.x0 > full.x1
+    assert axes.texts[-1].xy == (5.0, 2.5)
 
 
 @pytest.mark.parametrize("free", [(0, 0), (0, 1), (1, 0), (1, 1)])
@@ -259,25 +279,41 @@ def test_broken_stretches_stand_out_from_the_path_in_grey():
     assert (luminance(palette.TROUBLE) + 0.05) / (luminance(palette.PATH) + 0.05) > 1.5
 
 
-def test_profile_names_clearance_ceiling_and_broken_limits_and_marks_the_strict_minimum(make_run):
-    evaluator, result = make_run(height_m=-400.0)
-    problem = replace_rules(evaluator.problem)
+def test_without_a_reason_the_map_begins_below_the_titles(make_run):
+    """Each line that says why a path is not feasible takes its own height."""
+    tops = []
+    for sentence in ("", "The wall.", "The wall of the valley. " * 9):
+        evaluator, result = make_run(height_m=-400.0)
+        evaluation = replace(result.evaluation, feasible=not sentence)
+        reason = {"sentence": sentence}
+        scene = Scene(evaluator, result.path, evaluation, [], "Title", "subtitle", reason)
+        figure = draw(scene)
+        figure.canvas.draw()
+        assert_texts_apart(figure)
+        texts = dict(texts_of(figure))
+        above = min(box.y0 for text, box in texts.items() if text.startswith(("No path", "subt")))
+        # The title of the map stands close below, less than half an inch.
+        assert 0 < above - texts["Plan view"].y1 < 0.5 * figure.dpi
+        tops.append(figure.axes[0].get_window_extent().y1)
+        assert tops[-1] == pytest.approx(figure.axes[2].get_window_extent().y1)
+    assert tops[0] > tops[1] > tops[2]
+
+
+def test_arrows_show_the_fixed_headings(make_run):
+    evaluator, result = make_run()
+    old = evaluator.problem
+    problem = Problem(old.terrain, old.start, old.goal, start_heading_deg=90, goal_heading_deg=30)
     evaluator = Evaluator(problem, threads=1)
-    evaluation = evaluator.evaluate(result.path)
-    profile = draw(Scene(evaluator, result.path, evaluation, [], "", "")).axes[2]
-    texts = [text.get_text() for text in profile.findobj(Text)]
-    assert {"clearance 30 m", "ceiling 500 m", "clearance"} <= set(texts)
-    (marker,) = [line for line in profile.get_lines() if line.get_marker() == "v"]
-    x, z = marker.get_xydata()[0]
-    at_m = evaluator.lowest_at_m(result.path)
-    assert x == pytest.approx(at_m / 1000)
-    samples, _ = evaluator.track(result.path).midpoints(1.0)
-    assert z == pytest.approx(np.interp(at_m, samples.s, samples.z), abs=1.0)
-    # The corridor is never lower than the ground below the track.
-    below = np.interp(at_m, samples.s, samples.ground)
-    assert evaluation.minimum_clearance_m <= z - below + 1.0
-
-
-def replace_rules(problem):
-    ends, rules = (problem.start, problem.goal), Rules(ceiling_m=500.0)
-    return Problem(problem.terrain, *ends, zones=problem.zones, rules=rules)
+    scene = Scene(evaluator, result.path, evaluator.evaluate(result.path), [], "", "")
+    plan = draw(scene).axes[0]
+    arrows = [note for note in plan.texts if note.arrow_patch is not None]
+    assert [note.xy for note in arrows] == [
+        pytest.approx(np.array(end[:2]) / 1000) for end in (problem.start, problem.goal)
+    ]
+    for note, heading_deg in zip(arrows, (90, 30), strict=True):
+        east, north = note.get_position()
+        assert math.degrees(math.atan2(east, north)) == pytest.approx(heading_deg)
+        # The text's end of the arrow is the end with the head.
+        assert note.arrowprops["arrowstyle"] == "<|-"
+    free = draw(replace(scene, evaluator=Evaluator(old, threads=1))).axes[0]
+    assert not [note for note in free.texts if note.arrow_patch is not None]

@@ -1,0 +1,275 @@
+"""The altitude profile of the picture: ground, demanded clearance, zones and ceilings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.patches import Patch
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
+from numpy.typing import NDArray
+
+from host.evaluation import Evaluator, Samples
+from host.problem.problem import Problem
+from host.report import zone_shapes
+from host.report.axes import LEGEND, finish
+from host.report.palette import BAND, GROUND, NOFLY, PATH, TEXT, TROUBLE, VOID, halo
+from host.report.placing import label
+from host.report.plan_view import axis_unit
+
+
+__all__ = ["draw"]
+
+Floats = NDArray[np.float64]
+
+# Shares of the profile's width where the text of a ceiling may stand, the better ones first: beside
+# its line, and at the top for one that is higher.
+_ASIDE = (0.75, 0.5, 0.25, 0.9, 0.1)
+_AT_TOP = tuple(np.linspace(0.05, 0.95, 37).tolist())
+# Points of each line that texts keep off.
+_POINTS = 400
+# Ceilings up to so many times the range of the altitudes above them are shown.
+_HIGHER = 0.5
+
+
+def draw(
+    axes: Axes,
+    evaluator: Evaluator,
+    samples: Samples,
+    trouble: NDArray[np.bool_],
+    reasons: Sequence[tuple[str, int]],
+    lowest_at_m: float | None,
+    clearance_m: float,
+) -> None:
+    """Draw the altitudes along a path over the ground.
+
+    Parameters
+    ----------
+    axes : Axes
+        Empty axes.
+    evaluator : Evaluator
+        Holds the problem.
+    samples : Samples
+        The smoothed path, k samples.
+    trouble : ndarray
+        True for samples that cannot be flown, (k,) bool.
+    reasons : sequence of (str, int)
+        Limits to name, each with its sample.
+    lowest_at_m : float or None
+        Metres flown to the least clearance; by default where the samples are lowest.
+    clearance_m : float
+        The least clearance.
+    """
+    problem = evaluator.problem
+    unit_m, unit = axis_unit(float(samples.s[-1]))
+    along = samples.s / unit_m
+    if problem.rules is None:
+        ground = samples.ground
+    else:
+        ground, band = _surface_and_band(evaluator, samples)
+    ceilings = _ceilings(problem, ground)
+    low, top = _heights(samples, ground, ceilings)
+    axes.set_xlim(0, along[-1])
+    axes.set_ylim(low, top)
+
+    axes.fill_between(along, 11 * low - 10 * top, ground, color=GROUND, linewidth=0, zorder=2)
+    axes.plot(along, ground, color="#5b4a38", linewidth=0.8, zorder=3)
+    names: list[tuple[str, list[tuple[float, float]], str]] = []
+    if problem.rules is None:
+        zone = problem.nofly_raster[problem.terrain.nearest_nodes(samples.x, samples.y)]
+        _shade(axes, along, zone, NOFLY)
+    else:
+        axes.fill_between(along, ground, band, color=BAND, alpha=0.55, linewidth=0, zorder=2)
+        _draw_zones(axes, along, problem, samples)
+        for name, heights in ceilings:
+            axes.plot(along, heights, color=TEXT, linewidth=1.0, linestyle="--", zorder=4)
+            names.append(_ceiling_text(name, along, heights, top))
+        clearance = f"clearance {problem.rules.clearance_m:g} m"
+        axes.legend(handles=[Patch(color=BAND, alpha=0.55, linewidth=0, label=clearance)], **LEGEND)
+    _shade(axes, along, np.isnan(ground), VOID)
+    axes.plot(along, samples.z, color=PATH, linewidth=2, zorder=5, path_effects=halo(1.5))
+    if trouble.any():
+        axes.plot(along, np.where(trouble, samples.z, np.nan), color=TROUBLE, linewidth=3, zorder=6)
+    finish(axes, "Altitude along the path", f"distance flown ({unit})", "altitude (m)")
+    taken = _mark_clearance(axes, along, samples, lowest_at_m, clearance_m)
+    for limit, at in reasons:
+        names.append((limit, [(float(along[at]), float(samples.z[at]))], TROUBLE))
+    every = max(1, len(along) // _POINTS)
+    drawn = [samples.z, *(ceiling for _, ceiling in ceilings)]
+    lines = np.concatenate([np.stack((along, line), axis=1)[::every] for line in drawn])
+    for text, places, colour in names:
+        # Above a line, and below the top.
+        first = 0.5 * math.pi if all(y < top for _, y in places) else -0.5 * math.pi
+        near = label(
+            axes,
+            places,
+            text,
+            taken,
+            lines=lines,
+            first=first,
+            color=colour,
+            fontsize=9,
+            zorder=10,
+        )
+        taken += [] if near is None else [near]
+
+
+def _ceiling_text(
+    name: str, along: Floats, heights: Floats, top: float
+) -> tuple[str, list[tuple[float, float]], str]:
+    """Return the text of a ceiling, the places for it and its colour.
+
+    The text of a ceiling that is nowhere below ``top`` stands there, with an arrow.
+    """
+    if not (heights < top).any():
+        return f"\u2191 {name}", [(share * float(along[-1]), top) for share in _AT_TOP], TEXT
+    at = [*(int(share * len(along)) for share in _ASIDE), int(np.nanargmin(heights))]
+    return name, [(float(along[i]), float(heights[i])) for i in at if heights[i] < top], TEXT
+
+
+def _ceilings(problem: Problem, ground: Floats) -> list[tuple[str, Floats]]:
+    """Return the ceilings of a problem, each with its name and its altitudes, (k,) metres."""
+    if problem.rules is None:
+        return []
+    ceilings = [
+        (f"{name} {ceiling:,.0f} m", np.full(len(ground), ceiling))
+        for name, ceiling in (
+            ("ceiling", problem.rules.ceiling_m),
+            ("service ceiling", problem.aircraft.service_ceiling_m),
+        )
+        if ceiling is not None
+    ]
+    if (above := problem.rules.ceiling_agl_m) is not None:
+        ceilings.append((f"ceiling {above:,.0f} m above ground", ground + above))
+    return ceilings
+
+
+def _heights(
+    samples: Samples, ground: Floats, ceilings: Sequence[tuple[str, Floats]]
+) -> tuple[float, float]:
+    """Return the lowest and the highest altitude of the graph, with all ceilings that are near."""
+    heights = np.concatenate((samples.z, ground))
+    low, high = float(np.nanmin(heights)), float(np.nanmax(heights))
+    most = high + _HIGHER * (high - low)
+    tops = [float(np.nanmax(ceiling, initial=high)) for _, ceiling in ceilings]
+    shown = max((top for top in tops if top <= most), default=high)
+    margin = max(1.0, 0.12 * (shown - low))
+    return low - margin, shown + (3.2 if ceilings else 2.2) * margin
+
+
+def _surface_and_band(
+    evaluator: Evaluator, samples: Samples
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the surface below the track, and the lowest altitude that the rules demand there.
+
+    The corridor is looked at along five lines; the verdict looks everywhere.
+    """
+    from host.problem.surface import surface_below
+
+    problem = evaluator.problem
+    assert problem.rules is not None
+    dx, dy = np.gradient(samples.x), np.gradient(samples.y)
+    run = np.maximum(np.hypot(dx, dy), 1e-9)
+    highest = np.full(len(samples.x), -np.inf)
+    for share in (-1.0, -0.5, 0.0, 0.5, 1.0):
+        aside = share * problem.rules.corridor_m
+        x, y = samples.x - aside * dy / run, samples.y + aside * dx / run
+        highest = np.maximum(highest, surface_below(problem.terrain, x, y))
+    surface = surface_below(problem.terrain, samples.x, samples.y)
+    required = problem.demand.required_m(samples.x, samples.y)
+    return (
+        np.where(np.isfinite(surface), surface, np.nan),
+        np.where(np.isfinite(highest), highest + required, np.nan),
+    )
+
+
+def _draw_zones(axes: Axes, along: NDArray[np.float64], problem: Problem, samples: Samples) -> None:
+    """Draw the zones that the track crosses as blocks of their heights."""
+    bottom, top = axes.get_ylim()
+    for zone in problem.zones:
+        inside = zone_shapes.covers(zone, samples.x, samples.y)
+        low = bottom if zone.lower_m is None else zone.lower_m
+        high = top if zone.upper_m is None else zone.upper_m
+        axes.fill_between(
+            along,
+            low,
+            high,
+            where=inside,
+            facecolor=(*to_rgb(NOFLY), 0.25),
+            edgecolor=NOFLY,
+            hatch="///",
+            linewidth=0.8,
+            zorder=1.5,
+        )
+
+
+def _shade(
+    axes: Axes,
+    along: NDArray[np.float64],
+    where: NDArray[np.bool_],
+    colour: str,
+) -> None:
+    """Shade the intervals ``where`` holds, from bottom to top."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], where, [False])).astype(np.int8)))
+    for first, last in edges.reshape(-1, 2):
+        axes.axvspan(
+            along[first],
+            along[last - 1],
+            facecolor=colour,
+            alpha=0.3,
+            hatch="///",
+            zorder=1,
+            edgecolor=colour,
+            linewidth=0,
+        )
+
+
+def _mark_clearance(
+    axes: Axes,
+    along: NDArray[np.float64],
+    samples: Samples,
+    lowest_m: float | None,
+    clearance_m: float,
+) -> list[Bbox]:
+    """Mark the point of least clearance, and return the box of its text.
+
+    It is ``lowest_m`` metres flown from the start, or by default where the samples are lowest.
+    """
+    if lowest_m is not None:
+        if not np.isfinite(clearance_m):
+            return []
+        x = float(np.interp(lowest_m, samples.s, along))
+        z = float(np.interp(lowest_m, samples.s, samples.z))
+        ground = z - clearance_m
+    else:
+        if np.isnan(samples.clearance).all():
+            return []
+        at = int(np.nanargmin(samples.clearance))
+        x, ground, z = float(along[at]), float(samples.ground[at]), float(samples.z[at])
+    axes.plot([x, x], [ground, z], color=TEXT, linewidth=1.4, zorder=7)
+    axes.plot(
+        x, z, marker="v", markersize=7, color=TEXT, zorder=8, path_effects=halo(1.5), clip_on=False
+    )
+    left, right = axes.get_xlim()
+    share = (x - left) / (right - left)
+    half = 1.2 * axes.figure.dpi / axes.get_window_extent().width  # Inches of half the text.
+    note = axes.annotate(
+        f"minimum clearance {clearance_m:,.1f} m",
+        (x, z),
+        xytext=(min(max(share, half), 1 - half), 0.93),
+        textcoords="axes fraction",
+        ha="center",
+        va="top",
+        fontsize=9.5,
+        color=TEXT,
+        zorder=9,
+        bbox={"boxstyle": "round,pad=0.25", "facecolor": "white", "alpha": 0.85, "linewidth": 0},
+        arrowprops={"arrowstyle": "-", "color": TEXT, "linewidth": 0.8, "shrinkB": 4},
+    )
+    # The text alone, once it is in its place: the box of the arrow would take half the graph.
+    note.get_window_extent()
+    return [Text.get_window_extent(note)]

@@ -1,0 +1,139 @@
+"""Shapes and texts of no-fly zones in a picture."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.patches import Circle as CirclePatch
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path as Outline
+from numpy.typing import NDArray
+
+from host.problem.rings import edges, wound
+from host.problem.zones import Circle, Polygon, Zone
+from host.report.palette import NOFLY
+
+
+__all__ = ["covers", "draw_margin", "middle", "outline", "text"]
+
+Floats = NDArray[np.float64]
+
+# Nodes along the longer side of a polygon with its margin: a node is a few pixels.
+_NODES = 256
+
+
+def outline(zone: Zone, unit_m: float) -> CirclePatch | PathPatch:
+    """Return the patch of a zone on axes of ``unit_m`` metres per unit."""
+    style: dict[str, Any] = {
+        "facecolor": (*to_rgb(NOFLY), 0.28),
+        "edgecolor": NOFLY,
+        "linewidth": 1.6,
+        "hatch": "///",
+        "zorder": 4,
+    }
+    if isinstance(zone, Circle):
+        return CirclePatch((zone.x_m / unit_m, zone.y_m / unit_m), zone.radius_m / unit_m, **style)
+    assert isinstance(zone, Polygon)
+    corners: list[tuple[float, float]] = []
+    codes: list[Any] = []
+    # Rings in opposite directions: a hole is neither filled nor hatched.
+    rings = [wound(zone.ring, left=True), *(wound(hole, left=False) for hole in zone.holes)]
+    for ring in rings:
+        corners += [(x / unit_m, y / unit_m) for x, y in (*ring, ring[0])]
+        codes += [Outline.MOVETO, *[Outline.LINETO] * (len(ring) - 1), Outline.CLOSEPOLY]
+    return PathPatch(Outline(corners, codes), **style)
+
+
+def draw_margin(axes: Axes, zone: Zone, margin_m: float, unit_m: float) -> None:
+    """Draw the line around a zone that no path may cross.
+
+    Parameters
+    ----------
+    axes : Axes
+        Axes of ``unit_m`` metres per unit, with fixed limits.
+    zone : Zone
+        The zone.
+    margin_m : float
+        Distance of the line from the zone, more than 0.
+    unit_m : float
+        Metres per unit of the axes.
+    """
+    if isinstance(zone, Circle):
+        around = (zone.x_m / unit_m, zone.y_m / unit_m), (zone.radius_m + margin_m) / unit_m
+        axes.add_patch(CirclePatch(*around, fill=False, edgecolor=NOFLY, linewidth=0.7, zorder=4))
+        return
+    assert isinstance(zone, Polygon)
+    x, y, distance = _distances(zone, margin_m)
+    axes.contour(
+        x / unit_m,
+        y / unit_m,
+        distance,
+        levels=[margin_m],
+        colors=NOFLY,
+        linewidths=0.7,
+        zorder=4,
+    )
+
+
+def _distances(zone: Polygon, margin_m: float) -> tuple[Floats, Floats, Floats]:
+    """Return the distance of nodes from a polygon, exact near the margin.
+
+    Returns
+    -------
+    tuple of ndarray
+        Columns (nx,), rows (ny,), and the distances (ny, nx), negative inside; all float64 metres.
+    """
+    ring = np.array(zone.ring)
+    low, high = ring.min(axis=0) - 2 * margin_m, ring.max(axis=0) + 2 * margin_m
+    cell_m = float((high - low).max()) / _NODES
+    x, y = (np.arange(a, b + 2 * cell_m, cell_m) for a, b in zip(low, high, strict=True))
+    # Further away, distances are not asked for.
+    reach_m = margin_m + 3 * cell_m
+    distance = np.full((len(y), len(x)), reach_m)
+    for part in (zone.ring, *zone.holes):
+        for x0, y0, x1, y1 in edges(part):
+            columns = slice(*np.searchsorted(x, (min(x0, x1) - reach_m, max(x0, x1) + reach_m)))
+            rows = slice(*np.searchsorted(y, (min(y0, y1) - reach_m, max(y0, y1) + reach_m)))
+            east, north = x[None, columns] - x0, y[rows, None] - y0
+            dx, dy = x1 - x0, y1 - y0
+            square = dx * dx + dy * dy
+            along = np.clip((east * dx + north * dy) / (square or 1.0), 0, 1)
+            near = np.hypot(east - along * dx, north - along * dy)
+            distance[rows, columns] = np.minimum(distance[rows, columns], near)
+    return x, y, np.where(zone.covers(x, y), -distance, distance)
+
+
+def text(zone: Zone) -> str:
+    """Name, heights and times of a zone, each on its line."""
+    lines = [zone.name] if zone.name else []
+    for low, high, unit in ((zone.lower_m, zone.upper_m, "m"), (zone.t0_s, zone.t1_s, "s")):
+        if low is not None and high is not None:
+            lines.append(f"{low:g} to {high:g} {unit}")
+        elif low is not None:
+            lines.append(f"from {low:g} {unit}")
+        elif high is not None:
+            lines.append(f"to {high:g} {unit}")
+    return "\n".join(lines)
+
+
+def middle(zone: Zone) -> tuple[float, float]:
+    """Return the place of the text of a zone, metres."""
+    if isinstance(zone, Circle):
+        return zone.x_m, zone.y_m
+    assert isinstance(zone, Polygon)
+    x, y = np.mean(zone.ring, axis=0).tolist()
+    return x, y
+
+
+def covers(zone: Zone, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which points are within the outline of a zone."""
+    if isinstance(zone, Circle):
+        return np.asarray(np.hypot(x - zone.x_m, y - zone.y_m) <= zone.radius_m)
+    assert isinstance(zone, Polygon)
+    inside = np.zeros(len(x), dtype=bool)
+    for ring in (zone.ring, *zone.holes):
+        inside ^= Outline(ring).contains_points(np.stack((x, y), axis=1))
+    return inside

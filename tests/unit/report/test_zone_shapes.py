@@ -1,0 +1,77 @@
+"""Outlines and margins of zones in the plan view."""
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from host.problem.zones import Circle, Polygon
+from host.report import zone_shapes
+
+
+SQUARE = ((0.0, 0.0), (9.0, 0.0), (9.0, 9.0), (0.0, 9.0))
+HOLE = ((3.0, 3.0), (6.0, 3.0), (6.0, 6.0), (3.0, 6.0))
+NOTCHED = ((0.0, 0.0), (900.0, 0.0), (900.0, 900.0), (450.0, 300.0), (0.0, 900.0))
+
+
+def twice_the_area(ring):
+    x, y = np.array(ring).T
+    return np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))
+
+
+@pytest.mark.parametrize("turn", [1, -1])
+def test_holes_run_against_their_ring(turn):
+    outline = zone_shapes.outline(Polygon(SQUARE[::turn], (HOLE,)), 1.0).get_path()
+    outer, inner = outline.vertices[:4], outline.vertices[5:9]
+    assert twice_the_area(outer) > 0 > twice_the_area(inner)
+
+
+def margin_lines(zone, margin_m, unit_m):
+    """Return the lines in metres."""
+    figure = Figure()
+    FigureCanvasAgg(figure)
+    axes = figure.add_axes((0, 0, 1, 1), xlim=(-1, 2), ylim=(-1, 2))
+    zone_shapes.draw_margin(axes, zone, margin_m, unit_m)
+    assert (axes.get_xlim(), axes.get_ylim()) == ((-1, 2), (-1, 2))
+    if axes.patches:
+        (patch,) = axes.patches
+        return [patch.get_patch_transform().transform_path(patch.get_path()).vertices * unit_m]
+    (contour,) = axes.collections
+    (path,) = contour.get_paths()
+    return [line * unit_m for line in path.to_polygons(closed_only=False)]
+
+
+def distance_m(ring, points):
+    """Distance of points (k, 2) from the edges of a ring."""
+    nearest = np.full(len(points), np.inf)
+    for first, second in zip(ring, (*ring[1:], ring[0]), strict=True):
+        step = np.array(second) - first
+        part = np.clip((points - first) @ step / (step @ step), 0, 1)
+        off = points - first - part[:, None] * step
+        nearest = np.minimum(nearest, np.hypot(*off.T))
+    return nearest
+
+
+@pytest.mark.parametrize("margin_m", [5.0, 25.0, 150.0])
+def test_the_margin_of_a_polygon_is_everywhere_as_far_from_it(margin_m):
+    (line,) = margin_lines(Polygon(NOTCHED), margin_m, 1000.0)
+    # Within a node of the grid that is drawn, less than two pixels.
+    assert distance_m(NOTCHED, line) == pytest.approx(margin_m, abs=1.5)
+    assert not Polygon(NOTCHED).covers(line[:, 0], line[:, 1]).diagonal().any()
+    # All around: beyond every side.
+    assert line.min(axis=0) == pytest.approx(-margin_m, abs=1.5)
+    assert line.max(axis=0) == pytest.approx(900 + margin_m, abs=1.5)
+
+
+def test_a_hole_that_is_wider_than_two_margins_has_its_own_line():
+    outer = tuple((100 * x, 100 * y) for x, y in SQUARE)
+    hole = tuple((100 * x, 100 * y) for x, y in HOLE)
+    zone = Polygon(outer, (hole,))
+    lines = margin_lines(zone, 50.0, 1.0)
+    assert sorted(np.ptp(line[:, 0]) for line in lines) == pytest.approx([200, 1000], abs=2)
+    assert len(margin_lines(zone, 160.0, 1.0)) == 1
+
+
+def test_the_margin_of_a_circle():
+    (line,) = margin_lines(Circle(500.0, 400.0, 200.0), 25.0, 1000.0)
+    assert np.ptp(line, axis=0) == pytest.approx(450, rel=0.01)

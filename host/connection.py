@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from host.diagnosis import Figure, Reason, diagnose
+from host.diagnosis.reason import broken_limit
 from host.evaluation import Evaluation, Evaluator
 from host.planners import PLANNERS, make
 from host.planners.base import Options, Result, Stop
@@ -19,9 +24,6 @@ __all__ = ["SEARCHERS", "Connection", "connect", "interrupted", "with_path_of"]
 #: The planners that search, in order: the quick one, then one that finds ways out of valleys where
 #: the other finds none. Each runs as by default, with seed 0.
 SEARCHERS = ("astar", "fpa-2opt")
-
-# Limits that a value must not be below; zones besides.
-_LEAST = ("clearance", "turn", "stall")
 
 
 @dataclass(frozen=True)
@@ -120,19 +122,31 @@ def _searched(
 
 
 def _by_headings(evaluator: Evaluator, stop: Stop | None) -> Reason | None:
-    """Return that the headings are the reason, if there is a path without them."""
+    """Return that headings are the reason, if there is a path without one of them, or both."""
     problem = evaluator.problem
     fixed = {
-        end: heading
-        for end, heading in (
+        end: deg
+        for end, deg in (
             ("start", problem.start_heading_deg),
             ("goal", problem.goal_heading_deg),
         )
-        if heading is not None
+        if deg is not None
     }
-    if not fixed:
-        return None
-    free = Problem(
+    # One alone first: the reason names no heading that a path keeps.
+    for freed in itertools.chain.from_iterable(
+        itertools.combinations(fixed, count) for count in range(1, len(fixed) + 1)
+    ):
+        if stop is not None and stop.requested:
+            break
+        free = Evaluator(_without_headings(problem, freed), threads=evaluator.threads)
+        found = _searched(free, SEARCHERS, stop)
+        if found is not None and found[1].evaluation.feasible:
+            return _heading_reason(problem, fixed, freed, found[1].path)
+    return None
+
+
+def _without_headings(problem: Problem, freed: Collection[str]) -> Problem:
+    return Problem(
         problem.terrain,
         problem.start,
         problem.goal,
@@ -141,37 +155,42 @@ def _by_headings(evaluator: Evaluator, stop: Stop | None) -> Reason | None:
         problem.wind,
         problem.ds_m,
         rules=problem.rules,
+        start_heading_deg=None if "start" in freed else problem.start_heading_deg,
+        goal_heading_deg=None if "goal" in freed else problem.goal_heading_deg,
     )
-    searched = _searched(Evaluator(free, threads=evaluator.threads), SEARCHERS, stop)
-    if searched is None or not searched[1].evaluation.feasible:
-        return None
-    found = searched[1]
-    headings = {"start": found.path[1] - found.path[0], "goal": found.path[-1] - found.path[-2]}
-    named = " and ".join(f"the {end} heading of {deg:g} degrees" for end, deg in fixed.items())
-    end = next(iter(fixed))
-    flown = math.degrees(math.atan2(headings[end][0], headings[end][1])) % 360
+
+
+def _heading_reason(
+    problem: Problem, fixed: Mapping[str, float], freed: Sequence[str], path: NDArray[np.float64]
+) -> Reason:
+    """Return that headings are the reason; ``path`` is one without those that are ``freed``."""
+    runs = {"start": path[1] - path[0], "goal": path[-1] - path[-2]}
+    headings = []
+    for end in freed:
+        flown = math.degrees(math.atan2(runs[end][0], runs[end][1]))
+        headings.append((end, fixed[end], round(flown, 1) % 360))
+    named = " and ".join(f"the {end} heading of {deg:g} degrees" for end, deg, _ in headings)
+    heads = " and ".join(
+        f"at the {end} it heads for {flown:g} degrees" for end, _, flown in headings
+    )
+    end, deg, flown = headings[0]
     return Reason(
         code="heading",
-        sentence=f"No path was found with {named}, and there is one without: at the {end} it heads "
-        f"for {flown:.0f} degrees.",
+        sentence=f"No path was found with {named}, and there is one without: {heads}.",
         proven=False,
         place=getattr(problem, end)[:2],
-        figure=Figure(f"{end}-heading", fixed[end], round(flown, 1), "deg"),
+        figure=Figure(f"{end}-heading", deg, flown, "deg"),
         end=end,
+        headings=tuple(headings),
     )
 
 
 def _with_limit(reason: Reason, best: Evaluation | None) -> Reason:
     """Return the reason with the limit that the best path breaks, where no other is known."""
-    if reason.code != "not-found" or reason.zones or best is None or not best.limits:
+    if reason.code != "not-found" or reason.zones or best is None:
         return reason
-    limit = best.limits[0]
-    name, worst, allowed = str(limit["limit"]), limit["worst"], limit["allowed"]
-    least = name in _LEAST or name.startswith("zone ")
-    if not (worst < allowed if least else worst > allowed):
+    broken = broken_limit(best.limits)
+    if broken is None:
         return reason
-    return dataclasses.replace(
-        reason,
-        sentence=f"{reason.sentence.rstrip('.')}; the best path found breaks the limit {name}, "
-        f"{worst:.3g} where {allowed:.3g} is allowed, {limit['at_m']:.0f} m from the start.",
-    )
+    sentence = f"{reason.sentence.rstrip('.')}; the best path found {broken}."
+    return dataclasses.replace(reason, sentence=sentence)

@@ -17,6 +17,14 @@ WIDTH_M = (NODES - 1) * CELL_M
 FOX = load("silver-fox")
 
 
+def lane(west, east):
+    """Return two zones that leave a lane of 300 m around y = 2000: too narrow to turn back."""
+    return tuple(
+        Polygon(((west, low), (east, low), (east, high), (west, high)), name=name)
+        for low, high, name in ((1000, 1850, "south"), (2150, 3000, "north"))
+    )
+
+
 @dataclass(frozen=True)
 class Closed:
     """A problem without a path, and what must be said about it."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from host.diagnosis.barriers import nearest_points, zone_pieces
 from host.diagnosis.bounds import Bounds, is_permanent, zone_name
-from host.diagnosis.reason import Figure, Reason
+from host.diagnosis.reason import Figure, Reason, rounded_down, rounded_up
 from host.problem.ends import Point
 from host.problem.problem import Problem
 from host.problem.surface import surface_below
@@ -63,8 +63,9 @@ def _ceilings(problem: Problem, end: str, point: Point) -> Iterator[Reason]:
             yield _reason(
                 end,
                 point,
-                f"The {end} at {z:.1f} m is {z - ceiling:.1f} m above {name}, {ceiling:.1f} m.",
-                Figure(limit, ceiling, z, "m"),
+                f"The {end} at {rounded_up(z):.1f} m is {rounded_up(z - ceiling):.1f} m above "
+                f"{name}, {ceiling:.1f} m.",
+                Figure(limit, ceiling, rounded_up(z), "m"),
             )
     if rules.ceiling_agl_m is not None:
         height = z - float(surface_below(problem.terrain, np.array([x]), np.array([y]))[0])
@@ -72,9 +73,10 @@ def _ceilings(problem: Problem, end: str, point: Point) -> Iterator[Reason]:
             yield _reason(
                 end,
                 point,
-                f"The {end} is {height:.1f} m above the ground, {height - rules.ceiling_agl_m:.1f}"
-                f" m more than the ceiling above ground, {rules.ceiling_agl_m:.1f} m.",
-                Figure("ceiling-agl", rules.ceiling_agl_m, height, "m"),
+                f"The {end} is {rounded_up(height):.1f} m above the ground, "
+                f"{rounded_up(height - rules.ceiling_agl_m):.1f} m more than the ceiling above "
+                f"ground, {rules.ceiling_agl_m:.1f} m.",
+                Figure("ceiling-agl", rules.ceiling_agl_m, rounded_up(height), "m"),
             )
 
 
@@ -90,6 +92,7 @@ def _zones(bounds: Bounds, end: str, point: Point) -> Iterator[Reason]:
             continue
         away = _distance_m(zone, point)
         if away < margin - _LEAST_M:
+            away = rounded_down(away)
             name = zone_name(bounds.problem, index)
             above = zone.lower_m is not None and z < zone.lower_m
             below = zone.upper_m is not None and z > zone.upper_m
@@ -141,26 +144,23 @@ def _sides(problem: Problem, end: str, point: Point) -> Iterator[Reason]:
     by_heading = np.minimum(by_heading, np.minimum(np.roll(by_heading, 1), np.roll(by_heading, -1)))
     least = float(by_heading.min())
     if math.isinf(float(surface_below(problem.terrain, np.array([x]), np.array([y]))[0])):
-        least, required = math.inf, rules.clearance_m
+        least = math.inf
     if least > _LEAST_M:
         if math.isinf(least):
             beside = f"A void of the terrain lies in the corridor of {rules.corridor_m:g} m"
             remedy = "fill the voids (--fill-voids)"
+            figure = Figure("void", rules.clearance_m, None, "m")
         else:
+            lift = rounded_up(least)
             beside = (
-                f"The ground within the corridor of {rules.corridor_m:g} m is {least:.1f} m too "
-                "high"
+                f"The ground within the corridor of {rules.corridor_m:g} m is {lift:.1f} m too high"
             )
-            remedy = f"raise the {end} by {least:.1f} m"
+            remedy = f"raise the {end} by {lift:.1f} m"
+            figure = Figure(f"{end}-altitude", z, rounded_up(z + lift), "m")
         yield _reason(
             end,
             point,
             f"{beside} beside the {end}, whatever the heading; {remedy}, move it or give a "
             "smaller --corridor.",
-            Figure(
-                "void" if math.isinf(least) else "clearance",
-                required,
-                None if math.isinf(least) else required - least,
-                "m",
-            ),
+            figure,
         )

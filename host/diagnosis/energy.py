@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from host.diagnosis.bounds import Bounds
-from host.diagnosis.reason import Figure, Reason
+from host.diagnosis.reason import Figure, Reason, rounded_down, rounded_up
 
 
 __all__ = ["fuel_reasons", "least_fuel", "least_power", "power_reasons"]
@@ -55,11 +55,11 @@ def power_reasons(bounds: Bounds) -> Iterator[Reason]:
     if problem.rules is None or aircraft.engine_power_W is None or not slope < 0:
         return
     z = problem.start[2]
-    needed = least_power(bounds, 0.0)
+    needed = rounded_up(least_power(bounds, 0.0), 1.0)
     figure = Figure("power", aircraft.engine_power_W, needed, "W")
     way = math.dist(problem.start[:2], problem.goal[:2])
     sinks = (
-        f"The engine of {aircraft.name} gives {aircraft.engine_power_W:.0f} W and level flight "
+        f"The engine of {aircraft.name} gives {aircraft.engine_power_W:g} W and level flight "
         f"takes {needed:.0f} W"
     )
     if z + slope * way < problem.goal[2] - 1e-3:
@@ -92,17 +92,23 @@ def fuel_reasons(bounds: Bounds) -> Iterator[Reason]:
     least = least_fuel(bounds)
     if least <= problem.limits.fuel_N:
         return
-    tank = least / (1.0 - problem.rules.reserve)
+    burnt, tank = (_up(fuel) for fuel in (least, least / (1.0 - problem.rules.reserve)))
+    allowed = rounded_down(problem.limits.fuel_N, _step(problem.limits.fuel_N))
     yield Reason(
         code="fuel",
-        sentence=f"The fuel does not last: even the straight line burns {_newtons(least)}, and "
-        f"{_newtons(problem.limits.fuel_N)} may be burnt with a reserve of "
-        f"{100 * problem.rules.reserve:g} %; at least {_newtons(tank)} of fuel is needed.",
+        sentence=f"The fuel does not last: even the straight line burns {burnt:g} N, and "
+        f"{allowed:g} N may be burnt with a reserve of {100 * problem.rules.reserve:g} %; at least "
+        f"{tank:g} N of fuel is needed.",
         proven=True,
         place=problem.goal[:2],
         figure=Figure("fuel", aircraft.fuel_weight_N, tank, "N"),
     )
 
 
-def _newtons(fuel: float) -> str:
-    return f"{fuel:.3g} N"
+def _step(fuel: float) -> float:
+    """Return the step of the third digit."""
+    return 10.0 ** (math.floor(math.log10(fuel)) - 2) if fuel > 0 else 1.0
+
+
+def _up(fuel: float) -> float:
+    return rounded_up(fuel, _step(fuel))

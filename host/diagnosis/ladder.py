@@ -14,8 +14,9 @@ from host.diagnosis.barriers import Barrier, Ring
 from host.diagnosis.bounds import Bounds, zone_name
 from host.diagnosis.ends import end_reasons
 from host.diagnosis.energy import fuel_reasons, power_reasons
-from host.diagnosis.reason import Figure, Reason, geographic, listed
+from host.diagnosis.reason import Figure, Reason, geographic, listed, rounded_up
 from host.diagnosis.slopes import slope_reasons
+from host.problem.limits import GRAVITY_M_S2
 from host.problem.problem import Problem
 from host.terrain import Terrain
 
@@ -169,15 +170,29 @@ def _turn(bounds: Bounds) -> Iterator[Reason]:
     if not closed.any():
         return
     at = int(np.argmax(closed))
+    stall = rounded_up(problem.limits.stall_speed_m_s)
     yield Reason(
         code="turn",
         sentence=f"{aircraft.name} stalls in every turn of {aircraft.turn_radius_m:g} m at "
-        f"{aircraft.cruise_speed_m_s:g} m/s, below {problem.limits.stall_speed_m_s:.1f} m/s, and "
+        f"{aircraft.cruise_speed_m_s:g} m/s, below {stall:.1f} m/s, and "
         f"the straight line to the goal is closed near {_at((x[at], y[at]))}.",
         proven=True,
         place=(float(x[at]), float(y[at])),
-        figure=Figure("stall", aircraft.cruise_speed_m_s, problem.limits.stall_speed_m_s, "m/s"),
+        figure=Figure("stall", aircraft.cruise_speed_m_s, _least_speed(problem), "m/s"),
     )
+
+
+def _least_speed(problem: Problem) -> float | None:
+    """Return a cruise speed at which the aircraft does not stall in its turn, if there is one.
+
+    At a higher speed the turn has more bank, and the stall speed is higher.
+    """
+    aircraft = problem.aircraft
+    square = GRAVITY_M_S2 * aircraft.turn_radius_m
+    bank = math.hypot(1.0, aircraft.cruise_speed_m_s**2 / square)
+    level = problem.limits.stall_speed_m_s**4 / bank**2
+    rest = 1.0 - level / square**2
+    return rounded_up((level / rest) ** 0.25) if rest > 0 else None
 
 
 def _too_narrow(bounds: Bounds) -> Iterator[Reason]:

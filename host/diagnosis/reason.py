@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +14,16 @@ from host.errors import PathgeneError
 from host.terrain import Terrain
 
 
-__all__ = ["CODES", "Figure", "Reason", "geographic", "listed"]
+__all__ = [
+    "CODES",
+    "Figure",
+    "Reason",
+    "broken_limit",
+    "geographic",
+    "listed",
+    "rounded_down",
+    "rounded_up",
+]
 
 #: Every code, in the order in which reasons are looked for.
 CODES = (
@@ -32,8 +42,14 @@ CODES = (
 )
 
 
+# Limits that a value must not be below; zones besides.
+_LEAST = ("clearance", "turn", "stall")
+# Digits of the figures of a broken limit; more only where they would look alike.
+_DIGITS = range(3, 12)
 # Names in a sentence.
 _MOST_NAMES = 5
+# Steps that are rounding errors.
+_ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
@@ -94,6 +110,9 @@ class Reason:
         The ring around that end, in lines of metres; empty if there is none.
     region : (ny, nx) bool or None
         Nodes that can be reached from that end.
+    headings : tuple of (str, float, float)
+        Ends whose heading is the reason, each with the fixed heading and that of a path without
+        it, degrees.
     """
 
     code: str
@@ -106,9 +125,10 @@ class Reason:
     end: str | None = None
     ring: tuple[NDArray[np.float64], ...] = ()
     region: NDArray[np.bool_] | None = None
+    headings: tuple[tuple[str, float, float], ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """The reason in plain JSON values, without the region."""
+        """The reason in plain JSON values, without the region and the headings."""
         return {
             "code": self.code,
             "sentence": self.sentence,
@@ -131,6 +151,38 @@ def geographic(terrain: Terrain, place: tuple[float, float]) -> tuple[float, flo
     except PathgeneError:
         return None
     return float(latitude), float(longitude)
+
+
+def rounded_up(value: float, step: float = 0.1) -> float:
+    """Return the next multiple of ``step``: the least figure to print that is enough."""
+    return round(math.ceil(value / step - _ROUNDING) * step, 12)
+
+
+def rounded_down(value: float, step: float = 0.1) -> float:
+    """Return the last multiple of ``step``: the greatest figure to print that is not too much."""
+    return round(math.floor(value / step + _ROUNDING) * step, 12)
+
+
+def broken_limit(limits: Sequence[Mapping[str, Any]] | None) -> str | None:
+    """Return that a path breaks the worst of its limits, as the end of a sentence; None if not.
+
+    Parameters
+    ----------
+    limits : sequence of mapping or None
+        The ``limits`` of a summary, worst first; None as paper.
+    """
+    if not limits:
+        return None
+    name, worst, allowed = str(limits[0]["limit"]), limits[0]["worst"], limits[0]["allowed"]
+    least = name in _LEAST or name.startswith("zone ")
+    if not (worst < allowed if least else worst > allowed):
+        return None
+    texts = ((f"{worst:.{digits}g}", f"{allowed:.{digits}g}") for digits in _DIGITS)
+    reached, bound = next((pair for pair in texts if pair[0] != pair[1]), (worst, allowed))
+    return (
+        f"breaks the limit {name}, {reached} where {bound} is allowed, {limits[0]['at_m']:.0f} m "
+        "from the start"
+    )
 
 
 def listed(names: Iterable[str]) -> str:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from host.diagnosis.bounds import Bounds
 from host.diagnosis.energy import least_power
 from host.diagnosis.reach import Reach, has_room
-from host.diagnosis.reason import Figure, Reason
+from host.diagnosis.reason import Figure, Reason, rounded_up
 from host.problem.problem import Problem
 
 
@@ -108,7 +108,7 @@ def slope_reasons(bounds: Bounds) -> Iterator[Reason]:
         if would_do is None:
             continue
         slope, place = would_do
-        degrees = math.ceil(10 * math.degrees(math.atan(slope))) / 10
+        degrees = rounded_up(math.degrees(math.atan(slope)))
         if by_power:
             yield _power(pit, degrees, place, pit.is_proven(bounds.power_slope))
             continue
@@ -142,10 +142,10 @@ def _power(pit: _Pit, degrees: float, place: tuple[float, float], proven: bool) 
     """Return that the engine does not hold the climb that the aircraft's file allows."""
     problem, aircraft = pit.bounds.problem, pit.bounds.problem.aircraft
     assert aircraft.engine_power_W is not None
-    needed = least_power(pit.bounds, math.tan(math.radians(degrees)))
+    needed = rounded_up(least_power(pit.bounds, math.tan(math.radians(degrees))), 1.0)
     return Reason(
         code="power",
-        sentence=f"The engine of {aircraft.name} gives {aircraft.engine_power_W:.0f} W, enough for "
+        sentence=f"The engine of {aircraft.name} gives {aircraft.engine_power_W:g} W, enough for "
         f"a climb of {math.degrees(problem.limits.climb_rad):.1f} degrees; the way out of the "
         f"start takes {degrees:.1f} degrees near ({place[0]:.0f}, {place[1]:.0f}) m, "
         f"{needed:.0f} W.",

@@ -1,17 +1,20 @@
-"""Evaluation of a leg together with the end of the leg before it."""
+"""The joint of two legs at a via point: evaluation of both, and the reason if they do not fit."""
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from host.diagnosis import Reason
 from host.evaluation import Evaluation, Evaluator
 from host.problem.problem import Problem
 
 
-__all__ = ["JoinedEvaluator"]
+__all__ = ["JoinedEvaluator", "reason_of_joint"]
 
 Floats = NDArray[np.float64]
 
@@ -68,3 +71,37 @@ class JoinedEvaluator(Evaluator):
         front = np.broadcast_to(self._before, (len(paths), *self._before.shape))
         joined = np.concatenate((front, paths), axis=1)
         return joined, np.asarray(lengths, dtype=np.int64) + len(self._before)
+
+
+def reason_of_joint(reason: Reason, joints: Mapping[str, str]) -> Reason:
+    """Return the reason of a leg without headings that nobody gave: those at its via points.
+
+    Parameters
+    ----------
+    reason : Reason
+        The reason why the leg has no path.
+    joints : mapping
+        Names of the via points at which the leg is joined to another, by its ends ``start`` and
+        ``goal``.
+    """
+    if not any(end in joints for end, _, _ in reason.headings):
+        return reason
+    demanded, found = [], []
+    for end, fixed, flown in reason.headings:
+        verb = "leaves" if end == "start" else "reaches"
+        point = joints.get(end, f"the {end}")
+        other = "the leg before arrives" if end == "start" else "the leg after leaves"
+        why = f", as {other}" if end in joints else ""
+        demanded.append(f"{verb} {point} heading for {fixed:.0f} degrees{why}")
+        found.append(f"{verb} {point} heading for {flown:.0f} degrees")
+    points = " and ".join(
+        dict.fromkeys(joints[end] for end, *_ in reason.headings if end in joints)
+    )
+    return dataclasses.replace(
+        reason,
+        code="joint",
+        sentence=f"No path was found that {' and '.join(demanded)}; there is one that "
+        f"{' and '.join(found)}. Move {points}, or give it a neighbour from which the turn is "
+        "gentler.",
+        figure=None,
+    )

@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host.diagnosis import Reason
+from host.diagnosis.reason import broken_limit
 from host.errors import PathgeneError
 from host.evaluation import Evaluation, Evaluator
-from host.mission.joint import JoinedEvaluator
+from host.mission.joint import JoinedEvaluator, reason_of_joint
 from host.mission.mission import Mission
 from host.planners.base import Progress, Result, Stop
 from host.planning import Plan, Search
@@ -201,10 +202,11 @@ def _reason(legs: list[Leg], evaluation: Evaluation, search: Search) -> Reason |
             return leg.plan.reason
     if evaluation.feasible or search.fallback is None or not all(leg.feasible for leg in legs):
         return None
+    broken = broken_limit(evaluation.limits) or "is not feasible"
     return Reason(
         code="joint",
-        sentence="Every leg has a feasible path, but not all of them as one path: turns at the via "
-        "points, fuel or times of zones do not fit; move a via point.",
+        sentence=f"Every leg has a feasible path, but the path of all legs {broken}; move a via "
+        "point, or split the mission there.",
         proven=False,
     )
 
@@ -271,9 +273,19 @@ def _plan_leg(
         goal_heading_deg=goal_heading_deg,
         elapsed_s=elapsed_s,
     )
+    joints = {"start": mission.names[number]} if before else {}
+    if goal_heading_deg is not None and number < mission.legs - 1:
+        joints["goal"] = mission.names[number + 1]
+
+    def run(own: Evaluator, progress: Progress | None = None) -> Plan:
+        plan = search.run(own, progress=progress, stop=stop)
+        if plan.reason is None:
+            return plan
+        return dataclasses.replace(plan, reason=reason_of_joint(plan.reason, joints))
+
     alone = evaluator(problem)
     if not before or not before[-1].feasible:
-        return search.run(alone, progress=progress, stop=stop)
+        return run(alone, progress)
     path = before[-1].path
     ahead = path[max(0, len(path) - 1 - _POINTS_BEFORE) : -1]
     earlier = path[: len(path) - len(ahead)]
@@ -288,10 +300,10 @@ def _plan_leg(
     both = JoinedEvaluator(
         problem, ahead, joined, ds_m=alone.ds_m, threads=alone.threads, bilinear=alone.bilinear
     )
-    plan = search.run(both, progress=progress, stop=stop)
+    plan = run(both, progress)
     if not (plan.evaluation.feasible or plan.interrupted or plan.failure):
         # A leg that is feasible by itself may still be joined to the next one.
-        single = search.run(alone, stop=stop)
+        single = run(alone)
         if single.evaluation.feasible:
             return single
     # The leg's own terms, for its report.

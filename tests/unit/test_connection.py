@@ -10,6 +10,7 @@ from host.planners.base import Options, Stop
 from host.planning import Search
 from host.problem import Circle, Polygon, Problem, Rules
 from host.terrain import Terrain, load
+from tests.closed_problems import lane
 
 
 WALL = Polygon(((1900, -50), (2100, -50), (2100, 5000), (1900, 5000)), name="border")
@@ -86,7 +87,6 @@ def test_a_request_to_stop_ends_all_searches(mountains):
 
 
 def test_the_second_opinion_is_asked_after_astar_by_itself(mountains):
-    """One search of eight finds no path, and the fallback does not repeat them."""
     search = Search("astar", generations=1, max_waypoints=1, fallback="astar")
     plan = search.run(Evaluator(mountains))
     assert plan.evaluation.feasible
@@ -100,3 +100,48 @@ def test_no_fallback_searches_nothing(mountains):
     plan = search.run(Evaluator(mountains))
     assert (plan.evaluation.feasible, plan.fallback) == (False, None)
     assert (plan.reason.code, plan.reason.proven) == ("not-found", False)
+
+
+def dead_ends(start_heading_deg, goal_heading_deg):
+    """Return the way from one lane with a dead end into another."""
+    terrain = Terrain("flat", np.full((80, 80), 100.0), 50.0, 50.0)
+    return Problem(
+        terrain,
+        (300, 2000, 250),
+        (3650, 2000, 250),
+        zones=[*lane(-50, 1500), *lane(2450, 4000)],
+        start_heading_deg=start_heading_deg,
+        goal_heading_deg=goal_heading_deg,
+    )
+
+
+def test_names_the_heading_that_no_path_keeps_and_one_that_would_do():
+    reason = connect(Evaluator(dead_ends(270, 90))).reason
+    assert (reason.code, reason.proven, reason.end) == ("heading", False, "start")
+    assert reason.place == (300, 2000)
+    assert (reason.figure.limit, reason.figure.allowed) == ("start-heading", 270)
+    assert reason.sentence == (
+        "No path was found with the start heading of 270 degrees, and there is one without: at the "
+        f"start it heads for {reason.figure.would_do:g} degrees."
+    )
+    assert connect(Evaluator(dead_ends(reason.figure.would_do, 90))).reason is None
+
+
+def test_names_the_heading_at_the_goal():
+    reason = connect(Evaluator(dead_ends(90, 270))).reason
+    assert (reason.code, reason.end, reason.place) == ("heading", "goal", (3650, 2000))
+    assert (reason.figure.limit, reason.figure.allowed) == ("goal-heading", 270)
+    assert connect(Evaluator(dead_ends(90, reason.figure.would_do))).reason is None
+
+
+def test_names_both_headings_where_each_is_one_too_many():
+    reason = connect(Evaluator(dead_ends(270, 270))).reason
+    assert [(end, fixed) for end, fixed, _ in reason.headings] == [("start", 270), ("goal", 270)]
+    assert reason.sentence.startswith(
+        "No path was found with the start heading of 270 degrees and the goal heading of 270 "
+        "degrees, and there is one without: at the start it heads for "
+    )
+
+
+def test_headings_are_no_reason_where_there_is_no_path_without_them_either():
+    assert connect(Evaluator(flat(zones=[WALL], start_heading_deg=90))).reason.code == "closed"

@@ -331,7 +331,7 @@ KEYS: tuple[Key, ...] = (
         "planner",
         "name",
         choice(tuple(PLANNERS)),
-        f"one of {', '.join(PLANNERS)}",
+        "the planner",
         "ga-fpga",
         '"ga-fpga"',
         "--planner",

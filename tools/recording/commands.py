@@ -104,11 +104,10 @@ def record_plans() -> dict[str, Any]:
         status, summary, files = plan(name, planner, *words)
         title = " ".join((planner, *options, f"on {name}, seed {seed}"))
         found[title] = {"status": status, "files": files, **_lasting(summary)}
+    paper = "--as-paper", "--generations", "20", "--seed", "1", "--json"
     for words in _AUV:
         with tempfile.TemporaryDirectory() as folder:
-            status, summary = run(
-                "auv", *words, "--generations", "20", "--seed", "1", "--json", "--out", folder
-            )
+            status, summary = run("auv", *words, *paper, "--out", folder)
         found[" ".join(("auv", *words))] = {"status": status, **_lasting(summary)}
     return found
 

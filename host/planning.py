@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from host.diagnosis import Reason
 
-__all__ = ["FALLBACKS", "Check", "Plan", "Search", "check", "plan", "require_functions"]
+__all__ = ["FALLBACKS", "Check", "Plan", "Search", "check", "evaluator_of", "require_functions"]
 
 
 #: What may follow where a planner finds no feasible path.
@@ -241,7 +241,7 @@ class Search:
         stop: Stop | None = None,
         source: Mapping[str, Any] | None = None,
     ) -> Plan:
-        """Plan the problem of ``evaluator``; see :func:`plan`."""
+        """Plan the problem of ``evaluator``; see :func:`host.mission.plan.plan`."""
         result = self._planner.plan(evaluator, self.options, progress, stop)
         if stop is not None:
             stop.heeded = True
@@ -327,35 +327,6 @@ class Check:
         return visits(self.evaluator, self.path)
 
 
-def plan(
-    problem: Problem,
-    planner: str = DEFAULT,
-    *,
-    seed: int = 0,
-    generations: int | None = None,
-    time_limit_s: float | None = None,
-    target_fitness: float | None = None,
-    population: int | None = None,
-    progress: Progress | None = None,
-    cancel: Callable[[], bool] | None = None,
-    fallback: str = "astar",
-    **options: Any,
-) -> Plan:
-    """Plan the path of a single leg; see :func:`host.mission.plan.plan`."""
-    require_functions(progress=progress, cancel=cancel)
-    search = Search(
-        planner,
-        seed=seed,
-        generations=generations,
-        time_limit_s=time_limit_s,
-        target_fitness=target_fitness,
-        population=population,
-        fallback=fallback,
-        **options,
-    )
-    return search.run(_evaluator(problem), progress=progress, stop=Stop(cancel))
-
-
 def require_functions(**callbacks: Any) -> None:
     """Refuse a callback that is neither None nor a function.
 
@@ -387,7 +358,7 @@ def check(problem: Problem, path: ArrayLike, *, source: Mapping[str, Any] | None
         If the path is no array of real numbers, has another shape or other ends than the problem,
         or a coordinate is not finite or too large.
     """
-    evaluator = _evaluator(problem)
+    evaluator = evaluator_of(problem)
     waypoints = _waypoints(path)
     try:
         evaluation = evaluator.evaluate(waypoints)
@@ -401,8 +372,14 @@ def check(problem: Problem, path: ArrayLike, *, source: Mapping[str, Any] | None
     )
 
 
-def _evaluator(problem: Problem) -> Evaluator:
-    """Return the evaluator of a problem; refuse what is none."""
+def evaluator_of(problem: Problem) -> Evaluator:
+    """Return the evaluator of a problem.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
     if not isinstance(problem, Problem):
         raise InputError(
             f"The problem must be a Problem, not of the type {type(problem).__name__}."

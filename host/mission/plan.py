@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from host import planning
 from host.mission.mission import Mission
 from host.mission.planning import plan_mission
 from host.planners import DEFAULT
 from host.planners.base import Progress, Stop
-from host.planning import Plan, Search, require_functions
+from host.planning import Plan, Search, evaluator_of, require_functions
 from host.problem.problem import Problem
 
 
@@ -82,20 +81,6 @@ def plan(
         If the search fails before it has a path: no board answers, for example. A later failure
         leaves the best path so far; ``plan.failure`` says what happened.
     """
-    if not isinstance(problem, Mission):
-        return planning.plan(
-            problem,
-            planner,
-            seed=seed,
-            generations=generations,
-            time_limit_s=time_limit_s,
-            target_fitness=target_fitness,
-            population=population,
-            progress=progress,
-            cancel=cancel,
-            fallback=fallback,
-            **options,
-        )
     require_functions(progress=progress, cancel=cancel)
     search = Search(
         planner,
@@ -107,4 +92,7 @@ def plan(
         fallback=fallback,
         **options,
     )
-    return plan_mission(problem, search, progress=progress, stop=Stop(cancel))
+    stop = Stop(cancel)
+    if isinstance(problem, Mission):
+        return plan_mission(problem, search, progress=progress, stop=stop)
+    return search.run(evaluator_of(problem), progress=progress, stop=stop)

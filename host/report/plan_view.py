@@ -47,6 +47,14 @@ _PLACES = (
     "lower center",
 )
 _FAR_INCHES = 0.4
+_WAYPOINT: dict[str, Any] = {
+    "linestyle": "",
+    "marker": "o",
+    "markersize": 5.5,
+    "markerfacecolor": "white",
+    "markeredgecolor": PATH,
+    "markeredgewidth": 1.6,
+}
 
 
 def draw(
@@ -101,17 +109,7 @@ def draw(
             zorder=7,
         )
     inner = path[1:-1] / unit_m
-    axes.plot(
-        inner[:, 0],
-        inner[:, 1],
-        linestyle="",
-        marker="o",
-        markersize=5.5,
-        markerfacecolor="white",
-        markeredgecolor=PATH,
-        markeredgewidth=1.6,
-        zorder=8,
-    )
+    axes.plot(inner[:, 0], inner[:, 1], zorder=8, **_WAYPOINT)
     for (east, north), marker, colour, size in (
         (path[0, :2] / unit_m, "o", START, 11),
         (path[-1, :2] / unit_m, "*", GOAL, 19),
@@ -351,17 +349,7 @@ def _legend(problem: Problem, voids: bool, trouble: bool) -> list[Line2D | Patch
         Line2D([], [], marker="o", color=START, markersize=9, label="start", **point),
         Line2D([], [], marker="*", color=GOAL, markersize=14, label="goal", **point),
         Line2D([], [], color=PATH, linewidth=2.6, label="smoothed path"),
-        Line2D(
-            [],
-            [],
-            linestyle="",
-            marker="o",
-            markersize=5.5,
-            markerfacecolor="white",
-            markeredgecolor=PATH,
-            markeredgewidth=1.6,
-            label="waypoint",
-        ),
+        Line2D([], [], label="waypoint", **_WAYPOINT),
     ]
     if problem.zones:
         handles.append(

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from host.errors import InputError
+from host.mission.plan import plan
 from host.planners import PLANNERS
-from host.planning import Search, check, plan
+from host.planning import Search, check
 from host.problem import aircraft
 from host.problem.problem import Problem
 from host.terrain import Terrain

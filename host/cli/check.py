@@ -53,13 +53,14 @@ def run(args: argparse.Namespace) -> int:
 
     A path that is not feasible, or misses a via point, is a failure.
     """
+    told = "as_paper" in vars(args)
     complete_options(args)
     file = Path(args.path)
     summary = find_summary(file)
     if summary is not None:
         wind, ds_m = summary_wind_and_step(file, summary)
         args.wind, args.ds = args.wind or wind, ds_m if args.ds is None else args.ds
-        _take_rules(args, summary_rules(file, summary))
+        _take_rules(args, summary_rules(file, summary), told=told)
         terrain = summary_terrain(
             file, summary, args.terrain, cell=args.cell, fill_voids=args.fill_voids
         )
@@ -94,13 +95,16 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _take_rules(args: argparse.Namespace, stated: dict[str, Any]) -> None:
-    """Take the rules that no option gives from the summary's, the keywords of a problem."""
+def _take_rules(args: argparse.Namespace, stated: dict[str, Any], *, told: bool) -> None:
+    """Take the rules that no option gives from the summary's, the keywords of a problem.
+
+    One without rules is as paper, unless an option is ``told`` to say so or not, or gives a rule.
+    """
     given = {name for name in RULES if getattr(args, name) is not None}
     if args.as_paper:
         return
     if "rules" not in stated:
-        args.as_paper = not given
+        args.as_paper = not (told or given)
         return
     values = {**stated, **stated["rules"].to_dict()}
     for name in set(RULES) - given:

@@ -93,6 +93,17 @@ def test_check_options_override_the_summary(planned, capsys):
     assert report["fuel_N"] != summary["fuel_N"]
 
 
+def test_check_judges_a_path_as_paper_by_the_rules_if_told(tmp_path, capsys):
+    out = tmp_path / "out"
+    ends = ["--agl", "--start", "300,300,60", "--goal", "4700,4600,60"]
+    command = ["plan", "--terrain", "canyon", *ends, "--as-paper", "--planner", "astar"]
+    assert main([*command, "--no-picture", "--out", str(out)]) == 0
+    for words, as_paper in (([], True), (["--as-paper"], True), (["--no-as-paper"], False)):
+        capsys.readouterr()
+        main(["check", "--path", str(out / "summary.json"), "--json", *words])
+        assert json.loads(capsys.readouterr().out)["as_paper"] is as_paper
+
+
 def test_check_of_a_csv_prints_a_report(hills, tmp_path, capsys):
     file = tmp_path / "path.csv"
     file.write_text("x,y,z\n500,500,600\n3000,3000,700\n5500,3500,600\n")

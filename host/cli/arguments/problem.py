@@ -100,7 +100,10 @@ def add_problem(parser: Parser, *, of_path: bool = False) -> None:
         help="aircraft: a built-in one or a .toml file (default silver-fox)",
     )
     group.add_argument(
-        "--wind", type=numbers("VX,VY"), metavar="VX,VY", help="constant wind in m/s (default 0,0)"
+        "--wind",
+        type=numbers("VX,VY"),
+        metavar="VX,VY",
+        help="constant wind towards the east and towards the north, m/s (default 0,0)",
     )
     group.add_argument(
         "--fill-voids",

@@ -16,7 +16,8 @@ from host.cli.output import note, print_json, print_pairs, term_pairs
 from host.cli.problem import complete_options, make_mission, save_options, source_of
 from host.errors import JobError
 from host.mission.files.export import FORMATS, check_formats, export, parse_formats
-from host.mission.planning import MissionPlan, plan_mission
+from host.mission.legs import shortcoming
+from host.mission.planning import plan_mission
 from host.planners.base import Stop
 from host.planning import Plan, Search
 from host.progress import Progress
@@ -82,14 +83,10 @@ def _status(plan: Plan) -> int:
         raise JobError(f"{result.failure.rstrip('.')}; the best path until then is written.")
     if plan.fallback is not None:
         note(f"{plan.planner} found no feasible path; the path is that of {plan.fallback}.")
-    leg = plan.failing_leg if isinstance(plan, MissionPlan) else None
-    if leg is None and result.evaluation.feasible:
+    sentence = shortcoming(plan)
+    if sentence is None:
         return 0
-    assert plan.reason is not None
-    sentence = plan.reason.sentence.rstrip(".")
-    if leg is not None:
-        sentence = f"{leg.name[:1].upper()}{leg.name[1:]}: {sentence}"
-    raise JobError(f"{sentence}; the best path is written.")
+    raise JobError(f"{sentence.rstrip('.')}; the best path is written.")
 
 
 def _print(summary: dict[str, Any], written: list[Path]) -> None:

@@ -17,8 +17,9 @@ from host.evaluation import Evaluator
 from host.mission.build import mission_of, search_of
 from host.mission.files.export import check_formats, export, parse_formats
 from host.mission.keys import KEYS
+from host.mission.legs import shortcoming
 from host.mission.mission import Mission
-from host.mission.planning import MissionPlan, plan_mission
+from host.mission.planning import plan_mission
 from host.planners.base import Result
 from host.planning import Search
 from host.report.files import prepare_directory, write_json, writing_into
@@ -260,12 +261,7 @@ def _plan(threads: int, task: _Task) -> Outcome:
     except Exception as error:
         sentence = f"Internal error, {type(error).__name__}: {error}; please report it."
         return Outcome(task.number, failure=sentence)
-    failure = plan.failure
-    if failure is None and not plan.evaluation.feasible:
-        leg = plan.failing_leg if isinstance(plan, MissionPlan) else None
-        failure = f"No feasible path was found{f' for {leg.name}' if leg else ''}."
-        if plan.reason is not None:
-            failure = f"{leg.name}: {plan.reason.sentence}" if leg else plan.reason.sentence
+    failure = plan.failure or shortcoming(plan)
     result = dataclasses.replace(plan.result, archive=[])
     return Outcome(task.number, plan.summary, result, failure)
 

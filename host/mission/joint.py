@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -18,12 +19,18 @@ __all__ = ["JoinedEvaluator", "reason_of_joint"]
 
 Floats = NDArray[np.float64]
 
+# Sharpest turn at a joint: a sharper one is rounded so far ahead that the point is not visited.
+_SHARPEST_RAD = 0.5 * math.pi
+_ROUNDING_RAD = 1e-9
+
 
 class JoinedEvaluator(Evaluator):
     """Evaluates paths of a leg with the last waypoints of the leg before it in front.
 
     The arc at the via point between the two needs room on both, and climbs with both; a path that
-    is feasible here stays so in the mission.
+    is feasible here stays so in the mission. A turn of more than a right angle there is not: its
+    arc would pass the point at more than 0.42 turn radii, as far as kilometres for a turn back. The
+    penalty is then higher by the radius times the excess angle.
 
     Parameters
     ----------
@@ -44,25 +51,53 @@ class JoinedEvaluator(Evaluator):
 
     def evaluate(self, path: Floats) -> Evaluation:
         """Return every term of the waypoints before and of ``path`` as one path."""
-        return self._joined.evaluate(np.concatenate((self._before, self._checked(path))))
+        found = self._joined.evaluate(np.concatenate((self._before, self._checked(path))))
+        back_m = self._back_m(path[None])
+        if back_m[0] == 0:
+            return found
+        return dataclasses.replace(
+            found,
+            feasible=False,
+            feasible_at_ds=False,
+            fitness=float(_lowered(np.array([found.fitness]), back_m)[0]),
+            penalty=found.penalty + float(back_m[0]),
+            penalty_fine=found.penalty_fine + float(back_m[0]),
+        )
 
     def fitness(
         self, paths: Floats, lengths: NDArray[np.integer[Any]], *, strict: bool = False
     ) -> Floats:
         """Return the fitness of a population; see :meth:`Evaluator.fitness`."""
-        return self._joined.fitness(*self._with_before(paths, lengths), strict=strict)
+        found = self._joined.fitness(*self._with_before(paths, lengths), strict=strict)
+        return _lowered(found, self._back_m(paths))
 
     def fitness_counted(
         self, paths: Floats, lengths: NDArray[np.integer[Any]], counted_m: Floats
     ) -> Floats:
         """Return the fitness of a population; see :meth:`Evaluator.fitness_counted`."""
-        return self._joined.fitness_counted(*self._with_before(paths, lengths), counted_m)
+        found = self._joined.fitness_counted(*self._with_before(paths, lengths), counted_m)
+        return _lowered(found, self._back_m(paths))
 
     def penalty_cost(
         self, paths: Floats, lengths: NDArray[np.integer[Any]], *, fine: bool = False
     ) -> tuple[Floats, Floats]:
         """Return penalty and cost of a population; see :meth:`Evaluator.penalty_cost`."""
-        return self._joined.penalty_cost(*self._with_before(paths, lengths), fine=fine)
+        penalty, cost = self._joined.penalty_cost(*self._with_before(paths, lengths), fine=fine)
+        return penalty + self._back_m(paths), cost
+
+    def _back_m(self, paths: Floats) -> Floats:
+        """Return the turn radius times the excess of each path's turn at the joint, (m,) metres."""
+        radius = self.problem.limits.turn_radius_m
+        if not math.isfinite(radius):
+            return np.zeros(len(paths))  # No turn is possible then, and evaluations know it.
+        paths = np.asarray(paths, dtype=np.float64)
+        east, north = (paths[:, 0] - self._before[-1])[:, :2].T
+        on_east, on_north = (paths[:, 1] - paths[:, 0])[:, :2].T
+        turn = np.abs(
+            np.arctan2(east * on_north - north * on_east, east * on_east + north * on_north)
+        )
+        excess = turn - _SHARPEST_RAD
+        return np.where(excess > _ROUNDING_RAD, radius * excess, 0.0)
 
     def _with_before(
         self, paths: Floats, lengths: NDArray[np.integer[Any]]
@@ -71,6 +106,13 @@ class JoinedEvaluator(Evaluator):
         front = np.broadcast_to(self._before, (len(paths), *self._before.shape))
         joined = np.concatenate((front, paths), axis=1)
         return joined, np.asarray(lengths, dtype=np.int64) + len(self._before)
+
+
+def _lowered(fitness: Floats, penalty_m: Floats) -> Floats:
+    """Return fitness values, equation (3), with more penalty; those without more as they are."""
+    before = np.where(fitness > 1, 0.0, 1 / np.minimum(fitness, 1) - 1)
+    lowered: Floats = np.where(penalty_m > 0, 1 / (1 + before + penalty_m), fitness)
+    return lowered
 
 
 def reason_of_joint(reason: Reason, joints: Mapping[str, str]) -> Reason:

@@ -6,8 +6,6 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -15,117 +13,23 @@ from numpy.typing import NDArray
 
 from host.diagnosis import Reason
 from host.diagnosis.reason import broken_limit
-from host.errors import PathgeneError
+from host.errors import InputError, PathgeneError
 from host.evaluation import Evaluation, Evaluator
 from host.mission.joint import JoinedEvaluator, reason_of_joint
+from host.mission.legs import Leg, MissionPlan, capitalised
 from host.mission.mission import Mission
 from host.planners.base import Progress, Result, Stop
 from host.planning import Plan, Search
 from host.problem.ends import Point
-from host.report.summary import finite
-from host.report.via import visits
+from host.problem.problem import Problem
 
 
-__all__ = ["Leg", "MissionPlan", "plan_mission"]
+__all__ = ["plan_mission"]
 
 # Waypoints of the leg before that a leg is evaluated with: the arcs at these have room as well.
 _POINTS_BEFORE = 2
 # A horizontal run below this has no heading.
 _SHORTEST_RUN_M = 1e-6
-
-
-@dataclass(frozen=True, eq=False)
-class Leg:
-    """A leg of a mission and its plan.
-
-    Parameters
-    ----------
-    name : str
-        Number and ends, in words.
-    path : ndarray
-        Waypoints, (n, 3) float64 metres; a straight line if there is no plan.
-    plan : Plan or None
-        The run of the planner; None for a leg that failed or was not reached.
-    failure : str or None
-        The sentence on what ended the leg; None if nothing.
-    """
-
-    name: str
-    path: NDArray[np.float64]
-    plan: Plan | None = None
-    failure: str | None = None
-
-    @property
-    def feasible(self) -> bool:
-        """True if the leg has a path that is feasible by itself."""
-        return self.plan is not None and self.plan.evaluation.feasible
-
-    def describe(self, number: int) -> dict[str, Any]:
-        """Return the leg as in ``summary.json``; ``number`` counts from 1."""
-        table: dict[str, Any] = {
-            "index": number,
-            "name": self.name,
-            "from": self.path[0].tolist(),
-            "to": self.path[-1].tolist(),
-            "planned": self.plan is not None,
-            "feasible": self.feasible,
-            "failure": self.failure,
-            "reason": None,
-            "fallback": None,
-            "waypoints": len(self.path),
-        }
-        if self.plan is None:
-            return table
-        result, evaluation = self.plan.result, self.plan.evaluation
-        table |= {
-            "length_m": evaluation.length_m,
-            "fitness": evaluation.fitness,
-            "fuel_N": evaluation.fuel_N,
-            "start_heading_deg": self.plan.evaluator.problem.start_heading_deg,
-            "generations": result.generations,
-            "evaluations": result.evaluations,
-            "stopped_by": result.stopped_by,
-            "seconds": result.seconds,
-            "hardware": result.hardware,
-            "reason": None if self.plan.reason is None else self.plan.reason.to_dict(),
-            "fallback": self.plan.fallback,
-        }
-        return {key: finite(value) for key, value in table.items()}
-
-
-@dataclass(frozen=True, repr=False, eq=False)
-class MissionPlan(Plan):
-    """The plan of a mission of several legs.
-
-    ``path``, ``evaluation`` and ``summary`` are those of all legs in one. ``history`` counts the
-    generations of all legs, the fitness in it is the current leg's.
-
-    Parameters
-    ----------
-    mission : Mission
-        The mission.
-    legs : tuple of Leg
-        Its legs in order.
-    """
-
-    mission: Mission
-    legs: tuple[Leg, ...]
-
-    @cached_property
-    def summary(self) -> dict[str, Any]:
-        """The content of ``summary.json`` in plain JSON values; every number is finite."""
-        return {
-            **super().summary,
-            "legs": [leg.describe(number) for number, leg in enumerate(self.legs, start=1)],
-            "via": [list(point) for point in self.mission.via],
-            "return": self.mission.return_to_start,
-            "visits": [visit.to_dict() for visit in visits(self.evaluator, self.path)],
-        }
-
-    @property
-    def failing_leg(self) -> Leg | None:
-        """The first leg without a feasible path; None if all have one."""
-        return next((leg for leg in self.legs if not leg.feasible), None)
 
 
 def plan_mission(
@@ -230,7 +134,7 @@ def _plan_legs(
         if stop is not None and not stop.requested:
             stop.heeded = False
         try:
-            plan = _plan_leg(
+            leg = _plan_leg(
                 mission,
                 search,
                 evaluator,
@@ -247,7 +151,9 @@ def _plan_legs(
             legs.append(Leg(name, straight, failure=str(error) or "It was interrupted."))
             ended = True
             continue
-        legs.append(Leg(name, plan.path, plan, plan.failure))
+        legs.append(leg)
+        plan = leg.plan
+        assert plan is not None
         ended = plan.interrupted or plan.failure is not None
         generations += plan.result.generations + 1
     return legs
@@ -262,7 +168,7 @@ def _plan_leg(
     goal_heading_deg: float | None = None,
     progress: Progress | None = None,
     stop: Stop | None = None,
-) -> Plan:
+) -> Leg:
     """Plan the leg that follows those ``before``, together with the end of the last of them."""
     number = len(before)
     elapsed_s = sum(_seconds(leg.plan) for leg in before if leg.plan is not None)
@@ -283,32 +189,52 @@ def _plan_leg(
             return plan
         return dataclasses.replace(plan, reason=reason_of_joint(plan.reason, joints))
 
+    def leg(plan: Plan, joined: Evaluation | None = None) -> Leg:
+        return Leg(mission.name_of(number), plan.path, plan, plan.failure, joined)
+
     alone = evaluator(problem)
     if not before or not before[-1].feasible:
-        return run(alone, progress)
-    path = before[-1].path
-    ahead = path[max(0, len(path) - 1 - _POINTS_BEFORE) : -1]
-    earlier = path[: len(path) - len(ahead)]
+        return leg(run(alone, progress))
+    both = _joined_evaluator(mission, problem, before[-1].path, elapsed_s, alone)
+    if both is None:
+        return leg(run(alone, progress))
+    plan = run(both, progress)
+    if not (plan.evaluation.feasible or plan.interrupted or plan.failure):
+        # A leg that is feasible by itself may still be joined to the next one.
+        single = run(alone)
+        if single.evaluation.feasible:
+            return leg(single)
+    # The leg's own terms, for its report.
+    result = dataclasses.replace(plan.result, evaluation=alone.evaluate(plan.path))
+    return leg(dataclasses.replace(plan, evaluator=alone, result=result), plan.evaluation)
+
+
+def _joined_evaluator(
+    mission: Mission,
+    problem: Problem,
+    before: NDArray[np.float64],
+    elapsed_s: float,
+    alone: Evaluator,
+) -> JoinedEvaluator | None:
+    """Return the evaluator of a leg together with the end of the path before it.
+
+    None if costs have nothing to be relative to: a line there is a glide that burns no fuel.
+    """
+    ahead = before[max(0, len(before) - 1 - _POINTS_BEFORE) : -1]
+    earlier = before[: len(before) - len(ahead)]
     aircraft = problem.aircraft
-    run_m = float(np.linalg.norm(np.diff(path[-1 - len(ahead) :], axis=0), axis=1).sum())
+    run_m = float(np.linalg.norm(np.diff(before[-1 - len(ahead) :], axis=0), axis=1).sum())
     joined = mission.part(
         (*map(_point, ahead), problem.start, problem.goal),
         start_heading_deg=_heading_deg(earlier[::-1], backwards=True) if len(earlier) > 1 else None,
         goal_heading_deg=problem.goal_heading_deg,
         elapsed_s=max(0.0, elapsed_s - run_m / aircraft.cruise_speed_m_s),
     )
-    both = JoinedEvaluator(
-        problem, ahead, joined, ds_m=alone.ds_m, threads=alone.threads, bilinear=alone.bilinear
-    )
-    plan = run(both, progress)
-    if not (plan.evaluation.feasible or plan.interrupted or plan.failure):
-        # A leg that is feasible by itself may still be joined to the next one.
-        single = run(alone)
-        if single.evaluation.feasible:
-            return single
-    # The leg's own terms, for its report.
-    result = dataclasses.replace(plan.result, evaluation=alone.evaluate(plan.path))
-    return dataclasses.replace(plan, evaluator=alone, result=result)
+    options = {"ds_m": alone.ds_m, "threads": alone.threads, "bilinear": alone.bilinear}
+    try:
+        return JoinedEvaluator(problem, ahead, joined, **options)
+    except InputError:
+        return None
 
 
 def _rejoined(
@@ -332,7 +258,7 @@ def _rejoined(
             (number, _heading_deg(legs[number + 1].path)),
             (number + 1, None),
         ):
-            plan = _plan_leg(
+            tried[again] = _plan_leg(
                 mission,
                 search,
                 evaluator,
@@ -340,7 +266,6 @@ def _rejoined(
                 goal_heading_deg=heading_deg,
                 stop=stop,
             )
-            tried[again] = Leg(tried[again].name, plan.path, plan, plan.failure)
             found = whole.evaluate(_joined(tried))
             if found.penalty < evaluation.penalty:
                 legs, evaluation = list(tried), found
@@ -368,6 +293,7 @@ def _combined(legs: list[Leg], evaluation: Evaluation) -> Result:
         for phase, spent in result.seconds.items():
             seconds[phase] = seconds.get(phase, 0.0) + spent
     failed = [leg for leg in legs if leg.failure is not None]
+    failure = f"{capitalised(failed[0].name)}: {failed[0].failure}" if failed else None
     interrupted = any(result.interrupted for result in results)
     stopped_by = results[-1].stopped_by
     if failed:
@@ -379,7 +305,7 @@ def _combined(legs: list[Leg], evaluation: Evaluation) -> Result:
         sum(result.generations for result in results),
         sum(result.evaluations for result in results),
         "interrupt" if interrupted else stopped_by,
-        f"{_upper(failed[0].name)}: {failed[0].failure}" if failed and not interrupted else None,
+        None if interrupted else failure,
         seconds,
         None,
         [],
@@ -418,7 +344,3 @@ def _seconds(plan: Plan) -> float:
     if flown_s is not None:
         return flown_s
     return plan.evaluation.length_m / plan.evaluator.problem.aircraft.cruise_speed_m_s
-
-
-def _upper(text: str) -> str:
-    return text[:1].upper() + text[1:]

@@ -22,6 +22,8 @@ Floats = NDArray[np.float64]
 
 # A visit may miss a point by the rounding of a file.
 _ROUNDING_M = 0.01
+# How far a turn by a right angle, the sharpest at a joint, passes the point, in turn radii.
+_ROUNDED = math.sqrt(2) - 1
 # Points of a piece that are looked at first, and how often the best of them is looked at closer:
 # each round narrows a piece to a fifth.
 _FIRST_LOOK, _CLOSER_LOOK, _ROUNDS = 65, 11, 16
@@ -44,7 +46,8 @@ class Visit:
     line_m : float
         Least distance of the straight lines through the waypoints from it, in three dimensions.
     missed : bool
-        True if neither those lines nor the track pass the point after the via point before it.
+        True if neither those lines nor the track pass the point after the via point before it, or
+        if the track rounds it further off than a turn by a right angle does.
     """
 
     index: int
@@ -65,6 +68,11 @@ class Visit:
         x, y, z = self.point
         name = f"via point {self.index} at ({x:.10g}, {y:.10g}, {z:.10g})"
         if min(self.line_m, self.distance_m) <= _ROUNDING_M:
+            if self.horizontal_m > _ROUNDING_M:
+                return (
+                    f"The path turns back at {name} and rounds it at {self.horizontal_m:.1f} m; "
+                    "give it two waypoints to turn with."
+                )
             return f"The path passes {name} in another order; give the via points in its order."
         return (
             f"The path misses {name} by {self.distance_m:.1f} m; it must have a waypoint there, "
@@ -76,8 +84,9 @@ def visits(evaluator: Evaluator, path: Floats) -> list[Visit]:
     """Return how near a path comes to each point between the ends of its problem.
 
     The points are visited where the straight lines through the waypoints pass them in their order:
-    what the smoothed track then keeps away from a point is the rounding of turns alone. A track
-    that passes a point itself, on the arc of a waypoint beside it, visits it as well.
+    what the smoothed track then keeps away from a point is the rounding of a turn alone, at most
+    that of a right angle: a path that turns back at a point by one arc does not come near it. A
+    track that passes a point itself, on the arc of a waypoint beside it, visits it as well.
 
     Parameters
     ----------
@@ -90,6 +99,9 @@ def visits(evaluator: Evaluator, path: Floats) -> list[Visit]:
     if not points:
         return []
     track = evaluator.track(path)
+    rounded_m = _ROUNDING_M
+    if math.isfinite(evaluator.problem.limits.turn_radius_m):
+        rounded_m += _ROUNDED * evaluator.problem.limits.turn_radius_m
     found: list[Visit] = []
     reached = 0.0
     for index, point in enumerate(points, start=1):
@@ -99,7 +111,9 @@ def visits(evaluator: Evaluator, path: Floats) -> list[Visit]:
         off_m = max(_ROUNDING_M, line_m) if near[0] <= _ROUNDING_M else _ROUNDING_M
         passed = places[(distances <= off_m) & (places >= reached)].tolist()
         reached = min(passed, default=reached)
-        found.append(Visit(index, point, *near, line_m, not passed))
+        beside_m = _nearest_on_track(track, point, axes=2)[0]
+        missed = not passed or beside_m > rounded_m
+        found.append(Visit(index, point, *near, line_m, missed))
     return found
 
 
@@ -120,18 +134,23 @@ def _nearest_on_lines(path: Floats, point: Sequence[float]) -> tuple[Floats, Flo
     return np.arange(len(steps)) + part, distance
 
 
-def _nearest_on_track(track: SmoothedTrack, point: Sequence[float]) -> tuple[float, float, float]:
-    """Return the least distance of a track from a point, the horizontal one there, and where."""
+def _nearest_on_track(
+    track: SmoothedTrack, point: Sequence[float], axes: int = 3
+) -> tuple[float, float, float]:
+    """Return the least distance of a track from a point, the horizontal one there, and where.
+
+    With two ``axes`` the least distance is the horizontal one.
+    """
     found = []
     begins = itertools.accumulate((piece.length_m for piece in track.pieces), initial=0.0)
     for begin, piece in zip(begins, track.pieces, strict=False):
         parts = np.linspace(0, 1, _FIRST_LOOK)
         for _ in range(_ROUNDS):
             offsets = piece.points(parts) - point
-            best = int((offsets**2).sum(axis=1).argmin())
+            best = int((offsets[:, :axes] ** 2).sum(axis=1).argmin())
             ends = parts[max(best - 1, 0)], parts[min(best + 1, len(parts) - 1)]
             place, (east, north, up) = parts[best], offsets[best].tolist()
             parts = np.linspace(*ends, _CLOSER_LOOK)
-        distance_m = math.hypot(east, north, up)
+        distance_m = math.hypot(east, north, up if axes == 3 else 0.0)
         found.append((distance_m, math.hypot(east, north), begin + float(place) * piece.length_m))
     return min(found)

@@ -7,13 +7,14 @@ import pytest
 
 from host.errors import JobError
 from host.evaluation import Evaluator
+from host.mission.legs import MissionPlan, shortcoming
 from host.mission.mission import Mission
-from host.mission.planning import MissionPlan, plan_mission
+from host.mission.planning import plan_mission
 from host.planners.base import Stop
 from host.planning import Plan, Search
 from host.problem import Circle, Problem
 from host.report.read import read_run
-from host.terrain import Terrain
+from host.terrain import Terrain, load
 
 
 START, GOAL, VIA = (500.0, 500.0, 480.0), (5500.0, 3500.0, 480.0), (3000.0, 3300.0, 620.0)
@@ -61,6 +62,23 @@ def test_legs_join_with_turns_that_fit(planned):
     assert headings[0] is None
     assert None not in headings[1:]
     assert plan.evaluation.impossible_arcs == 0
+
+
+@pytest.mark.parametrize("planner", ["ga-pc", "fpa-2opt"])
+def test_a_return_comes_near_the_goal_and_is_feasible(planner):
+    """The fallback plans what random planners do not: to turn around beyond the goal."""
+    land = load("canyon")
+    task = Mission(
+        Problem(land, (300.0, 300.0, 266.0), (4700.0, 4600.0, 243.0)), return_to_start=True
+    )
+    plan = plan_mission(task, Search(planner, generations=30, fallback="astar"))
+    assert plan.evaluation.feasible
+    assert plan.failing_leg is None
+    assert shortcoming(plan) is None
+    (visit,) = plan.summary["visits"]
+    assert not visit["missed"]
+    radius_m = task.problem.limits.turn_radius_m
+    assert visit["horizontal_m"] <= 0.4143 * radius_m
 
 
 def test_the_whole_path_is_evaluated_as_one(planned):

@@ -1,0 +1,150 @@
+"""The plan of a mission and its legs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.evaluation import Evaluation
+from host.mission.mission import Mission
+from host.planning import Plan
+from host.report.summary import finite
+from host.report.via import Visit, visits
+
+
+__all__ = ["Leg", "MissionPlan", "capitalised", "shortcoming"]
+
+
+@dataclass(frozen=True, eq=False)
+class Leg:
+    """A leg of a mission and its plan.
+
+    Parameters
+    ----------
+    name : str
+        Number and ends, in words.
+    path : ndarray
+        Waypoints, (n, 3) float64 metres; a straight line if there is no plan.
+    plan : Plan or None
+        The run of the planner; None for a leg that failed or was not reached.
+    failure : str or None
+        The sentence on what ended the leg; None if nothing.
+    joined : Evaluation or None
+        Terms of the path together with the end of the leg before, where it was searched so.
+    """
+
+    name: str
+    path: NDArray[np.float64]
+    plan: Plan | None = None
+    failure: str | None = None
+    joined: Evaluation | None = None
+
+    @property
+    def feasible(self) -> bool:
+        """True if the leg has a path that is feasible, by itself or after the leg before."""
+        return self.verdict is not None and self.verdict.feasible
+
+    @property
+    def verdict(self) -> Evaluation | None:
+        """The terms that decide: its own, or the joined ones where only these are feasible.
+
+        By itself a leg begins with a turn from the heading of arrival, for which a sharp corner at
+        a via point has no room. On the arc of the joined legs it may be flown all the same.
+        """
+        if self.plan is None:
+            return None
+        own = self.plan.evaluation
+        return self.joined if self.joined is not None and not own.feasible else own
+
+    def describe(self, number: int) -> dict[str, Any]:
+        """Return the leg as in ``summary.json``; ``number`` counts from 1."""
+        table: dict[str, Any] = {
+            "index": number,
+            "name": self.name,
+            "from": self.path[0].tolist(),
+            "to": self.path[-1].tolist(),
+            "planned": self.plan is not None,
+            "feasible": self.feasible,
+            "failure": self.failure,
+            "reason": None,
+            "fallback": None,
+            "waypoints": len(self.path),
+        }
+        if self.plan is None or self.verdict is None:
+            return table
+        result, evaluation = self.plan.result, self.plan.evaluation
+        table |= {
+            "length_m": evaluation.length_m,
+            "fitness": self.verdict.fitness,
+            "fuel_N": evaluation.fuel_N,
+            "start_heading_deg": self.plan.evaluator.problem.start_heading_deg,
+            "generations": result.generations,
+            "evaluations": result.evaluations,
+            "stopped_by": result.stopped_by,
+            "seconds": result.seconds,
+            "hardware": result.hardware,
+            "reason": None if self.plan.reason is None else self.plan.reason.to_dict(),
+            "fallback": self.plan.fallback,
+        }
+        return {key: finite(value) for key, value in table.items()}
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class MissionPlan(Plan):
+    """The plan of a mission of several legs.
+
+    ``path``, ``evaluation`` and ``summary`` are those of all legs in one. ``history`` counts the
+    generations of all legs, the fitness in it is the current leg's.
+
+    Parameters
+    ----------
+    mission : Mission
+        The mission.
+    legs : tuple of Leg
+        Its legs in order.
+    """
+
+    mission: Mission
+    legs: tuple[Leg, ...]
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """The content of ``summary.json`` in plain JSON values; every number is finite."""
+        return {
+            **super().summary,
+            "legs": [leg.describe(number) for number, leg in enumerate(self.legs, start=1)],
+            "via": [list(point) for point in self.mission.via],
+            "return": self.mission.return_to_start,
+            "visits": [visit.to_dict() for visit in self.visits],
+        }
+
+    @cached_property
+    def visits(self) -> list[Visit]:
+        """How near the path comes to each via point, and to the goal before a return."""
+        return visits(self.evaluator, self.path)
+
+    @property
+    def failing_leg(self) -> Leg | None:
+        """The first leg without a feasible path; None if all have one."""
+        return next((leg for leg in self.legs if not leg.feasible), None)
+
+
+def shortcoming(plan: Plan) -> str | None:
+    """Return why the path of a plan is not one to fly, in a sentence; None if it is."""
+    leg, missed = None, []
+    if isinstance(plan, MissionPlan):
+        leg = plan.failing_leg
+        missed = [visit.sentence for visit in plan.visits if visit.missed]
+    if plan.evaluation.feasible:
+        return missed[0] if missed else None
+    sentence = "No feasible path was found." if plan.reason is None else plan.reason.sentence
+    return sentence if leg is None else f"{capitalised(leg.name)}: {sentence}"
+
+
+def capitalised(text: str) -> str:
+    """Return a sentence with its first letter as a capital."""
+    return text[:1].upper() + text[1:]

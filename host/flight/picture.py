@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from host.flight.judge import SHARE, demanded_m, surface_below
 from host.report import plan_view
-from host.report.axes import finish
+from host.report.axes import LEGEND, finish
 from host.report.files import replacing
-from host.report.palette import FLOWN, GROUND, PATH, START, TEXT, halo
+from host.report.palette import FLOWN, GROUND, PATH, TEXT, halo
 
 
 if TYPE_CHECKING:
@@ -33,17 +33,6 @@ _NARROWEST, _WIDEST = 0.28, 2.4
 # Points drawn along a track.
 _POINTS = 4000
 
-_LEGEND: dict[str, Any] = {
-    "loc": "lower right",
-    "bbox_to_anchor": (1.0, 1.0),
-    "fontsize": 9,
-    "frameon": False,
-    "borderpad": 0.3,
-    "borderaxespad": 0.0,
-    "handlelength": 1.4,
-    "columnspacing": 1.1,
-}
-
 
 def write(report: FlightReport, file: Path) -> None:
     """Draw the flight into the PNG ``file``."""
@@ -58,7 +47,13 @@ def draw(report: FlightReport) -> Figure:
     figure, plan, bar, profile, errors = _layout(terrain.width_m / terrain.height_m)
     samples = report.track.sample(max(report.track.length_m / _POINTS, 1.0))
     legend = plan_view.draw(
-        plan, bar, report.problem, report.path, samples, np.zeros(len(samples.s), dtype=bool)
+        plan,
+        bar,
+        report.problem,
+        report.path,
+        samples,
+        np.zeros(len(samples.s), dtype=bool),
+        wind=report.wind,
     )
     unit_m, _ = plan_view.axis_unit(max(terrain.width_m, terrain.height_m))
     flown = report.flown
@@ -144,18 +139,22 @@ def _draw_profile(axes: Axes, report: FlightReport) -> None:
     axes.set_xlim(0, along[-1])
     axes.set_ylim(low - margin, high + margin)
     axes.fill_between(along, low - 10 * margin, surface, color=GROUND, linewidth=0, zorder=2)
-    axes.plot(along, surface, color="#5b4a38", linewidth=0.8, zorder=3, label="surface")
+    axes.plot(along, surface, color="#5b4a38", linewidth=0.8, zorder=3)
     if problem.rules is not None:
         demanded = demanded_m(problem, samples.x, samples.y)
-        axes.plot(
-            along,
-            surface + SHARE * demanded,
-            color="#5b4a38",
-            linewidth=0.8,
-            linestyle=(0, (3, 2)),
-            zorder=3,
-            label="half the clearance",
-        )
+        for share, dashes, label in (
+            (1.0, (0, (7, 2)), "clearance"),
+            (SHARE, (0, (2, 2)), "half of it"),
+        ):
+            axes.plot(
+                along,
+                surface + share * demanded,
+                color="#5b4a38",
+                linewidth=0.9,
+                linestyle=dashes,
+                zorder=3,
+                label=label,
+            )
     axes.plot(along, samples.z, color=PATH, linewidth=2.2, zorder=5, label="planned")
     axes.plot(flown.along_m / unit_m, flown.z, color=FLOWN, linewidth=1.2, zorder=6, label="flown")
     x, y, at = report.verdict.lowest_at_m
@@ -170,7 +169,7 @@ def _draw_profile(axes: Axes, report: FlightReport) -> None:
         path_effects=halo(1.5),
         clip_on=False,
     )
-    axes.legend(ncols=4, **_LEGEND)
+    axes.legend(ncols=4, **LEGEND)
     finish(axes, "Altitude", f"distance along the path ({unit})", "altitude (m)")
 
 
@@ -182,16 +181,19 @@ def _draw_errors(axes: Axes, report: FlightReport) -> None:
     corridor = rules.corridor_m if rules else 0.0
     most = max(1.1 * corridor, 1.15 * float(np.abs(flown.cross_m).max()), 5.0)
     most = max(most, 1.15 * float(np.abs(flown.height_error_m).max()))
-    if corridor:
-        axes.axhspan(-corridor, corridor, color=START, alpha=0.1, linewidth=0, zorder=1)
     axes.axhline(0, color=TEXT, linewidth=0.8, zorder=2)
     axes.plot(along, flown.cross_m, color=PATH, linewidth=1.2, zorder=4, label="to the left")
     axes.plot(along, flown.height_error_m, color=FLOWN, linewidth=1.2, zorder=5, label="up")
+    if corridor:
+        # Lines of the colour of the sideways error: the corridor limits no height.
+        for side, label in ((corridor, "corridor, sideways"), (-corridor, None)):
+            axes.axhline(
+                side, color=PATH, linewidth=1.0, linestyle=(0, (6, 3)), zorder=3, label=label
+            )
     axes.set_xlim(0, max(float(along[-1]), report.track.length_m * 1e-6))
     axes.set_ylim(-most, most)
-    axes.legend(ncols=2, **_LEGEND)
-    title = "Distance from the track" + (", corridor shaded" if corridor else "")
-    finish(axes, title, f"distance along the path ({unit})", "metres")
+    axes.legend(ncols=3, **LEGEND)
+    finish(axes, "Off the track", f"distance along the path ({unit})", "metres")
 
 
 def _horizontal(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -65,6 +65,8 @@ def draw(
     samples: Samples,
     trouble: NDArray[np.bool_],
     reasons: Sequence[tuple[str, float, float]] = (),
+    *,
+    wind: tuple[float, float] | None = None,
 ) -> list[Line2D | Patch]:
     """Draw the map of ``problem`` with ``path`` on ``axes``, in kilometres or metres.
 
@@ -86,6 +88,8 @@ def draw(
         True for samples that cannot be flown, (k,) bool.
     reasons : sequence of (str, float, float)
         Reasons to write beside the path, each with its x and y in metres.
+    wind : (float, float), optional
+        The wind of the arrow, m/s; by default that of the problem.
     """
     terrain = problem.terrain
     unit_m, unit = axis_unit(max(terrain.width_m, terrain.height_m))
@@ -149,7 +153,7 @@ def draw(
             )
 
     lines = np.stack((x, y), axis=1)
-    box = _draw_scale_and_north(axes, lines, unit_m, problem.wind)
+    box = _draw_scale_and_north(axes, lines, unit_m, problem.wind if wind is None else wind)
     taken = [box.get_window_extent()]
     texts: list[tuple[str, tuple[float, float], dict[str, Any]]] = [
         (text, (x, y), {"color": TROUBLE, "fontsize": 9.5, "weight": "bold", "zorder": 12})

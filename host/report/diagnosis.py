@@ -70,13 +70,36 @@ def write_diagnosis(
     return written
 
 
+# What a reason of each code says, ahead of the sentence that gives its figures.
+_MEANINGS = {
+    "start": "The start violates a limit",
+    "goal": "The goal violates a limit",
+    "closed": "The way is closed at every altitude",
+    "ceiling": "The ceiling closes the way",
+    "climb": "The climb is too weak",
+    "descent": "The descent is too shallow",
+    "power": "The engine is too weak",
+    "fuel": "The fuel is too little",
+    "turn": "No turn is possible",
+    "heading": "A fixed heading leaves no path",
+    "joint": "The legs do not join",
+    "not-found": "No path was found",
+}
+
+
+def _verdict(reason: Mapping[str, Any]) -> str:
+    """Return a reason in words, and whether it holds for every path."""
+    holds = "proven for every path" if reason["proven"] else "as far as the search sees"
+    return f"{_MEANINGS[reason['code']]}, {holds}"
+
+
 def _scene(
     evaluator: Evaluator, result: Result | None, reason: Mapping[str, Any], place: str
 ) -> Scene:
     """Return all that the picture of a reason shows."""
     from host.report.picture import Scene
 
-    verdict = f"{reason['code']}, {'proven' if reason['proven'] else 'not proven'}"
+    verdict = _verdict(reason)
     if result is not None:
         verdict = f"{verdict}; the path is the best that was found"
         return Scene(

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from host.evaluation import Evaluation, Evaluator, Samples
 from host.evaluation.broken import Stretch
 from host.evaluation.evaluator import FINE
-from host.report import convergence, plan_view, png, profile, reason_marks
+from host.report import convergence, plan_view, png, points, profile, reason_marks
 from host.report.files import replacing
 from host.report.palette import TEXT, TROUBLE
+from host.report.via import visits
 
 
 __all__ = ["Scene", "draw", "write"]
@@ -50,7 +51,7 @@ class Scene:
     evaluation : Evaluation
         Terms of the path.
     history : sequence of [int, float, float]
-        Generation, best and mean fitness; empty for a path that was given.
+        Generation, best and mean fitness; empty where nothing was searched, without convergence.
     title, subtitle : str
         Lines above the picture.
     reason : mapping
@@ -80,7 +81,9 @@ def draw(scene: Scene) -> Figure:
     aspect = columns * terrain.dx_m / (rows * terrain.dy_m)
     why = "" if scene.evaluation.feasible else _why(scene)
     lines = textwrap.wrap(why, 125, max_lines=2, placeholder=" ...")
-    figure, (plan, bar, altitudes, progress) = _layout(aspect, _TOP + _LINE * len(lines))
+    figure, (plan, bar, altitudes, *rest) = _layout(
+        aspect, _TOP + _LINE * len(lines), searched=bool(scene.history)
+    )
 
     # The samples of the verdict, so that the picture does not contradict it.
     samples, _ = scene.evaluator.track(scene.path).midpoints(scene.evaluator.ds_m / FINE)
@@ -106,8 +109,10 @@ def draw(scene: Scene) -> Figure:
         reasons,
         scene.evaluator.lowest_at_m(scene.path),
         scene.evaluation.minimum_clearance_m,
+        _visited(scene),
     )
-    convergence.draw(progress, scene.history, scene.evaluation.fitness)
+    for progress in rest:
+        convergence.draw(progress, scene.history, scene.evaluation.fitness)
 
     width, height = figure.get_size_inches()
     figure.legend(
@@ -161,10 +166,18 @@ def _reasons(samples: Samples, stretches: Sequence[Stretch]) -> list[tuple[str, 
     return [(each.limit, place) for each, place in zip(longest, at, strict=True)]
 
 
-def _layout(aspect: float, top: float) -> tuple[Figure, list[Axes]]:
+def _visited(scene: Scene) -> list[tuple[str, float]]:
+    """Return the points between the ends, and where the path is nearest to each, metres flown."""
+    near = visits(scene.evaluator, scene.path)
+    named = points.between(scene.evaluator.problem.way)
+    return [(name, visit.at_m) for (name, _), visit in zip(named, near, strict=True)]
+
+
+def _layout(aspect: float, top: float, *, searched: bool) -> tuple[Figure, list[Axes]]:
     """Return the figure and the axes of map, colour bar, profile and convergence.
 
-    ``aspect`` is that of the map, ``top`` the inches of the titles.
+    ``aspect`` is that of the map, ``top`` the inches of the titles. Where nothing was ``searched``,
+    there is no convergence, and the profile takes its room.
     """
     aspect = min(max(aspect, _NARROWEST), _WIDEST)
     if aspect > _WIDE:
@@ -179,6 +192,8 @@ def _layout(aspect: float, top: float) -> tuple[Figure, list[Axes]]:
             (_LEFT, _BOTTOM, graph_width * 1.15, graph_height),
             (_LEFT + graph_width * 1.15 + 0.9, _BOTTOM, graph_width * 0.85, graph_height),
         ]
+        if not searched:
+            graphs = [(_LEFT, _BOTTOM, _WIDTH - _LEFT - _RIGHT, graph_height)]
     else:
         height = 7.75
         room = height - top - _BOTTOM
@@ -191,6 +206,8 @@ def _layout(aspect: float, top: float) -> tuple[Figure, list[Axes]]:
             (graph_left, _BOTTOM + graph_height + 1.0, graph_width, graph_height),
             (graph_left, _BOTTOM, graph_width, graph_height),
         ]
+        if not searched:
+            graphs = [(graph_left, _BOTTOM, graph_width, room)]
     figure = Figure(figsize=(_WIDTH, height), facecolor="white")
     FigureCanvasAgg(figure)
     places = [

@@ -24,8 +24,8 @@ from matplotlib.patches import Polygon as Triangle
 from numpy.typing import NDArray
 
 from host.evaluation import Samples
-from host.report import zone_shapes
-from host.report.palette import GOAL, LAND, NOFLY, PATH, START, TEXT, TROUBLE, VOID, halo
+from host.report import points, zone_shapes
+from host.report.palette import LAND, NOFLY, PATH, TEXT, TROUBLE, VOID, halo
 from host.report.placing import label
 
 
@@ -114,33 +114,7 @@ def draw(
         )
     inner = path[1:-1] / unit_m
     axes.plot(inner[:, 0], inner[:, 1], zorder=8, **_WAYPOINT)
-    for (east, north), marker, colour, size in (
-        (path[0, :2] / unit_m, "o", START, 11),
-        (path[-1, :2] / unit_m, "*", GOAL, 19),
-    ):
-        axes.plot(
-            east,
-            north,
-            marker=marker,
-            markersize=size,
-            color=colour,
-            zorder=9,
-            markeredgecolor=TEXT,
-            markeredgewidth=1.2,
-            linestyle="",
-        )
-
-    via = np.array(problem.way[1:-1]).reshape(-1, 3) / unit_m
-    axes.plot(
-        via[:, 0],
-        via[:, 1],
-        linestyle="",
-        marker="D",
-        markersize=8,
-        color=GOAL,
-        markeredgecolor=TEXT,
-        zorder=9,
-    )
+    points.draw(axes, path, problem, unit_m)
     for end, heading in zip(path[[0, -1]], problem.headings, strict=True):
         if heading is not None:
             axes.annotate(
@@ -155,14 +129,21 @@ def draw(
     lines = np.stack((x, y), axis=1)
     box = _draw_scale_and_north(axes, lines, unit_m, problem.wind if wind is None else wind)
     taken = [box.get_window_extent()]
+    # A zone that is broken has one text, beside the path.
+    broken = {f"zone {zone.name}": zone_shapes.text(zone) for zone in problem.zones if zone.name}
+    named = {text for text, _, _ in reasons}
     texts: list[tuple[str, tuple[float, float], dict[str, Any]]] = [
-        (text, (x, y), {"color": TROUBLE, "fontsize": 9.5, "weight": "bold", "zorder": 12})
+        (
+            f"zone {broken[text]}" if text in broken else text,
+            (x, y),
+            {"color": TROUBLE, "fontsize": 9.5, "weight": "bold", "zorder": 12},
+        )
         for text, x, y in reasons
     ]
     texts += [
         (text, zone_shapes.middle(zone), {"color": NOFLY, "fontsize": 8.5, "zorder": 11})
         for zone in problem.zones
-        if (text := zone_shapes.text(zone))
+        if (text := zone_shapes.text(zone)) and f"zone {zone.name}" not in named
     ]
     for text, (at_x, at_y), style in texts:
         place = at_x / unit_m, at_y / unit_m
@@ -348,10 +329,8 @@ def _draw_scale_and_north(
 
 
 def _legend(problem: Problem, voids: bool, trouble: bool) -> list[Line2D | Patch]:
-    point: dict[str, Any] = {"linestyle": "", "markeredgecolor": TEXT, "markeredgewidth": 1}
     handles: list[Line2D | Patch] = [
-        Line2D([], [], marker="o", color=START, markersize=9, label="start", **point),
-        Line2D([], [], marker="*", color=GOAL, markersize=14, label="goal", **point),
+        *points.legend(problem),
         Line2D([], [], color=PATH, linewidth=2.6, label="smoothed path"),
         Line2D([], [], label="waypoint", **_WAYPOINT),
     ]

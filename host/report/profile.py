@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from host.evaluation import Evaluator, Samples
 from host.problem.problem import Problem
-from host.report import zone_shapes
+from host.report import points, zone_shapes
 from host.report.axes import LEGEND, finish
 from host.report.palette import BAND, GROUND, NOFLY, PATH, TEXT, TROUBLE, VOID, halo
 from host.report.placing import label
@@ -44,6 +44,7 @@ def draw(
     reasons: Sequence[tuple[str, int]],
     lowest_at_m: float | None,
     clearance_m: float,
+    visited: Sequence[tuple[str, float]] = (),
 ) -> None:
     """Draw the altitudes along a path over the ground.
 
@@ -63,6 +64,8 @@ def draw(
         Metres flown to the least clearance; by default where the samples are lowest.
     clearance_m : float
         The least clearance.
+    visited : sequence of (str, float)
+        The points between the ends, each with the metres flown to where the path is nearest.
     """
     problem = evaluator.problem
     unit_m, unit = axis_unit(float(samples.s[-1]))
@@ -94,6 +97,8 @@ def draw(
     axes.plot(along, samples.z, color=PATH, linewidth=2, zorder=5, path_effects=halo(1.5))
     if trouble.any():
         axes.plot(along, np.where(trouble, samples.z, np.nan), color=TROUBLE, linewidth=3, zorder=6)
+    for name, at_m in visited:
+        points.draw_along(axes, name, at_m / unit_m, float(np.interp(at_m, samples.s, samples.z)))
     finish(axes, "Altitude along the path", f"distance flown ({unit})", "altitude (m)")
     taken = _mark_clearance(axes, along, samples, lowest_at_m, clearance_m)
     for limit, at in reasons:

@@ -8,11 +8,12 @@ from matplotlib.colors import to_rgb
 from PIL import Image
 
 from host.diagnosis import diagnose
+from host.diagnosis.reason import CODES
 from host.evaluation import Evaluator
 from host.planners.astar import AstarPlanner
 from host.planners.base import Options
 from host.problem import Polygon, Problem
-from host.report.diagnosis import write_diagnosis
+from host.report.diagnosis import _MEANINGS, _scene, write_diagnosis
 from host.report.palette import TROUBLE
 from host.terrain import Terrain
 
@@ -58,6 +59,13 @@ def test_draws_what_the_search_found(closed, tmp_path):
         write_diagnosis(tmp_path, closed, searched, report_of(reason), "flat", pytest.fail)
         drawn.append((tmp_path / "diagnosis.png").read_bytes())
     assert drawn[0] != drawn[1]
+
+
+def test_every_code_has_a_meaning_in_words(closed):
+    assert set(_MEANINGS) == set(CODES)
+    reason = diagnose(closed.problem).to_dict()
+    scene = _scene(closed, None, reason, "flat")
+    assert scene.subtitle.startswith("The way is closed at every altitude, proven for every path;")
 
 
 def test_a_path_leaves_no_picture_of_an_earlier_reason(closed, tmp_path):

@@ -18,6 +18,7 @@ from PIL import Image
 
 from host.diagnosis import diagnose
 from host.evaluation import Evaluator
+from host.mission.mission import Mission
 from host.problem.problem import Problem
 from host.problem.zones import Polygon
 from host.report import palette, plan_view
@@ -41,7 +42,7 @@ WORLDS = {
     "voids": {"shape": (61, 61), "void": True},
     "infeasible": {"shape": (61, 61), "height_m": -400.0},
     "small": {"shape": (21, 31), "side_m": 12.0, "relief": 9.0, "nofly": False},
-    "given path": {"shape": (61, 61), "history": 0},
+    "not searched": {"shape": (61, 61), "history": 0},
 }
 BY_RULES = {
     "square, by rules": {"shape": (61, 61)},
@@ -105,8 +106,6 @@ def test_names_what_it_shows(scene, figure):
         "Plan view",
         "height of the ground (m)",
         "Altitude along the path",
-        "Convergence",
-        "feasible above 1",
         "start",
         "goal",
         "N",
@@ -114,6 +113,9 @@ def test_names_what_it_shows(scene, figure):
         f"minimum clearance {evaluation.minimum_clearance_m:,.1f} m",
     ):
         assert shown.count(text) == 1, text
+    for text in ("Convergence", "feasible above 1"):
+        assert shown.count(text) == bool(scene.history), text
+    assert len(figure.axes) == 3 + bool(scene.history)
     flyable = evaluation.distance_under_terrain_m == 0
     if not scene.evaluator.problem.as_paper:
         flyable = evaluation.feasible
@@ -175,6 +177,10 @@ def test_marks_the_ring_and_the_place_of_a_diagnosis(kind):
     shown = [text for text, _ in texts_of(figure)]
     assert ("closing ring" in shown) == (kind == "closed") == bool(reason["ring"])
     assert any(text.startswith("No path: ") for text in shown)
+    # The broken zone has one text on the map, not its name and that of the limit.
+    on_map = [text.get_text() for text in figure.axes[0].texts]
+    assert "W" not in on_map
+    assert on_map.count("zone W") == (kind == "closed")
 
 
 @pytest.fixture
@@ -339,3 +345,37 @@ def test_arrows_show_the_fixed_headings(make_run):
         assert note.arrowprops["arrowstyle"] == "<|-"
     free = draw(replace(scene, evaluator=Evaluator(old, threads=1))).axes[0]
     assert not [note for note in free.texts if note.arrow_patch is not None]
+
+
+@pytest.mark.parametrize("return_to_start", [False, True])
+def test_map_profile_and_legend_tell_start_via_points_and_goal_apart(return_to_start):
+    terrain = Terrain("flat", np.full((40, 50), 100.0), 100.0, 100.0)
+    start, via, goal = (500.0, 500.0, 200.0), (2500.0, 700.0, 250.0), (2800.0, 3000.0, 300.0)
+    mission = Mission(Problem(terrain, start, goal), [via], return_to_start)
+    path = np.array(mission.way)
+    evaluator = Evaluator(mission.whole, threads=1)
+    figure = draw(Scene(evaluator, path, evaluator.evaluate(path), [], "Title", "subtitle"))
+    figure.canvas.draw()
+    assert_texts_apart(figure)
+
+    def marked(axes):
+        return {
+            line.get_marker(): line.get_xydata()
+            for line in axes.get_lines()
+            if line.get_marker() in tuple("oD*")
+            and line.get_color() in (palette.START, palette.GOAL)
+        }
+
+    on_map = marked(figure.axes[0])
+    for mark, point in zip("oD*", (start, via, goal), strict=True):
+        assert on_map.pop(mark) == pytest.approx(np.array([point[:2]]) / 1000)
+    assert not on_map
+    along = marked(figure.axes[2])
+    assert set(along) == ({"D", "*"} if return_to_start else {"D"})
+    # The turn of a waypoint passes inside of it, and lower than a peak of the altitudes.
+    ((x, z),) = along["D"]
+    assert x == pytest.approx(2.01, abs=0.1)
+    assert z == pytest.approx(250, abs=15)
+    shown = [text for text, _ in texts_of(figure)]
+    first = "start and end" if return_to_start else "start"
+    assert [shown.count(text) for text in (first, "via point", "goal")] == [1, 1, 1]

@@ -21,10 +21,13 @@ def run(args: argparse.Namespace) -> int:
     planned = read_run(file, origin=args.origin)
     directory = file.parent if args.out is None else Path(args.out)
     prepare_directory(directory)
-    if planned.summary.get("feasible") is False:
+    feasible = planned.feasible
+    if feasible is False:
         note("The path is not feasible; look at the files, but do not fly them.")
     notes: list[str] = []
-    written = export(planned.problem, planned.path, formats, directory, notes.append)
+    written = export(
+        planned.problem, planned.path, formats, directory, notes.append, feasible=feasible
+    )
     for sentence in notes:
         note(sentence)
     if args.json:

@@ -70,7 +70,8 @@ def _export(plan: Plan, formats: Sequence[str], directory: Path) -> list[Path]:
     for name in set(FORMATS) - {"geojson", *formats}:
         remove(directory / FORMATS[name])
     formats = [name for name in formats if name != "geojson"]  # It is there already.
-    return export(plan.evaluator.problem, plan.path, formats, directory, note)
+    feasible = plan.evaluation.feasible
+    return export(plan.evaluator.problem, plan.path, formats, directory, note, feasible=feasible)
 
 
 def _status(plan: Plan) -> int:

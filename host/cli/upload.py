@@ -25,6 +25,11 @@ def run(args: argparse.Namespace) -> int:
     if not (math.isfinite(args.timeout) and args.timeout > 0):
         raise InputError(f"--timeout must be a positive number of seconds, not {args.timeout:g}.")
     plan = _plan(args)
+    if plan.feasible is False and not args.infeasible:
+        raise JobError(
+            f"{args.file}: the path is not feasible, so nothing is uploaded; plan again, or give "
+            "--infeasible."
+        )
     for sentence in plan.notes:
         note(sentence)
     started_s = time.monotonic()
@@ -80,9 +85,4 @@ def _plan(args: argparse.Namespace) -> FlightPlan:
             raise InputError("A .plan file has its place on Earth; leave --origin out.")
         return read_plan(file)
     planned = read_run(file, origin=args.origin)
-    if planned.summary.get("feasible") is False and not args.infeasible:
-        raise JobError(
-            f"{file}: the path is not feasible, so nothing is uploaded; plan again, or give "
-            "--infeasible."
-        )
-    return flight_plan(planned.problem, planned.path)
+    return flight_plan(planned.problem, planned.path, feasible=planned.feasible)

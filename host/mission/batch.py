@@ -236,7 +236,8 @@ def save(directory: Path, job: Job, outcome: Outcome, warn: Callable[[str], None
     # Last, so that a summary with the key stands for all files.
     write_report(folder, Evaluator(whole), outcome.result, outcome.summary, warn, **files)
     formats = [name for name in job.formats if name != "geojson"]  # It is there already.
-    export(whole, outcome.result.path, formats, folder, warn)
+    feasible = outcome.result.evaluation.feasible
+    export(whole, outcome.result.path, formats, folder, warn, feasible=feasible)
     with writing_into(folder):
         write_json(
             folder / "summary.json",

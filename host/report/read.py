@@ -61,6 +61,12 @@ class Run:
     path: NDArray[np.float64]
     summary: dict[str, Any]
 
+    @property
+    def feasible(self) -> bool | None:
+        """The verdict on the path; None if the summary states none."""
+        stated = self.summary.get("feasible")
+        return stated if isinstance(stated, bool) else None
+
 
 def read_run(file: Path, *, origin: tuple[float, float] | None = None) -> Run:
     """Return the problem, the path and the content of a ``summary.json``.

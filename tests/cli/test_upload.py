@@ -2,11 +2,12 @@
 
 import json
 import re
+from importlib import metadata
 
 import pytest
 
 from host.cli import main
-from tests.cli.conftest import plan
+from tests.cli.conftest import WALL, plan
 from tests.unit.mission.files.judge import single
 from tests.unit.mission.files.mavsdk_autopilot import Autopilot, Proxy, free_port
 
@@ -73,6 +74,38 @@ def test_a_path_that_is_not_feasible_stays_here(flown, tmp_path, capsys):
     )
     assert main([*arguments, "--infeasible", "--timeout", "0.1"]) == 1
     assert "No autopilot answers" in capsys.readouterr().err
+
+
+def test_a_plan_file_of_a_path_that_is_not_feasible_stays_here_too(
+    flown, autopilot, tmp_path, capsys
+):
+    summary = json.loads((flown / "summary.json").read_text())
+    (tmp_path / "summary.json").write_text(json.dumps(summary | {"feasible": False}))
+    (tmp_path / "terrain.npz").write_bytes((flown / "terrain.npz").read_bytes())
+    assert main(["export", str(tmp_path / "summary.json"), "--write", "plan"]) == 0
+    capsys.readouterr()
+    file = tmp_path / "path.plan"
+    arguments = ["upload", str(file), "--to", autopilot.address]
+    assert main(arguments) == 1
+    assert capsys.readouterr().err == (
+        f"pathgene: {file}: the path is not feasible, so nothing is uploaded; plan again, or give "
+        "--infeasible.\n"
+    )
+    assert main([*arguments, "--infeasible"]) == 0
+
+    # A ground station saves its own members alone.
+    document = json.loads(file.read_text())
+    del document["pathgene"]
+    file.write_text(json.dumps(document))
+    assert main(arguments) == 0
+
+
+def test_plan_states_the_verdict_in_its_file(flown, hills, tmp_path):
+    stated = json.loads((flown / "path.plan").read_text())["pathgene"]
+    assert stated == {"version": metadata.version("pathgene"), "feasible": True}
+    options = ("--planner", "ga-pc", "--generations", "1", "--no-picture", "--origin", "46.1,7.6")
+    assert plan(hills, tmp_path, *options, *WALL, "--as-paper", "--write", "plan") == 1
+    assert not json.loads((tmp_path / "path.plan").read_text())["pathgene"]["feasible"]
 
 
 @pytest.mark.ci

@@ -66,6 +66,8 @@ def export(
     formats: Sequence[str],
     directory: Path,
     note: Callable[[str], None],
+    *,
+    feasible: bool | None = None,
 ) -> list[Path]:
     """Write a path in some of :data:`FORMATS`.
 
@@ -81,6 +83,8 @@ def export(
         An existing folder.
     note : callable
         Receives a sentence about each thing that a file cannot say.
+    feasible : bool, optional
+        The verdict on the path, which ``path.plan`` states.
 
     Returns
     -------
@@ -99,7 +103,7 @@ def export(
 
     check_formats(formats, problem.terrain)
     is_flown = not {"plan", "waypoints"}.isdisjoint(formats)
-    plan = flight_plan(problem, path) if is_flown else None
+    plan = flight_plan(problem, path, feasible=feasible) if is_flown else None
     for sentence in plan.notes if plan else ():
         note(sentence)
     written = []

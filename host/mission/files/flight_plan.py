@@ -66,6 +66,8 @@ class FlightPlan:
         Airspeed that the path is planned for.
     notes : tuple of str
         A sentence about each thing that the autopilot is not told.
+    feasible : bool or None
+        The verdict on the path; None where nobody states one, as in the plans of ground stations.
     """
 
     home: Position
@@ -74,6 +76,7 @@ class FlightPlan:
     rally: tuple[Position, ...]
     cruise_speed_m_s: float
     notes: tuple[str, ...] = ()
+    feasible: bool | None = None
 
 
 def check_place(terrain: Terrain) -> None:
@@ -91,7 +94,9 @@ def check_place(terrain: Terrain) -> None:
         )
 
 
-def flight_plan(problem: Problem, path: NDArray[np.float64]) -> FlightPlan:
+def flight_plan(
+    problem: Problem, path: NDArray[np.float64], *, feasible: bool | None = None
+) -> FlightPlan:
     """Return what an autopilot must be told to fly a path.
 
     Parameters
@@ -100,6 +105,8 @@ def flight_plan(problem: Problem, path: NDArray[np.float64]) -> FlightPlan:
         The problem; its terrain has a place on Earth.
     path : ndarray
         Waypoints, (n, 3) float64 metres, start and goal included.
+    feasible : bool, optional
+        The verdict on the path.
 
     Raises
     ------
@@ -131,6 +138,7 @@ def flight_plan(problem: Problem, path: NDArray[np.float64]) -> FlightPlan:
         ((start.lat, start.lon, height_m),),
         aircraft.cruise_speed_m_s,
         (*left_out, *_loiter_notes(problem, track, radius_m)),
+        feasible,
     )
 
 

@@ -11,6 +11,7 @@ from host.errors import InputError
 from host.mission.files.fence import Fence, FenceCircle, FencePolygon
 from host.mission.files.flight_plan import FlightPlan, Item
 from host.problem.rings import is_number
+from host.report.summary import version
 
 
 __all__ = ["plan_document", "read_plan"]
@@ -27,6 +28,8 @@ _FRAME_GLOBAL = 0
 _ALTITUDE_MODE = 2
 # The file wants a speed of hovering as well; an aeroplane has none.
 _HOVER_SPEED_M_S = 5.0
+# Our own member of the file, which ground stations ignore and do not save.
+_MARK = "pathgene"
 
 
 def plan_document(plan: FlightPlan) -> dict[str, Any]:
@@ -80,6 +83,7 @@ def plan_document(plan: FlightPlan) -> dict[str, Any]:
             ],
         },
         "rallyPoints": {"version": 2, "points": [list(point) for point in plan.rally]},
+        **_mark(plan),
     }
 
 
@@ -108,18 +112,29 @@ def read_plan(file: Path) -> FlightPlan:
         raise InputError(f"{file}: not a .plan file of QGroundControl, version 1.") from None
 
 
+def _mark(plan: FlightPlan) -> dict[str, Any]:
+    """Return the member that states the verdict on the path, if there is one."""
+    if plan.feasible is None:
+        return {}
+    return {_MARK: {"version": version(), "feasible": plan.feasible}}
+
+
 def _plan(document: dict[str, Any]) -> FlightPlan:
     mission, geofence = document["mission"], document["geoFence"]
     if document["fileType"] != "Plan" or document["version"] != 1 or mission["version"] != 2:
         raise ValueError
     if geofence["version"] != 2:
         raise InputError("its fences are of another version than 2; save it with a newer program.")
+    feasible = document[_MARK]["feasible"] if _MARK in document else None
+    if not isinstance(feasible, bool | None):
+        raise InputError(f"feasible of {_MARK} must be true or false, not {feasible!r}.")
     return FlightPlan(
         _numbers(mission["plannedHomePosition"], 3),
         tuple(_item(number, item) for number, item in enumerate(mission["items"], start=1)),
         tuple(_fences(geofence)),
         tuple(_numbers(point, 3) for point in document["rallyPoints"]["points"]),
         float(mission["cruiseSpeed"]),
+        feasible=feasible,
     )
 
 

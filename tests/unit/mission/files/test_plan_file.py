@@ -1,8 +1,10 @@
 """The plan of QGroundControl: its content, MAVSDK's reading of it, and ours."""
 
 import copy
+import itertools
 import json
 import math
+from importlib import metadata
 
 import numpy as np
 import pytest
@@ -16,9 +18,16 @@ from tests.unit.mission.files.judge import agree, single
 from tests.unit.mission.files.mavsdk_autopilot import importer
 
 
+VERSION = metadata.version("pathgene")
+
+
 @pytest.fixture(scope="module")
 def plans(missions):
-    return [flight_plan(*mission) for mission in missions]
+    verdicts = itertools.cycle((None, True, False))
+    return [
+        flight_plan(*mission, feasible=feasible)
+        for mission, feasible in zip(missions, verdicts, strict=False)
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -114,6 +123,13 @@ def test_reads_its_own_files(plans, documents, tmp_path):
         read = read_plan(file)
         assert (read.home, read.items, read.rally) == (plan.home, plan.items, plan.rally)
         assert set(read.fence) == set(plan.fence)
+        assert read.feasible is plan.feasible
+
+
+def test_states_the_verdict_on_the_path(plans, documents):
+    for plan, document in zip(plans, documents, strict=True):
+        stated = None if plan.feasible is None else {"version": VERSION, "feasible": plan.feasible}
+        assert document.get("pathgene") == stated
 
 
 def altered(document, *where, to):
@@ -148,6 +164,12 @@ def altered(document, *where, to):
             1,
             "its fences are of another version than 2; save it with a newer program.",
         ),
+        (
+            ("pathgene", "feasible"),
+            "no",
+            "feasible of pathgene must be true or false, not 'no'.",
+        ),
+        (("pathgene",), 1, "not a .plan file of QGroundControl, version 1."),
     ],
 )
 def test_refuses_other_plans(documents, tmp_path, where, to, sentence):

@@ -55,5 +55,8 @@ def _pairs(table: dict[str, Any]) -> list[tuple[str, str]]:
          f"{table['clearance_planned_m']:.1f} m planned, {table['clearance_asked_m']:.1f} m asked"),
         ("zones entered", ", ".join(table["zones_entered"]) or "none"),
         ("airspeed", "{:.1f} to {:.1f} m/s".format(*table["airspeed_m_s"])),
-        ("nearest limit", f"{worst['limit']}, {100 * (1 + worst['excess']):.0f} % of it"),
+        (
+            "worst limit" if worst["excess"] > 0 else "nearest limit",
+            f"{worst['limit']}, {100 * (1 + worst['excess']):.0f} % of it",
+        ),
     ]  # fmt: skip

@@ -7,6 +7,8 @@ import sys
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from host.report.limit_units import unit_of
+
 
 __all__ = ["note", "print_json", "print_pairs", "print_table", "term_pairs"]
 
@@ -78,14 +80,16 @@ def _limit_pairs(summary: dict[str, Any]) -> list[tuple[str, str]]:
         return []
     minutes, seconds = divmod(round(summary["flight_time_s"]), 60)
     worst = limits[0]
+    unit = unit_of(worst["limit"])
     pairs = [("flight time", f"{minutes} min {seconds:02} s")]
     if summary["fuel_left_N"] is not None:
         pairs.append(("fuel left", f"{summary['fuel_left_N']:.2f} N"))
     return [
         *pairs,
         (
-            "nearest limit",
-            f"{worst['limit']}: {_short(worst['worst'])}, allowed {_short(worst['allowed'])}, "
+            "nearest limit" if summary["feasible"] else "worst limit",
+            f"{worst['limit']}: {_short(worst['worst'])} {unit}, "
+            f"allowed {_short(worst['allowed'])} {unit}, "
             f"{worst['at_m'] / 1000:.2f} km from the start",
         ),
     ]

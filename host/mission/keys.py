@@ -104,7 +104,7 @@ _RULES = (
     ("corridor", "half the width of the strip that keeps the clearance, metres", "25", "25.0"),
     ("ceiling", "highest altitude above the datum, metres", "none", "1500.0"),
     ("ceiling_agl", "greatest height above the ground, metres", "none", "400.0"),
-    ("zone_margin", "distance to no-fly zones, metres", "25", "25.0"),
+    ("zone_margin", "distance to no-fly zones, also above and below, metres", "25", "25.0"),
     ("reserve", "share of the fuel to be left at the goal, per cent", "10", "10.0"),
 )
 

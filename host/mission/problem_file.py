@@ -90,7 +90,9 @@ def template() -> str:
         lines += ["# [[zones]]" if listed else f"[{table}]"]
         for key in keys_of(table).values():
             is_active = key.name in active and table in ("terrain", "mission")
-            default = f" ({key.default})" if key.default else ""
+            # The meaning of a planner's own option ends with its default.
+            stated = "(default" in key.meaning
+            default = f" ({key.default})" if key.default and not stated else ""
             lines += ["", *_comment(f"{key.meaning[:1].upper()}{key.meaning[1:]}{default}.")]
             lines += [f"{'' if is_active else '# '}{key.name} = {key.example}"]
     return "\n".join(lines) + "\n"

@@ -19,6 +19,7 @@ from host.evaluation.broken import Stretch
 from host.evaluation.evaluator import FINE
 from host.report import convergence, plan_view, png, points, profile, reason_marks
 from host.report.files import replacing
+from host.report.limit_units import unit_of
 from host.report.palette import TEXT, TROUBLE
 from host.report.via import visits
 
@@ -34,8 +35,6 @@ _LINE = 0.2
 # Shares of the profile's width where the text of a ceiling may stand, the better ones first.
 _ASIDE = (0.75, 0.5, 0.25, 0.9, 0.1)
 _MOST_REASONS = 12  # Stretches that are named, the longest ones.
-# Units of the limits that are no lengths.
-_UNITS = {"climb": "m/s", "descent": "m/s", "power": "W", "fuel": "N", "stall": "m/s"}
 
 
 @dataclass(frozen=True)
@@ -151,7 +150,7 @@ def _why(scene: Scene) -> str:
         return ""
     worst = scene.evaluation.limits[0]
     name = worst["limit"]
-    unit = "m" if name.startswith("zone ") else _UNITS.get(name, "m")
+    unit = unit_of(name)
     return (
         f"Not feasible: {name} is {worst['worst']:,.1f} {unit}, "
         f"allowed {worst['allowed']:,.1f} {unit}, after {worst['at_m'] / 1000:.2f} km"

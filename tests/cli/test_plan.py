@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 
@@ -111,6 +112,19 @@ def test_check_of_a_csv_prints_a_report(hills, tmp_path, capsys):
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].split() == ["feasible", "yes"]
     assert lines[-1].split()[:2] == ["waypoints", "3,"]
+
+
+def test_check_names_the_nearest_limit_or_the_worst_broken_one_with_units(hills, tmp_path, capsys):
+    file = tmp_path / "path.csv"
+    for middle_m, status, start in (
+        (700, 0, r"nearest limit +stall: 23 m/s, allowed 14\.23 m/s, "),
+        (3000, 1, r"worst limit +climb: [\d.]+ m/s, allowed [\d.]+ m/s, "),
+    ):
+        file.write_text(f"x,y,z\n500,500,600\n3000,3000,{middle_m}\n5500,3500,600\n")
+        assert main(["check", "--terrain", str(hills), "--path", str(file)]) == status
+        lines = capsys.readouterr().out.splitlines()
+        (limit,) = [line for line in lines if " limit " in line]
+        assert re.fullmatch(start + r"[\d.]+ km from the start", limit)
 
 
 def test_check_takes_ends_above_the_ground(hills, tmp_path, capsys):

@@ -18,7 +18,7 @@ def add_rules(parser: Parser) -> argparse._ArgumentGroup:
         ("corridor", "M", "half the width of the strip that keeps the clearance (default 25)"),
         ("ceiling", "M", "highest altitude above the datum (default none)"),
         ("ceiling-agl", "M", "greatest height over the ground (default none)"),
-        ("zone-margin", "M", "distance to no-fly zones in metres (default 25)"),
+        ("zone-margin", "M", "metres from no-fly zones, also above and below (default 25)"),
         ("reserve", "PERCENT", "share of the fuel to be left at the goal (default 10)"),
         ("start-heading", "DEG", "heading at the start, degrees from north (default any)"),
         ("goal-heading", "DEG", "heading at the goal, degrees from north (default any)"),

@@ -84,6 +84,14 @@ def test_the_template_plans_as_it_is(written):
     assert search_of(values).planner == "ga-fpga"
 
 
+def test_the_template_states_one_default_of_a_key():
+    text = template().replace("\n# ", " ")
+    assert "(default model:)." in text
+    assert "default" not in "".join(re.findall(r"\) \(.*", text))
+    assert "(the planner's)" in text  # Where the meaning states none.
+    assert not re.search(r"\(default[^)]*\)[^\n]*\(the planner's\)", text)
+
+
 def test_the_template_has_every_key_once():
     """Each key is there with its example, live or behind a #."""
     table, found = None, []

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from host.cli.compiling import note_compiling
 from host.cli.output import print_json, print_pairs, term_pairs
 from host.cli.problem import (
     complete_options,
@@ -81,6 +82,7 @@ def run(args: argparse.Namespace) -> int:
     )
     _check_ends(args, problem)
 
+    note_compiling(problem)
     checked = check(problem, path)
     report = checked.report
     if args.json:

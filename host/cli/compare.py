@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from host import interrupts
+from host.cli.compiling import note_compiling
 from host.cli.options import own_options
 from host.cli.output import note, print_json, print_pairs, print_table
 from host.cli.problem import complete_options, make_problem, source_of
@@ -48,6 +49,8 @@ def run(args: argparse.Namespace) -> int:
     problem = make_problem(args)
     directory = Path(args.out)
     prepare_directory(directory)
+    if args.scheduler is None:
+        note_compiling(problem)
     with RunStore(directory, problem_digest(problem)) as store:
         fields = kept(store, entrants, seeds)
         try:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from host import interrupts
+from host.cli.compiling import note_compiling
 from host.cli.ending import ending
 from host.cli.options import own_options
 from host.cli.output import note, print_json, print_pairs, term_pairs
@@ -48,6 +49,7 @@ def run(args: argparse.Namespace) -> int:
     directory = Path(args.out)
     prepare_directory(directory)
 
+    note_compiling(mission.problem)
     stop = Stop()
     with ending(stop):
         # Every leg adds a generation 0.

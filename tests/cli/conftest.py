@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 
 from host.cli import main
+from host.evaluation import Evaluator
+from host.problem import Problem
+from host.terrain import Terrain
 
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -77,7 +80,17 @@ def summary_in(out):
 
 
 @pytest.fixture(scope="session")
-def hills(tmp_path_factory):
+def kept_kernels():
+    """Compile the kernels, so that no command notes that it compiles them."""
+    terrain = Terrain("flat", np.full((30, 30), 100.0), 100.0, 100.0)
+    ends = (500.0, 500.0, 250.0), (2500.0, 2500.0, 250.0)
+    for as_paper in (False, True):
+        problem = Problem(terrain, *ends, as_paper=as_paper)
+        Evaluator(problem, threads=1).evaluate(np.array(ends))
+
+
+@pytest.fixture(scope="session")
+def hills(tmp_path_factory, kept_kernels):
     """File of a terrain of 61 x 41 nodes at 100 m; its south-east corner is void."""
     y, x = np.mgrid[:41, :61]
     elevation = 300 + 150 * np.sin(x / 8) * np.cos(y / 6)

@@ -55,13 +55,13 @@ class FlightPlan:
     Parameters
     ----------
     home : tuple of float
-        Latitude, longitude and altitude of the start.
+        Latitude, longitude and altitude of the ground below the start.
     items : tuple of Item
         The mission, home not included: the start first, a loiter over the goal last.
     fence : tuple of Fence
         Fences to keep out of.
     rally : tuple of (float, float, float)
-        Latitude, longitude and height above home of the places to return to.
+        Latitude, longitude and height above home of the places to return to: the start.
     cruise_speed_m_s : float
         Airspeed that the path is planned for.
     notes : tuple of str
@@ -130,12 +130,13 @@ def flight_plan(
     radius_m = math.ceil(aircraft.turn_radius_m * drift**2)
     loiter = Item(LOITER, (0.0, 0.0, float(radius_m), None), goal.lat, goal.lon, goal.alt_m)
     fence, left_out = fences(problem.zones, track, terrain)
-    height_m = max(start.alt_m - terrain.ground(points[0].x_m, points[0].y_m), 0.0)
+    # Rally points are above home, so home on the ground puts this one at the start's own altitude.
+    ground_m = min(terrain.ground(points[0].x_m, points[0].y_m), start.alt_m)
     return FlightPlan(
-        (start.lat, start.lon, start.alt_m),
+        (start.lat, start.lon, ground_m),
         (*waypoints, loiter),
         fence,
-        ((start.lat, start.lon, height_m),),
+        ((start.lat, start.lon, start.alt_m - ground_m),),
         aircraft.cruise_speed_m_s,
         (*left_out, *_loiter_notes(problem, track, radius_m)),
         feasible,

@@ -60,10 +60,12 @@ def test_every_number_is_where_the_format_has_it(missions, tracks, documents):
         for piece in fence["circles"] + fence["polygons"]:
             assert (piece["version"], piece["inclusion"]) == (1, False)
         start, ground = problem.start, problem.terrain.ground(*problem.start[:2])
-        assert mission["plannedHomePosition"] == items[0]["params"][4:]
+        *home, home_alt = mission["plannedHomePosition"]
+        assert home == items[0]["params"][4:6]
+        assert home_alt == ground
         ((*place, height),) = rally["points"]
-        assert place == items[0]["params"][4:6]
-        assert height == pytest.approx(start[2] - ground)
+        assert place == home
+        assert home_alt + height == pytest.approx(start[2])  # Above home, as stations read it.
 
         points = route_of(problem, track)
         lat, lon, alt = np.array([item["params"][4:] for item in items[:-1]]).T

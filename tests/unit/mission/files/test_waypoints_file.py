@@ -18,6 +18,8 @@ def test_mavwp_reads_the_same_mission(missions, tmp_path):
         home, *items = (loader.wp(number) for number in range(loader.count()))
 
         assert (home.x, home.y, home.z) == plan.home
+        assert (home.x, home.y) == (items[0].x, items[0].y)
+        assert home.z == problem.terrain.ground(*path[0, :2])
         assert (home.seq, home.current, home.frame, home.command) == (0, 1, 0, 16)
         assert [item.seq for item in items] == list(range(1, len(items) + 1))
         for item, wanted in zip(items, plan.items, strict=True):

@@ -100,7 +100,8 @@ def _plan(
         for done, (job, outcome) in enumerate(outcomes, start=kept + 1):
             with interrupts.held():  # A result that is there is counted, too.
                 rows[job.name].update(_saved(directory, job, outcome))
-            bar.show(done, f"problem {done}/{total}  {job.name}")
+            refused = "" if outcome.summary is not None else ", not planned"
+            bar.show(done, f"problem {done}/{total}  {job.name}{refused}")
 
 
 def _saved(directory: Path, job: Job, outcome: Outcome) -> dict[str, Any]:

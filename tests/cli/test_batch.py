@@ -121,6 +121,23 @@ def test_ctrl_c_keeps_what_is_done(files, tmp_path, capsys):
     assert json.loads(printed)["problems"][0]["kept"]
 
 
+def test_a_problem_without_a_place_is_told_the_key_and_not_planned(files, tmp_path, capsys):
+    file = Path(files[0])
+    file.write_text(f'{file.read_text()}[output]\nwrite = "plan"\n')
+    status, printed, said = batch(capsys, file, "--out", tmp_path / "out", "--jobs", 1, "--json")
+    assert status == 2
+    sentence = json.loads(printed)["problems"][0]["failure"]
+    assert sentence.endswith(
+        "has no place on Earth, which this file needs; give the latitude and longitude of its "
+        "south-west node (--origin LAT,LON, or origin under [terrain] in a problem file)."
+    )
+    assert said.splitlines() == [
+        "problem 0/1",
+        "problem 1/1  one, not planned",
+        f"pathgene: one: {sentence}",
+    ]
+
+
 def test_refuses_bad_options(files, tmp_path, capsys):
     assert batch(capsys, *files, "--jobs", 0)[0] == 2
     status, _, said = batch(capsys, files[0], files[0], "--out", tmp_path / "out")

@@ -78,7 +78,8 @@ def test_export_takes_an_origin(hills, tmp_path, capsys):
     name = json.loads((tmp_path / "summary.json").read_text())["terrain"]["name"]
     assert capsys.readouterr().err == (
         f"pathgene: The terrain {name!r} has no place on Earth, which this file needs; give the "
-        "latitude and longitude of its south-west node (--origin LAT,LON).\n"
+        "latitude and longitude of its south-west node (--origin LAT,LON, or origin under "
+        "[terrain] in a problem file).\n"
     )
     assert main(["export", summary, "--write", "plan", "--origin", "-33.5,151.25"]) == 0
     assert (tmp_path / "path.plan").exists()

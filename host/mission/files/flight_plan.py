@@ -90,7 +90,8 @@ def check_place(terrain: Terrain) -> None:
     if terrain.crs is None or terrain.origin is None:
         raise InputError(
             f"The terrain {terrain.name!r} has no place on Earth, which this file needs; give the "
-            "latitude and longitude of its south-west node (--origin LAT,LON)."
+            "latitude and longitude of its south-west node (--origin LAT,LON, or origin under "
+            "[terrain] in a problem file)."
         )
 
 

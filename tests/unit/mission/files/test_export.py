@@ -80,7 +80,8 @@ def test_needs_a_place_on_earth(tmp_path):
             export(problem, path, [name], tmp_path, pytest.fail)
         assert str(refusal.value) == (
             "The terrain 'canyon' has no place on Earth, which this file needs; give the latitude "
-            "and longitude of its south-west node (--origin LAT,LON)."
+            "and longitude of its south-west node (--origin LAT,LON, or origin under [terrain] in "
+            "a problem file)."
         )
     (file,) = export(problem, path, ["geojson"], tmp_path, pytest.fail)
     assert json.loads(file.read_text())["crs_local"] is True

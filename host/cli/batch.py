@@ -11,12 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from host import interrupts
+from host.cli.options import ignored_options
 from host.cli.output import note, print_json, print_pairs, print_table
 from host.cli.problem import file_values
 from host.cores import available_cores
 from host.device.boards import known_config
 from host.errors import InputError, JobError
 from host.mission.batch import Job, Outcome, execute, kept_summary, names_of, save
+from host.planners import DEFAULT
 from host.progress import Bar
 from host.report.files import prepare_directory, write_json, writing_into
 from host.report.summary import version
@@ -38,7 +40,7 @@ def run(args: argparse.Namespace) -> int:
     for name, file in zip(names_of(args.problems), args.problems, strict=True):
         rows.append({"name": name, "file": file})
         try:
-            jobs.append(Job(name, file, _values(args, file)))
+            jobs.append(_job(args, name, file))
         except InputError as error:
             rows[-1] |= _failed(str(error), bad_input=True)
     prepare_directory(directory)
@@ -69,12 +71,16 @@ def run(args: argparse.Namespace) -> int:
     return _status(rows)
 
 
-def _values(args: argparse.Namespace, file: str) -> dict[str, Any]:
-    """Return the values of a problem file with those of the options."""
+def _job(args: argparse.Namespace, name: str, file: str) -> Job:
+    """Return the job of a problem file and the options; note those that its planner lacks."""
     own = copy.copy(args)
     own.problem = file
     given = {name: getattr(args, name) for name in args.option_defaults if name in vars(args)}
-    return {**file_values(own), **given}
+    values = {**file_values(own), **given}
+    planner = values.get("planner") or DEFAULT
+    for option in ignored_options(values, planner):
+        note(f"{name}: {option} means nothing to {planner} and is ignored.")
+    return Job(name, file, values)
 
 
 def _plan(

@@ -138,6 +138,24 @@ def test_a_problem_without_a_place_is_told_the_key_and_not_planned(files, tmp_pa
     ]
 
 
+def test_notes_the_options_that_a_planner_lacks_once_for_each_problem(files, tmp_path, capsys):
+    first, second, bad = map(Path, files)
+    first.write_text(f"{first.read_text()}two_opt_every = 5\n")
+    options = ["--out", tmp_path / "out", "--jobs", 1, "--no-picture"]
+    expected = "pathgene: one: two_opt_every means nothing to astar and is ignored."
+    for _ in range(2):  # Planned, and kept.
+        status, _, said = batch(capsys, first, second, *options)
+        assert status == 0
+        assert [line for line in said.splitlines() if "ignored" in line] == [expected]
+
+    said = batch(capsys, first, bad, *options, "--engine", "cores")[2]
+    assert [line for line in said.splitlines() if "ignored" in line] == [
+        "pathgene: one: engine means nothing to astar and is ignored.",
+        expected,
+        "pathgene: bad: engine means nothing to astar and is ignored.",
+    ]
+
+
 def test_refuses_bad_options(files, tmp_path, capsys):
     assert batch(capsys, *files, "--jobs", 0)[0] == 2
     status, _, said = batch(capsys, files[0], files[0], "--out", tmp_path / "out")

@@ -156,6 +156,29 @@ def test_notes_the_options_that_a_planner_lacks_once_for_each_problem(files, tmp
     ]
 
 
+def test_as_paper_is_in_place_of_the_rules_of_the_files(files, tmp_path, capsys):
+    out = tmp_path / "out"
+    file = Path(files[0])
+    file.write_text(f"{file.read_text()}[rules]\nclearance = 40\n")
+    options = [file, "--out", out, "--jobs", 1, "--no-picture", "--json"]
+
+    def planned(*more):
+        status, printed, _ = batch(capsys, *options, *more)
+        assert status == 0
+        (row,) = json.loads(printed)["problems"]
+        return row["kept"], json.loads((out / "one" / "summary.json").read_text())
+
+    _, summary = planned()
+    assert (summary["as_paper"], summary["rules"]["clearance_m"]) == (False, 40)
+    kept, summary = planned("--as-paper")
+    assert (kept, summary["as_paper"], summary["rules"]) == (False, True, None)
+    assert planned("--as-paper")[0]
+
+    file.write_text(file.read_text().replace("clearance = 40", "as_paper = true"))
+    assert planned()[1]["as_paper"]
+    assert not planned("--no-as-paper")[1]["as_paper"]
+
+
 def test_refuses_bad_options(files, tmp_path, capsys):
     assert batch(capsys, *files, "--jobs", 0)[0] == 2
     status, _, said = batch(capsys, files[0], files[0], "--out", tmp_path / "out")

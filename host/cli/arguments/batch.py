@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from host.cli.arguments.base import Commands, add_command, leave_unset
+from host.cli.arguments.rules import add_as_paper
 from host.cli.arguments.search import add_fallback, add_own_options, add_search
 from host.planners import DEFAULT, PLANNERS
 from host.workers import LOCAL
@@ -35,6 +36,7 @@ def add_batch(commands: Commands) -> None:
     add_search(group)
     group.add_argument("--seed", type=int, metavar="N", help="seed of all random draws (default 0)")
     add_fallback(group)
+    add_as_paper(group)
     add_own_options(parser)
     group = parser.add_argument_group("execution")
     group.add_argument(

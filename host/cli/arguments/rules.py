@@ -7,7 +7,7 @@ import argparse
 from host.cli.arguments.base import Parser
 
 
-__all__ = ["add_rules"]
+__all__ = ["add_as_paper", "add_rules"]
 
 
 def add_rules(parser: Parser) -> argparse._ArgumentGroup:
@@ -24,10 +24,15 @@ def add_rules(parser: Parser) -> argparse._ArgumentGroup:
         ("goal-heading", "DEG", "heading at the goal, degrees from north (default any)"),
     ):
         group.add_argument(f"--{name}", type=float, metavar=metavar, help=meaning)
+    add_as_paper(group)
+    return group
+
+
+def add_as_paper(group: argparse._ArgumentGroup) -> None:
+    """Add the option that leaves all rules out."""
     group.add_argument(
         "--as-paper",
         action=argparse.BooleanOptionalAction,
         default=False,
         help="no rules: the evaluation of the papers alone, as in version 0.1",
     )
-    return group

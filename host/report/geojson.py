@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
+from host.problem.ends import Point
 from host.problem.rings import wound
 from host.problem.zones import Circle, Polygon, Zone
+from host.report.marks import mark_names
 
 
 if TYPE_CHECKING:
@@ -24,6 +26,9 @@ __all__ = ["heights_datum", "path_document", "read_path"]
 
 # Nine decimals of a degree are a tenth of a millimetre.
 _DEGREE_DECIMALS = 9
+# The property ``kind`` of a mark by its name: only those of host.problem.geojson.NOT_ZONES are left
+# out when the zones of the file are read.
+_MARK_KINDS = {"Start": "start", "Via": "waypoints", "Goal": "goal", "Return": "start"}
 
 
 def path_document(
@@ -32,11 +37,13 @@ def path_document(
     terrain: Terrain,
     step_m: float,
     zones: Sequence[Zone] = (),
+    way: Sequence[Point] | None = None,
 ) -> dict[str, Any]:
-    """Return a FeatureCollection: waypoints and smoothed track, start and goal, and the zones.
+    """Return a FeatureCollection: waypoints and smoothed track, the marks, and the zones.
 
-    The first two features are LineStrings, the next two Points. A circular zone is a Point with the
-    property ``radius_m``, as :func:`host.problem.zones.read_zones` reads it.
+    The first two features are LineStrings. The marks are Points with a ``name``, in the order of
+    the flight: start, via points, goal, and the start again after a return. A circular zone is a
+    Point with the property ``radius_m``, as :func:`host.problem.zones.read_zones` reads it.
 
     Parameters
     ----------
@@ -51,6 +58,8 @@ def path_document(
         Most metres between points of the track.
     zones : sequence of Zone
         No-fly zones.
+    way : sequence of (float, float, float), optional
+        All points of the mission in order; by default the ends of the path.
     """
     samples = track.sample(step_m)
     smooth = np.stack((samples.x, samples.y, samples.z), axis=1)
@@ -58,15 +67,21 @@ def path_document(
     if terrain.crs is None:
         document["crs_local"] = True
     document["heights"] = heights_datum(terrain)
-    way, flown = _positions(path, terrain), _positions(smooth, terrain)
+    corners, flown = _positions(path, terrain), _positions(smooth, terrain)
     document["features"] = [
-        _feature("LineString", way, {"kind": "waypoints"}),
+        _feature("LineString", corners, {"kind": "waypoints"}),
         _feature("LineString", flown, {"kind": "smoothed track", "length_m": track.length_m}),
-        _feature("Point", way[0], {"kind": "start"}),
-        _feature("Point", way[-1], {"kind": "goal"}),
+        *_marks(path[[0, -1]].tolist() if way is None else way, terrain),
         *(_zone(zone, terrain) for zone in zones),
     ]
     return document
+
+
+def _marks(way: Sequence[Point], terrain: Terrain) -> Iterator[dict[str, Any]]:
+    """Yield the points of a mission as features."""
+    places = _positions(np.array(way, dtype=np.float64), terrain)
+    for name, place in zip(mark_names(way), places, strict=True):
+        yield _feature("Point", place, {"kind": _MARK_KINDS[name.split()[0]], "name": name})
 
 
 def heights_datum(terrain: Terrain) -> str:

@@ -75,6 +75,7 @@ def write_report(
             terrain,
             step_m=min(terrain.dx_m, terrain.dy_m),
             zones=evaluator.problem.zones,
+            way=evaluator.problem.way,
         )
         write_json(written[-1], document)
     drawing = directory / "path.png"

@@ -130,6 +130,7 @@ def _geojson(problem: Problem, path: NDArray[np.float64]) -> dict[str, object]:
         terrain,
         step_m=min(terrain.dx_m, terrain.dy_m),
         zones=problem.zones,
+        way=problem.way,
     )
 
 

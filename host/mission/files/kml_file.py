@@ -16,6 +16,7 @@ from host.mission.files.flight_plan import check_place
 from host.problem.problem import Problem
 from host.problem.rings import Ring
 from host.problem.zones import Circle, Polygon, Zone
+from host.report.marks import marked_waypoints
 from host.terrain import Terrain
 
 
@@ -36,7 +37,9 @@ _STYLES = {
 
 
 def kml_text(problem: Problem, path: NDArray[np.float64], name: str) -> str:
-    """Return a KML document: the smoothed track, its waypoints, start, goal and zones.
+    """Return a KML document: the smoothed track, its waypoints and the zones.
+
+    The waypoints at start, via points, goal and return have their names.
 
     Each zone states name, limits of height and times as extended data, a circle its centre and
     radius as well, so that :mod:`host.problem.kml` reads the same zones back.
@@ -75,9 +78,9 @@ def kml_text(problem: Problem, path: NDArray[np.float64], name: str) -> str:
     _text(line, "coordinates", _positions(terrain, samples.x, samples.y, samples.z))
     folder = ET.SubElement(document, "Folder")
     _text(folder, "name", "Waypoints")
-    last = len(path) - 1
+    marks = marked_waypoints(path, problem.way)
     for number, (x, y, z) in enumerate(path):
-        title = {0: "Start", last: "Goal"}.get(number, f"Waypoint {number}")
+        title = marks.get(number, f"Waypoint {number}")
         point = ET.SubElement(_placemark(folder, title), "Point")
         _text(point, "altitudeMode", "absolute")
         _text(point, "coordinates", _positions(terrain, [x], [y], [z]))

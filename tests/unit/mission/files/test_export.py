@@ -5,10 +5,12 @@ import json
 import geopandas
 import numpy as np
 import pytest
+from fastkml import KML
 
 from host.errors import InputError
 from host.mission.files.export import FORMATS, export, parse_formats
 from host.problem.problem import Problem
+from host.problem.way import WayProblem
 from host.problem.zones import Circle, read_zones
 from host.terrain import Terrain
 from tests.unit.mission.files.judge import agree
@@ -49,6 +51,33 @@ def test_the_zones_of_a_path_file_are_read_back(missions, tmp_path):
         (file,) = export(problem, path, ["geojson"], tmp_path, pytest.fail)
         read = read_zones(file, problem.terrain)
         assert [zone.limits for zone in read] == [zone.limits for zone in problem.zones]
+
+
+@pytest.mark.parametrize("returns", [False, True])
+def test_marks_are_those_of_the_mission(missions, tmp_path, returns):
+    problem, path = next(mission for mission in missions if len(mission[1]) > 4)
+    via, goal = tuple(path[2]), tuple(path[-2] if returns else path[-1])
+    if returns:
+        path = np.array([*path[:-1], path[0]])
+    way = (path[0], via, goal, path[0]) if returns else (path[0], via, goal)
+    whole = WayProblem(problem.terrain, tuple(map(tuple, way)), zones=problem.zones, as_paper=True)
+    (file, kml) = export(whole, path, ["geojson", "kml"], tmp_path, pytest.fail)
+    names = ["Start", "Via 1", "Goal", *(["Return"] if returns else [])]
+    frame = geopandas.read_file(file)
+    marks = frame[2 : 2 + len(names)]
+    assert list(marks["name"]) == names
+    assert list(marks["kind"]) == ["start", "waypoints", "goal", "start"][: len(names)]
+    lon, lat = np.array([shape.coords[0][:2] for shape in marks.geometry]).T
+    assert agree(problem.terrain, way, lat, lon)
+    zones = read_zones(file, problem.terrain)
+    assert [zone.limits for zone in zones] == [zone.limits for zone in problem.zones]
+
+    titles = [f"Waypoint {number}" for number in range(len(path))]
+    for name, index in zip(names, (0, 2, len(path) - 1 - returns, len(path) - 1), strict=False):
+        titles[index] = name
+    (document,) = KML.from_string(kml.read_text(), strict=True).features
+    folder = next(part for part in document.features if part.name == "Waypoints")
+    assert [placemark.name for placemark in folder.features] == titles
 
 
 def test_writes_each_format(missions, tmp_path):

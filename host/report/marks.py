@@ -1,0 +1,53 @@
+"""Names of the points of a mission: start, via points, goal, and the return."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.problem.ends import Point
+
+
+__all__ = ["mark_names", "marked_waypoints"]
+
+# A waypoint at a via point may miss it by the rounding of a file.
+_ROUNDING_M = 0.01
+
+
+def mark_names(way: Sequence[Point]) -> tuple[str, ...]:
+    """Return ``Start``, ``Via 1`` and so on, ``Goal`` and, after a return, ``Return``.
+
+    Parameters
+    ----------
+    way : sequence of (float, float, float)
+        All points of a mission in order, two or more. A mission that returns ends where it starts,
+        and the goal is the point before.
+    """
+    last = ("Goal", "Return") if len(way) > 2 and way[0] == way[-1] else ("Goal",)
+    between = range(1, len(way) - len(last))
+    return ("Start", *(f"Via {number}" for number in between), *last)
+
+
+def marked_waypoints(path: NDArray[np.float64], way: Sequence[Point]) -> dict[int, str]:
+    """Return the names of the waypoints of a path that are points of its mission, by their index.
+
+    A via point that the path misses has no waypoint and no name.
+
+    Parameters
+    ----------
+    path : ndarray
+        Waypoints, (n, 3) float64 metres, start and end included.
+    way : sequence of (float, float, float)
+        All points of the mission in order.
+    """
+    first, *between, last = mark_names(way)
+    marks, after = {0: first}, 1
+    for name, point in zip(between, way[1:-1], strict=True):
+        for index in range(after, len(path) - 1):
+            if math.dist(path[index], point) <= _ROUNDING_M:
+                marks[index], after = name, index + 1
+                break
+    return {**marks, len(path) - 1: last}

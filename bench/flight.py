@@ -51,12 +51,24 @@ AIRCRAFT = ("silver-fox", "c172p")
 WEATHERS = ("calm", "along", "across")
 WIND_M_S = 8.0
 
+# All of the flight but its picture and report.
+_FLIGHT = (
+    "aircraft",
+    "autopilot.py",
+    "flight.py",
+    "fly.py",
+    "guidance.py",
+    "judge.py",
+    "models.py",
+    "route.py",
+    "simulator.py",
+)
 _SOURCES = (
     "bench/scenarios.py",
     "hdl/config.py",
     "host/device",
     "host/evaluation",
-    "host/flight",
+    *(f"host/flight/{name}" for name in _FLIGHT),
     "host/planners",
     "host/problem",
     "host/terrain",

@@ -22,11 +22,9 @@ _BANK_TRIM_GAIN = 0.15
 # Pitch rate per error of the angle of the flight path, 1/s, and the largest, rad/s.
 _SLOPE_GAIN = 1.2
 _MOST_PITCH_RAD_S = 0.25
-# Throttle per share of airspeed, and per integral of it, 1/s.
-_SPEED_GAIN = 4.0
-_SPEED_TRIM_GAIN = 0.6
-# Below this multiple of the stall speed, or this share of the airspeed if less, averaged over
-# the time, height is given up for speed: the sine of the flight path falls by the share missing.
+# Below this multiple of the stall speed, or this share of the airspeed if less, or the share that a
+# model has, averaged over the time, height is given up for speed: the sine of the flight path falls
+# by the share missing.
 _OVER_STALL = 1.3
 _SLOW = 0.9
 _SLOW_S = 1.5
@@ -77,7 +75,8 @@ class Autopilot:
             self._period_s / _SLOW_S
         )
         slowest = _OVER_STALL * math.sqrt(self._stall / air_density(state.z)) / self.airspeed_m_s
-        missing = max(min(slowest, _SLOW) - self._mean_speed_m_s / self.airspeed_m_s, 0.0)
+        slowest = max(min(slowest, _SLOW), model.slowest)
+        missing = max(slowest - self._mean_speed_m_s / self.airspeed_m_s, 0.0)
         climb_m_s = commands.climb_m_s - missing * self.airspeed_m_s
         aileron = self._aileron(state, commands.bank_rad, self.airspeed_m_s / speed)
         elevator = self._elevator(state, climb_m_s, speed)
@@ -120,13 +119,13 @@ class Autopilot:
         thrust = (
             model.throttle_level
             + model.throttle_climb * sine
-            + _SPEED_GAIN * short
+            + model.speed_gain * short
             + self._speed_trim
         )
         # The integral waits while the throttle is at a stop.
         if 0.0 < thrust < 1.0 or (thrust <= 0.0) == (short > 0.0):
             self._speed_trim = _within(
-                self._speed_trim + _SPEED_TRIM_GAIN * short * self._period_s, 0.5
+                self._speed_trim + model.speed_trim_gain * short * self._period_s, 0.5
             )
         brake = 0.0
         if model.brake_climb:

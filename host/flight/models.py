@@ -43,6 +43,11 @@ class FlightModel:
         Sine of the descent from which the air brake is used, and brake per unit of sine; 0 without.
     lean_per_km : float
         Share of the mixture taken away per kilometre of altitude; 0 for a motor without one.
+    slowest : float
+        Share of the airspeed to plan with below which height is given up for speed: that at which
+        full power no longer holds the climb. Height is given up near the stall anyway.
+    speed_gain, speed_trim_gain : float
+        Throttle per share of airspeed that is missing, and per integral of it, 1/s.
     """
 
     name: str
@@ -58,6 +63,9 @@ class FlightModel:
     brake_level: float = 0.0
     brake_climb: float = 0.0
     lean_per_km: float = 0.0
+    slowest: float = 0.0
+    speed_gain: float = 4.0
+    speed_trim_gain: float = 0.6
 
     def figures(self) -> Aircraft:
         """Return the planning figures of the aircraft."""
@@ -91,6 +99,9 @@ MODELS = {
             throttle_climb=3.0,
             rudder_gain=1.0,
             lean_per_km=0.08,
+            slowest=0.8,
+            speed_gain=8.0,
+            speed_trim_gain=0.1,
         ),
         FlightModel(
             name="j3cub",

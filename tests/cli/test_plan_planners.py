@@ -50,7 +50,7 @@ def test_ignores_an_option_of_another_planner(hills, tmp_path, capsys):
 def test_check_agrees_with_the_grid_search(hills, tmp_path, capsys):
     assert plan(hills, tmp_path, "--planner", "astar", "--max-waypoints", "9", "--json") == 0
     output = capsys.readouterr()
-    assert output.err.splitlines()[-1].startswith("generation 4/8  best 1.")
+    assert output.err.splitlines()[-1].startswith("generation 4/40  best 1.")
     summary = json.loads(output.out)
     assert (summary["planner"], summary["generations"]) == ("astar", 4)
     assert len(summary["waypoints"]) <= 11

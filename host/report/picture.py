@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from host.evaluation import Evaluation, Evaluator, Samples
 from host.evaluation.broken import Stretch
 from host.evaluation.evaluator import FINE
-from host.report import convergence, plan_view, png, points, profile, reason_marks
+from host.report import convergence, plan_view, points, profile, reason_marks
 from host.report.files import replacing
 from host.report.limit_units import unit_of
 from host.report.palette import TEXT, TROUBLE
@@ -70,7 +70,7 @@ def write(scene: Scene, file: Path) -> None:
     """Draw ``scene`` into the PNG ``file``, 1920 pixels wide or more."""
     figure = draw(scene)
     with replacing(file) as binary:
-        png.save(figure, binary, dpi=150)
+        figure.savefig(binary, format="png", dpi=150)
 
 
 def draw(scene: Scene) -> Figure:

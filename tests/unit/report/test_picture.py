@@ -14,7 +14,6 @@ from matplotlib.legend import Legend
 from matplotlib.offsetbox import AnchoredOffsetbox
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
-from PIL import Image
 
 from host.diagnosis import diagnose
 from host.evaluation import Evaluator
@@ -250,27 +249,6 @@ def test_png(make_run, tmp_path):
     rows, columns, _ = imread(file).shape
     assert columns >= 1920
     assert rows >= 1080
-
-
-def test_png_of_few_colours_looks_as_that_of_all(make_run, tmp_path):
-    evaluator, result = make_run(height_m=-400.0)
-    scene = Scene(evaluator, result.path, result.evaluation, result.history, "a", "b")
-    few, all_ = tmp_path / "few.png", tmp_path / "all.png"
-    write(scene, few)
-    draw(scene).savefig(all_, dpi=150)
-    assert few.stat().st_size < 0.5 * all_.stat().st_size
-    with Image.open(few) as image:
-        assert image.mode == "P"
-        assert image.info["dpi"] == pytest.approx((150, 150), abs=0.1)
-    reduced, whole = (np.rint(255 * imread(file)[..., :3]) for file in (few, all_))
-    off = np.abs(reduced - whole).max(axis=2)
-    assert off.mean() < 2
-    assert np.percentile(off, 99.9) < 50
-    # The strong colours are the very same.
-    for colour in (palette.PATH, palette.NOFLY, palette.TROUBLE, palette.START, palette.GOAL):
-        same = (whole == np.rint(255 * np.array(to_rgb(colour)))).all(axis=2)
-        assert same.any()
-        assert not off[same].any()
 
 
 @pytest.mark.parametrize(

@@ -323,7 +323,7 @@ class Check:
 
     @cached_property
     def visits(self) -> list[Visit]:
-        """How near the path comes to each via point of the problem."""
+        """The least distance between the path and each via point of the problem."""
         return visits(self.evaluator, self.path)
 
 

@@ -124,7 +124,7 @@ class MissionPlan(Plan):
 
     @cached_property
     def visits(self) -> list[Visit]:
-        """How near the path comes to each via point, and to the goal before a return."""
+        """The least distance between the path and each via point, and the goal before a return."""
         return visits(self.evaluator, self.path)
 
     @property

@@ -1,4 +1,4 @@
-"""How near a path comes to the points that it must visit."""
+"""Distances between a path and its via points."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _FIRST_LOOK, _CLOSER_LOOK, _ROUNDS = 65, 11, 16
 
 @dataclass(frozen=True)
 class Visit:
-    """How near a path comes to a via point.
+    """The least distance between a path and a via point.
 
     Parameters
     ----------

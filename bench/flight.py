@@ -12,17 +12,15 @@ import math
 import sys
 import time
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import mean
 from typing import Any
 
-from bench.kept import Kept, paste
+from bench.kept import Kept, measure, paste
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import SYNTHETIC, missing, names, problem
-from host.cores import available_cores
 from host.errors import InputError, JobError
 from host.evaluation import Evaluator
 from host.flight.fly import fly
@@ -200,22 +198,13 @@ def _measure_missing(kept: Kept, wanted: list[Row], seeds: int) -> None:
         file=sys.stderr,
         flush=True,
     )
-    started = time.monotonic()
-    with ProcessPoolExecutor(available_cores()) as pool:
-        try:
-            jobs = {pool.submit(_measure, *task, seeds): task for task in tasks}
-            for done, job in enumerate(as_completed(jobs), 1):
-                row, planner = jobs[job]
-                kept.keep(row.name, planner, _worst(job.result()))
-                minutes = (time.monotonic() - started) / 60
-                print(
-                    f"flight: {row.name}, {planner} ({done} of {len(jobs)}, {minutes:.1f} min)",
-                    file=sys.stderr,
-                    flush=True,
-                )
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+
+    def keep(task: tuple[Row, str, int], outcomes: list[Outcome]) -> str:
+        row, planner, _ = task
+        kept.keep(row.name, planner, _worst(outcomes))
+        return f"{row.name}, {planner}"
+
+    measure("flight", [(*task, seeds) for task in tasks], _measure, keep)
 
 
 def _report(kept: Kept, wanted: list[Row]) -> Report:

@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import json
+import sys
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from bench.sources import digest
+from host.cores import available_cores
 from host.errors import InputError
 from host.report.files import replacing
 
 
-__all__ = ["Kept", "paste"]
+__all__ = ["Kept", "measure", "paste"]
 
 Result = dict[str, Any]
+Task = TypeVar("Task", bound=tuple[Any, ...])
+Measured = TypeVar("Measured")
 
 
 class Kept:
@@ -70,6 +77,44 @@ class Kept:
             )
             rows.append(f" {json.dumps(row)}: {{\n{lines}\n }}")
         return "{\n" + ",\n".join(rows) + "\n}\n"
+
+
+def measure(
+    bench: str,
+    tasks: Sequence[Task],
+    work: Callable[..., Measured],
+    keep: Callable[[Task, Measured], str],
+) -> None:
+    """Measure tasks in processes, one a core, and keep each result as soon as it is there.
+
+    An interrupt gives up the tasks that have not begun.
+
+    Parameters
+    ----------
+    bench : str
+        Name of the benchmark, for the progress on standard error.
+    tasks : sequence of tuple
+        Arguments of ``work``.
+    work : callable
+        Runs in a process.
+    keep : callable
+        Called with a task and its result; keeps it and returns its name.
+    """
+    started = time.monotonic()
+    with ProcessPoolExecutor(available_cores()) as pool:
+        try:
+            jobs = {pool.submit(work, *task): task for task in tasks}
+            for done, job in enumerate(as_completed(jobs), 1):
+                name = keep(jobs[job], job.result())
+                minutes = (time.monotonic() - started) / 60
+                print(
+                    f"{bench}: {name} ({done} of {len(jobs)}, {minutes:.1f} min)",
+                    file=sys.stderr,
+                    flush=True,
+                )
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 def paste(page: Path, name: str, tables: str) -> None:

@@ -10,17 +10,15 @@ import dataclasses
 import sys
 import time
 from collections.abc import Collection, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import mean, median
 from typing import Any
 
-from bench.kept import Kept, paste
+from bench.kept import Kept, measure, paste
 from bench.report import Options as BenchOptions
 from bench.report import Report
 from bench.scenarios import SYNTHETIC, missing, names, problem
-from host.cores import available_cores
 from host.errors import InputError
 from host.evaluation import Evaluator
 from host.planners import PLANNERS, make
@@ -133,16 +131,13 @@ def _measure_missing(kept: Kept, wanted: Sequence[Row], seeds: int) -> None:
     runs = _runs(kept, wanted)
     lacking = [row for row in wanted if len(runs.get(row, ())) < seeds]
     print(f"safety: {len(lacking)} of {len(wanted)} rows to measure", file=sys.stderr, flush=True)
-    with ProcessPoolExecutor(available_cores()) as pool:
-        try:
-            jobs = {pool.submit(_plans, row, seeds): row for row in lacking}
-            for done, job in enumerate(as_completed(jobs), 1):
-                row = jobs[job]
-                kept.keep(row.plan, row.rules, {"outcomes": job.result()})
-                print(f"safety: {row.name} ({done} of {len(jobs)})", file=sys.stderr, flush=True)
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+
+    def keep(task: tuple[Row, int], outcomes: list[Outcome]) -> str:
+        row, _ = task
+        kept.keep(row.plan, row.rules, {"outcomes": outcomes})
+        return row.name
+
+    measure("safety", [(row, seeds) for row in lacking], _plans, keep)
 
 
 def _plans(row: Row, seeds: int) -> list[Outcome]:

@@ -13,6 +13,7 @@ from typing import Any
 from host import interrupts
 from host.auv.field import PAPER_SAMPLES, AuvField
 from host.auv.plan import GENERATIONS, REPORT_SAMPLES, describe, evolve, terms
+from host.cli.compiling import note_compiling_routes
 from host.cli.ending import ending
 from host.cli.output import note, print_json, print_pairs
 from host.errors import InputError
@@ -44,6 +45,7 @@ def run(args: argparse.Namespace) -> int:
     search = evolve(field, args.planner, draws=draws, added=added, seed=args.seed)
     directory = Path(args.out)
     prepare_directory(directory)
+    note_compiling_routes()
 
     started = time.perf_counter()
     routes: list[Route] = []

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from host import interrupts
+from host.cli.compiling import note_compiling
 from host.cli.options import ignored_options
 from host.cli.output import note, print_json, print_pairs, print_table
 from host.cli.problem import file_values
@@ -96,6 +97,8 @@ def _plan(
     count = args.jobs or (1 if any(map(_on_hardware, jobs)) else available_cores())
     if count > 1 and args.scheduler is None and any(map(_on_hardware, jobs)):
         raise InputError("A board serves one run at a time; give --jobs 1.")
+    if args.scheduler is None:
+        note_compiling(as_paper=all(job.values.get("as_paper") for job in jobs))
     total = kept + len(jobs)
     bar = Bar(sys.stderr, total)
     with (

@@ -27,6 +27,7 @@ from host.problem.ends import Point
 from host.problem.ends import end_point as end_point_of
 from host.problem.problem import Problem
 from host.problem.zones import Zone
+from host.report.files import reading
 from host.report.geojson import read_path
 from host.report.read import (
     find_summary,
@@ -57,6 +58,9 @@ def run(args: argparse.Namespace) -> int:
     told = "as_paper" in vars(args)
     complete_options(args)
     file = Path(args.path)
+    # Before anything is asked for that a summary would state.
+    with reading("path", file), file.open("rb"):
+        pass
     summary = find_summary(file)
     if summary is not None:
         wind, ds_m = summary_wind_and_step(file, summary)
@@ -82,7 +86,7 @@ def run(args: argparse.Namespace) -> int:
     )
     _check_ends(args, problem)
 
-    note_compiling(problem)
+    note_compiling(as_paper=problem.as_paper)
     checked = check(problem, path)
     report = checked.report
     if args.json:

@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
     directory = Path(args.out)
     prepare_directory(directory)
     if args.scheduler is None:
-        note_compiling(problem)
+        note_compiling(as_paper=problem.as_paper)
     with RunStore(directory, problem_digest(problem)) as store:
         fields = kept(store, entrants, seeds)
         try:

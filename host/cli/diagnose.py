@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from host.cli.compiling import note_compiling
 from host.cli.output import note, print_json, print_pairs
 from host.cli.problem import complete_options, make_mission
 from host.connection import connect
@@ -27,6 +28,7 @@ def run(args: argparse.Namespace) -> int:
     directory = None if args.out is None else Path(args.out)
     if directory is not None:
         prepare_directory(directory)
+    note_compiling(as_paper=mission.problem.as_paper)
     planners: list[str] = []
     for number in range(mission.legs):
         evaluator = Evaluator(mission.leg(number))

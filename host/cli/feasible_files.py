@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from hdl.config import Config
 from host.device.map_frames import padded_map
 from host.errors import InputError
+from host.report.files import reading
 from host.report.tables import read_csv
 
 
@@ -29,12 +30,8 @@ def read_map(file: Path, config: Config) -> NDArray[np.uint16]:
     """
     try:
         # Not numpy.load, which also reads archives and pickles.
-        with file.open("rb") as opened:
+        with reading("map", file), file.open("rb") as opened:
             heights = np.lib.format.read_array(opened, allow_pickle=False)
-    except OSError as error:
-        raise InputError(
-            f"Cannot read the map {str(file)!r} ({error.strerror or error})."
-        ) from None
     except (ValueError, EOFError):
         raise InputError(
             f"{file}: cannot be read as a numpy array; write it with numpy.save."

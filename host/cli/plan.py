@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
     directory = Path(args.out)
     prepare_directory(directory)
 
-    note_compiling(mission.problem)
+    note_compiling(as_paper=mission.problem.as_paper)
     stop = Stop()
     with ending(stop):
         # Every leg adds a generation 0.

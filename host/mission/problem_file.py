@@ -13,7 +13,7 @@ from host.errors import InputError
 from host.mission.keys import TABLES, Key, keys_of
 from host.mission.values import to_toml
 from host.problem.aircraft import PARAMETERS
-from host.report.files import output_file
+from host.report.files import output_file, reading
 
 
 __all__ = ["markdown", "read_problem", "save_problem", "template"]
@@ -35,11 +35,8 @@ def read_problem(file: Path) -> dict[str, Any]:
         If the file cannot be read, is not TOML, holds an unknown key, or a value of another kind.
     """
     try:
-        document = tomllib.loads(file.read_text("utf-8"))
-    except OSError as error:
-        raise InputError(
-            f"Cannot read the problem {str(file)!r} ({error.strerror or error})."
-        ) from None
+        with reading("problem", file):
+            document = tomllib.loads(file.read_text("utf-8"))
     except UnicodeDecodeError:
         raise InputError(f"{file}: not a problem file, it is not UTF-8 text.") from None
     except tomllib.TOMLDecodeError as error:

@@ -25,6 +25,7 @@ __all__ = [
     "output_file",
     "prepare_directory",
     "prepare_file",
+    "reading",
     "remove",
     "replacing",
     "write_json",
@@ -157,6 +158,23 @@ def prepare_directory(directory: Path) -> None:
         trial = directory / f".writable.{secrets.token_hex(4)}"
         trial.touch()
         trial.unlink()
+
+
+@contextlib.contextmanager
+def reading(what: str, file: Path) -> Iterator[None]:
+    """Read ``file`` in the block; ``what`` is its content in a word, for the sentence.
+
+    Raises
+    ------
+    InputError
+        If the system refuses.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise InputError(
+            f"Cannot read the {what} {str(file)!r} ({error.strerror or error})."
+        ) from None
 
 
 @contextlib.contextmanager

@@ -15,6 +15,7 @@ from host.errors import InputError
 from host.problem.ends import Point
 from host.problem.rings import wound
 from host.problem.zones import Circle, Polygon, Zone
+from host.report.files import reading
 from host.report.marks import mark_names
 
 
@@ -139,11 +140,8 @@ def read_path(file: Path, terrain: Terrain) -> NDArray[np.float64]:
         geographic and the terrain has no CRS.
     """
     try:
-        document = json.loads(file.read_text("utf-8"))
-    except OSError as error:
-        raise InputError(
-            f"Cannot read the path {str(file)!r} ({error.strerror or error})."
-        ) from None
+        with reading("path", file):
+            document = json.loads(file.read_text("utf-8"))
     except (ValueError, RecursionError):
         raise InputError(f"{file}: not JSON; give GeoJSON, a CSV or a summary.") from None
     positions = _first_line(document)

@@ -20,6 +20,7 @@ from host.problem.problem import Problem
 from host.problem.rules import Rules
 from host.problem.way import WayProblem
 from host.problem.zones import Zone, zone_from_dict
+from host.report.files import reading
 from host.terrain import Terrain, embedded, load
 from host.terrain.origin import at_origin
 
@@ -87,7 +88,11 @@ def read_run(file: Path, *, origin: tuple[float, float] | None = None) -> Run:
     """
     summary = find_summary(file)
     if summary is None:
-        raise InputError(_no_summary(file))
+        with reading("summary", file):
+            file.read_bytes()
+        raise InputError(
+            f"{file}: not a summary of a plan; give the summary.json that pathgene plan wrote."
+        )
     path = summary_path(file, summary)
     wind, ds_m = summary_wind_and_step(file, summary)
     terrain = summary_terrain(file, summary)
@@ -306,12 +311,3 @@ def _placed(file: Path, terrain: Terrain, stated: dict[str, Any]) -> Terrain:
             f"not {crs!r} and {origin!r}."
         )
     return replace(terrain, crs=crs, origin=(east, north))
-
-
-def _no_summary(file: Path) -> str:
-    """Return why ``file`` is not read as a summary."""
-    try:
-        file.read_bytes()
-    except OSError as error:
-        return f"Cannot read the summary {str(file)!r} ({error.strerror or error})."
-    return f"{file}: not a summary of a plan; give the summary.json that pathgene plan wrote."

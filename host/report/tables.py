@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
+from host.report.files import reading
 
 
 __all__ = ["read_csv"]
@@ -27,13 +28,9 @@ def read_csv(file: Path) -> NDArray[np.float64]:
         fewer than two rows; the sentence names the line.
     """
     try:
-        with file.open(newline="", encoding="utf-8-sig") as lines:
+        with reading("path", file), file.open(newline="", encoding="utf-8-sig") as lines:
             reader = csv.reader(lines)
             rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if row]
-    except OSError as error:
-        raise InputError(
-            f"Cannot read the path {str(file)!r} ({error.strerror or error})."
-        ) from None
     except (UnicodeDecodeError, csv.Error):
         raise InputError(f"{file}: not a CSV file; give one with the header x,y,z.") from None
     if not rows or rows[0][1] != _HEADER:

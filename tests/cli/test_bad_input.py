@@ -262,6 +262,13 @@ def test_check_refuses_bad_paths(hills, tmp_path, capsys, name, content, sentenc
     assert said.startswith(sentence.replace("{}", str(file)))
 
 
+def test_check_misses_the_path_before_the_terrain(tmp_path, capsys):
+    file = tmp_path / "missing.json"
+    assert refused(capsys, "check", "--path", file) == (
+        f"Cannot read the path '{file}' (No such file or directory)."
+    )
+
+
 def test_check_refuses_a_path_without_terrain(tmp_path, capsys):
     file = tmp_path / "path.csv"
     file.write_text("x,y,z\n500,500,900\n5500,3500,900\n")

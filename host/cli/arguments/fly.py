@@ -18,7 +18,8 @@ def add_fly(commands: Commands) -> None:
         "pathgene fly out/plan/summary.json --wind 8,0 --gusts light",
         usage="[OPTIONS] SUMMARY",
         notes="It needs the extra pathgene[fly]. The exit status is 1 where the flight breaks the "
-        "ground, a zone or half the clearance.",
+        "ground, a zone or half the clearance, all as the summary states them; a plan made with "
+        "--as-paper is judged without a clearance.",
     )
     parser.add_argument("summary", metavar="SUMMARY", help="summary.json of a plan")
     parser.add_argument(

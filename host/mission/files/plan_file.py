@@ -11,6 +11,7 @@ from host.errors import InputError
 from host.mission.files.fence import Fence, FenceCircle, FencePolygon
 from host.mission.files.flight_plan import FlightPlan, Item
 from host.problem.rings import is_number
+from host.report.files import reading
 from host.report.summary import version
 
 
@@ -97,11 +98,8 @@ def read_plan(file: Path) -> FlightPlan:
         ground, fences of another version.
     """
     try:
-        document = json.loads(file.read_text("utf-8"))
-    except OSError as error:
-        raise InputError(
-            f"Cannot read the plan {str(file)!r} ({error.strerror or error})."
-        ) from None
+        with reading("plan", file):
+            document = json.loads(file.read_text("utf-8"))
     except (ValueError, RecursionError):
         raise InputError(f"{file}: not JSON; give a .plan file or a summary.json.") from None
     try:

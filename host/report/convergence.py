@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
 from host.report.axes import LEGEND, finish
 from host.report.palette import BEST, MEAN, TEXT
@@ -14,37 +16,37 @@ from host.report.palette import BEST, MEAN, TEXT
 
 __all__ = ["draw"]
 
+_MOST_NAMED = 4  # Legs whose fitness is written.
 
-def draw(axes: Axes, history: Sequence[Sequence[float]], chosen: float) -> None:
+
+def draw(
+    axes: Axes,
+    history: Sequence[Sequence[float]],
+    chosen: float,
+    leg_starts: Sequence[int] = (),
+) -> None:
     """Best and mean fitness over the generations, with the border of feasibility.
 
     There is one generation or more. ``chosen`` is below the best where the best path is not
-    feasible between the samples.
+    feasible between the samples. The legs of a mission, whose first rows are ``leg_starts``, are
+    searches of their own, so their lines are not joined.
     """
     axes.axhline(
         1, color=TEXT, linewidth=1, linestyle=(0, (4, 3)), zorder=2, label="feasible above 1"
     )
-    generation, best, mean = np.array(history, dtype=np.float64).T
-    axes.plot(generation, mean, color=MEAN, linewidth=1.1, zorder=3, label="mean")
-    axes.plot(
-        generation,
-        best,
-        color=BEST,
-        linewidth=2.2,
-        zorder=4,
-        drawstyle="steps-post",
-        label="best",
-    )
-    last = max(1.0, float(generation[-1]))
+    rows = np.array(history, dtype=np.float64)
+    legs = np.split(rows, list(leg_starts)[1:])
+    for number, leg in enumerate(legs):
+        _lines(axes, leg, named=number == 0)
+        if number:
+            axes.axvline(leg[0, 0], color=TEXT, linewidth=0.7, linestyle=":", zorder=1)
+    last = max(1.0, float(rows[-1, 0]))
     axes.set_xlim(0, last)
-    axes.set_ylim(0, max(1.25, 1.12 * float(best.max())))
-    text = f"best {best[-1]:.4f}"
-    if f"{chosen:.4f}" != f"{best[-1]:.4f}":
-        text += f", chosen {chosen:.4f}"
+    axes.set_ylim(0, max(1.25, 1.12 * float(rows[:, 1].max())))
     axes.text(
         0.985 * last,
-        float(best[-1]) + 0.03,
-        text,
+        float(rows[-1, 1]) + 0.03,
+        _figures(legs, chosen),
         color=BEST,
         fontsize=10,
         weight="bold",
@@ -53,4 +55,37 @@ def draw(axes: Axes, history: Sequence[Sequence[float]], chosen: float) -> None:
     )
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.legend(ncols=3, **LEGEND)
-    finish(axes, "Convergence", "generation", "fitness")
+    finish(axes, "Convergence", f"generation{', by legs' if len(legs) > 1 else ''}", "fitness")
+
+
+def _lines(axes: Axes, rows: NDArray[np.float64], *, named: bool) -> None:
+    """Draw the two lines of a search; a single generation, which has no line, as points."""
+    generation, best, mean = rows.T
+    style: dict[str, Any] = {"marker": "o", "markersize": 4} if len(rows) == 1 else {}
+    axes.plot(
+        generation,
+        mean,
+        color=MEAN,
+        linewidth=1.1,
+        zorder=3,
+        label="mean" if named else None,
+        **style,
+    )
+    axes.plot(
+        generation,
+        best,
+        color=BEST,
+        linewidth=2.2,
+        zorder=4,
+        drawstyle="steps-post",
+        label="best" if named else None,
+        **style,
+    )
+
+
+def _figures(legs: Sequence[NDArray[np.float64]], chosen: float) -> str:
+    """Return the last best fitness, of each leg if these are few."""
+    found = [f"{leg[-1, 1]:.4f}" for leg in legs]
+    if len(legs) > 1:
+        return f"best of legs {', '.join(found)}" if len(legs) <= _MOST_NAMED else ""
+    return f"best {found[0]}" + (f", chosen {chosen:.4f}" if f"{chosen:.4f}" != found[0] else "")

@@ -55,6 +55,8 @@ class Scene:
         Lines above the picture.
     reason : mapping
         The ``reason`` of a summary: why a planner found no path; empty for a path that was given.
+    leg_starts : sequence of int
+        The first row of ``history`` of each leg of a mission.
     """
 
     evaluator: Evaluator
@@ -64,6 +66,7 @@ class Scene:
     title: str
     subtitle: str
     reason: Mapping[str, Any] = field(default_factory=dict)
+    leg_starts: Sequence[int] = ()
 
 
 def write(scene: Scene, file: Path) -> None:
@@ -111,7 +114,7 @@ def draw(scene: Scene) -> Figure:
         _visited(scene),
     )
     for progress in rest:
-        convergence.draw(progress, scene.history, scene.evaluation.fitness)
+        convergence.draw(progress, scene.history, scene.evaluation.fitness, scene.leg_starts)
 
     width, height = figure.get_size_inches()
     figure.legend(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -122,18 +123,38 @@ def scene(evaluator: Evaluator, result: Result, summary: Mapping[str, Any]) -> S
 
     found = summary.get("reason")
     reason = found if isinstance(found, Mapping) else {}
-    captions = _captions(summary)
-    return Scene(evaluator, result.path, result.evaluation, result.history, *captions, reason)
+    title, subtitle = _captions(summary)
+    return Scene(
+        evaluator,
+        result.path,
+        result.evaluation,
+        result.history,
+        title,
+        subtitle,
+        reason,
+        _leg_starts(summary),
+    )
+
+
+def _leg_starts(summary: Mapping[str, Any]) -> list[int]:
+    """Return the first row of the history of each leg of a mission."""
+    # A leg that was not planned has no rows.
+    rows = [leg["generations"] + 1 for leg in summary.get("legs", ()) if leg["planned"]]
+    return list(itertools.accumulate(rows, initial=0))[:-1]
 
 
 def _captions(summary: Mapping[str, Any]) -> tuple[str, str]:
     """Title and subtitle of the picture."""
     verdict = "feasible" if summary["feasible"] else "not feasible"
     board = f" (board {summary['board']})" if summary["board"] else ""
+    by = f"{summary['planner']}{board}"
+    if summary.get("fallback"):
+        # In a mission, the other legs are still the planner's.
+        by = f"{by}, {'in part by' if summary.get('legs') else 'path by'} {summary['fallback']}"
     subtitle = (
         f"{verdict}, fitness {summary['fitness']:.4f}, {summary['length_m'] / 1000:.2f} km, "
         f"mean altitude {summary['mean_altitude_m']:,.0f} m, fuel {summary['fuel_N']:.3f} N "
         f"({summary['uav']['name']}); {summary['generations']} generations, seed "
         f"{summary['seed']}"
     )
-    return f"{summary['terrain']['name']}, planned by {summary['planner']}{board}", subtitle
+    return f"{summary['terrain']['name']}, planned by {by}", subtitle

@@ -242,6 +242,24 @@ def test_reports_that_the_best_was_not_chosen(make_run):
     assert f"best {best:.4f}, chosen {chosen:.4f}" in [t.get_text() for t in figure.findobj(Text)]
 
 
+def test_the_legs_of_a_mission_converge_one_by_one(make_run):
+    """Lines are not joined over legs, a leg of one generation is a point, and each has a figure."""
+    evaluator, result = make_run()
+    history = [[0, 0.5, 0.1], [1, 1.5, 1.0], [2, 1.25, 1.25], [3, 0.25, 0.1], [4, 1.75, 1.0]]
+    figure = draw(
+        Scene(evaluator, result.path, result.evaluation, history, "", "", leg_starts=[0, 2, 3])
+    )
+    figure.canvas.draw()
+    assert_texts_apart(figure)
+    axes = figure.axes[3]
+    best = [line for line in axes.get_lines() if line.get_color() == palette.BEST]
+    assert [line.get_xdata().tolist() for line in best] == [[0, 1], [2], [3, 4]]
+    assert [line.get_marker() for line in best] == ["None", "o", "None"]
+    shown = [text for text, _ in texts_of(figure)]
+    assert "best of legs 1.5000, 1.2500, 1.7500" in shown
+    assert shown.count("best") == 1
+
+
 def test_png(make_run, tmp_path):
     evaluator, result = make_run()
     file = tmp_path / "path.png"

@@ -8,7 +8,7 @@ import pytest
 from host.errors import InputError
 from host.report import picture
 from host.report.summary import summarise
-from host.report.write import write_report
+from host.report.write import scene, write_report
 from host.terrain import load
 
 
@@ -70,3 +70,18 @@ def test_reports_a_removed_directory(report, tmp_path):
         f"Cannot write to the directory {str(gone)!r} (No such file or directory); give another "
         "(--out)."
     )
+
+
+@pytest.mark.parametrize(
+    ("legs", "title"),
+    [
+        ([], "hills, planned by fpa, path by astar"),
+        ([{"planned": True, "generations": 0}] * 2, "hills, planned by fpa, in part by astar"),
+    ],
+)
+def test_the_title_names_the_fallback(report, make_run, legs, title):
+    evaluator, summary, *_ = report
+    _, result = make_run()
+    told = {**summary, "planner": "fpa", "fallback": "astar", "legs": legs}
+    told["terrain"] = {**summary["terrain"], "name": "hills"}
+    assert scene(evaluator, result, told).title == title

@@ -84,6 +84,7 @@ class Evaluator:
         self.isa = bool(isa)
 
         elevation = problem.surface.elevation
+        self._has_voids = bool(np.isnan(problem.terrain.elevation).any())
         ground = np.where(np.isnan(elevation), VOID_HEIGHT_M, elevation).ravel()
         self._zoned = np.where(problem.nofly_raster.ravel(), np.nan, ground)
         # Above a roof is below it, upside down.
@@ -172,13 +173,14 @@ class Evaluator:
         """Return every term of a path by the strict rule."""
         kernels, problem = self._kernels, self.problem
         assert problem.rules is not None
-        length, altitude, fuel, steep, under, zone, impossible, beyond = rule.terms(path)
+        terms, track = rule.judge(path)
+        length, altitude, fuel, steep, under, zone, impossible, beyond = terms
         arcs = len(path) - 2 + self._constants.headings
         corners = impossible / arcs * length if arcs else 0.0
         penalty = under + zone + steep + corners + beyond
         cost = kernels.cost_of(self._constants, altitude, fuel)
         searched, _ = self._population(path[None], np.array([len(path)]), self._constants)[:2]
-        track = rule.lay(path)
+        clearance_m, height_m, limits = rule.report(track)
         fuel_left = range_left = None
         if problem.aircraft.fuel_weight_N is not None:
             fuel_left = problem.aircraft.fuel_weight_N - fuel
@@ -196,16 +198,16 @@ class Evaluator:
             distance_in_nofly_m=zone,
             distance_too_steep_m=steep,
             impossible_arcs=impossible,
-            void_crossed_m=self._void_m(self.track(path)),
-            minimum_clearance_m=rule.clearance_m(track),
+            void_crossed_m=self._void_m(self.track(path)) if self._has_voids else 0.0,
+            minimum_clearance_m=clearance_m,
             penalty_fine=penalty,
             clearance_m=problem.rules.clearance_m,
             distance_beyond_limits_m=beyond,
-            max_height_agl_m=rule.height_m(track),
+            max_height_agl_m=height_m,
             flight_time_s=track.time_s,
             fuel_left_N=fuel_left,
             range_left_m=range_left,
-            limits=rule.limits(track),
+            limits=limits,
         )
 
     def _void_m(self, track: SmoothedTrack) -> float:
@@ -322,7 +324,7 @@ class Evaluator:
     def lowest_at_m(self, path: NDArray[np.float64]) -> float | None:
         """Return the metres flown to the least clearance of a path; None as paper."""
         rule = self._strict
-        return None if rule is None else rule.lowest(rule.lay(self._checked(path)))[1]
+        return None if rule is None else rule.lowest_at_m(rule.lay(self._checked(path)))
 
     def _checked(self, path: NDArray[np.float64]) -> NDArray[np.float64]:
         path = np.ascontiguousarray(path, dtype=np.float64)

@@ -24,9 +24,13 @@ __all__ = ["Limit", "StrictRule"]
 #: A limit: its name, the worst value on the path, the value allowed, and the metres flown there.
 Limit = dict[str, Any]
 _Scored = tuple[float, Limit]
+#: A greatest excess, its piece and the share of the piece.
+_Extreme = tuple[float, tuple[int, float]]
 
 # The extremes of the report are found to this, metres.
 _STEP_M = 0.01
+# Below every excess.
+_NONE = -1e301
 # An end without effect on what is demanded.
 _NO_END = (0.0, 0.0, math.inf, 0.0)
 
@@ -65,21 +69,21 @@ class StrictRule:
             goal_height_m=demand.heights_m[1],
         )
         self._high = Required(-1.0, top, 0.0, *_NO_END, *_NO_END)
+        # The negated least height, and the greatest height.
+        self._lowest = Required(1.0, 0.0, rules.corridor_m, *_NO_END, *_NO_END)
+        self._highest = self._high._replace(height_m=0.0)
         self._zones = pack_zones(problem.zones, rules.zone_margin_m)
         self._timed = pack_zones(problem.zones_at_times, rules.zone_margin_m)
 
-    def terms(self, path: Floats) -> tuple[Any, ...]:
-        """Return the terms of a path; see :func:`host.evaluation.verdict.strict_terms`."""
-        terms: tuple[Any, ...] = verdict.strict_terms(
-            path, len(path), *self._fixed, *self._scratch(len(path))
-        )
-        return terms
+    def judge(self, path: Floats) -> tuple[tuple[Any, ...], LaidTrack]:
+        """Return the terms of a path, see ``strict_terms``, and its smoothed track."""
+        scratches = self._scratch(len(path))
+        terms = verdict.strict_terms(path, len(path), *self._fixed, *scratches)
+        return terms, LaidTrack(self._constants, len(path), *scratches[:3])
 
     def lay(self, path: Floats) -> LaidTrack:
         """Return the smoothed track of a path with the figures of its pieces."""
-        scratches = self._scratch(len(path))
-        verdict.strict_terms(path, len(path), *self._fixed, *scratches)
-        return LaidTrack(self._constants, len(path), *scratches[:3])
+        return self.judge(path)[1]
 
     def add_timed_zones(self, paths: Floats, lengths: NDArray[np.int64], penalty: Floats) -> None:
         """Add the metres of paths in the zones of ``problem.zones_at_times`` to ``penalty``."""
@@ -105,42 +109,39 @@ class StrictRule:
     def _scratch(self, points: int) -> tuple[Any, ...]:
         return (*scratch(points), *verdict.scratch(points, self._zones))
 
-    def clearance_m(self, track: LaidTrack) -> float:
-        """Return the least height of the track over the surface within the corridor, metres."""
-        return self.lowest(track)[0]
+    def lowest_at_m(self, track: LaidTrack) -> float:
+        """Return the metres flown to the least height over the surface within the corridor."""
+        return track.flown_m(*self._extreme(track, self._lowest)[1])
 
-    def lowest(self, track: LaidTrack) -> tuple[float, float]:
-        """Return the least height over the surface within the corridor, and the metres flown."""
-        all_along = self._low._replace(
-            height_m=0.0, start_height_m=math.inf, goal_height_m=math.inf
-        )
-        excess, at = self._extreme(track, all_along)
-        return -excess, track.flown_m(*at)
+    def report(self, track: LaidTrack) -> tuple[float, float, list[Limit]]:
+        """Return the least and the greatest height over the surface, and the limits of a track.
 
-    def height_m(self, track: LaidTrack) -> float:
-        """Return the greatest height of the track over the surface below it, metres."""
-        return self._extreme(track, self._high._replace(height_m=0.0))[0]
+        Heights are in metres, the least one that within the corridor. A limit is broken where its
+        ``worst`` is beyond its ``allowed``; the worst come first.
+        """
+        lowest = self._extreme(track, self._lowest)
+        highest = self._extreme(track, self._highest)
+        found = [
+            *self._heights(track, lowest, highest),
+            *self._zone_distances(track),
+            *self._figures(track),
+        ]
+        limits = [limit for _, limit in sorted(found, key=lambda item: -item[0])]
+        return -lowest[0], highest[0], limits
 
-    def _extreme(self, track: LaidTrack, required: Required) -> tuple[float, tuple[int, float]]:
-        """Return the greatest excess over ``required``, its piece and the share of the piece."""
+    def _extreme(self, track: LaidTrack, required: Required, known: float = _NONE) -> _Extreme:
+        """Return the greatest excess over ``required``; ``known`` if none is greater than that."""
         worst, row, share = verdict.extreme_of_track(
             self._ground,
             self._constants,
             required,
             track.pieces,
             track.rows,
+            known,
             _STEP_M,
             np.empty(verdict.STACK_SHAPE),
         )
         return worst, (row, share)
-
-    def limits(self, track: LaidTrack) -> list[Limit]:
-        """Return how near the track comes to each limit, the worst first.
-
-        A limit is broken where its ``worst`` is beyond its ``allowed``.
-        """
-        found = [*self._heights(track), *self._zone_distances(track), *self._figures(track)]
-        return [limit for _, limit in sorted(found, key=lambda item: -item[0])]
 
     def broken(self, track: LaidTrack) -> list[broken.Stretch]:
         """Return the stretches of the track that break a limit, in flying order.
@@ -183,20 +184,24 @@ class StrictRule:
         stretches = [each for name, spans in found for each in broken.merged(name, spans)]
         return sorted(stretches, key=lambda stretch: stretch.from_m)
 
-    def _heights(self, track: LaidTrack) -> Iterator[_Scored]:
-        excess, at = self._extreme(track, self._low)
-        x, y = track.place(*at)
-        beside = True
-        excess_below, at_below = self._extreme(track, self._below)
-        if excess_below > max(excess, 0.0):
-            excess, at, beside = excess_below, at_below, False
-            x, y = track.place(*at)
-        allowed = float(self._demand.required_m(np.array([x]), np.array([y]), beside=beside)[0])
+    def _heights(self, track: LaidTrack, lowest: _Extreme, highest: _Extreme) -> Iterator[_Scored]:
+        excess, at = lowest
+        allowed, clearance_m = self._required_m(track, at, beside=True), self._rules.clearance_m
+        if allowed == clearance_m:
+            # Nowhere is more demanded, so this place has the greatest excess.
+            excess += clearance_m
+        else:
+            excess, at = self._extreme(track, self._low)
+            allowed = self._required_m(track, at, beside=True)
+        known = max(excess, 0.0)
+        excess_below, at_below = self._extreme(track, self._below, known)
+        if excess_below > known:
+            excess, at = excess_below, at_below
+            allowed = self._required_m(track, at, beside=False)
         yield _least("clearance", allowed - excess, allowed, track.flown_m(*at))
         if math.isfinite(self._high.height_m):
-            excess, at = self._extreme(track, self._high)
-            allowed = self._high.height_m
-            yield _most("ceiling-agl", allowed + excess, allowed, track.flown_m(*at))
+            height, at = highest
+            yield _most("ceiling-agl", height, self._high.height_m, track.flown_m(*at))
         top, at = track.highest()
         for name, ceiling in (
             ("ceiling", self._rules.ceiling_m),
@@ -204,6 +209,11 @@ class StrictRule:
         ):
             if ceiling is not None:
                 yield _most(name, top, ceiling, track.flown_m(*at))
+
+    def _required_m(self, track: LaidTrack, at: tuple[int, float], *, beside: bool) -> float:
+        """Return the clearance demanded at a place of the track, metres."""
+        x, y = track.place(*at)
+        return float(self._demand.required_m(np.array([x]), np.array([y]), beside=beside)[0])
 
     def _zone_distances(self, track: LaidTrack) -> Iterator[_Scored]:
         """Yield the least distance to each zone, where it applies."""

@@ -104,14 +104,16 @@ def extreme_of_track(
     required: Required,
     pieces: Floats,
     rows: int,
+    known: float,
     step: float,
     stack: Floats,
 ) -> tuple[float, int, float]:
     """Return the greatest excess of a track to within ``step``, its piece, and the share of that.
 
+    Where no excess is greater than ``known``, that is returned, and piece and share mean nothing.
     The other parameters are those of :func:`host.evaluation.strict.extreme`.
     """
-    best = -1e301
+    best = known
     worst_row = 0
     place = 0.0
     # First the middle of every part: a good incumbent prunes most of the search.

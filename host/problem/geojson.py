@@ -16,7 +16,7 @@ from host.terrain import Terrain
 __all__ = ["NOT_ZONES", "Shape", "shapes"]
 
 #: Values of the property ``kind`` of features in a ``path.geojson`` that are no zones.
-NOT_ZONES = ("waypoints", "smoothed track", "start", "goal")
+NOT_ZONES = ("waypoints", "smoothed track", "start", "via", "goal", "return")
 
 
 class Shape(NamedTuple):

@@ -44,7 +44,7 @@ def kml_shapes(text: str, terrain: Terrain) -> Iterator[Shape]:
     if terrain.crs is None:
         raise InputError(
             "the terrain has no coordinate reference system, so KML has no place on it; give "
-            "--origin LAT,LON."
+            "--origin LAT,LON, or origin under [terrain] in a problem file."
         )
     found = 0
     for placemark in root.iter():

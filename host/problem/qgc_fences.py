@@ -48,7 +48,7 @@ def fence_shapes(document: dict[str, Any], terrain: Terrain) -> Iterator[Shape]:
     if terrain.crs is None:
         raise InputError(
             "the terrain has no coordinate reference system, so fences have no place on it; give "
-            "--origin LAT,LON."
+            "--origin LAT,LON, or origin under [terrain] in a problem file."
         )
     for number, circle in enumerate(circles, start=1):
         try:

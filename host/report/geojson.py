@@ -27,9 +27,6 @@ __all__ = ["heights_datum", "path_document", "read_path"]
 
 # Nine decimals of a degree are a tenth of a millimetre.
 _DEGREE_DECIMALS = 9
-# The property ``kind`` of a mark by its name: only those of host.problem.geojson.NOT_ZONES are left
-# out when the zones of the file are read.
-_MARK_KINDS = {"Start": "start", "Via": "waypoints", "Goal": "goal", "Return": "start"}
 
 
 def path_document(
@@ -82,7 +79,7 @@ def _marks(way: Sequence[Point], terrain: Terrain) -> Iterator[dict[str, Any]]:
     """Yield the points of a mission as features."""
     places = _positions(np.array(way, dtype=np.float64), terrain)
     for name, place in zip(mark_names(way), places, strict=True):
-        yield _feature("Point", place, {"kind": _MARK_KINDS[name.split()[0]], "name": name})
+        yield _feature("Point", place, {"kind": name.split()[0].lower(), "name": name})
 
 
 def heights_datum(terrain: Terrain) -> str:

@@ -31,12 +31,13 @@ def at_origin(terrain: Terrain, lat: float, lon: float) -> Terrain:
         if not (math.isfinite(value) and abs(value) <= most):
             raise InputError(
                 f"The {name} of the origin must be from -{most} to {most} degrees, "
-                f"not {value:g}; latitude comes first (--origin LAT,LON)."
+                f"not {value:g}; latitude comes first (--origin LAT,LON, or origin under "
+                "[terrain] in a problem file)."
             )
     if terrain.crs is not None:
         raise InputError(
             f"The terrain {terrain.name!r} states its place on Earth; leave the origin out "
-            "(--origin)."
+            "(--origin, or origin under [terrain] in a problem file)."
         )
     # Loads GDAL, which terrains in local metres do not need.
     from host.terrain.geodesy import local_crs

@@ -62,6 +62,24 @@ def test_second_feature_is_the_smoothed_track(make_run):
     assert steps.sum() == pytest.approx(result.evaluation.length_m, rel=1e-3)
 
 
+def test_the_marks_of_a_mission_have_kinds_and_are_no_zones(make_run, tmp_path):
+    evaluator, result = make_run()
+    track, problem = evaluator.track(result.path), evaluator.problem
+    start, goal = map(tuple, result.path[[0, -1]].tolist())
+    way = (start, (900.0, 900.0, 900.0), goal, start)
+    document = path_document(
+        result.path, track, problem.terrain, step_m=50.0, zones=problem.zones, way=way
+    )
+    marks = [feature["properties"] for feature in document["features"][2:6]]
+    assert [(mark["kind"], mark["name"]) for mark in marks] == [
+        ("start", "Start"),
+        ("via", "Via 1"),
+        ("goal", "Goal"),
+        ("return", "Return"),
+    ]
+    assert len(read_zones(written(tmp_path, document), problem.terrain)) == len(problem.zones)
+
+
 def test_zones_are_read_back_in_local_metres(make_run, tmp_path):
     evaluator, result = make_run()
     problem = evaluator.problem

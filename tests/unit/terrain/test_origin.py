@@ -33,7 +33,7 @@ def test_refuses_what_is_no_place():
         at_origin(PLAIN, 146.1, 7.6)
     assert str(refusal.value) == (
         "The latitude of the origin must be from -90 to 90 degrees, not 146.1; latitude comes "
-        "first (--origin LAT,LON)."
+        "first (--origin LAT,LON, or origin under [terrain] in a problem file)."
     )
     with pytest.raises(InputError, match=r"^The longitude of the origin must be from -180 to 180"):
         at_origin(PLAIN, 46.1, float("nan"))
@@ -43,5 +43,6 @@ def test_refuses_a_terrain_that_has_a_place():
     with pytest.raises(InputError) as refusal:
         at_origin(at_origin(PLAIN, 46.1, 7.6), 46.1, 7.6)
     assert str(refusal.value) == (
-        "The terrain 'plain' states its place on Earth; leave the origin out (--origin)."
+        "The terrain 'plain' states its place on Earth; leave the origin out (--origin, or "
+        "origin under [terrain] in a problem file)."
     )

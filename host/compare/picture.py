@@ -18,6 +18,7 @@ from host.compare.convergence import band, same_generations, work_of
 from host.compare.entrants import split_label
 from host.report.axes import finish
 from host.report.files import replacing
+from host.report.frame import titles
 from host.report.palette import DASHES, MEAN, SERIES, TEXT
 
 
@@ -58,11 +59,7 @@ def draw(report: Mapping[str, Any]) -> Figure:
     _draw_convergence(convergence, report["planners"])
 
     width, height = figure.get_size_inches()
-    for text, below, style in (
-        (_title(report), 0.36, {"fontsize": 16, "weight": "bold"}),
-        (_subtitle(report), 0.68, {"fontsize": 11.5}),
-    ):
-        figure.text(_LEFT / width, 1 - below / height, text, color=TEXT, va="center", **style)
+    titles(figure, _title(report), _subtitle(report), _LEFT)
     figure.text(_LEFT / width, 0.22 / height, _CAPTION, color=MEAN, fontsize=9, va="center")
     return figure
 

@@ -17,6 +17,7 @@ from host.flight.judge import SHARE, demanded_m, surface_below
 from host.report import plan_view
 from host.report.axes import LEGEND, finish
 from host.report.files import replacing
+from host.report.frame import LEFT, NARROWEST, RIGHT, WIDTH, frame
 from host.report.palette import FLOWN, GROUND, PATH, TEXT, halo
 
 
@@ -25,11 +26,10 @@ if TYPE_CHECKING:
 
 __all__ = ["draw", "write"]
 
-# Inches: the figure, and the margins that titles, labels and legend need.
-_WIDTH, _HEIGHT = 13.2, 7.6
-_LEFT, _RIGHT, _TOP, _BOTTOM = 0.85, 0.35, 1.25, 1.05
+# Inches: height of the figure, and the margins of titles and legend.
+_HEIGHT, _TOP, _BOTTOM = 7.6, 1.25, 1.05
 _MOST_MAP = 6.1
-_NARROWEST, _WIDEST = 0.28, 2.4
+_WIDEST = 2.4
 # Points drawn along a track.
 _POINTS = 4000
 
@@ -69,44 +69,29 @@ def draw(report: FlightReport) -> Figure:
     _draw_profile(profile, report)
     _draw_errors(errors, report)
 
-    figure.legend(
-        handles=legend,
-        loc="center",
-        ncols=len(legend),
-        fontsize=10,
-        frameon=False,
-        bbox_to_anchor=(0.5, 0.24 / _HEIGHT),
-        handletextpad=0.6,
-        columnspacing=2.0,
-    )
-    title, subtitle = _titles(report)
-    for text, below, style in (
-        (title, 0.36, {"fontsize": 16, "weight": "bold"}),
-        (subtitle, 0.68, {"fontsize": 11.5}),
-    ):
-        figure.text(_LEFT / _WIDTH, 1 - below / _HEIGHT, text, color=TEXT, va="center", **style)
+    frame(figure, *_titles(report), legend)
     return figure
 
 
 def _layout(aspect: float) -> tuple[Figure, Axes, Axes, Axes, Axes]:
     """Return the figure and the axes of map, colour bar, profile and errors."""
-    aspect = min(max(aspect, _NARROWEST), _WIDEST)
+    aspect = min(max(aspect, NARROWEST), _WIDEST)
     room = _HEIGHT - _TOP - _BOTTOM
     map_width = min(_MOST_MAP, room * aspect)
     map_height = map_width / aspect
     bottom = _BOTTOM + (room - map_height) / 2
-    left = _LEFT + map_width + 1.75
-    width, height = _WIDTH - _RIGHT - left, (room - 1.0) / 2
-    figure = Figure(figsize=(_WIDTH, _HEIGHT), facecolor="white")
+    left = LEFT + map_width + 1.75
+    width, height = WIDTH - RIGHT - left, (room - 1.0) / 2
+    figure = Figure(figsize=(WIDTH, _HEIGHT), facecolor="white")
     FigureCanvasAgg(figure)
     places = (
-        (_LEFT, bottom, map_width, map_height),
-        (_LEFT + map_width + 0.12, bottom, 0.16, map_height),
+        (LEFT, bottom, map_width, map_height),
+        (LEFT + map_width + 0.12, bottom, 0.16, map_height),
         (left, _BOTTOM + height + 1.0, width, height),
         (left, _BOTTOM, width, height),
     )
     plan, bar, profile, errors = (
-        figure.add_axes((x / _WIDTH, y / _HEIGHT, w / _WIDTH, h / _HEIGHT)) for x, y, w, h in places
+        figure.add_axes((x / WIDTH, y / _HEIGHT, w / WIDTH, h / _HEIGHT)) for x, y, w, h in places
     )
     return figure, plan, bar, profile, errors
 

@@ -19,19 +19,18 @@ from host.evaluation.broken import Stretch
 from host.evaluation.evaluator import FINE
 from host.report import convergence, plan_view, points, profile, reason_marks
 from host.report.files import replacing
+from host.report.frame import LEFT, NARROWEST, RIGHT, WIDTH, frame
 from host.report.limit_units import unit_of
-from host.report.palette import TEXT, TROUBLE
+from host.report.palette import TROUBLE
 from host.report.via import visits
 
 
 __all__ = ["Scene", "draw", "write"]
 
 _WIDE = 2.2  # Maps wider than this by height lie above the two graphs.
-_NARROWEST, _WIDEST = 0.28, 6.5  # Frames of maps narrower than these have room beside the map.
-# Inches: width of the figure, the margins that titles, labels and legend need, and a line that says
-# why a path is not feasible.
-_WIDTH, _LEFT, _RIGHT, _TOP, _BOTTOM = 13.2, 0.85, 0.35, 1.2, 1.0
-_LINE = 0.2
+_WIDEST = 6.5  # Frames of maps wider than this have room beside the map.
+# Inches: the margins of titles and legend, and a line that says why a path is not feasible.
+_TOP, _BOTTOM, _LINE = 1.2, 1.0, 0.2
 # Shares of the profile's width where the text of a ceiling may stand, the better ones first.
 _ASIDE = (0.75, 0.5, 0.25, 0.9, 0.1)
 _MOST_REASONS = 12  # Stretches that are named, the longest ones.
@@ -116,25 +115,11 @@ def draw(scene: Scene) -> Figure:
     for progress in rest:
         convergence.draw(progress, scene.history, scene.evaluation.fitness, scene.leg_starts)
 
-    width, height = figure.get_size_inches()
-    figure.legend(
-        handles=legend,
-        loc="center",
-        ncols=len(legend),
-        fontsize=10,
-        frameon=False,
-        bbox_to_anchor=(0.5, 0.24 / height),
-        handletextpad=0.6,
-        columnspacing=2.0,
-    )
-    for text, below, style in (
-        (scene.title, 0.36, {"fontsize": 16, "weight": "bold"}),
-        (scene.subtitle, 0.68, {"fontsize": 11.5}),
-    ):
-        figure.text(_LEFT / width, 1 - below / height, text, color=TEXT, va="center", **style)
+    frame(figure, scene.title, scene.subtitle, legend)
     if lines:
+        width, height = figure.get_size_inches()
         figure.text(
-            _LEFT / width,
+            LEFT / width,
             1 - 0.85 / height,
             "\n".join(lines),
             color=TROUBLE,
@@ -181,36 +166,36 @@ def _layout(aspect: float, top: float, *, searched: bool) -> tuple[Figure, list[
     ``aspect`` is that of the map, ``top`` the inches of the titles. Where nothing was ``searched``,
     there is no convergence, and the profile takes its room.
     """
-    aspect = min(max(aspect, _NARROWEST), _WIDEST)
+    aspect = min(max(aspect, NARROWEST), _WIDEST)
     if aspect > _WIDE:
-        map_width = min(_WIDTH - _LEFT - 1.0, 4.0 * aspect)
+        map_width = min(WIDTH - LEFT - 1.0, 4.0 * aspect)
         map_height = map_width / aspect
         graph_height, gap = 2.3, 1.1
         bottom = _BOTTOM + graph_height + gap
         height = bottom + map_height + top
-        left = _LEFT + (_WIDTH - _LEFT - 1.0 - map_width) / 2
-        graph_width = (_WIDTH - _LEFT - _RIGHT - 0.9) / 2
+        left = LEFT + (WIDTH - LEFT - 1.0 - map_width) / 2
+        graph_width = (WIDTH - LEFT - RIGHT - 0.9) / 2
         graphs = [
-            (_LEFT, _BOTTOM, graph_width * 1.15, graph_height),
-            (_LEFT + graph_width * 1.15 + 0.9, _BOTTOM, graph_width * 0.85, graph_height),
+            (LEFT, _BOTTOM, graph_width * 1.15, graph_height),
+            (LEFT + graph_width * 1.15 + 0.9, _BOTTOM, graph_width * 0.85, graph_height),
         ]
         if not searched:
-            graphs = [(_LEFT, _BOTTOM, _WIDTH - _LEFT - _RIGHT, graph_height)]
+            graphs = [(LEFT, _BOTTOM, WIDTH - LEFT - RIGHT, graph_height)]
     else:
         height = 7.75
         room = height - top - _BOTTOM
         map_width = min(6.1, room * aspect)
         map_height = map_width / aspect
-        left, bottom = _LEFT, _BOTTOM + room - map_height
+        left, bottom = LEFT, _BOTTOM + room - map_height
         graph_left = left + map_width + 1.75
-        graph_width, graph_height = _WIDTH - _RIGHT - graph_left, (room - 1.0) / 2
+        graph_width, graph_height = WIDTH - RIGHT - graph_left, (room - 1.0) / 2
         graphs = [
             (graph_left, _BOTTOM + graph_height + 1.0, graph_width, graph_height),
             (graph_left, _BOTTOM, graph_width, graph_height),
         ]
         if not searched:
             graphs = [(graph_left, _BOTTOM, graph_width, room)]
-    figure = Figure(figsize=(_WIDTH, height), facecolor="white")
+    figure = Figure(figsize=(WIDTH, height), facecolor="white")
     FigureCanvasAgg(figure)
     places = [
         (left, bottom, map_width, map_height),
@@ -218,7 +203,7 @@ def _layout(aspect: float, top: float, *, searched: bool) -> tuple[Figure, list[
         *graphs,
     ]
     return figure, [
-        figure.add_axes((x / _WIDTH, y / height, w / _WIDTH, h / height)) for x, y, w, h in places
+        figure.add_axes((x / WIDTH, y / height, w / WIDTH, h / height)) for x, y, w, h in places
     ]
 
 

@@ -1,6 +1,11 @@
 """Errors that the command line reports as one sentence and an exit status."""
 
-__all__ = ["InputError", "JobError", "PathgeneError"]
+from __future__ import annotations
+
+from typing import Any
+
+
+__all__ = ["InputError", "JobError", "NoPathError", "PathgeneError"]
 
 
 class PathgeneError(Exception):
@@ -19,3 +24,21 @@ class JobError(PathgeneError):
     """A job that failed: no feasible path, or a lost board. Exit status 1."""
 
     exit_status = 1
+
+
+class NoPathError(JobError):
+    """A problem that is not searched, as it is known to have no path that a planner finds.
+
+    Parameters
+    ----------
+    sentence : str
+        The message.
+    reason : host.diagnosis.Reason
+        Why there is none.
+    leg : int or None
+        The leg of a mission without a path, from 1; None for a single leg.
+    """
+
+    def __init__(self, sentence: str, reason: Any, leg: int | None = None) -> None:
+        super().__init__(sentence)
+        self.reason, self.leg = reason, leg

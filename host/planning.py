@@ -378,7 +378,7 @@ def evaluator_of(problem: Problem) -> Evaluator:
     Raises
     ------
     InputError
-        If it is none.
+        If it is none, or its costs have nothing to be relative to.
     """
     if not isinstance(problem, Problem):
         raise InputError(

@@ -19,6 +19,7 @@ from host.cores import available_cores
 from host.device.boards import known_config
 from host.errors import InputError, JobError
 from host.mission.batch import Job, Outcome, execute, kept_summary, names_of, save
+from host.mission.legs import shortcoming
 from host.planners import DEFAULT
 from host.progress import Bar
 from host.report.files import prepare_directory, write_json, writing_into
@@ -117,7 +118,7 @@ def _saved(directory: Path, job: Job, outcome: Outcome) -> dict[str, Any]:
     if outcome.summary is None:
         return _failed(outcome.failure or "It failed.", bad_input=outcome.bad_input)
     save(directory, job, outcome, note)
-    return {"kept": False, **_terms(outcome.summary), "failure": outcome.failure}
+    return {"kept": False, **_terms(outcome.summary)}
 
 
 def _on_hardware(job: Job) -> bool:
@@ -126,16 +127,15 @@ def _on_hardware(job: Job) -> bool:
 
 
 def _terms(summary: Mapping[str, Any]) -> dict[str, Any]:
-    feasible = bool(summary["feasible"])
     return {
-        "feasible": feasible,
+        "feasible": bool(summary["feasible"]),
         "planner": summary["planner"],
         "fallback": summary["fallback"],
         "fitness": summary["fitness"],
         "length_m": summary["length_m"],
         "legs": len(summary.get("legs") or (None,)),
         "seconds": summary["seconds"]["total"],
-        "failure": None if feasible else "No feasible path was found.",
+        "failure": summary["failure"] or shortcoming(summary),
         "bad_input": False,
     }
 
@@ -145,7 +145,8 @@ def _failed(sentence: str, *, bad_input: bool) -> dict[str, Any]:
 
 
 def _status(rows: Sequence[Mapping[str, Any]]) -> int:
-    failures = [row for row in rows if not row["feasible"]]
+    # A path that misses a via point is feasible, and a failure.
+    failures = [row for row in rows if row["failure"] is not None]
     for row in failures:
         note(f"{row['name']}: {row['failure']}")
     if failures and all(row["bad_input"] for row in failures):

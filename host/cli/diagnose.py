@@ -10,10 +10,11 @@ from host.cli.compiling import note_compiling
 from host.cli.output import note, print_json, print_pairs
 from host.cli.problem import complete_options, make_mission
 from host.connection import connect
+from host.diagnosis import Reason
 from host.diagnosis.reason import listed
-from host.errors import JobError
+from host.errors import JobError, NoPathError
 from host.evaluation import Evaluator
-from host.report.diagnosis import write_diagnosis
+from host.report.diagnosis import Drawn, write_diagnosis
 from host.report.files import prepare_directory
 from host.report.summary import version
 
@@ -24,10 +25,15 @@ __all__ = ["run"]
 def run(args: argparse.Namespace) -> int:
     """Look for a path and print that there is one, or the reason of the first leg without one."""
     complete_options(args)
-    mission = make_mission(args)
     directory = None if args.out is None else Path(args.out)
     if directory is not None:
         prepare_directory(directory)
+    try:
+        mission = make_mission(args)
+    except NoPathError as error:
+        # Its costs have nothing to be relative to, so nothing is searched, and drawn.
+        _tell(args, directory, _report(error.reason, error.leg), [])
+        raise
     note_compiling(as_paper=mission.problem.as_paper)
     planners: list[str] = []
     for number in range(mission.legs):
@@ -37,24 +43,40 @@ def run(args: argparse.Namespace) -> int:
             break
         planners.append(str(found.planner))
     leg = mission.name_of(number) if mission.legs > 1 and found.reason is not None else None
-    report: dict[str, Any] = {
-        "pathgene": version(),
-        "connected": found.reason is None,
-        "leg": None if leg is None else number + 1,
-        "reason": None if found.reason is None else found.reason.to_dict(),
-    }
-    written = []
-    if directory is not None:
-        place = f"{evaluator.problem.terrain.name}{'' if leg is None else f', {leg}'}"
-        written = write_diagnosis(directory, evaluator, found.result, report, place, note)
-    if args.json:
-        print_json(report)
-    else:
-        print_pairs([*_pairs(report, planners), *(("written", str(file)) for file in written)])
+    place = f"{mission.problem.terrain.name}{'' if leg is None else f', {leg}'}"
+    report = _report(found.reason, None if leg is None else number + 1)
+    _tell(args, directory, report, planners, (evaluator, found.result, place))
     if found.reason is None:
         return 0
     sentence = found.reason.sentence
     raise JobError(sentence if leg is None else f"{leg[:1].upper()}{leg[1:]}: {sentence}")
+
+
+def _report(reason: Reason | None, leg: int | None) -> dict[str, Any]:
+    """Return the output of ``--json``; ``leg`` counts from 1."""
+    return {
+        "pathgene": version(),
+        "connected": reason is None,
+        "leg": leg,
+        "reason": None if reason is None else reason.to_dict(),
+    }
+
+
+def _tell(
+    args: argparse.Namespace,
+    directory: Path | None,
+    report: dict[str, Any],
+    planners: list[str],
+    drawn: Drawn | None = None,
+) -> None:
+    """Write the files and print the report; ``drawn`` is what the picture shows."""
+    written = []
+    if directory is not None:
+        written = write_diagnosis(directory, report, drawn, note)
+    if args.json:
+        print_json(report)
+    else:
+        print_pairs([*_pairs(report, planners), *(("written", str(file)) for file in written)])
 
 
 def _pairs(report: dict[str, Any], planners: list[str]) -> list[tuple[str, str]]:

@@ -86,7 +86,7 @@ def _status(plan: Plan) -> int:
         raise JobError(f"{result.failure.rstrip('.')}; the best path until then is written.")
     if plan.fallback is not None:
         note(f"{plan.planner} found no feasible path; the path is that of {plan.fallback}.")
-    sentence = shortcoming(plan)
+    sentence = shortcoming(plan.summary)
     if sentence is None:
         return 0
     raise JobError(f"{sentence.rstrip('.')}; the best path is written.")

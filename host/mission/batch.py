@@ -262,7 +262,7 @@ def _plan(threads: int, task: _Task) -> Outcome:
     except Exception as error:
         sentence = f"Internal error, {type(error).__name__}: {error}; please report it."
         return Outcome(task.number, failure=sentence)
-    failure = plan.failure or shortcoming(plan)
+    failure = plan.failure or shortcoming(plan.summary)
     result = dataclasses.replace(plan.result, archive=[])
     return Outcome(task.number, plan.summary, result, failure)
 

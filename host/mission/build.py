@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from host.errors import InputError
-from host.evaluation import problem_utopia
 from host.mission.keys import RULES
 from host.mission.mission import Mission
 from host.mission.problem_file import read_problem
@@ -82,8 +81,6 @@ def mission_of(values: Values) -> Mission:
         agl=bool(values.get("agl")),
         **rules_of(values),
     )
-    # Refuses a start and goal without a finite reference cost, before any work.
-    problem_utopia(problem)
     return Mission(problem, via_of(values, terrain), bool(values.get("return_to_start")))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -133,16 +134,15 @@ class MissionPlan(Plan):
         return next((leg for leg in self.legs if not leg.feasible), None)
 
 
-def shortcoming(plan: Plan) -> str | None:
-    """Return why the path of a plan is not one to fly, in a sentence; None if it is."""
-    leg, missed = None, []
-    if isinstance(plan, MissionPlan):
-        leg = plan.failing_leg
-        missed = [visit.sentence for visit in plan.visits if visit.missed]
-    if plan.evaluation.feasible:
-        return missed[0] if missed else None
-    sentence = "No feasible path was found." if plan.reason is None else plan.reason.sentence
-    return sentence if leg is None else f"{capitalised(leg.name)}: {sentence}"
+def shortcoming(summary: Mapping[str, Any]) -> str | None:
+    """Return why the path of a summary is not one to fly, in a sentence; None if it is."""
+    if summary["feasible"]:
+        visited = [Visit.from_dict(visit) for visit in summary.get("visits", ())]
+        return next((visit.sentence for visit in visited if visit.missed), None)
+    reason = summary["reason"]
+    sentence = "No feasible path was found." if reason is None else reason["sentence"]
+    leg = next((leg["name"] for leg in summary.get("legs", ()) if not leg["feasible"]), None)
+    return sentence if leg is None else f"{capitalised(leg)}: {sentence}"
 
 
 def capitalised(text: str) -> str:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from host.errors import InputError
+from host.errors import InputError, NoPathError
 from host.evaluation import utopia
 from host.evaluation.track import ground_below
 from host.problem.ends import Point, check_above_ground, end_point
@@ -49,7 +49,9 @@ class Mission:
     ------
     InputError
         If a via point is off the map, over a void, in the ground, in a no-fly zone, too low, or
-        equal to its neighbour.
+        equal to its neighbour, or the straight line of a leg is no reference for costs.
+    NoPathError
+        If such a leg has no path either, as down to a deep pit.
     """
 
     problem: Problem
@@ -234,14 +236,26 @@ class Mission:
             )
 
     def _check_lines(self) -> None:
-        """Refuse a leg whose straight line is no reference for costs."""
-        for leg, (start, stop) in enumerate(itertools.pairwise(self.way)):
+        """Refuse a leg whose straight line is no reference for costs.
+
+        Where that is too steep a glide, the leg may have no path either: that is what to mend.
+        """
+        for index, (start, stop) in enumerate(itertools.pairwise(self.way)):
             try:
                 utopia(start, stop, self.problem.aircraft, self.problem.wind)
             except InputError as error:
-                if self.legs == 1:
-                    raise
-                raise InputError(f"{_upper(self.name_of(leg))}: {error}") from None
+                single = self.legs == 1
+                name = "" if single else f"{_upper(self.name_of(index))}: "
+                if not self.problem.as_paper:
+                    # Loads SciPy.
+                    from host.diagnosis import diagnose
+
+                    reason = diagnose(self.leg(index))
+                    if reason.code != "not-found":
+                        raise NoPathError(
+                            f"{name}{reason.sentence}", reason, None if single else index + 1
+                        ) from None
+                raise InputError(f"{name}{error}") from None
 
 
 def _shifted(zones: tuple[Zone, ...], elapsed_s: float) -> tuple[Zone, ...]:

@@ -23,30 +23,30 @@ def draw(
     axes: Axes,
     history: Sequence[Sequence[float]],
     chosen: float,
-    leg_starts: Sequence[int] = (),
+    legs: Sequence[tuple[int, float]] = (),
 ) -> None:
     """Best and mean fitness over the generations, with the border of feasibility.
 
     There is one generation or more. ``chosen`` is below the best where the best path is not
-    feasible between the samples. The legs of a mission, whose first rows are ``leg_starts``, are
-    searches of their own, so their lines are not joined.
+    feasible between the samples. The ``legs`` of a mission, each the first row and the fitness of
+    its path, are searches of their own, so their lines are not joined.
     """
     axes.axhline(
         1, color=TEXT, linewidth=1, linestyle=(0, (4, 3)), zorder=2, label="feasible above 1"
     )
     rows = np.array(history, dtype=np.float64)
-    legs = np.split(rows, list(leg_starts)[1:])
-    for number, leg in enumerate(legs):
+    for number, leg in enumerate(np.split(rows, [first for first, _ in legs[1:]])):
         _lines(axes, leg, named=number == 0)
         if number:
             axes.axvline(leg[0, 0], color=TEXT, linewidth=0.7, linestyle=":", zorder=1)
     last = max(1.0, float(rows[-1, 0]))
     axes.set_xlim(0, last)
     axes.set_ylim(0, max(1.25, 1.12 * float(rows[:, 1].max())))
+    # The legs of a mission rise and fall; their figures stand above all of them.
     axes.text(
         0.985 * last,
-        float(rows[-1, 1]) + 0.03,
-        _figures(legs, chosen),
+        float(rows[:, 1].max() if legs else rows[-1, 1]) + 0.03,
+        _figures(float(rows[-1, 1]), chosen, [fitness for _, fitness in legs]),
         color=BEST,
         fontsize=10,
         weight="bold",
@@ -55,7 +55,7 @@ def draw(
     )
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.legend(ncols=3, **LEGEND)
-    finish(axes, "Convergence", f"generation{', by legs' if len(legs) > 1 else ''}", "fitness")
+    finish(axes, "Convergence", f"generation{', leg by leg' if legs else ''}", "fitness")
 
 
 def _lines(axes: Axes, rows: NDArray[np.float64], *, named: bool) -> None:
@@ -83,9 +83,10 @@ def _lines(axes: Axes, rows: NDArray[np.float64], *, named: bool) -> None:
     )
 
 
-def _figures(legs: Sequence[NDArray[np.float64]], chosen: float) -> str:
-    """Return the last best fitness, of each leg if these are few."""
-    found = [f"{leg[-1, 1]:.4f}" for leg in legs]
-    if len(legs) > 1:
-        return f"best of legs {', '.join(found)}" if len(legs) <= _MOST_NAMED else ""
-    return f"best {found[0]}" + (f", chosen {chosen:.4f}" if f"{chosen:.4f}" != found[0] else "")
+def _figures(best: float, chosen: float, legs: Sequence[float]) -> str:
+    """Return the best fitness and that of the path, or that of each leg if these are few."""
+    if legs:
+        found = ", ".join(f"{fitness:.4f}" for fitness in legs)
+        return f"chosen {found}" if len(legs) <= _MOST_NAMED else ""
+    text = f"best {best:.4f}"
+    return text if f"best {chosen:.4f}" == text else f"{text}, chosen {chosen:.4f}"

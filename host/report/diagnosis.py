@@ -18,15 +18,18 @@ if TYPE_CHECKING:
     from host.report.picture import Scene
 
 
-__all__ = ["write_diagnosis"]
+__all__ = ["Drawn", "write_diagnosis"]
+
+#: The evaluator of the problem, that of the leg that the report speaks of; the search that found no
+#: feasible path, whose best one is drawn, or None where nothing was searched, and the straight line
+#: is drawn; and terrain and leg, the title of the picture.
+Drawn = tuple[Evaluator, Result | None, str]
 
 
 def write_diagnosis(
     directory: Path,
-    evaluator: Evaluator,
-    result: Result | None,
     report: Mapping[str, Any],
-    place: str,
+    drawn: Drawn | None,
     warn: Callable[[str], None],
 ) -> list[Path]:
     """Write ``diagnosis.json``, and ``diagnosis.png`` where there is a reason to mark.
@@ -35,15 +38,11 @@ def write_diagnosis(
     ----------
     directory : Path
         An existing folder.
-    evaluator : Evaluator
-        Holds the problem, that of the leg that the report speaks of.
-    result : Result or None
-        The search that found no feasible path, whose best one is drawn; None where nothing was
-        searched, and the straight line is drawn.
     report : mapping
         Content of ``diagnosis.json``: the output of ``pathgene diagnose --json``.
-    place : str
-        Terrain and leg, the title of the picture.
+    drawn : tuple or None
+        What the picture shows. None for a problem without costs, which has no evaluator: then there
+        is no picture.
     warn : callable
         Receives a sentence if there is no picture.
 
@@ -62,10 +61,10 @@ def write_diagnosis(
         write_json(written[0], report)
     drawing = directory / "diagnosis.png"
     reason = report["reason"]
-    if reason is None:
+    if reason is None or drawn is None:
         # One of an earlier run would mislead.
         remove(drawing)
-    elif write_picture(drawing, lambda: _scene(evaluator, result, reason, place), warn):
+    elif write_picture(drawing, lambda: _scene(*drawn, reason), warn):
         written.append(drawing)
     return written
 
@@ -94,7 +93,7 @@ def _verdict(reason: Mapping[str, Any]) -> str:
 
 
 def _scene(
-    evaluator: Evaluator, result: Result | None, reason: Mapping[str, Any], place: str
+    evaluator: Evaluator, result: Result | None, place: str, reason: Mapping[str, Any]
 ) -> Scene:
     """Return all that the picture of a reason shows."""
     from host.report.picture import Scene

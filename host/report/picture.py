@@ -54,8 +54,8 @@ class Scene:
         Lines above the picture.
     reason : mapping
         The ``reason`` of a summary: why a planner found no path; empty for a path that was given.
-    leg_starts : sequence of int
-        The first row of ``history`` of each leg of a mission.
+    legs : sequence of (int, float)
+        The first row of ``history``, and the fitness of the path, of each leg of a mission.
     """
 
     evaluator: Evaluator
@@ -65,7 +65,7 @@ class Scene:
     title: str
     subtitle: str
     reason: Mapping[str, Any] = field(default_factory=dict)
-    leg_starts: Sequence[int] = ()
+    legs: Sequence[tuple[int, float]] = ()
 
 
 def write(scene: Scene, file: Path) -> None:
@@ -113,7 +113,7 @@ def draw(scene: Scene) -> Figure:
         _visited(scene),
     )
     for progress in rest:
-        convergence.draw(progress, scene.history, scene.evaluation.fitness, scene.leg_starts)
+        convergence.draw(progress, scene.history, scene.evaluation.fitness, scene.legs)
 
     frame(figure, scene.title, scene.subtitle, legend)
     if lines:

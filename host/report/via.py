@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -61,6 +61,12 @@ class Visit:
     def to_dict(self) -> dict[str, Any]:
         """Return the values as in ``summary.json``."""
         return {**asdict(self), "point": list(self.point)}
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> Visit:
+        """Return the visit that :meth:`to_dict` gave."""
+        x, y, z = values["point"]
+        return cls(**{**values, "point": (x, y, z)})
 
     @property
     def sentence(self) -> str:

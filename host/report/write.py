@@ -132,15 +132,16 @@ def scene(evaluator: Evaluator, result: Result, summary: Mapping[str, Any]) -> S
         title,
         subtitle,
         reason,
-        _leg_starts(summary),
+        _legs(summary),
     )
 
 
-def _leg_starts(summary: Mapping[str, Any]) -> list[int]:
-    """Return the first row of the history of each leg of a mission."""
+def _legs(summary: Mapping[str, Any]) -> list[tuple[int, float]]:
+    """Return the first row of the history, and the fitness, of each leg of a mission."""
     # A leg that was not planned has no rows.
-    rows = [leg["generations"] + 1 for leg in summary.get("legs", ()) if leg["planned"]]
-    return list(itertools.accumulate(rows, initial=0))[:-1]
+    legs = [leg for leg in summary.get("legs", ()) if leg["planned"]]
+    rows = itertools.accumulate((leg["generations"] + 1 for leg in legs), initial=0)
+    return [(first, leg["fitness"]) for first, leg in zip(rows, legs, strict=False)]
 
 
 def _captions(summary: Mapping[str, Any]) -> tuple[str, str]:

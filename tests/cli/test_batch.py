@@ -69,6 +69,10 @@ def test_no_path_is_status_1(files, tmp_path, capsys):
     row = next(line.split() for line in printed.splitlines() if line.startswith("one"))
     assert row[:2] == ["one", "no"]
     assert not (tmp_path / "out" / "one" / "terrain.npz").exists()
+    # The reason of a result that is kept is the same.
+    again = batch(capsys, *files, *options, "--generations", 2, "--no-grid")[2]
+    told = [line for line in said.splitlines() if line.startswith("pathgene: one: ")]
+    assert told == [line for line in again.splitlines() if line.startswith("pathgene: one: ")]
 
 
 def test_fallback_is_that_of_the_option_before_that_of_the_file(files, tmp_path, capsys):

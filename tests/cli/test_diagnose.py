@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from host.cli import main
@@ -44,6 +45,25 @@ def test_closed(diagnosed):
     reason = report["reason"]
     assert (reason["code"], reason["sentence"]) == ("closed", sentence)
     assert reason["ring"]
+
+
+@pytest.mark.parametrize("command", ["diagnose", "plan"])
+def test_a_goal_in_a_pit_too_deep_for_costs_has_a_reason(command, tmp_path, capsys):
+    """The straight line there burns no fuel, so costs have nothing to be relative to."""
+    heights = np.full((60, 60), 900.0)
+    heights[39:42, 39:42] = 100.0
+    ground = tmp_path / "pit.npz"
+    np.savez(ground, elevation=heights, dx_m=50.0, dy_m=50.0)
+    ends = ["--agl", "--start", "500,500,100", "--goal", "2000,2000,60"]
+    out = tmp_path / "out"
+    status = main([command, "--terrain", str(ground), *ends, "--out", str(out)])
+    assert status == 1
+    said = capsys.readouterr().err.splitlines()[-1]
+    assert "way down to the goal is too steep" in said
+    if command == "diagnose":
+        report = json.loads((out / "diagnosis.json").read_text())
+        assert report["reason"]["code"] == "descent"
+        assert not (out / "diagnosis.png").exists()
 
 
 def test_leg_without_a_way(diagnosed):

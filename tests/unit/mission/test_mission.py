@@ -6,7 +6,7 @@ import pickle
 import numpy as np
 import pytest
 
-from host.errors import InputError
+from host.errors import InputError, NoPathError
 from host.evaluation import Evaluator, problem_utopia, utopia
 from host.mission.mission import Mission
 from host.problem import Circle, Problem, Rules
@@ -87,11 +87,17 @@ def test_the_goal_of_a_return_keeps_the_clearance():
 
 
 def test_names_a_leg_that_is_no_reference():
-    """A steep glide burns no fuel."""
-    assert refusal(problem(), [(800, 600, 4000)]).startswith(
+    """A steep glide burns no fuel; by the rules, the reason why it cannot be flown comes first."""
+    assert refusal(problem(as_paper=True), [(800, 600, 4000)]).startswith(
         "Leg 2, from via point 1 to the goal: The straight line from start to goal is so steep a "
         "glide that it burns no fuel"
     )
+    with pytest.raises(NoPathError) as error:
+        Mission(problem(), [(800, 600, 4000)])
+    assert str(error.value).startswith(
+        "Leg 2, from via point 1 to the goal: Every short way down to the goal is too steep"
+    )
+    assert (error.value.leg, error.value.reason.code) == (2, "descent")
 
 
 def test_costs_of_the_whole_are_relative_to_the_lines_of_all_legs():

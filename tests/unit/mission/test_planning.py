@@ -74,7 +74,7 @@ def test_a_return_comes_near_the_goal_and_is_feasible(planner):
     plan = plan_mission(task, Search(planner, generations=30, fallback="astar"))
     assert plan.evaluation.feasible
     assert plan.failing_leg is None
-    assert shortcoming(plan) is None
+    assert shortcoming(plan.summary) is None
     (visit,) = plan.summary["visits"]
     assert not visit["missed"]
     radius_m = task.problem.limits.turn_radius_m

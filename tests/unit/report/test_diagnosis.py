@@ -41,12 +41,12 @@ def report_of(reason):
 
 def test_the_picture_marks_ring_and_place(closed, tmp_path):
     reason = diagnose(closed.problem).to_dict()
-    written = write_diagnosis(tmp_path, closed, None, report_of(reason), "flat", pytest.fail)
+    written = write_diagnosis(tmp_path, report_of(reason), (closed, None, "flat"), pytest.fail)
     assert [file.name for file in written] == ["diagnosis.json", "diagnosis.png"]
     assert json.loads(written[0].read_text()) == report_of(reason)
     marked = red_pixels(written[1])
     plain = report_of({**reason, "ring": [], "place": None})
-    unmarked = red_pixels(write_diagnosis(tmp_path, closed, None, plain, "flat", pytest.fail)[1])
+    unmarked = red_pixels(write_diagnosis(tmp_path, plain, (closed, None, "flat"), pytest.fail)[1])
     # A dashed line across a map of 800 pixels.
     assert marked - unmarked > 1000
 
@@ -56,7 +56,7 @@ def test_draws_what_the_search_found(closed, tmp_path):
     reason = diagnose(closed.problem).to_dict()
     drawn = []
     for searched in (None, result):
-        write_diagnosis(tmp_path, closed, searched, report_of(reason), "flat", pytest.fail)
+        write_diagnosis(tmp_path, report_of(reason), (closed, searched, "flat"), pytest.fail)
         drawn.append((tmp_path / "diagnosis.png").read_bytes())
     assert drawn[0] != drawn[1]
 
@@ -64,13 +64,13 @@ def test_draws_what_the_search_found(closed, tmp_path):
 def test_every_code_has_a_meaning_in_words(closed):
     assert set(_MEANINGS) == set(CODES)
     reason = diagnose(closed.problem).to_dict()
-    scene = _scene(closed, None, reason, "flat")
+    scene = _scene(closed, None, "flat", reason)
     assert scene.subtitle.startswith("The way is closed at every altitude, proven for every path;")
 
 
 def test_a_path_leaves_no_picture_of_an_earlier_reason(closed, tmp_path):
     (tmp_path / "diagnosis.png").write_bytes(b"of an earlier run")
     report = {"connected": True, "reason": None}
-    (written,) = write_diagnosis(tmp_path, closed, None, report, "flat", pytest.fail)
+    (written,) = write_diagnosis(tmp_path, report, (closed, None, "flat"), pytest.fail)
     assert json.loads(written.read_text()) == report
     assert list(tmp_path.iterdir()) == [written]

@@ -247,7 +247,15 @@ def test_the_legs_of_a_mission_converge_one_by_one(make_run):
     evaluator, result = make_run()
     history = [[0, 0.5, 0.1], [1, 1.5, 1.0], [2, 1.25, 1.25], [3, 0.25, 0.1], [4, 1.75, 1.0]]
     figure = draw(
-        Scene(evaluator, result.path, result.evaluation, history, "", "", leg_starts=[0, 2, 3])
+        Scene(
+            evaluator,
+            result.path,
+            result.evaluation,
+            history,
+            "",
+            "",
+            legs=[(0, 1.5), (2, 1.375), (3, 1.75)],
+        )
     )
     figure.canvas.draw()
     assert_texts_apart(figure)
@@ -256,7 +264,7 @@ def test_the_legs_of_a_mission_converge_one_by_one(make_run):
     assert [line.get_xdata().tolist() for line in best] == [[0, 1], [2], [3, 4]]
     assert [line.get_marker() for line in best] == ["None", "o", "None"]
     shown = [text for text, _ in texts_of(figure)]
-    assert "best of legs 1.5000, 1.2500, 1.7500" in shown
+    assert "chosen 1.5000, 1.3750, 1.7500" in shown
     assert shown.count("best") == 1
 
 

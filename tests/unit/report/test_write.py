@@ -76,7 +76,10 @@ def test_reports_a_removed_directory(report, tmp_path):
     ("legs", "title"),
     [
         ([], "hills, planned by fpa, path by astar"),
-        ([{"planned": True, "generations": 0}] * 2, "hills, planned by fpa, in part by astar"),
+        (
+            [{"planned": True, "generations": 0, "fitness": 1.5}] * 2,
+            "hills, planned by fpa, in part by astar",
+        ),
     ],
 )
 def test_the_title_names_the_fallback(report, make_run, legs, title):

@@ -66,7 +66,7 @@ def test_marks_are_those_of_the_mission(missions, tmp_path, returns):
     frame = geopandas.read_file(file)
     marks = frame[2 : 2 + len(names)]
     assert list(marks["name"]) == names
-    assert list(marks["kind"]) == ["start", "waypoints", "goal", "start"][: len(names)]
+    assert list(marks["kind"]) == ["start", "via", "goal", "return"][: len(names)]
     lon, lat = np.array([shape.coords[0][:2] for shape in marks.geometry]).T
     assert agree(problem.terrain, way, lat, lon)
     zones = read_zones(file, problem.terrain)

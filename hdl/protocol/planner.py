@@ -1,0 +1,218 @@
+"""Numbers of the planner on the chip: fixed points, keys of paths, and the record of a problem.
+
+Gateware, model and host read them here. Pure Python.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+from dataclasses import dataclass
+
+from hdl.config import Config
+from hdl.protocol.layout import Layout
+
+
+__all__ = [
+    "ALTITUDE_FRACTION",
+    "BASE_BITS",
+    "BLOCKS",
+    "DRAG_FRACTION",
+    "FUEL_BITS",
+    "MAX_HALF_TURN",
+    "POSITION_FRACTION",
+    "RADIUS_BITS",
+    "RISE_BITS",
+    "RISE_FRACTION",
+    "SCALE_FRACTION",
+    "SLOPE_BITS",
+    "SLOPE_FRACTION",
+    "TURN_FRACTION",
+    "VALUE_BITS",
+    "PathClass",
+    "ProblemRecord",
+    "problem_request",
+    "turn_table",
+]
+
+#: Fraction bits of a position in cells. A unit of length is 2**-8 of the longer side of a cell.
+POSITION_FRACTION = 8
+#: Fraction bits of an altitude in steps.
+ALTITUDE_FRACTION = 4
+#: Fraction bits of the two sides of a cell, as shares of the longer one.
+SCALE_FRACTION = 14
+#: Fraction bits and width of a slope: sixteenths of a step per unit of length.
+SLOPE_FRACTION, SLOPE_BITS = 12, 24
+#: Fraction bits and width of the units of length in a sixteenth of a step.
+RISE_FRACTION, RISE_BITS = 16, 20
+#: Width of the turning radius in units of length.
+RADIUS_BITS = 18
+#: Width of the altitude of step 0 above the datum, in thirty-seconds of a step, two's complement.
+BASE_BITS = 25
+#: Fraction bits, and width, of the drag as a share of the weight. :data:`RISE_FRACTION` equals it,
+#: so that drag times length and rise add up.
+DRAG_FRACTION = 16
+#: Width of the weight of the fuel in the cost.
+FUEL_BITS = 16
+#: Fraction bits of the tangent of half a turn, and of a turn in radians.
+TURN_FRACTION = 12
+#: Greatest tangent of half a turn that the arc's length tells apart: about 152 degrees.
+MAX_HALF_TURN = 4
+#: Entries of the table of turns for each unit of the tangent.
+_TURN_STEPS = 64
+
+#: Width of the cost of a feasible path, or of the penalty of another one, in its key.
+VALUE_BITS = 28
+#: Blocks along each edge of the wavefront's map.
+BLOCKS = 32
+
+
+class PathClass(enum.IntEnum):
+    """Upper bits of a path's key: the lower, the better."""
+
+    #: Nothing collides, no slope is too steep, every arc fits. The value is the cost.
+    FEASIBLE = 0
+    #: As far as known, feasible; too costly to be walked. The value is the cost.
+    GIVEN_UP = 1
+    #: The value is the penalty.
+    INFEASIBLE = 2
+    #: No path, or the copy of a better one.
+    VOID = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProblemRecord:
+    """A problem in the integers of the chip.
+
+    Parameters
+    ----------
+    start_x, start_y, goal_x, goal_y : int
+        Positions on the lattice of corners, with :data:`POSITION_FRACTION` bits below the cell.
+    start_altitude, goal_altitude : int
+        Altitudes with :data:`ALTITUDE_FRACTION` bits below the step.
+    x_limit, y_limit, altitude_limit : int
+        Highest corner and highest step of a waypoint.
+    x_scale, y_scale : int
+        Sides of a cell as shares of the longer one, :data:`SCALE_FRACTION` bits: at most 1.
+    rise : int
+        A sixteenth of a step in units of length, :data:`RISE_FRACTION` bits.
+    climb, descent : int
+        Steepest slopes in sixteenths of a step per unit of length, :data:`SLOPE_FRACTION` bits.
+    radius : int
+        Turning radius in units of length.
+    base : int
+        Altitude of step 0 above the datum, in thirty-seconds of a step; may be negative.
+    drag : int
+        Drag of level flight as a share of the weight, :data:`DRAG_FRACTION` bits.
+    fuel, fuel_shift : int
+        ``fuel >> fuel_shift`` is the weight of fuel in the cost.
+    key_shift : int
+        A cost is shifted right by this much to become a value.
+    block_shift : int
+        A block of the wavefront has ``2**block_shift`` corners along each edge.
+    """
+
+    start_x: int
+    start_y: int
+    start_altitude: int
+    goal_x: int
+    goal_y: int
+    goal_altitude: int
+    x_limit: int
+    y_limit: int
+    altitude_limit: int
+    x_scale: int
+    y_scale: int
+    rise: int
+    climb: int
+    descent: int
+    radius: int
+    base: int
+    drag: int
+    fuel: int
+    fuel_shift: int
+    key_shift: int
+    block_shift: int
+
+    def pack(self, config: Config) -> bytes:
+        """Return the record as :func:`problem_request` lays it out.
+
+        Raises
+        ------
+        ValueError
+            If a field does not fit.
+        """
+        half = 1 << BASE_BITS - 1
+        if not -half <= self.base < half:
+            raise ValueError(f"base must fit in {BASE_BITS} bits with its sign, not {self.base!r}")
+        values = dataclasses.asdict(self)
+        values["base"] %= 1 << BASE_BITS
+        return problem_request(config).pack(**values)
+
+    @classmethod
+    def unpack(cls, config: Config, payload: bytes) -> ProblemRecord:
+        """Return the record in ``payload``, the inverse of :meth:`pack`."""
+        values = problem_request(config).unpack(payload)
+        values["base"] -= (values["base"] >> BASE_BITS - 1) << BASE_BITS
+        return cls(**values)
+
+
+def problem_request(config: Config) -> Layout:
+    """Return the layout of a :class:`ProblemRecord`."""
+    position = config.coordinate_bits + POSITION_FRACTION
+    altitude = config.altitude_bits + ALTITUDE_FRACTION
+    ends = (
+        (f"{end}_{axis}", altitude if axis == "altitude" else position)
+        for end in ("start", "goal")
+        for axis in ("x", "y", "altitude")
+    )
+    return Layout(
+        (
+            *ends,
+            ("x_limit", config.coordinate_bits),
+            ("y_limit", config.coordinate_bits),
+            ("altitude_limit", config.altitude_bits),
+            ("x_scale", SCALE_FRACTION + 1),
+            ("y_scale", SCALE_FRACTION + 1),
+            ("rise", RISE_BITS),
+            ("climb", SLOPE_BITS),
+            ("descent", SLOPE_BITS),
+            ("radius", RADIUS_BITS),
+            ("base", BASE_BITS),
+            ("drag", DRAG_FRACTION),
+            ("fuel", FUEL_BITS),
+            ("fuel_shift", 5),
+            ("key_shift", 6),
+            ("block_shift", 4),
+        )
+    )
+
+
+def turn_table() -> tuple[int, ...]:
+    """Return turns by the tangents of their halves: ``floor(2 atan(i / 64) * 4096)``, i = 0..257.
+
+    One entry more than :data:`MAX_HALF_TURN` asks for, so that a look-up interpolates without a
+    case. Exact: Euler's series in integers.
+    """
+    guard = 64
+    quarter = _arctangent(1, 1, TURN_FRACTION + guard)
+    turns = []
+    for i in range(MAX_HALF_TURN * _TURN_STEPS + 2):
+        if i <= _TURN_STEPS:
+            half = _arctangent(i, _TURN_STEPS, TURN_FRACTION + guard)
+        else:
+            half = 2 * quarter - _arctangent(_TURN_STEPS, i, TURN_FRACTION + guard)
+        turns.append(2 * half >> guard)
+    return tuple(turns)
+
+
+def _arctangent(opposite: int, adjacent: int, bits: int) -> int:
+    """Return the arc tangent of a ratio of at most 1 with ``bits`` fraction bits."""
+    square = opposite**2 + adjacent**2
+    term = (opposite * adjacent << bits) // square
+    total, n = 0, 0
+    while term:
+        total += term
+        n += 1
+        term = term * 2 * n * opposite**2 // ((2 * n + 1) * square)
+    return total

@@ -1,0 +1,1 @@
+"""The whole planner on the chip, as a bit-exact integer model."""

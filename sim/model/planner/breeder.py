@@ -1,0 +1,148 @@
+"""Breeding, compiled: :func:`sim.model.planner.definition.breeder.breed`.
+
+A path is an array of rows x, y, step, margin, start and goal included.
+"""
+
+from __future__ import annotations
+
+from sim.model.planner.compiled import compiled
+from sim.model.planner.problem import ALTITUDE_LIMIT as TOP
+from sim.model.planner.problem import (
+    BOX_X,
+    CHILDREN,
+    ELITES,
+    MAX_WAYPOINTS,
+    POPULATION,
+    RANK_BITS,
+    SURVIVORS,
+    X_LIMIT,
+)
+from sim.model.planner.random_words import Words, draw, field, step
+from sim.model.planner.walk import Integers
+
+
+__all__ = ["breed", "clamp"]
+
+_DRAWS = 4
+_TWICE = 1
+_PERTURB, _INSERT, _DELETE, _ALL = 8, 11, 14, 18
+_MIN_WAYPOINTS = 2
+
+
+@compiled
+def breed(
+    problem: Integers,
+    sizes: Integers,
+    paths: Integers,
+    points: Integers,
+    order: Integers,
+    free: Integers,
+    survivors: Integers,
+    others: Integers,
+    words: Words,
+) -> None:
+    """Breed a child into each of the slots ``free``, and draw the ranks of the survivors.
+
+    Parameters
+    ----------
+    problem, sizes : (21,), (13,) int64
+    paths : (slots, points, 4) int64
+    points : (slots,) int64
+        Points of each path, ends included.
+    order : (slots,) int64
+        Slots of the population from the best.
+    free : (children,) int64
+    survivors : (survivors,) int64
+        Their ranks, written here, in the order drawn.
+    others : (population,) int64
+        Work space: the ranks left.
+    words : Words
+        Random source; takes two steps for each child.
+    """
+    width = sizes[RANK_BITS]
+    left = sizes[POPULATION] - sizes[ELITES]
+    for rank in range(left):
+        others[rank] = sizes[ELITES] + rank
+    for number in range(sizes[CHILDREN]):
+        slot = free[number]
+        step(words)
+        first = second = sizes[POPULATION]
+        for i in range(_DRAWS):
+            first = min(first, field(words, 0, i * width, width))
+            second = min(second, field(words, 0, (_DRAWS + i) * width, width))
+        child, head, tail = paths[slot], order[first], order[second]
+        length = _cross(paths[head], points[head], paths[tail], points[tail], child)
+        length = _mutate(problem, sizes, child, length, words)
+        is_twice = field(words, 0, 62, 2) < _TWICE
+        step(words)
+        if is_twice:
+            length = _mutate(problem, sizes, child, length, words)
+        points[slot] = length
+        if number < sizes[SURVIVORS]:
+            at = draw(words, 0, 0, 24, left - number)
+            survivors[number] = others[at]
+            for rank in range(at, left - number - 1):
+                others[rank] = others[rank + 1]
+
+
+@compiled
+def clamp(value: int, high: int) -> int:
+    """Return ``value`` limited to 0..high."""
+    return min(max(value, 0), high)
+
+
+@compiled
+def _cross(
+    head: Integers, head_points: int, tail: Integers, tail_points: int, child: Integers
+) -> int:
+    """Write the head of one path and the tail of another; return the points."""
+    length = 0
+    for k in range((head_points - 2) // 2 + 1):
+        for i in range(4):
+            child[length, i] = head[k, i]
+        length += 1
+    for k in range((tail_points - 2) // 2 + 1, tail_points):
+        for i in range(4):
+            child[length, i] = tail[k, i]
+        length += 1
+    return length
+
+
+@compiled
+def _mutate(problem: Integers, sizes: Integers, path: Integers, points: int, words: Words) -> int:
+    """Apply the mutation of the mutation word to ``path``; return its points."""
+    inner = points - 2
+    operator, size = draw(words, 1, 0, 8, _ALL), field(words, 1, 16, 4)
+    if _PERTURB <= operator < _INSERT and inner < sizes[MAX_WAYPOINTS]:
+        at = draw(words, 1, 8, 8, inner + 1)
+        for k in range(points, at + 1, -1):
+            for i in range(4):
+                path[k, i] = path[k - 1, i]
+        for axis in range(3):
+            path[at + 1, axis] = path[at, axis] + path[at + 2, axis] >> 1
+        _move(problem, sizes, path[at + 1], words, size * 7 >> 4)
+        return points + 1
+    at = 1 + draw(words, 1, 8, 8, inner)
+    if _INSERT <= operator < _DELETE and inner > _MIN_WAYPOINTS:
+        for k in range(at, points - 1):
+            for i in range(4):
+                path[k, i] = path[k + 1, i]
+        return points - 1
+    if operator < _DELETE:
+        _move(problem, sizes, path[at], words, size >> 1)
+        return points
+    margin = path[at, 3]
+    fall = margin << (size * 3 >> 4) >> 1 if margin >= 0 else margin
+    path[at, 2] = clamp(path[at, 2] - fall, problem[TOP])
+    path[at, 3] = 0
+    return points
+
+
+@compiled
+def _move(problem: Integers, sizes: Integers, point: Integers, words: Words, shift: int) -> None:
+    """Move a point within the box, shifted right by ``shift``, and within the limits."""
+    for axis in range(3):
+        box = sizes[BOX_X + axis]
+        offset = draw(words, 1, 20 + 14 * axis, 14, 2 * box + 1) - box
+        point[axis] = clamp(point[axis] + (offset >> shift), problem[X_LIMIT + axis])
+    point[3] = 0

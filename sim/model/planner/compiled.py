@@ -1,0 +1,40 @@
+"""Compilation of the kernels of this package, and their cache on disk."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import TypeVar, cast
+
+import numba
+from numba import njit
+
+
+__all__ = ["compiled"]
+
+_Function = TypeVar("_Function", bound=Callable[..., object])
+
+
+def compiled(function: _Function) -> _Function:
+    """Compile ``function`` at its first call and keep the result on disk.
+
+    The cache of numba notices changes in the file of the outermost function only; here it notices
+    them in every source of this package.
+    """
+    dispatcher = njit(cache=True, nogil=True, error_model="numpy")(function)
+    kept = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
+    if kept is not None:
+        kept._source_stamp = _stamp()
+        # In the version, too, which is read first.
+        kept._version = f"{numba.__version__} {_stamp()}"
+    return cast(_Function, dispatcher)
+
+
+@cache
+def _stamp() -> str:
+    digest = hashlib.sha256()
+    for file in sorted(Path(__file__).resolve().parent.glob("*.py")):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,127 @@
+"""Breeding: from the sorted population and the random words of a generation to its children.
+
+A path is a list of :class:`Waypoint`, start and goal left out. Each child takes two steps of the
+random source. The first step's selection word has the ranks of its parents and whether it is
+mutated twice; its mutation word the first mutation. The second step's mutation word has the second
+mutation, its selection word the draw of a survivor. A draw below ``n`` is ``bits * n >> width``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from hdl.config import Config
+from hdl.protocol.planner import ProblemRecord
+from sim.model.planner.definition.walk import Point
+from sim.model.random_source import RandomSource
+from sim.model.selection import DistinctDraw
+
+
+__all__ = ["Waypoint", "bits", "breed", "cross", "draw", "mutate"]
+
+#: Uniform draws of which the best is a parent's rank.
+_DRAWS = 4
+#: Of 4 children, so many are mutated twice.
+_TWICE = 1
+#: Out of 18 mutations: perturb, insert, delete; the others settle.
+_PERTURB, _INSERT, _DELETE, _ALL = 8, 11, 14, 18
+
+
+class Waypoint(NamedTuple):
+    """A waypoint, and the least margin of the segments at it when they were last walked."""
+
+    x: int
+    y: int
+    z: int
+    margin: int = 0
+
+
+def bits(word: int, low: int, width: int) -> int:
+    """Return ``width`` bits of a word from ``low`` on."""
+    return word >> low & (1 << width) - 1
+
+
+def draw(word: int, low: int, width: int, limit: int) -> int:
+    """Return a draw below ``limit`` from bits of a word."""
+    return bits(word, low, width) * limit >> width
+
+
+def breed(
+    config: Config,
+    record: ProblemRecord,
+    ends: tuple[Point, Point],
+    population: Sequence[Sequence[Waypoint]],
+    source: RandomSource,
+) -> tuple[list[list[Waypoint]], list[int]]:
+    """Return the children of a population sorted from the best, and the ranks of the survivors."""
+    width = config.slot_bits
+    others = DistinctDraw(config.population - config.elites)
+    children, survivors = [], []
+    for number in range(config.children):
+        selection, mutation = source.step()
+        draws = [bits(selection, i * width, width) for i in range(2 * _DRAWS)]
+        first, second = min(draws[:_DRAWS]), min(draws[_DRAWS:])
+        child = cross(population[first], population[second])
+        child = mutate(config, record, ends, child, mutation)
+        is_twice = bits(selection, 62, 2) < _TWICE
+        selection, mutation = source.step()
+        if is_twice:
+            child = mutate(config, record, ends, child, mutation)
+        children.append(child)
+        if number < config.survivors:
+            survivors.append(config.elites + others.take(draw(selection, 0, 24, others.left)))
+    return children, survivors
+
+
+def cross(head: Sequence[Waypoint], tail: Sequence[Waypoint]) -> list[Waypoint]:
+    """Return the head of one path and the tail of another; the middle is rounded down."""
+    return [*head[: len(head) // 2], *tail[len(tail) // 2 :]]
+
+
+def mutate(
+    config: Config,
+    record: ProblemRecord,
+    ends: tuple[Point, Point],
+    path: Sequence[Waypoint],
+    word: int,
+) -> list[Waypoint]:
+    """Return ``path`` after the mutation of ``word``.
+
+    Bits 0..7 choose the operator, 8..15 the place, 16..19 the size, 20..61 three offsets in the box
+    of *allaire-2008*. What a limit of the length forbids becomes a perturbation.
+    """
+    path = list(path)
+    operator, size = draw(word, 0, 8, _ALL), bits(word, 16, 4)
+    is_insertion = _PERTURB <= operator < _INSERT
+    is_deletion = _INSERT <= operator < _DELETE
+    if is_insertion and len(path) < config.max_waypoints:
+        at = draw(word, 8, 8, len(path) + 1)
+        start, stop = [ends[0], *path, ends[1]][at : at + 2]
+        middle = tuple(a + b >> 1 for a, b in zip(start[:3], stop[:3], strict=True))
+        path.insert(at, _moved(config, record, middle, word, size * 7 >> 4))
+        return path
+    at = draw(word, 8, 8, len(path))
+    if is_deletion and len(path) > config.MIN_WAYPOINTS:
+        del path[at]
+    elif operator < _DELETE:
+        path[at] = _moved(config, record, path[at][:3], word, size >> 1)
+    else:
+        x, y, z, margin = path[at]
+        # Half, once or twice the margin down; the whole of a negative one up.
+        fall = margin << (size * 3 >> 4) >> 1 if margin >= 0 else margin
+        path[at] = Waypoint(x, y, min(max(z - fall, 0), record.altitude_limit))
+    return path
+
+
+def _moved(
+    config: Config, record: ProblemRecord, point: Sequence[int], word: int, shift: int
+) -> Waypoint:
+    """Return a point moved within the box, shifted right by ``shift``, and within the limits."""
+    boxes = config.box_cells, config.box_cells, config.box_steps
+    limits = record.x_limit, record.y_limit, record.altitude_limit
+    moved = []
+    for axis, (value, box, limit) in enumerate(zip(point, boxes, limits, strict=True)):
+        offset = draw(word, 20 + 14 * axis, 14, 2 * box + 1) - box
+        moved.append(min(max(value + (offset >> shift), 0), limit))
+    return Waypoint(*moved)

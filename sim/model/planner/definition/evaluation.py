@@ -1,0 +1,100 @@
+"""Evaluation of a path: score, then walk, then key."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from hdl.config import Config
+from hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS, PathClass, ProblemRecord
+from sim.model.planner.cycles import MEMO_HIT, walking
+from sim.model.planner.definition.memo import Memo
+from sim.model.planner.definition.score import corner_of, score
+from sim.model.planner.definition.walk import Ground, Point, walk
+
+
+__all__ = ["NO_LIMIT", "Evaluator", "key_of"]
+
+#: A key above all others: no path is given up.
+NO_LIMIT = 4 << VALUE_BITS
+#: A colliding corner counts in the penalty as so many cells of length.
+_CELLS_PER_HIT = 4
+
+
+@dataclass
+class Evaluator:
+    """Scorer, walker and memo over one map.
+
+    Attributes
+    ----------
+    segments, walker : int
+        Segments scored, and cycles of the walker, since they were last set to 0.
+    """
+
+    config: Config
+    record: ProblemRecord
+    ground: Ground
+    memo: Memo
+    segments: int = 0
+    walker: int = 0
+    ends: tuple[Point, Point] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.ends = corner_of(self.record, "start"), corner_of(self.record, "goal")
+
+    def evaluate(
+        self, path: Sequence[Point], margins: list[int], limit: int, *, first: bool
+    ) -> int:
+        """Return the key of ``path``, ends included.
+
+        With ``first``, the best path is feasible: a path that is infeasible by its score, or whose
+        key is not below ``limit``, is not walked, and a walk ends with the first segment or chord
+        that collides. ``margins``, one for each point, get the least margin of the segments and
+        chords at the point, as far as they are walked; the margin of a waypoint is known after the
+        segment behind it.
+        """
+        self.segments += len(path) - 1
+        scored = score(self.record, path)
+        value = scored.cost >> self.record.key_shift
+        if first and scored.penalty:
+            return key_of(PathClass.INFEASIBLE, scored.penalty)
+        if first and value >= limit:
+            return key_of(PathClass.GIVEN_UP, value)
+
+        hits, before = 0, self.config.blocked_altitude
+        for i in range(len(path) - 1):
+            found, margin = self.segment(path[i], path[i + 1])
+            hits += found
+            margins[i] = min(before, margin)
+            before = margin
+            if first and found:
+                break
+            arc = scored.arcs[i] if i < len(scored.arcs) else None
+            if arc is not None and arc.chord is not None:
+                found, margin = self.segment(*arc.chord)
+                hits += found
+                before = min(before, margin)
+                if first and found:
+                    break
+        if hits or scored.penalty:
+            units = hits * _CELLS_PER_HIT << POSITION_FRACTION
+            return key_of(PathClass.INFEASIBLE, scored.penalty + units)
+        return key_of(PathClass.FEASIBLE, value)
+
+    def segment(self, start: Point, stop: Point) -> tuple[int, int]:
+        """Return hits and margin of a segment, from the memo or by a walk."""
+        known = self.memo.get(start, stop)
+        if known is not None:
+            self.walker += MEMO_HIT
+            return known
+        ends = [end[:2] for end in self.ends]
+        walked = walk(self.ground, self.config.blocked_altitude, ends, start, stop)
+        corners = max(abs(stop[0] - start[0]), abs(stop[1] - start[1])) + 1
+        self.walker += walking(corners, self.config.lanes)
+        self.memo.put(start, stop, walked)
+        return walked
+
+
+def key_of(path_class: PathClass, value: int) -> int:
+    """Return a key: the class above the value, which ends at its greatest and at 0."""
+    return path_class << VALUE_BITS | min(max(value, 0), (1 << VALUE_BITS) - 1)

@@ -1,0 +1,221 @@
+"""Score of a path: what it costs, and what makes it unflyable without a look at the ground.
+
+Lengths are in units of 2**-8 of the longer side of a cell, altitudes in sixteenths of a step. Every
+root is rounded down but those of lengths that cost, which are rounded to the nearest, or cutting a
+path into more pieces would shorten it.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isqrt
+
+from hdl.protocol.planner import (
+    ALTITUDE_FRACTION,
+    MAX_HALF_TURN,
+    POSITION_FRACTION,
+    RISE_FRACTION,
+    SCALE_FRACTION,
+    SLOPE_FRACTION,
+    TURN_FRACTION,
+    ProblemRecord,
+    turn_table,
+)
+from sim.model.planner.definition.walk import Point
+
+
+__all__ = ["Arc", "Score", "corner_of", "piece_cost", "scaled", "score"]
+
+#: A length of one cell: arcs with longer tangents have their chord walked, and a slope that is too
+#: steep counts at least so much.
+CELL = 1 << POSITION_FRACTION
+#: Tangent of half a turn from which no arc is possible, and the tangent length that stands for it.
+_SHARPEST = 16
+_INFINITE = 1 << 24
+_TURNS = turn_table()
+
+
+@dataclass(frozen=True)
+class Arc:
+    """An arc that fits.
+
+    Attributes
+    ----------
+    tangent : int
+        Length from the waypoint to either end of the arc.
+    before, after : int
+        Altitudes where the arc begins and ends.
+    chord : (Point, Point) or None
+        The ends on the nearest corners, at whole steps below; None for a tangent of a cell or less.
+    """
+
+    tangent: int
+    before: int
+    after: int
+    chord: tuple[Point, Point] | None
+
+
+@dataclass(frozen=True)
+class Score:
+    """Score of a path.
+
+    Attributes
+    ----------
+    cost : int
+        Before its shift to a value.
+    penalty : int
+        Length of segments and arcs that are too steep, and an eighth of the path's length for each
+        waypoint whose arc does not fit.
+    arcs : list of Arc or None
+        One for each waypoint; None where the arc does not fit.
+    """
+
+    cost: int
+    penalty: int
+    arcs: list[Arc | None]
+
+
+def corner_of(record: ProblemRecord, end: str) -> Point:
+    """Return the corner nearest to ``"start"`` or ``"goal"``, and the step at or below it."""
+    x, y, altitude = (getattr(record, f"{end}_{name}") for name in ("x", "y", "altitude"))
+    half = CELL // 2
+    return (
+        min(x + half >> POSITION_FRACTION, record.x_limit),
+        min(y + half >> POSITION_FRACTION, record.y_limit),
+        altitude >> ALTITUDE_FRACTION,
+    )
+
+
+def scaled(difference: int, scale: int) -> int:
+    """Return a difference of positions in units of length, halves away from 0."""
+    size = abs(difference) * scale + (1 << SCALE_FRACTION - 1) >> SCALE_FRACTION
+    return -size if difference < 0 else size
+
+
+def piece_cost(record: ProblemRecord, before: int, after: int, length: int) -> int:
+    """Return the cost of a straight piece or an arc between two altitudes.
+
+    Altitude times length, and fuel where the engine must pull.
+    """
+    pull = record.drag * length + record.rise * (after - before)
+    fuel = max(pull, 0) * record.fuel >> record.fuel_shift
+    return (before + after + record.base) * length + fuel
+
+
+def score(record: ProblemRecord, path: Sequence[Point]) -> Score:
+    """Return the score of ``path``: two points or more, the corners of start and goal included."""
+    places = [(x << POSITION_FRACTION, y << POSITION_FRACTION) for x, y, _ in path]
+    altitudes = [z << ALTITUDE_FRACTION for _, _, z in path]
+    places[0], altitudes[0] = (record.start_x, record.start_y), record.start_altitude
+    places[-1], altitudes[-1] = (record.goal_x, record.goal_y), record.goal_altitude
+
+    sides = [
+        (scaled(b[0] - a[0], record.x_scale), scaled(b[1] - a[1], record.y_scale))
+        for a, b in itertools.pairwise(places)
+    ]
+    lengths = [isqrt(dx * dx + dy * dy) for dx, dy in sides]
+    rises = [b - a for a, b in itertools.pairwise(altitudes)]
+    steep = sum(
+        max(length, CELL)
+        for length, rise in zip(lengths, rises, strict=True)
+        if _is_steep(record, length, rise)
+    )
+
+    turns = [
+        _half_turn(sides[i], sides[i + 1], lengths[i], lengths[i + 1])
+        for i in range(len(sides) - 1)
+    ]
+    tangents = [0, *(_tangent(record, turn) for turn in turns), 0]
+    arcs: list[Arc | None] = []
+    for i, tangent in enumerate(tangents[1:-1], 1):
+        fits = (
+            tangents[i - 1] + tangent <= lengths[i - 1] and tangent + tangents[i + 1] <= lengths[i]
+        )
+        arcs.append(_arc(path, altitudes, rises, lengths, i, tangent) if fits else None)
+
+    cost = total = 0
+    for i, arc in enumerate(arcs):
+        if arc is None or arc.tangent == 0:
+            continue
+        length = record.radius * _turn(turns[i]) >> TURN_FRACTION
+        if _is_steep(record, length, arc.after - arc.before):
+            steep += max(length, CELL)
+        flown = _flown(record, length, arc.after - arc.before)
+        cost += piece_cost(record, arc.before, arc.after, flown)
+        total += flown
+    for i, length in enumerate(lengths):
+        first = arcs[i - 1] if i else None
+        last = arcs[i] if i < len(arcs) else None
+        before = altitudes[i] if first is None else first.after
+        after = altitudes[i + 1] if last is None else last.before
+        straight = length - sum(arc.tangent for arc in (first, last) if arc is not None)
+        flown = _flown(record, straight, after - before)
+        cost += piece_cost(record, before, after, flown)
+        total += flown
+    return Score(cost, steep + (arcs.count(None) * total >> 3), arcs)
+
+
+def _is_steep(record: ProblemRecord, length: int, rise: int) -> bool:
+    scaled_rise = rise << SLOPE_FRACTION
+    return scaled_rise > record.climb * length or -scaled_rise > record.descent * length
+
+
+def _half_turn(
+    before: tuple[int, int], after: tuple[int, int], length_before: int, length_after: int
+) -> int | None:
+    """Return the tangent of half the turn between two segments, rounded up; None from 16 on."""
+    cross = abs(before[0] * after[1] - before[1] * after[0])
+    along = length_before * length_after + before[0] * after[0] + before[1] * after[1]
+    if along <= 0 or cross >= _SHARPEST * along:
+        return None
+    return (cross << TURN_FRACTION) // along + 1 if cross else 0
+
+
+def _tangent(record: ProblemRecord, turn: int | None) -> int:
+    if turn is None:
+        return _INFINITE
+    return record.radius * turn + (1 << TURN_FRACTION) - 1 >> TURN_FRACTION
+
+
+def _turn(half: int | None) -> int:
+    """Return the turn of the tangent of its half, radians rounded down, from the table."""
+    assert half is not None
+    half = min(half, MAX_HALF_TURN << TURN_FRACTION)
+    at, rest = half >> 6, half & 63
+    return _TURNS[at] + ((_TURNS[at + 1] - _TURNS[at]) * rest >> 6)
+
+
+def _arc(
+    path: Sequence[Point],
+    altitudes: Sequence[int],
+    rises: Sequence[int],
+    lengths: Sequence[int],
+    i: int,
+    tangent: int,
+) -> Arc:
+    """Return the arc at point ``i``, whose tangent fits in both segments."""
+    if tangent == 0:
+        return Arc(0, altitudes[i], altitudes[i], None)
+    # Shares of the segments, 16 bits.
+    back, on = (tangent << 16) // lengths[i - 1], (tangent << 16) // lengths[i]
+    before = altitudes[i] - (rises[i - 1] * back >> 16)
+    after = altitudes[i] + (rises[i] * on >> 16)
+    chord = None
+    if tangent > CELL:
+        ends = []
+        for other, share, altitude in ((i - 1, back, before), (i + 1, on, after)):
+            x, y = (
+                path[i][axis] + ((path[other][axis] - path[i][axis]) * share + 0x8000 >> 16)
+                for axis in (0, 1)
+            )
+            ends.append((x, y, altitude >> ALTITUDE_FRACTION))
+        chord = ends[0], ends[1]
+    return Arc(tangent, before, after, chord)
+
+
+def _flown(record: ProblemRecord, length: int, rise: int) -> int:
+    """Return the length of a piece in three dimensions, to the nearest."""
+    up = rise * record.rise >> RISE_FRACTION
+    return isqrt(4 * (length * length + up * up)) + 1 >> 1

@@ -1,0 +1,72 @@
+"""First paths of an island: points along its route."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hdl.config import Config
+from hdl.protocol.planner import ProblemRecord
+from sim.model.planner.definition.breeder import Waypoint, bits, draw
+from sim.model.planner.definition.evaluation import Evaluator
+from sim.model.planner.definition.walk import Corner
+from sim.model.planner.definition.wavefront import Block, Blocks, Surface
+from sim.model.random_source import RandomSource
+
+
+__all__ = ["lift", "seed_path"]
+
+#: Fewest waypoints of a seed, where the longest path has as many.
+_FEWEST = 4
+
+
+def seed_path(
+    config: Config,
+    record: ProblemRecord,
+    blocks: Blocks,
+    surface: Surface,
+    route: Sequence[Block],
+    source: RandomSource,
+) -> list[Waypoint]:
+    """Return a path of waypoints at even distances along ``route``.
+
+    Their number and the place of the first are random. Each lies on the lowest corner of its block,
+    a random height above the surface: uniform within the box of mutations, shifted right by 0 to 7
+    for the whole path. Takes a step of the source, and one for each waypoint of the longest path.
+    """
+    fewest = min(_FEWEST, config.max_waypoints)
+    word, _ = source.step()
+    count = fewest + draw(word, 0, 8, config.max_waypoints - fewest + 1)
+    phase, shift = bits(word, 8, 8), bits(word, 16, 3)
+    path = []
+    for i in range(config.max_waypoints):
+        word, _ = source.step()
+        if i >= count:
+            continue
+        block = route[((i << 8) + phase) * len(route) // (count << 8)]
+        x, y = blocks.lowest[block]
+        z = surface.get(block, 0) + (draw(word, 0, 16, config.box_steps) >> shift)
+        path.append(_within(record, (x, y), z))
+    return path
+
+
+def lift(
+    record: ProblemRecord, evaluator: Evaluator, path: Sequence[Waypoint]
+) -> tuple[list[Waypoint], bool]:
+    """Return ``path`` with both waypoints of each segment in the ground raised by its margin.
+
+    All segments are walked before a waypoint is raised. The second value is False if none was.
+    """
+    points = [evaluator.ends[0], *(waypoint[:3] for waypoint in path), evaluator.ends[1]]
+    walked = [evaluator.segment(*points[i : i + 2]) for i in range(len(points) - 1)]
+    margins = [min(margin, 0) for _, margin in walked]
+    raised = [
+        _within(record, (x, y), z - min(margins[i : i + 2])) for i, (x, y, z, _) in enumerate(path)
+    ]
+    return raised, any(margins)
+
+
+def _within(record: ProblemRecord, corner: Corner, z: int) -> Waypoint:
+    x, y = corner
+    return Waypoint(
+        min(x, record.x_limit), min(y, record.y_limit), min(max(z, 0), record.altitude_limit)
+    )

@@ -1,0 +1,91 @@
+"""First paths of an island, compiled: :mod:`sim.model.planner.definition.seeds`."""
+
+from __future__ import annotations
+
+from hdl.protocol.planner import ALTITUDE_FRACTION
+from sim.model.planner.breeder import clamp
+from sim.model.planner.compiled import compiled
+from sim.model.planner.evaluation import segment
+from sim.model.planner.problem import (
+    ALTITUDE_LIMIT,
+    BOX_STEPS,
+    GOAL_ALTITUDE,
+    MAX_WAYPOINTS,
+    START_ALTITUDE,
+    X_LIMIT,
+    Y_LIMIT,
+)
+from sim.model.planner.random_words import Words, draw, field, step
+from sim.model.planner.walk import Ground, Integers
+from sim.model.planner.wavefront import LOWEST_X, LOWEST_Y
+
+
+__all__ = ["lift", "seed_path"]
+
+_FEWEST = 4
+
+
+@compiled
+def seed_path(
+    problem: Integers,
+    sizes: Integers,
+    ends: Integers,
+    blocks: Integers,
+    surface: Integers,
+    route: Integers,
+    length: int,
+    words: Words,
+    path: Integers,
+) -> int:
+    """Write a path along the first ``length`` blocks of ``route``; return its points."""
+    most = sizes[MAX_WAYPOINTS]
+    fewest = min(_FEWEST, most)
+    step(words)
+    count = fewest + draw(words, 0, 0, 8, most - fewest + 1)
+    phase, shift = field(words, 0, 8, 8), field(words, 0, 16, 3)
+    path[0, 0], path[0, 1] = ends[0], ends[1]
+    path[0, 2], path[0, 3] = problem[START_ALTITUDE] >> ALTITUDE_FRACTION, 0
+    for i in range(most):
+        step(words)
+        if i >= count:
+            continue
+        at = ((i << 8) + phase) * length // (count << 8)
+        x, y = route[at, 0], route[at, 1]
+        up = draw(words, 0, 0, 16, sizes[BOX_STEPS]) >> shift
+        path[i + 1, 0] = min(blocks[LOWEST_X, y, x], problem[X_LIMIT])
+        path[i + 1, 1] = min(blocks[LOWEST_Y, y, x], problem[Y_LIMIT])
+        path[i + 1, 2] = clamp(max(surface[y, x], 0) + up, problem[ALTITUDE_LIMIT])
+        path[i + 1, 3] = 0
+    path[count + 1, 0], path[count + 1, 1] = ends[2], ends[3]
+    path[count + 1, 2], path[count + 1, 3] = problem[GOAL_ALTITUDE] >> ALTITUDE_FRACTION, 0
+    return count + 2
+
+
+@compiled
+def lift(
+    problem: Integers,
+    sizes: Integers,
+    ground: Ground,
+    ends: Integers,
+    memo: Integers,
+    counters: Integers,
+    path: Integers,
+    points: int,
+    margins: Integers,
+) -> bool:
+    """Raise the waypoints of segments in the ground; return whether there are such segments.
+
+    ``margins``, (points or more,) int64, is work space.
+    """
+    is_raised = False
+    for k in range(points - 1):
+        _, margin = segment(
+            sizes, ground, ends, memo, counters,
+            path[k, 0], path[k, 1], path[k, 2], path[k + 1, 0], path[k + 1, 1], path[k + 1, 2],
+        )  # fmt: skip
+        margins[k] = min(margin, 0)
+        is_raised |= margin < 0
+    for k in range(1, points - 1):
+        rise = -min(margins[k - 1], margins[k])
+        path[k, 2] = clamp(path[k, 2] + rise, problem[ALTITUDE_LIMIT])
+    return is_raised

@@ -1,0 +1,201 @@
+"""Wavefront over blocks of the map, compiled: :mod:`sim.model.planner.definition.wavefront`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hdl.protocol.planner import ALTITUDE_FRACTION, BLOCKS, POSITION_FRACTION, SLOPE_FRACTION
+from sim.model.planner.compiled import compiled
+from sim.model.planner.problem import (
+    BLOCK_SHIFT,
+    CLIMB,
+    GOAL_ALTITUDE,
+    KEY_SHIFT,
+    START_ALTITUDE,
+    X_SCALE,
+    Y_SCALE,
+)
+from sim.model.planner.root import root
+from sim.model.planner.score import piece_cost, scaled
+from sim.model.planner.walk import Ground, Integers
+
+
+__all__ = [
+    "LEAST",
+    "LOWEST_X",
+    "LOWEST_Y",
+    "MEAN",
+    "descend",
+    "limit_slopes",
+    "measure_blocks",
+    "measure_distances",
+    "spread",
+]
+
+#: Layers of the blocks: least and mean altitude, -1 where blocked; corner of the least.
+LEAST, MEAN, LOWEST_X, LOWEST_Y = range(4)
+_NONE = -1
+_SWEEPS = 64
+_FAR = 1 << 30
+
+
+@compiled
+def measure_distances(problem: Integers, distances: Integers) -> None:
+    """Write the distances between neighbours in x, in y, and across, (3,) int64."""
+    side = 1 << problem[BLOCK_SHIFT] + POSITION_FRACTION
+    east, north = scaled(side, problem[X_SCALE]), scaled(side, problem[Y_SCALE])
+    distances[0], distances[1] = east, north
+    distances[2] = root(east * east + north * north)
+
+
+@compiled
+def measure_blocks(
+    problem: Integers, ground: Ground, blocked: int, ends: Integers, blocks: Integers
+) -> None:
+    """Write the layers of the blocks, (4, 32, 32) int64; ``ends`` (4,) x and y of both ends."""
+    shift = problem[BLOCK_SHIFT]
+    for y in range(BLOCKS):
+        for x in range(BLOCKS):
+            least, total, is_free = blocked + 1, 0, True
+            for v in range(y << shift, y + 1 << shift):
+                for u in range(x << shift, x + 1 << shift):
+                    height = blocked
+                    if v < len(ground) and u < len(ground):
+                        height = int(np.int64(ground[v, u]))
+                    is_free &= height < blocked
+                    total += height
+                    if height < least:
+                        least = height
+                        blocks[LOWEST_X, y, x], blocks[LOWEST_Y, y, x] = u, v
+            blocks[LEAST, y, x] = least if is_free else _NONE
+            blocks[MEAN, y, x] = total >> 2 * shift if is_free else _NONE
+    for end in range(2):
+        x, y = ends[2 * end] >> shift, ends[2 * end + 1] >> shift
+        altitude = problem[GOAL_ALTITUDE if end else START_ALTITUDE] >> ALTITUDE_FRACTION
+        for layer in (LEAST, MEAN):
+            if blocks[layer, y, x] == _NONE:
+                blocks[layer, y, x] = altitude
+
+
+@compiled
+def limit_slopes(problem: Integers, distances: Integers, surface: Integers, limit: int) -> int:
+    """Raise ``surface``, (32, 32), to slopes of ``limit`` halves of the climb limit.
+
+    Returns the passes taken.
+    """
+    shift = SLOPE_FRACTION + ALTITUDE_FRACTION + 1
+    passes = 0
+    for _ in range(_SWEEPS):
+        changed = False
+        for step in (-1, 1):
+            for i in range(BLOCKS * BLOCKS):
+                at = i if step < 0 else BLOCKS * BLOCKS - 1 - i
+                x, y = at % BLOCKS, at // BLOCKS
+                if surface[y, x] == _NONE:
+                    continue
+                for n in range(4):
+                    u, v, way = _neighbour(x, y, step, n)
+                    if 0 <= u < BLOCKS and 0 <= v < BLOCKS and surface[v, u] != _NONE:
+                        least = surface[v, u] - (problem[CLIMB] * distances[way] * limit >> shift)
+                        if least > surface[y, x]:
+                            surface[y, x] = least
+                            changed = True
+        passes += 2
+        if not changed:
+            break
+    return passes
+
+
+@compiled
+def spread(
+    problem: Integers, distances: Integers, surface: Integers, goal: int, field: Integers
+) -> int:
+    """Write the cost from each block to the goal, (32, 32); return the passes taken.
+
+    ``goal`` is 32 y + x. A block without a way has 2**30.
+    """
+    field[:] = _FAR
+    field[goal // BLOCKS, goal % BLOCKS] = 0
+    passes = 0
+    for _ in range(_SWEEPS):
+        changed = False
+        for step in (-1, 1):
+            for i in range(BLOCKS * BLOCKS):
+                at = i if step < 0 else BLOCKS * BLOCKS - 1 - i
+                x, y = at % BLOCKS, at // BLOCKS
+                if surface[y, x] == _NONE:
+                    continue
+                for n in range(4):
+                    u, v, way = _neighbour(x, y, step, n)
+                    if 0 <= u < BLOCKS and 0 <= v < BLOCKS and field[v, u] < _FAR:
+                        cost = field[v, u] + _step_cost(
+                            problem, distances, surface, x, y, u, v, way
+                        )
+                        if cost < field[y, x]:
+                            field[y, x] = cost
+                            changed = True
+        passes += 2
+        if not changed:
+            break
+    return passes
+
+
+@compiled
+def descend(
+    problem: Integers,
+    distances: Integers,
+    surface: Integers,
+    field: Integers,
+    start: int,
+    goal: int,
+    route: Integers,
+) -> int:
+    """Write the route, rows x, y of ``route`` (1024, 2), and return its length."""
+    x, y = start % BLOCKS, start // BLOCKS
+    goal_x, goal_y = goal % BLOCKS, goal // BLOCKS
+    if field[y, x] == _FAR:
+        for i in range(64):
+            route[i, 0] = x + ((goal_x - x) * i >> 6)
+            route[i, 1] = y + ((goal_y - y) * i >> 6)
+        return 64
+    length = 0
+    while True:
+        route[length, 0], route[length, 1] = x, y
+        length += 1
+        if x == goal_x and y == goal_y:
+            return length
+        best, best_x, best_y = 2 * _FAR, x, y
+        for v in range(max(y - 1, 0), min(y + 2, BLOCKS)):
+            for u in range(max(x - 1, 0), min(x + 2, BLOCKS)):
+                if (u == x and v == y) or field[v, u] == _FAR:
+                    continue
+                way = 2 if u != x and v != y else int(u == x)
+                cost = field[v, u] + _step_cost(problem, distances, surface, x, y, u, v, way)
+                if cost < best:
+                    best, best_x, best_y = cost, u, v
+        x, y = best_x, best_y
+
+
+@compiled
+def _neighbour(x: int, y: int, step: int, number: int) -> tuple[int, int, int]:
+    """Return x, y and the index of the distance of one of four neighbours that a pass came by."""
+    if number == 0:
+        return x + step, y, 0
+    return x + number - 2, y + step, 1 if number == 2 else 2
+
+
+@compiled
+def _step_cost(
+    problem: Integers,
+    distances: Integers,
+    surface: Integers,
+    x: int,
+    y: int,
+    u: int,
+    v: int,
+    way: int,
+) -> int:
+    """Return the cost of a step from (x, y) to (u, v) as a value, 1 or more."""
+    before, after = surface[y, x] << ALTITUDE_FRACTION, surface[v, u] << ALTITUDE_FRACTION
+    cost: int = piece_cost(problem, before, after, distances[way]) >> problem[KEY_SHIFT]
+    return max(cost, 1)

@@ -53,7 +53,8 @@ def evaluate(
     The margins are written as far as the path is walked.
     """
     counters[_SEGMENTS] += points - 1
-    cost, penalty = score(problem, path, points, work)
+    cost, penalty, steep_arcs = score(problem, path, points, work, first)
+    penalty += steep_arcs
     value: int = min(max(cost >> problem[KEY_SHIFT], 0), _TOP)
     if first and penalty:
         return _INFEASIBLE | min(penalty, _TOP)

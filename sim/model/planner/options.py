@@ -9,7 +9,7 @@ from hdl.protocol.planner import VALUE_BITS, PathClass
 from sim.model.random_source import check_seed
 
 
-__all__ = ["FIRST_ISLANDS", "Island", "Outcome", "RunOptions"]
+__all__ = ["FIRST_ISLANDS", "QUICK_ISLANDS", "RETURNED", "Island", "Outcome", "RunOptions"]
 
 #: Paths that a run returns at most.
 RETURNED = 8
@@ -36,6 +36,8 @@ class Island:
 
 #: Four surfaces: two of the mean ground, which clear hills, and two of the least, which find gaps.
 FIRST_ISLANDS = (Island(True, 2), Island(True, 5), Island(False, 3), Island(False, 0))
+#: Two surfaces for a run of less than 3 ms, which four wavefronts would leave little of.
+QUICK_ISLANDS = (Island(False, 3), Island(False, 0))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -47,24 +47,11 @@ from sim.model.planner.walk import Integers
 __all__ = ["CELL", "CHORD", "WORK_ROWS", "piece_cost", "scaled", "score"]
 
 #: Rows of the work space of :func:`score`; a column is a point, or the segment that begins there.
-(
-    _X,
-    _Y,
-    _ALTITUDE,
-    _SIDE_X,
-    _SIDE_Y,
-    _RISE,
-    _LENGTH,
-    _HALF_TURN,
-    _TANGENT,
-    _USED,
-    _BEFORE,
-    _AFTER,
-) = range(12)
+_LENGTH, _RISE, _HALF_TURN, _TANGENT, _USED = range(5)
 #: First of six rows with the ends of the chord at a point, x, y and step each, and a row that is 1
 #: where there is a chord.
-CHORD = 12
-WORK_ROWS = 19
+CHORD = 5
+WORK_ROWS = 12
 
 CELL = 1 << POSITION_FRACTION
 _SHARPEST = 16
@@ -90,64 +77,91 @@ def piece_cost(problem: Integers, before: int, after: int, length: int) -> int:
 
 
 @compiled
-def score(problem: Integers, path: Integers, points: int, work: Integers) -> tuple[int, int]:
-    """Return cost and penalty of the first ``points`` rows x, y, step, ... of ``path``.
+def score(
+    problem: Integers, path: Integers, points: int, work: Integers, first: bool
+) -> tuple[int, int, int]:
+    """Return cost, penalty and steep arcs of the first ``points`` rows x, y, step, ... of ``path``.
 
-    ``work``, (WORK_ROWS, points or more) int64, gets the chords.
+    With ``first``, a penalty ends the score, and cost and steep arcs are 0. ``work``, (WORK_ROWS,
+    points or more) int64, gets the chords.
     """
-    for k in range(points):
-        work[_X, k] = path[k, 0] << POSITION_FRACTION
-        work[_Y, k] = path[k, 1] << POSITION_FRACTION
-        work[_ALTITUDE, k] = path[k, 2] << ALTITUDE_FRACTION
-        work[_TANGENT, k] = work[_USED, k] = work[CHORD + 6, k] = 0
     last = points - 1
-    work[_X, 0], work[_Y, 0] = problem[START_X], problem[START_Y]
-    work[_ALTITUDE, 0] = problem[START_ALTITUDE]
-    work[_X, last], work[_Y, last] = problem[GOAL_X], problem[GOAL_Y]
-    work[_ALTITUDE, last] = problem[GOAL_ALTITUDE]
-
-    steep = 0
-    for k in range(last):
-        dx = scaled(work[_X, k + 1] - work[_X, k], problem[X_SCALE])
-        dy = scaled(work[_Y, k + 1] - work[_Y, k], problem[Y_SCALE])
-        rise = work[_ALTITUDE, k + 1] - work[_ALTITUDE, k]
-        length = root(dx * dx + dy * dy)
-        work[_SIDE_X, k], work[_SIDE_Y, k] = dx, dy
-        work[_RISE, k], work[_LENGTH, k] = rise, length
-        if _is_steep(problem, length, rise):
-            steep += max(length, CELL)
+    penalty, total = _measure_segments(problem, path, last, work)
+    lengths, tangents, used = work[_LENGTH], work[_TANGENT], work[_USED]
+    sharp = 0
     for k in range(1, last):
-        _measure_turn(problem, work, k)
+        tangent = tangents[k]
+        fits = (
+            tangents[k - 1] + tangent <= lengths[k - 1] and tangent + tangents[k + 1] <= lengths[k]
+        )
+        sharp += not fits
+        used[k] = tangent if fits else 0
+    penalty += sharp * total >> 3
+    if first and penalty:
+        return 0, penalty, 0
 
-    sharp = cost = total = 0
-    for k in range(points):
-        work[_BEFORE, k] = work[_AFTER, k] = work[_ALTITUDE, k]
-    for k in range(1, last):
-        tangent = work[_TANGENT, k]
-        if (
-            work[_TANGENT, k - 1] + tangent > work[_LENGTH, k - 1]
-            or tangent + work[_TANGENT, k + 1] > work[_LENGTH, k]
-        ):
-            sharp += 1
-        elif tangent:
-            _lay_arc(path, work, k)
-            before, after = work[_BEFORE, k], work[_AFTER, k]
+    cost = steep_arcs = 0
+    # Where the piece before ends: altitude, and length of its segment that an arc has taken.
+    altitude, taken = problem[START_ALTITUDE], 0
+    for k in range(1, points):
+        before = after = path[k, 2] << ALTITUDE_FRACTION
+        if k == last:
+            before = problem[GOAL_ALTITUDE]
+        tangent = used[k]
+        work[CHORD + 6, k] = 0
+        if tangent:
+            before, after = _lay_arc(path, work, k, before)
             half = min(work[_HALF_TURN, k], MAX_HALF_TURN << TURN_FRACTION)
             at = half >> 6
             turn = _TURNS[at] + ((_TURNS[at + 1] - _TURNS[at]) * (half & 63) >> 6)
             length = problem[RADIUS] * turn >> TURN_FRACTION
             if _is_steep(problem, length, after - before):
-                steep += max(length, CELL)
-            flown = _flown(problem, length, after - before)
-            cost += piece_cost(problem, before, after, flown)
-            total += flown
+                steep_arcs += max(length, CELL)
+            cost += piece_cost(problem, before, after, _flown(problem, length, after - before))
+        straight = lengths[k - 1] - taken - tangent
+        flown = _flown(problem, straight, before - altitude)
+        cost += piece_cost(problem, altitude, before, flown)
+        altitude, taken = after, tangent
+    return cost, penalty, steep_arcs
+
+
+@compiled
+def _measure_segments(
+    problem: Integers, path: Integers, last: int, work: Integers
+) -> tuple[int, int]:
+    """Write lengths, rises, half turns and tangents; return the steep and the whole length."""
+    lengths, rises, tangents = work[_LENGTH], work[_RISE], work[_TANGENT]
+    x_scale, y_scale = problem[X_SCALE], problem[Y_SCALE]
+    x, y, altitude = problem[START_X], problem[START_Y], problem[START_ALTITUDE]
+    steep = total = dx = dy = length = 0
     for k in range(last):
-        before, after = work[_AFTER, k], work[_BEFORE, k + 1]
-        straight = work[_LENGTH, k] - work[_USED, k] - work[_USED, k + 1]
-        flown = _flown(problem, straight, after - before)
-        cost += piece_cost(problem, before, after, flown)
-        total += flown
-    return cost, steep + (sharp * total >> 3)
+        next_x, next_y = path[k + 1, 0] << POSITION_FRACTION, path[k + 1, 1] << POSITION_FRACTION
+        next_altitude = path[k + 1, 2] << ALTITUDE_FRACTION
+        if k + 1 == last:
+            next_x, next_y = problem[GOAL_X], problem[GOAL_Y]
+            next_altitude = problem[GOAL_ALTITUDE]
+        next_dx, next_dy = scaled(next_x - x, x_scale), scaled(next_y - y, y_scale)
+        next_length = root(next_dx * next_dx + next_dy * next_dy)
+        rise = next_altitude - altitude
+        lengths[k], rises[k] = next_length, rise
+        total += next_length
+        if _is_steep(problem, next_length, rise):
+            steep += max(next_length, CELL)
+        tangents[k] = 0
+        if k:
+            cross = abs(dx * next_dy - dy * next_dx)
+            along = length * next_length + dx * next_dx + dy * next_dy
+            if along <= 0 or cross >= _SHARPEST * along:
+                tangents[k] = _INFINITE
+            elif cross:
+                half = (cross << TURN_FRACTION) // along + 1
+                work[_HALF_TURN, k] = half
+                rounding = (1 << TURN_FRACTION) - 1
+                tangents[k] = problem[RADIUS] * half + rounding >> TURN_FRACTION
+        x, y, altitude = next_x, next_y, next_altitude
+        dx, dy, length = next_dx, next_dy, next_length
+    tangents[last] = work[_USED, last] = 0
+    return steep, total
 
 
 @compiled
@@ -164,34 +178,13 @@ def _flown(problem: Integers, length: int, rise: int) -> int:
 
 
 @compiled
-def _measure_turn(problem: Integers, work: Integers, k: int) -> None:
-    """Write half turn and tangent length at point ``k``."""
-    dx, dy, next_dx, next_dy = (
-        work[_SIDE_X, k - 1],
-        work[_SIDE_Y, k - 1],
-        work[_SIDE_X, k],
-        work[_SIDE_Y, k],
-    )
-    cross = abs(dx * next_dy - dy * next_dx)
-    along = work[_LENGTH, k - 1] * work[_LENGTH, k] + dx * next_dx + dy * next_dy
-    if along <= 0 or cross >= _SHARPEST * along:
-        work[_TANGENT, k] = _INFINITE
-    elif cross:
-        half = (cross << TURN_FRACTION) // along + 1
-        work[_HALF_TURN, k] = half
-        rounding = (1 << TURN_FRACTION) - 1
-        work[_TANGENT, k] = problem[RADIUS] * half + rounding >> TURN_FRACTION
-
-
-@compiled
-def _lay_arc(path: Integers, work: Integers, k: int) -> None:
-    """Write altitudes and chord of the arc at point ``k``, which fits."""
-    tangent = work[_TANGENT, k]
+def _lay_arc(path: Integers, work: Integers, k: int, altitude: int) -> tuple[int, int]:
+    """Return the altitudes of both ends of the arc at point ``k``, and write its chord."""
+    tangent = work[_USED, k]
     back = (tangent << 16) // work[_LENGTH, k - 1]
     on = (tangent << 16) // work[_LENGTH, k]
-    before = work[_ALTITUDE, k] - (work[_RISE, k - 1] * back >> 16)
-    after = work[_ALTITUDE, k] + (work[_RISE, k] * on >> 16)
-    work[_USED, k], work[_BEFORE, k], work[_AFTER, k] = tangent, before, after
+    before = altitude - (work[_RISE, k - 1] * back >> 16)
+    after = altitude + (work[_RISE, k] * on >> 16)
     if tangent > CELL:
         for axis in range(2):
             at = path[k, axis]
@@ -200,3 +193,4 @@ def _lay_arc(path: Integers, work: Integers, k: int) -> None:
         work[CHORD + 2, k] = before >> ALTITUDE_FRACTION
         work[CHORD + 5, k] = after >> ALTITUDE_FRACTION
         work[CHORD + 6, k] = 1
+    return before, after

@@ -58,7 +58,8 @@ def seed_path(
         path[i + 1, 3] = 0
     path[count + 1, 0], path[count + 1, 1] = ends[2], ends[3]
     path[count + 1, 2], path[count + 1, 3] = problem[GOAL_ALTITUDE] >> ALTITUDE_FRACTION, 0
-    return count + 2
+    points: int = count + 2
+    return points
 
 
 @compiled

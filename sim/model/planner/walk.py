@@ -36,24 +36,30 @@ def walk(
     """
     dx, dy, dz = x1 - x0, y1 - y0, z1 - z0
     low = min(z0, z1)
-    n = max(abs(dx), abs(dy))
+    is_wide = abs(dx) >= abs(dy)
+    n = abs(dx) if is_wide else abs(dy)
+    last = n
     if n == 0:
-        n, last, dz, z = 1, 0, 0, low
-        rest = 0
+        n, dz, z, rest = 1, 0, low, 0
     else:
-        last = n
         # Floor division: the remainder is never negative.
         z = z0 + -abs(dz) // (2 * n)
-        rest = -abs(dz) - -abs(dz) // (2 * n) * (2 * n)
+        rest = -abs(dz) % (2 * n)
     whole = dz // n
     part = 2 * (dz - whole * n)
-    start_x, start_y, goal_x, goal_y = ends[0], ends[1], ends[2], ends[3]
-    across = along = n
+    # A step along the longer side, and one across with the remainder that it needs.
+    along_x, along_y, across_x, across_y = np.sign(dx), 0, 0, np.sign(dy)
+    slant = 2 * abs(dy)
+    if not is_wide:
+        along_x, along_y, across_x, across_y = 0, np.sign(dy), np.sign(dx), 0
+        slant = 2 * abs(dx)
+    # Halves go up: backwards a half is not yet a step.
+    aside = n if across_x + across_y > 0 else n - 1
+    is_near = _meets(ends[0], ends[1], x0, y0, x1, y1) or _meets(ends[2], ends[3], x0, y0, x1, y1)
     x, y = x0, y0
     hits, margin = 0, blocked
     for _ in range(last + 1):
-        at_start = abs(x - start_x) <= 1 and abs(y - start_y) <= 1
-        if not at_start and not (abs(x - goal_x) <= 1 and abs(y - goal_y) <= 1):
+        if not (is_near and _is_exempt(ends, x, y)):
             height = int(np.int64(ground[y, x]))
             if height == blocked:
                 hits += 1
@@ -61,24 +67,35 @@ def walk(
                 above = max(z, low) - height
                 hits += above < 0
                 margin = min(margin, above)
-        # Neither x nor y moves by more than a corner at a time.
-        across += 2 * dx
-        along += 2 * dy
-        if across >= 2 * n:
-            across -= 2 * n
-            x += 1
-        elif across < 0:
-            across += 2 * n
-            x -= 1
-        if along >= 2 * n:
-            along -= 2 * n
-            y += 1
-        elif along < 0:
-            along += 2 * n
-            y -= 1
+        x += along_x
+        y += along_y
+        aside += slant
+        if aside >= 2 * n:
+            aside -= 2 * n
+            x += across_x
+            y += across_y
         z += whole
         rest += part
         if rest >= 2 * n:
             rest -= 2 * n
             z += 1
     return hits, margin
+
+
+@compiled
+def _meets(x: int, y: int, x0: int, y0: int, x1: int, y1: int) -> bool:
+    """Return whether the box of a segment meets the 3 x 3 corners around (x, y)."""
+    return bool(
+        min(x0, x1) <= x + 1
+        and max(x0, x1) >= x - 1
+        and min(y0, y1) <= y + 1
+        and max(y0, y1) >= y - 1
+    )
+
+
+@compiled
+def _is_exempt(ends: Integers, x: int, y: int) -> bool:
+    return bool(
+        (abs(x - ends[0]) <= 1 and abs(y - ends[1]) <= 1)
+        or (abs(x - ends[2]) <= 1 and abs(y - ends[3]) <= 1)
+    )

@@ -58,6 +58,9 @@ class Evaluator:
         value = scored.cost >> self.record.key_shift
         if first and scored.penalty:
             return key_of(PathClass.INFEASIBLE, scored.penalty)
+        penalty = scored.penalty + scored.steep_arcs
+        if first and penalty:
+            return key_of(PathClass.INFEASIBLE, penalty)
         if first and value >= limit:
             return key_of(PathClass.GIVEN_UP, value)
 
@@ -76,9 +79,9 @@ class Evaluator:
                 before = min(before, margin)
                 if first and found:
                     break
-        if hits or scored.penalty:
+        if hits or penalty:
             units = hits * _CELLS_PER_HIT << POSITION_FRACTION
-            return key_of(PathClass.INFEASIBLE, scored.penalty + units)
+            return key_of(PathClass.INFEASIBLE, penalty + units)
         return key_of(PathClass.FEASIBLE, value)
 
     def segment(self, start: Point, stop: Point) -> tuple[int, int]:

@@ -66,14 +66,17 @@ class Score:
     cost : int
         Before its shift to a value.
     penalty : int
-        Length of segments and arcs that are too steep, and an eighth of the path's length for each
-        waypoint whose arc does not fit.
+        Length of segments that are too steep, and an eighth of the path's length for each waypoint
+        whose arc does not fit.
+    steep_arcs : int
+        Length of arcs that are too steep, which counts, too.
     arcs : list of Arc or None
         One for each waypoint; None where the arc does not fit.
     """
 
     cost: int
     penalty: int
+    steep_arcs: int
     arcs: list[Arc | None]
 
 
@@ -135,16 +138,15 @@ def score(record: ProblemRecord, path: Sequence[Point]) -> Score:
         )
         arcs.append(_arc(path, altitudes, rises, lengths, i, tangent) if fits else None)
 
-    cost = total = 0
+    cost = steep_arcs = 0
     for i, arc in enumerate(arcs):
         if arc is None or arc.tangent == 0:
             continue
         length = record.radius * _turn(turns[i]) >> TURN_FRACTION
         if _is_steep(record, length, arc.after - arc.before):
-            steep += max(length, CELL)
+            steep_arcs += max(length, CELL)
         flown = _flown(record, length, arc.after - arc.before)
         cost += piece_cost(record, arc.before, arc.after, flown)
-        total += flown
     for i, length in enumerate(lengths):
         first = arcs[i - 1] if i else None
         last = arcs[i] if i < len(arcs) else None
@@ -153,8 +155,8 @@ def score(record: ProblemRecord, path: Sequence[Point]) -> Score:
         straight = length - sum(arc.tangent for arc in (first, last) if arc is not None)
         flown = _flown(record, straight, after - before)
         cost += piece_cost(record, before, after, flown)
-        total += flown
-    return Score(cost, steep + (arcs.count(None) * total >> 3), arcs)
+    penalty = steep + (arcs.count(None) * sum(lengths) >> 3)
+    return Score(cost, penalty, steep_arcs, arcs)
 
 
 def _is_steep(record: ProblemRecord, length: int, rise: int) -> bool:

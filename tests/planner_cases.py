@@ -1,0 +1,119 @@
+"""Random maps, problems and paths for the planner on the chip."""
+
+import numpy as np
+
+from hdl.config import Config
+from hdl.protocol.planner import (
+    BASE_BITS,
+    DRAG_FRACTION,
+    FUEL_BITS,
+    POSITION_FRACTION,
+    RADIUS_BITS,
+    RISE_BITS,
+    SCALE_FRACTION,
+    SLOPE_BITS,
+    ProblemRecord,
+)
+
+
+#: A small chip, a chip of the default sizes, and the largest.
+SMALL = Config(
+    population=8, children=4, elites=2, survivors=2, perturbs=1, inserts=1, deletes=1,
+    max_waypoints=5, map_size=32, coarse_factor=4, altitude_bits=8, lanes=4,
+)  # fmt: skip
+USUAL = Config()
+LARGE = Config(map_size=4096, altitude_bits=16, max_waypoints=64)
+
+
+def ground(config, rng, *, blocked=0.02):
+    """Rolling hills up to half of all altitudes, with blocked corners."""
+    size = config.map_size
+    x, y = np.meshgrid(np.arange(size), np.arange(size))
+    hills = sum(
+        np.sin(x * rng.uniform(0, 12 / size) + y * rng.uniform(0, 12 / size) + rng.uniform(0, 6))
+        for _ in range(4)
+    )
+    heights = ((hills + 4) / 8 * (config.blocked_altitude // 2)).astype(np.uint16)
+    heights[rng.random(heights.shape) < blocked] = config.blocked_altitude
+    heights[-1], heights[:, -1] = config.blocked_altitude, config.blocked_altitude
+    return heights
+
+
+def record(config, rng, **changes):
+    """A problem whose aircraft climbs and turns well enough to fly over such hills."""
+    size, top = config.map_size, config.blocked_altitude
+    far = (size - 2) << POSITION_FRACTION
+    values = {
+        "start_x": int(rng.integers(far // 4)),
+        "start_y": int(rng.integers(far // 4)),
+        "start_altitude": int(rng.integers(8 * top, 12 * top)),
+        "goal_x": far - int(rng.integers(far // 4)),
+        "goal_y": far - int(rng.integers(far // 4)),
+        "goal_altitude": int(rng.integers(8 * top, 12 * top)),
+        "x_limit": size - 2,
+        "y_limit": size - 2,
+        "altitude_limit": top - 1,
+        "x_scale": int(rng.integers(1 << SCALE_FRACTION - 1, (1 << SCALE_FRACTION) + 1)),
+        "y_scale": 1 << SCALE_FRACTION,
+        "rise": 12_000,
+        "climb": 12_000 * top // 4095,
+        "descent": 20_000 * top // 4095,
+        "radius": int(rng.integers(1, 1 << POSITION_FRACTION + 2)),
+        "base": int(rng.integers(-top, 100 * top)),
+        "drag": 5_201,
+        "fuel": 60_294,
+        "fuel_shift": 13,
+        "key_shift": 10,
+        "block_shift": max(config.coordinate_bits - 5, 0),
+    }
+    return ProblemRecord(**values | changes)
+
+
+def any_record(config, rng):
+    """A problem with any value in every field, the extremes often."""
+
+    def value(bits):
+        kind = rng.integers(4)
+        if kind < 2:
+            return (0, (1 << bits) - 1)[kind]
+        return int(rng.integers(1 << int(rng.integers(1, bits + 1))))
+
+    position = config.coordinate_bits + POSITION_FRACTION
+    altitude = config.altitude_bits + 4
+    return record(
+        config,
+        rng,
+        start_x=value(position),
+        start_y=value(position),
+        start_altitude=value(altitude),
+        goal_x=value(position),
+        goal_y=value(position),
+        goal_altitude=value(altitude),
+        x_scale=int(rng.choice([1, 1 << SCALE_FRACTION])),
+        rise=value(RISE_BITS),
+        climb=value(SLOPE_BITS),
+        descent=value(SLOPE_BITS),
+        radius=value(RADIUS_BITS),
+        base=value(BASE_BITS - 1) * int(rng.choice([-1, 1])),
+        drag=value(DRAG_FRACTION),
+        fuel=value(FUEL_BITS),
+        fuel_shift=value(5),
+        key_shift=value(6),
+    )
+
+
+def path(config, rng, *, waypoints=None):
+    """Points of a path of any corners and steps, within a window of any size."""
+    count = int(rng.integers(2, config.max_waypoints + 1)) if waypoints is None else waypoints
+    span = int(rng.choice([2, 10, config.map_size]))
+    span = min(span, config.map_size)
+    corner = rng.integers(config.map_size - span + 1, size=2)
+    corners = corner + rng.integers(span, size=(count + 2, 2))
+    steps = rng.integers(config.blocked_altitude, size=(count + 2, 1))
+    return [tuple(point) for point in np.hstack((corners, steps)).tolist()]
+
+
+def rows(points, margins=None):
+    """Points as the compiled kernels take them: rows x, y, step, margin."""
+    margins = [0] * len(points) if margins is None else margins
+    return np.array([(*point, m) for point, m in zip(points, margins, strict=True)], dtype=np.int64)

@@ -1,0 +1,105 @@
+"""Breeding: the compiled one against the definition, and the shares of what it draws."""
+
+import collections
+
+import numpy as np
+import pytest
+
+from sim.model.planner.breeder import breed
+from sim.model.planner.definition.breeder import Waypoint, cross, mutate
+from sim.model.planner.definition.breeder import breed as defined
+from sim.model.planner.definition.score import corner_of
+from sim.model.planner.problem import problem_vector, sizes_vector
+from sim.model.planner.random_words import source
+from sim.model.random_source import RandomSource
+from tests.planner_cases import SMALL, USUAL, path, record
+
+
+def population(config, rng):
+    return [
+        [Waypoint(*point, int(rng.integers(-99, 99))) for point in path(config, rng)[1:-1]]
+        for _ in range(config.population)
+    ]
+
+
+@pytest.mark.parametrize("config", [SMALL, USUAL], ids=["small", "usual"])
+def test_compiled_breeding_is_the_defined_one(config):
+    rng = np.random.default_rng(12)
+    for seed in range(30):
+        problem = record(config, rng)
+        ends = corner_of(problem, "start"), corner_of(problem, "goal")
+        parents = population(config, rng)
+        children, survivors = defined(config, problem, ends, parents, RandomSource(seed))
+
+        slots = config.population + config.children
+        paths = np.zeros((slots, config.max_waypoints + 2, 4), dtype=np.int64)
+        points = np.zeros(slots, dtype=np.int64)
+        order = rng.permutation(slots)
+        for slot, parent in zip(order[: config.population], parents, strict=True):
+            listed = [(*ends[0], 0), *parent, (*ends[1], 0)]
+            paths[slot, : len(listed)], points[slot] = listed, len(listed)
+        free = order[config.population :]
+        drawn = np.zeros(config.survivors, dtype=np.int64)
+        breed(
+            problem_vector(config, problem), sizes_vector(config, 0), paths, points, order, free,
+            drawn, np.zeros(slots, dtype=np.int64), source(seed),
+        )  # fmt: skip
+        assert drawn.tolist() == survivors
+        assert len(set(survivors)) == config.survivors
+        assert min(survivors) >= config.elites
+        for slot, child in zip(free, children, strict=True):
+            assert config.MIN_WAYPOINTS <= len(child) <= config.max_waypoints
+            bred = paths[slot, 1 : points[slot] - 1].tolist()
+            assert [Waypoint(*waypoint) for waypoint in bred] == child
+
+
+def test_children_stay_within_the_limits():
+    rng = np.random.default_rng(13)
+    problem = record(SMALL, rng, x_limit=20, y_limit=11, altitude_limit=99)
+    ends = corner_of(problem, "start"), corner_of(problem, "goal")
+    inside = [[Waypoint(20, 11, 99), Waypoint(0, 0, 0)]] * SMALL.population
+    random = RandomSource(3)
+    for _ in range(50):
+        for child in defined(SMALL, problem, ends, inside, random)[0]:
+            for x, y, z, _ in child:
+                assert 0 <= x <= 20
+                assert 0 <= y <= 11
+                assert 0 <= z <= 99
+
+
+def test_crossover_takes_head_and_tail():
+    assert cross("abcde", "vwxyz") == list("abxyz")
+    assert cross("ab", "vwxyz") == list("axyz")
+
+
+def test_shares_of_the_operators():
+    """8 of 18 perturb, 3 insert, 3 delete, 4 settle: within a 256th, from the draw of 8 bits."""
+    rng = np.random.default_rng(14)
+    problem = record(USUAL, rng)
+    ends = corner_of(problem, "start"), corner_of(problem, "goal")
+    before = [Waypoint(100 + i, 100, 2000, 64) for i in range(6)]
+    kinds = collections.Counter()
+    for operator in range(256):
+        # The greatest offset, at full size: no operator leaves the path as it is.
+        word = operator | (1 << 62) - (1 << 20)
+        after = mutate(USUAL, problem, ends, before, word)
+        if len(after) != len(before):
+            kinds["insert" if len(after) > len(before) else "delete"] += 1
+        else:
+            moved = [b for a, b in zip(before, after, strict=True) if a != b]
+            kinds["settle" if moved[0].x == 100 else "perturb"] += 1
+    for kind, share in {"perturb": 8, "insert": 3, "delete": 3, "settle": 4}.items():
+        assert abs(kinds[kind] / 256 - share / 18) < 1 / 256, kind
+
+
+@pytest.mark.parametrize(
+    ("margin", "size", "fall"),
+    [(10, 0, 5), (10, 6, 10), (10, 11, 20), (-10, 0, -10), (-10, 15, -10), (0, 15, 0)],
+)
+def test_settle_lowers_by_the_margin_or_raises_out_of_the_ground(margin, size, fall):
+    rng = np.random.default_rng(15)
+    problem = record(USUAL, rng)
+    ends = corner_of(problem, "start"), corner_of(problem, "goal")
+    before = [Waypoint(5, 5, 1000, margin), Waypoint(9, 9, 1000, margin)]
+    after = mutate(USUAL, problem, ends, before, 255 | size << 16)
+    assert after == [Waypoint(5, 5, 1000 - fall, 0), before[1]]

@@ -1,0 +1,95 @@
+"""The evaluation of a path: the compiled one against the definition."""
+
+import numpy as np
+import pytest
+
+from hdl.protocol.planner import VALUE_BITS, PathClass
+from sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator, key_of
+from sim.model.planner.definition.memo import Memo
+from sim.model.planner.evaluation import CYCLES, PLACES, evaluate, settle
+from sim.model.planner.memo import empty_memo
+from sim.model.planner.problem import problem_vector, sizes_vector
+from sim.model.planner.score import WORK_ROWS
+from tests.planner_cases import SMALL, USUAL, ground, path, record, rows
+
+
+class Both:
+    """The two evaluators, with a memo each, over one map."""
+
+    def __init__(self, config, rng, memo, **changes):
+        self.config = config
+        self.record = record(config, rng, **changes)
+        self.ground = ground(config, rng)
+        self.plain = Evaluator(config, self.record, self.ground, Memo(config, memo))
+        self.memo = empty_memo(memo)
+        self.counters = np.zeros(PLACES, dtype=np.int64)
+        self.vector = problem_vector(config, self.record)
+        self.sizes = sizes_vector(config, memo)
+
+    def path(self, rng):
+        points = path(self.config, rng)
+        points[0], points[-1] = self.plain.ends
+        return points
+
+    def evaluate(self, points, limit, *, first):
+        """The key, after a check that both agree on it and on the margins."""
+        margins = list(range(len(points)))
+        compiled = rows(points, margins)
+        key = self.plain.evaluate(points, margins, limit, first=first)
+        ends = np.array([end[:2] for end in self.plain.ends], dtype=np.int64).ravel()
+        work = np.zeros((WORK_ROWS, len(points)), dtype=np.int64)
+        assert key == evaluate(
+            self.vector, self.sizes, self.ground, ends, self.memo, self.counters, work,
+            compiled, len(points), limit, first,
+        )  # fmt: skip
+        assert compiled[:, 3].tolist() == margins
+        return key
+
+
+@pytest.mark.parametrize("memo", [0, 64])
+@pytest.mark.parametrize("config", [SMALL, USUAL], ids=["small", "usual"])
+def test_compiled_evaluation_is_the_defined_one(config, memo):
+    rng = np.random.default_rng(10)
+    classes = set()
+    for _ in range(15):
+        both = Both(config, rng, memo, climb=(1 << 24) - 1, descent=(1 << 24) - 1, radius=64)
+        for _ in range(30):
+            points = both.path(rng)
+            cost = both.evaluate(points, NO_LIMIT, first=False) & (1 << VALUE_BITS) - 1
+            for limit in (cost, cost + 1, NO_LIMIT):
+                classes.add(both.evaluate(points, limit, first=True) >> VALUE_BITS)
+        before = both.counters[CYCLES]
+        settle(both.counters)
+        segments, walker = both.plain.segments, both.plain.walker
+        assert both.counters[CYCLES] - before == max(segments, walker) + 40
+    assert classes >= {PathClass.GIVEN_UP, PathClass.INFEASIBLE}
+    # On the larger map no random path is free.
+    assert config is USUAL or PathClass.FEASIBLE in classes
+
+
+def test_a_memo_changes_no_key_and_no_margin():
+    rng = np.random.default_rng(11)
+    with_memo = Both(USUAL, rng, 512)
+    without = Evaluator(USUAL, with_memo.record, with_memo.ground, Memo(USUAL, 0))
+    paths = [with_memo.path(rng) for _ in range(20)]
+    for _ in range(2):
+        for points in paths:
+            margins, expected = [0] * len(points), [0] * len(points)
+            key = with_memo.plain.evaluate(points, margins, NO_LIMIT, first=False)
+            assert key == without.evaluate(points, expected, NO_LIMIT, first=False)
+            assert margins == expected
+    assert with_memo.plain.walker < without.walker * 0.75
+
+
+def test_keys_sort_by_class_then_value():
+    greatest = (1 << VALUE_BITS) - 1
+    keys = [
+        key_of(PathClass.FEASIBLE, -5),
+        key_of(PathClass.FEASIBLE, 1),
+        key_of(PathClass.FEASIBLE, greatest + 9),
+        key_of(PathClass.GIVEN_UP, 0),
+        key_of(PathClass.INFEASIBLE, 0),
+    ]
+    assert keys == sorted(keys)
+    assert keys[0] == 0
+    assert keys[2] == greatest

@@ -1,0 +1,81 @@
+"""A run: the compiled one against the definition, and what a run promises."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from hdl.protocol.planner import PathClass
+from sim.model.planner.definition.run import plan as defined
+from sim.model.planner.options import FIRST_ISLANDS, QUICK_ISLANDS, RunOptions
+from sim.model.planner.run import plan
+from tests.planner_cases import SMALL, USUAL, ground, record
+
+
+def problem(config, seed):
+    rng = np.random.default_rng(seed)
+    return ground(config, rng, blocked=0.001), record(config, rng)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(
+    "options",
+    [
+        RunOptions(cycles=40_000, islands=QUICK_ISLANDS, lifts=0, seeds=16),
+        RunOptions(cycles=10**9, generations=60, seeds=10, memo=16, share=4),
+        RunOptions(cycles=10**9, generations=30, seeds=9, memo=0, give_up_rank=0, lifts=1),
+        RunOptions(cycles=0, seeds=8, islands=FIRST_ISLANDS[:1]),
+    ],
+    ids=["cycles", "generations", "without-memo", "seeds-alone"],
+)
+def test_compiled_run_is_the_defined_one_on_a_small_chip(options, seed):
+    options = dataclasses.replace(options, seed=seed, give_up_rank=min(options.give_up_rank, 7))
+    heights, problem_record = problem(SMALL, seed)
+    outcome = plan(SMALL, heights, problem_record, options)
+    assert outcome == defined(SMALL, heights, problem_record, options)
+    assert outcome.keys == sorted(set(outcome.keys))
+
+
+def test_compiled_run_is_the_defined_one_on_the_usual_chip():
+    options = RunOptions(seed=5, cycles=10**9, generations=12, seeds=32)
+    heights, problem_record = problem(USUAL, 5)
+    assert plan(USUAL, heights, problem_record, options) == defined(
+        USUAL, heights, problem_record, options
+    )
+
+
+def test_a_memo_of_any_size_changes_nothing_but_cycles():
+    heights, problem_record = problem(USUAL, 6)
+    outcomes = [
+        plan(
+            USUAL,
+            heights,
+            problem_record,
+            RunOptions(seed=1, cycles=10**9, generations=200, memo=memo),
+        )
+        for memo in (0, 8, 512)
+    ]
+    assert len({outcome.cycles for outcome in outcomes}) == 3
+    assert len({(str(outcome.paths), str(outcome.keys)) for outcome in outcomes}) == 1
+
+
+def test_longer_runs_find_better_paths():
+    heights, problem_record = problem(USUAL, 7)
+    runs = [
+        plan(USUAL, heights, problem_record, RunOptions(seed=2, cycles=cycles))
+        for cycles in (0, 300_000, 1_000_000)
+    ]
+    assert [run.keys[0] for run in runs] == sorted((run.keys[0] for run in runs), reverse=True)
+    assert runs[-1].classes[0] is PathClass.FEASIBLE
+    assert runs[-1].keys[0] < 0.98 * runs[0].keys[0]
+    # Within a generation of its time.
+    assert 1_000_000 <= runs[-1].cycles < 1_003_000
+
+
+def test_seeds_give_different_runs():
+    heights, problem_record = problem(USUAL, 8)
+    keys = {
+        plan(USUAL, heights, problem_record, RunOptions(seed=seed, cycles=200_000)).keys[0]
+        for seed in (0, 1, 2**64 - 1)
+    }
+    assert len(keys) == 3

@@ -1,0 +1,121 @@
+"""The score of a path: the compiled one against the definition, whose integers never overflow."""
+
+import math
+
+import numpy as np
+import pytest
+
+from hdl.protocol.planner import ALTITUDE_FRACTION, POSITION_FRACTION
+from sim.model.planner.definition.score import corner_of
+from sim.model.planner.definition.score import score as defined
+from sim.model.planner.problem import problem_vector
+from sim.model.planner.root import root
+from sim.model.planner.score import CHORD, WORK_ROWS, score
+from tests.planner_cases import LARGE, SMALL, USUAL, any_record, path, record, rows
+
+
+def compiled(config, problem, points, *, first=False):
+    work = np.full((WORK_ROWS, len(points)), -1, dtype=np.int64)
+    result = score(problem_vector(config, problem), rows(points), len(points), work, first)
+    chords = [
+        (tuple(work[CHORD : CHORD + 3, k].tolist()), tuple(work[CHORD + 3 : CHORD + 6, k].tolist()))
+        if work[CHORD + 6, k] else None
+        for k in range(1, len(points) - 1)
+    ]  # fmt: skip
+    return result, chords
+
+
+def assert_same(config, problem, points):
+    expected = defined(problem, points)
+    result, chords = compiled(config, problem, points)
+    assert result == (expected.cost, expected.penalty, expected.steep_arcs)
+    assert chords == [None if arc is None else arc.chord for arc in expected.arcs]
+    result, _ = compiled(config, problem, points, first=True)
+    if expected.penalty:
+        assert result == (0, expected.penalty, 0)
+    else:
+        assert result == (expected.cost, 0, expected.steep_arcs)
+
+
+@pytest.mark.parametrize("config", [SMALL, USUAL, LARGE], ids=["small", "usual", "large"])
+def test_compiled_score_is_the_defined_one(config):
+    rng = np.random.default_rng(4)
+    for _ in range(400):
+        assert_same(config, record(config, rng), path(config, rng))
+        assert_same(config, any_record(config, rng), path(config, rng))
+
+
+def test_the_longest_path_does_not_overflow():
+    """From corner to corner of the largest map, up and down, with the greatest of every field."""
+    rng = np.random.default_rng(5)
+    far, top = LARGE.map_size - 1, LARGE.blocked_altitude - 1
+    points = [(far * (i % 2), far * (i // 2 % 2), top * (i % 2)) for i in range(66)]
+    greatest = {"rise": (1 << 20) - 1, "drag": (1 << 16) - 1, "fuel": (1 << 16) - 1}
+    for base in (-(1 << 24), (1 << 24) - 1):
+        problem = record(LARGE, rng, base=base, radius=1, fuel_shift=0, **greatest)
+        assert_same(LARGE, problem, points)
+        assert abs(defined(problem, points).cost) < 1 << 63
+
+
+@pytest.mark.parametrize("config", [USUAL, LARGE], ids=["usual", "large"])
+def test_roots(config):
+    rng = np.random.default_rng(6)
+    assert [root(i) for i in range(5000)] == [math.isqrt(i) for i in range(5000)]
+    for _ in range(5000):
+        value = int(rng.integers(1 << int(rng.integers(1, 31))))
+        for square in (value * value - 1, value * value, value * value + 1):
+            assert square < 0 or root(square) == math.isqrt(square)
+
+
+def test_lengths_and_costs_are_those_of_the_formulas():
+    """Of a path with one turn, in floating point: cells of 256 units, steps of 16."""
+    rng = np.random.default_rng(7)
+    for _ in range(50):
+        problem = record(
+            USUAL, rng, x_scale=1 << 14, climb=(1 << 24) - 1, descent=(1 << 24) - 1, radius=500
+        )
+        points = [corner_of(problem, "start"), (250, 260, 3000), corner_of(problem, "goal")]
+        places = np.array(
+            [
+                (problem.start_x, problem.start_y, problem.start_altitude),
+                [c << POSITION_FRACTION for c in points[1][:2]] + [3000 << ALTITUDE_FRACTION],
+                (problem.goal_x, problem.goal_y, problem.goal_altitude),
+            ],
+            dtype=float,
+        )
+        before, after = np.diff(places, axis=0)
+        lengths = [math.hypot(*side[:2]) for side in (before, after)]
+        angle = math.acos(before[:2] @ after[:2] / lengths[0] / lengths[1])
+        tangent, per_part = 500 * math.tan(angle / 2), problem.rise / 65536
+        heights = [
+            places[1, 2] - before[2] * tangent / lengths[0],
+            places[1, 2] + after[2] * tangent / lengths[1],
+        ]
+        altitudes = [places[0, 2], *heights, places[2, 2]]
+        runs = [lengths[0] - tangent, 500 * angle, lengths[1] - tangent]
+        cost = 0.0
+        for run, low, high in zip(runs, altitudes, altitudes[1:], strict=False):
+            flown = math.hypot(run, (high - low) * per_part)
+            pull = problem.drag * flown + problem.rise * (high - low)
+            cost += (low + high + problem.base) * flown + max(pull, 0) * problem.fuel / 2**13
+        scored = defined(problem, points)
+        assert scored.penalty == scored.steep_arcs == 0
+        assert scored.cost == pytest.approx(cost, rel=5e-5)
+
+
+def test_penalties():
+    rng = np.random.default_rng(8)
+    far = 20 << POSITION_FRACTION
+    level = {"start_altitude": 1600, "goal_altitude": 1600, "x_scale": 1 << 14, "radius": 256}
+    ends = {"start_x": 0, "start_y": 0, "goal_x": far, "goal_y": 0}
+    problem = record(USUAL, rng, **ends, **level, climb=0, descent=0)
+    start, goal = (0, 0, 100), (20, 0, 100)
+    assert defined(problem, [start, (10, 0, 100), goal]).penalty == 0
+    assert defined(problem, [start, (10, 0, 101), goal]).penalty == far
+    # A reversal, and a waypoint twice, have no arc.
+    turned = defined(problem, [start, (30, 0, 100), goal])
+    assert turned.arcs == [None]
+    assert turned.penalty == 40 * 256 >> 3
+    twice = defined(problem, [start, (10, 0, 100), (10, 0, 100), goal])
+    assert twice.arcs == [None, None]
+    assert twice.penalty == 2 * far >> 3

@@ -1,0 +1,121 @@
+"""Routes: the compiled wavefront against the definition, and the definition against Dijkstra."""
+
+import heapq
+
+import numpy as np
+import pytest
+
+from hdl.protocol.planner import BLOCKS
+from sim.model.planner.definition import wavefront as plain
+from sim.model.planner.definition.score import corner_of
+from sim.model.planner.problem import problem_vector
+from sim.model.planner.wavefront import (
+    LEAST,
+    LOWEST_X,
+    LOWEST_Y,
+    MEAN,
+    descend,
+    limit_slopes,
+    measure_blocks,
+    measure_distances,
+    spread,
+)
+from tests.planner_cases import SMALL, USUAL, ground, record
+
+
+CASES = [(SMALL, 0.0, 0), (SMALL, 0.3, 1), (USUAL, 0.0, 2), (USUAL, 0.002, 3)]
+
+
+def cases(config, blocked, seed):
+    rng = np.random.default_rng(seed)
+    problem, heights = record(config, rng), ground(config, rng, blocked=blocked)
+    return problem, heights, plain.blocks_of(problem, heights, config.blocked_altitude)
+
+
+def array(values, none):
+    """A dictionary of blocks as (32, 32), ``none`` elsewhere."""
+    layer = np.full((BLOCKS, BLOCKS), none, dtype=np.int64)
+    for (x, y), value in values.items():
+        layer[y, x] = value
+    return layer
+
+
+@pytest.mark.parametrize("slope", [0, 1, 3])
+@pytest.mark.parametrize("case", CASES)
+def test_compiled_wavefront_is_the_defined_one(case, slope):
+    config, *_ = case
+    problem, heights, blocks = cases(*case)
+    vector, distances = problem_vector(config, problem), np.zeros(3, dtype=np.int64)
+    ends = [corner_of(problem, end)[axis] for end in ("start", "goal") for axis in (0, 1)]
+    layers = np.zeros((4, BLOCKS, BLOCKS), dtype=np.int64)
+    measure_distances(vector, distances)
+    measure_blocks(vector, heights, config.blocked_altitude, np.array(ends), layers)
+    assert tuple(distances) == blocks.distances
+    assert np.array_equal(layers[LEAST], array(blocks.least, -1))
+    assert np.array_equal(layers[MEAN], array(blocks.mean, -1))
+    assert all(
+        (layers[LOWEST_X, y, x], layers[LOWEST_Y, y, x]) == lowest
+        for (x, y), lowest in blocks.lowest.items()
+    )
+
+    for layer, values in ((LEAST, blocks.least), (MEAN, blocks.mean)):
+        surface, expected = layers[layer].copy(), dict(values)
+        if slope:
+            passes = plain.limit_slopes(problem, blocks, expected, slope)
+            assert limit_slopes(vector, distances, surface, slope) == passes
+            assert np.array_equal(surface, array(expected, -1))
+        field = np.zeros((BLOCKS, BLOCKS), dtype=np.int64)
+        start, goal = (y * BLOCKS + x for x, y in (blocks.start, blocks.goal))
+        costs, passes = plain.spread(problem, blocks, expected)
+        assert spread(vector, distances, surface, goal, field) == passes
+        assert np.array_equal(field, array(costs, plain.FAR))
+        route = np.zeros((BLOCKS * BLOCKS, 2), dtype=np.int64)
+        length = descend(vector, distances, surface, field, start, goal, route)
+        expected_route = plain.descend(problem, blocks, expected, costs)
+        assert [tuple(block) for block in route[:length].tolist()] == expected_route
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_costs_are_the_least(case):
+    problem, _, blocks = cases(*case)
+    field, _ = plain.spread(problem, blocks, blocks.least)
+    least, queue = {}, [(0, blocks.goal)]
+    while queue:
+        cost, (x, y) = heapq.heappop(queue)
+        if (x, y) in least:
+            continue
+        least[x, y] = cost
+        for u, v in ((x + i, y + j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j):
+            if (u, v) in blocks.least and (u, v) not in least:
+                way = 2 if u != x and v != y else int(u == x)
+                step = plain._step_cost(problem, blocks, blocks.least, (u, v), (x, y), way)
+                heapq.heappush(queue, (cost + step, (u, v)))
+    assert field == least
+
+
+def test_slopes_are_limited():
+    problem, _, blocks = cases(*CASES[2])
+    surface = dict(blocks.least)
+    plain.limit_slopes(problem, blocks, surface, 2)
+    falls = [problem.climb * distance >> 16 for distance in blocks.distances]
+    for (x, y), height in surface.items():
+        assert height >= blocks.least[x, y]
+        for other, fall in (
+            ((x + 1, y), falls[0]),
+            ((x, y + 1), falls[1]),
+            ((x + 1, y + 1), falls[2]),
+        ):
+            if other in surface:
+                assert abs(surface[other] - height) <= fall
+
+
+def test_a_goal_behind_a_wall_is_approached_in_a_straight_line():
+    rng = np.random.default_rng(16)
+    problem, heights = record(SMALL, rng), ground(SMALL, rng, blocked=0)
+    heights[12] = SMALL.blocked_altitude
+    blocks = plain.blocks_of(problem, heights, SMALL.blocked_altitude)
+    field, _ = plain.spread(problem, blocks, blocks.least)
+    route = plain.descend(problem, blocks, blocks.least, field)
+    assert len(route) == 64
+    assert route[0] == blocks.start
+    assert np.abs(np.diff(route, axis=0)).max() <= 1

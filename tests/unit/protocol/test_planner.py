@@ -1,0 +1,42 @@
+import math
+
+import numpy as np
+import pytest
+
+from hdl.protocol.planner import BASE_BITS, ProblemRecord, problem_request, turn_table
+from tests.planner_cases import LARGE, SMALL, USUAL, any_record, record
+
+
+def test_turns_are_rounded_down():
+    turns = turn_table()
+    assert len(turns) == 258
+    assert turns == tuple(math.floor(2 * math.atan(i / 64) * 4096) for i in range(258))
+
+
+def test_an_interpolated_turn_is_never_too_great_and_within_three_parts():
+    turns = turn_table()
+    for half in range(4 * 4096 + 1):
+        at, rest = half >> 6, half & 63
+        turn = turns[at] + ((turns[at + 1] - turns[at]) * rest >> 6)
+        exact = 2 * math.atan(half / 4096) * 4096
+        assert exact - 3 <= turn <= exact
+
+
+@pytest.mark.parametrize("config", [SMALL, USUAL, LARGE], ids=["small", "usual", "large"])
+def test_a_record_comes_back_as_it_was_packed(config):
+    rng = np.random.default_rng(18)
+    for _ in range(100):
+        sent = any_record(config, rng)
+        payload = sent.pack(config)
+        assert len(payload) == problem_request(config).size
+        assert ProblemRecord.unpack(config, payload) == sent
+
+
+def test_size_of_a_record():
+    assert problem_request(USUAL).size == 40
+
+
+@pytest.mark.parametrize("base", [1 << BASE_BITS - 1, -(1 << BASE_BITS - 1) - 1])
+def test_a_base_that_does_not_fit_is_refused(base):
+    with pytest.raises(ValueError, match=rf"^base must fit in 25 bits with its sign, not {base}$"):
+        record(USUAL, np.random.default_rng(19), base=base).pack(USUAL)

@@ -56,6 +56,8 @@ WORK_ROWS = 12
 CELL = 1 << POSITION_FRACTION
 _SHARPEST = 16
 _INFINITE = 1 << 24
+_SHARE_BITS = 16
+_HALF_SHARE = 1 << _SHARE_BITS - 1
 _TURNS = np.array(turn_table(), dtype=np.int64)
 
 
@@ -110,12 +112,12 @@ def score(
         tangent = used[k]
         work[CHORD + 6, k] = 0
         if tangent:
-            before, after = _lay_arc(path, work, k, before)
+            before, after, rise = _lay_arc(path, work, k, before)
             half = min(work[_HALF_TURN, k], MAX_HALF_TURN << TURN_FRACTION)
             at = half >> 6
             turn = _TURNS[at] + ((_TURNS[at + 1] - _TURNS[at]) * (half & 63) >> 6)
             length = problem[RADIUS] * turn >> TURN_FRACTION
-            if _is_steep(problem, length, after - before):
+            if _is_steep(problem, length << _SHARE_BITS, rise):
                 steep_arcs += max(length, CELL)
             cost += piece_cost(problem, before, after, _flown(problem, length, after - before))
         straight = lengths[k - 1] - taken - tangent
@@ -178,19 +180,22 @@ def _flown(problem: Integers, length: int, rise: int) -> int:
 
 
 @compiled
-def _lay_arc(path: Integers, work: Integers, k: int, altitude: int) -> tuple[int, int]:
-    """Return the altitudes of both ends of the arc at point ``k``, and write its chord."""
+def _lay_arc(path: Integers, work: Integers, k: int, altitude: int) -> tuple[int, int, int]:
+    """Return both altitudes and the rise of the arc at point ``k``, and write its chord."""
     tangent = work[_USED, k]
-    back = (tangent << 16) // work[_LENGTH, k - 1]
-    on = (tangent << 16) // work[_LENGTH, k]
-    before = altitude - (work[_RISE, k - 1] * back >> 16)
-    after = altitude + (work[_RISE, k] * on >> 16)
+    back = (tangent << _SHARE_BITS) // work[_LENGTH, k - 1]
+    on = (tangent << _SHARE_BITS) // work[_LENGTH, k]
+    fall, rise = work[_RISE, k - 1] * back, work[_RISE, k] * on
+    before = altitude - (fall >> _SHARE_BITS)
+    after = altitude + (rise >> _SHARE_BITS)
     if tangent > CELL:
         for axis in range(2):
             at = path[k, axis]
-            work[CHORD + axis, k] = at + ((path[k - 1, axis] - at) * back + 0x8000 >> 16)
-            work[CHORD + 3 + axis, k] = at + ((path[k + 1, axis] - at) * on + 0x8000 >> 16)
+            away = (path[k - 1, axis] - at) * back + _HALF_SHARE >> _SHARE_BITS
+            work[CHORD + axis, k] = at + away
+            away = (path[k + 1, axis] - at) * on + _HALF_SHARE >> _SHARE_BITS
+            work[CHORD + 3 + axis, k] = at + away
         work[CHORD + 2, k] = before >> ALTITUDE_FRACTION
         work[CHORD + 5, k] = after >> ALTITUDE_FRACTION
         work[CHORD + 6, k] = 1
-    return before, after
+    return before, after, fall + rise

@@ -34,6 +34,9 @@ CELL = 1 << POSITION_FRACTION
 #: Tangent of half a turn from which no arc is possible, and the tangent length that stands for it.
 _SHARPEST = 16
 _INFINITE = 1 << 24
+#: Fraction bits of a tangent as a share of its segment.
+_SHARE_BITS = 16
+_HALF_SHARE = 1 << _SHARE_BITS - 1
 _TURNS = turn_table()
 
 
@@ -47,6 +50,8 @@ class Arc:
         Length from the waypoint to either end of the arc.
     before, after : int
         Altitudes where the arc begins and ends.
+    rise : int
+        Their difference with 16 more bits, for the slope: a short arc rises by a few parts.
     chord : (Point, Point) or None
         The ends on the nearest corners, at whole steps below; None for a tangent of a cell or less.
     """
@@ -54,6 +59,7 @@ class Arc:
     tangent: int
     before: int
     after: int
+    rise: int
     chord: tuple[Point, Point] | None
 
 
@@ -143,7 +149,7 @@ def score(record: ProblemRecord, path: Sequence[Point]) -> Score:
         if arc is None or arc.tangent == 0:
             continue
         length = record.radius * _turn(turns[i]) >> TURN_FRACTION
-        if _is_steep(record, length, arc.after - arc.before):
+        if _is_steep(record, length << _SHARE_BITS, arc.rise):
             steep_arcs += max(length, CELL)
         flown = _flown(record, length, arc.after - arc.before)
         cost += piece_cost(record, arc.before, arc.after, flown)
@@ -199,22 +205,22 @@ def _arc(
 ) -> Arc:
     """Return the arc at point ``i``, whose tangent fits in both segments."""
     if tangent == 0:
-        return Arc(0, altitudes[i], altitudes[i], None)
-    # Shares of the segments, 16 bits.
-    back, on = (tangent << 16) // lengths[i - 1], (tangent << 16) // lengths[i]
-    before = altitudes[i] - (rises[i - 1] * back >> 16)
-    after = altitudes[i] + (rises[i] * on >> 16)
+        return Arc(0, altitudes[i], altitudes[i], 0, None)
+    back, on = ((tangent << _SHARE_BITS) // length for length in lengths[i - 1 : i + 1])
+    fall, rise = rises[i - 1] * back, rises[i] * on
+    before = altitudes[i] - (fall >> _SHARE_BITS)
+    after = altitudes[i] + (rise >> _SHARE_BITS)
     chord = None
     if tangent > CELL:
         ends = []
         for other, share, altitude in ((i - 1, back, before), (i + 1, on, after)):
             x, y = (
-                path[i][axis] + ((path[other][axis] - path[i][axis]) * share + 0x8000 >> 16)
-                for axis in (0, 1)
+                at + ((to - at) * share + _HALF_SHARE >> _SHARE_BITS)
+                for at, to in zip(path[i][:2], path[other][:2], strict=True)
             )
             ends.append((x, y, altitude >> ALTITUDE_FRACTION))
         chord = ends[0], ends[1]
-    return Arc(tangent, before, after, chord)
+    return Arc(tangent, before, after, fall + rise, chord)
 
 
 def _flown(record: ProblemRecord, length: int, rise: int) -> int:

@@ -59,7 +59,7 @@ def problem_record(config: Config, problem: Problem, grid: CornerMap) -> Problem
     rise = round(part_m / unit_m * (1 << RISE_FRACTION))
     if rise >> RISE_BITS:
         raise InputError(
-            f"The chip's altitude step of {grid.step_m:g} m is more than one cell; take a coarser "
+            f"The chip's altitude step of {grid.step_m:g} m is a cell or more; take a coarser "
             "terrain."
         )
     # Altitudes of both ends of a piece are added, not averaged: the area counts twice.

@@ -72,7 +72,7 @@ def plan(config: Config, ground: Ground, record: ProblemRecord, options: RunOpti
     keys = np.zeros(shape, dtype=np.int64)
     order = np.zeros((len(islands), slots + 1), dtype=np.int64)
     counters = np.zeros(PLACES, dtype=np.int64)
-    ends = [corner_of(record, end)[axis] for end in ("start", "goal") for axis in (0, 1)]
+    ends = [*corner_of(record, "start"), *corner_of(record, "goal")]
     _run(
         problem_vector(config, record),
         sizes_vector(config, options.memo),
@@ -141,7 +141,7 @@ def _run(
     measure_blocks(problem, ground, sizes[BLOCKED], ends, blocks)
     shift = problem[BLOCK_SHIFT]
     start = (ends[1] >> shift) * BLOCKS + (ends[0] >> shift)
-    goal = (ends[3] >> shift) * BLOCKS + (ends[2] >> shift)
+    goal = (ends[4] >> shift) * BLOCKS + (ends[3] >> shift)
 
     population, count = sizes[POPULATION], len(islands)
     for i in range(count):

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from hdl.protocol.planner import ALTITUDE_FRACTION
 from sim.model.planner.breeder import clamp
 from sim.model.planner.compiled import compiled
 from sim.model.planner.evaluation import segment
 from sim.model.planner.problem import (
     ALTITUDE_LIMIT,
     BOX_STEPS,
-    GOAL_ALTITUDE,
     MAX_WAYPOINTS,
-    START_ALTITUDE,
     X_LIMIT,
     Y_LIMIT,
 )
@@ -43,8 +40,9 @@ def seed_path(
     step(words)
     count = fewest + draw(words, 0, 0, 8, most - fewest + 1)
     phase, shift = field(words, 0, 8, 8), field(words, 0, 16, 3)
-    path[0, 0], path[0, 1] = ends[0], ends[1]
-    path[0, 2], path[0, 3] = problem[START_ALTITUDE] >> ALTITUDE_FRACTION, 0
+    for axis in range(3):
+        path[0, axis], path[count + 1, axis] = ends[axis], ends[3 + axis]
+    path[0, 3] = path[count + 1, 3] = 0
     for i in range(most):
         step(words)
         if i >= count:
@@ -56,8 +54,6 @@ def seed_path(
         path[i + 1, 1] = min(blocks[LOWEST_Y, y, x], problem[Y_LIMIT])
         path[i + 1, 2] = clamp(max(surface[y, x], 0) + up, problem[ALTITUDE_LIMIT])
         path[i + 1, 3] = 0
-    path[count + 1, 0], path[count + 1, 1] = ends[2], ends[3]
-    path[count + 1, 2], path[count + 1, 3] = problem[GOAL_ALTITUDE] >> ALTITUDE_FRACTION, 0
     points: int = count + 2
     return points
 

@@ -32,7 +32,7 @@ def walk(
 ) -> tuple[int, int]:
     """Return colliding corners and least margin of a segment.
 
-    ``ends`` (4,) has x and y of the path's start, then of its goal.
+    ``ends`` (6,) has x, y and step of the path's start, then of its goal.
     """
     dx, dy, dz = x1 - x0, y1 - y0, z1 - z0
     low = min(z0, z1)
@@ -55,18 +55,19 @@ def walk(
         slant = 2 * abs(dx)
     # Halves go up: backwards a half is not yet a step.
     aside = n if across_x + across_y > 0 else n - 1
-    is_near = _meets(ends[0], ends[1], x0, y0, x1, y1) or _meets(ends[2], ends[3], x0, y0, x1, y1)
+    is_near = _meets(ends[0], ends[1], x0, y0, x1, y1) or _meets(ends[3], ends[4], x0, y0, x1, y1)
     x, y = x0, y0
     hits, margin = 0, blocked
     for _ in range(last + 1):
-        if not (is_near and _is_exempt(ends, x, y)):
-            height = int(np.int64(ground[y, x]))
-            if height == blocked:
-                hits += 1
-            else:
-                above = max(z, low) - height
-                hits += above < 0
-                margin = min(margin, above)
+        height = int(np.int64(ground[y, x]))
+        if is_near:
+            height = _lowered(ends, x, y, height)
+        if height == blocked:
+            hits += 1
+        else:
+            above = max(z, low) - height
+            hits += above < 0
+            margin = min(margin, above)
         x += along_x
         y += along_y
         aside += slant
@@ -94,8 +95,10 @@ def _meets(x: int, y: int, x0: int, y0: int, x1: int, y1: int) -> bool:
 
 
 @compiled
-def _is_exempt(ends: Integers, x: int, y: int) -> bool:
-    return bool(
-        (abs(x - ends[0]) <= 1 and abs(y - ends[1]) <= 1)
-        or (abs(x - ends[2]) <= 1 and abs(y - ends[3]) <= 1)
-    )
+def _lowered(ends: Integers, x: int, y: int, height: int) -> int:
+    """Return a height, at most that of an end of the path beside it."""
+    if abs(x - ends[0]) <= 1 and abs(y - ends[1]) <= 1:
+        height = min(height, ends[2])
+    if abs(x - ends[3]) <= 1 and abs(y - ends[4]) <= 1:
+        height = min(height, ends[5])
+    return height

@@ -9,9 +9,7 @@ from sim.model.planner.compiled import compiled
 from sim.model.planner.problem import (
     BLOCK_SHIFT,
     CLIMB,
-    GOAL_ALTITUDE,
     KEY_SHIFT,
-    START_ALTITUDE,
     X_SCALE,
     Y_SCALE,
 )
@@ -52,7 +50,7 @@ def measure_distances(problem: Integers, distances: Integers) -> None:
 def measure_blocks(
     problem: Integers, ground: Ground, blocked: int, ends: Integers, blocks: Integers
 ) -> None:
-    """Write the layers of the blocks, (4, 32, 32) int64; ``ends`` (4,) x and y of both ends."""
+    """Write the layers of the blocks, (4, 32, 32) int64; ``ends`` (6,) x, y, step."""
     shift = problem[BLOCK_SHIFT]
     for y in range(BLOCKS):
         for x in range(BLOCKS):
@@ -70,11 +68,10 @@ def measure_blocks(
             blocks[LEAST, y, x] = least if is_free else _NONE
             blocks[MEAN, y, x] = total >> 2 * shift if is_free else _NONE
     for end in range(2):
-        x, y = ends[2 * end] >> shift, ends[2 * end + 1] >> shift
-        altitude = problem[GOAL_ALTITUDE if end else START_ALTITUDE] >> ALTITUDE_FRACTION
+        x, y = ends[3 * end] >> shift, ends[3 * end + 1] >> shift
         for layer in (LEAST, MEAN):
             if blocks[layer, y, x] == _NONE:
-                blocks[layer, y, x] = altitude
+                blocks[layer, y, x] = ends[3 * end + 2]
 
 
 @compiled

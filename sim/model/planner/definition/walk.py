@@ -18,19 +18,21 @@ Point = tuple[int, int, int]
 
 
 def walk(
-    ground: Ground, blocked: int, ends: Sequence[Corner], start: Point, stop: Point
+    ground: Ground, blocked: int, ends: Sequence[Point], start: Point, stop: Point
 ) -> tuple[int, int]:
     """Return how many corners of a segment collide, and the segment's least margin.
 
     A corner collides where the segment is below its ground, or where it is blocked. The margin is
     the altitude above the ground, in steps; blocked corners do not count in it, and a segment over
-    nothing else has ``blocked``. The 3 x 3 corners around start and goal of the path are exempt.
+    nothing else has ``blocked``. Within the 3 x 3 corners around each of the ``ends`` of the path,
+    the ground is no higher than that end.
     """
     hits, margin = 0, blocked
     for x, y, altitude in passed(start, stop):
-        if any(abs(x - at_x) <= 1 and abs(y - at_y) <= 1 for at_x, at_y in ends):
-            continue
         height = int(ground[y, x])
+        for at_x, at_y, end in ends:
+            if abs(x - at_x) <= 1 and abs(y - at_y) <= 1:
+                height = min(height, end)
         if height == blocked:
             hits += 1
             continue

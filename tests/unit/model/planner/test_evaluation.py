@@ -36,7 +36,7 @@ class Both:
         margins = list(range(len(points)))
         compiled = rows(points, margins)
         key = self.plain.evaluate(points, margins, limit, first=first)
-        ends = np.array([end[:2] for end in self.plain.ends], dtype=np.int64).ravel()
+        ends = np.array(self.plain.ends, dtype=np.int64).ravel()
         work = np.zeros((WORK_ROWS, len(points)), dtype=np.int64)
         assert key == evaluate(
             self.vector, self.sizes, self.ground, ends, self.memo, self.counters, work,

@@ -46,7 +46,7 @@ def test_compiled_wavefront_is_the_defined_one(case, slope):
     config, *_ = case
     problem, heights, blocks = cases(*case)
     vector, distances = problem_vector(config, problem), np.zeros(3, dtype=np.int64)
-    ends = [corner_of(problem, end)[axis] for end in ("start", "goal") for axis in (0, 1)]
+    ends = [*corner_of(problem, "start"), *corner_of(problem, "goal")]
     layers = np.zeros((4, BLOCKS, BLOCKS), dtype=np.int64)
     measure_distances(vector, distances)
     measure_blocks(vector, heights, config.blocked_altitude, np.array(ends), layers)

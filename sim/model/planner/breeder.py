@@ -5,7 +5,7 @@ A path is an array of rows x, y, step, margin, start and goal included.
 
 from __future__ import annotations
 
-from sim.model.planner.compiled import compiled
+from sim.model.planner.compiled import compiled, inlined
 from sim.model.planner.problem import ALTITUDE_LIMIT as TOP
 from sim.model.planner.problem import (
     BOX_X,
@@ -85,7 +85,7 @@ def breed(
                 others[rank] = others[rank + 1]
 
 
-@compiled
+@inlined
 def clamp(value: int, high: int) -> int:
     """Return ``value`` limited to 0..high."""
     return min(max(value, 0), high)
@@ -138,7 +138,7 @@ def _mutate(problem: Integers, sizes: Integers, path: Integers, points: int, wor
     return points
 
 
-@compiled
+@inlined
 def _move(problem: Integers, sizes: Integers, point: Integers, words: Words, shift: int) -> None:
     """Move a point within the box, shifted right by ``shift``, and within the limits."""
     for axis in range(3):

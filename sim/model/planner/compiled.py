@@ -12,7 +12,7 @@ import numba
 from numba import njit
 
 
-__all__ = ["compiled"]
+__all__ = ["compiled", "inlined"]
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
@@ -23,7 +23,19 @@ def compiled(function: _Function) -> _Function:
     The cache of numba notices changes in the file of the outermost function only; here it notices
     them in every source of this package.
     """
-    dispatcher = njit(cache=True, nogil=True, error_model="numpy")(function)
+    return _compiled(function, inline=False)
+
+
+def inlined(function: _Function) -> _Function:
+    """Compile a function that is inlined where it is called; see :func:`compiled`.
+
+    A call passes every field of every array, which takes longer than such a function.
+    """
+    return _compiled(function, inline=True)
+
+
+def _compiled(function: _Function, *, inline: bool) -> _Function:
+    dispatcher = njit(cache=True, nogil=True, error_model="numpy", forceinline=inline)(function)
     kept = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
     if kept is not None:
         kept._source_stamp = _stamp()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sim.model.planner.compiled import compiled
+from sim.model.planner.compiled import compiled, inlined
 
 
 __all__ = ["FILL", "MEMO_HIT", "SEGMENT", "VISITS_PER_PASS", "overlapped", "walking"]
@@ -18,7 +18,7 @@ FILL = 40
 VISITS_PER_PASS = 1024
 
 
-@compiled
+@inlined
 def walking(corners: int, lanes: int) -> int:
     """Return the cycles of a segment of so many corners that the memo does not answer."""
     return (corners + lanes - 1) // lanes

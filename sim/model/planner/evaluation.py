@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS, PathClass
-from sim.model.planner.compiled import compiled
+from sim.model.planner.compiled import compiled, inlined
 from sim.model.planner.cycles import MEMO_HIT, overlapped, walking
 from sim.model.planner.memo import HITS, MARGIN, find
 from sim.model.planner.problem import BLOCKED, COORDINATE_BITS, KEY_SHIFT, LANES, MEMO_BITS
@@ -86,7 +86,7 @@ def evaluate(
     return value
 
 
-@compiled
+@inlined
 def segment(
     sizes: Integers,
     ground: Ground,

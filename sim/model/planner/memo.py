@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.model.planner.compiled import compiled
+from sim.model.planner.compiled import inlined
 from sim.model.planner.walk import Integers
 
 
@@ -21,7 +21,7 @@ def empty_memo(size: int) -> Integers:
     return np.full((size, 4), -1, dtype=np.int64)
 
 
-@compiled
+@inlined
 def find(
     memo: Integers, width: int, bits: int, x0: int, y0: int, z0: int, x1: int, y1: int, z1: int
 ) -> tuple[int, bool]:

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hdl.protocol.random_words import LANES, WARM_UP_STEPS
-from sim.model.planner.compiled import compiled
+from sim.model.planner.compiled import compiled, inlined
 from sim.model.random_source import check_seed
 
 
@@ -57,19 +57,19 @@ def step(words: Words) -> None:
         one[_C_HIGH] = c & np.uint64(_C_MASK)
 
 
-@compiled
+@inlined
 def _tap(low: np.uint64, high: np.uint64, bit: int) -> np.uint64:
     """Return 64 bits of a register from ``bit`` on."""
     return low >> np.uint64(bit) | high << np.uint64(64 - bit)
 
 
-@compiled
+@inlined
 def field(words: Words, lane: int, low: int, width: int) -> int:
     """Return bits ``low`` to ``low + width - 1``, at most 62, of a lane's word."""
     return int(np.int64(words[lane, _WORD] >> np.uint64(low) & np.uint64((1 << width) - 1)))
 
 
-@compiled
+@inlined
 def draw(words: Words, lane: int, low: int, width: int, limit: int) -> int:
     """Return a draw below ``limit`` from bits of a lane's word: ``bits * limit >> width``."""
     return field(words, lane, low, width) * limit >> width

@@ -6,7 +6,7 @@ from math import isqrt
 
 import numpy as np
 
-from sim.model.planner.compiled import compiled
+from sim.model.planner.compiled import inlined
 
 
 __all__ = ["root"]
@@ -15,7 +15,7 @@ __all__ = ["root"]
 _ROOTS = np.array([isqrt(i + 1 << 20) + 1 for i in range(4096)], dtype=np.int64)
 
 
-@compiled
+@inlined
 def root(square: int) -> int:
     """Return the square root of ``square``, 0..2**60, rounded down.
 

@@ -21,7 +21,7 @@ from hdl.protocol.planner import (
     TURN_FRACTION,
     turn_table,
 )
-from sim.model.planner.compiled import compiled
+from sim.model.planner.compiled import compiled, inlined
 from sim.model.planner.problem import (
     BASE,
     CLIMB,
@@ -61,14 +61,14 @@ _HALF_SHARE = 1 << _SHARE_BITS - 1
 _TURNS = np.array(turn_table(), dtype=np.int64)
 
 
-@compiled
+@inlined
 def scaled(difference: int, scale: int) -> int:
     """Return a difference of positions in units of length, halves away from 0."""
     size = abs(difference) * scale + (1 << SCALE_FRACTION - 1) >> SCALE_FRACTION
     return -size if difference < 0 else size
 
 
-@compiled
+@inlined
 def piece_cost(problem: Integers, before: int, after: int, length: int) -> int:
     """Return the cost of a straight piece or an arc between two altitudes."""
     pull: int = problem[DRAG] * length + problem[RISE_FIELD] * (after - before)
@@ -166,20 +166,20 @@ def _measure_segments(
     return steep, total
 
 
-@compiled
+@inlined
 def _is_steep(problem: Integers, length: int, rise: int) -> bool:
     scaled_rise = rise << SLOPE_FRACTION
     return bool(scaled_rise > problem[CLIMB] * length or -scaled_rise > problem[DESCENT] * length)
 
 
-@compiled
+@inlined
 def _flown(problem: Integers, length: int, rise: int) -> int:
     """Return the length of a piece in three dimensions, to the nearest."""
     up = rise * problem[RISE_FIELD] >> RISE_FRACTION
     return root(4 * (length * length + up * up)) + 1 >> 1
 
 
-@compiled
+@inlined
 def _lay_arc(path: Integers, work: Integers, k: int, altitude: int) -> tuple[int, int, int]:
     """Return both altitudes and the rise of the arc at point ``k``, and write its chord."""
     tangent = work[_USED, k]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from sim.model.planner.compiled import compiled
+from sim.model.planner.compiled import compiled, inlined
 
 
 __all__ = ["Ground", "Integers", "walk"]
@@ -83,7 +83,7 @@ def walk(
     return hits, margin
 
 
-@compiled
+@inlined
 def _meets(x: int, y: int, x0: int, y0: int, x1: int, y1: int) -> bool:
     """Return whether the box of a segment meets the 3 x 3 corners around (x, y)."""
     return bool(
@@ -94,7 +94,7 @@ def _meets(x: int, y: int, x0: int, y0: int, x1: int, y1: int) -> bool:
     )
 
 
-@compiled
+@inlined
 def _lowered(ends: Integers, x: int, y: int, height: int) -> int:
     """Return a height, at most that of an end of the path beside it."""
     if abs(x - ends[0]) <= 1 and abs(y - ends[1]) <= 1:

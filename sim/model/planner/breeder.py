@@ -24,7 +24,7 @@ from sim.model.planner.walk import Integers
 __all__ = ["breed", "clamp"]
 
 _DRAWS = 4
-_TWICE = 1
+_SURVIVOR_BITS = 24
 _PERTURB, _INSERT, _DELETE, _ALL = 8, 11, 14, 18
 _MIN_WAYPOINTS = 2
 
@@ -57,7 +57,7 @@ def breed(
     others : (population,) int64
         Work space: the ranks left.
     words : Words
-        Random source; takes two steps for each child.
+        Random source; takes a step for each child.
     """
     width = sizes[RANK_BITS]
     left = sizes[POPULATION] - sizes[ELITES]
@@ -72,14 +72,9 @@ def breed(
             second = min(second, field(words, 0, (_DRAWS + i) * width, width))
         child, head, tail = paths[slot], order[first], order[second]
         length = _cross(paths[head], points[head], paths[tail], points[tail], child)
-        length = _mutate(problem, sizes, child, length, words)
-        is_twice = field(words, 0, 62, 2) < _TWICE
-        step(words)
-        if is_twice:
-            length = _mutate(problem, sizes, child, length, words)
-        points[slot] = length
+        points[slot] = _mutate(problem, sizes, child, length, words)
         if number < sizes[SURVIVORS]:
-            at = draw(words, 0, 0, 24, left - number)
+            at = draw(words, 0, 2 * _DRAWS * width, _SURVIVOR_BITS, left - number)
             survivors[number] = others[at]
             for rank in range(at, left - number - 1):
                 others[rank] = others[rank + 1]

@@ -13,6 +13,8 @@ __all__ = ["FIRST_ISLANDS", "QUICK_ISLANDS", "RETURNED", "Island", "Outcome", "R
 
 #: Paths that a run returns at most.
 RETURNED = 8
+#: The ranks of a child's parents leave 24 bits of a selection word for a survivor.
+_MOST_POPULATION = 32
 #: Most halves of the climb limit of an :class:`Island`.
 _MOST_SLOPE = 15
 
@@ -112,9 +114,9 @@ class RunOptions:
                 f"Config.survivors must be at most Config.children for a planner on the chip, "
                 f"not {config.survivors!r}"
             )
-        if config.slot_bits > 7:
+        if config.population > _MOST_POPULATION:
             raise ValueError(
-                f"Config.population must be at most 128 for a planner on the chip, "
+                f"Config.population must be at most {_MOST_POPULATION} for a planner on the chip, "
                 f"not {config.population!r}"
             )
 

@@ -1,9 +1,8 @@
 """Breeding: from the sorted population and the random words of a generation to its children.
 
-A path is a list of :class:`Waypoint`, start and goal left out. Each child takes two steps of the
-random source. The first step's selection word has the ranks of its parents and whether it is
-mutated twice; its mutation word the first mutation. The second step's mutation word has the second
-mutation, its selection word the draw of a survivor. A draw below ``n`` is ``bits * n >> width``.
+A path is a list of :class:`Waypoint`, start and goal left out. Each child takes a step of the
+random source: the selection word has the ranks of its parents, and above them the draw of a
+survivor; the mutation word has its mutation. A draw below ``n`` is ``bits * n >> width``.
 """
 
 from __future__ import annotations
@@ -22,8 +21,8 @@ __all__ = ["Waypoint", "bits", "breed", "cross", "draw", "mutate"]
 
 #: Uniform draws of which the best is a parent's rank.
 _DRAWS = 4
-#: Of 4 children, so many are mutated twice.
-_TWICE = 1
+#: Width of the draw of a survivor.
+_SURVIVOR_BITS = 24
 #: Out of 18 mutations: perturb, insert, delete; the others settle.
 _PERTURB, _INSERT, _DELETE, _ALL = 8, 11, 14, 18
 
@@ -63,14 +62,10 @@ def breed(
         draws = [bits(selection, i * width, width) for i in range(2 * _DRAWS)]
         first, second = min(draws[:_DRAWS]), min(draws[_DRAWS:])
         child = cross(population[first], population[second])
-        child = mutate(config, record, ends, child, mutation)
-        is_twice = bits(selection, 62, 2) < _TWICE
-        selection, mutation = source.step()
-        if is_twice:
-            child = mutate(config, record, ends, child, mutation)
-        children.append(child)
+        children.append(mutate(config, record, ends, child, mutation))
         if number < config.survivors:
-            survivors.append(config.elites + others.take(draw(selection, 0, 24, others.left)))
+            at = draw(selection, 2 * _DRAWS * width, _SURVIVOR_BITS, others.left)
+            survivors.append(config.elites + others.take(at))
     return children, survivors
 
 

@@ -39,8 +39,8 @@ def test_a_wrong_option_names_its_rule(options, message):
             "Config.survivors must be at most Config.children for a planner on the chip, not 6",
         ),
         (
-            {"survivors": 10, "children": 236, "population": 256, "elites": 10},
-            "Config.population must be at most 128 for a planner on the chip, not 256",
+            {"survivors": 10, "children": 44, "population": 64, "elites": 10},
+            "Config.population must be at most 32 for a planner on the chip, not 64",
         ),
     ],
 )

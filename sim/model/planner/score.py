@@ -1,10 +1,11 @@
 """Score of a path, compiled: :func:`sim.model.planner.definition.score.score`.
 
-Greatest values, for the largest configuration (map of 4096 cells, 16 bits of altitude): positions
-20 bits, lengths of segments 21 bits, products of sides 41 bits, so the dividend of a half turn has
-54 bits and the sum of squares of a flown length, at most 2**42 + 2**40, times 4 stays below 2**45.
-A flown length is below 2**22; an altitude's sum with the base below 2**26 and the pull, 2**38 +
-2**36, times the fuel below 2**55. A path has at most 129 pieces: below 2**63.
+Every number fits 64 bits with its sign. For the largest configuration (map of 4096 cells, 16 bits
+of altitude, 64 waypoints) and the greatest value in every field: a segment is shorter than 2**21
+and rises by less than 2**20 parts or 2**24 units, so its flown length is below 2**25, and four
+times its square, the greatest that is rooted, below 2**52. The dividend of a half turn has 54 bits.
+The segments of a path with their arcs sum up to less than 1.2 * 65 * 2**24, their climbs to less
+than 33 * 2**20 parts: the pulls to less than 2**47, the fuel to less than 2**63.
 """
 
 from __future__ import annotations

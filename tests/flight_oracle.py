@@ -225,10 +225,27 @@ def _excess(problem, piece, fractions):
     wide = max(rules.corridor_m - TOLERANCE_M, 0.0)
     spacing = min(_ACROSS_M, 0.25 * terrain.dx_m, 0.25 * terrain.dy_m)
     asides = np.linspace(-wide, wide, 2 * math.ceil(wide / spacing) + 1)
-    highest = np.full(x.shape, -np.inf)
-    for aside in asides if piece.run_m else np.zeros(1):
+    highest = surface(terrain, x, y)
+    for aside in (*asides, *_borders(terrain, x, y, east, north, wide)) if piece.run_m else ():
         highest = np.maximum(highest, surface(terrain, x - aside * north, y + aside * east))
     return np.maximum(highest + required, surface(terrain, x, y) + below) - z
+
+
+def _borders(terrain, x, y, east, north, wide):
+    """Yield where lines across a track, from ``wide`` right to left of it, cross a border.
+
+    At the borders, of the squares of nodes and of those between nodes, the surface has its steps
+    and edges; within a square it is smooth. Each is a value for every place, just before and behind
+    the border.
+    """
+    for place, across, side in ((x, -north, terrain.dx_m), (y, east, terrain.dy_m)):
+        half = 0.5 * side
+        first = np.ceil((place - wide) / half)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            for number in range(math.ceil(2 * wide / half) + 1):
+                aside = ((first + number) * half - place) / across
+                for shifted in (aside - 1e-6, aside + 1e-6):
+                    yield np.clip(np.nan_to_num(shifted), -wide, wide)
 
 
 def _around(problem, end):

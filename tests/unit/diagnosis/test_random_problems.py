@@ -1,5 +1,7 @@
 """A hundred and more random problems without a path: the reason named is the true one."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -30,6 +32,14 @@ def test_names_the_reason(kind, seed):
     if made.end is not None:
         assert reason.end == made.end
     assert reason.place is not None
+    if made.code == "closed" and made.zones:
+        left = [
+            zone
+            for number, zone in enumerate(made.problem.zones, 1)
+            if f"zone {zone.name or number}" not in reason.zones
+        ]
+        opened = dataclasses.replace(made.problem, zones=left)
+        assert diagnose(opened).code != "closed", reason.zones
 
 
 def random_problem(seed):

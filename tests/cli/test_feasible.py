@@ -182,7 +182,7 @@ def test_matches_the_model(tmp_path, capsys, mode):
 
 @pytest.mark.cosim
 @pytest.mark.parametrize(
-    "mode", [pytest.param(mode, marks=[] if mode == "parallel" else pytest.mark.long)
+    "mode", [pytest.param(mode, marks=pytest.mark.ci if mode == "parallel" else pytest.mark.long)
              for mode in MODES],
 )  # fmt: skip
 def test_gateware_matches_the_model(tmp_path, capsys, mode):

@@ -101,14 +101,9 @@ def open_chip():
         board.close()
 
 
-# The first also runs in `make test`; `tools.mutate` makes many more alterations.
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=[pytest.mark.ci] if number else [])
-        for number, name in enumerate(ALTERATIONS)
-    ],
-)
+# `tools.mutate` makes many more alterations.
+@pytest.mark.ci
+@pytest.mark.parametrize("name", ALTERATIONS)
 def test_comparison_with_the_model_fails(name, tmp_path, open_chip):
     verilog = altered_verilog(tmp_path, name)
     assert verilog != exported_verilog("planner", SMALL)

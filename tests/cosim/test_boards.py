@@ -55,7 +55,13 @@ def test_default_chip_in_every_mode(pair, mode):
         chips.check()
 
 
-@pytest.mark.parametrize("config", [SMALL, LONG_PATHS], ids=["small", "long-paths"])
+@pytest.mark.parametrize(
+    "config",
+    [
+        pytest.param(SMALL, id="small"),
+        pytest.param(LONG_PATHS, id="long-paths", marks=pytest.mark.ci),
+    ],
+)
 def test_other_chips_in_every_mode(pair, config):
     chips = pair(config, seed=3)
     for _ in range(3):

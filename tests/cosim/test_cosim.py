@@ -24,15 +24,24 @@ LONG_ON_ICARUS = (
 )
 
 
-#: Benches that compile for half a minute and more on Verilator. ``test_boards.py`` runs boards of
-#: those sizes, and ``test_parallel_checker.py`` the checker.
-LARGE = ("checker", "core", "core_with_map", "planner", "population")
+#: Benches that compile for ten seconds and more on Verilator. ``test_boards.py`` runs boards of
+#: those sizes, with all of these units, and ``test_parallel_checker.py`` the checker.
+LARGE = (
+    "checker",
+    "control",
+    "core",
+    "core_with_map",
+    "planner",
+    "population",
+    "receiver",
+    "transmitter",
+)
 
 
 def marks(simulator, name):
     if simulator == "icarus" and name in LONG_ON_ICARUS:
         return [pytest.mark.long]
-    return [pytest.mark.ci] if name in LARGE else []
+    return [pytest.mark.ci] if simulator == "verilator" and name in LARGE else []
 
 
 @pytest.mark.parametrize(

@@ -43,6 +43,7 @@ def digests(names, hash_seed):
     ).stdout.split()
 
 
+@pytest.mark.ci
 def test_every_process_exports_the_same_bytes():
     text = export("planner", SMALL)
     expected = hashlib.sha256(text.encode()).hexdigest()
@@ -98,6 +99,7 @@ def test_keeps_hierarchy_and_names():
     assert not [module for module in modules if re.search(r"U\$\d", module)]
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     "config",
     [SMALL, CHECKERS["parallel"], pytest.param(Config(), marks=pytest.mark.long)],

@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 
+from hdl.protocol import planner
 from hdl.protocol.planner import BASE_BITS, ProblemRecord, problem_request, turn_table
 from tests.planner_cases import LARGE, SMALL, USUAL, any_record, record
 
@@ -30,6 +31,27 @@ def test_a_record_comes_back_as_it_was_packed(config):
         payload = sent.pack(config)
         assert len(payload) == problem_request(config).size
         assert ProblemRecord.unpack(config, payload) == sent
+
+
+def test_the_fixed_points_are_those_that_hosts_and_chips_agreed_on():
+    """docs/chip_planner.md states them; another value needs another version of the protocol."""
+    assert {name: getattr(planner, name) for name in planner.__all__ if name.isupper()} == {
+        "ALTITUDE_FRACTION": 4,
+        "BASE_BITS": 25,
+        "BLOCKS": 32,
+        "DRAG_FRACTION": 16,
+        "FUEL_BITS": 16,
+        "MAX_HALF_TURN": 4,
+        "POSITION_FRACTION": 8,
+        "RADIUS_BITS": 18,
+        "RISE_BITS": 20,
+        "RISE_FRACTION": 16,
+        "SCALE_FRACTION": 14,
+        "SLOPE_BITS": 24,
+        "SLOPE_FRACTION": 12,
+        "TURN_FRACTION": 12,
+        "VALUE_BITS": 28,
+    }
 
 
 def test_size_of_a_record():

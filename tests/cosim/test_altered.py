@@ -124,6 +124,7 @@ def planned(evaluator, chip):
     return planner.plan(evaluator, Options(generations=6, seed=2))
 
 
+@pytest.mark.ci
 def test_planned_path_changes(tmp_path, evaluator, open_chip):
     expected = planned(evaluator, open_board(board_url("model", SMALL)))
     same = planned(evaluator, open_board(board_url("sim", SMALL)))

@@ -82,7 +82,11 @@ def test_icarus_agrees(pair, icarus):
 
 
 @pytest.mark.parametrize(
-    ("config", "generations"), [(DEFAULT, 60), (LONG_PATHS, 60)], ids=["default", "long-paths"]
+    ("config", "generations"),
+    [
+        pytest.param(DEFAULT, 60, id="default"),
+        pytest.param(LONG_PATHS, 60, id="long-paths", marks=pytest.mark.ci),
+    ],
 )
 def test_cycles_of_full_length_parents(pair, config, generations):
     """A generation takes at most ``max_waypoints + 8`` cycles after its command is accepted."""

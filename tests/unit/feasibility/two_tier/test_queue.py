@@ -57,7 +57,7 @@ def test_every_segment_of_a_tiny_map():
 @pytest.mark.parametrize(
     ("latency", "turns"),
     [
-        (1, 8),
+        pytest.param(1, 8, marks=pytest.mark.ci),
         pytest.param(1, 20, marks=pytest.mark.long),
         pytest.param(2, 20, marks=pytest.mark.long),
     ],

@@ -1,4 +1,4 @@
-"""What pictures of a map and its graphs have in common: titles above, a legend below."""
+"""Titles and legend of a picture, shared by all pictures of a map with graphs."""
 
 from __future__ import annotations
 

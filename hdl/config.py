@@ -12,7 +12,7 @@ import json
 from dataclasses import dataclass
 
 
-__all__ = ["CheckerBuild", "Config", "MutationKind", "SurvivorSelection"]
+__all__ = ["CheckerBuild", "Config", "GeneticCore", "MutationKind", "SurvivorSelection"]
 
 
 class MutationKind(enum.IntEnum):
@@ -33,6 +33,17 @@ class SurvivorSelection(enum.StrEnum):
     UNIFORM = "uniform"
     #: Linear ranking among those left: the better of two uniform draws.
     RANK = "rank"
+
+
+class GeneticCore(enum.StrEnum):
+    """Design of the genetic core."""
+
+    #: No core: the chip only checks paths.
+    NONE = "none"
+    #: The paper's: all crossovers of a generation in lock step; the host evaluates and sorts.
+    PARALLEL = "parallel"
+    #: The planner: children stream through breeding, scoring and sorting; a run needs no host.
+    STREAMING = "streaming"
 
 
 class CheckerBuild(enum.StrEnum):
@@ -74,12 +85,16 @@ class Config:
         Edge of the mutation box in percent of the map's edge (*allaire-2008*, section 3.4.1).
     survivor_selection : SurvivorSelection
         Draw of the survivors: uniform or by rank.
-    genetic : bool
-        The chip has the genetic core. A chip without it only checks paths, and of the fields above
-        those up to ``deletes``, ``box_percent`` and ``survivor_selection`` do not matter.
+    genetic : GeneticCore or bool
+        Design of the genetic core, or none; 1 is parallel, 0 is none. A chip without a core only
+        checks paths, and of the fields above those up to ``deletes``, ``box_percent`` and
+        ``survivor_selection`` do not matter. To a streaming core, ``perturbs`` to ``deletes``,
+        ``coarse_factor``, ``survivor_selection`` and ``redraws`` do not matter; its population is
+        at most 32.
     checker : CheckerBuild
-        Design of the checker, or none. A chip without a genetic core has a checker. All fields
-        below up to ``redraws`` matter only on a chip with a checker.
+        Design of the checker, or none. A chip without a genetic core has a checker; a streaming
+        core needs the parallel one. All fields below up to ``redraws`` matter only on a chip with a
+        checker.
     lanes : int
         Cells checked each cycle: 1, 2, 4, 8 or 16; 1 in the two-tier build.
     memory_latency : int
@@ -115,7 +130,7 @@ class Config:
     altitude_bits: int = 12
     box_percent: int = 15
     survivor_selection: SurvivorSelection = SurvivorSelection.UNIFORM
-    genetic: bool = True
+    genetic: GeneticCore = GeneticCore.PARALLEL
     checker: CheckerBuild = CheckerBuild.PARALLEL
     lanes: int = 8
     memory_latency: int = 2
@@ -134,12 +149,11 @@ class Config:
             value = getattr(self, field.name)
             if field.name in _CHOICES:
                 choices = _CHOICES[field.name]
+                if field.name == "genetic" and isinstance(value, int) and value in (0, 1):
+                    value = GeneticCore.PARALLEL if value else GeneticCore.NONE
                 *others, last = choices
                 self._check(field.name, f"{', '.join(others)} or {last}", value in list(choices))
                 object.__setattr__(self, field.name, choices(value))
-            elif isinstance(field.default, bool):
-                self._check(field.name, "1 or 0", value in (True, False))
-                object.__setattr__(self, field.name, bool(value))
             elif not isinstance(value, int) or isinstance(value, bool):
                 raise TypeError(f"Config.{field.name} must be an integer, not {value!r}")
 
@@ -173,11 +187,22 @@ class Config:
         )
         self._check("altitude_bits", "from 4 to 16", 4 <= self.altitude_bits <= 16)
         self._check("box_percent", "from 1 to 100", 1 <= self.box_percent <= 100)
-        self._check(
-            "genetic",
-            "1 on a chip without a checker",
-            self.genetic or self.checker is not CheckerBuild.NONE,
-        )
+        if self.genetic is GeneticCore.NONE:
+            self._check(
+                "genetic",
+                "parallel on a chip without a checker",
+                self.checker is not CheckerBuild.NONE,
+            )
+        if self.streaming_core:
+            self._check(
+                "checker", "parallel with a streaming core", self.checker is CheckerBuild.PARALLEL
+            )
+            self._check("population", "at most 32 with a streaming core", self.population <= 32)
+            self._check(
+                "survivors",
+                "at most the children with a streaming core",
+                self.survivors <= self.children,
+            )
         self._check("lanes", "1, 2, 4, 8 or 16", _is_power(self.lanes, 1, 16))
         if self.checker is CheckerBuild.TWO_TIER:
             self._check("lanes", "1 in the two-tier build", self.lanes == 1)
@@ -196,9 +221,18 @@ class Config:
     def _check(self, name: str, rule: str, holds: bool) -> None:
         if not holds:
             value = getattr(self, name)
-            raise ValueError(
-                f"Config.{name} must be {rule}, not {int(value) if value is False else value!r}"
-            )
+            shown = str(value) if isinstance(value, enum.Enum) else repr(value)
+            raise ValueError(f"Config.{name} must be {rule}, not {shown}")
+
+    @property
+    def parallel_core(self) -> bool:
+        """Whether the chip has the genetic core of *allaire-2008*."""
+        return self.genetic is GeneticCore.PARALLEL
+
+    @property
+    def streaming_core(self) -> bool:
+        """Whether the chip plans without the host."""
+        return self.genetic is GeneticCore.STREAMING
 
     @property
     def crossovers(self) -> int:
@@ -267,7 +301,7 @@ class Config:
     @property
     def checked_paths(self) -> int:
         """Most paths of one check: those of the population, if there is one."""
-        return self.population if self.genetic else 1
+        return self.population if self.parallel_core else 1
 
     @property
     def max_segments(self) -> int:
@@ -331,15 +365,23 @@ class Config:
     @property
     def build_id(self) -> int:
         """32-bit fingerprint of every field, so that a host knows the chip was built from it."""
-        fields = json.dumps(dataclasses.asdict(self), sort_keys=True)
-        return int.from_bytes(hashlib.sha256(fields.encode()).digest()[:4], "little")
+        fields = dataclasses.asdict(self)
+        # The two older cores keep the numbers that their chips were built with.
+        if not self.streaming_core:
+            fields["genetic"] = self.parallel_core
+        packed = json.dumps(fields, sort_keys=True)
+        return int.from_bytes(hashlib.sha256(packed.encode()).digest()[:4], "little")
 
     def replace(self, **changes: object) -> Config:
         """Return a copy with ``changes``, checked like any other."""
         return dataclasses.replace(self, **changes)  # type: ignore[arg-type]  # Checked at once.
 
 
-_CHOICES = {"survivor_selection": SurvivorSelection, "checker": CheckerBuild}
+_CHOICES: dict[str, type[enum.StrEnum]] = {
+    "survivor_selection": SurvivorSelection,
+    "genetic": GeneticCore,
+    "checker": CheckerBuild,
+}
 
 
 def _is_power(value: int, low: int, high: int) -> bool:

@@ -31,10 +31,10 @@ def cycles_layout(config: Config) -> data.StructLayout:
 def counters_layout(config: Config) -> data.StructLayout:
     """Return the layout of the counters that the control unit keeps."""
     counted = [Counter.CYCLES, Counter.RECEIVE]
-    if config.genetic:
+    if config.parallel_core:
         counted += _GENERATION.values()
     counted.append(Counter.TRANSMIT)
-    if config.genetic:
+    if config.parallel_core:
         counted += [Counter.LONGEST, Counter.GENERATIONS, Counter.REFUSED_MUTATIONS]
         if config.checker is not CheckerBuild.NONE:
             counted += [Counter.REDRAWN, Counter.LEFT_OUT]
@@ -136,7 +136,7 @@ class Control(wiring.Component):
         }
         if self.has_checker:
             members |= {"check": In(1), "check_on": Out(1), "check_done": In(1)}
-        if config.genetic:
+        if config.parallel_core:
             members |= {
                 "generate": In(1),
                 "core": Out(generation_signature(config)),
@@ -170,7 +170,7 @@ class Control(wiring.Component):
             Counter.RECEIVE: self.receive_on | self.line_busy,
             Counter.TRANSMIT: self.transmit_on | self.line_sending,
         }
-        if self.config.genetic:
+        if self.config.parallel_core:
             m.d.comb += [self.core.mutation_on.eq(on.mutate), self.core.update_on.eq(on.update)]
             counts |= self._generation(m, on)
         self._count(m, counts)
@@ -179,19 +179,19 @@ class Control(wiring.Component):
     def _steps(self, m):
         """Return the steps from state to state, and what takes each of them."""
         received = self.receive_done
-        if self.config.genetic:
+        if self.config.parallel_core:
             # Not in the cycle of `begin`, in which the receiving unit is still on.
             received = Signal()
             m.d.comb += received.eq(self.receive_done & ~self.generate & ~self.core.begin)
         to_answer = received
         steps = {(ChipState.LISTEN, ChipState.RECEIVE): self.pending}
-        if self.config.genetic:
+        if self.config.parallel_core:
             steps[ChipState.RECEIVE, ChipState.CROSSOVER] = self.core.begin
         if self.has_checker:
             steps[ChipState.RECEIVE, ChipState.CHECK] = received & self.check
             to_answer = received & ~self.check
         steps[ChipState.RECEIVE, ChipState.TRANSMIT] = to_answer
-        if self.config.genetic:
+        if self.config.parallel_core:
             steps |= {
                 (ChipState.CROSSOVER, ChipState.MUTATE): self.core.crossover_done,
                 (ChipState.MUTATE, ChipState.UPDATE): self.core.mutation_done,

@@ -42,8 +42,10 @@ class GeneticCoreTop(wiring.Component):
     def __init__(self, config: Config):
         if not isinstance(config, Config):
             raise TypeError(f"Config must be a Config, not {config!r}")
-        if not config.genetic:
-            raise ValueError("Config.genetic must be 1 for a genetic core, not 0")
+        if not config.parallel_core:
+            raise ValueError(
+                f"Config.genetic must be parallel for a genetic core, not {config.genetic}"
+            )
 
         self.config = config
         self._control = Control(config)

@@ -41,6 +41,8 @@ class Planner(wiring.Component):
     ------
     TypeError
         If ``config`` is not a Config.
+    ValueError
+        If it has a streaming core, of which there is a model only.
     """
 
     clk: In(1)
@@ -51,6 +53,8 @@ class Planner(wiring.Component):
     def __init__(self, config: Config):
         if not isinstance(config, Config):
             raise TypeError(f"Config must be a Config, not {config!r}")
+        if config.streaming_core:
+            raise ValueError("Config.genetic must be none or parallel in gateware, not streaming")
         self.config = config
         super().__init__()
 
@@ -69,7 +73,7 @@ class Planner(wiring.Component):
             setattr(m.domains, domain, ClockDomain(domain))
             m.d.comb += ClockSignal(domain).eq(self.clk)
             m.d.unreset += ResetSignal(domain).eq(reset)
-            if self.config.genetic:
+            if self.config.parallel_core:
                 reset = ResetSignal(domain)
 
         m.submodules.line = line = Line(self.config.clocks_per_bit, self.config.receive_buffer)
@@ -91,7 +95,9 @@ class Planner(wiring.Component):
             control.transmit_done.eq(transmitter.done),
         ]
 
-        core = self._add_core(m, control, receiver, transmitter) if self.config.genetic else None
+        core = None
+        if self.config.parallel_core:
+            core = self._add_core(m, control, receiver, transmitter)
         if self.config.checker is not CheckerBuild.NONE:
             self._add_checker(m, control, core, receiver, transmitter)
         elif core is not None:

@@ -38,7 +38,7 @@ def request_fields(config: Config) -> dict[Command, Layout]:
         Command.COUNTERS: Layout(()),
         Command.CLEAR: Layout(()),
     }
-    if config.genetic:
+    if config.parallel_core:
         fields |= {
             Command.START: start_request(config),
             Command.WRITE: write_request(config),
@@ -52,7 +52,7 @@ def request_fields(config: Config) -> dict[Command, Layout]:
             Command.CHECK: check_request(config),
             Command.RESULTS: results_request(config),
         }
-    if config.genetic and config.checker is not CheckerBuild.NONE:
+    if config.parallel_core and config.checker is not CheckerBuild.NONE:
         fields[Command.CHECK_PATHS] = check_paths_request(config)
     return fields
 

@@ -76,7 +76,7 @@ class PayloadDispatcher(wiring.Component):
             "done": Out(1),
             "status": Out(8),
         }
-        if config.genetic:
+        if config.parallel_core:
             writes = write_layout(config.slot_bits, config.index_bits, config.waypoint_bits)
             members |= {
                 "write_slot": In(8),
@@ -128,7 +128,7 @@ class PayloadDispatcher(wiring.Component):
         """Add the parsers, and return each by its command."""
         parsers = {}
         config = self.config
-        if config.genetic:
+        if config.parallel_core:
             m.submodules.path_parser = path_parser = PathParser(
                 config.population, config.waypoint_bits, config.MIN_WAYPOINTS, config.max_waypoints
             )

@@ -132,7 +132,7 @@ class CommandReceiver(wiring.Component):
             "line_errors": In(4),
             "errors": Out(8),
         }
-        if config.genetic:
+        if config.parallel_core:
             self.start_layout = start_layout(config)
             self.write_layout = write_layout(
                 config.slot_bits, config.index_bits, config.waypoint_bits
@@ -202,7 +202,7 @@ class CommandReceiver(wiring.Component):
         with m.FSM():
             with m.State("Off"):
                 m.d.sync += [request.ended.eq(0), request.repeated.eq(0)]
-                if config.genetic:
+                if config.parallel_core:
                     m.d.sync += self.generate.eq(0)
                 if self.has_checker:
                     m.d.sync += self.check.eq(0)
@@ -240,7 +240,7 @@ class CommandReceiver(wiring.Component):
                 self._judge_fields(m, request, fields)
                 m.d.comb += payload.launch.eq(fields.status == Status.OK)
 
-            if config.genetic:
+            if config.parallel_core:
                 with m.State("Start"):
                     with m.If(self.start_requests.ready):
                         m.d.sync += self.start_requests.valid.eq(0)
@@ -256,7 +256,7 @@ class CommandReceiver(wiring.Component):
                 with m.If(request.verdict != Status.OK):
                     self._refuse(m, request, request.verdict)
                 with m.Else():
-                    if config.genetic:
+                    if config.parallel_core:
                         m.d.sync += self.generate.eq(
                             (request.code == Command.GENERATE) & ~request.repeated
                         )
@@ -292,7 +292,7 @@ class CommandReceiver(wiring.Component):
             payload.repeated.eq(request.repeated),
             payload.ended.eq(request.ended),
         ]
-        if self.config.genetic:
+        if self.config.parallel_core:
             connect(m, payload.writes, flipped(self.writes))
             connect(m, payload.ranking, flipped(self.ranking))
             m.d.comb += [
@@ -390,7 +390,7 @@ class CommandReceiver(wiring.Component):
         with m.Switch(code):
             with m.Case(*payload_commands(config)):
                 m.next = "Payload"
-            if config.genetic:
+            if config.parallel_core:
                 with m.Case(Command.START):
                     with m.If(~repeated):
                         m.next = "Start"
@@ -403,6 +403,6 @@ class CommandReceiver(wiring.Component):
             self._refuse(m, request, fields.status)
         with m.Elif(code == Command.CLEAR):
             m.d.sync += request.cleared.eq(~repeated)
-        if config.genetic:
+        if config.parallel_core:
             with m.Elif(code == Command.START):
                 m.d.sync += self.start_requests.valid.eq(~repeated)

@@ -110,7 +110,7 @@ class ReplyTransmitter(wiring.Component):
             "counters": In(self.counters_layout),
             "replies": Out(stream.Signature(body_layout)),
         }
-        if config.genetic:
+        if config.parallel_core:
             recipe = recipe_reply(config)
             assert recipe.fields[-1][0] == "checksum"
             self.recipe_layout = struct(Layout(recipe.fields[:-1]))
@@ -153,7 +153,7 @@ class ReplyTransmitter(wiring.Component):
         after_fields = Signal(_After)
         m.d.sync += after_fields.eq(_After.NOTHING)
         with m.Switch(answer.kind):
-            if self.config.genetic:
+            if self.config.parallel_core:
                 with m.Case(AnswerKind.PATHS, AnswerKind.CHILDREN):
                     m.d.sync += after_fields.eq(_After.READ_OUT)
             if self.has_checker:
@@ -171,7 +171,7 @@ class ReplyTransmitter(wiring.Component):
                     with m.Switch(answer.kind):
                         with m.Case(AnswerKind.SILENCE):
                             m.next = "Done"
-                        if self.config.genetic:
+                        if self.config.parallel_core:
                             with m.Case(AnswerKind.RECIPE):
                                 m.next = "Ask"
 
@@ -201,7 +201,7 @@ class ReplyTransmitter(wiring.Component):
                         with m.Switch(after):
                             with m.Case(_After.FIELDS):
                                 m.next = "Fields"
-                            if self.config.genetic:
+                            if self.config.parallel_core:
                                 with m.Case(_After.READ_OUT):
                                     m.next = "Ask"
                                 with m.Case(_After.WAYPOINT):
@@ -210,7 +210,7 @@ class ReplyTransmitter(wiring.Component):
                                 with m.Case(_After.RESULTS):
                                     m.next = "Ask for results"
 
-            if self.config.genetic:
+            if self.config.parallel_core:
                 self._read_out(m, checksum, word, left, after)
             if self.has_checker:
                 self._serve_results(m)
@@ -248,7 +248,7 @@ class ReplyTransmitter(wiring.Component):
             (AnswerKind.STATUS,): (status_reply(config), self.status),
             (AnswerKind.COUNTERS,): (counters_reply(config), counters),
         }
-        if config.genetic:
+        if config.parallel_core:
             survivors = Cat(Cat(slot, Const(0, 8 - len(slot))) for slot in self.survivors)
             replies |= {
                 (AnswerKind.CHILDREN,): (survivors_reply(config), survivors),

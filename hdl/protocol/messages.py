@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hdl.config import CheckerBuild, Config, SurvivorSelection
+from hdl.config import CheckerBuild, Config, GeneticCore, SurvivorSelection
 from hdl.protocol.codec import VERSION
 from hdl.protocol.codes import COUNTER_BITS, Counter, LinkMode
 from hdl.protocol.layout import Layout, numbered
@@ -35,6 +35,8 @@ __all__ = [
 #: Checkers in the order of their numbers in :func:`info_reply`. Number 3 was a build that has been
 #: removed: it stays unused.
 _CHECKERS = (CheckerBuild.NONE, CheckerBuild.TWO_TIER, CheckerBuild.PARALLEL)
+#: Genetic cores in the order of their numbers there.
+_CORES = (GeneticCore.NONE, GeneticCore.PARALLEL, GeneticCore.STREAMING)
 
 
 def open_request(config: Config) -> Layout:
@@ -137,6 +139,7 @@ def info_values(config: Config) -> dict[str, int]:
     return values | {
         "version": VERSION,
         "rank_survivors": int(config.survivor_selection is SurvivorSelection.RANK),
+        "genetic": _CORES.index(config.genetic),
         "checker": _CHECKERS.index(config.checker),
     }
 
@@ -149,33 +152,37 @@ def config_from_info(values: dict[str, int]) -> Config:
     ValueError
         If no configuration has these values.
     """
-    names = set(values) - {"version", "build_id", "session", "rank_survivors", "checker"}
-    if values["checker"] >= len(_CHECKERS):
-        raise ValueError(f"Checker must be below {len(_CHECKERS)}, not {values['checker']}")
+    apart = {"version", "build_id", "session", "rank_survivors", "genetic", "checker"}
+    for name, designs in (("genetic", _CORES), ("checker", _CHECKERS)):
+        if values[name] >= len(designs):
+            raise ValueError(f"{name.title()} must be below {len(designs)}, not {values[name]}")
     return Config(
         survivor_selection=(
             SurvivorSelection.RANK if values["rank_survivors"] else SurvivorSelection.UNIFORM
         ),
+        genetic=_CORES[values["genetic"]],
         checker=_CHECKERS[values["checker"]],
-        **{name: values[name] for name in names},
+        **{name: values[name] for name in set(values) - apart},
     )
 
 
 def status_reply(config: Config) -> Layout:
-    """Return the state, the eight latest states, the sticky errors and the cycles of units.
+    """Return the state, the eight latest states, the sticky errors, and what a core has done.
 
     ``history`` holds 4 bits for each state, the latest lowest. ``crossover``, ``mutation`` and
-    ``update`` are cycles of the latest generation.
+    ``update`` are cycles of the latest generation. A streaming chip has, instead of those, whether
+    it is ``running``, the ``cycles`` of the latest run, and the ``key`` of its best path so far,
+    in the form of :data:`hdl.protocol.planner.VALUE_BITS`.
     """
+    latest = (("crossover", 16), ("mutation", 16), ("update", 16))
+    run = (("running", 1), ("cycles", 32), ("key", 32))
     return Layout(
         (
             ("state", 8),
             ("history", 32),
             ("errors", 8),
             ("generation", 32),
-            ("crossover", 16),
-            ("mutation", 16),
-            ("update", 16),
+            *(run if config.streaming_core else latest),
         )
     )
 

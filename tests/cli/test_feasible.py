@@ -396,7 +396,7 @@ def test_refuses_bad_paths(level, tmp_path, capsys, rows, sentence):
         (["--board", "model:?checker=none"],
          "The board at 'model:?checker=none' has no collision checker; "),
         (["--board", "model:?genetic=0&checker=none"],
-         "Config.genetic must be 1 on a chip without a checker, not 0; "),
+         "Config.genetic must be parallel on a chip without a checker, not none; "),
         (["--board", "model:?checker=hierarchical"],
          "Config.checker must be none, two-tier or parallel, not 'hierarchical'; "),
         (["--board", "model:?checker=parallel", "--mode", "two-tier"],

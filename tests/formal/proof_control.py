@@ -55,7 +55,7 @@ class Returns(Elaboratable):
 
     def elaborate(self, platform):
         m = Module()
-        control, genetic = self.dut, self.CONFIG.genetic
+        control, genetic = self.dut, self.CONFIG.parallel_core
         units = {
             ChipState.RECEIVE: ("receive", 0),
             **(GENERATION if genetic else {}),

@@ -78,6 +78,18 @@ def test_halves_of_a_path(max_waypoints, head, length_bits, index_bits):
             "Config.lanes must be at most map_size = 8, not 16",
         ),
         ({"memory_latency": 3}, "Config.memory_latency must be 1 or 2, not 3"),
+        (
+            {"genetic": "streaming", "checker": "none"},
+            "Config.checker must be parallel with a streaming core, not none",
+        ),
+        (
+            {"genetic": "streaming", "population": 64, "survivors": 40},
+            "Config.population must be at most 32 with a streaming core, not 64",
+        ),
+        (
+            {"genetic": "streaming", "children": 14, "survivors": 16},
+            "Config.survivors must be at most the children with a streaming core, not 16",
+        ),
         ({"redraws": 8}, "Config.redraws must be from 0 to 7, not 8"),
         (
             {"survivor_selection": "best"},

@@ -31,7 +31,7 @@ class Bench:
     def __init__(self, ctx, dut):
         self.ctx, self.dut = ctx, dut
         self.cycles = 0
-        absent = () if dut.config.genetic else (MUTATE, UPDATE)
+        absent = () if dut.config.parallel_core else (MUTATE, UPDATE)
         self.on = {unit: on(dut) for unit, on in ON.items() if unit not in absent}
 
     async def tick(self):
@@ -109,7 +109,7 @@ def simulate(bench, config=None):
     simulator.add_clock(1e-8)
 
     async def testbench(ctx):
-        if dut.config.genetic:
+        if dut.config.parallel_core:
             ctx.set(dut.core.ready, 1)
         await bench(Bench(ctx, dut), ctx, dut)
 

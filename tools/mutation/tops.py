@@ -16,7 +16,7 @@ from amaranth.back import rtlil, verilog
 
 from hdl.boards import find_board
 from hdl.boards.build import prepare
-from hdl.config import CheckerBuild, Config, SurvivorSelection
+from hdl.config import CheckerBuild, Config, GeneticCore, SurvivorSelection
 from hdl.top import Planner
 from hdl.verilog import strip_zero_init
 from tools.chips import SMALL
@@ -38,8 +38,8 @@ _CHIPS: dict[str, Config] = {
     "default": Config(),
     "no_checker": Config(checker=CheckerBuild.NONE, lanes=1),
     "default_two_tier": Config(checker=CheckerBuild.TWO_TIER, lanes=1),
-    "check_only": Config(genetic=False),
-    "check_only_two_tier": Config(genetic=False, checker=CheckerBuild.TWO_TIER, lanes=1),
+    "check_only": Config(genetic=GeneticCore.NONE),
+    "check_only_two_tier": Config(genetic=GeneticCore.NONE, checker=CheckerBuild.TWO_TIER, lanes=1),
     "lanes_16": Config(lanes=16),
     "lanes_2": SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=2),
     "lanes_1": SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=1),

@@ -72,7 +72,7 @@ class Chip:
     def __init__(self, pauses=(0,), config=CONFIG):
         self.unit = CommandReceiver(config)
         self.has_checker = config.checker is not CheckerBuild.NONE
-        self.has_core = config.genetic
+        self.has_core = config.parallel_core
         self.pauses = pauses
         self.start_requests, self.writes, self.ranking = [], [], []
         self.cells, self.points = [], []

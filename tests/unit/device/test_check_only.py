@@ -7,7 +7,7 @@ import pytest
 
 from hdl.command.layouts import AnswerKind
 from hdl.command.receiver import CommandReceiver
-from hdl.config import CheckerBuild, Config
+from hdl.config import CheckerBuild, Config, GeneticCore
 from hdl.protocol import Command, Status, StickyError, config_from_info, info_values
 from host.device.chip import Chip
 from host.device.link import Link, RefusedError
@@ -31,17 +31,17 @@ def chip():
 
 
 def test_needs_a_checker():
-    sentence = r"^Config\.genetic must be 1 on a chip without a checker, not 0$"
+    sentence = r"^Config\.genetic must be parallel on a chip without a checker, not none$"
     with pytest.raises(ValueError, match=sentence):
         Config(genetic=False, checker=CheckerBuild.NONE)
 
 
 @pytest.mark.parametrize("value", [2, -1, "0", None])
-def test_option_is_one_or_zero(value):
-    sentence = rf"^Config\.genetic must be 1 or 0, not {value!r}$"
+def test_option_names_a_core_or_is_one_or_zero(value):
+    sentence = rf"^Config\.genetic must be none, parallel or streaming, not {value!r}$"
     with pytest.raises(ValueError, match=sentence):
         Config(genetic=value)
-    assert Config(genetic=0).genetic is False
+    assert Config(genetic=0).genetic is GeneticCore.NONE
     assert Config(genetic=1) == Config()
 
 

@@ -19,10 +19,10 @@ from hdl.protocol.planner import (
 #: A small chip, a chip of the default sizes, and the largest.
 SMALL = Config(
     population=8, children=4, elites=2, survivors=2, perturbs=1, inserts=1, deletes=1,
-    max_waypoints=5, map_size=32, coarse_factor=4, altitude_bits=8, lanes=4,
+    max_waypoints=5, map_size=32, coarse_factor=4, altitude_bits=8, lanes=4, genetic="streaming",
 )  # fmt: skip
-USUAL = Config()
-LARGE = Config(map_size=4096, altitude_bits=16, max_waypoints=64)
+USUAL = Config(genetic="streaming")
+LARGE = Config(map_size=4096, altitude_bits=16, max_waypoints=64, genetic="streaming")
 
 
 def ground(config, rng, *, blocked=0.02):

@@ -30,7 +30,7 @@ class Command(enum.IntEnum):
     #: State, generation, sticky errors: :func:`status_reply`.
     STATUS = 3
     #: Seed, limits, generation 0: :func:`start_request`. START, WRITE, GENERATE and READ are
-    #: unknown to a chip without a genetic core.
+    #: unknown to a chip without the parallel genetic core.
     START = 4
     #: Paths into consecutive slots: :func:`write_request`, then the waypoints.
     WRITE = 5
@@ -43,16 +43,25 @@ class Command(enum.IntEnum):
     #: Clear the sticky errors.
     CLEAR = 9
     #: A rectangle of the map: :func:`map_request`, then its cells. MAP, CHECK, CHECK_PATHS and
-    #: RESULTS are unknown to a chip without a checker.
+    #: RESULTS are unknown to a chip without a checker; a streaming chip knows MAP alone of them.
     MAP = 10
     #: One path against the map: :func:`check_request`, then its points, from the aircraft to the
     #: goal, in the form of a path; the reply is :func:`check_reply`, then the results.
     CHECK = 11
     #: Paths of consecutive slots against the map: :func:`check_paths_request`; the reply is as that
-    #: of CHECK. Unknown to a chip without a genetic core, too.
+    #: of CHECK. Unknown to a chip without the parallel genetic core, too.
     CHECK_PATHS = 12
     #: Results of the latest check again: :func:`results_request`; the reply is the results.
     RESULTS = 13
+    #: A problem, which voids the paths: :func:`hdl.protocol.planner.problem_request`. PROBLEM, RUN,
+    #: STOP and BEST are unknown to a chip without the streaming genetic core.
+    PROBLEM = 14
+    #: A run on the problem: :func:`hdl.protocol.runs.run_request`. The answer comes when it begins.
+    RUN = 15
+    #: End the run with its present generation.
+    STOP = 16
+    #: Paths of the latest run, the best first: :func:`hdl.protocol.runs.pack_best`.
+    BEST = 17
 
 
 class Status(enum.IntEnum):

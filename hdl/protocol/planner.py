@@ -149,6 +149,21 @@ class ProblemRecord:
         values["base"] %= 1 << BASE_BITS
         return problem_request(config).pack(**values)
 
+    def is_valid(self, config: Config) -> bool:
+        """Return whether a chip of ``config`` takes the record: every field is within its range.
+
+        Limits are on the map, a waypoint is below the blocked altitude, no side of a cell is
+        longer than the longer one, and the blocks are the smallest that a map needs, or smaller,
+        and reach all corners within the limits.
+        """
+        most_shift = max(config.coordinate_bits - (BLOCKS.bit_length() - 1), 0)
+        return (
+            self.altitude_limit < config.blocked_altitude
+            and max(self.x_scale, self.y_scale) <= 1 << SCALE_FRACTION
+            and self.block_shift <= most_shift
+            and max(self.x_limit, self.y_limit) >> self.block_shift < BLOCKS
+        )
+
     @classmethod
     def unpack(cls, config: Config, payload: bytes) -> ProblemRecord:
         """Return the record in ``payload``, the inverse of :meth:`pack`."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from hdl.config import Config
 from hdl.protocol.planner import (
     ALTITUDE_FRACTION,
@@ -31,12 +33,15 @@ __all__ = ["problem_record"]
 
 #: The greatest value of a key is at least so many times that of the straight line.
 _VALUE_SPAN = 8
+#: Directions of which the least slopes in wind are taken.
+_DIRECTIONS = 64
 
 
 def problem_record(config: Config, problem: Problem, grid: CornerMap) -> ProblemRecord:
     """Return the record of ``problem`` on the map ``grid``.
 
-    Whatever a limit loses by rounding makes it stricter: slopes are rounded down, the radius up.
+    Whatever a limit loses by rounding makes it stricter: slopes are rounded down, the radius up. In
+    wind the slopes are those over ground in the direction where they are least.
     The cost weighs altitude times length against fuel as eq. (2) does, with the fuel of a weight
     that stays that of the start, and no induced drag saved in climbs.
 
@@ -72,8 +77,10 @@ def problem_record(config: Config, problem: Problem, grid: CornerMap) -> Problem
     fuel = burn_per_m * unit_m / best.fuel_N * area / (1 << DRAG_FRACTION)
     fuel_shift = max(FUEL_BITS - math.frexp(fuel)[1], 0)
     level_thrust = thrust_needed(aircraft, aircraft.weight_N, 1.0, 0.0, SEA_LEVEL_DENSITY_KG_M3)
-    start, goal = (_place(grid, point) for point in (problem.start, problem.goal))
+    start, goal = (grid.place(point) for point in (problem.start, problem.goal))
     x_limit, y_limit, altitude_limit = grid.corner_limits
+    directions = np.linspace(0, 2 * math.pi, _DIRECTIONS, endpoint=False)
+    climbs, descents = problem.slope_limits(np.cos(directions), np.sin(directions))
     return ProblemRecord(
         start_x=start[0],
         start_y=start[1],
@@ -87,8 +94,8 @@ def problem_record(config: Config, problem: Problem, grid: CornerMap) -> Problem
         x_scale=round(dx_m / max(dx_m, dy_m) * (1 << SCALE_FRACTION)),
         y_scale=round(dy_m / max(dx_m, dy_m) * (1 << SCALE_FRACTION)),
         rise=rise,
-        climb=_slope(aircraft.max_climb_deg, unit_m / part_m),
-        descent=_slope(aircraft.max_descent_deg, unit_m / part_m),
+        climb=_slope(float(climbs.min()), unit_m / part_m),
+        descent=_slope(float(descents.min()), unit_m / part_m),
         radius=radius,
         base=round(2 * grid.base_m / part_m),
         drag=min(
@@ -102,23 +109,9 @@ def problem_record(config: Config, problem: Problem, grid: CornerMap) -> Problem
     )
 
 
-def _place(grid: CornerMap, point: tuple[float, float, float]) -> tuple[int, int, int]:
-    """Return a point on the lattice; one outside its first or last corner is moved there."""
-    places = []
-    for metres, scale_m, limit in zip(point[:2], grid.scale_m, grid.corner_limits[:2], strict=True):
-        place = round((metres / scale_m - 0.5) * (1 << POSITION_FRACTION))
-        places.append(min(max(place, 0), limit << POSITION_FRACTION))
-    altitude = math.floor((point[2] - grid.base_m) / grid.step_m * (1 << ALTITUDE_FRACTION))
-    return places[0], places[1], altitude
-
-
-def _slope(slope_deg: float, parts_per_unit: float) -> int:
+def _slope(tangent: float, parts_per_unit: float) -> int:
     """Return a slope rounded down; the steepest that the record holds is taken for all steeper."""
-    most = (1 << SLOPE_BITS) - 1
-    if slope_deg >= 90:
-        return most
-    slope = math.tan(math.radians(slope_deg)) * parts_per_unit
-    return min(math.floor(slope * (1 << SLOPE_FRACTION)), most)
+    return math.floor(min(tangent * parts_per_unit * (1 << SLOPE_FRACTION), (1 << SLOPE_BITS) - 1))
 
 
 def _block_shift(corners: int) -> int:

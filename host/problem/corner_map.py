@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import functools
+import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hdl.protocol.planner import ALTITUDE_FRACTION, POSITION_FRACTION
 from host.problem.chip_map import ChipMap
 
 
@@ -26,18 +29,81 @@ class CornerMap(ChipMap):
         """Highest of the four cells around each corner, ``(map_size, map_size)`` uint16, [y, x].
 
         The last row and column, which have no cell beyond them, are blocked.
+
+        Under a clearance an end lies at the surface or hardly above it, so that no path could
+        leave. Therefore the corner nearest to an end is no higher than the end, and the eight
+        around it no higher than the end or half-way from the mean of their cells to the highest. A
+        blocked cell counts all the same. The strict rule judges paths by the true surface.
         """
         cells = self.heights
         rows = np.maximum(cells[:-1], cells[1:])
         corners = np.full_like(cells, self._config.blocked_altitude)
         corners[:-1, :-1] = np.maximum(rows[:, :-1], rows[:, 1:])
+        for end in (self._problem.start, self._problem.goal):
+            self._lower_around(end, corners)
         return corners
+
+    def _lower_around(self, end: tuple[float, float, float], corners: NDArray[np.uint16]) -> None:
+        x, y, altitude = self.nearest_corner(end)
+        columns, rows, _ = self.corner_limits
+        for v in range(max(y - 1, 0), min(y + 1, rows) + 1):
+            for u in range(max(x - 1, 0), min(x + 1, columns) + 1):
+                four = self.heights[v : v + 2, u : u + 2].astype(np.int64)
+                highest = int(four.max())
+                if highest == self._config.blocked_altitude:
+                    continue
+                usual = math.ceil((highest + float(four.mean())) / 2)
+                top = altitude if (u, v) == (x, y) else max(altitude, usual)
+                corners[v, u] = min(int(corners[v, u]), top)
+
+    def place(self, point: tuple[float, float, float]) -> tuple[int, int, int]:
+        """Return a point on the lattice, as in the record of a problem.
+
+        x and y have :data:`~hdl.protocol.planner.POSITION_FRACTION` bits below the cell, the
+        altitude :data:`~hdl.protocol.planner.ALTITUDE_FRACTION` below the step. What lies outside
+        the first or last corner is moved there.
+        """
+        places = []
+        for metres, scale_m, limit in zip(
+            point[:2], self.scale_m, self.corner_limits[:2], strict=True
+        ):
+            place = round((metres / scale_m - 0.5) * (1 << POSITION_FRACTION))
+            places.append(min(max(place, 0), limit << POSITION_FRACTION))
+        steps = (point[2] - self.base_m) / self.step_m
+        return places[0], places[1], math.floor(steps * (1 << ALTITUDE_FRACTION))
+
+    def nearest_corner(self, point: tuple[float, float, float]) -> tuple[int, int, int]:
+        """Return the corner nearest to a point, and the step at or below it."""
+        x, y, altitude = self.place(point)
+        half = 1 << POSITION_FRACTION - 1
+        columns, rows, _ = self.corner_limits
+        return (
+            min(x + half >> POSITION_FRACTION, columns),
+            min(y + half >> POSITION_FRACTION, rows),
+            altitude >> ALTITUDE_FRACTION,
+        )
 
     @property
     def corner_limits(self) -> tuple[int, int, int]:
-        """Highest x and y corner between cells of the terrain, and highest step of a waypoint."""
+        """Highest x and y corner between cells of the terrain, and highest step of a waypoint.
+
+        No waypoint is above the ceiling.
+        """
         x, y, altitude = self.limits
+        below = (self._problem.limits.ceiling_m - self.base_m) / self.step_m
+        if below < altitude:
+            altitude = max(math.floor(below), 0)
         return max(x - 1, 0), max(y - 1, 0), altitude
+
+    def report(self) -> dict[str, Any]:
+        """Return scale, offset and padding of the corners, for the summary's ``hardware.map``."""
+        x, y, altitude = self.corner_limits
+        size = self._config.map_size
+        return super().report() | {
+            "offset_m": [0.5 * self.scale_m[0], 0.5 * self.scale_m[1], self.base_m],
+            "limits": [x, y, altitude],
+            "padding_cells": [size - 1 - x, size - 1 - y],
+        }
 
     def corners_to_metres(self, corners: NDArray[np.integer]) -> NDArray[np.float64]:
         """Return the (n, 3) metres of (n, 3) integers x, y, altitude step."""

@@ -38,6 +38,7 @@ from sim.model.refusal import RefusedError, expect
 
 if TYPE_CHECKING:
     from sim.model.check_commands import CheckingModel
+    from sim.model.run_commands import RunningModel
 
 __all__ = ["ChipModel"]
 
@@ -59,11 +60,14 @@ class ChipModel:
         genetic core, no command reaches it.
     checking : CheckingModel or None
         The checker, if the chip has one.
+    running : RunningModel or None
+        The streaming core, if the chip has one.
     """
 
     def __init__(self, config: Config) -> None:
         self.config = config
         self.checking = _checking(config)
+        self.running = self._running()
         self.core = Core(config, self.checking.terrain if self.checking else None)
         self._receiver = FrameReceiverModel(config)
         self._session = 0
@@ -77,7 +81,7 @@ class ChipModel:
             Command.COUNTERS: self._count,
             Command.CLEAR: self._clear,
         }
-        if config.genetic:
+        if config.parallel_core:
             self._commands |= {
                 Command.START: self._start,
                 Command.WRITE: self._write,
@@ -85,12 +89,17 @@ class ChipModel:
                 Command.READ: self._read,
             }
         if self.checking:
+            self._commands[Command.MAP] = self.checking.write
+        if self.running:
             self._commands |= {
-                Command.MAP: self.checking.write,
-                Command.CHECK: self._check,
-                Command.RESULTS: self.checking.results,
+                Command.PROBLEM: self.running.set_problem,
+                Command.RUN: self._run_on_chip,
+                Command.STOP: self.running.stop,
+                Command.BEST: self.running.best,
             }
-        if config.genetic and self.checking:
+        elif self.checking:
+            self._commands |= {Command.CHECK: self._check, Command.RESULTS: self.checking.results}
+        if config.parallel_core and self.checking:
             self._commands[Command.CHECK_PATHS] = self._check_paths
 
     def feed(self, data: bytes) -> bytes:
@@ -157,16 +166,19 @@ class ChipModel:
     def _status(self, payload: bytes, repeated: bool) -> bytes:
         expect(not payload, Status.BAD_LENGTH)
         latest = self._latest
+        done = {
+            "generation": self.core.generation & 0xFFFFFFFF,
+            "crossover": latest.crossover_cycles if latest else 0,
+            "mutation": latest.mutation_cycles if latest else 0,
+            "update": latest.update_cycles if latest else 0,
+        }
         # The registers are read when the answer is made.
         states = (ChipState.TRANSMIT, *self._states[:7])
         return status_reply(self.config).pack(
             state=states[0],
             history=sum(state << 4 * age for age, state in enumerate(states)),
             errors=self._errors | self._receiver.errors,
-            generation=self.core.generation & 0xFFFFFFFF,
-            crossover=latest.crossover_cycles if latest else 0,
-            mutation=latest.mutation_cycles if latest else 0,
-            update=latest.update_cycles if latest else 0,
+            **(self.running.status() if self.running else done),
         )
 
     def _start(self, payload: bytes, repeated: bool) -> bytes:
@@ -223,6 +235,23 @@ class ChipModel:
         children = self.core.paths[self.config.elites + self.config.survivors :]
         named = {f"survivor_{i}": slot for i, slot in enumerate(survivors)}
         return survivors_reply(self.config).pack(**named) + pack_paths(self.config, children)
+
+    def _run_on_chip(self, payload: bytes, repeated: bool) -> bytes:
+        assert self.running is not None
+        reply = self.running.run(payload, repeated)
+        if not repeated:
+            self._counters[Counter.CYCLES] += self.running.latest.cycles
+            self._counters[Counter.GENERATIONS] += self.running.latest.generations
+        return reply
+
+    def _running(self) -> RunningModel | None:
+        if not self.config.streaming_core:
+            return None
+        # This import compiles kernels, too.
+        from sim.model.run_commands import RunningModel
+
+        assert self.checking is not None
+        return RunningModel(self.config, self.checking.terrain)
 
     def _run(self, order: list[int]) -> None:
         latest = self._latest = self.core.run(order)

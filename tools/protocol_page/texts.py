@@ -34,6 +34,8 @@ from hdl.protocol import (
     survivors_reply,
     write_request,
 )
+from hdl.protocol.planner import problem_request
+from hdl.protocol.runs import run_request
 from tools.protocol_page.segments import waypoint_layout
 
 
@@ -73,6 +75,10 @@ COMMANDS = {
     Command.CHECK: ("check one path", "flags, points", "totals, result"),
     Command.CHECK_PATHS: ("check the paths of slots", "fields", "totals, results"),
     Command.RESULTS: ("results of the latest check again", "path, count", "results"),
+    Command.PROBLEM: ("a problem for the streaming core", "fields", "none"),
+    Command.RUN: ("begin a run", "fields", "none"),
+    Command.STOP: ("end the run with its present generation", "none", "none"),
+    Command.BEST: ("paths of the latest run", "none", "keys, paths"),
 }
 
 CODES: Mapping[type[Enum], Mapping[Enum, str]] = {
@@ -137,6 +143,12 @@ _COUNTERS = {
     Counter.LEFT_OUT: "Mutations left out because every draw lay in the ground",
 }
 
+
+def _streaming(config: Config) -> Config:
+    """Return a chip with the streaming core, whose sizes are those of ``config``."""
+    return config.replace(genetic="streaming", checker="parallel")
+
+
 #: Layout of each message, with its fields by name; numbered fields by the name without number.
 MESSAGES: Mapping[str, tuple[Callable[[Config], Layout], Mapping[str, Field]]] = {
     "waypoint": (
@@ -170,7 +182,7 @@ MESSAGES: Mapping[str, tuple[Callable[[Config], Layout], Mapping[str, Field]]] =
             "clock_hz": Field("1 or more", "Clock of the chip, hertz"),
             "clocks_per_bit": Field("4 … 65535", "Cycles of a bit on the line"),
             "receive_buffer": Field("power of two, 256 … 32768", "Credit in bytes, see above"),
-            "genetic": Field("0, 1", "1: the chip has a genetic core"),
+            "genetic": Field("0, 1, 2", "Genetic core: 0 none, 1 parallel, 2 streaming"),
             "checker": Field("see below", "Build of the collision checker"),
             "lanes": Field("1, 2, 4, 8, 16", "Cells checked in a cycle"),
             "memory_latency": Field("1, 2", "Cycles from an address of the map to its data"),
@@ -187,6 +199,63 @@ MESSAGES: Mapping[str, tuple[Callable[[Config], Layout], Mapping[str, Field]]] =
             "crossover": Field("cycles", "Crossover of the latest generation"),
             "mutation": Field("cycles", "Mutation of the latest generation"),
             "update": Field("cycles", "Population update of the latest generation"),
+        },
+    ),
+    "streaming_status_reply": (
+        lambda config: status_reply(_streaming(config)),
+        {
+            "state": Field("a state", "State of the chip: always TRANSMIT, since it replies"),
+            "history": Field("8 states", "Latest eight states, 4 bits each, the latest lowest"),
+            "errors": Field("sticky errors", "Errors since reset or CLEAR"),
+            "generation": Field("modulo 2³²", "Generations of the latest run, of all islands"),
+            "running": Field("0, 1", "1: the run is not over"),
+            "cycles": Field("modulo 2³²", "Cycles of the latest run"),
+            "key": Field("a key", "Key of the best path so far, class 3 if there is none"),
+        },
+    ),
+    "problem_request": (
+        problem_request,
+        {
+            "start_x": Field("any", "Start, 1/256 of a cell from the first corner"),
+            "start_y": Field("any", "The same northwards"),
+            "start_altitude": Field("any", "Start, 1/16 of a step"),
+            "goal_x": Field("any", "Goal"),
+            "goal_y": Field("any", "The same northwards"),
+            "goal_altitude": Field("any", "Goal, 1/16 of a step"),
+            "x_limit": Field("0 … map_size − 1", "Highest x of a waypoint", "coordinate_bits"),
+            "y_limit": Field("0 … map_size − 1", "Highest y of a waypoint", "coordinate_bits"),
+            "altitude_limit": Field(
+                "0 … blocked − 1", "Highest altitude of a waypoint", "altitude_bits"
+            ),
+            "x_scale": Field("0 … 2¹⁴", "Side of a cell in x, 2⁻¹⁴ of the longer side"),
+            "y_scale": Field("0 … 2¹⁴", "Side of a cell in y"),
+            "rise": Field("any", "1/16 of a step in units of length, 2⁻¹⁶"),
+            "climb": Field("any", "Steepest climb, 1/16 of a step per unit of length, 2⁻¹²"),
+            "descent": Field("any", "Steepest descent"),
+            "radius": Field("any", "Turning radius, units of length"),
+            "base": Field("two's complement", "Altitude of step 0, 1/32 of a step"),
+            "drag": Field("any", "Drag of level flight, 2⁻¹⁶ of the weight"),
+            "fuel": Field("any", "Weight of fuel in the cost"),
+            "fuel_shift": Field("any", "Right shift of that weight"),
+            "key_shift": Field("any", "Right shift of a cost that makes it a value"),
+            "block_shift": Field(
+                "0 … ⌈log₂ map_size⌉ − 5", "Corners of a block, as a power of two"
+            ),
+        },
+    ),
+    "run_request": (
+        run_request,
+        {
+            "seed": Field("any", "Seed of the random source"),
+            "cycles": Field("any", "The run ends with the generation that reaches them"),
+            "generations": Field("any", "Or these, of all islands together"),
+            "give_up_rank": Field(_SLOT, "A child not cheaper than this rank is not walked"),
+            "seeds": Field("population or more", "Paths seeded along each route"),
+            "lifts": Field("0 … 4", "Passes that raise a seed out of the ground"),
+            "share": Field("0 … 16", "Sixteenths of the time that islands have together"),
+            "islands": Field("1, 2, 4, 8", "Islands"),
+            "mean": Field("0, 1", "Surface of an island: 1 mean ground, 0 least ground"),
+            "slope": Field("0 … 15", "Its steepest slope in halves of the climb limit; 0 any"),
         },
     ),
     "start_request": (

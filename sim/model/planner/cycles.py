@@ -7,8 +7,8 @@ from sim.model.planner.compiled import compiled, inlined
 
 __all__ = ["FILL", "MEMO_HIT", "SEGMENT", "VISITS_PER_PASS", "overlapped", "walking"]
 
-#: Cycles of the scorer for a segment.
-SEGMENT = 1
+#: Cycles of the scorer for a segment: one for its straight piece, one for its arc.
+SEGMENT = 2
 #: Cycles of the walker for a segment that the memo answers.
 MEMO_HIT = 1
 #: Cycles from the last child of a generation through all units into the sorted population, and from

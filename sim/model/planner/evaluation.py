@@ -105,7 +105,7 @@ def segment(
     if known:
         counters[_WALKER] += MEMO_HIT
         return memo[row, HITS], memo[row, MARGIN]
-    hits, margin = walk(ground, sizes[BLOCKED], ends, x0, y0, z0, x1, y1, z1)
+    hits, margin = walk(ground, sizes[BLOCKED], x0, y0, z0, x1, y1, z1)
     counters[_WALKER] += walking(max(abs(x1 - x0), abs(y1 - y0)) + 1, sizes[LANES])
     if row >= 0:
         memo[row, HITS], memo[row, MARGIN] = hits, margin

@@ -6,6 +6,7 @@ import numpy as np
 
 from hdl.config import Config
 from hdl.protocol.planner import BLOCKS, ProblemRecord
+from hdl.protocol.runs import RETURNED, Outcome, RunOptions
 from sim.model.planner.breeder import breed
 from sim.model.planner.compiled import compiled
 from sim.model.planner.cycles import VISITS_PER_PASS
@@ -20,7 +21,6 @@ from sim.model.planner.evaluation import (
     settle,
 )
 from sim.model.planner.memo import empty_memo
-from sim.model.planner.options import RETURNED, Outcome, RunOptions
 from sim.model.planner.problem import (
     BLOCK_SHIFT,
     BLOCKED,

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from sim.model.planner.compiled import compiled, inlined
+from sim.model.planner.compiled import compiled
 
 
 __all__ = ["Ground", "Integers", "walk"]
@@ -22,7 +22,6 @@ Integers = npt.NDArray[np.int64]
 def walk(
     ground: Ground,
     blocked: int,
-    ends: Integers,
     x0: int,
     y0: int,
     z0: int,
@@ -30,10 +29,7 @@ def walk(
     y1: int,
     z1: int,
 ) -> tuple[int, int]:
-    """Return colliding corners and least margin of a segment.
-
-    ``ends`` (6,) has x, y and step of the path's start, then of its goal.
-    """
+    """Return colliding corners and least margin of a segment."""
     dx, dy, dz = x1 - x0, y1 - y0, z1 - z0
     low = min(z0, z1)
     is_wide = abs(dx) >= abs(dy)
@@ -55,13 +51,10 @@ def walk(
         slant = 2 * abs(dx)
     # Halves go up: backwards a half is not yet a step.
     aside = n if across_x + across_y > 0 else n - 1
-    is_near = _meets(ends[0], ends[1], x0, y0, x1, y1) or _meets(ends[3], ends[4], x0, y0, x1, y1)
     x, y = x0, y0
     hits, margin = 0, blocked
     for _ in range(last + 1):
         height = int(np.int64(ground[y, x]))
-        if is_near:
-            height = _lowered(ends, x, y, height)
         if height == blocked:
             hits += 1
         else:
@@ -81,24 +74,3 @@ def walk(
             rest -= 2 * n
             z += 1
     return hits, margin
-
-
-@inlined
-def _meets(x: int, y: int, x0: int, y0: int, x1: int, y1: int) -> bool:
-    """Return whether the box of a segment meets the 3 x 3 corners around (x, y)."""
-    return bool(
-        min(x0, x1) <= x + 1
-        and max(x0, x1) >= x - 1
-        and min(y0, y1) <= y + 1
-        and max(y0, y1) >= y - 1
-    )
-
-
-@inlined
-def _lowered(ends: Integers, x: int, y: int, height: int) -> int:
-    """Return a height, at most that of an end of the path beside it."""
-    if abs(x - ends[0]) <= 1 and abs(y - ends[1]) <= 1:
-        height = min(height, ends[2])
-    if abs(x - ends[3]) <= 1 and abs(y - ends[4]) <= 1:
-        height = min(height, ends[5])
-    return height

@@ -9,6 +9,7 @@ import pytest
 
 from hdl.config import Config
 from hdl.protocol.planner import problem_request
+from hdl.protocol.runs import RunOptions
 from host.errors import InputError
 from host.evaluation import Evaluator
 from host.evaluation.reference import problem_utopia
@@ -18,7 +19,6 @@ from host.problem.aircraft import load
 from host.problem.corner_map import CornerMap
 from host.terrain import Terrain
 from sim.model.planner.definition.score import corner_of, score
-from sim.model.planner.options import RunOptions
 from sim.model.planner.run import plan
 
 
@@ -71,6 +71,22 @@ def test_limits_are_rounded_to_the_stricter_side():
         tangent = math.tan(math.radians(degrees))
         assert slope / 4096 * part_m / unit_m <= tangent < (slope + 1) / 4096 * part_m / unit_m
     assert record.start_altitude * part_m + grid.base_m <= problem.start[2]
+
+
+def test_in_wind_the_slopes_are_those_of_the_worst_direction():
+    problem, _, calm = make()
+    changes = {"as_paper": False, "wind": (8.0, 3.0)}
+    windy = Problem(problem.terrain, problem.start, problem.goal, **changes)
+    grid = CornerMap(CONFIG, windy)
+    record = problem_record(CONFIG, windy, grid)
+    to_tangents = grid.step_m / 16 / (50.0 / 256) / 4096
+    directions = np.linspace(0, 2 * np.pi, 10_000)
+    limits = windy.slope_limits(np.cos(directions), np.sin(directions))
+    for slope, before, limit in zip(
+        (record.climb, record.descent), (calm.climb, calm.descent), limits, strict=True
+    ):
+        assert slope * to_tangents == pytest.approx(limit.min(), rel=1e-3)
+        assert slope < 0.8 * before
 
 
 def test_ends_lie_between_the_corners():

@@ -4,6 +4,7 @@ import pytest
 from hdl.config import Config
 from host.problem import Problem
 from host.problem.corner_map import CornerMap
+from host.problem.rules import Rules
 from host.terrain import Terrain
 
 
@@ -29,6 +30,58 @@ def test_a_corner_is_as_high_as_its_highest_cell(shape):
             around = cells[y : y + 2, x : x + 2]
             highest = around.max() if around.size == 4 else CONFIG.blocked_altitude
             assert corners[y, x] == highest
+
+
+@pytest.mark.parametrize("shape", [(16, 16), (9, 12), (30, 40)])
+def test_around_an_end_in_the_ground_a_corner_is_lower_and_nowhere_higher(shape):
+    rng = np.random.default_rng(3)
+    terrain = Terrain("t", rng.uniform(200, 300, size=shape), dx_m=10.0, dy_m=20.0)
+    rows, columns = shape
+    places = (50.0, 60.0), (10.0 * columns - 35, 20.0 * rows - 55)
+    ends = [(*place, float(terrain.ground(*place)) + 1) for place in places]
+    grid = CornerMap(CONFIG, Problem(terrain, *ends, as_paper=True))
+    cells, corners = grid.heights.astype(int), grid.corners
+    near = {}
+    for end in ends:
+        x, y, altitude = grid.nearest_corner(end)
+        for v in range(y - 1, y + 2):
+            for u in range(x - 1, x + 2):
+                four = cells[v : v + 2, u : u + 2]
+                usual = -int(-(four.max() + four.mean()) // 2)
+                lowered = altitude if (u, v) == (x, y) else max(altitude, usual)
+                near[u, v] = min(near.get((u, v), four.max()), lowered, four.max())
+        assert corners[y, x] <= altitude
+    for y in range(grid.corner_limits[1] + 1):
+        for x in range(grid.corner_limits[0] + 1):
+            assert corners[y, x] == near.get((x, y), cells[y : y + 2, x : x + 2].max())
+
+
+def test_a_blocked_cell_beside_an_end_stays_blocked():
+    elevation = np.full((16, 16), 300.0)
+    elevation[4, 3] = 200.0
+    elevation[6, 5] = np.nan
+    terrain = Terrain("t", elevation, dx_m=10.0, dy_m=20.0)
+    problem = Problem(terrain, (32.0, 84.0, 210.0), (120.0, 200.0, 310.0), as_paper=True)
+    grid = CornerMap(CONFIG, problem)
+    x, y, altitude = grid.nearest_corner(problem.start)
+    assert (x, y) == (3, 4)
+    assert grid.corners[y, x] == altitude
+    assert grid.corners[y + 1, x + 1] == CONFIG.blocked_altitude
+
+
+def test_no_waypoint_is_above_the_ceiling():
+    elevation = np.full((16, 16), 100.0)
+    terrain = Terrain("t", elevation, dx_m=10.0, dy_m=20.0)
+    ends = (30.0, 80.0, 150.0), (120.0, 200.0, 150.0)
+    free = CornerMap(CONFIG, Problem(terrain, *ends, rules=Rules()))
+    low = CornerMap(CONFIG, Problem(terrain, *ends, rules=Rules(ceiling_m=200.0)))
+    assert free.corner_limits[2] == CONFIG.blocked_altitude - 1
+    top = low.corner_limits[2]
+    assert low.base_m + top * low.step_m <= 200 < low.base_m + (top + 1) * low.step_m
+    report = low.report()
+    assert report["limits"] == [14, 14, top]
+    assert report["padding_cells"] == [1, 1]
+    assert report["offset_m"] == [5.0, 10.0, low.base_m]
 
 
 def test_limits_leave_a_cell_of_terrain_on_every_side():

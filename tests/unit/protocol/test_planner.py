@@ -1,3 +1,4 @@
+import dataclasses
 import math
 
 import numpy as np
@@ -62,3 +63,21 @@ def test_size_of_a_record():
 def test_a_base_that_does_not_fit_is_refused(base):
     with pytest.raises(ValueError, match=rf"^base must fit in 25 bits with its sign, not {base}$"):
         record(USUAL, np.random.default_rng(19), base=base).pack(USUAL)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"altitude_limit": 4095},
+        {"x_scale": (1 << 14) + 1},
+        {"y_scale": (1 << 14) + 1},
+        {"block_shift": 5},
+        {"block_shift": 3},
+        {"block_shift": 3, "x_limit": 255},
+    ],
+)
+def test_a_record_out_of_range_is_no_problem(changes):
+    valid = record(USUAL, np.random.default_rng(20))
+    assert valid.is_valid(USUAL)
+    assert not dataclasses.replace(valid, **changes).is_valid(USUAL)
+    assert dataclasses.replace(valid, block_shift=3, x_limit=255, y_limit=255).is_valid(USUAL)

@@ -90,7 +90,7 @@ class Evaluator:
         if known is not None:
             self.walker += MEMO_HIT
             return known
-        walked = walk(self.ground, self.config.blocked_altitude, self.ends, start, stop)
+        walked = walk(self.ground, self.config.blocked_altitude, start, stop)
         corners = max(abs(stop[0] - start[0]), abs(stop[1] - start[1])) + 1
         self.walker += walking(corners, self.config.lanes)
         self.memo.put(start, stop, walked)

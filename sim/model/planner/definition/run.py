@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from hdl.config import Config
 from hdl.protocol.planner import VALUE_BITS, PathClass, ProblemRecord
+from hdl.protocol.runs import RETURNED, Island, Outcome, RunOptions
 from sim.model.planner.cycles import VISITS_PER_PASS, overlapped
 from sim.model.planner.definition.breeder import Waypoint, breed
 from sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
@@ -13,7 +14,6 @@ from sim.model.planner.definition.memo import Memo
 from sim.model.planner.definition.seeds import lift, seed_path
 from sim.model.planner.definition.walk import Ground
 from sim.model.planner.definition.wavefront import blocks_of, descend, limit_slopes, spread
-from sim.model.planner.options import RETURNED, Island, Outcome, RunOptions
 from sim.model.random_source import RandomSource
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 import numpy.typing as npt
@@ -17,22 +17,16 @@ Corner = tuple[int, int]
 Point = tuple[int, int, int]
 
 
-def walk(
-    ground: Ground, blocked: int, ends: Sequence[Point], start: Point, stop: Point
-) -> tuple[int, int]:
+def walk(ground: Ground, blocked: int, start: Point, stop: Point) -> tuple[int, int]:
     """Return how many corners of a segment collide, and the segment's least margin.
 
     A corner collides where the segment is below its ground, or where it is blocked. The margin is
     the altitude above the ground, in steps; blocked corners do not count in it, and a segment over
-    nothing else has ``blocked``. Within the 3 x 3 corners around each of the ``ends`` of the path,
-    the ground is no higher than that end.
+    nothing else has ``blocked``.
     """
     hits, margin = 0, blocked
     for x, y, altitude in passed(start, stop):
         height = int(ground[y, x])
-        for at_x, at_y, end in ends:
-            if abs(x - at_x) <= 1 and abs(y - at_y) <= 1:
-                height = min(height, end)
         if height == blocked:
             hits += 1
             continue

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from hdl.protocol.planner import PathClass
+from hdl.protocol.runs import FIRST_ISLANDS, QUICK_ISLANDS, RunOptions
 from sim.model.planner.definition.run import plan as defined
-from sim.model.planner.options import FIRST_ISLANDS, QUICK_ISLANDS, RunOptions
 from sim.model.planner.run import plan
 from tests.planner_cases import SMALL, USUAL, ground, record
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from urllib.parse import parse_qsl
+
 from hdl.config import Config
 from host.device.chip import Chip
 from host.device.link import Link, LinkTimeoutError
@@ -10,7 +12,7 @@ from host.device.serial_scheme import SerialScheme
 from host.errors import InputError
 
 
-__all__ = ["board_scheme", "known_config", "open_board"]
+__all__ = ["board_scheme", "known_config", "open_board", "with_core"]
 
 _SERIAL = SerialScheme()
 
@@ -70,3 +72,20 @@ def known_config(url: str) -> Config | None:
         If a value breaks a rule of the configuration.
     """
     return board_scheme(url).known_config(url)
+
+
+def with_core(url: str, core: str) -> str:
+    """Return the URL of a simulated board with the genetic core that a planner needs.
+
+    A URL that names a core, and that of a board which is not simulated, stay as they are.
+
+    Raises
+    ------
+    InputError
+        If ``url`` is no text.
+    """
+    place, _, query = url.partition("?") if isinstance(url, str) else ("", "", "")
+    named = any(name == "genetic" for name, _ in parse_qsl(query, keep_blank_values=True))
+    if named or not board_scheme(url).simulated:
+        return url
+    return f"{place}?{query}&genetic={core}" if query else f"{place}?genetic={core}"

@@ -33,6 +33,7 @@ from host.device.identity import built_config, request_info
 from host.device.link import Link
 from host.device.map_copy import MapCopy
 from host.device.path_checks import CheckReport, check_points, check_slots
+from host.device.runs import Runs
 from host.errors import InputError
 
 
@@ -167,8 +168,8 @@ class Chip:
         Raises
         ------
         InputError
-            If the chip has no genetic core; so do :meth:`load`, :meth:`read`, :meth:`step` and
-            :meth:`check_population`.
+            If the chip has no parallel genetic core; so do :meth:`load`, :meth:`read`,
+            :meth:`step` and :meth:`check_population`.
         """
         self._require_core()
         x, y, altitude = limits
@@ -287,9 +288,14 @@ class Chip:
         Raises
         ------
         InputError
-            If the chip has no map.
+            If the chip has no map, or checks no paths that come over the link.
         """
         self._require_checker()
+        if self.config.streaming_core:
+            raise InputError(
+                "The board has the streaming genetic core, which checks the paths that it breeds "
+                "and no others: use one that was built with genetic=parallel."
+            )
         return check_points(self.config, self.link, points, counting=counting)
 
     def check_population(
@@ -315,7 +321,7 @@ class Chip:
         Raises
         ------
         InputError
-            If the chip has no map, or no genetic core.
+            If the chip has no map, or no parallel genetic core.
         """
         self._require_checker()
         self._require_core()
@@ -325,8 +331,29 @@ class Chip:
             self.config, self.link, start, goal, slot=slot, count=count, counting=counting
         )
 
+    @property
+    def runs(self) -> Runs:
+        """Runs of the planner on the chip.
+
+        Raises
+        ------
+        InputError
+            If the chip has no streaming genetic core.
+        """
+        if not self.config.streaming_core:
+            raise InputError(
+                "The board has no streaming genetic core: use one that was built with "
+                "genetic=streaming."
+            )
+        return Runs(self.config, self.link)
+
     def _require_core(self) -> None:
-        if not self.config.genetic:
+        if self.config.streaming_core:
+            raise InputError(
+                "The board has the streaming genetic core, which breeds without the host: use one "
+                "that was built with genetic=parallel."
+            )
+        if not self.config.parallel_core:
             raise InputError(
                 "The board has no genetic core, it only checks paths: use one that was built with "
                 "genetic=1."

@@ -53,6 +53,12 @@ def _ga_fpga(**options: Any) -> Planner:
     return FpgaGeneticPlanner(**options)
 
 
+def _ga_chip(**options: Any) -> Planner:
+    from host.planners.ga_chip import ChipGeneticPlanner
+
+    return ChipGeneticPlanner(**options)
+
+
 def _ga_pc(**options: Any) -> Planner:
     from host.planners.ga_pc import PcGeneticPlanner
 
@@ -97,6 +103,14 @@ PLANNERS: Mapping[str, Entry] = {
         generations=300,
         options=("board", "link_mode", "feasibility", "initial_draws", "init"),
         constructor=_ga_fpga,
+        engines=("chip",),
+    ),
+    "ga-chip": Entry(
+        description="Genetic algorithm that runs on the chip alone; the host has the last word",
+        paper="none: the chip's loop as Allaire and others 2008 hope for it",
+        generations=10_000,
+        options=("board", "chip_ms", "polish"),
+        constructor=_ga_chip,
         engines=("chip",),
     ),
     "ga-pc": Entry(

@@ -173,7 +173,7 @@ class FpgaGeneticPlanner:
 
 def _map_for(config: Config, evaluator: Evaluator, options: Options, on_board: bool) -> ChipMap:
     """Return the map of a chip of ``config``, or refuse what that chip cannot do."""
-    if not config.genetic:
+    if not config.parallel_core:
         raise InputError(
             "This board has no genetic core, it only checks paths; use another board, "
             "or the planner ga-pc."

@@ -45,6 +45,16 @@ OPTIONS: Mapping[str, Option] = {
         f"{DEFAULT_BOARD})",
         metavar="URL",
     ),
+    "chip_ms": Option(
+        meaning="most milliseconds of a run by the chip's clock (default: no limit but the "
+        "generations)",
+        type=int,
+        metavar="MS",
+    ),
+    "polish": Option(
+        meaning="give the chip's paths the lowest altitudes on the host, too (default on)",
+        choices=("on", "off"),
+    ),
     "link_mode": Option(
         meaning="data sent over the link in each generation (default rank)",
         choices=("rank", "population", "recipe"),

@@ -12,7 +12,16 @@ from .conftest import assert_check_agrees
 
 
 #: Generations of short searches, whose paths are evaluated like any other.
-SHORT = {"ga-fpga": 25, "ga-pc": 25, "astar": 2, "fpa": 25, "fpa-2opt": 25, "ga-dp": 3, "ga-auv": 3}
+SHORT = {
+    "ga-fpga": 25,
+    "ga-chip": 25,
+    "ga-pc": 25,
+    "astar": 2,
+    "fpa": 25,
+    "fpa-2opt": 25,
+    "ga-dp": 3,
+    "ga-auv": 3,
+}
 
 
 @pytest.mark.parametrize("planner", PLANNERS)

@@ -1,0 +1,187 @@
+"""The planner whose loop runs on the chip, on the software model."""
+
+import re
+
+import numpy as np
+import pytest
+
+from hdl.config import Config
+from hdl.protocol.runs import FIRST_ISLANDS, QUICK_ISLANDS
+from host.device.boards import open_board, with_core
+from host.device.link import LinkError
+from host.device.runs import Runs, RunStatus
+from host.errors import InputError
+from host.planners import ga_chip
+from host.planners.base import Options, Stop
+from host.planners.chip_problem import problem_record
+from host.planners.ga_chip import ChipGeneticPlanner, run_options
+from host.problem.corner_map import CornerMap
+from host.problem.rules import Rules
+from sim.model.planner.run import plan
+
+
+GENERATIONS = Options(generations=1_000_000, seed=3)
+CHIP = Config(genetic="streaming", clocks_per_bit=4)
+
+
+@pytest.fixture
+def planned(evaluator):
+    return ChipGeneticPlanner(chip_ms=4).plan(evaluator, GENERATIONS)
+
+
+def test_finds_a_feasible_path_and_keeps_the_books(evaluator, planned):
+    assert planned.evaluation.feasible
+    assert evaluator.evaluate(planned.path) == planned.evaluation
+    [run] = planned.hardware["runs"]
+    assert run["seed"] == 3
+    assert 400_000 <= run["cycles"] < 410_000
+    assert run["classes"][0] == "feasible"
+    assert planned.hardware["cycles"]["runs"] == run["cycles"]
+    assert planned.seconds["board"] == run["cycles"] / CHIP.clock_hz
+    assert planned.generations == planned.hardware["generations"] == run["generations"]
+    assert [generation for generation, _, _ in planned.history] == [0, run["generations"]]
+    assert planned.hardware["bytes"]["from_board"] > 0
+    assert planned.hardware["map"]["limits"] == [59, 39, 4094]
+
+
+def test_the_paths_are_those_of_the_model(evaluator):
+    result = ChipGeneticPlanner(chip_ms=4, polish="off").plan(evaluator, GENERATIONS)
+    grid = CornerMap(CHIP, evaluator.problem)
+    record = problem_record(CHIP, evaluator.problem, grid)
+    outcome = plan(
+        CHIP, grid.corners, record, run_options(CHIP, seed=3, chip_ms=4, generations=9**9)
+    )
+    problem = evaluator.problem
+    paths = [
+        np.vstack((problem.start, grid.corners_to_metres(np.array(path)), problem.goal)).tolist()
+        for path in outcome.paths
+    ]
+    assert result.path.tolist() in paths
+    assert result.evaluations == 1 + len(paths)
+
+
+def test_the_polish_lowers_a_path(evaluator, planned):
+    plain = ChipGeneticPlanner(chip_ms=4, polish="off").plan(evaluator, GENERATIONS)
+    assert planned.evaluation.fitness > plain.evaluation.fitness
+    assert planned.hardware["runs"] == plain.hardware["runs"]
+
+
+def test_generations_end_a_run(evaluator):
+    result = ChipGeneticPlanner().plan(evaluator, Options(generations=200, seed=1))
+    assert [run["generations"] for run in result.hardware["runs"]] == [200]
+    assert result.generations == 200
+    assert result.stopped_by == "generations"
+
+
+def test_every_run_has_all_generations(make_evaluator):
+    elevation = np.full((41, 61), 100.0)
+    elevation[:, 30] = np.nan
+    result = ChipGeneticPlanner().plan(make_evaluator(elevation), Options(generations=5, seed=3))
+    assert [run["generations"] for run in result.hardware["runs"]] == [5, 5, 5, 5]
+
+
+def test_where_no_path_is_feasible_other_seeds_follow(make_evaluator):
+    elevation = np.full((41, 61), 100.0)
+    elevation[:, 30] = np.nan
+    result = ChipGeneticPlanner(chip_ms=1).plan(make_evaluator(elevation), GENERATIONS)
+    assert not result.evaluation.feasible
+    assert [run["seed"] for run in result.hardware["runs"]] == [3, 4, 5, 6]
+    assert result.generations == sum(run["generations"] for run in result.hardware["runs"])
+
+
+def test_a_time_limit_ends_the_search_after_a_run(make_evaluator):
+    elevation = np.full((41, 61), 100.0)
+    elevation[:, 30] = np.nan
+    options = Options(generations=1_000_000, time_limit_s=1e-6)
+    result = ChipGeneticPlanner(chip_ms=1).plan(make_evaluator(elevation), options)
+    assert len(result.hardware["runs"]) == 1
+    assert result.stopped_by == "time-limit"
+
+
+def test_an_interrupt_stops_the_run(evaluator, monkeypatch):
+    """The model's runs are over at once, so the status is that of a run which goes on."""
+    said = []
+    stop = Stop(lambda: bool(said))
+    real = Runs.status
+
+    def status(runs):
+        said.append("status")
+        return real(runs) if "stop" in said else RunStatus(True, 0, 0, 0)
+
+    monkeypatch.setattr(Runs, "status", status)
+    monkeypatch.setattr(Runs, "stop", lambda runs: said.append("stop"))
+    result = ChipGeneticPlanner(chip_ms=1).plan(evaluator, GENERATIONS, None, stop)
+    assert said.count("stop") == 1
+    assert result.interrupted
+    assert result.hardware["runs"]
+
+
+def test_a_lost_board_costs_no_path(evaluator, monkeypatch):
+    def lost(runs):
+        raise LinkError("The board was lost: unplugged.")
+
+    monkeypatch.setattr(Runs, "best", lost)
+    result = ChipGeneticPlanner(chip_ms=1).plan(evaluator, GENERATIONS)
+    assert result.failure == "The board was lost: unplugged."
+    assert result.stopped_by == "failure"
+    assert len(result.path) == 2
+
+
+@pytest.mark.parametrize("clearance_m", [0.0, 30.0, 60.0])
+def test_clearance_is_kept_by_the_strict_rule(make_evaluator, clearance_m):
+    evaluator = make_evaluator(rules=Rules(clearance_m=clearance_m))
+    result = ChipGeneticPlanner(chip_ms=4).plan(evaluator, GENERATIONS)
+    assert result.evaluation.feasible
+    assert result.evaluation.minimum_clearance_m >= clearance_m
+
+
+def test_a_short_run_has_less_wavefronts():
+    short, usual = (run_options(CHIP, seed=0, chip_ms=ms, generations=5) for ms in (2, 3))
+    assert (short.islands, short.lifts, short.cycles) == (QUICK_ISLANDS, 0, 200_000)
+    assert (usual.islands, usual.lifts, usual.cycles) == (FIRST_ISLANDS, 4, 300_000)
+    small = CHIP.replace(population=8, children=4, elites=2, survivors=2, perturbs=1, inserts=1)
+    unlimited = run_options(small, seed=0, generations=5)
+    assert (unlimited.cycles, unlimited.generations, unlimited.give_up_rank) == (2**32 - 1, 5, 7)
+
+
+def test_simulated_boards_get_the_core_unless_they_name_one():
+    assert with_core("model:", "streaming") == "model:?genetic=streaming"
+    assert with_core("sim:?sim=icarus", "streaming") == "sim:?sim=icarus&genetic=streaming"
+    assert with_core("model:?genetic=1", "streaming") == "model:?genetic=1"
+    assert with_core("/dev/ttyUSB1", "streaming") == "/dev/ttyUSB1"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ({"chip_ms": 0}, "The time on the chip must be from 1 to 20000 ms, not 0."),
+        ({"chip_ms": 20_001}, "The time on the chip must be from 1 to 20000 ms, not 20001."),
+        ({"polish": "yes"}, "The polish must be on or off, not 'yes'."),
+    ],
+)
+def test_wrong_arguments(arguments, sentence):
+    with pytest.raises(InputError, match=f"^{re.escape(sentence)}$"):
+        ChipGeneticPlanner(**arguments)
+
+
+def test_refuses_a_board_without_the_core(evaluator):
+    sentence = r"^This board has no streaming genetic core, so it does not plan by itself; "
+    with pytest.raises(InputError, match=sentence):
+        ChipGeneticPlanner(board="model:?genetic=1").plan(evaluator, GENERATIONS)
+    planner = ChipGeneticPlanner(open_board=lambda url: open_board("model:"))
+    with pytest.raises(InputError, match=sentence):
+        planner.plan(evaluator, GENERATIONS)
+
+
+def test_refuses_another_population(evaluator):
+    with pytest.raises(InputError, match=r"^The population of this board is 32, not 64; "):
+        ChipGeneticPlanner().plan(evaluator, Options(population=64))
+
+
+def test_a_simulated_board_has_no_streaming_core_yet(evaluator):
+    with pytest.raises(InputError, match=r"^The streaming core has no gateware yet, "):
+        ChipGeneticPlanner(board="sim:").plan(evaluator, GENERATIONS)
+
+
+def test_most_runs_are_stated():
+    assert ga_chip.MOST_RUNS == 4

@@ -1,0 +1,97 @@
+"""Choices of the planner on the chip, one changed at a time: what each is worth in 10 ms."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from statistics import mean
+
+from bench.chip_runs import CHIP, Task, run_all, share, terrains, through_terrains
+from bench.report import Options, Report
+from bench.scenarios import missing
+from hdl.protocol.runs import FIRST_ISLANDS, QUICK_ISLANDS, Island, RunOptions
+from host.errors import InputError
+
+
+__all__ = ["CHANGES", "run"]
+
+#: Cycles of a run: 10 ms.
+_CYCLES = CHIP.clock_hz // 100
+#: As paper, then clearances in metres.
+_CLEARANCES = (None, 30.0, 100.0)
+_USUAL = RunOptions(cycles=_CYCLES)
+_LEAST = tuple(replace(island, mean=False) for island in FIRST_ISLANDS)
+
+#: The options of each row.
+CHANGES = {
+    "none": _USUAL,
+    "no memo": replace(_USUAL, memo=0),
+    "a memo of 64 rows": replace(_USUAL, memo=64),
+    "give up at rank 3": replace(_USUAL, give_up_rank=3),
+    "give up at rank 15": replace(_USUAL, give_up_rank=15),
+    "no lifts": replace(_USUAL, lifts=0),
+    "four surfaces of the least ground": replace(_USUAL, islands=_LEAST),
+    "two islands of the least ground": replace(_USUAL, islands=QUICK_ISLANDS),
+    "the same without lifts": replace(_USUAL, islands=QUICK_ISLANDS, lifts=0),
+    "one island": replace(_USUAL, islands=(Island(False, 3),)),
+    "a quarter of the time on islands": replace(_USUAL, share=4),
+    "three quarters of the time on islands": replace(_USUAL, share=12),
+    "64 seeds for each route": replace(_USUAL, seeds=64),
+}
+
+
+def run(options: Options) -> Report:
+    """Run every row over all terrains and clearances."""
+    chosen = {name: change for name, change in CHANGES.items() if options.only in name}
+    if not chosen:
+        raise InputError(
+            f"No row has {options.only!r} in its name; there are {', '.join(CHANGES)}."
+        )
+    seeds = min(options.seeds, 10)
+    report = Report(
+        f"Choices of the planner on the chip: {seeds} seeds, 10 ms at 100 MHz with 8 lanes",
+        (
+            "change",
+            "as paper",
+            "feasible",
+            "30 m",
+            "feasible",
+            "100 m",
+            "feasible",
+            "generations",
+            "cycles per generation",
+        ),
+        notes=[
+            "Mean over the terrains of the mean F of the feasible paths, unpolished, of one run",
+            "for each seed; how many runs have a feasible path. Generations and cycles as paper.",
+            *missing(),
+        ],
+    )
+    for name, change in chosen.items():
+        tasks = [
+            Task(terrain, clearance_m, replace(change, seed=seed))
+            for clearance_m in _CLEARANCES
+            for terrain in terrains()
+            for seed in range(seeds)
+        ]
+        found = dict(zip(tasks, run_all(tasks), strict=True))
+        cells: list[object] = [name]
+        for clearance_m in _CLEARANCES:
+            of_terrains = [
+                [
+                    found[task]
+                    for task in tasks
+                    if (task.terrain, task.clearance_m) == (terrain, clearance_m)
+                ]
+                for terrain in terrains()
+            ]
+            means, all_means = through_terrains(of_terrains)
+            every = [outcome for some in of_terrains for outcome in some]
+            cells += [all_means, share(every)]
+            report.data.setdefault(name, {})[str(clearance_m)] = means
+            if clearance_m is None:
+                generations = mean(outcome.generations for outcome in every)
+                per_generation = sum(each.cycles for each in every) / sum(
+                    each.generations for each in every
+                )
+        report.rows.append((*cells, round(generations), round(per_generation)))
+    return report

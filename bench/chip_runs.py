@@ -1,0 +1,122 @@
+"""Plans by runs of the planner on the chip, on its compiled model, over the nine terrains."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import time
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from statistics import mean
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.scenarios import SYNTHETIC, names, problem
+from hdl.config import Config, GeneticCore
+from hdl.protocol.runs import RunOptions
+from host.evaluation import Evaluator
+from host.planners.base import choose
+from host.planners.chip_problem import problem_record
+from host.problem.corner_map import CornerMap
+from host.problem.rules import Rules
+from sim.model.planner.run import plan
+
+
+__all__ = ["CHIP", "Outcome", "Task", "run_all", "share", "terrains", "through_terrains"]
+
+#: The chip that is modelled: 8 lanes, 100 MHz.
+CHIP = Config(genetic=GeneticCore.STREAMING)
+
+
+@dataclass(frozen=True)
+class Task:
+    """A run on a terrain; ``clearance_m`` None is as paper."""
+
+    terrain: str
+    clearance_m: float | None
+    options: RunOptions
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a run.
+
+    Attributes
+    ----------
+    fitness : float
+        F of the best path that is feasible by the strict rule, else of the best.
+    feasible : bool
+        There is a feasible one.
+    generations, cycles : int
+        Of the run.
+    seconds : float
+        Processor time of the model.
+    """
+
+    fitness: float
+    feasible: bool
+    generations: int
+    cycles: int
+    seconds: float
+
+
+def terrains() -> list[str]:
+    """Return the names of the available terrains of ``BENCH=quality``."""
+    return [*names(), *SYNTHETIC]
+
+
+def run_all(tasks: Sequence[Task]) -> list[Outcome]:
+    """Do all runs, in as many processes as there are cores."""
+    with ProcessPoolExecutor(initializer=_compile) as pool:
+        return list(pool.map(_run, tasks))
+
+
+def share(outcomes: Iterable[Outcome]) -> str:
+    """Return how many of the runs have a feasible path."""
+    found = [outcome.feasible for outcome in outcomes]
+    return f"{sum(found)} of {len(found)}"
+
+
+def through_terrains(by_terrain: Sequence[Sequence[Outcome]]) -> tuple[list[str], str]:
+    """Return the mean F of each terrain's feasible paths, and the mean of the means."""
+    means = [
+        mean(fitness) if (fitness := [each.fitness for each in some if each.feasible]) else None
+        for some in by_terrain
+    ]
+    known = [value for value in means if value is not None]
+    cells = ["none" if value is None else f"{value:.4f}" for value in means]
+    return cells, f"{mean(known):.4f}" if known else "none"
+
+
+def _compile() -> None:
+    _run(Task(SYNTHETIC[0], None, RunOptions(generations=1)))
+
+
+@functools.cache
+def _prepared(terrain: str, clearance_m: float | None) -> tuple[Evaluator, CornerMap]:
+    rules = None if clearance_m is None else Rules(clearance_m=clearance_m)
+    task = dataclasses.replace(problem(terrain), rules=rules)
+    return Evaluator(task, threads=1), CornerMap(CHIP, task)
+
+
+def _run(task: Task) -> Outcome:
+    evaluator, grid = _prepared(task.terrain, task.clearance_m)
+    record = problem_record(CHIP, evaluator.problem, grid)
+    corners = grid.corners
+    began = time.process_time()
+    found = plan(CHIP, corners, record, task.options)
+    seconds = time.process_time() - began
+    ends = evaluator.problem.start, evaluator.problem.goal
+    archive: list[tuple[float, NDArray[np.float64]]] = []
+    for path in found.paths:
+        inner = grid.corners_to_metres(np.array(path))
+        metres = np.concatenate(([ends[0]], inner, [ends[1]]))
+        lengths = np.array([len(metres)])
+        archive.append((float(evaluator.fitness(metres[None], lengths, strict=True)[0]), metres))
+    archive.sort(key=lambda kept: -kept[0])
+    _, evaluation = choose(evaluator, archive)
+    return Outcome(
+        evaluation.fitness, evaluation.feasible, found.generations, found.cycles, seconds
+    )

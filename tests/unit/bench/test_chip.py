@@ -1,0 +1,85 @@
+"""Tables of the planner on the chip, of a few short runs."""
+
+import dataclasses
+
+import pytest
+
+from bench import chip, chip_ablation, chip_runs
+from bench.chip_runs import Outcome, share, through_terrains
+from bench.report import Options
+from hdl.protocol.runs import RunOptions
+from host.errors import InputError
+
+
+@pytest.fixture
+def canyon_alone(monkeypatch):
+    """Benchmarks of one map, their runs in this process."""
+    for module in (chip, chip_ablation):
+        monkeypatch.setattr(module, "terrains", lambda: ["canyon"])
+        monkeypatch.setattr(
+            module, "run_all", lambda tasks: [chip_runs._run(task) for task in tasks]
+        )
+
+
+def outcome(fitness, feasible=True):
+    return Outcome(fitness, feasible, 10, 1000, 0.5)
+
+
+def test_means_leave_out_what_is_not_feasible():
+    by_terrain = [
+        [outcome(1.5), outcome(1.4)],
+        [outcome(0.1, False), outcome(0.2, False)],
+        [outcome(1.3), outcome(0.9, False)],
+    ]
+    assert through_terrains(by_terrain) == (["1.4500", "none", "1.3000"], "1.3750")
+    assert through_terrains([[outcome(0.1, False)]]) == (["none"], "none")
+    assert share(by_terrain[0] + by_terrain[2]) == "3 of 4"
+
+
+@pytest.mark.usefixtures("canyon_alone")
+def test_a_row_of_the_ablation_is_a_run_of_each_clearance(monkeypatch):
+    short = {"none": RunOptions(cycles=500_000), "no memo": RunOptions(cycles=500_000, memo=0)}
+    monkeypatch.setattr(chip_ablation, "CHANGES", short)
+    report = chip_ablation.run(Options(seeds=1))
+    usual, without = report.rows
+    assert [row[0] for row in report.rows] == ["none", "no memo"]
+    assert all(cell.endswith(" of 1") for cell in usual[2:7:2])
+    # Without a memo a generation takes longer, so that fewer end in time.
+    assert without[-1] > usual[-1]
+    assert without[-2] < usual[-2]
+
+
+@pytest.mark.usefixtures("canyon_alone")
+def test_the_chip_is_beside_the_other_planners(monkeypatch):
+    monkeypatch.setattr(chip, "TIMES_MS", (1, 2))
+    monkeypatch.setattr(chip, "OTHERS", {"astar": ("astar", {})})
+    monkeypatch.setattr(chip, "ProcessPoolExecutor", Pool)
+    report = chip.run(Options(seeds=1, only="as paper"))
+    assert [row[0] for row in report.rows] == ["chip, 1 ms", "chip, 2 ms", "astar"]
+    assert [float(row[-2]) for row in report.rows[:2]] == pytest.approx([1, 2], abs=0.1)
+    assert report.rows[2][-2] == "-"
+    [speed] = report.further
+    assert speed.rows[0][0] == "canyon"
+    assert speed.rows[0][3] > 1000
+
+
+class Pool:
+    """The pool of processes, in this process."""
+
+    def __init__(self, initializer=None):
+        pass
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        pass
+
+    def map(self, function, tasks):
+        return map(function, tasks)
+
+
+@pytest.mark.parametrize("bench", [chip, chip_ablation])
+def test_unknown_rows_are_named(bench):
+    with pytest.raises(InputError, match=r"^No (row|table) has 'x' in its name; there are "):
+        bench.run(dataclasses.replace(Options(), only="x"))

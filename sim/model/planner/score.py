@@ -118,7 +118,7 @@ def score(
             at = half >> 6
             turn = _TURNS[at] + ((_TURNS[at + 1] - _TURNS[at]) * (half & 63) >> 6)
             length = problem[RADIUS] * turn >> TURN_FRACTION
-            if _is_steep(problem, length << _SHARE_BITS, rise):
+            if _excess(problem, length << _SHARE_BITS, rise) > 0:
                 steep_arcs += max(length, CELL)
             cost += piece_cost(problem, before, after, _flown(problem, length, after - before))
         straight = lengths[k - 1] - taken - tangent
@@ -148,8 +148,9 @@ def _measure_segments(
         rise = next_altitude - altitude
         lengths[k], rises[k] = next_length, rise
         total += next_length
-        if _is_steep(problem, next_length, rise):
-            steep += max(next_length, CELL)
+        excess = _excess(problem, next_length, rise)
+        if excess > 0:
+            steep += max(next_length, CELL) + (excess >> SLOPE_FRACTION)
         tangents[k] = 0
         if k:
             cross = abs(dx * next_dy - dy * next_dx)
@@ -168,9 +169,13 @@ def _measure_segments(
 
 
 @inlined
-def _is_steep(problem: Integers, length: int, rise: int) -> bool:
+def _excess(problem: Integers, length: int, rise: int) -> int:
+    """Return how much a rise is beyond the limit for its length; positive if it is too steep."""
     scaled_rise = rise << SLOPE_FRACTION
-    return bool(scaled_rise > problem[CLIMB] * length or -scaled_rise > problem[DESCENT] * length)
+    excess: int = max(
+        scaled_rise - problem[CLIMB] * length, -scaled_rise - problem[DESCENT] * length
+    )
+    return excess
 
 
 @inlined

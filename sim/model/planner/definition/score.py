@@ -72,8 +72,8 @@ class Score:
     cost : int
         Before its shift to a value.
     penalty : int
-        Length of segments that are too steep, and an eighth of the path's length for each waypoint
-        whose arc does not fit.
+        Length of the segments that are too steep, and the altitude that they rise or fall too
+        far; an eighth of the path's length for each waypoint whose arc does not fit.
     steep_arcs : int
         Length of arcs that are too steep, which counts, too.
     arcs : list of Arc or None
@@ -127,9 +127,9 @@ def score(record: ProblemRecord, path: Sequence[Point]) -> Score:
     lengths = [isqrt(dx * dx + dy * dy) for dx, dy in sides]
     rises = [b - a for a, b in itertools.pairwise(altitudes)]
     steep = sum(
-        max(length, CELL)
+        max(length, CELL) + (excess >> SLOPE_FRACTION)
         for length, rise in zip(lengths, rises, strict=True)
-        if _is_steep(record, length, rise)
+        if (excess := _excess(record, length, rise)) > 0
     )
 
     turns = [
@@ -149,7 +149,7 @@ def score(record: ProblemRecord, path: Sequence[Point]) -> Score:
         if arc is None or arc.tangent == 0:
             continue
         length = record.radius * _turn(turns[i]) >> TURN_FRACTION
-        if _is_steep(record, length << _SHARE_BITS, arc.rise):
+        if _excess(record, length << _SHARE_BITS, arc.rise) > 0:
             steep_arcs += max(length, CELL)
         flown = _flown(record, length, arc.after - arc.before)
         cost += piece_cost(record, arc.before, arc.after, flown)
@@ -165,9 +165,13 @@ def score(record: ProblemRecord, path: Sequence[Point]) -> Score:
     return Score(cost, penalty, steep_arcs, arcs)
 
 
-def _is_steep(record: ProblemRecord, length: int, rise: int) -> bool:
+def _excess(record: ProblemRecord, length: int, rise: int) -> int:
+    """Return how much a rise is beyond the limit for its length; positive if it is too steep.
+
+    With :data:`SLOPE_FRACTION` more bits than the rise.
+    """
     scaled_rise = rise << SLOPE_FRACTION
-    return scaled_rise > record.climb * length or -scaled_rise > record.descent * length
+    return max(scaled_rise - record.climb * length, -scaled_rise - record.descent * length)
 
 
 def _half_turn(

@@ -1,5 +1,6 @@
 """The score of a path: the compiled one against the definition, whose integers never overflow."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -113,7 +114,16 @@ def test_penalties():
     problem = record(USUAL, rng, **ends, **level, climb=0, descent=0)
     start, goal = (0, 0, 100), (20, 0, 100)
     assert defined(problem, [start, (10, 0, 100), goal]).penalty == 0
-    assert defined(problem, [start, (10, 0, 101), goal]).penalty == far
+    # A step up and a step down.
+    assert defined(problem, [start, (10, 0, 101), goal]).penalty == far + 2 * 16
+    gentle = record(USUAL, rng, **ends, **level, climb=26, descent=13)
+    # Half of the way allows 16.25 parts up and 8.125 down.
+    assert defined(gentle, [start, (10, 0, 101), goal]).penalty == far // 2 + 7
+    assert defined(gentle, [start, (10, 0, 103), goal]).penalty == far + 31 + 39
+    # A segment of half a cell counts as a cell.
+    near = record(USUAL, rng, **ends | {"goal_x": 128}, **level, climb=0, descent=0)
+    near = dataclasses.replace(near, goal_altitude=1605)
+    assert defined(near, [start, (0, 0, 100)]).penalty == 256 + 5
     # A reversal, and a waypoint twice, have no arc.
     turned = defined(problem, [start, (30, 0, 100), goal])
     assert turned.arcs == [None]

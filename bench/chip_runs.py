@@ -104,7 +104,7 @@ def _prepared(terrain: str, clearance_m: float | None) -> tuple[Evaluator, Corne
 def _run(task: Task) -> Outcome:
     evaluator, grid = _prepared(task.terrain, task.clearance_m)
     record = problem_record(CHIP, evaluator.problem, grid)
-    corners = grid.corners
+    corners = grid.corners()
     began = time.process_time()
     found = plan(CHIP, corners, record, task.options)
     seconds = time.process_time() - began

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hdl.protocol.planner import PathClass
 from hdl.protocol.runs import QUICK_ISLANDS, RunOptions
 from host.device.boards import known_config, open_board, with_core
 from host.device.chip import Chip, unpack_waypoints
@@ -20,7 +21,7 @@ from host.evaluation import Evaluator
 from host.planners.base import Options, Progress, Result, Run, Stop
 from host.planners.chip_problem import problem_record
 from host.planners.options import DEFAULT_BOARD
-from host.problem.corner_map import CornerMap
+from host.problem.corner_map import EASES, CornerMap
 
 
 if TYPE_CHECKING:
@@ -179,9 +180,10 @@ class _Runs:
         self._chip_ms, self._polishes = chip_ms, polishes
         self._traffic_before = replace(chip.link.traffic)
         self._done: list[dict[str, Any]] = []
+        self._eased = 0
         with run.phase("map"):
             self._record = problem_record(chip.config, run.evaluator.problem, grid)
-            corners = grid.corners
+            corners = grid.corners()
         with run.phase("link"):
             self._before = chip.counters()
             chip.update_map(corners)
@@ -213,6 +215,7 @@ class _Runs:
                     "seed": options.seed,
                     "generations": status.generations,
                     "cycles": status.cycles,
+                    "ease": self._eased,
                     "classes": [each.name.lower() for each in best.classes],
                 }
             )
@@ -223,6 +226,20 @@ class _Runs:
             run.record(generations, fitness)
             if fitness.max() > 1 or run.stopped_by() not in (None, "generations"):
                 return
+            # The chip found no way from end to end, or one that only it believes.
+            found = best.classes[0] is PathClass.FEASIBLE
+            with run.phase("link"):
+                self._ease(-1 if found else 1)
+
+    def _ease(self, change: int) -> None:
+        """Lower the corners of the map beside start and goal more, or less, if that is possible."""
+        self._eased = min(max(self._eased + change, min(EASES)), max(EASES))
+        problem = self._run.evaluator.problem
+        corners = self._grid.corners(self._eased)
+        for end in (problem.start, problem.goal):
+            rows, columns = self._grid.around(end)
+            self._chip.upload_map(corners[rows, columns], columns.start, rows.start)
+        self._chip.runs.set_problem(self._record)
 
     def _finished(self) -> RunStatus:
         """Wait for the end of the run; return what it did."""

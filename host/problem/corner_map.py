@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +12,22 @@ from hdl.protocol.planner import ALTITUDE_FRACTION, POSITION_FRACTION
 from host.problem.chip_map import ChipMap
 
 
-__all__ = ["CornerMap"]
+__all__ = ["EASES", "CornerMap", "Ease"]
+
+
+class Ease(NamedTuple):
+    """How corners beside start and goal are lowered.
+
+    ``corners`` from the end in x and y, each to the end's altitude or to the mean of its cells plus
+    a ``share`` of what the highest is above the mean, whichever is higher.
+    """
+
+    corners: int
+    share: float
+
+
+#: Ways of lowering, from none but the end's own corner on.
+EASES = {-1: Ease(0, 1.0), 0: Ease(1, 0.5), 1: Ease(2, 0.25), 2: Ease(3, 0.0)}
 
 
 class CornerMap(ChipMap):
@@ -24,37 +38,53 @@ class CornerMap(ChipMap):
     around these corners, so that the highest of the four is all that the chip needs to know.
     """
 
-    @functools.cached_property
-    def corners(self) -> NDArray[np.uint16]:
+    def corners(self, ease: int = 0) -> NDArray[np.uint16]:
         """Highest of the four cells around each corner, ``(map_size, map_size)`` uint16, [y, x].
 
         The last row and column, which have no cell beyond them, are blocked.
 
         Under a clearance an end lies at the surface or hardly above it, so that no path could
-        leave. Therefore the corner nearest to an end is no higher than the end, and the eight
-        around it no higher than the end or half-way from the mean of their cells to the highest. A
-        blocked cell counts all the same. The strict rule judges paths by the true surface.
+        leave. Therefore the corner nearest to an end is no higher than the end, and others around
+        it are lowered, more for a greater ``ease``: see :data:`EASES`. A blocked cell counts all
+        the same. The strict rule judges paths by the true surface.
         """
         cells = self.heights
         rows = np.maximum(cells[:-1], cells[1:])
         corners = np.full_like(cells, self._config.blocked_altitude)
         corners[:-1, :-1] = np.maximum(rows[:, :-1], rows[:, 1:])
         for end in (self._problem.start, self._problem.goal):
-            self._lower_around(end, corners)
+            self._lower_around(end, EASES[ease], corners)
         return corners
 
-    def _lower_around(self, end: tuple[float, float, float], corners: NDArray[np.uint16]) -> None:
+    def _lower_around(
+        self, end: tuple[float, float, float], ease: Ease, corners: NDArray[np.uint16]
+    ) -> None:
         x, y, altitude = self.nearest_corner(end)
-        columns, rows, _ = self.corner_limits
-        for v in range(max(y - 1, 0), min(y + 1, rows) + 1):
-            for u in range(max(x - 1, 0), min(x + 1, columns) + 1):
+        rows, columns = self.around(end)
+        for v in range(rows.start, rows.stop):
+            for u in range(columns.start, columns.stop):
                 four = self.heights[v : v + 2, u : u + 2].astype(np.int64)
                 highest = int(four.max())
                 if highest == self._config.blocked_altitude:
                     continue
-                usual = math.ceil((highest + float(four.mean())) / 2)
-                top = altitude if (u, v) == (x, y) else max(altitude, usual)
+                if (u, v) == (x, y):
+                    top = altitude
+                elif max(abs(u - x), abs(v - y)) <= ease.corners:
+                    mean = float(four.mean())
+                    top = max(altitude, math.ceil(mean + ease.share * (highest - mean)))
+                else:
+                    continue
                 corners[v, u] = min(int(corners[v, u]), top)
+
+    def around(self, end: tuple[float, float, float]) -> tuple[slice, slice]:
+        """Return rows and columns of the corners beside an end that an ease may lower."""
+        x, y, _ = self.nearest_corner(end)
+        columns, rows, _ = self.corner_limits
+        far = max(ease.corners for ease in EASES.values())
+        return (
+            slice(max(y - far, 0), min(y + far, rows) + 1),
+            slice(max(x - far, 0), min(x + far, columns) + 1),
+        )
 
     def place(self, point: tuple[float, float, float]) -> tuple[int, int, int]:
         """Return a point on the lattice, as in the record of a problem.

@@ -8,8 +8,9 @@ import pytest
 from hdl.config import Config
 from hdl.protocol.runs import FIRST_ISLANDS, QUICK_ISLANDS
 from host.device.boards import open_board, with_core
-from host.device.link import LinkError
-from host.device.runs import Runs, RunStatus
+from host.device.chip import Chip
+from host.device.link import Link, LinkError
+from host.device.runs import BestPaths, Runs, RunStatus
 from host.errors import InputError
 from host.planners import ga_chip
 from host.planners.base import Options, Stop
@@ -17,7 +18,9 @@ from host.planners.chip_problem import problem_record
 from host.planners.ga_chip import ChipGeneticPlanner, run_options
 from host.problem.corner_map import CornerMap
 from host.problem.rules import Rules
+from sim.model.chip import ChipModel
 from sim.model.planner.run import plan
+from sim.model.port import ModelPort
 
 
 GENERATIONS = Options(generations=1_000_000, seed=3)
@@ -49,7 +52,7 @@ def test_the_paths_are_those_of_the_model(evaluator):
     grid = CornerMap(CHIP, evaluator.problem)
     record = problem_record(CHIP, evaluator.problem, grid)
     outcome = plan(
-        CHIP, grid.corners, record, run_options(CHIP, seed=3, chip_ms=4, generations=9**9)
+        CHIP, grid.corners(), record, run_options(CHIP, seed=3, chip_ms=4, generations=9**9)
     )
     problem = evaluator.problem
     paths = [
@@ -86,7 +89,33 @@ def test_where_no_path_is_feasible_other_seeds_follow(make_evaluator):
     result = ChipGeneticPlanner(chip_ms=1).plan(make_evaluator(elevation), GENERATIONS)
     assert not result.evaluation.feasible
     assert [run["seed"] for run in result.hardware["runs"]] == [3, 4, 5, 6]
+    # The chip finds no way, so the map is lowered more and more beside the ends.
+    assert [run["ease"] for run in result.hardware["runs"]] == [0, 1, 2, 2]
     assert result.generations == sum(run["generations"] for run in result.hardware["runs"])
+
+
+def test_where_only_the_chip_believes_a_path_the_map_is_raised(make_evaluator, monkeypatch):
+    elevation = np.full((41, 61), 100.0)
+    elevation[:, 30] = np.nan
+    real, maps = Runs.best, []
+    monkeypatch.setattr(Runs, "best", lambda runs: BestPaths(real(runs).paths[:1], [1]))
+    model = ChipModel(CHIP)
+    send = Runs.set_problem
+
+    def set_problem(runs, record):
+        maps.append(model.checking.terrain.heights.copy())
+        send(runs, record)
+
+    def opened(url):
+        return Chip(Link(ModelPort(model), timeout_s=0.01, attempts=3))
+
+    monkeypatch.setattr(Runs, "set_problem", set_problem)
+    evaluator = make_evaluator(elevation)
+    result = ChipGeneticPlanner(chip_ms=1, open_board=opened).plan(evaluator, GENERATIONS)
+    assert [run["ease"] for run in result.hardware["runs"]] == [0, -1, -1, -1]
+    grid = CornerMap(CHIP, evaluator.problem)
+    for heights, ease in zip(maps, (0, -1, -1, -1), strict=False):
+        assert np.array_equal(heights, grid.corners(ease))
 
 
 def test_a_time_limit_ends_the_search_after_a_run(make_evaluator):

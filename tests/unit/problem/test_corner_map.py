@@ -1,9 +1,11 @@
+import math
+
 import numpy as np
 import pytest
 
 from hdl.config import Config
 from host.problem import Problem
-from host.problem.corner_map import CornerMap
+from host.problem.corner_map import EASES, CornerMap
 from host.problem.rules import Rules
 from host.terrain import Terrain
 
@@ -22,7 +24,7 @@ def corner_map(shape, seed=0):
 @pytest.mark.parametrize("shape", [(16, 16), (9, 12), (30, 40)])
 def test_a_corner_is_as_high_as_its_highest_cell(shape):
     grid = corner_map(shape)
-    cells, corners = grid.heights, grid.corners
+    cells, corners = grid.heights, grid.corners()
     assert corners.shape == cells.shape
     assert corners.dtype == np.uint16
     for y in range(CONFIG.map_size):
@@ -32,25 +34,28 @@ def test_a_corner_is_as_high_as_its_highest_cell(shape):
             assert corners[y, x] == highest
 
 
+@pytest.mark.parametrize("ease", EASES)
 @pytest.mark.parametrize("shape", [(16, 16), (9, 12), (30, 40)])
-def test_around_an_end_in_the_ground_a_corner_is_lower_and_nowhere_higher(shape):
+def test_around_an_end_in_the_ground_a_corner_is_lower_and_nowhere_higher(shape, ease):
     rng = np.random.default_rng(3)
     terrain = Terrain("t", rng.uniform(200, 300, size=shape), dx_m=10.0, dy_m=20.0)
     rows, columns = shape
     places = (50.0, 60.0), (10.0 * columns - 35, 20.0 * rows - 55)
     ends = [(*place, float(terrain.ground(*place)) + 1) for place in places]
     grid = CornerMap(CONFIG, Problem(terrain, *ends, as_paper=True))
-    cells, corners = grid.heights.astype(int), grid.corners
+    cells, corners = grid.heights.astype(int), grid.corners(ease)
+    far, share = EASES[ease]
     near = {}
     for end in ends:
         x, y, altitude = grid.nearest_corner(end)
-        for v in range(y - 1, y + 2):
-            for u in range(x - 1, x + 2):
+        for v in range(max(y - far, 0), min(y + far, grid.corner_limits[1]) + 1):
+            for u in range(max(x - far, 0), min(x + far, grid.corner_limits[0]) + 1):
                 four = cells[v : v + 2, u : u + 2]
-                usual = -int(-(four.max() + four.mean()) // 2)
+                usual = math.ceil(four.mean() + share * (four.max() - four.mean()))
                 lowered = altitude if (u, v) == (x, y) else max(altitude, usual)
                 near[u, v] = min(near.get((u, v), four.max()), lowered, four.max())
         assert corners[y, x] <= altitude
+        assert grid.around(end)[0].start <= max(y - 3, 0)
     for y in range(grid.corner_limits[1] + 1):
         for x in range(grid.corner_limits[0] + 1):
             assert corners[y, x] == near.get((x, y), cells[y : y + 2, x : x + 2].max())
@@ -65,8 +70,8 @@ def test_a_blocked_cell_beside_an_end_stays_blocked():
     grid = CornerMap(CONFIG, problem)
     x, y, altitude = grid.nearest_corner(problem.start)
     assert (x, y) == (3, 4)
-    assert grid.corners[y, x] == altitude
-    assert grid.corners[y + 1, x + 1] == CONFIG.blocked_altitude
+    assert grid.corners()[y, x] == altitude
+    assert grid.corners()[y + 1, x + 1] == CONFIG.blocked_altitude
 
 
 def test_no_waypoint_is_above_the_ceiling():
@@ -87,7 +92,7 @@ def test_no_waypoint_is_above_the_ceiling():
 def test_limits_leave_a_cell_of_terrain_on_every_side():
     grid = corner_map((9, 12))
     assert grid.corner_limits == (10, 7, CONFIG.blocked_altitude - 1)
-    corners = grid.corners
+    corners = grid.corners()
     assert (corners[:8, :11] < CONFIG.blocked_altitude).all()
     assert (corners[8:] == CONFIG.blocked_altitude).all()
     assert (corners[:, 11:] == CONFIG.blocked_altitude).all()

@@ -1,0 +1,92 @@
+"""Random problems over real ground: where astar finds a path, the planner on the chip does, too."""
+
+import itertools
+from collections import Counter
+from functools import cache
+
+import numpy as np
+import pytest
+
+from bench.scenarios import SYNTHETIC, names, problem
+from host.errors import InputError
+from host.evaluation import Evaluator
+from host.planners import make
+from host.planners.base import Options
+from host.planning import Search
+from host.problem import Problem
+from host.problem.rules import Rules
+from host.problem.zones import Circle
+
+
+PROBLEMS = 1_000
+#: Time of a run on the chip, milliseconds.
+CHIP_MS = 20
+
+terrain = cache(lambda name: problem(name).terrain)
+
+
+def random_problem(rng):
+    """Return the evaluator of a flight over any terrain; None if it is refused.
+
+    Both ends are anywhere, a quarter of the diagonal or more apart, and from below the clearance to
+    well above it. Up to six zones lie near the line between them.
+    """
+    ground = terrain(str(rng.choice([*names(), *SYNTHETIC])))
+    clearance_m = float(rng.choice([0, 30, 30, 50, 100]))
+    size = np.array([ground.width_m, ground.height_m])
+    while True:
+        start, goal = rng.uniform(0.03, 0.97, size=(2, 2)) * size
+        line_m = float(np.hypot(*(goal - start)))
+        if line_m > 0.25 * np.hypot(*size):
+            break
+    zones = []
+    for _ in range(int(rng.integers(7))):
+        centre = start + (goal - start) * rng.uniform(0.1, 0.9) + rng.normal(size=2) * 0.12 * line_m
+        radius_m = float(rng.uniform(0.02, 0.1)) * line_m
+        if all(np.hypot(*(centre - end)) > radius_m + 200 for end in (start, goal)):
+            zones.append(Circle(*centre.tolist(), radius_m))
+    heights = rng.uniform(max(20, 0.6 * clearance_m), max(150, 1.5 * clearance_m), size=2)
+    ends = [
+        (*end.tolist(), float(ground.ground(*end)) + height)
+        for end, height in zip((start, goal), heights.tolist(), strict=True)
+    ]
+    if not np.isfinite(ends).all():
+        return None
+    try:
+        return Evaluator(
+            Problem(ground, *ends, zones=tuple(zones), rules=Rules(clearance_m=clearance_m)),
+            threads=1,
+        )
+    except InputError:
+        # An end in a zone, outside of the map, or over a void.
+        return None
+
+
+@pytest.mark.long
+def test_wherever_astar_finds_a_path_the_chip_plans_one_too():
+    """Takes about 20 minutes on one core."""
+    counts = Counter()
+    for case in itertools.count():
+        evaluator = random_problem(np.random.default_rng((2026, case)))
+        if evaluator is None:
+            continue
+        counts["problems"] += 1
+        flight = evaluator.problem
+        straight = evaluator.evaluate(np.array([flight.start, flight.goal]))
+        counts["blocked"] += not straight.feasible
+        search = Search("ga-chip", chip_ms=CHIP_MS, seed=case, fallback="astar")
+        plan = search.run(evaluator)
+        alone = plan.evaluation.feasible and plan.fallback is None
+        counts["alone"] += alone
+        # Feasible is the strict rule's word, on the path that is reported.
+        assert plan.evaluation == evaluator.evaluate(plan.path)
+        assert plan.evaluation.feasible or plan.reason is not None
+        if make("astar").plan(evaluator, Options(generations=40)).evaluation.feasible:
+            counts["solvable"] += 1
+            counts["alone of these"] += alone
+            assert plan.evaluation.feasible, case
+        if counts["problems"] == PROBLEMS:
+            break
+    assert counts["solvable"] >= 700
+    assert counts["blocked"] >= 500
+    assert counts["alone of these"] >= 0.98 * counts["solvable"], counts

@@ -18,7 +18,7 @@ from hdl.config import Config, GeneticCore
 from hdl.protocol.runs import RunOptions
 from host.evaluation import Evaluator
 from host.planners.base import choose
-from host.planners.chip_problem import problem_record
+from host.planners.chip_problem import chip_ends, problem_record, whole_path
 from host.problem.corner_map import CornerMap
 from host.problem.rules import Rules
 from sim.model.planner.run import plan
@@ -104,15 +104,13 @@ def _prepared(terrain: str, clearance_m: float | None) -> tuple[Evaluator, Corne
 def _run(task: Task) -> Outcome:
     evaluator, grid = _prepared(task.terrain, task.clearance_m)
     record = problem_record(CHIP, evaluator.problem, grid)
-    corners = grid.corners()
+    corners = grid.corners(chip_ends(evaluator.problem))
     began = time.process_time()
     found = plan(CHIP, corners, record, task.options)
     seconds = time.process_time() - began
-    ends = evaluator.problem.start, evaluator.problem.goal
     archive: list[tuple[float, NDArray[np.float64]]] = []
     for path in found.paths:
-        inner = grid.corners_to_metres(np.array(path))
-        metres = np.concatenate(([ends[0]], inner, [ends[1]]))
+        metres = whole_path(evaluator.problem, grid.corners_to_metres(np.array(path)))
         lengths = np.array([len(metres)])
         archive.append((float(evaluator.fitness(metres[None], lengths, strict=True)[0]), metres))
     archive.sort(key=lambda kept: -kept[0])

@@ -1,17 +1,24 @@
 """Random maps, problems and paths for the planner on the chip."""
 
+import dataclasses
+
 import numpy as np
 
 from hdl.config import Config
 from hdl.protocol.planner import (
+    ALTITUDE_FRACTION,
     BASE_BITS,
+    BEND_BITS,
     DRAG_FRACTION,
+    EDGE_BITS,
+    EDGES,
     FUEL_BITS,
     POSITION_FRACTION,
     RADIUS_BITS,
     RISE_BITS,
     SCALE_FRACTION,
     SLOPE_BITS,
+    NoFlyShape,
     ProblemRecord,
 )
 
@@ -99,6 +106,44 @@ def any_record(config, rng):
         fuel=value(FUEL_BITS),
         fuel_shift=value(5),
         key_shift=value(6),
+    )
+
+
+def headed(config, rng, problem):
+    """``problem`` with an entry or an exit in three of four cases, anywhere or a few cells away."""
+    far = (config.map_size << POSITION_FRACTION) - 1
+    top = config.blocked_altitude << ALTITUDE_FRACTION
+    values = {}
+    for point, end in (("entry", "start"), ("exit", "goal")):
+        values[f"has_{point}"] = int(rng.integers(2))
+        span = int(rng.choice([6 << POSITION_FRACTION, far]))
+        for axis, most in (("x", far), ("y", far), ("altitude", top)):
+            value = getattr(problem, f"{end}_{axis}") + int(rng.integers(-span, span + 1))
+            values[f"{point}_{axis}"] = min(max(value, 0), most)
+    return dataclasses.replace(problem, **values)
+
+
+def shape(config, rng):
+    """A box, disc or polygon anywhere, whose edges cross its box."""
+    (x0, x1), (y0, y1) = np.sort(rng.integers(config.map_size, size=(2, 2))).tolist()
+    bend = [0, 0] if rng.integers(2) else rng.integers(1 << BEND_BITS, size=2).tolist()
+    edges = []
+    for i in range(rng.integers(EDGES + 1)):
+        most = (1 << EDGE_BITS - 1) >> int(rng.integers(EDGE_BITS))
+        east, north = rng.integers(-most, most, size=2).tolist()
+        # 0 or more at some corner of the box.
+        u, v = int(rng.integers(x1 - x0 + 1)), int(rng.integers(y1 - y0 + 1))
+        at = -east * u - north * v + (bend[0] * u * u + bend[1] * v * v) * (i == 0)
+        half = 1 << config.coordinate_bits + EDGE_BITS
+        edges.append((min(max(at, -half), half - 1), east, north))
+    return NoFlyShape(
+        first_x=x0,
+        first_y=y0,
+        last_x=x1,
+        last_y=y1,
+        edges=tuple(edges),
+        bend_x=bend[0],
+        bend_y=bend[1],
     )
 
 

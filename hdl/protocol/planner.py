@@ -16,8 +16,11 @@ from hdl.protocol.layout import Layout
 __all__ = [
     "ALTITUDE_FRACTION",
     "BASE_BITS",
+    "BEND_BITS",
     "BLOCKS",
     "DRAG_FRACTION",
+    "EDGES",
+    "EDGE_BITS",
     "FUEL_BITS",
     "MAX_HALF_TURN",
     "POSITION_FRACTION",
@@ -29,8 +32,10 @@ __all__ = [
     "SLOPE_FRACTION",
     "TURN_FRACTION",
     "VALUE_BITS",
+    "NoFlyShape",
     "PathClass",
     "ProblemRecord",
+    "no_fly_request",
     "problem_request",
     "turn_table",
 ]
@@ -65,6 +70,12 @@ _TURN_STEPS = 64
 VALUE_BITS = 28
 #: Blocks along each edge of the wavefront's map.
 BLOCKS = 32
+
+#: Most edges of a shape that becomes blocked.
+EDGES = 8
+#: Width of an edge's fall towards east and north, two's complement, and of a bend.
+EDGE_BITS, BEND_BITS = 16, 8
+_EDGE = "at", "east", "north"
 
 
 class PathClass(enum.IntEnum):
@@ -110,6 +121,11 @@ class ProblemRecord:
         A cost is shifted right by this much to become a value.
     block_shift : int
         A block of the wavefront has ``2**block_shift`` corners along each edge.
+    has_entry, has_exit : int
+        1 where the heading at start or goal is fixed: by an *entry*, a point before the start, and
+        an *exit*, a point behind the goal.
+    entry_x, entry_y, entry_altitude, exit_x, exit_y, exit_altitude : int
+        These points, as start and goal are given.
     """
 
     start_x: int
@@ -133,6 +149,14 @@ class ProblemRecord:
     fuel_shift: int
     key_shift: int
     block_shift: int
+    has_entry: int = 0
+    entry_x: int = 0
+    entry_y: int = 0
+    entry_altitude: int = 0
+    has_exit: int = 0
+    exit_x: int = 0
+    exit_y: int = 0
+    exit_altitude: int = 0
 
     def pack(self, config: Config) -> bytes:
         """Return the record as :func:`problem_request` lays it out.
@@ -172,18 +196,103 @@ class ProblemRecord:
         return cls(**values)
 
 
+@dataclass(frozen=True, kw_only=True)
+class NoFlyShape:
+    """Corners that become blocked: those of a box that are on the inner side of every edge.
+
+    Corner (x, y) is on the inner side of an edge where ``at + east * u + north * v``, with u = x -
+    first_x and v = y - first_y, is 0 or more. The first edge may bend: ``bend_x * u**2 + bend_y *
+    v**2`` is subtracted there, so that a shape of one edge can be a disc, whatever the sides of a
+    cell are.
+
+    Parameters
+    ----------
+    first_x, first_y, last_x, last_y : int
+        The box: its first and last corners.
+    edges : tuple of (int, int, int)
+        Up to :data:`EDGES` of ``at``, ``east`` and ``north``.
+    bend_x, bend_y : int
+        0 for a convex polygon.
+    """
+
+    first_x: int
+    first_y: int
+    last_x: int
+    last_y: int
+    edges: tuple[tuple[int, int, int], ...]
+    bend_x: int = 0
+    bend_y: int = 0
+
+    def pack(self, config: Config) -> bytes:
+        """Return the shape as :func:`no_fly_request` lays it out.
+
+        Raises
+        ------
+        ValueError
+            If a field does not fit, or there are too many edges.
+        """
+        if len(self.edges) > EDGES:
+            raise ValueError(f"A shape must have at most {EDGES} edges, not {len(self.edges)}")
+        widths = dict(no_fly_request(config).fields)
+        values = {name: getattr(self, name) for name in widths if hasattr(self, name)}
+        # An edge of zeros has all corners on its inner side.
+        edges = *self.edges, *[(0, 0, 0)] * (EDGES - len(self.edges))
+        for i, edge in enumerate(edges):
+            for name, value in zip(_EDGE, edge, strict=True):
+                field = f"{name}_{i}"
+                half = 1 << widths[field] - 1
+                if not -half <= value < half:
+                    raise ValueError(
+                        f"{field} must fit in {widths[field]} bits with its sign, not {value!r}"
+                    )
+                values[field] = value % (2 * half)
+        return no_fly_request(config).pack(**values)
+
+    @classmethod
+    def unpack(cls, config: Config, payload: bytes) -> NoFlyShape:
+        """Return the shape in ``payload``, with all edges: what :meth:`pack` made of it."""
+        layout = no_fly_request(config)
+        values = layout.unpack(payload)
+        widths = dict(layout.fields)
+
+        def signed(field: str) -> int:
+            value = values.pop(field)
+            return value - (value >> widths[field] - 1 << widths[field])
+
+        edges = [tuple(signed(f"{name}_{i}") for name in _EDGE) for i in range(EDGES)]
+        return cls(**values, edges=tuple((at, east, north) for at, east, north in edges))
+
+
+def no_fly_request(config: Config) -> Layout:
+    """Return the layout of a :class:`NoFlyShape`."""
+    bits = config.coordinate_bits
+    edges = (
+        (f"{name}_{i}", width)
+        for i in range(EDGES)
+        for name, width in zip(_EDGE, (bits + EDGE_BITS + 1, EDGE_BITS, EDGE_BITS), strict=True)
+    )
+    return Layout(
+        (
+            *((name, bits) for name in ("first_x", "first_y", "last_x", "last_y")),
+            ("bend_x", BEND_BITS),
+            ("bend_y", BEND_BITS),
+            *edges,
+        )
+    )
+
+
 def problem_request(config: Config) -> Layout:
     """Return the layout of a :class:`ProblemRecord`."""
     position = config.coordinate_bits + POSITION_FRACTION
     altitude = config.altitude_bits + ALTITUDE_FRACTION
-    ends = (
-        (f"{end}_{axis}", altitude if axis == "altitude" else position)
-        for end in ("start", "goal")
-        for axis in ("x", "y", "altitude")
-    )
+
+    def place(end: str) -> tuple[tuple[str, int], ...]:
+        return (f"{end}_x", position), (f"{end}_y", position), (f"{end}_altitude", altitude)
+
     return Layout(
         (
-            *ends,
+            *place("start"),
+            *place("goal"),
             ("x_limit", config.coordinate_bits),
             ("y_limit", config.coordinate_bits),
             ("altitude_limit", config.altitude_bits),
@@ -199,6 +308,10 @@ def problem_request(config: Config) -> Layout:
             ("fuel_shift", 5),
             ("key_shift", 6),
             ("block_shift", 4),
+            ("has_entry", 1),
+            *place("entry"),
+            ("has_exit", 1),
+            *place("exit"),
         )
     )
 

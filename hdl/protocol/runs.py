@@ -16,14 +16,18 @@ __all__ = [
     "FIRST_ISLANDS",
     "QUICK_ISLANDS",
     "RETURNED",
+    "WARM_ISLANDS",
     "Island",
     "Outcome",
+    "Population",
     "RunOptions",
     "pack_best",
     "run_request",
     "unpack_best",
 ]
 
+#: Corners and steps of the waypoints of paths.
+Population = Sequence[Sequence[tuple[int, int, int]]]
 #: Paths that a run returns at most.
 RETURNED = 8
 #: Islands of a run at most.
@@ -55,6 +59,8 @@ class Island:
 FIRST_ISLANDS = (Island(True, 2), Island(True, 5), Island(False, 3), Island(False, 0))
 #: Two surfaces for a run of less than 3 ms, which four wavefronts would leave little of.
 QUICK_ISLANDS = (Island(False, 3), Island(False, 0))
+#: One surface, for an island of fresh seeds beside the population of a warm start.
+WARM_ISLANDS = (Island(False, 3),)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +78,8 @@ class RunOptions:
         While the best path is feasible, a child is walked only if it is cheaper than the path of
         this rank.
     islands : tuple of Island
-        1, 2, 4 or 8 of them, bred one after the other.
+        1, 2, 4 or 8 of them, bred one after the other. The population of a warm start is one more,
+        the first.
     seeds : int
         Paths seeded along each route, of which the best become the island's population.
     lifts : int
@@ -93,21 +100,23 @@ class RunOptions:
     share: int = 8
     memo: int = 512
 
-    def check(self, config: Config) -> None:
-        """Raise unless a chip of ``config`` can run this.
+    def check(self, config: Config, population: Population | None = None) -> None:
+        """Raise unless a chip of ``config`` can run this, on from ``population`` if it is given.
 
         Raises
         ------
         ValueError
             If a value is outside its range.
         """
+        count = len(self.islands) + (population is not None)
+        counts = "1, 2, 4 or 8" if population is None else "0, 1, 3 or 7 on a warm start"
         for name, rule, holds in (
             ("seed", "from 0 to 2**64 - 1", 0 <= self.seed < 1 << SEED_BITS),
             ("cycles", "from 0 to 2**32 - 1", 0 <= self.cycles < 1 << 32),
             ("generations", "from 0 to 2**32 - 1", 0 <= self.generations < 1 << 32),
             ("give_up_rank", "a rank", 0 <= self.give_up_rank < config.population),
-            ("islands", "1, 2, 4 or 8", len(self.islands) in (1, 2, 4, 8)),
-            ("islands", "at most the population", len(self.islands) <= config.population),
+            ("islands", counts, count in (1, 2, 4, 8)),
+            ("islands", "at most the population", count <= config.population),
             (
                 "islands",
                 f"of slopes from 0 to {_MOST_SLOPE}",
@@ -124,6 +133,8 @@ class RunOptions:
         ):
             if not holds:
                 raise ValueError(f"RunOptions.{name} must be {rule}, not {getattr(self, name)!r}")
+        if population is not None:
+            _check_population(config, population)
 
     def pack(self, config: Config) -> bytes:
         """Return the payload of a RUN, :func:`run_request`.
@@ -164,6 +175,23 @@ class RunOptions:
         return options
 
 
+def _check_population(config: Config, population: Population) -> None:
+    if len(population) != config.population:
+        raise ValueError(f"Population must have {config.population} paths, not {len(population)}")
+    limits = config.map_size, config.map_size, config.blocked_altitude
+    for path in population:
+        if not config.MIN_WAYPOINTS <= len(path) <= config.max_waypoints:
+            raise ValueError(
+                f"A path of the population must have {config.MIN_WAYPOINTS} to "
+                f"{config.max_waypoints} waypoints, not {len(path)}"
+            )
+        for waypoint in path:
+            if not all(0 <= value < limit for value, limit in zip(waypoint, limits, strict=True)):
+                raise ValueError(
+                    f"A waypoint of the population must be within {limits}, not {waypoint!r}"
+                )
+
+
 @dataclass(frozen=True)
 class Outcome:
     """Result of a run.
@@ -179,12 +207,15 @@ class Outcome:
         Generations bred, on all islands together.
     cycles : int
         Cycles of the run, as :mod:`sim.model.planner.cycles` estimates them.
+    population : list of list of (int, int, int)
+        All paths at the end, the best first: what a warm start goes on from.
     """
 
     paths: list[list[tuple[int, int, int]]]
     keys: list[int]
     generations: int
     cycles: int
+    population: list[list[tuple[int, int, int]]]
 
     @property
     def classes(self) -> list[PathClass]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hdl.config import Config
 from hdl.protocol.planner import (
@@ -26,11 +27,18 @@ from host.errors import InputError
 from host.evaluation.fuel import SEA_LEVEL_DENSITY_KG_M3, thrust_needed
 from host.evaluation.reference import problem_utopia
 from host.problem.corner_map import CornerMap
+from host.problem.ends import Point
 from host.problem.problem import Problem
+from host.problem.surface import surface_below
 
 
-__all__ = ["problem_record"]
+__all__ = ["chip_ends", "committed_points", "problem_record", "whole_path"]
 
+#: Distance of a committed point from its end, in turning radii: room for more than a right angle.
+_AHEAD_RADII = 1.1
+#: Share of a slope limit that the way to a committed point takes at most, and places looked at.
+_SHARE_OF_SLOPE = 0.98
+_PLACES = 64
 #: The greatest value of a key is at least so many times that of the straight line.
 _VALUE_SPAN = 8
 #: Directions of which the least slopes in wind are taken.
@@ -44,6 +52,9 @@ def problem_record(config: Config, problem: Problem, grid: CornerMap) -> Problem
     wind the slopes are those over ground in the direction where they are least.
     The cost weighs altitude times length against fuel as eq. (2) does, with the fuel of a weight
     that stays that of the start, and no induced drag saved in climbs.
+
+    Where a heading is given, the path on the chip begins at the committed point, and the start is
+    its entry; it ends and has its exit likewise. See :func:`committed_points`.
 
     Raises
     ------
@@ -77,7 +88,9 @@ def problem_record(config: Config, problem: Problem, grid: CornerMap) -> Problem
     fuel = burn_per_m * unit_m / best.fuel_N * area / (1 << DRAG_FRACTION)
     fuel_shift = max(FUEL_BITS - math.frexp(fuel)[1], 0)
     level_thrust = thrust_needed(aircraft, aircraft.weight_N, 1.0, 0.0, SEA_LEVEL_DENSITY_KG_M3)
-    start, goal = (grid.place(point) for point in (problem.start, problem.goal))
+    first, last = committed_points(problem)
+    start, goal = (grid.place(point) for point in chip_ends(problem))
+    entry, leave = grid.place(problem.start), grid.place(problem.goal)
     x_limit, y_limit, altitude_limit = grid.corner_limits
     directions = np.linspace(0, 2 * math.pi, _DIRECTIONS, endpoint=False)
     climbs, descents = problem.slope_limits(np.cos(directions), np.sin(directions))
@@ -106,7 +119,62 @@ def problem_record(config: Config, problem: Problem, grid: CornerMap) -> Problem
         fuel_shift=min(fuel_shift, 31),
         key_shift=max(math.ceil(math.log2(2 * area * _VALUE_SPAN)) - VALUE_BITS, 0),
         block_shift=_block_shift(max(x_limit, y_limit) + 1),
+        **({} if first is None else _end("entry", entry)),
+        **({} if last is None else _end("exit", leave)),
     )
+
+
+def committed_points(problem: Problem) -> tuple[Point | None, Point | None]:
+    """Return the first and the last waypoint of every path, x, y and altitude; None without.
+
+    A heading at the start commits the aircraft to a point about a turning radius ahead; one at the
+    goal, to a point as far before it. Straight ahead there is no turn at the end itself, which the
+    evaluation would lay before the start or behind the goal. The point is as high as its end, or as
+    the ground on the way demands, within the limit of slope. Where the map ends sooner, the point
+    is at its edge.
+    """
+    after, before = problem.headings
+    first = last = None
+    if after is not None:
+        first = _ahead(problem, problem.start, after, problem.limits.climb_rad)
+    if before is not None:
+        back = -before[0], -before[1]
+        last = _ahead(problem, problem.goal, back, problem.limits.descent_rad)
+    return first, last
+
+
+def chip_ends(problem: Problem) -> tuple[Point, Point]:
+    """Return the points between which the chip plans: committed ones in front of their ends."""
+    first, last = committed_points(problem)
+    return first or problem.start, last or problem.goal
+
+
+def whole_path(problem: Problem, waypoints: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a path of the chip with its ends: (n, 3) metres from (m, 3) metres of waypoints."""
+    first, last = committed_points(problem)
+    before = [problem.start, *([] if first is None else [first])]
+    behind = [*([] if last is None else [last]), problem.goal]
+    return np.vstack((before, waypoints.reshape(-1, 3), behind))
+
+
+def _ahead(problem: Problem, end: Point, way: tuple[float, float], steepest_rad: float) -> Point:
+    """Return the point ahead of an end, with the steepest slope from the end up to it."""
+    terrain = problem.terrain
+    run_m = _AHEAD_RADII * problem.limits.turn_radius_m
+    for at, along, most in zip(end[:2], way, (terrain.width_m, terrain.height_m), strict=True):
+        if along:
+            run_m = min(run_m, ((most if along > 0 else 0.0) - at) / along)
+    share = np.arange(1, _PLACES + 1) / _PLACES
+    x, y = (at + share * run_m * along for at, along in zip(end[:2], way, strict=True))
+    needed_m = float(((surface_below(problem.surface, x, y) - end[2]) / share).max())
+    rise_m = min(max(needed_m, 0.0), _SHARE_OF_SLOPE * math.tan(steepest_rad) * run_m)
+    return float(x[-1]), float(y[-1]), end[2] + rise_m
+
+
+def _end(name: str, place: tuple[int, int, int]) -> dict[str, int]:
+    """Return the fields of an entry or an exit."""
+    x, y, altitude = place
+    return {f"has_{name}": 1, f"{name}_x": x, f"{name}_y": y, f"{name}_altitude": altitude}
 
 
 def _slope(tangent: float, parts_per_unit: float) -> int:

@@ -19,7 +19,7 @@ from host.device.runs import RunStatus
 from host.errors import InputError, JobError
 from host.evaluation import Evaluator
 from host.planners.base import Options, Progress, Result, Run, Stop
-from host.planners.chip_problem import problem_record
+from host.planners.chip_problem import chip_ends, problem_record, whole_path
 from host.planners.options import DEFAULT_BOARD
 from host.problem.corner_map import EASES, CornerMap
 
@@ -183,7 +183,8 @@ class _Runs:
         self._eased = 0
         with run.phase("map"):
             self._record = problem_record(chip.config, run.evaluator.problem, grid)
-            corners = grid.corners()
+            self._ends = chip_ends(run.evaluator.problem)
+            corners = grid.corners(self._ends)
         with run.phase("link"):
             self._before = chip.counters()
             chip.update_map(corners)
@@ -234,9 +235,8 @@ class _Runs:
     def _ease(self, change: int) -> None:
         """Lower the corners of the map beside start and goal more, or less, if that is possible."""
         self._eased = min(max(self._eased + change, min(EASES)), max(EASES))
-        problem = self._run.evaluator.problem
-        corners = self._grid.corners(self._eased)
-        for end in (problem.start, problem.goal):
+        corners = self._grid.corners(self._ends, self._eased)
+        for end in self._ends:
             rows, columns = self._grid.around(end)
             self._chip.upload_map(corners[rows, columns], columns.start, rows.start)
         self._chip.runs.set_problem(self._record)
@@ -253,10 +253,9 @@ class _Runs:
 
     def _metres(self, packed: list[int]) -> Path:
         """Return a path in metres, start and goal included."""
-        problem = self._run.evaluator.problem
         corners = unpack_waypoints(self._chip.config, packed)
-        inner = self._grid.corners_to_metres(corners)
-        return np.concatenate(([problem.start], inner, [problem.goal]))
+        metres = self._grid.corners_to_metres(corners)
+        return whole_path(self._run.evaluator.problem, metres)
 
     def _polished(self, paths: list[Path]) -> NDArray[np.float64]:
         """Evaluate the paths with the lowest altitudes; return the fitness of each, (m,)."""

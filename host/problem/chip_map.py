@@ -145,13 +145,20 @@ class ChipMap:
         # The difference may have been rounded down to a step that lies below the ground.
         steps += self.base_m + steps * self.step_m < terrain.elevation
         steps = np.where(self._problem.blocked_raster, blocked, steps)
-        ny, nx = steps.shape
-        rows = _first_nodes(ny, terrain.dy_m, self.scale_m[1])
-        columns = _first_nodes(nx, terrain.dx_m, self.scale_m[0])
-        highest = np.maximum.reduceat(np.maximum.reduceat(steps, rows, axis=0), columns, axis=1)
+        highest = self.highest_of(steps)
         heights = np.full((self._config.map_size,) * 2, blocked, dtype=np.uint16)
         heights[: highest.shape[0], : highest.shape[1]] = highest
         return heights
+
+    def highest_of(self, nodes: NDArray[Any]) -> NDArray[Any]:
+        """Return the highest of the nodes of each cell that has some, (rows, columns)."""
+        ny, nx = nodes.shape
+        rows = _first_nodes(ny, self._problem.terrain.dy_m, self.scale_m[1])
+        columns = _first_nodes(nx, self._problem.terrain.dx_m, self.scale_m[0])
+        highest: NDArray[Any] = np.maximum.reduceat(
+            np.maximum.reduceat(nodes, rows, axis=0), columns, axis=1
+        )
+        return highest
 
 
 def _scale(nodes: int, spacing_m: float, size: int) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,6 +11,9 @@ from numpy.typing import NDArray
 
 from hdl.protocol.planner import ALTITUDE_FRACTION, POSITION_FRACTION
 from host.problem.chip_map import ChipMap
+from host.problem.ends import Point
+from host.problem.zone_raster import blocked_cells
+from host.problem.zones import Zone
 
 
 __all__ = ["EASES", "CornerMap", "Ease"]
@@ -38,27 +42,25 @@ class CornerMap(ChipMap):
     around these corners, so that the highest of the four is all that the chip needs to know.
     """
 
-    def corners(self, ease: int = 0) -> NDArray[np.uint16]:
+    def corners(self, ends: Iterable[Point] = (), ease: int = 0) -> NDArray[np.uint16]:
         """Highest of the four cells around each corner, ``(map_size, map_size)`` uint16, [y, x].
 
         The last row and column, which have no cell beyond them, are blocked.
 
         Under a clearance an end lies at the surface or hardly above it, so that no path could
-        leave. Therefore the corner nearest to an end is no higher than the end, and others around
-        it are lowered, more for a greater ``ease``: see :data:`EASES`. A blocked cell counts all
-        the same. The strict rule judges paths by the true surface.
+        leave. Therefore the corner nearest to each of ``ends`` is no higher than the end, and
+        others around it are lowered, more for a greater ``ease``: see :data:`EASES`. A blocked cell
+        counts all the same. The strict rule judges paths by the true surface.
         """
         cells = self.heights
         rows = np.maximum(cells[:-1], cells[1:])
         corners = np.full_like(cells, self._config.blocked_altitude)
         corners[:-1, :-1] = np.maximum(rows[:, :-1], rows[:, 1:])
-        for end in (self._problem.start, self._problem.goal):
+        for end in ends:
             self._lower_around(end, EASES[ease], corners)
         return corners
 
-    def _lower_around(
-        self, end: tuple[float, float, float], ease: Ease, corners: NDArray[np.uint16]
-    ) -> None:
+    def _lower_around(self, end: Point, ease: Ease, corners: NDArray[np.uint16]) -> None:
         x, y, altitude = self.nearest_corner(end)
         rows, columns = self.around(end)
         for v in range(rows.start, rows.stop):
@@ -76,7 +78,7 @@ class CornerMap(ChipMap):
                     continue
                 corners[v, u] = min(int(corners[v, u]), top)
 
-    def around(self, end: tuple[float, float, float]) -> tuple[slice, slice]:
+    def around(self, end: Point) -> tuple[slice, slice]:
         """Return rows and columns of the corners beside an end that an ease may lower."""
         x, y, _ = self.nearest_corner(end)
         columns, rows, _ = self.corner_limits
@@ -86,7 +88,7 @@ class CornerMap(ChipMap):
             slice(max(x - far, 0), min(x + far, columns) + 1),
         )
 
-    def place(self, point: tuple[float, float, float]) -> tuple[int, int, int]:
+    def place(self, point: Point) -> tuple[int, int, int]:
         """Return a point on the lattice, as in the record of a problem.
 
         x and y have :data:`~hdl.protocol.planner.POSITION_FRACTION` bits below the cell, the
@@ -102,7 +104,7 @@ class CornerMap(ChipMap):
         steps = (point[2] - self.base_m) / self.step_m
         return places[0], places[1], math.floor(steps * (1 << ALTITUDE_FRACTION))
 
-    def nearest_corner(self, point: tuple[float, float, float]) -> tuple[int, int, int]:
+    def nearest_corner(self, point: Point) -> tuple[int, int, int]:
         """Return the corner nearest to a point, and the step at or below it."""
         x, y, altitude = self.place(point)
         half = 1 << POSITION_FRACTION - 1
@@ -112,6 +114,19 @@ class CornerMap(ChipMap):
             min(y + half >> POSITION_FRACTION, rows),
             altitude >> ALTITUDE_FRACTION,
         )
+
+    def corners_in(self, zone: Zone) -> NDArray[np.bool_]:
+        """Return the corners around which a cell meets a zone or its margin, as :meth:`corners`.
+
+        Heights and times of the zone are left aside.
+        """
+        rules = self._problem.rules
+        margin_m = 0.0 if rules is None else rules.zone_margin_m
+        cells = self.highest_of(blocked_cells([zone], self._problem.terrain, margin_m))
+        rows = cells[:-1] | cells[1:]
+        corners = np.zeros((self._config.map_size,) * 2, dtype=bool)
+        corners[: len(rows), : rows.shape[1] - 1] = rows[:, :-1] | rows[:, 1:]
+        return corners
 
     @property
     def corner_limits(self) -> tuple[int, int, int]:

@@ -241,6 +241,14 @@ MESSAGES: Mapping[str, tuple[Callable[[Config], Layout], Mapping[str, Field]]] =
             "block_shift": Field(
                 "0 … ⌈log₂ map_size⌉ − 5", "Corners of a block, as a power of two"
             ),
+            "has_entry": Field("0, 1", "1: the heading at the start is fixed by a point before it"),
+            "entry_x": Field("any", "That point, which counts in the score alone"),
+            "entry_y": Field("any", "The same northwards"),
+            "entry_altitude": Field("any", "1/16 of a step"),
+            "has_exit": Field("0, 1", "1: the heading at the goal is fixed by a point behind it"),
+            "exit_x": Field("any", "That point"),
+            "exit_y": Field("any", "The same northwards"),
+            "exit_altitude": Field("any", "1/16 of a step"),
         },
     ),
     "run_request": (

@@ -6,7 +6,15 @@ from hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS, PathClass
 from sim.model.planner.compiled import compiled, inlined
 from sim.model.planner.cycles import MEMO_HIT, overlapped, walking
 from sim.model.planner.memo import HITS, MARGIN, find
-from sim.model.planner.problem import BLOCKED, COORDINATE_BITS, KEY_SHIFT, LANES, MEMO_BITS
+from sim.model.planner.problem import (
+    BLOCKED,
+    COORDINATE_BITS,
+    HAS_ENTRY,
+    HAS_EXIT,
+    KEY_SHIFT,
+    LANES,
+    MEMO_BITS,
+)
 from sim.model.planner.score import CHORD, score
 from sim.model.planner.walk import Ground, Integers, walk
 
@@ -52,7 +60,8 @@ def evaluate(
 
     The margins are written as far as the path is walked.
     """
-    counters[_SEGMENTS] += points - 1
+    has_entry, has_exit = problem[HAS_ENTRY], problem[HAS_EXIT]
+    counters[_SEGMENTS] += points - 1 + has_entry + has_exit
     cost, penalty, steep_arcs = score(problem, path, points, work, first)
     penalty += steep_arcs
     value: int = min(max(cost >> problem[KEY_SHIFT], 0), _TOP)
@@ -61,18 +70,19 @@ def evaluate(
     if first and value >= limit:
         return GIVEN_UP | value
     hits, before = 0, sizes[BLOCKED]
-    for k in range(points - 1):
-        found, margin = segment(
-            sizes, ground, ends, memo, counters,
-            path[k, 0], path[k, 1], path[k, 2], path[k + 1, 0], path[k + 1, 1], path[k + 1, 2],
-        )  # fmt: skip
-        hits += found
-        path[k, 3] = min(before, margin)
-        before = margin
-        if first and found:
-            break
-        if k + 2 < points and work[CHORD + 6, k + 1]:
-            chord = work[CHORD : CHORD + 6, k + 1]
+    for k in range(points):
+        if k:
+            found, margin = segment(
+                sizes, ground, ends, memo, counters,
+                path[k - 1, 0], path[k - 1, 1], path[k - 1, 2], path[k, 0], path[k, 1], path[k, 2],
+            )  # fmt: skip
+            hits += found
+            path[k - 1, 3] = min(before, margin)
+            before = margin
+            if first and found:
+                break
+        if (k or has_entry) and (k + 1 < points or has_exit) and work[CHORD + 6, k + has_entry]:
+            chord = work[CHORD : CHORD + 6, k + has_entry]
             found, margin = segment(
                 sizes, ground, ends, memo, counters,
                 chord[0], chord[1], chord[2], chord[3], chord[4], chord[5],

@@ -36,7 +36,15 @@ __all__ = ["problem_vector", "sizes_vector"]
     FUEL_SHIFT,
     KEY_SHIFT,
     BLOCK_SHIFT,
-) = range(21)
+    HAS_ENTRY,
+    ENTRY_X,
+    ENTRY_Y,
+    ENTRY_ALTITUDE,
+    HAS_EXIT,
+    EXIT_X,
+    EXIT_Y,
+    EXIT_ALTITUDE,
+) = range(29)
 
 #: Places of the sizes.
 (
@@ -57,7 +65,7 @@ __all__ = ["problem_vector", "sizes_vector"]
 
 
 def problem_vector(config: Config, record: ProblemRecord) -> Integers:
-    """Return the fields of ``record``, (21,) int64.
+    """Return the fields of ``record``, (29,) int64.
 
     Raises
     ------

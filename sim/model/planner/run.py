@@ -6,11 +6,12 @@ import numpy as np
 
 from hdl.config import Config
 from hdl.protocol.planner import BLOCKS, ProblemRecord
-from hdl.protocol.runs import RETURNED, Outcome, RunOptions
+from hdl.protocol.runs import RETURNED, Outcome, Population, RunOptions
 from sim.model.planner.breeder import breed
 from sim.model.planner.compiled import compiled
 from sim.model.planner.cycles import VISITS_PER_PASS
 from sim.model.planner.definition.score import corner_of
+from sim.model.planner.definition.warm import ahead
 from sim.model.planner.evaluation import (
     CYCLES,
     GENERATIONS,
@@ -52,9 +53,15 @@ __all__ = ["plan"]
 _CYCLES, _GENERATIONS, _GIVE_UP_RANK, _SEEDS, _LIFTS, _SHARE = range(6)
 
 
-def plan(config: Config, ground: Ground, record: ProblemRecord, options: RunOptions) -> Outcome:
+def plan(
+    config: Config,
+    ground: Ground,
+    record: ProblemRecord,
+    options: RunOptions,
+    population: Population | None = None,
+) -> Outcome:
     """Plan a path: see :func:`sim.model.planner.definition.run.plan`."""
-    options.check(config)
+    options.check(config, population)
     numbers = (
         options.cycles,
         options.generations,
@@ -66,20 +73,23 @@ def plan(config: Config, ground: Ground, record: ProblemRecord, options: RunOpti
     islands = [(MEAN if island.mean else LEAST, island.slope) for island in options.islands]
     # Room for a generation beside the population, and for a seed beside the best.
     slots = config.population + config.children
-    shape = len(islands), slots
+    shape = len(islands) + (population is not None), slots
     paths = np.zeros((*shape, config.max_waypoints + 2, 4), dtype=np.int64)
     points = np.zeros(shape, dtype=np.int64)
     keys = np.zeros(shape, dtype=np.int64)
-    order = np.zeros((len(islands), slots + 1), dtype=np.int64)
+    order = np.zeros((shape[0], slots + 1), dtype=np.int64)
     counters = np.zeros(PLACES, dtype=np.int64)
-    ends = [*corner_of(record, "start"), *corner_of(record, "goal")]
+    start, goal = corner_of(record, "start"), corner_of(record, "goal")
+    for slot, path in enumerate(population or ()):
+        rows = [start, *ahead(config, record, path), goal]
+        paths[0, slot, : len(rows), :3], points[0, slot] = rows, len(rows)
     _run(
         problem_vector(config, record),
         sizes_vector(config, options.memo),
         np.array(numbers, dtype=np.int64),
-        np.array(islands, dtype=np.int64),
+        np.array(islands, dtype=np.int64).reshape(-1, 2),
         ground,
-        np.array(ends, dtype=np.int64),
+        np.array([*start, *goal], dtype=np.int64),
         source(options.seed),
         empty_memo(options.memo),
         counters,
@@ -89,14 +99,17 @@ def plan(config: Config, ground: Ground, record: ProblemRecord, options: RunOpti
         order,
     )
     best: dict[int, list[tuple[int, int, int]]] = {}
+    last = []
     for slot in order[0, : config.population].tolist():
         waypoints = paths[0, slot, 1 : points[0, slot] - 1, :3].tolist()
-        best.setdefault(int(keys[0, slot]), [(x, y, z) for x, y, z in waypoints])
+        last.append([(x, y, z) for x, y, z in waypoints])
+        best.setdefault(int(keys[0, slot]), last[-1])
     return Outcome(
         list(best.values())[:RETURNED],
         list(best)[:RETURNED],
         int(counters[GENERATIONS]),
         int(counters[CYCLES]),
+        last,
     )
 
 
@@ -122,7 +135,8 @@ def _run(
     ----------
     problem, sizes, options, ends, counters : (n,) int64
     islands : (islands, 2) int64
-        Layer of the blocks, and slope, of each.
+        Layer of the blocks, and slope, of each that is seeded. There is an island more in ``paths``
+        on a warm start, the first, whose paths are there.
     ground : (map_size, map_size) uint16
     words : Words
     memo : (rows, 4) int64
@@ -130,7 +144,7 @@ def _run(
     points, keys : (islands, slots) int64
     order : (islands, slots + 1) int64
     """
-    work = np.zeros((WORK_ROWS, paths.shape[2]), dtype=np.int64)
+    work = np.zeros((WORK_ROWS, paths.shape[2] + 2), dtype=np.int64)
     spare = np.zeros((4, paths.shape[1] + 1), dtype=np.int64)
     blocks = np.zeros((4, BLOCKS, BLOCKS), dtype=np.int64)
     surface = np.zeros((BLOCKS, BLOCKS), dtype=np.int64)
@@ -143,11 +157,21 @@ def _run(
     start = (ends[1] >> shift) * BLOCKS + (ends[0] >> shift)
     goal = (ends[4] >> shift) * BLOCKS + (ends[3] >> shift)
 
-    population, count = sizes[POPULATION], len(islands)
-    for i in range(count):
-        surface[:] = blocks[islands[i, 0]]
-        if islands[i, 1]:
-            passes = limit_slopes(problem, distances, surface, islands[i, 1])
+    population, count = sizes[POPULATION], len(paths)
+    warm = count - len(islands)
+    if warm:
+        for slot in range(population):
+            keys[0, slot] = evaluate(
+                problem, sizes, ground, ends, memo, counters, work, paths[0, slot], points[0, slot],
+                NO_LIMIT, False,
+            )  # fmt: skip
+            _place(order[0], keys[0], slot, slot)
+        settle(counters)
+    for i in range(warm, count):
+        layer, slope = islands[i - warm, 0], islands[i - warm, 1]
+        surface[:] = blocks[layer]
+        if slope:
+            passes = limit_slopes(problem, distances, surface, slope)
             counters[CYCLES] += passes * VISITS_PER_PASS
         passes = spread(problem, distances, surface, goal, field)
         counters[CYCLES] += passes * VISITS_PER_PASS

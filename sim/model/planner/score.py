@@ -28,16 +28,26 @@ from sim.model.planner.problem import (
     CLIMB,
     DESCENT,
     DRAG,
+    ENTRY_ALTITUDE,
+    ENTRY_X,
+    ENTRY_Y,
+    EXIT_ALTITUDE,
+    EXIT_X,
+    EXIT_Y,
     FUEL,
     FUEL_SHIFT,
     GOAL_ALTITUDE,
     GOAL_X,
     GOAL_Y,
+    HAS_ENTRY,
+    HAS_EXIT,
     RADIUS,
     START_ALTITUDE,
     START_X,
     START_Y,
+    X_LIMIT,
     X_SCALE,
+    Y_LIMIT,
     Y_SCALE,
 )
 from sim.model.planner.problem import RISE as RISE_FIELD
@@ -48,13 +58,14 @@ from sim.model.planner.walk import Integers
 __all__ = ["CELL", "CHORD", "WORK_ROWS", "piece_cost", "scaled", "score"]
 
 #: Rows of the work space of :func:`score`; a column is a point, or the segment that begins there.
-_LENGTH, _RISE, _HALF_TURN, _TANGENT, _USED = range(5)
+_LENGTH, _RISE, _HALF_TURN, _TANGENT, _USED, _ALTITUDE = range(6)
 #: First of six rows with the ends of the chord at a point, x, y and step each, and a row that is 1
 #: where there is a chord.
-CHORD = 5
-WORK_ROWS = 12
+CHORD = 6
+WORK_ROWS = 13
 
 CELL = 1 << POSITION_FRACTION
+_EXCESS_SHIFT = 2
 _SHARPEST = 16
 _INFINITE = 1 << 24
 _SHARE_BITS = 16
@@ -86,8 +97,12 @@ def score(
     """Return cost, penalty and steep arcs of the first ``points`` rows x, y, step, ... of ``path``.
 
     With ``first``, a penalty ends the score, and cost and steep arcs are 0. ``work``, (WORK_ROWS,
-    points or more) int64, gets the chords.
+    points or more) int64, gets the chords. A point more in it counts before the others where there
+    is an entry, and another one behind them where there is an exit.
     """
+    if problem[HAS_ENTRY] or problem[HAS_EXIT]:
+        path = _extended(problem, path, points)
+        points = len(path)
     last = points - 1
     penalty, total = _measure_segments(problem, path, last, work)
     lengths, tangents, used = work[_LENGTH], work[_TANGENT], work[_USED]
@@ -105,11 +120,9 @@ def score(
 
     cost = steep_arcs = 0
     # Where the piece before ends: altitude, and length of its segment that an arc has taken.
-    altitude, taken = problem[START_ALTITUDE], 0
+    altitude, taken = work[_ALTITUDE, 0], 0
     for k in range(1, points):
-        before = after = path[k, 2] << ALTITUDE_FRACTION
-        if k == last:
-            before = problem[GOAL_ALTITUDE]
+        before = after = work[_ALTITUDE, k]
         tangent = used[k]
         work[CHORD + 6, k] = 0
         if tangent:
@@ -129,20 +142,54 @@ def score(
 
 
 @compiled
+def _extended(problem: Integers, path: Integers, points: int) -> Integers:
+    """Return ``path`` with the corners of the entry before it and of the exit behind it."""
+    has_entry, has_exit = problem[HAS_ENTRY], problem[HAS_EXIT]
+    extended = np.zeros((points + has_entry + has_exit, path.shape[1]), dtype=np.int64)
+    for k in range(points):
+        for i in range(3):
+            extended[k + has_entry, i] = path[k, i]
+    half = CELL // 2
+    if has_entry:
+        extended[0, 0] = min(problem[ENTRY_X] + half >> POSITION_FRACTION, problem[X_LIMIT])
+        extended[0, 1] = min(problem[ENTRY_Y] + half >> POSITION_FRACTION, problem[Y_LIMIT])
+    if has_exit:
+        extended[-1, 0] = min(problem[EXIT_X] + half >> POSITION_FRACTION, problem[X_LIMIT])
+        extended[-1, 1] = min(problem[EXIT_Y] + half >> POSITION_FRACTION, problem[Y_LIMIT])
+    return extended
+
+
+@inlined
+def _place(problem: Integers, path: Integers, k: int, last: int) -> tuple[int, int, int]:
+    """Return x, y and altitude of a point: of an end as the record has them."""
+    if k == last and problem[HAS_EXIT]:
+        return problem[EXIT_X], problem[EXIT_Y], problem[EXIT_ALTITUDE]
+    if k == 0 and problem[HAS_ENTRY]:
+        return problem[ENTRY_X], problem[ENTRY_Y], problem[ENTRY_ALTITUDE]
+    if k == problem[HAS_ENTRY]:
+        return problem[START_X], problem[START_Y], problem[START_ALTITUDE]
+    if k == last - problem[HAS_EXIT]:
+        return problem[GOAL_X], problem[GOAL_Y], problem[GOAL_ALTITUDE]
+    return (
+        path[k, 0] << POSITION_FRACTION,
+        path[k, 1] << POSITION_FRACTION,
+        path[k, 2] << ALTITUDE_FRACTION,
+    )
+
+
+@compiled
 def _measure_segments(
     problem: Integers, path: Integers, last: int, work: Integers
 ) -> tuple[int, int]:
-    """Write lengths, rises, half turns and tangents; return the steep and the whole length."""
+    """Write altitudes, lengths, rises, half turns, tangents; return penalty and length."""
     lengths, rises, tangents = work[_LENGTH], work[_RISE], work[_TANGENT]
     x_scale, y_scale = problem[X_SCALE], problem[Y_SCALE]
-    x, y, altitude = problem[START_X], problem[START_Y], problem[START_ALTITUDE]
+    x, y, altitude = _place(problem, path, 0, last)
+    work[_ALTITUDE, 0] = altitude
     steep = total = dx = dy = length = 0
     for k in range(last):
-        next_x, next_y = path[k + 1, 0] << POSITION_FRACTION, path[k + 1, 1] << POSITION_FRACTION
-        next_altitude = path[k + 1, 2] << ALTITUDE_FRACTION
-        if k + 1 == last:
-            next_x, next_y = problem[GOAL_X], problem[GOAL_Y]
-            next_altitude = problem[GOAL_ALTITUDE]
+        next_x, next_y, next_altitude = _place(problem, path, k + 1, last)
+        work[_ALTITUDE, k + 1] = next_altitude
         next_dx, next_dy = scaled(next_x - x, x_scale), scaled(next_y - y, y_scale)
         next_length = root(next_dx * next_dx + next_dy * next_dy)
         rise = next_altitude - altitude
@@ -150,7 +197,7 @@ def _measure_segments(
         total += next_length
         excess = _excess(problem, next_length, rise)
         if excess > 0:
-            steep += max(next_length, CELL) + (excess >> SLOPE_FRACTION)
+            steep += CELL + (excess >> SLOPE_FRACTION - _EXCESS_SHIFT)
         tangents[k] = 0
         if k:
             cross = abs(dx * next_dy - dy * next_dx)
@@ -170,11 +217,9 @@ def _measure_segments(
 
 @inlined
 def _excess(problem: Integers, length: int, rise: int) -> int:
-    """Return how much a rise is beyond the limit for its length; positive if it is too steep."""
-    scaled_rise = rise << SLOPE_FRACTION
-    excess: int = max(
-        scaled_rise - problem[CLIMB] * length, -scaled_rise - problem[DESCENT] * length
-    )
+    """Return by how many parts, with SLOPE_FRACTION bits below, a rise exceeds its limit."""
+    limit = problem[CLIMB] if rise > 0 else problem[DESCENT]
+    excess: int = (abs(rise) << SLOPE_FRACTION) - limit * length
     return excess
 
 

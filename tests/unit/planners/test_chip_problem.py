@@ -8,21 +8,25 @@ import numpy as np
 import pytest
 
 from hdl.config import Config
-from hdl.protocol.planner import problem_request
+from hdl.protocol.planner import PathClass, problem_request
 from hdl.protocol.runs import RunOptions
 from host.errors import InputError
 from host.evaluation import Evaluator
+from host.evaluation.geometry import smooth
 from host.evaluation.reference import problem_utopia
-from host.planners.chip_problem import problem_record
+from host.planners.chip_problem import committed_points, problem_record, whole_path
 from host.problem import Problem
 from host.problem.aircraft import load
 from host.problem.corner_map import CornerMap
+from host.problem.rules import Rules
+from host.problem.surface import surface_below
 from host.terrain import Terrain
 from sim.model.planner.definition.score import corner_of, score
 from sim.model.planner.run import plan
 
 
 CONFIG = Config()
+NO_MARGINS = Rules(clearance_m=0, corridor_m=0, zone_margin_m=0, reserve=0)
 
 
 def make(*, cells=200, cell_m=50.0, north_m=None, relief_m=800.0, **changes):
@@ -128,3 +132,92 @@ def test_a_vertical_climber_has_the_steepest_slope_of_the_record():
 def test_a_problem_too_fine_for_the_record_is_refused(terrain, message):
     with pytest.raises(InputError, match=f"^{re.escape(message)}$"):
         make(**terrain)
+
+
+def headed(start_deg=None, goal_deg=None, **changes):
+    """The usual problem with headings, under rules that ask for nothing else."""
+    problem, _, _ = make()
+    problem = Problem(
+        problem.terrain, problem.start, problem.goal, rules=NO_MARGINS,
+        start_heading_deg=start_deg, goal_heading_deg=goal_deg, **changes,
+    )  # fmt: skip
+    grid = CornerMap(CONFIG, problem)
+    return problem, grid, problem_record(CONFIG, problem, grid)
+
+
+@pytest.mark.parametrize(
+    ("start_deg", "goal_deg"), [(45, None), (200, None), (None, 135), (300, 330)]
+)
+def test_a_path_that_the_chip_finds_feasible_keeps_the_headings(start_deg, goal_deg):
+    problem, grid, record = headed(start_deg, goal_deg)
+    outcome = plan(CONFIG, grid.corners(), record, RunOptions(seed=1, cycles=600_000))
+    evaluator = Evaluator(problem, threads=1)
+    assert outcome.classes[0] is PathClass.FEASIBLE
+    verdicts = []
+    for waypoints in outcome.paths:
+        path = whole_path(problem, grid.corners_to_metres(np.array(waypoints)))
+        verdicts.append(evaluator.evaluate(path))
+        # No turn at the ends themselves.
+        pieces = smooth(path, problem.limits.turn_radius_m, problem.headings).pieces
+        assert pieces[0].start == pytest.approx(problem.start)
+        for piece, heading in zip((pieces[0], pieces[-1]), problem.headings, strict=True):
+            assert heading is None or piece.heading == pytest.approx(heading)
+    assert any(verdict.feasible for verdict in verdicts)
+    best = next(verdict for verdict in verdicts if verdict.feasible)
+    utopia = problem_utopia(problem)
+    area = 2 * utopia.altitude_m * utopia.length_m / (grid.step_m / 16 * max(grid.scale_m) / 256)
+    costs = [outcome.keys[verdicts.index(best)] << record.key_shift]
+    assert costs[0] / area / 2 == pytest.approx(best.cost, rel=5e-3)
+
+
+def test_a_committed_point_is_a_turning_radius_ahead():
+    problem, grid, record = headed(90, 0)
+    first, last = committed_points(problem)
+    radius_m = problem.limits.turn_radius_m
+    (x, y, z), (u, v, w) = problem.start, problem.goal
+    assert first == pytest.approx((x + 1.1 * radius_m, y, z))
+    # Before the goal: north of it lies what the aircraft heads for.
+    assert last[:2] == pytest.approx((u, v - 1.1 * radius_m))
+    assert last[2] >= w
+    assert (record.has_entry, record.has_exit) == (1, 1)
+    assert record.start_x == round((first[0] / 50.0 - 0.5) * 256)
+    assert record.entry_x == round((x / 50.0 - 0.5) * 256)
+    assert record.exit_y == round((v / 50.0 - 0.5) * 256)
+    assert record.entry_altitude == math.floor((z - grid.base_m) / grid.step_m * 16)
+
+
+def test_without_headings_there_is_no_committed_point():
+    problem, _, record = make()
+    assert committed_points(problem) == (None, None)
+    assert (record.has_entry, record.has_exit) == (0, 0)
+    waypoints = np.array([[500.0, 600.0, 700.0]])
+    assert whole_path(problem, waypoints).tolist() == [
+        list(problem.start), [500.0, 600.0, 700.0], list(problem.goal),
+    ]  # fmt: skip
+
+
+def test_a_committed_point_rises_with_the_ground_within_the_climb_limit():
+    slope = np.tile(np.arange(100.0) * 50.0 * 0.1, (100, 1))
+    cliff = np.where(np.arange(100) < 50, slope, slope + 900)
+    problem = Problem(
+        Terrain("t", cliff, dx_m=50.0, dy_m=50.0), (1000, 2500, 101), (4500, 2500, 2500),
+        rules=NO_MARGINS, start_heading_deg=90,
+    )  # fmt: skip
+    # 1 m above ground that rises by a tenth: the line there touches the squares of the nodes.
+    first, _ = committed_points(problem)
+    share = np.arange(1, 65) / 64
+    x = 1000 + share * (first[0] - 1000)
+    below = surface_below(problem.terrain, x, np.full_like(x, 2500.0))
+    assert (101 + share * (first[2] - 101) - below).min() == pytest.approx(0, abs=1e-9)
+    before = dataclasses.replace(problem, start=(2400.0, 2500.0, 250.0))
+    first, _ = committed_points(before)
+    steepest = 0.98 * math.tan(problem.limits.climb_rad) * (first[0] - 2400)
+    assert first[2] - 250 == pytest.approx(steepest)
+
+
+def test_a_committed_point_stays_on_the_map():
+    problem, _, _ = headed()
+    start = (9900.0, 5000.0, float(problem.terrain.ground(9900.0, 5000.0)) + 90)
+    problem = dataclasses.replace(problem, start=start, start_heading_deg=90)
+    first, _ = committed_points(problem)
+    assert first[0] == pytest.approx(problem.terrain.width_m)

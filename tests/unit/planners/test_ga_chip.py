@@ -27,6 +27,10 @@ GENERATIONS = Options(generations=1_000_000, seed=3)
 CHIP = Config(genetic="streaming", clocks_per_bit=4)
 
 
+def ends_of(evaluator):
+    return evaluator.problem.start, evaluator.problem.goal
+
+
 @pytest.fixture
 def planned(evaluator):
     return ChipGeneticPlanner(chip_ms=4).plan(evaluator, GENERATIONS)
@@ -115,7 +119,7 @@ def test_where_only_the_chip_believes_a_path_the_map_is_raised(make_evaluator, m
     assert [run["ease"] for run in result.hardware["runs"]] == [0, -1, -1, -1]
     grid = CornerMap(CHIP, evaluator.problem)
     for heights, ease in zip(maps, (0, -1, -1, -1), strict=False):
-        assert np.array_equal(heights, grid.corners(ease))
+        assert np.array_equal(heights, grid.corners(ends_of(evaluator), ease))
 
 
 def test_a_time_limit_ends_the_search_after_a_run(make_evaluator):
@@ -162,6 +166,18 @@ def test_clearance_is_kept_by_the_strict_rule(make_evaluator, clearance_m):
     result = ChipGeneticPlanner(chip_ms=4).plan(evaluator, GENERATIONS)
     assert result.evaluation.feasible
     assert result.evaluation.minimum_clearance_m >= clearance_m
+
+
+@pytest.mark.parametrize("heading_deg", [0.0, 135.0, 270.0])
+def test_headings_at_both_ends_are_kept_by_the_strict_rule(make_evaluator, heading_deg):
+    headings = {"start_heading_deg": heading_deg, "goal_heading_deg": 180.0}
+    evaluator = make_evaluator(rules=Rules(), **headings, start=(900, 900, 200))
+    result = ChipGeneticPlanner(chip_ms=4).plan(evaluator, GENERATIONS)
+    assert result.evaluation.feasible
+    # The first point lies straight ahead.
+    ahead = (result.path[1] - result.path[0])[:2]
+    way = np.array([np.sin(np.radians(heading_deg)), np.cos(np.radians(heading_deg))])
+    assert ahead @ way == pytest.approx(np.hypot(*ahead))
 
 
 def test_a_short_run_has_less_wavefronts():

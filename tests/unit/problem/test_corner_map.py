@@ -43,7 +43,7 @@ def test_around_an_end_in_the_ground_a_corner_is_lower_and_nowhere_higher(shape,
     places = (50.0, 60.0), (10.0 * columns - 35, 20.0 * rows - 55)
     ends = [(*place, float(terrain.ground(*place)) + 1) for place in places]
     grid = CornerMap(CONFIG, Problem(terrain, *ends, as_paper=True))
-    cells, corners = grid.heights.astype(int), grid.corners(ease)
+    cells, corners = grid.heights.astype(int), grid.corners(ends, ease)
     far, share = EASES[ease]
     near = {}
     for end in ends:
@@ -70,8 +70,9 @@ def test_a_blocked_cell_beside_an_end_stays_blocked():
     grid = CornerMap(CONFIG, problem)
     x, y, altitude = grid.nearest_corner(problem.start)
     assert (x, y) == (3, 4)
-    assert grid.corners()[y, x] == altitude
-    assert grid.corners()[y + 1, x + 1] == CONFIG.blocked_altitude
+    corners = grid.corners([problem.start])
+    assert corners[y, x] == altitude
+    assert corners[y + 1, x + 1] == CONFIG.blocked_altitude
 
 
 def test_no_waypoint_is_above_the_ceiling():

@@ -1,12 +1,21 @@
 import dataclasses
 import math
+import re
 
 import numpy as np
 import pytest
 
 from hdl.protocol import planner
-from hdl.protocol.planner import BASE_BITS, ProblemRecord, problem_request, turn_table
-from tests.planner_cases import LARGE, SMALL, USUAL, any_record, record
+from hdl.protocol.planner import (
+    BASE_BITS,
+    EDGES,
+    NoFlyShape,
+    ProblemRecord,
+    no_fly_request,
+    problem_request,
+    turn_table,
+)
+from tests.planner_cases import LARGE, SMALL, USUAL, any_record, headed, record, shape
 
 
 def test_turns_are_rounded_down():
@@ -28,7 +37,7 @@ def test_an_interpolated_turn_is_never_too_great_and_within_three_parts():
 def test_a_record_comes_back_as_it_was_packed(config):
     rng = np.random.default_rng(18)
     for _ in range(100):
-        sent = any_record(config, rng)
+        sent = headed(config, rng, any_record(config, rng))
         payload = sent.pack(config)
         assert len(payload) == problem_request(config).size
         assert ProblemRecord.unpack(config, payload) == sent
@@ -39,8 +48,11 @@ def test_the_fixed_points_are_those_that_hosts_and_chips_agreed_on():
     assert {name: getattr(planner, name) for name in planner.__all__ if name.isupper()} == {
         "ALTITUDE_FRACTION": 4,
         "BASE_BITS": 25,
+        "BEND_BITS": 8,
         "BLOCKS": 32,
         "DRAG_FRACTION": 16,
+        "EDGES": 8,
+        "EDGE_BITS": 16,
         "FUEL_BITS": 16,
         "MAX_HALF_TURN": 4,
         "POSITION_FRACTION": 8,
@@ -55,8 +67,34 @@ def test_the_fixed_points_are_those_that_hosts_and_chips_agreed_on():
     }
 
 
-def test_size_of_a_record():
-    assert problem_request(USUAL).size == 40
+def test_sizes_of_the_records():
+    assert problem_request(USUAL).size == 53
+    assert no_fly_request(USUAL).size == 65
+
+
+@pytest.mark.parametrize("config", [SMALL, USUAL, LARGE], ids=["small", "usual", "large"])
+def test_a_shape_comes_back_with_all_edges(config):
+    rng = np.random.default_rng(22)
+    for _ in range(100):
+        sent = shape(config, rng)
+        payload = sent.pack(config)
+        assert len(payload) == no_fly_request(config).size
+        received = NoFlyShape.unpack(config, payload)
+        without_limit = ((0, 0, 0),) * (EDGES - len(sent.edges))
+        assert received == dataclasses.replace(sent, edges=(*sent.edges, *without_limit))
+
+
+@pytest.mark.parametrize(
+    ("edges", "message"),
+    [
+        (((0, 0, 0),) * 9, "A shape must have at most 8 edges, not 9"),
+        (((1 << 25, 0, 0),), "at_0 must fit in 26 bits with its sign, not 33554432"),
+        (((0, 0, 0), (0, -32769, 0)), "east_1 must fit in 16 bits with its sign, not -32769"),
+    ],
+)
+def test_a_shape_that_does_not_fit_is_refused(edges, message):
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+        NoFlyShape(first_x=0, first_y=0, last_x=1, last_y=1, edges=edges).pack(USUAL)
 
 
 @pytest.mark.parametrize("base", [1 << BASE_BITS - 1, -(1 << BASE_BITS - 1) - 1])

@@ -53,7 +53,8 @@ class Evaluator:
         chords at the point, as far as they are walked; the margin of a waypoint is known after the
         segment behind it.
         """
-        self.segments += len(path) - 1
+        has_entry, has_exit = self.record.has_entry, self.record.has_exit
+        self.segments += len(path) - 1 + has_entry + has_exit
         scored = score(self.record, path)
         value = scored.cost >> self.record.key_shift
         if first and scored.penalty:
@@ -64,15 +65,16 @@ class Evaluator:
         if first and value >= limit:
             return key_of(PathClass.GIVEN_UP, value)
 
+        arcs = [*[None] * (1 - has_entry), *scored.arcs, *[None] * (1 - has_exit)]
         hits, before = 0, self.config.blocked_altitude
-        for i in range(len(path) - 1):
-            found, margin = self.segment(path[i], path[i + 1])
-            hits += found
-            margins[i] = min(before, margin)
-            before = margin
-            if first and found:
-                break
-            arc = scored.arcs[i] if i < len(scored.arcs) else None
+        for i, arc in enumerate(arcs):
+            if i:
+                found, margin = self.segment(path[i - 1], path[i])
+                hits += found
+                margins[i - 1] = min(before, margin)
+                before = margin
+                if first and found:
+                    break
             if arc is not None and arc.chord is not None:
                 found, margin = self.segment(*arc.chord)
                 hits += found

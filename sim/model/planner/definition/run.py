@@ -6,13 +6,14 @@ from dataclasses import dataclass
 
 from hdl.config import Config
 from hdl.protocol.planner import VALUE_BITS, PathClass, ProblemRecord
-from hdl.protocol.runs import RETURNED, Island, Outcome, RunOptions
+from hdl.protocol.runs import RETURNED, Island, Outcome, Population, RunOptions
 from sim.model.planner.cycles import VISITS_PER_PASS, overlapped
 from sim.model.planner.definition.breeder import Waypoint, breed
 from sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
 from sim.model.planner.definition.memo import Memo
 from sim.model.planner.definition.seeds import lift, seed_path
 from sim.model.planner.definition.walk import Ground
+from sim.model.planner.definition.warm import ahead
 from sim.model.planner.definition.wavefront import blocks_of, descend, limit_slopes, spread
 from sim.model.random_source import RandomSource
 
@@ -28,7 +29,13 @@ class Member:
     key: int
 
 
-def plan(config: Config, ground: Ground, record: ProblemRecord, options: RunOptions) -> Outcome:
+def plan(
+    config: Config,
+    ground: Ground,
+    record: ProblemRecord,
+    options: RunOptions,
+    population: Population | None = None,
+) -> Outcome:
     """Plan a path.
 
     Parameters
@@ -38,15 +45,18 @@ def plan(config: Config, ground: Ground, record: ProblemRecord, options: RunOpti
         ``(map_size, map_size)`` uint16: the highest of the four cells around each corner.
     record : ProblemRecord
     options : RunOptions
+    population : list of list of (int, int, int), optional
+        All paths of an earlier run, the best first, for a warm start: an island of its own, before
+        those of the options.
 
     Raises
     ------
     ValueError
-        If the options or the record do not fit ``config``.
+        If the options, the record or the population do not fit ``config``.
     """
-    options.check(config)
+    options.check(config, population)
     record.pack(config)
-    return Run(config, ground, record, options).plan()
+    return Run(config, ground, record, options).plan(population)
 
 
 class Run:
@@ -61,10 +71,11 @@ class Run:
         self._source = RandomSource(options.seed)
         self.cycles = self.generations = 0
 
-    def plan(self) -> Outcome:
+    def plan(self, population: Population | None) -> Outcome:
         """Do the run."""
         options = self.options
-        islands = [self.seed(island) for island in options.islands]
+        islands = [] if population is None else [self.revive(population)]
+        islands += [self.seed(island) for island in options.islands]
         if len(islands) > 1:
             parts = 16 * len(islands)
             cycles = max(options.cycles - self.cycles, 0) * options.share // parts
@@ -75,9 +86,9 @@ class Run:
             ]
         each = self.config.population // len(islands)
         merged = _sorted([member for island in islands for member in island[:each]])
-        population = self.evolve(merged, options.cycles, options.generations)
+        members = self.evolve(merged, options.cycles, options.generations)
         best: dict[int, Member] = {}
-        for member in population:
+        for member in members:
             best.setdefault(member.key, member)
         returned = list(best.values())[:RETURNED]
         return Outcome(
@@ -85,7 +96,17 @@ class Run:
             [member.key for member in returned],
             self.generations,
             self.cycles,
+            [[waypoint[:3] for waypoint in member.path] for member in members],
         )
+
+    def revive(self, population: Population) -> list[Member]:
+        """Return an earlier population as it is now, from the new start on, sorted."""
+        members = []
+        for path in population:
+            left = [Waypoint(*point) for point in ahead(self.config, self.record, path)]
+            members.append(self._evaluated(left, NO_LIMIT, first=False))
+        self._settle()
+        return _sorted(members)
 
     def seed(self, island: Island) -> list[Member]:
         """Return the first population of an island, sorted."""

@@ -31,6 +31,8 @@ __all__ = ["Arc", "Score", "corner_of", "piece_cost", "scaled", "score"]
 #: A length of one cell: arcs with longer tangents have their chord walked, and a slope that is too
 #: steep counts at least so much.
 CELL = 1 << POSITION_FRACTION
+#: A part of altitude beyond the steepest slope counts as 2**_EXCESS_SHIFT units of length.
+_EXCESS_SHIFT = 2
 #: Tangent of half a turn from which no arc is possible, and the tangent length that stands for it.
 _SHARPEST = 16
 _INFINITE = 1 << 24
@@ -72,12 +74,13 @@ class Score:
     cost : int
         Before its shift to a value.
     penalty : int
-        Length of the segments that are too steep, and the altitude that they rise or fall too
-        far; an eighth of the path's length for each waypoint whose arc does not fit.
+        A cell for each segment that is too steep, and 4 units for each part of altitude that it is
+        too steep by; an eighth of the path's length for each waypoint whose arc does not fit.
     steep_arcs : int
         Length of arcs that are too steep, which counts, too.
     arcs : list of Arc or None
-        One for each waypoint; None where the arc does not fit.
+        One for each waypoint, for the start if there is an entry, and for the goal if there is an
+        exit; None where the arc does not fit.
     """
 
     cost: int
@@ -87,7 +90,7 @@ class Score:
 
 
 def corner_of(record: ProblemRecord, end: str) -> Point:
-    """Return the corner nearest to ``"start"`` or ``"goal"``, and the step at or below it."""
+    """Return the corner nearest to an end, ``"start"`` for one, and the step at or below it."""
     x, y, altitude = (getattr(record, f"{end}_{name}") for name in ("x", "y", "altitude"))
     half = CELL // 2
     return (
@@ -114,22 +117,20 @@ def piece_cost(record: ProblemRecord, before: int, after: int, length: int) -> i
 
 
 def score(record: ProblemRecord, path: Sequence[Point]) -> Score:
-    """Return the score of ``path``: two points or more, the corners of start and goal included."""
-    places = [(x << POSITION_FRACTION, y << POSITION_FRACTION) for x, y, _ in path]
-    altitudes = [z << ALTITUDE_FRACTION for _, _, z in path]
-    places[0], altitudes[0] = (record.start_x, record.start_y), record.start_altitude
-    places[-1], altitudes[-1] = (record.goal_x, record.goal_y), record.goal_altitude
+    """Return the score of ``path``: two points or more, the corners of start and goal included.
 
+    The entry and the exit, where the record has them, count as points before and behind them.
+    """
+    path, places, altitudes = _extended(record, path)
     sides = [
         (scaled(b[0] - a[0], record.x_scale), scaled(b[1] - a[1], record.y_scale))
         for a, b in itertools.pairwise(places)
     ]
     lengths = [isqrt(dx * dx + dy * dy) for dx, dy in sides]
     rises = [b - a for a, b in itertools.pairwise(altitudes)]
+    excesses = [_excess(record, length, rise) for length, rise in zip(lengths, rises, strict=True)]
     steep = sum(
-        max(length, CELL) + (excess >> SLOPE_FRACTION)
-        for length, rise in zip(lengths, rises, strict=True)
-        if (excess := _excess(record, length, rise)) > 0
+        CELL + (excess >> SLOPE_FRACTION - _EXCESS_SHIFT) for excess in excesses if excess > 0
     )
 
     turns = [
@@ -165,13 +166,29 @@ def score(record: ProblemRecord, path: Sequence[Point]) -> Score:
     return Score(cost, penalty, steep_arcs, arcs)
 
 
-def _excess(record: ProblemRecord, length: int, rise: int) -> int:
-    """Return how much a rise is beyond the limit for its length; positive if it is too steep.
+def _extended(
+    record: ProblemRecord, path: Sequence[Point]
+) -> tuple[list[Point], list[tuple[int, int]], list[int]]:
+    """Return the corners of entry, path and exit, and their places and altitudes in the score."""
+    before, behind = ["entry"] * record.has_entry, ["exit"] * record.has_exit
+    first, last = ([corner_of(record, end) for end in ends] for ends in (before, behind))
+    points = [*first, *path, *last]
+    places = [(x << POSITION_FRACTION, y << POSITION_FRACTION) for x, y, _ in points]
+    altitudes = [z << ALTITUDE_FRACTION for _, _, z in points]
+    ends = (
+        *enumerate([*before, "start"]),
+        *enumerate(["goal", *behind], -1 - len(behind)),
+    )
+    for i, end in ends:
+        x, y, altitudes[i] = (getattr(record, f"{end}_{name}") for name in ("x", "y", "altitude"))
+        places[i] = x, y
+    return points, places, altitudes
 
-    With :data:`SLOPE_FRACTION` more bits than the rise.
-    """
-    scaled_rise = rise << SLOPE_FRACTION
-    return max(scaled_rise - record.climb * length, -scaled_rise - record.descent * length)
+
+def _excess(record: ProblemRecord, length: int, rise: int) -> int:
+    """Return by how many parts, with SLOPE_FRACTION bits below, a rise exceeds its limit."""
+    limit = record.climb if rise > 0 else record.descent
+    return (abs(rise) << SLOPE_FRACTION) - limit * length
 
 
 def _half_turn(

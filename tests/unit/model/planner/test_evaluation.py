@@ -10,15 +10,17 @@ from sim.model.planner.evaluation import CYCLES, PLACES, evaluate, settle
 from sim.model.planner.memo import empty_memo
 from sim.model.planner.problem import problem_vector, sizes_vector
 from sim.model.planner.score import WORK_ROWS
-from tests.planner_cases import SMALL, USUAL, ground, path, record, rows
+from tests.planner_cases import SMALL, USUAL, ground, headed, path, record, rows
 
 
 class Both:
     """The two evaluators, with a memo each, over one map."""
 
-    def __init__(self, config, rng, memo, **changes):
+    def __init__(self, config, rng, memo, *, with_headings=False, **changes):
         self.config = config
         self.record = record(config, rng, **changes)
+        if with_headings:
+            self.record = headed(config, rng, self.record)
         self.ground = ground(config, rng)
         self.plain = Evaluator(config, self.record, self.ground, Memo(config, memo))
         self.memo = empty_memo(memo)
@@ -37,7 +39,7 @@ class Both:
         compiled = rows(points, margins)
         key = self.plain.evaluate(points, margins, limit, first=first)
         ends = np.array(self.plain.ends, dtype=np.int64).ravel()
-        work = np.zeros((WORK_ROWS, len(points)), dtype=np.int64)
+        work = np.zeros((WORK_ROWS, len(points) + 2), dtype=np.int64)
         assert key == evaluate(
             self.vector, self.sizes, self.ground, ends, self.memo, self.counters, work,
             compiled, len(points), limit, first,
@@ -46,13 +48,19 @@ class Both:
         return key
 
 
-@pytest.mark.parametrize("memo", [0, 64])
+@pytest.mark.parametrize(
+    ("memo", "with_headings"), [(0, False), (64, False), (64, True)], ids=["0", "64", "headings"]
+)
 @pytest.mark.parametrize("config", [SMALL, USUAL], ids=["small", "usual"])
-def test_compiled_evaluation_is_the_defined_one(config, memo):
+def test_compiled_evaluation_is_the_defined_one(config, memo, with_headings):
     rng = np.random.default_rng(10)
     classes = set()
+    steepest = (1 << 24) - 1
     for _ in range(15):
-        both = Both(config, rng, memo, climb=(1 << 24) - 1, descent=(1 << 24) - 1, radius=64)
+        both = Both(
+            config, rng, memo, climb=steepest, descent=steepest, radius=64,
+            with_headings=with_headings,
+        )  # fmt: skip
         for _ in range(30):
             points = both.path(rng)
             cost = both.evaluate(points, NO_LIMIT, first=False) & (1 << VALUE_BITS) - 1

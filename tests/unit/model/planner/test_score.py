@@ -12,16 +12,17 @@ from sim.model.planner.definition.score import score as defined
 from sim.model.planner.problem import problem_vector
 from sim.model.planner.root import root
 from sim.model.planner.score import CHORD, WORK_ROWS, score
-from tests.planner_cases import LARGE, SMALL, USUAL, any_record, path, record, rows
+from tests.planner_cases import LARGE, SMALL, USUAL, any_record, headed, path, record, rows
 
 
 def compiled(config, problem, points, *, first=False):
-    work = np.full((WORK_ROWS, len(points)), -1, dtype=np.int64)
+    work = np.full((WORK_ROWS, len(points) + 2), -1, dtype=np.int64)
     result = score(problem_vector(config, problem), rows(points), len(points), work, first)
+    last = len(points) - 1 + problem.has_entry + problem.has_exit
     chords = [
         (tuple(work[CHORD : CHORD + 3, k].tolist()), tuple(work[CHORD + 3 : CHORD + 6, k].tolist()))
         if work[CHORD + 6, k] else None
-        for k in range(1, len(points) - 1)
+        for k in range(1, last)
     ]  # fmt: skip
     return result, chords
 
@@ -44,6 +45,28 @@ def test_compiled_score_is_the_defined_one(config):
     for _ in range(400):
         assert_same(config, record(config, rng), path(config, rng))
         assert_same(config, any_record(config, rng), path(config, rng))
+        for any_problem in (record(config, rng), any_record(config, rng)):
+            assert_same(config, headed(config, rng, any_problem), path(config, rng))
+
+
+def test_an_entry_and_an_exit_are_points_of_the_path():
+    """The score of a path is that of the path with two points less, which are entry and exit."""
+    rng = np.random.default_rng(20)
+    for _ in range(200):
+        problem, points = record(USUAL, rng), path(USUAL, rng, waypoints=6)
+        points[0], points[-1] = corner_of(problem, "start"), corner_of(problem, "goal")
+        ends = {
+            f"{end}_{axis}": value << (ALTITUDE_FRACTION if axis == "altitude" else 8)
+            for end, point in (("start", points[1]), ("goal", points[-2]))
+            for axis, value in zip(("x", "y", "altitude"), point, strict=True)
+        }
+        outer = {
+            f"{outer}_{axis}": getattr(problem, f"{end}_{axis}")
+            for outer, end in (("entry", "start"), ("exit", "goal"))
+            for axis in ("x", "y", "altitude")
+        }
+        inner = dataclasses.replace(problem, **ends, **outer, has_entry=1, has_exit=1)
+        assert defined(inner, points[1:-1]) == defined(problem, points)
 
 
 def test_the_longest_path_does_not_overflow():
@@ -114,16 +137,11 @@ def test_penalties():
     problem = record(USUAL, rng, **ends, **level, climb=0, descent=0)
     start, goal = (0, 0, 100), (20, 0, 100)
     assert defined(problem, [start, (10, 0, 100), goal]).penalty == 0
-    # A step up and a step down.
-    assert defined(problem, [start, (10, 0, 101), goal]).penalty == far + 2 * 16
-    gentle = record(USUAL, rng, **ends, **level, climb=26, descent=13)
-    # Half of the way allows 16.25 parts up and 8.125 down.
-    assert defined(gentle, [start, (10, 0, 101), goal]).penalty == far // 2 + 7
-    assert defined(gentle, [start, (10, 0, 103), goal]).penalty == far + 31 + 39
-    # A segment of half a cell counts as a cell.
-    near = record(USUAL, rng, **ends | {"goal_x": 128}, **level, climb=0, descent=0)
-    near = dataclasses.replace(near, goal_altitude=1605)
-    assert defined(near, [start, (0, 0, 100)]).penalty == 256 + 5
+    # Two segments, by a step or 16 parts each: up, then down.
+    assert defined(problem, [start, (10, 0, 101), goal]).penalty == 2 * (256 + 4 * 16)
+    # A climb of 7.5 parts in 10 cells is allowed, 8.5 are too many.
+    gentle = dataclasses.replace(problem, climb=12)
+    assert defined(gentle, [start, (10, 0, 101), goal]).penalty == 2 * 256 + 4 * 16 + 34
     # A reversal, and a waypoint twice, have no arc.
     turned = defined(problem, [start, (30, 0, 100), goal])
     assert turned.arcs == [None]

@@ -1,0 +1,79 @@
+"""A no-fly zone as the shape that a planner on the chip draws on its map."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from hdl.protocol.planner import BEND_BITS, EDGE_BITS, EDGES, NoFlyShape
+from host.problem.corner_map import CornerMap
+from host.problem.zones import Circle, Zone
+
+
+__all__ = ["no_fly_shape"]
+
+_MOST_BEND = (1 << BEND_BITS) - 1
+_MOST_FALL = (1 << EDGE_BITS - 1) - 1
+
+
+def no_fly_shape(grid: CornerMap, zone: Zone) -> NoFlyShape | None:
+    """Return a shape that holds every corner of ``grid`` around which a cell meets ``zone``.
+
+    The margin of the rules belongs to the zone; its heights and times are left aside. The shape is
+    a disc for a circle, and for a polygon the convex hull of these corners, by 8 edges where the
+    hull has more. None stands for no corner.
+    """
+    corners = grid.corners_in(zone)
+    y, x = np.nonzero(corners)
+    if len(x) == 0:
+        return None
+    first = np.array((x.min(), y.min()))
+    places = np.column_stack((x, y)) - first
+    bend = np.zeros(2, dtype=np.int64)
+    if isinstance(zone, Circle):
+        # From the centre outwards: (u - centre)**2, each axis in its sides of a cell.
+        centre = np.array((zone.x_m, zone.y_m)) / grid.scale_m - 0.5 - first
+        weights = (np.array(grid.scale_m) / max(grid.scale_m)) ** 2
+        scale = min(_MOST_BEND, _MOST_FALL / (2 * max(np.abs(weights * centre).max(), 1e-9)))
+        bend = np.maximum(np.rint(scale * weights), 1).astype(np.int64)
+        falls = np.clip(np.rint(2 * bend * centre), -_MOST_FALL, _MOST_FALL)[None].astype(np.int64)
+    else:
+        falls = _inward(places)
+    # Every corner of the zone is on the inner side, the outermost just so.
+    least = (places @ falls.T - (places**2 @ bend)[:, None]).min(axis=0)
+    return NoFlyShape(
+        first_x=int(first[0]),
+        first_y=int(first[1]),
+        last_x=int(x.max()),
+        last_y=int(y.max()),
+        edges=tuple(
+            (-int(low), int(east), int(north))
+            for low, (east, north) in zip(least, falls, strict=True)
+        ),
+        bend_x=int(bend[0]),
+        bend_y=int(bend[1]),
+    )
+
+
+def _inward(places: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the inward normals of edges of the hull of ``places``, (n, 2), as falls.
+
+    Of more than 8, edge after edge is taken that leaves out the most corners of the box.
+    """
+    if not np.ptp(places, axis=0).all():
+        # A row of corners is a box.
+        return np.empty((0, 2), dtype=np.int64)
+    hull = places[ConvexHull(places).vertices]
+    along = np.roll(hull, -1, axis=0) - hull
+    # The vertices of the hull go round to the left.
+    inward = np.column_stack((-along[:, 1], along[:, 0]))
+    longest = np.abs(inward).max(axis=1, keepdims=True)
+    falls: NDArray[np.int64] = np.rint(inward / longest * _MOST_FALL).astype(np.int64)
+    box = np.indices(places.max(axis=0) + 1).reshape(2, -1).T
+    is_outside = box @ falls.T < (places @ falls.T).min(axis=0)
+    chosen: list[int] = []
+    while len(chosen) < EDGES and is_outside.any():
+        chosen.append(int(is_outside.sum(axis=0).argmax()))
+        is_outside &= ~is_outside[:, chosen[-1:]]
+    return falls[chosen]

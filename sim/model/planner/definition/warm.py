@@ -1,0 +1,28 @@
+"""Warm start: what is left of the paths of an earlier run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hdl.config import Config
+from hdl.protocol.planner import ProblemRecord
+from sim.model.planner.definition.score import corner_of
+from sim.model.planner.definition.walk import Point
+
+
+__all__ = ["ahead"]
+
+
+def ahead(config: Config, record: ProblemRecord, path: Sequence[Point]) -> list[Point]:
+    """Return ``path`` without its first waypoints as far as they lie behind the start.
+
+    Behind is the half plane of the corners from which the start is on the way to the goal. The
+    fewest waypoints that a path must have are left.
+    """
+    start, goal = corner_of(record, "start"), corner_of(record, "goal")
+    passed = 0
+    for x, y, _ in path[: -config.MIN_WAYPOINTS]:
+        if (x - start[0]) * (goal[0] - start[0]) + (y - start[1]) * (goal[1] - start[1]) > 0:
+            break
+        passed += 1
+    return list(path[passed:])

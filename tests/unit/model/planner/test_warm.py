@@ -1,0 +1,137 @@
+"""What is left of an earlier path, and warm runs against the definition."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+
+from hdl.protocol.planner import POSITION_FRACTION, PathClass
+from hdl.protocol.runs import FIRST_ISLANDS, WARM_ISLANDS, RunOptions
+from sim.model.planner.definition.run import plan as defined
+from sim.model.planner.definition.warm import ahead
+from sim.model.planner.run import plan
+from tests.planner_cases import SMALL, USUAL, ground, headed, record
+
+
+def problem(config, seed):
+    rng = np.random.default_rng(seed)
+    return ground(config, rng, blocked=0.001), record(config, rng)
+
+
+def moved(config, problem_record, path, seed):
+    """The problem from the first waypoint of a path on, with headings in some cases."""
+    x, y, z = path[0]
+    start = {"start_x": x << 8, "start_y": y << 8, "start_altitude": z << 4}
+    return headed(config, np.random.default_rng(seed), dataclasses.replace(problem_record, **start))
+
+
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.ci) for seed in (1, 2, 3))]
+)
+@pytest.mark.parametrize(
+    "options",
+    [
+        RunOptions(cycles=10**9, generations=30, islands=(), seeds=8),
+        RunOptions(cycles=10**9, generations=40, islands=WARM_ISLANDS, seeds=9, share=13),
+        RunOptions(cycles=10**9, generations=30, islands=FIRST_ISLANDS[:3], seeds=8, memo=0),
+    ],
+    ids=["alone", "fresh", "four"],
+)
+def test_compiled_warm_run_is_the_defined_one(options, seed):
+    heights, earlier = problem(SMALL, seed)
+    options = dataclasses.replace(options, seed=seed)
+    before = plan(SMALL, heights, earlier, dataclasses.replace(options, islands=WARM_ISLANDS))
+    later = moved(SMALL, earlier, before.paths[0], seed)
+    heights[10:14, 10:14] = SMALL.blocked_altitude
+    outcome = plan(SMALL, heights, later, options, before.population)
+    assert outcome == defined(SMALL, heights, later, options, before.population)
+    others = dataclasses.replace(options, islands=WARM_ISLANDS)
+    assert outcome.keys != plan(SMALL, heights, later, others).keys
+
+
+def test_compiled_warm_run_is_the_defined_one_on_the_usual_chip():
+    heights, earlier = problem(USUAL, 5)
+    before = plan(USUAL, heights, earlier, RunOptions(seed=5, cycles=300_000))
+    later = moved(USUAL, earlier, before.paths[0], 1)
+    options = RunOptions(
+        seed=6, cycles=10**9, generations=8, islands=WARM_ISLANDS, seeds=32, share=13
+    )
+    outcome = plan(USUAL, heights, later, options, before.population)
+    assert outcome == defined(USUAL, heights, later, options, before.population)
+
+
+def test_a_run_returns_its_population_from_the_best():
+    heights, earlier = problem(USUAL, 7)
+    outcome = plan(USUAL, heights, earlier, RunOptions(seed=2, cycles=200_000))
+    assert len(outcome.population) == USUAL.population
+    # The paths returned are the first of each key, in order.
+    places = [outcome.population.index(path) for path in outcome.paths]
+    assert places == sorted(places)
+    assert places[0] == 0
+
+
+def test_a_warm_run_goes_on_where_the_earlier_one_ended():
+    heights, earlier = problem(USUAL, 7)
+    before = plan(USUAL, heights, earlier, RunOptions(seed=2, cycles=1_000_000))
+    assert before.classes[0] is PathClass.FEASIBLE
+    # No generation: the same paths with the same keys.
+    again = plan(USUAL, heights, earlier, RunOptions(islands=(), generations=0), before.population)
+    assert again.generations == 0
+    assert again.keys[0] == before.keys[0]
+    assert sorted(again.population) == sorted(before.population)
+    later = plan(
+        USUAL, heights, earlier, RunOptions(islands=(), generations=400), before.population
+    )
+    assert later.keys[0] < before.keys[0]
+    assert later.cycles < 500_000
+
+
+def test_first_waypoints_behind_the_start_are_dropped():
+    start = {"start_x": 10 << POSITION_FRACTION, "start_y": 10 << POSITION_FRACTION}
+    goal = {"goal_x": 30 << POSITION_FRACTION, "goal_y": 20 << POSITION_FRACTION}
+    behind, beside, before = (4, 9, 5), (8, 14, 5), (11, 10, 5)
+    problem_record = record(USUAL, np.random.default_rng(0), **start, **goal)
+
+    def drop(path):
+        return ahead(USUAL, problem_record, path)
+
+    assert drop([behind, beside, before, before]) == [before, before]
+    # Beside the start is behind it; a later waypoint behind it stays.
+    assert drop([beside, before, behind, before]) == [before, behind, before]
+    assert drop([before, behind, before]) == [before, behind, before]
+    # Two waypoints always stay.
+    assert drop([behind, beside, behind]) == [beside, behind]
+    assert drop([behind, behind]) == [behind, behind]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda paths: paths[1:], "Population must have 8 paths, not 7"),
+        (
+            lambda paths: [paths[0][:1], *paths[1:]],
+            "A path of the population must have 2 to 5 waypoints, not 1",
+        ),
+        (
+            lambda paths: [[(0, 32, 0), (0, 0, 0)], *paths[1:]],
+            "A waypoint of the population must be within (32, 32, 255), not (0, 32, 0)",
+        ),
+    ],
+)
+def test_a_population_of_another_chip_is_refused(change, message):
+    paths = [[(1, 2, 3), (4, 5, 6)]] * SMALL.population
+    heights, earlier = problem(SMALL, 0)
+    options = RunOptions(islands=(), seeds=8)
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+        plan(SMALL, heights, earlier, options, change(paths))
+
+
+def test_islands_and_the_population_are_one_two_four_or_eight():
+    heights, earlier = problem(SMALL, 0)
+    options = RunOptions(islands=FIRST_ISLANDS[:2], seeds=8)
+    paths = [[(1, 2, 3), (4, 5, 6)]] * SMALL.population
+    with pytest.raises(
+        ValueError, match=r"^RunOptions.islands must be 0, 1, 3 or 7 on a warm start, not \("
+    ):
+        plan(SMALL, heights, earlier, options, paths)

@@ -1,0 +1,279 @@
+"""Builder of children: from the plan of a child to its points and waypoints."""
+
+from amaranth import *
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.feasibility.result_queue import ResultQueue
+from hdl.ga_core.waypoint_perturber import within
+from hdl.layouts import point_layout
+from hdl.planner.child_planner import plan_layout
+from hdl.planner.population_layouts import child_layout, corner_layout, waypoint_layout
+from hdl.planner.population_memory import place_layout, write_layout
+from hdl.primitives.arguments import check_integer
+from hdl.primitives.delay_line import delay_line
+
+
+__all__ = ["ChildBuilder"]
+
+#: Points on offer or on their way. Nine are enough for one to be taken in each cycle.
+_POINTS = 16
+#: Cycles from the step of a point until it is put into the queue.
+_STAGES = 7
+_AXES = ("x", "y", "altitude")
+
+
+class ChildBuilder(wiring.Component):
+    """Reads the waypoints of a child's parents, mutates one of them, and writes the child.
+
+    Each cycle makes a point: the start, the child's waypoints, the goal. A child of ``n`` waypoints
+    takes ``n + 2`` cycles while points are taken, and the next child follows without a gap. A
+    point is offered 8 cycles after its cycle, and a waypoint written in the cycle before that;
+    the first cycle of a child is the one after its plan is taken. A plan waits for a free slot, and
+    for ``children``.
+
+    A moved waypoint stays within ``limits``; its margin is 0. So is that of an inserted one, which
+    is moved from the middle between its neighbours, and of a settled one. The others keep theirs.
+    Equals the waypoints of ``cross`` and ``mutate`` of
+    :mod:`sim.model.planner.definition.breeder`.
+
+    Parameters
+    ----------
+    slots : int
+        Paths in the memory, 2 or more.
+    max_waypoints : int
+        Waypoints of the longest path, 3 or more.
+    coordinate_bits, altitude_bits : int
+        Widths of a coordinate and of an altitude, 1 or more.
+    box_cells, box_steps : int
+        Greatest gains of a moved waypoint, 1 or more.
+
+    Members
+    -------
+    plans : In(stream.Signature(plan_layout))
+    slots : In(stream.Signature(range(slots)))
+        Free slots; each child takes one.
+    limits, start, goal : In(corner_layout)
+        Greatest corner and altitude of a waypoint, and the ends of all paths. Steady.
+    read : Out(place_layout)
+    waypoint : In(waypoint_layout)
+        Contents of ``read`` of 2 cycles before.
+    write : Out(write_layout)
+        Waypoints of the child. Registers.
+    children : Out(stream.Signature(child_layout))
+        Each child, offered with the plan and taken with it.
+    points : Out(stream.Signature(point_layout))
+        ``last`` marks the goal.
+    busy : Out(1)
+        A child's waypoints are not all written.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
+    """
+
+    def __init__(self, slots, max_waypoints, coordinate_bits, altitude_bits, box_cells, box_steps):
+        check_integer("Slots", slots, 2)
+        check_integer("Max waypoints", max_waypoints, 3)
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_integer("Altitude width", altitude_bits, 1)
+        check_integer("Box width", box_cells, 1)
+        check_integer("Box height", box_steps, 1)
+
+        self.slot_count = slots
+        self.max_waypoints = max_waypoints
+        self.coordinate_bits = coordinate_bits
+        self.altitude_bits = altitude_bits
+        self.box_cells = box_cells
+        self.box_steps = box_steps
+        slot_bits = (slots - 1).bit_length()
+        self.plan_layout = plan_layout(slot_bits, max_waypoints, box_cells, box_steps)
+        self.corner_layout = corner_layout(coordinate_bits, altitude_bits)
+        self.waypoint_layout = waypoint_layout(coordinate_bits, altitude_bits)
+        self.point_layout = point_layout(coordinate_bits, altitude_bits)
+        self.place_layout = place_layout(slots, max_waypoints)
+        self.child_layout = child_layout(slot_bits, max_waypoints.bit_length())
+        self._step_layout = data.StructLayout(
+            {
+                "is_start": 1,
+                "is_goal": 1,
+                "is_last": 1,
+                "inserted": 1,
+                "moved": 1,
+                "settled": 1,
+                "place": self.place_layout,
+            }
+        )
+        super().__init__(
+            {
+                "plans": In(stream.Signature(self.plan_layout)),
+                "slots": In(stream.Signature(range(slots))),
+                "limits": In(self.corner_layout),
+                "start": In(self.corner_layout),
+                "goal": In(self.corner_layout),
+                "read": Out(self.place_layout),
+                "waypoint": In(self.waypoint_layout),
+                "write": Out(write_layout(slots, max_waypoints, self.waypoint_layout)),
+                "children": Out(stream.Signature(self.child_layout)),
+                "points": Out(stream.Signature(self.point_layout)),
+                "busy": Out(1),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        m.submodules.queue = queue = ResultQueue(self.point_layout, _POINTS)
+        room = Signal(range(_POINTS + 1), init=_POINTS)
+        makes = Signal()
+        step = Signal(self._step_layout)
+        plan, building = self._step(m, makes, step, room != 0)
+        m.d.sync += room.eq(room + (self.points.valid & self.points.ready) - makes)
+
+        # What goes with a point through all stages, by the cycles since its step.
+        valid = [makes]
+        steps = [step]
+        for stage in range(1, _STAGES):
+            valid.append(Signal(name=f"valid_{stage}"))
+            steps.append(Signal(step.shape(), name=f"step_{stage}", reset_less=True))
+            m.d.sync += [valid[-1].eq(valid[-2]), steps[-1].eq(steps[-2])]
+        m.d.comb += self.busy.eq(building | Cat(valid).any() | self.write.valid)
+
+        self._mutate(m, plan, valid, steps)
+
+        last = Signal(reset_less=True)
+        put = Signal()
+        m.d.sync += [
+            put.eq(valid[-1]),
+            last.eq(steps[-1].is_last),
+            self.write.valid.eq(valid[-1] & ~steps[-1].is_start & ~steps[-1].is_last),
+            self.write.place.eq(steps[-1].place),
+        ]
+        m.d.comb += [
+            queue.put.eq(put),
+            queue.word.last.eq(last),
+            *(queue.word[axis].eq(self.write.waypoint[axis]) for axis in _AXES),
+            self.points.valid.eq(queue.words.valid),
+            self.points.p.eq(queue.words.p),
+            queue.words.ready.eq(self.points.ready),
+        ]
+
+        return m
+
+    def _step(self, m, makes, step, has_room):
+        """Make the step of a point in each cycle; return the plan, and whether there is one."""
+        plan = Signal(self.plan_layout, reset_less=True)
+        slot = Signal(self.place_layout["slot"].shape, reset_less=True)
+        building = Signal()
+        takes = Signal()
+        ends = Signal()
+        # The number of the point among those of the child before its mutation, start and goal
+        # included; and the index of the waypoint in the child.
+        number = Signal(range(self.max_waypoints + 2))
+        index = Signal(range(self.max_waypoints), reset_less=True)
+        # The step before inserted a waypoint.
+        inserted = Signal()
+        at_place = Signal()
+        skips = Signal()
+        m.d.comb += [
+            takes.eq(self.plans.valid & self.slots.valid & (~building | ends)),
+            self.children.valid.eq(takes),
+            self.plans.ready.eq(takes & self.children.ready),
+            self.slots.ready.eq(takes & self.children.ready),
+            self.children.p.slot.eq(self.slots.p),
+            self.children.p.length.eq(
+                self.plans.p.length + self.plans.p.inserts - self.plans.p.deletes
+            ),
+            makes.eq(building & has_room),
+            ends.eq(makes & step.is_last),
+            at_place.eq(number == plan.place),
+            skips.eq(plan.deletes & (number + 1 == plan.place)),
+            step.is_start.eq(number == 0),
+            step.is_goal.eq(number == plan.length + 1),
+            step.is_last.eq(step.is_goal & ~step.inserted),
+            step.inserted.eq(at_place & plan.inserts & ~inserted),
+            step.settled.eq(at_place & plan.settles),
+            step.moved.eq(
+                step.inserted | (at_place & ~plan.inserts & ~plan.deletes & ~plan.settles)
+            ),
+            step.place.slot.eq(slot),
+            step.place.index.eq(index),
+        ]
+        with m.If(makes):
+            m.d.sync += [
+                inserted.eq(step.inserted),
+                index.eq(Mux(step.is_start, 0, index + 1)),
+            ]
+            with m.If(~step.inserted):
+                m.d.sync += number.eq(number + 1 + skips)
+        with m.If(ends):
+            m.d.sync += building.eq(0)
+        with m.If(takes & self.children.ready):
+            m.d.sync += [
+                building.eq(1),
+                plan.eq(self.plans.p),
+                slot.eq(self.slots.p),
+                number.eq(0),
+            ]
+
+        # The place of the waypoint, if it is one.
+        is_head = Signal()
+        m.d.comb += is_head.eq(number <= plan.head)
+        m.d.sync += [
+            self.read.slot.eq(Mux(is_head, plan.head_slot, plan.tail_slot)),
+            self.read.index.eq(number - 1 + Mux(is_head, 0, plan.tail_gain)),
+        ]
+        return plan, building
+
+    def _mutate(self, m, plan, valid, steps):
+        """Mutate the points as they come; the last stage is in the registers of ``write``."""
+        # With step 3: what the memory holds. With step 4: the point, the one before, and the
+        # child's move. The plan may be that of the next child by then: a child has four steps or
+        # more, so with step 3 of its start it is still its own.
+        point = Signal(self.waypoint_layout, reset_less=True)
+        before = Signal(self.corner_layout, reset_less=True)
+        move = Signal(self.plan_layout["move"].shape, reset_less=True)
+        doubles = Signal(self.plan_layout["doubles"].shape, reset_less=True)
+        m.d.sync += point.margin.eq(self.waypoint.margin)
+        for axis in _AXES:
+            m.d.sync += point[axis].eq(
+                Mux(
+                    steps[3].is_start,
+                    self.start[axis],
+                    Mux(steps[3].is_goal, self.goal[axis], self.waypoint[axis]),
+                )
+            )
+        with m.If(steps[3].is_start):
+            m.d.sync += [move.eq(plan.move), doubles.eq(plan.doubles)]
+        with m.If(valid[4]):
+            m.d.sync += [before[axis].eq(point[axis]) for axis in _AXES]
+
+        # With step 5: where the waypoint moves from, and how far.
+        margin = Signal(self.waypoint_layout["margin"].shape, reset_less=True)
+        fall = Signal(signed(len(margin) + 1))
+        m.d.sync += margin.eq(point.margin)
+        with m.If(point.margin < 0):
+            m.d.comb += fall.eq(point.margin)
+        with m.Else():
+            m.d.comb += fall.eq((point.margin << doubles) >> 1)
+        # With step 6: where it moves to, before the limits.
+        for axis in _AXES:
+            base = Signal(len(point[axis]), name=f"base_{axis}", reset_less=True)
+            middle = (before[axis] + point[axis]) >> 1
+            m.d.sync += base.eq(Mux(steps[4].inserted, middle, point[axis]))
+            moved = Mux(steps[4].moved, move[axis], 0)
+            if axis == "altitude":
+                moved = Mux(steps[4].settled, -fall, moved)
+            gain = Signal(moved.shape(), name=f"gain_{axis}", reset_less=True)
+            far = Signal((base + gain).shape(), name=f"far_{axis}", reset_less=True)
+            limited = steps[6].moved | (steps[6].settled if axis == "altitude" else 0)
+            m.d.sync += [
+                gain.eq(moved),
+                far.eq(base + gain),
+                self.write.waypoint[axis].eq(Mux(limited, within(m, far, self.limits[axis]), far)),
+            ]
+        margin_held = delay_line(m, margin, 1, "margin_held")
+        m.d.sync += self.write.waypoint.margin.eq(
+            Mux(steps[6].moved | steps[6].settled, 0, margin_held)
+        )

@@ -1,0 +1,229 @@
+"""Plan of a child: where its waypoints come from, and what is mutated."""
+
+from amaranth import *
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import Config
+from hdl.planner.parent_draw import draw_layout
+from hdl.planner.population_layouts import child_layout
+from hdl.primitives.arguments import check_integer
+from hdl.primitives.multiplier import Multiplier
+
+
+__all__ = ["ChildPlanner", "plan_layout"]
+
+#: Out of 18 mutations: perturb, insert, delete; the others settle.
+_INSERT, _DELETE, _SETTLE, _ALL = 8, 11, 14, 18
+#: Places in the mutation word.
+_OPERATOR, _PLACE, _SIZE = slice(0, 8), slice(8, 16), slice(16, 20)
+_OFFSETS, _OFFSET_BITS = 20, 14
+_AXES = ("x", "y", "altitude")
+
+
+def plan_layout(slot_bits, max_waypoints, box_cells, box_steps):
+    """Return the layout of the plan of a child.
+
+    ``head_slot``, ``tail_slot`` : its parents. ``head`` : waypoints from the first, which are those
+    before its middle. ``tail_gain`` : the index in the second parent of a waypoint of the tail,
+    above its index in the child before the mutation. ``length`` : waypoints before the mutation.
+
+    ``inserts``, ``deletes``, ``settles``, of which one at most is set, else the mutation moves a
+    waypoint. ``place`` : the waypoint, counted from 1 on as the start is point 0; or the point in
+    front of which one is inserted. ``move`` : the gains of a moved one. ``doubles`` : a settling
+    one falls by half the margin, doubled so many times.
+    """
+    length = range(max_waypoints + 1)
+    return data.StructLayout(
+        {
+            "head_slot": slot_bits,
+            "tail_slot": slot_bits,
+            "head": range(max_waypoints // 2 + 1),
+            "tail_gain": range(-(max_waypoints // 2), max_waypoints // 2 + 1),
+            "length": length,
+            "inserts": 1,
+            "deletes": 1,
+            "settles": 1,
+            "place": range(max_waypoints + 2),
+            "move": data.StructLayout(
+                {
+                    "x": range(-box_cells, box_cells + 1),
+                    "y": range(-box_cells, box_cells + 1),
+                    "altitude": range(-box_steps, box_steps + 1),
+                }
+            ),
+            "doubles": 2,
+        }
+    )
+
+
+class ChildPlanner(wiring.Component):
+    """Looks the parents of a child up, and decodes its mutation.
+
+    A plan is offered 8 cycles after the first of its parents is read, if the second is read in the
+    next cycle; the next child's first parent can be read in the cycle in which it is taken. So
+    plans follow each other every 8 cycles. Equals ``cross`` and ``mutate`` of
+    :mod:`sim.model.planner.definition.breeder`, waypoints apart.
+
+    Parameters
+    ----------
+    rank_bits : int
+        Width of a rank, from 1 to 5.
+    slot_bits : int
+        Width of a slot, 1 or more.
+    max_waypoints : int
+        Waypoints of the longest path, 3 or more.
+    box_cells, box_steps : int
+        Greatest gains of a moved waypoint, 1 or more.
+
+    Members
+    -------
+    draws : In(stream.Signature(draw_layout))
+    rank : Out(rank_bits)
+        Member to be read.
+    reads : Out(1)
+        Read it. Stays until ``readable``.
+    readable : In(1)
+        It is read in this cycle.
+    parent : In(child_layout)
+        Slot and length of the member read last, from the cycle after on.
+    plans : Out(stream.Signature(plan_layout))
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
+    """
+
+    def __init__(self, rank_bits, slot_bits, max_waypoints, box_cells, box_steps):
+        check_integer("Rank width", rank_bits, 1, 5)
+        check_integer("Slot width", slot_bits, 1)
+        check_integer("Max waypoints", max_waypoints, 3)
+        check_integer("Box width", box_cells, 1)
+        check_integer("Box height", box_steps, 1)
+
+        self.rank_bits = rank_bits
+        self.slot_bits = slot_bits
+        self.max_waypoints = max_waypoints
+        self.box_cells = box_cells
+        self.box_steps = box_steps
+        self.plan_layout = plan_layout(slot_bits, max_waypoints, box_cells, box_steps)
+        self.parent_layout = child_layout(slot_bits, max_waypoints.bit_length())
+        super().__init__(
+            {
+                "draws": In(stream.Signature(draw_layout(rank_bits))),
+                "rank": Out(rank_bits),
+                "reads": Out(1),
+                "readable": In(1),
+                "parent": In(self.parent_layout),
+                "plans": Out(stream.Signature(self.plan_layout)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        # A step of a plan takes a cycle. `second` : the tail's parent is read; each of the bits of
+        # `passed` is set a cycle after the one below.
+        second = Signal()
+        busy = Signal()
+        passed = Signal(6)
+        accepted = Signal()
+        draw = self.draws.p
+        m.d.comb += [
+            # The next child's first parent is read while this child's plan is taken.
+            self.reads.eq(self.draws.valid & (~busy | (self.plans.valid & self.plans.ready))),
+            self.rank.eq(Mux(second, draw.tail, draw.head)),
+            accepted.eq(self.reads & self.readable & second),
+            self.draws.ready.eq(accepted),
+        ]
+        with m.If(self.reads & self.readable):
+            m.d.sync += second.eq(~second)
+        m.d.sync += passed.eq(Cat(accepted, passed))
+        with m.If(self.plans.valid & self.plans.ready):
+            m.d.sync += [self.plans.valid.eq(0), busy.eq(0)]
+        with m.If(accepted):
+            m.d.sync += busy.eq(1)
+        with m.If(passed[-1]):
+            m.d.sync += self.plans.valid.eq(1)
+
+        plan = Signal(self.plan_layout, reset_less=True)
+        m.d.comb += self.plans.p.eq(plan)
+        self._cross(m, plan, second, passed)
+        self._mutate(m, plan, accepted, passed)
+
+        return m
+
+    def _cross(self, m, plan, second, passed):
+        """Measure the child, from the cycles in which the parents arrive."""
+        parent = self.parent
+        # The length of the tail, and the number of the second parent's waypoints before it.
+        tail, tail_before = (
+            Signal(range(self.max_waypoints // 2 + 2), name=name, reset_less=True)
+            for name in ("tail", "tail_before")
+        )
+        with m.If(second):
+            m.d.sync += [plan.head_slot.eq(parent.slot), plan.head.eq(parent.length >> 1)]
+        with m.If(passed[0]):
+            m.d.sync += [
+                plan.tail_slot.eq(parent.slot),
+                tail_before.eq(parent.length >> 1),
+                tail.eq((parent.length + 1) >> 1),
+            ]
+        m.d.sync += [
+            plan.length.eq(plan.head + tail),
+            plan.tail_gain.eq(tail_before - plan.head),
+        ]
+
+    def _mutate(self, m, plan, accepted, passed):
+        """Decode the mutation; the length is known from the third cycle after the draw on."""
+        word = self.draws.p.mutation
+        operator = word[_OPERATOR]
+        size = Signal(4, reset_less=True)
+        place = Signal(8, reset_less=True)
+        would_insert, would_delete = (
+            Signal(name=f"would_{name}", reset_less=True) for name in ("insert", "delete")
+        )
+        with m.If(accepted):
+            m.d.sync += [
+                size.eq(word[_SIZE]),
+                place.eq(word[_PLACE]),
+                would_insert.eq((operator >= _first(_INSERT)) & (operator < _first(_DELETE))),
+                would_delete.eq((operator >= _first(_DELETE)) & (operator < _first(_SETTLE))),
+                plan.settles.eq(operator >= _first(_SETTLE)),
+            ]
+
+        # Free-running: the inputs stay, so the results of each cycle are those of the one before.
+        shift = Signal(3, reset_less=True)
+        choices = Signal(range(self.max_waypoints + 2), reset_less=True)
+        m.submodules.place_product = product = Multiplier((len(place) + 1, len(choices) + 1), 8)
+        m.d.sync += [
+            plan.inserts.eq(would_insert & (plan.length != self.max_waypoints)),
+            plan.deletes.eq(would_delete & (plan.length != Config.MIN_WAYPOINTS)),
+            choices.eq(plan.length + plan.inserts),
+            plan.doubles.eq(size * 3 >> 4),
+            shift.eq(Mux(plan.inserts, size * 7 >> 4, size >> 1)),
+            plan.place.eq(product.product + 1),
+        ]
+        m.d.comb += [product.first.eq(place), product.second.eq(choices)]
+
+        for number, axis in enumerate(_AXES):
+            box = self.box_steps if axis == "altitude" else self.box_cells
+            bits = Signal(_OFFSET_BITS, name=f"bits_{axis}", reset_less=True)
+            low = _OFFSETS + number * _OFFSET_BITS
+            with m.If(accepted):
+                m.d.sync += bits.eq(word[low : low + _OFFSET_BITS])
+            factor = 2 * box + 1
+            scaled = Multiplier((_OFFSET_BITS + 1, factor.bit_length() + 1), _OFFSET_BITS)
+            m.submodules[f"scaled_{axis}"] = scaled
+            offset = Signal(range(-box, box + 1), name=f"offset_{axis}", reset_less=True)
+            m.d.comb += [scaled.first.eq(bits), scaled.second.eq(factor)]
+            m.d.sync += [
+                offset.eq(scaled.product - box),
+                plan.move[axis].eq(offset >> shift),
+            ]
+
+
+def _first(number):
+    """Return the least of 256 draws that chooses this mutation of :data:`_ALL`, or a later one."""
+    return -(-number * 256 // _ALL)

@@ -244,7 +244,7 @@ class ChildBuilder(wiring.Component):
                     Mux(steps[3].is_goal, self.goal[axis], self.waypoint[axis]),
                 )
             )
-        with m.If(steps[3].is_start):
+        with m.If(valid[3] & steps[3].is_start):
             m.d.sync += [move.eq(plan.move), doubles.eq(plan.doubles)]
         with m.If(valid[4]):
             m.d.sync += [before[axis].eq(point[axis]) for axis in _AXES]

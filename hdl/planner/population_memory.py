@@ -94,7 +94,7 @@ class PopulationMemory(wiring.Component):
             corner_write.en.eq(write.valid),
             *(corner_write.data[axis].eq(write.waypoint[axis]) for axis in ("x", "y", "altitude")),
             margin_read.addr.eq(row_of(self.read)),
-            margin_write.addr.eq(row_of(Mux(write.valid, write.place, margin.p.place))),
+            margin_write.addr.eq(Mux(write.valid, row_of(write.place), row_of(margin.p.place))),
             margin_write.en.eq(write.valid | margin.valid),
             margin_write.data.eq(Mux(write.valid, write.waypoint.margin, margin.p.margin)),
             margin.ready.eq(~write.valid),

@@ -62,7 +62,7 @@ def expected(capacity, keeps_best, members):
 
 
 def random_rounds(rng, capacity, key_bits, count):
-    """Generations and first populations with few keys or many, the least and greatest among them."""
+    """Generations and first populations; few keys or many, with the least and greatest."""
     for _ in range(count):
         keeps_best = rng.random() < 0.4
         total = capacity + (rng.randrange(3 * capacity) if keeps_best else 0)

@@ -1,0 +1,148 @@
+"""Ranking: the members of each island's population by their ranks."""
+
+from amaranth import *
+from amaranth.lib import data, memory, stream, wiring
+from amaranth.lib.wiring import In, Out
+from amaranth.utils import exact_log2
+
+from hdl.planner.population_layouts import KEY_BITS, child_layout, member_layout
+from hdl.planner.sorter import Sorter
+from hdl.primitives.arguments import check_integer, check_power_of_two
+
+
+__all__ = ["Ranking"]
+
+
+class Ranking(wiring.Component):
+    """Sorts the members of a population, and holds those of every island by their ranks.
+
+    The sorter receives the next population of an island while the present one is read from a
+    memory, from which its parents are drawn. ``store`` moves the next one there, a rank a cycle,
+    from the best to the worst, in ``population + 2`` cycles. Meanwhile a rank can be read as soon
+    as it is there: breeding goes on after a few cycles. A first population leaves the sorter from
+    the worst to the best, and can be read when all of it is there.
+
+    Parameters
+    ----------
+    population : int
+        Members of an island: a power of two, 2 to 256.
+    islands : int
+        A power of two, 1 to 16.
+    slot_bits, length_bits : int
+        Widths of a slot and of a length, 1 or more.
+
+    Members
+    -------
+    keeps_best : In(1)
+        The members are those of a first population, of which the best stay: see
+        :class:`hdl.planner.sorter.Sorter`. Changes only while the sorter is empty and not ``busy``.
+    members : In(stream.Signature(sorted_layout))
+        ``member``, and ``late``: it is behind those of its key that are not.
+    full : Out(1)
+        The sorter holds a population.
+    store : In(1)
+        Pulse: move it to the memory. Only while ``full``, after the last member is taken.
+    island : In(range(islands))
+        Island that it becomes, with ``store``.
+    busy : Out(1)
+        It is being moved.
+    dropped : Out(dropped_layout)
+        ``valid``: a member too many has left the sorter, and ``slot`` is free.
+    read : In(read_layout)
+        ``valid``: read the member of ``island`` and ``rank``.
+    readable : Out(1)
+        It is there: it is read in this cycle if ``read.valid`` is high. Combinational.
+    member : Out(member_layout)
+        The member read last, from the cycle after on.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
+    """
+
+    def __init__(self, population, islands, slot_bits, length_bits):
+        check_power_of_two("Population", population, 2, 256)
+        check_power_of_two("Islands", islands, 1, 16)
+        check_integer("Slot width", slot_bits, 1)
+        check_integer("Length width", length_bits, 1)
+
+        self.population = population
+        self.islands = islands
+        self.slot_bits = slot_bits
+        self.length_bits = length_bits
+        self.member_layout = member_layout(slot_bits, length_bits)
+        self.sorted_layout = data.StructLayout({"member": self.member_layout, "late": 1})
+        self.read_layout = data.StructLayout(
+            {"valid": 1, "island": range(islands), "rank": range(population)}
+        )
+        self.dropped_layout = data.StructLayout({"valid": 1, "slot": slot_bits})
+        super().__init__(
+            {
+                "keeps_best": In(1),
+                "members": In(stream.Signature(self.sorted_layout)),
+                "full": Out(1),
+                "store": In(1),
+                "island": In(range(islands)),
+                "busy": Out(1),
+                "dropped": Out(self.dropped_layout),
+                "read": In(self.read_layout),
+                "readable": Out(1),
+                "member": Out(self.member_layout),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        tag_layout = child_layout(self.slot_bits, self.length_bits)
+        m.submodules.sorter = sorter = Sorter(self.population, KEY_BITS, tag_layout.size)
+        tag = tag_layout(sorter.left.tag)
+        member = self.members.p.member
+        # A member is written in the cycle after it leaves the sorter.
+        storing = Signal()
+        writes = Signal()
+        m.d.comb += [
+            sorter.keeps_best.eq(self.keeps_best),
+            sorter.members.valid.eq(self.members.valid),
+            sorter.members.p.key.eq(member.key),
+            sorter.members.p.late.eq(self.members.p.late),
+            sorter.members.p.tag.eq(Cat(member.slot, member.length)),
+            self.members.ready.eq(sorter.members.ready),
+            self.full.eq(sorter.full),
+            sorter.drain.eq(storing),
+            self.dropped.valid.eq(sorter.left.valid & ~writes),
+            self.dropped.slot.eq(tag.slot),
+        ]
+
+        rank_bits = exact_log2(self.population)
+        island = Signal(range(self.islands), reset_less=True)
+        rank = Signal(rank_bits)
+        m.d.comb += self.busy.eq(storing | writes)
+        m.d.sync += [writes.eq(storing), rank.eq(rank + writes)]
+        drained = Signal(rank_bits)
+        with m.If(storing):
+            m.d.sync += [drained.eq(drained + 1), storing.eq(~drained.all())]
+        with m.If(self.store):
+            m.d.sync += [storing.eq(1), island.eq(self.island)]
+
+        m.submodules.rows = rows = memory.Memory(
+            shape=self.member_layout,
+            depth=self.islands * self.population,
+            init=[],
+            attrs={"no_rw_check": 1},
+        )
+        write, read = rows.write_port(), rows.read_port()
+        m.d.comb += [
+            write.en.eq(writes),
+            write.addr.eq(Cat(rank ^ self.keeps_best.replicate(rank_bits), island)),
+            write.data.key.eq(sorter.left.key),
+            write.data.slot.eq(tag.slot),
+            write.data.length.eq(tag.length),
+            self.readable.eq(~self.busy | (~self.keeps_best & (self.read.rank < rank))),
+            read.en.eq(self.read.valid & self.readable),
+            read.addr.eq(Cat(self.read.rank, self.read.island)),
+            self.member.eq(read.data),
+        ]
+
+        return m

@@ -1,0 +1,74 @@
+"""Populations for the tests of breeding, and the words that breed them."""
+
+from hdl.config import Config
+from sim.model.planner.definition.breeder import Waypoint
+from tests import planner_cases
+
+
+__all__ = ["TINY", "Words", "corner", "population", "problem", "waypoint"]
+
+#: A chip of a few short paths, of which half are replaced in a generation.
+TINY = Config(
+    population=8, children=4, elites=1, survivors=3, perturbs=1, inserts=1, deletes=1,
+    max_waypoints=3, map_size=8, coarse_factor=2, altitude_bits=4, lanes=4, box_percent=100,
+)  # fmt: skip
+
+
+class Words:
+    """A random source of given words; extremes are among them, all mutations equally likely."""
+
+    def __init__(self, rng):
+        self._rng = rng
+        self.taken = []
+
+    def draw(self):
+        """Return the words of a step, drawn anew."""
+        rng = self._rng
+        selection, mutation = (int(rng.integers(1 << 64, dtype="uint64")) for _ in range(2))
+        if rng.random() < 0.2:
+            offsets = int(rng.choice([0, (1 << 42) - 1]))
+            mutation = mutation & ((1 << 20) - 1) | offsets << 20
+        if rng.random() < 0.2:
+            mutation = mutation & ~0xFF00 | int(rng.choice([0, 0xFF])) << 8
+        # Bounds between the mutations, and equal parts of each.
+        operator = int(
+            rng.choice([0, 113, 114, 156, 157, 199, 200, 255, *rng.integers(256, size=8)])
+        )
+        return selection, mutation & ~0xFF | operator
+
+    def step(self):
+        """Return the next of ``taken``, as the model's source does."""
+        return self.taken.pop(0)
+
+
+def waypoint(config, rng):
+    """A waypoint on the map, with any margin."""
+    top = config.blocked_altitude
+    margin = int(rng.choice([-top, top, 0, rng.integers(-top, top + 1), rng.integers(-3, 4)]))
+    x, y = (int(rng.choice([0, config.map_size - 1, rng.integers(config.map_size)])) for _ in "xy")
+    return Waypoint(x, y, int(rng.choice([0, top, rng.integers(top + 1)])), margin)
+
+
+def population(config, rng):
+    """Paths of all lengths, the shortest and the longest often."""
+    paths = []
+    for _ in range(config.population):
+        length = rng.choice([2, config.max_waypoints, rng.integers(2, config.max_waypoints + 1)])
+        paths.append([waypoint(config, rng) for _ in range(length)])
+    return paths
+
+
+def problem(config, rng):
+    """A problem with any limits, and the corners of its start and goal."""
+    limits = [
+        int(rng.choice([high, rng.integers(high + 1)]))
+        for high in (config.map_size - 1, config.map_size - 1, config.blocked_altitude)
+    ]
+    names = ("x_limit", "y_limit", "altitude_limit")
+    record = planner_cases.record(config, rng, **dict(zip(names, limits, strict=True)))
+    return record, (waypoint(config, rng)[:3], waypoint(config, rng)[:3])
+
+
+def corner(point):
+    """A point as the gateware has it."""
+    return dict(zip(("x", "y", "altitude"), point, strict=True))

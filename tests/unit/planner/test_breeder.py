@@ -1,0 +1,168 @@
+# amaranth: UnusedElaboratable=no
+"""The breeder against the definition: children, margins, survivors, and its cycles."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from hdl.planner.breeder import Breeder
+from sim.model.planner.definition.breeder import breed
+from sim.model.random_source import RandomSource
+from tests.planner_cases import LARGE, SMALL, USUAL
+from tests.planner_population import TINY, Words, corner, population, problem
+from tests.streams import collect, simulate
+
+
+class Bench:
+    """A breeder with what is around it, in Python; waypoints by slot, and members by rank."""
+
+    def __init__(self, config, rng, words, *, pauses=(0,), busy=0.0):
+        self.config, self.rng, self.words = config, rng, words
+        self.dut = Breeder(config, islands=2)
+        self.memory = {}
+        self.members = []
+        self.free = []
+        self.points, self.children = [], []
+        self.cycles = 0
+        self._pauses, self._busy = pauses, busy
+
+    async def around(self, ctx):
+        """Answer reads of members and waypoints; give words and slots; take writes."""
+        dut, rng = self.dut, self.rng
+        earlier = None
+        while True:
+            stalls = rng.random(3) < self._busy
+            ctx.set(dut.readable, int(not stalls[0]))
+            word = self.words.draw()
+            if not ctx.get(dut.words.valid):
+                ctx.set(dut.words.payload, list(word))
+                ctx.set(dut.words.valid, int(not stalls[1]))
+            if self.free and not ctx.get(dut.slots.valid):
+                ctx.set(dut.slots.payload, self.free[0])
+                ctx.set(dut.slots.valid, int(not stalls[2]))
+            await self._cycle(ctx, earlier)
+            earlier = self._read
+
+    async def _cycle(self, ctx, earlier):
+        dut = self.dut
+        _, _, reads, readable, rank, read, write, gives, words, takes = await ctx.tick().sample(
+            dut.reads,
+            dut.readable,
+            dut.rank,
+            dut.read,
+            dut.write,
+            dut.words.ready & dut.words.valid,
+            dut.words.payload,
+            dut.slots.ready & dut.slots.valid,
+        )
+        self.cycles += 1
+        self._read = read.slot, read.index
+        if reads and readable:
+            assert ctx.get(dut.planning) or rank is not None
+            slot, length = self.members[rank]
+            ctx.set(dut.parent, {"slot": slot, "length": length})
+        if earlier in self.memory:
+            x, y, altitude, margin = self.memory[earlier]
+            waypoint = {"x": x, "y": y, "altitude": altitude, "margin": margin}
+            ctx.set(dut.waypoint, waypoint)
+        if write.valid:
+            waypoint = write.waypoint
+            place = write.place.slot, write.place.index
+            self.memory[place] = waypoint.x, waypoint.y, waypoint.altitude, waypoint.margin
+        if gives:
+            self.words.taken.append((words[0], words[1]))
+            ctx.set(dut.words.valid, 0)
+        if takes:
+            self.free.pop(0)
+            ctx.set(dut.slots.valid, 0)
+
+    async def generation(self, ctx, record, ends, paths):
+        """Breed one, and compare it with the definition."""
+        config, dut = self.config, self.dut
+        slots = self.rng.permutation(dut.slot_count).tolist()
+        self.members = [(slots[rank], len(path)) for rank, path in enumerate(paths)]
+        self.memory.clear()
+        for (slot, _), path in zip(self.members, paths, strict=True):
+            self.memory |= {(slot, index): tuple(each) for index, each in enumerate(path)}
+        given = slots[config.population :][: config.children]
+        self.free[:] = given
+        self.points.clear()
+        self.children.clear()
+        limits = record.x_limit, record.y_limit, record.altitude_limit
+        for signal, point in ((dut.limits, limits), (dut.start, ends[0]), (dut.goal, ends[1])):
+            ctx.set(signal, corner(point))
+        ctx.set(dut.begin, 1)
+        await ctx.tick()
+        ctx.set(dut.begin, 0)
+        for _ in range(40 * config.children * (config.max_waypoints + 8)):
+            await ctx.tick()
+            if not ctx.get(dut.planning) and not ctx.get(dut.building):
+                if sum(point[-1] for point in self.points) == config.children:
+                    break
+        else:
+            raise TimeoutError("A generation does not end")
+
+        bred, survivors = breed(config, record, ends, paths, self.words)
+        assert self.words.taken == []
+        assert [ctx.get(rank) for rank in dut.survivors] == survivors
+        assert self.children == [
+            (slot, len(child)) for slot, child in zip(given, bred, strict=True)
+        ]
+        expected = [
+            (*point[:3], int(number == len(child) + 1))
+            for child in bred
+            for number, point in enumerate([ends[0], *child, ends[1]])
+        ]
+        assert self.points == expected
+        for slot, child in zip(given, bred, strict=True):
+            written = [self.memory[slot, index] for index in range(len(child))]
+            assert written == [tuple(each) for each in child]
+        return bred
+
+    def run(self, bench):
+        async def points(ctx):
+            taken = []
+            self.points = _Mapped(taken, lambda p: (p.x, p.y, p.altitude, p.last))
+            await collect(ctx, self.dut.points, self.points, self._pauses)
+
+        async def children(ctx):
+            self.children = _Mapped([], lambda child: (child.slot, child.length))
+            await collect(ctx, self.dut.children, self.children, self._pauses)
+
+        simulate(self.dut, bench, background=[self.around, points, children])
+
+
+class _Mapped(list):
+    """A list of what a function makes of each item appended."""
+
+    def __init__(self, items, function):
+        super().__init__(items)
+        self._function = function
+
+    def append(self, item):
+        super().append(self._function(item))
+
+
+@pytest.mark.parametrize(
+    ("config", "generations"),
+    [(TINY, 60), (SMALL, 60), (USUAL, 8), (LARGE, 2)],
+    ids=["tiny", "small", "usual", "large"],
+)
+@pytest.mark.parametrize("stalled", [False, True], ids=["steady", "stalled"])
+def test_matches_definition(config, generations, stalled):
+    rng = np.random.default_rng(config.map_size + stalled)
+    bench = Bench(
+        config,
+        rng,
+        Words(rng),
+        pauses=(0, 0, 3, 1, 0, 7) if stalled else (0,),
+        busy=0.5 if stalled else 0.0,
+    )
+
+    async def generations_of(ctx):
+        for _ in range(generations):
+            record, ends = problem(config, rng)
+            await bench.generation(ctx, record, ends, population(config, rng))
+
+    bench.run(generations_of)

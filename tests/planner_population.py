@@ -1,11 +1,11 @@
 """Populations for the tests of breeding, and the words that breed them."""
 
 from hdl.config import Config
-from sim.model.planner.definition.breeder import Waypoint
+from sim.model.planner.definition.breeder import Waypoint, bits, draw
 from tests import planner_cases
 
 
-__all__ = ["TINY", "Words", "corner", "population", "problem", "waypoint"]
+__all__ = ["TINY", "Words", "corner", "plan_of", "population", "problem", "waypoint"]
 
 #: A chip of a few short paths, of which half are replaced in a generation.
 TINY = Config(
@@ -72,3 +72,29 @@ def problem(config, rng):
 def corner(point):
     """A point as the gateware has it."""
     return dict(zip(("x", "y", "altitude"), point, strict=True))
+
+
+def plan_of(sizes, head, tail, word):
+    """Return the plan of a child of two parents, (slot, length) each, as the definition has it."""
+    length = head[1] // 2 + tail[1] - tail[1] // 2
+    operator, size = draw(word, 0, 8, 18), bits(word, 16, 4)
+    inserts = 8 <= operator < 11 and length < sizes["max_waypoints"]
+    deletes = 11 <= operator < 14 and length > 2
+    boxes = sizes["box_cells"], sizes["box_cells"], sizes["box_steps"]
+    shift = size * 7 >> 4 if inserts else size >> 1
+    moves = [
+        draw(word, 20 + 14 * axis, 14, 2 * box + 1) - box >> shift for axis, box in enumerate(boxes)
+    ]
+    return {
+        "head_slot": head[0],
+        "tail_slot": tail[0],
+        "head": head[1] // 2,
+        "tail_gain": tail[1] // 2 - head[1] // 2,
+        "length": length,
+        "inserts": inserts,
+        "deletes": deletes,
+        "settles": operator >= 14,
+        "place": 1 + draw(word, 8, 8, length + inserts),
+        "move": dict(zip(("x", "y", "altitude"), moves, strict=True)),
+        "doubles": size * 3 >> 4,
+    }

@@ -20,7 +20,8 @@ class Breeder(wiring.Component):
 
     Each child takes a step of the random source, in order. Draw, plan and points of consecutive
     children overlap: a child of ``n`` waypoints takes ``n + 2`` cycles, or 8 if that is more, while
-    points, children and slots are taken and given at once. Equals
+    points, children and slots are taken and given at once. The first point is offered 21 cycles
+    after ``begin`` at the earliest. Equals
     :func:`sim.model.planner.definition.breeder.breed`.
 
     Parameters
@@ -47,7 +48,7 @@ class Breeder(wiring.Component):
         Not all children are planned. Members are read only then.
     survivors : Out(data.ArrayLayout(config.slot_bits, config.survivors))
         Ranks of the survivors, in the order drawn, from the end of ``planning`` to ``begin``.
-    slots : In(stream.Signature(range(slots)))
+    slots : In(stream.Signature(range(slot_count)))
         Free slots, one for each child.
     limits, start, goal : In(corner_layout)
         Greatest corner and altitude of a waypoint, and the ends of all paths. Steady.

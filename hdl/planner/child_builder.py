@@ -39,7 +39,7 @@ class ChildBuilder(wiring.Component):
 
     Parameters
     ----------
-    slots : int
+    slot_count : int
         Paths in the memory, 2 or more.
     max_waypoints : int
         Waypoints of the longest path, 3 or more.
@@ -51,7 +51,7 @@ class ChildBuilder(wiring.Component):
     Members
     -------
     plans : In(stream.Signature(plan_layout))
-    slots : In(stream.Signature(range(slots)))
+    slots : In(stream.Signature(range(slot_count)))
         Free slots; each child takes one.
     limits, start, goal : In(corner_layout)
         Greatest corner and altitude of a waypoint, and the ends of all paths. Steady.
@@ -73,26 +73,28 @@ class ChildBuilder(wiring.Component):
         If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, slots, max_waypoints, coordinate_bits, altitude_bits, box_cells, box_steps):
-        check_integer("Slots", slots, 2)
+    def __init__(
+        self, slot_count, max_waypoints, coordinate_bits, altitude_bits, box_cells, box_steps
+    ):
+        check_integer("Slots", slot_count, 2)
         check_integer("Max waypoints", max_waypoints, 3)
         check_integer("Coordinate width", coordinate_bits, 1)
         check_integer("Altitude width", altitude_bits, 1)
         check_integer("Box width", box_cells, 1)
         check_integer("Box height", box_steps, 1)
 
-        self.slot_count = slots
+        self.slot_count = slot_count
         self.max_waypoints = max_waypoints
         self.coordinate_bits = coordinate_bits
         self.altitude_bits = altitude_bits
         self.box_cells = box_cells
         self.box_steps = box_steps
-        slot_bits = (slots - 1).bit_length()
+        slot_bits = (slot_count - 1).bit_length()
         self.plan_layout = plan_layout(slot_bits, max_waypoints, box_cells, box_steps)
         self.corner_layout = corner_layout(coordinate_bits, altitude_bits)
         self.waypoint_layout = waypoint_layout(coordinate_bits, altitude_bits)
         self.point_layout = point_layout(coordinate_bits, altitude_bits)
-        self.place_layout = place_layout(slots, max_waypoints)
+        self.place_layout = place_layout(slot_count, max_waypoints)
         self.child_layout = child_layout(slot_bits, max_waypoints.bit_length())
         self._step_layout = data.StructLayout(
             {
@@ -108,13 +110,13 @@ class ChildBuilder(wiring.Component):
         super().__init__(
             {
                 "plans": In(stream.Signature(self.plan_layout)),
-                "slots": In(stream.Signature(range(slots))),
+                "slots": In(stream.Signature(range(slot_count))),
                 "limits": In(self.corner_layout),
                 "start": In(self.corner_layout),
                 "goal": In(self.corner_layout),
                 "read": Out(self.place_layout),
                 "waypoint": In(self.waypoint_layout),
-                "write": Out(write_layout(slots, max_waypoints, self.waypoint_layout)),
+                "write": Out(write_layout(slot_count, max_waypoints, self.waypoint_layout)),
                 "children": Out(stream.Signature(self.child_layout)),
                 "points": Out(stream.Signature(self.point_layout)),
                 "busy": Out(1),

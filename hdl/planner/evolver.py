@@ -67,7 +67,7 @@ class Evolver(wiring.Component):
         Steps of the random source: selection word, mutation word.
     limits, start, goal : In(corner_layout)
         Greatest corner and altitude of a waypoint, and the ends of all paths. Steady.
-    slots : Out(stream.Signature(range(slots)))
+    slots : Out(stream.Signature(range(slot_count)))
         With ``fills``: free slots, of which at most ``config.children`` are taken that have not
         come back in ``evaluated``.
     write : In(write_layout)

@@ -1,17 +1,18 @@
 # amaranth: UnusedElaboratable=no
 """The breeder against the definition: children, margins, survivors, and its cycles."""
 
-import itertools
-
 import numpy as np
 import pytest
 
 from hdl.planner.breeder import Breeder
 from sim.model.planner.definition.breeder import breed
-from sim.model.random_source import RandomSource
 from tests.planner_cases import LARGE, SMALL, USUAL
 from tests.planner_population import TINY, Words, corner, population, problem
 from tests.streams import collect, simulate
+
+
+#: Cycles from ``begin`` to the first point.
+BEGINS = 21
 
 
 class Bench:
@@ -24,7 +25,8 @@ class Bench:
         self.members = []
         self.free = []
         self.points, self.children = [], []
-        self.cycles = 0
+        self.cycle = 0
+        self.starts = []
         self._pauses, self._busy = pauses, busy
 
     async def around(self, ctx):
@@ -46,7 +48,20 @@ class Bench:
 
     async def _cycle(self, ctx, earlier):
         dut = self.dut
-        _, _, reads, readable, rank, read, write, gives, words, takes = await ctx.tick().sample(
+        (
+            _,
+            _,
+            planning,
+            reads,
+            readable,
+            rank,
+            read,
+            write,
+            gives,
+            words,
+            takes,
+        ) = await ctx.tick().sample(
+            dut.planning,
             dut.reads,
             dut.readable,
             dut.rank,
@@ -56,10 +71,10 @@ class Bench:
             dut.words.payload,
             dut.slots.ready & dut.slots.valid,
         )
-        self.cycles += 1
+        self.cycle += 1
         self._read = read.slot, read.index
         if reads and readable:
-            assert ctx.get(dut.planning) or rank is not None
+            assert planning
             slot, length = self.members[rank]
             ctx.set(dut.parent, {"slot": slot, "length": length})
         if earlier in self.memory:
@@ -89,6 +104,7 @@ class Bench:
         self.free[:] = given
         self.points.clear()
         self.children.clear()
+        self.starts.clear()
         limits = record.x_limit, record.y_limit, record.altitude_limit
         for signal, point in ((dut.limits, limits), (dut.start, ends[0]), (dut.goal, ends[1])):
             ctx.set(signal, corner(point))
@@ -97,9 +113,9 @@ class Bench:
         ctx.set(dut.begin, 0)
         for _ in range(40 * config.children * (config.max_waypoints + 8)):
             await ctx.tick()
-            if not ctx.get(dut.planning) and not ctx.get(dut.building):
-                if sum(point[-1] for point in self.points) == config.children:
-                    break
+            done = not ctx.get(dut.planning) and not ctx.get(dut.building)
+            if done and sum(point[-1] for point in self.points) == config.children:
+                break
         else:
             raise TimeoutError("A generation does not end")
 
@@ -122,12 +138,16 @@ class Bench:
 
     def run(self, bench):
         async def points(ctx):
-            taken = []
-            self.points = _Mapped(taken, lambda p: (p.x, p.y, p.altitude, p.last))
+            def noted(point):
+                if not self.points or self.points[-1][-1]:
+                    self.starts.append(self.cycle - 1)
+                return point.x, point.y, point.altitude, point.last
+
+            self.points = _Mapped(noted)
             await collect(ctx, self.dut.points, self.points, self._pauses)
 
         async def children(ctx):
-            self.children = _Mapped([], lambda child: (child.slot, child.length))
+            self.children = _Mapped(lambda child: (child.slot, child.length))
             await collect(ctx, self.dut.children, self.children, self._pauses)
 
         simulate(self.dut, bench, background=[self.around, points, children])
@@ -136,8 +156,8 @@ class Bench:
 class _Mapped(list):
     """A list of what a function makes of each item appended."""
 
-    def __init__(self, items, function):
-        super().__init__(items)
+    def __init__(self, function):
+        super().__init__()
         self._function = function
 
     def append(self, item):
@@ -146,7 +166,7 @@ class _Mapped(list):
 
 @pytest.mark.parametrize(
     ("config", "generations"),
-    [(TINY, 60), (SMALL, 60), (USUAL, 8), (LARGE, 2)],
+    [(TINY, 12), (SMALL, 12), (USUAL, 2), (LARGE, 1)],
     ids=["tiny", "small", "usual", "large"],
 )
 @pytest.mark.parametrize("stalled", [False, True], ids=["steady", "stalled"])
@@ -164,5 +184,22 @@ def test_matches_definition(config, generations, stalled):
         for _ in range(generations):
             record, ends = problem(config, rng)
             await bench.generation(ctx, record, ends, population(config, rng))
+
+    bench.run(generations_of)
+
+
+def test_cycles():
+    """A child of n waypoints takes n + 2 cycles, or 8."""
+    rng = np.random.default_rng(5)
+    bench = Bench(SMALL, rng, Words(rng))
+
+    async def generations_of(ctx):
+        for _ in range(12):
+            record, ends = problem(SMALL, rng)
+            begun = bench.cycle
+            bred = await bench.generation(ctx, record, ends, population(SMALL, rng))
+            lengths = [max(len(child) + 2, 8) for child in bred]
+            assert np.diff(bench.starts).tolist() == lengths[:-1]
+            assert bench.starts[0] - begun == BEGINS
 
     bench.run(generations_of)

@@ -1,0 +1,89 @@
+# amaranth: UnusedElaboratable=no
+"""The planner of children: every operator, place and size, and its cycles."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from hdl.planner.child_planner import ChildPlanner
+from tests.planner_population import Words, plan_of
+from tests.streams import simulate
+from tests.wrong_sizes import check_sizes
+
+
+SIZES = {"rank_bits": 3, "slot_bits": 6, "max_waypoints": 5, "box_cells": 4, "box_steps": 30}
+
+
+def cases(sizes, rng):
+    """Yield lengths of the parents, and a mutation word: every length, operator, place, size."""
+    lengths = itertools.cycle(itertools.product(range(2, sizes["max_waypoints"] + 1), repeat=2))
+    source = Words(rng)
+    for number in range(256):
+        word = source.draw()[1] & ~0xFFFFF
+        place, size = (int(each) for each in rng.integers((256, 16)))
+        yield next(lengths), word | number | place << 8 | size << 16
+        yield next(lengths), source.draw()[1]
+
+
+@pytest.mark.parametrize(
+    "sizes",
+    [SIZES, {**SIZES, "max_waypoints": 64, "box_cells": 2048, "box_steps": 32768}],
+    ids=["small", "largest"],
+)
+def test_plans(sizes):
+    dut = ChildPlanner(**sizes)
+    rng = np.random.default_rng(1)
+
+    async def bench(ctx):
+        for number, (lengths, word) in enumerate(cases(sizes, rng)):
+            ranks = [int(rank) for rank in rng.integers(8, size=2)]
+            parents = [(int(rng.integers(64)), length) for length in lengths]
+            ctx.set(dut.draws.payload, {"head": ranks[0], "tail": ranks[1], "mutation": word})
+            ctx.set(dut.draws.valid, 1)
+            for read, (slot, length) in enumerate(parents):
+                for _ in range(int(rng.integers(3)) if number % 2 else 0):
+                    ctx.set(dut.readable, 0)
+                    assert ctx.get(dut.reads)
+                    await ctx.tick()
+                ctx.set(dut.readable, 1)
+                assert ctx.get(dut.reads)
+                assert ctx.get(dut.rank) == ranks[read]
+                assert ctx.get(dut.draws.ready) == read
+                await ctx.tick()
+                ctx.set(dut.plans.ready, 0)
+                ctx.set(dut.parent, {"slot": slot, "length": length})
+            ctx.set(dut.draws.payload, {"head": 0, "tail": 0, "mutation": 0})
+            # The second read was two cycles after the cycle of the first one began.
+            for _ in range(6):
+                assert not ctx.get(dut.plans.valid)
+                assert not ctx.get(dut.reads)
+                await ctx.tick()
+            for _ in range(int(rng.integers(3))):
+                assert ctx.get(dut.plans.valid)
+                assert not ctx.get(dut.reads)
+                await ctx.tick()
+            plan = ctx.get(dut.plans.payload)
+            for name, value in plan_of(sizes, *parents, word).items():
+                held = plan[name]
+                if name == "move":
+                    held = {axis: held[axis] for axis in value}
+                assert held == value, (name, number)
+            # The next draw is there: its first parent is read in the cycle in which this is taken.
+            ctx.set(dut.plans.ready, 1)
+
+    simulate(dut, bench)
+
+
+def test_sizes():
+    check_sizes(
+        ChildPlanner,
+        SIZES,
+        {
+            "rank_bits": ("Rank width", 1, 5),
+            "slot_bits": ("Slot width", 1),
+            "max_waypoints": ("Max waypoints", 3),
+            "box_cells": ("Box width", 1),
+            "box_steps": ("Box height", 1),
+        },
+    )

@@ -1,0 +1,96 @@
+# amaranth: UnusedElaboratable=no
+"""The ranking: populations by rank, read while the next one arrives."""
+
+import random
+
+import pytest
+
+from hdl.planner.ranking import Ranking
+from tests.streams import put, simulate
+from tests.wrong_sizes import check_sizes
+
+
+SIZES = {"population": 8, "islands": 4, "slot_bits": 6, "length_bits": 3}
+
+
+def random_members(rng, count):
+    keys = [rng.getrandbits(30) for _ in range(rng.choice((3, count)))]
+    return [(rng.choice(keys), rng.getrandbits(6), rng.getrandbits(3)) for _ in range(count)]
+
+
+@pytest.mark.parametrize("keeps_best", [False, True], ids=["generations", "first"])
+def test_populations(keeps_best):
+    """Each rank is readable when its member is there, the others never; islands stay apart."""
+    dut = Ranking(**SIZES)
+    rng = random.Random(3)
+    dropped = []
+
+    async def watch(ctx):
+        async for _, _, drop in ctx.tick().sample(dut.dropped):
+            if drop.valid:
+                dropped.append(drop.slot)
+
+    async def read(ctx, island, rank):
+        ctx.set(dut.read, {"valid": 1, "island": island, "rank": rank})
+        assert ctx.get(dut.readable)
+        await ctx.tick()
+        ctx.set(dut.read.valid, 0)
+        member = ctx.get(dut.member)
+        return member.key, member.slot, member.length
+
+    async def bench(ctx):
+        populations = {}
+        ctx.set(dut.keeps_best, keeps_best)
+        for number in range(30):
+            members = random_members(rng, 8 + (rng.randrange(9) if keeps_best else 0))
+            assert not ctx.get(dut.full)
+            dropped.clear()
+            for key, slot, length in members:
+                member = {"key": key, "slot": slot, "length": length}
+                late = 0 if keeps_best else len(populations) % 2
+                await put(ctx, dut.members, {"member": member, "late": late})
+            if not keeps_best:
+                await ctx.tick()
+                assert ctx.get(dut.full)
+            island = number % 4 if number < 4 else rng.randrange(4)
+            ctx.set(dut.island, island)
+            ctx.set(dut.store, 1)
+            await ctx.tick()
+            ctx.set(dut.store, 0)
+            ctx.set(dut.island, (island + 1) % 4)
+            ranked = sorted(members, key=lambda member: member[0])
+            populations[island] = ranked[:8]
+            early = rng.random() < 0.5
+            for cycle in range(8 + 1):
+                assert ctx.get(dut.busy)
+                there = 0 if keeps_best else max(cycle - 1, 0)
+                for rank in range(8):
+                    ctx.set(dut.read.rank, rank)
+                    assert ctx.get(dut.readable) == (rank < there)
+                if there and early:
+                    assert await read(ctx, island, there - 1) == ranked[there - 1]
+                else:
+                    await ctx.tick()
+            assert not ctx.get(dut.busy)
+            assert sorted(dropped) == sorted(slot for _, slot, _ in ranked[8:])
+            for island, population in populations.items():
+                seen = [await read(ctx, island, rank) for rank in range(8)]
+                assert seen == population
+            # A member that is not to be read leaves the one that was.
+            ctx.set(dut.read, {"valid": 0, "island": 0, "rank": 0})
+            await ctx.tick()
+            assert ctx.get(dut.member).key == population[-1][0]
+
+    simulate(dut, bench, background=[watch])
+
+
+def test_sizes():
+    check_sizes(
+        Ranking, SIZES, {"slot_bits": ("Slot width", 1), "length_bits": ("Length width", 1)}
+    )
+    for name, thing, most in (("population", "Population", 256), ("islands", "Islands", 16)):
+        least = 2 if name == "population" else 1
+        for wrong in (0, 3, 2 * most):
+            message = f"^{thing} must be a power of two from {least} to {most}, not {wrong}$"
+            with pytest.raises(ValueError, match=message):
+                Ranking(**{**SIZES, name: wrong})

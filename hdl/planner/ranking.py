@@ -17,10 +17,10 @@ class Ranking(wiring.Component):
     """Sorts the members of a population, and holds those of every island by their ranks.
 
     The sorter receives the next population of an island while the present one is read from a
-    memory, from which its parents are drawn. ``store`` moves the next one there, a rank a cycle,
-    from the best to the worst, in ``population + 2`` cycles. Meanwhile a rank can be read as soon
-    as it is there: breeding goes on after a few cycles. A first population leaves the sorter from
-    the worst to the best, and can be read when all of it is there.
+    memory, from which its parents are drawn. ``store`` moves the next one there, from the best to
+    the worst, and takes ``population + 2`` cycles. Meanwhile a rank can be read as soon as it is
+    there: breeding goes on after a few cycles. A first population leaves the sorter from the worst
+    to the best, and can be read when all of it is there.
 
     Parameters
     ----------
@@ -99,8 +99,9 @@ class Ranking(wiring.Component):
         m.submodules.sorter = sorter = Sorter(self.population, KEY_BITS, tag_layout.size)
         tag = tag_layout(sorter.left.tag)
         member = self.members.p.member
-        # A member is written in the cycle after it leaves the sorter.
+        # A member leaves the sorter two cycles after it is asked for, and is written.
         storing = Signal()
+        leaves = Signal()
         writes = Signal()
         m.d.comb += [
             sorter.keeps_best.eq(self.keeps_best),
@@ -118,8 +119,8 @@ class Ranking(wiring.Component):
         rank_bits = exact_log2(self.population)
         island = Signal(range(self.islands), reset_less=True)
         rank = Signal(rank_bits)
-        m.d.comb += self.busy.eq(storing | writes)
-        m.d.sync += [writes.eq(storing), rank.eq(rank + writes)]
+        m.d.comb += self.busy.eq(storing | leaves | writes)
+        m.d.sync += [leaves.eq(storing), writes.eq(leaves), rank.eq(rank + writes)]
         drained = Signal(rank_bits)
         with m.If(storing):
             m.d.sync += [drained.eq(drained + 1), storing.eq(~drained.all())]

@@ -30,8 +30,6 @@ class Sorter(wiring.Component):
     worst leaves for each, a new one behind its equals; in the end the others leave from the worst
     to the best. ``keeps_best`` changes only while the sorter is empty, and ``late`` is 0 with it.
 
-    A member is compared in the cycle after it is taken.
-
     Parameters
     ----------
     capacity : int
@@ -49,10 +47,11 @@ class Sorter(wiring.Component):
     full : Out(1)
         ``capacity`` members are inside.
     drain : In(1)
-        Let a member leave. From ``full`` on, ``capacity`` cycles of it empty the sorter; no member
-        enters before the last of them, or in the cycle before the first.
+        Let a member leave. Once ``full``, ``capacity`` cycles of it empty the sorter, and no member
+        enters before the last of them.
     left : Out(left_layout)
-        ``valid``: a member left in the cycle before. ``key`` and ``tag`` are its own.
+        ``valid``: a member has left, 2 cycles after that of ``drain`` or after the one too many was
+        taken. ``key`` and ``tag`` are its own.
 
     Raises
     ------
@@ -70,7 +69,9 @@ class Sorter(wiring.Component):
         self.tag_bits = tag_bits
         self.member_layout = data.StructLayout({"key": key_bits, "late": 1, "tag": tag_bits})
         self.left_layout = data.StructLayout({"valid": 1, "key": key_bits, "tag": tag_bits})
-        self.cell_layout = data.StructLayout({"late": 1, "key": key_bits, "tag": tag_bits})
+        self.cell_layout = data.StructLayout(
+            {"late": 1, "key": key_bits, "there": 1, "tag": tag_bits}
+        )
         super().__init__(
             {
                 "keeps_best": In(1),
@@ -84,43 +85,57 @@ class Sorter(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        # `late` is the lowest bit of the order. With `keeps_best` a new member, which has 0 there,
-        # is lower than its equals, which got a 1 when they took their places.
-        cell_layout = self.cell_layout
-        order_bits = 1 + self.key_bits
-        entering = Signal(cell_layout)
-        enters = Signal()
+        # The order, from the lowest bit: `late`, key, and whether there is a member at all. With
+        # `keeps_best` a new member has 0 in `late`, below its equals, which got a 1 in their cells.
+        order_bits = 2 + self.key_bits
+        entering = Signal(self.cell_layout)
+        drains = Signal()
         inverted = self.keeps_best.replicate(self.key_bits)
         member = self.members.p
         m.d.comb += self.members.ready.eq(~self.drain)
-        m.d.sync += [enters.eq(self.members.valid & ~self.drain), entering.eq(0)]
-        with m.If(self.members.valid & ~self.drain):
+        m.d.sync += [drains.eq(self.drain), entering.eq(0)]
+        with m.If(self.drain):
+            # Above all, so that every cell moves on. It is not placed.
+            m.d.sync += entering.eq((1 << order_bits) - 1)
+        with m.Elif(self.members.valid):
             m.d.sync += [
                 entering.late.eq(member.late),
                 entering.key.eq(member.key ^ inverted),
+                entering.there.eq(1),
                 entering.tag.eq(member.tag),
             ]
-        placed = Signal(cell_layout)
-        m.d.comb += [placed.eq(entering), placed.late.eq(entering.late | self.keeps_best & enters)]
+        enters = Signal()
+        placed = Signal(self.cell_layout)
+        m.d.comb += [
+            enters.eq(entering.there & ~drains),
+            placed.eq(Mux(drains, 0, entering)),
+            placed.late.eq(enters & (entering.late | self.keeps_best)),
+        ]
 
-        cells = [Signal(cell_layout, name=f"cell_{i}") for i in range(self.capacity)]
+        # Where nothing enters, empty cells move on alone: nothing changes.
+        cells = [Signal(self.cell_layout, name=f"cell_{i}") for i in range(self.capacity)]
         moves = Signal(self.capacity)
+        new = entering.as_value()[:order_bits]
         for i, cell in enumerate(cells):
-            below = cell.as_value()[:order_bits] <= entering.as_value()[:order_bits]
-            m.d.comb += moves[i].eq(self.drain | (enters & below))
+            # Not `<=`, which synthesis makes of two comparisons.
+            m.d.comb += moves[i].eq(~(new < cell.as_value()[:order_bits]))
             with m.If(moves[i]):
                 m.d.sync += cell.eq(Mux(moves[i - 1], cells[i - 1], placed) if i else placed)
 
         # Members inside.
         count = Signal(range(self.capacity + 1))
-        with m.If(self.drain):
+        with m.If(drains):
             m.d.sync += [count.eq(count - 1), self.full.eq(0)]
         with m.Elif(enters & ~self.full):
             m.d.sync += [count.eq(count + 1), self.full.eq(count == self.capacity - 1)]
 
-        leaving = Mux(moves[-1], cells[-1], entering)
-        held = Signal(cell_layout, reset_less=True)
-        m.d.sync += [self.left.valid.eq(self.drain | (enters & self.full)), held.eq(leaving)]
-        m.d.comb += [self.left.key.eq(held.key ^ inverted), self.left.tag.eq(held.tag)]
+        leaving = Signal(self.cell_layout)
+        held = Signal(self.cell_layout, reset_less=True)
+        m.d.comb += [
+            leaving.eq(Mux(moves[-1], cells[-1], entering)),
+            self.left.key.eq(held.key ^ inverted),
+            self.left.tag.eq(held.tag),
+        ]
+        m.d.sync += [self.left.valid.eq(leaving.there), held.eq(leaving)]
 
         return m

@@ -35,25 +35,29 @@ class Sorted(Elaboratable):
             data.View(sorter.cell_layout, dut.signal(name))
             for name in (*(f"cell_{i}" for i in range(capacity)), "entering")
         )
-        enters, count = dut.signal("enters"), dut.signal("count")
+        enters, drains, count = map(dut.signal, ("enters", "drains", "count"))
         keeps_best, members = sorter.keeps_best, sorter.members
         free(m, members.valid, members.payload, sorter.drain)
 
-        # `keeps_best` is chosen anew where nothing is inside.
+        # `keeps_best` is chosen anew where nothing is inside or has just left. Once the sorter is
+        # full its members leave, in `asked` steps, of which `drains` is the last.
         choice = Signal()
         mode = Signal()
-        free(m, choice)
-        draining = Signal()
         earlier = Signal()
-        empty = (count == 0) & ~enters
+        asked = Signal(range(capacity))
+        draining = Signal()
         m.d.comb += [
-            mode.eq(Mux(empty & ~sorter.left.valid, choice, earlier)),
+            mode.eq(Mux((count == 0) & ~enters & ~sorter.left.valid, choice, earlier)),
             keeps_best.eq(mode),
+            draining.eq(asked != 0),
             Assume(~members.valid | ~members.p.late | ~mode),
-            Assume(~sorter.drain | ((sorter.full | draining) & ~enters)),
+            Assume(~sorter.drain | draining | (sorter.full & ~drains)),
             Assume(~members.valid | ~(draining | sorter.drain)),
         ]
-        m.d.sync += [earlier.eq(mode), draining.eq(Mux(sorter.drain, count != 1, draining))]
+        free(m, choice)
+        m.d.sync += earlier.eq(mode)
+        with m.If(sorter.drain):
+            m.d.sync += asked.eq(Mux(asked == capacity - 1, 0, asked + 1))
         # Tags are numbers of the order of entrance, as far as they go.
         number = Signal(self.TAG_BITS)
         m.d.comb += [
@@ -65,23 +69,29 @@ class Sorted(Elaboratable):
 
         # What is inside: from the entrance on while members enter, before the exit afterwards.
         inside = Signal(capacity)
-        with m.If(draining):
+        leaving = Signal()
+        m.d.comb += leaving.eq((count != capacity) & (draining | drains))
+        with m.If(leaving):
             m.d.comb += inside.eq(Cat(i + count >= capacity for i in range(capacity)))
         with m.Else():
             m.d.comb += inside.eq(Cat(i < count for i in range(capacity)))
+        order = 2 + self.KEY_BITS
         m.d.comb += [
-            Assert(count <= capacity),
+            Assert((count <= capacity) & (asked < capacity)),
             Assert(sorter.full == (count == capacity)),
-            Assert(~draining | ((count != 0) & (count != capacity) & ~enters)),
+            Assert(~draining | (count == capacity - asked + drains)),
+            Assert(draining | ~drains | (count == 1)),
+            Assert(~drains | Value.cast(entering)[:order].all()),
             Assert(~enters | (entering.tag + 1 == number)),
             Assert(~enters | ~mode | ~entering.late),
-            Assert(enters | (Value.cast(entering) == 0)),
-            Assert(~sorter.full | ~draining),
+            Assert(enters | drains | (Value.cast(entering) == 0)),
+            Assert(enters == (entering.there & ~drains)),
+            Assert(~enters | ~draining),
         ]
-        order = 1 + self.KEY_BITS
+        newest = Mux(enters, entering.tag, number)
         for i, cell in enumerate(cells):
-            newest = Mux(enters, entering.tag, number)
             m.d.comb += [
+                Assert(inside[i] == cell.there),
                 Assert(inside[i] | (Value.cast(cell) == 0)),
                 Assert(~inside[i] | (cell.tag < newest)),
                 Assert(~inside[i] | ~mode | cell.late),
@@ -122,20 +132,24 @@ class Sorted(Elaboratable):
 
 PROOF = Proof(
     claim=Sorted,
-    depth=9,
+    depth=8,
     induction=2,
     faults={
         "a member overtakes its equals": (
             Sorter,
-            ("as_value()[:order_bits] <= entering", "as_value()[:order_bits] < entering"),
+            ("~(new < cell.as_value()[:order_bits])", "cell.as_value()[:order_bits] < new"),
         ),
         "a new member does not give way to its equals": (
             Sorter,
-            ("entering.late | self.keeps_best & enters", "entering.late"),
+            ("enters & (entering.late | self.keeps_best)", "enters & entering.late"),
         ),
         "what is pushed out is lost": (
             Sorter,
-            ("self.drain | (enters & self.full)", "self.drain"),
+            ("self.left.valid.eq(leaving.there)", "self.left.valid.eq(drains)"),
+        ),
+        "what drives the members out takes a place": (
+            Sorter,
+            ("placed.eq(Mux(drains, 0, entering))", "placed.eq(entering)"),
         ),
         "a member that is worse than all is taken for another": (
             Sorter,

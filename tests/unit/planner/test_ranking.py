@@ -61,9 +61,9 @@ def test_populations(keeps_best):
             ranked = sorted(members, key=lambda member: member[0])
             populations[island] = ranked[:8]
             early = rng.random() < 0.5
-            for cycle in range(8 + 1):
+            for cycle in range(8 + 2):
                 assert ctx.get(dut.busy)
-                there = 0 if keeps_best else max(cycle - 1, 0)
+                there = 0 if keeps_best else max(cycle - 2, 0)
                 for rank in range(8):
                     ctx.set(dut.read.rank, rank)
                     assert ctx.get(dut.readable) == (rank < there)

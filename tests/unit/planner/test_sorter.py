@@ -41,9 +41,9 @@ def run(dut, rounds, pauses=(0,)):
                 ctx.set(dut.drain, 1)
                 await ctx.tick()
                 ctx.set(dut.drain, 0)
-                assert not ctx.get(dut.full)
-            # The watcher sees the last one a cycle later, and after this bench.
-            await ctx.tick().repeat(2)
+            # The last one leaves, and the watcher sees it after this bench.
+            await ctx.tick().repeat(3)
+            assert not ctx.get(dut.full)
 
     simulate(dut, bench, background=[watch])
     return seen
@@ -98,6 +98,25 @@ def test_every_generation_of_three_members():
     ]
     seen = run(Sorter(3, 2, 2), rounds)
     assert seen == [expected(3, *each) for each in rounds]
+
+
+def test_cycles():
+    """A member leaves 2 cycles after it is let go, and after the one that pushes it out."""
+    dut = Sorter(2, 4, 8)
+
+    async def bench(ctx):
+        ctx.set(dut.keeps_best, 1)
+        for key in (5, 4, 3):
+            assert not ctx.get(dut.full)
+            await put(ctx, dut.members, {"key": key, "late": 0, "tag": key})
+        assert ctx.get(dut.full)
+        for drain, valid, key in ((1, 0, None), (1, 1, 5), (0, 1, 4), (0, 1, 3), (0, 0, None)):
+            left = ctx.get(dut.left)
+            assert (left.valid, left.key if valid else None) == (valid, key)
+            ctx.set(dut.drain, drain)
+            await ctx.tick()
+
+    simulate(dut, bench)
 
 
 def test_nothing_is_taken_while_members_leave():

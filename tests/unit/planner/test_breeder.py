@@ -25,7 +25,7 @@ class Bench:
         self.members = []
         self.free = []
         self.points, self.children = [], []
-        self.cycle = 0
+        self.cycle = self.begun = 0
         self.starts = []
         self._pauses, self._busy = pauses, busy
 
@@ -51,6 +51,7 @@ class Bench:
         (
             _,
             _,
+            begins,
             planning,
             reads,
             readable,
@@ -61,6 +62,7 @@ class Bench:
             words,
             takes,
         ) = await ctx.tick().sample(
+            dut.begin,
             dut.planning,
             dut.reads,
             dut.readable,
@@ -71,6 +73,8 @@ class Bench:
             dut.words.payload,
             dut.slots.ready & dut.slots.valid,
         )
+        if begins:
+            self.begun = self.cycle
         self.cycle += 1
         self._read = read.slot, read.index
         if reads and readable:
@@ -164,13 +168,8 @@ class _Mapped(list):
         super().append(self._function(item))
 
 
-@pytest.mark.parametrize(
-    ("config", "generations"),
-    [(TINY, 12), (SMALL, 12), (USUAL, 2), (LARGE, 1)],
-    ids=["tiny", "small", "usual", "large"],
-)
-@pytest.mark.parametrize("stalled", [False, True], ids=["steady", "stalled"])
-def test_matches_definition(config, generations, stalled):
+def compare(config, generations, stalled):
+    """Breed so many random populations; every generation is compared."""
     rng = np.random.default_rng(config.map_size + stalled)
     bench = Bench(
         config,
@@ -188,6 +187,25 @@ def test_matches_definition(config, generations, stalled):
     bench.run(generations_of)
 
 
+CONFIGS = {"tiny": (TINY, 12), "small": (SMALL, 12), "usual": (USUAL, 2), "large": (LARGE, 1)}
+
+
+@pytest.mark.parametrize("stalled", [False, True], ids=["steady", "stalled"])
+@pytest.mark.parametrize("name", CONFIGS)
+def test_matches_definition(name, stalled):
+    config, generations = CONFIGS[name]
+    compare(config, generations, stalled)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("stalled", [False, True], ids=["steady", "stalled"])
+@pytest.mark.parametrize("name", CONFIGS)
+def test_matches_definition_at_length(name, stalled):
+    """Some 10,000 children of each size."""
+    config, _ = CONFIGS[name]
+    compare(config, 10_000 // config.children, stalled)
+
+
 def test_cycles():
     """A child of n waypoints takes n + 2 cycles, or 8."""
     rng = np.random.default_rng(5)
@@ -196,10 +214,9 @@ def test_cycles():
     async def generations_of(ctx):
         for _ in range(12):
             record, ends = problem(SMALL, rng)
-            begun = bench.cycle
             bred = await bench.generation(ctx, record, ends, population(SMALL, rng))
             lengths = [max(len(child) + 2, 8) for child in bred]
             assert np.diff(bench.starts).tolist() == lengths[:-1]
-            assert bench.starts[0] - begun == BEGINS
+            assert bench.starts[0] - bench.begun == BEGINS
 
     bench.run(generations_of)

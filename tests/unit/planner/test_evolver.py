@@ -207,7 +207,7 @@ class Bench:
 
 @pytest.mark.parametrize(
     ("config", "generations", "stalled"),
-    [(TINY, 40, False), (TINY, 20, True), (SMALL, 40, False), (SMALL, 20, True), (USUAL, 3, False)],
+    [(TINY, 16, False), (TINY, 6, True), (SMALL, 40, False), (SMALL, 6, True), (USUAL, 1, False)],
     ids=["tiny", "tiny-stalled", "small", "small-stalled", "usual"],
 )
 def test_generations(config, generations, stalled):
@@ -241,5 +241,5 @@ def test_generations(config, generations, stalled):
     bench.simulate(run)
     classes = {key >> VALUE_BITS for key in bench.keys}
     assert PathClass.INFEASIBLE in classes
-    if config is SMALL:
+    if config is SMALL and not stalled:
         assert classes == {PathClass.FEASIBLE, PathClass.GIVEN_UP, PathClass.INFEASIBLE}

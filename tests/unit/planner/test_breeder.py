@@ -26,7 +26,7 @@ class Bench:
         self.free = []
         self.points, self.children = [], []
         self.cycle = self.begun = 0
-        self.starts = []
+        self.first_points = []
         self._pauses, self._busy = pauses, busy
 
     async def around(self, ctx):
@@ -108,7 +108,7 @@ class Bench:
         self.free[:] = given
         self.points.clear()
         self.children.clear()
-        self.starts.clear()
+        self.first_points.clear()
         limits = record.x_limit, record.y_limit, record.altitude_limit
         for signal, point in ((dut.limits, limits), (dut.start, ends[0]), (dut.goal, ends[1])):
             ctx.set(signal, corner(point))
@@ -144,7 +144,7 @@ class Bench:
         async def points(ctx):
             def noted(point):
                 if not self.points or self.points[-1][-1]:
-                    self.starts.append(self.cycle - 1)
+                    self.first_points.append(self.cycle - 1)
                 return point.x, point.y, point.altitude, point.last
 
             self.points = _Mapped(noted)
@@ -216,7 +216,7 @@ def test_cycles():
             record, ends = problem(SMALL, rng)
             bred = await bench.generation(ctx, record, ends, population(SMALL, rng))
             lengths = [max(len(child) + 2, 8) for child in bred]
-            assert np.diff(bench.starts).tolist() == lengths[:-1]
-            assert bench.starts[0] - bench.begun == BEGINS
+            assert np.diff(bench.first_points).tolist() == lengths[:-1]
+            assert bench.first_points[0] - bench.begun == BEGINS
 
     bench.run(generations_of)

@@ -124,10 +124,10 @@ def test_a_point_a_cycle():
     assert np.diff(bench.taken).tolist() == lengths[:-1]
     first = bench.taken[0] + LATENCY
     assert [cycle for cycle, _ in bench.points] == list(range(first, first + sum(lengths)))
-    starts = first + np.cumsum([0, *lengths[:-1]])
+    first_cycles = first + np.cumsum([0, *lengths[:-1]])
     assert [cycle for cycle, _ in bench.written] == [
         start + number - 1
-        for start, length in zip(starts, lengths, strict=True)
+        for start, length in zip(first_cycles, lengths, strict=True)
         for number in range(1, length - 1)
     ]
 

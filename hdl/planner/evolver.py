@@ -24,8 +24,10 @@ class Evolver(wiring.Component):
     A generation reads the keys that decide about children, breeds the children, ranks elites and
     survivors, and puts the slots of all other members back. The children come back with their keys
     in the order in which they went out. With the last of them the new population is complete, moves
-    to the memory of the :class:`hdl.planner.ranking.Ranking`, and the next generation may begin at
-    once. Equals :meth:`sim.model.planner.definition.run.Run.breed`, evaluation apart.
+    to the memory of the :class:`hdl.planner.ranking.Ranking`, and the next generation may begin:
+    its first point is offered ``24 + give_up_rank`` cycles after the last child has come back, or
+    later if a rank behind that one is to be read. Equals
+    :meth:`sim.model.planner.definition.run.Run.breed`, evaluation apart.
 
     Slots are not bound to an island. So the best members of all islands become one population by
     their ranks alone; no waypoint moves. The slots of the others stay unused until ``clear``.

@@ -179,3 +179,10 @@ def test_sizes():
             "box_steps": ("Box height", 1),
         },
     )
+
+
+@pytest.mark.parametrize(("slots", "bits"), [(15, 4), (16, 4), (17, 5)])
+def test_width_of_a_slot(slots, bits):
+    dut = ChildBuilder(**SIZES | {"slot_count": slots})
+    assert dut.child_layout["slot"].width == bits
+    assert dut.plan_layout["tail_slot"].width == bits

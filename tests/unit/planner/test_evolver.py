@@ -10,11 +10,11 @@ from amaranth.lib.wiring import In
 from hdl.ga_core.random_source import RandomSource
 from hdl.planner.evolver import Evolver
 from hdl.protocol.planner import VALUE_BITS, PathClass
+from hdl.protocol.runs import Island, RunOptions
 from sim.model.planner.definition.breeder import Waypoint
 from sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
 from sim.model.planner.definition.memo import Memo
 from sim.model.planner.definition.run import Run
-from sim.model.planner.options import Island, RunOptions
 from tests import planner_cases
 from tests.planner_cases import SMALL, USUAL
 from tests.planner_population import TINY, corner, waypoint

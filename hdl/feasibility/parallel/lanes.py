@@ -53,6 +53,10 @@ class Lanes(wiring.Component):
         Widths of a coordinate and of an altitude, 1 or more.
     segment_bits : int
         Width of the number of a segment in its path, 1 or more.
+    half_steps : bool
+        Each ``ceiling`` is the lowest altitude within half a step of the cell, rounded down, and
+        never below the lower end. Of all cells only that at the lower end can lie below it, which
+        so takes the altitude of the end.
 
     Members
     -------
@@ -73,7 +77,12 @@ class Lanes(wiring.Component):
     """
 
     def __init__(
-        self, lane_count: int, coordinate_bits: int, altitude_bits: int, segment_bits: int
+        self,
+        lane_count: int,
+        coordinate_bits: int,
+        altitude_bits: int,
+        segment_bits: int,
+        half_steps: bool = False,
     ):
         check_integer("Coordinate width", coordinate_bits, 1)
         check_power_of_two("Lanes", lane_count, 1, 1 << coordinate_bits)
@@ -83,12 +92,13 @@ class Lanes(wiring.Component):
         self.coordinate_bits = coordinate_bits
         self.altitude_bits = altitude_bits
         self.segment_bits = segment_bits
+        self.half_steps = half_steps
         sizes = (lane_count, coordinate_bits, altitude_bits)
-        token, motion = token_layout(segment_bits), motion_layout(*sizes)
+        token, motion = token_layout(segment_bits), motion_layout(*sizes, half_steps)
         super().__init__(
             {
                 "launched": In(token),
-                "segment": In(segment_layout(*sizes)),
+                "segment": In(segment_layout(*sizes, half_steps)),
                 "origins": In(motion).array(lane_count),
                 "step": In(motion),
                 "token": Out(token),
@@ -100,7 +110,9 @@ class Lanes(wiring.Component):
     def elaborate(self, platform):
         m = Module()
         lane_count, segment, token = self.lane_count, self.segment, self.token
-        precision = Precision.of(lane_count, self.coordinate_bits, self.altitude_bits)
+        precision = Precision.of(
+            lane_count, self.coordinate_bits, self.altitude_bits, self.half_steps
+        )
         fractions = {"minor": precision.minor, "rise": precision.rise}
         lane_bits = exact_log2(lane_count)
         row_bits = lane_row_bits(lane_count, self.coordinate_bits)
@@ -186,5 +198,27 @@ class Lanes(wiring.Component):
                 lane.minor.eq(minor),
                 lane.ceiling.eq(motion.rise[precision.rise :]),
             ]
+        if self.half_steps:
+            self._end_low(m, rest_now)
 
         return m
+
+    def _end_low(self, m, rest):
+        """Give the cell at the lower end of the segment the altitude of that end.
+
+        It is the first cell, or of a falling segment the last one, ``rest`` places behind the first
+        of its group.
+        """
+        segment, begins = self.segment, self.launched.starts_segment
+        lowest = Signal(self.altitude_bits, reset_less=True)
+        falling = segment.rise < 0
+        with m.If(begins):
+            m.d.sync += lowest.eq(segment.lowest)
+        for number, (lane, place) in enumerate(zip(self.lanes, segment.places, strict=True)):
+            is_first = Signal(name=f"is_first_{number}", reset_less=True)
+            is_last = Signal(name=f"is_last_{number}", reset_less=True)
+            m.d.sync += is_first.eq(begins & ~falling & (place == 0))
+            with m.If(begins):
+                m.d.sync += is_last.eq(falling & (place == rest))
+            with m.If(is_first | is_last & self.token.ends_segment):
+                m.d.comb += lane.ceiling.eq(lowest)

@@ -38,6 +38,12 @@ class Precision:
     E - e. With E = e = 2^-(b+2) and T = 2^-(b+1) that is below 0 and above -2^-b > -1/n. So
     F = a + 2b + 2, and u = L 2^-(2b+1).
 
+    Altitudes with half steps. ``floor(z + k d / n - |d| / 2n)``, d the gain of the altitude, takes
+    half of ``(2 j -+ 1) d r`` for j d r: 2k - 1 of a rising segment is at least -1, 2k + 1 of a
+    falling one below 2^(b+1), so that c = a + b and E stand, now to either side. The exact value is
+    a multiple of 1/(2n), as that of a coordinate, and the same E, T and e keep it: F = a + 2b + 3,
+    and u and e as for coordinates. Values below the lower end, which are never used, wrap around.
+
     A map smaller than 2L counts as one for half as many lanes as it has cells along an edge. Tests
     cover every n, d and k of maps of up to 512 cells, with 12 bits of altitude.
 
@@ -48,7 +54,7 @@ class Precision:
     minor, rise : int
         Fraction bits of the minor coordinate and of the altitude: -log2(u).
     minor_bias, rise_bias : int
-        Added to them at the start, in units u: 1/2 + e, and 1 - e.
+        Added to them at the start, in units u: 1/2 + e, and 1 - e, with half steps e.
     """
 
     reciprocal: int
@@ -58,17 +64,20 @@ class Precision:
     rise_bias: int
 
     @classmethod
-    def of(cls, lanes: int, coordinate_bits: int, altitude_bits: int) -> "Precision":
-        """Return the precision for L, b and a, in this order."""
+    def of(
+        cls, lanes: int, coordinate_bits: int, altitude_bits: int, half_steps: bool = False
+    ) -> "Precision":
+        """Return the precision for L, b and a, in this order, and of altitudes with half steps."""
         b, a = coordinate_bits, altitude_bits
         spare = b - 1 - min(exact_log2(lanes), b - 1)
-        minor, rise = b + 3 + spare, b + 2 + spare
+        minor = b + 3 + spare
+        rise = minor if half_steps else minor - 1
         return cls(
-            reciprocal=max(3 * b + 3, a + 2 * b + 2),
+            reciprocal=max(3 * b + 3, a + 2 * b + (3 if half_steps else 2)),
             minor=minor,
             rise=rise,
             minor_bias=(1 << minor - 1) + (3 << spare),
-            rise_bias=(1 << rise) - (1 << spare),
+            rise_bias=3 << spare if half_steps else (1 << rise) - (1 << spare),
         )
 
     def of_length(self, length: int) -> int:

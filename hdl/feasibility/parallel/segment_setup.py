@@ -15,13 +15,15 @@ from hdl.primitives.multiplexer import multiplex
 from hdl.primitives.skid_buffer import SkidBuffer
 
 
-__all__ = ["TAG_BITS", "SegmentSetup", "segment_layout", "token_layout"]
+__all__ = ["TAG_BITS", "SegmentSetup", "SegmentShaper", "segment_layout", "token_layout"]
 
 #: Width of the number that tells paths in flight apart: as many as places for verdicts.
 TAG_BITS = 4
 
 
-def segment_layout(lanes: int, coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
+def segment_layout(
+    lanes: int, coordinate_bits: int, altitude_bits: int, half_steps: bool = False
+) -> data.StructLayout:
     """Return the layout of a segment as the lanes see it.
 
     ``steep`` (the major axis is y), ``descending`` (along it), ``length`` (cells but one),
@@ -29,9 +31,14 @@ def segment_layout(lanes: int, coordinate_bits: int, altitude_bits: int) -> data
     coordinate and altitude gain along it), ``places`` (of each lane's first cell along the
     segment), ``across_to`` and ``rise_to`` (their products with ``across`` and ``rise``),
     ``reciprocal`` (of the length).
+
+    With ``half_steps`` the altitudes are the lowest within half a step of each cell: ``rise_to`` is
+    the product with twice the place, less one if the segment rises, else and one; and there is
+    ``lowest``, the altitude of the lower end.
     """
     xy, z = coordinate_bits, altitude_bits
     lane_bits = exact_log2(lanes)
+    lowest = {"lowest": z} if half_steps else {}
     return data.StructLayout(
         {
             "steep": 1,
@@ -44,8 +51,9 @@ def segment_layout(lanes: int, coordinate_bits: int, altitude_bits: int) -> data
             "rise": signed(z + 1),
             "places": data.ArrayLayout(max(1, lane_bits), lanes),
             "across_to": data.ArrayLayout(signed(xy + 1 + lane_bits), lanes),
-            "rise_to": data.ArrayLayout(signed(z + 1 + lane_bits), lanes),
-            "reciprocal": Precision.of(lanes, xy, z).reciprocal,
+            "rise_to": data.ArrayLayout(signed(z + 1 + lane_bits + half_steps), lanes),
+            "reciprocal": Precision.of(lanes, xy, z, half_steps).reciprocal,
+            **lowest,
         }
     )
 
@@ -70,7 +78,124 @@ def token_layout(segment_bits: int) -> data.StructLayout:
     )
 
 
-class SegmentSetup(wiring.Component):
+class SegmentShaper(wiring.Component):
+    """Stages that derive the shape of a segment from its ends: the base of what launches segments.
+
+    First differences, their signs, and the major axis; then small multiples of the differences,
+    beside the reciprocal of the length.
+
+    Attributes
+    ----------
+    lanes, coordinate_bits, altitude_bits : int
+        Sizes.
+    half_steps : bool
+        See :func:`segment_layout`.
+    """
+
+    lanes: int
+    coordinate_bits: int
+    altitude_bits: int
+    half_steps = False
+
+    def _measure(self, m, load, before, point, turns, reciprocals, identity):
+        """Add the first stage; return what it holds of a segment from ``before`` to ``point``.
+
+        ``identity`` assigns what the segment is known by, in the same cycle.
+
+        An axis is longer than the other if sum and difference of the two gains have the same sign,
+        which are ``turns``; if they are equally long, either may be the major one: the cells are
+        the same.
+        """
+        xy, z = self.coordinate_bits, self.altitude_bits
+        ends = Signal(data.ArrayLayout(self.point_layout, 2), reset_less=True)
+        gains = [Signal(signed(xy + 1), name=f"gain_{n}", reset_less=True) for n in "xy"]
+        sides = [Signal(xy, name=f"side_{n}", reset_less=True) for n in "xy"]
+        rise = Signal(signed(z + 1), reset_less=True)
+        half = Signal.like(rise, reset_less=True)
+        steep = Signal(reset_less=True)
+        differences = reciprocals.differences
+        m.d.comb += [
+            reciprocals.second.eq(steep),
+            *(
+                difference.eq(point[axis] - before[axis])
+                for axis, difference in zip("xy", differences, strict=True)
+            ),
+        ]
+        with m.If(load):
+            m.d.sync += [
+                *identity,
+                ends[0].eq(before),
+                ends[1].eq(point),
+                rise.eq(point.altitude - before.altitude),
+                steep.eq(turns[0] == turns[1]),
+            ]
+            for axis, gain, side, difference in zip("xy", gains, sides, differences, strict=True):
+                m.d.sync += [
+                    gain.eq(difference),
+                    side.eq(Mux(difference < 0, before[axis] - point[axis], difference)),
+                ]
+            if self.half_steps:
+                gain, loss = point.altitude - before.altitude, before.altitude - point.altitude
+                m.d.sync += half.eq(Mux(gain < 0, gain, loss))
+        return _Sides(ends, gains, sides, rise, half, steep)
+
+    def _shape(self, m, move_on, measured):
+        """Add the second stage; return what it holds of a segment but the reciprocal."""
+        ends, gains, sides, rise, half, steep = measured
+        lanes, lane_bits = self.lanes, exact_log2(self.lanes)
+        across, descending = Signal(signed(self.coordinate_bits + 1)), Signal()
+        start = Signal(lane_bits)
+        shape = Signal(
+            data.StructLayout(
+                {name: field.shape for name, field in self.segment.shape() if name != "reciprocal"}
+            ),
+            reset_less=True,
+        )
+        m.d.comb += [
+            across.eq(Mux(steep, gains[0], gains[1])),
+            descending.eq(Mux(steep, gains[1], gains[0]) < 0),
+            start.eq(Mux(steep, ends[0].y, ends[0].x)),
+        ]
+        with m.If(move_on):
+            m.d.sync += [
+                shape.steep.eq(steep),
+                shape.descending.eq(descending),
+                shape.length.eq(Mux(steep, sides[1], sides[0])),
+                shape.major.eq(Mux(steep, ends[0].y, ends[0].x)),
+                shape.minor.eq(Mux(steep, ends[0].x, ends[0].y)),
+                shape.across.eq(across),
+                shape.rise.eq(rise),
+                # Within one cell, the lower end counts; a length of 0 makes it level.
+                shape.altitude.eq(
+                    Mux(
+                        (rise < 0) & ~Cat(sides).any(),
+                        ends[1].altitude,
+                        ends[0].altitude,
+                    )
+                ),
+            ]
+            if self.half_steps:
+                m.d.sync += shape.lowest.eq(ends[rise < 0].altitude)
+            for lane in range(lanes):
+                # A table of the distances from the start to the lane's first cell, upwards and
+                # downwards: adders would take longer.
+                up = [(lane - at) % lanes for at in range(lanes)]
+                down = [(at - lane) % lanes for at in range(lanes)]
+                places = [C(place, lane_bits) for place in (*up, *down)]
+                place = multiplex(Cat(start, descending), places)
+                m.d.sync += [
+                    shape.places[lane].eq(place),
+                    shape.across_to[lane].eq(_multiple(across, place)),
+                    shape.rise_to[lane].eq(
+                        _odd_multiple(rise, place, half)
+                        if self.half_steps
+                        else _multiple(rise, place)
+                    ),
+                ]
+        return shape
+
+
+class SegmentSetup(SegmentShaper):
     """Makes segments of points, and launches them one right after the other.
 
     A segment waits for its turn in two stages: differences, their signs, and the major axis; then
@@ -172,7 +297,14 @@ class SegmentSetup(wiring.Component):
 
         enters, path = self._take_points(m, load)
         m.d.comb += measured_next.eq(Mux(load, enters, has_measured & ~self._is_dropped(measured)))
-        sides = self._measure(m, load, path, measured, reciprocals)
+        identity = [
+            measured.tag.eq(path.tag),
+            measured.first.eq(path.number == 0),
+            measured.ends_path.eq(path.point.last),
+            measured.segment.eq(path.number),
+        ]
+        turns = self._turns(m, path)
+        sides = self._measure(m, load, path.before, path.point, turns, reciprocals, identity)
         shape = self._shape(m, move_on, sides)
         with m.If(move_on):
             m.d.sync += waiting.eq(measured)
@@ -221,99 +353,15 @@ class SegmentSetup(wiring.Component):
                 m.d.sync += [number.eq(0), tag.eq(tag + 1)]
         return taken & inside & ~dropped, _Path(taken, before, point, tag, number)
 
-    def _measure(self, m, load, path, measured, reciprocals):
-        """Add the first stage; return what it holds of a segment besides its identity.
-
-        An axis is longer than the other if sum and difference of the two gains have the same sign;
-        if they are equally long, either may be the major one: the cells are the same.
-        """
-        xy, z = self.coordinate_bits, self.altitude_bits
-        point, before = path.point, path.before
-        ends = Signal(data.ArrayLayout(self.point_layout, 2), reset_less=True)
-        gains = [Signal(signed(xy + 1), name=f"gain_{n}", reset_less=True) for n in "xy"]
-        sides = [Signal(xy, name=f"side_{n}", reset_less=True) for n in "xy"]
-        rise = Signal(signed(z + 1), reset_less=True)
-        steep = Signal(reset_less=True)
+    def _turns(self, m, path):
+        """Return the signs of sum and difference of the gains, from sums that points come with."""
+        point = path.point
         sums, sums_before = [point.y + point.x, point.y - point.x], []
         for name, value in zip(("sum", "difference"), sums, strict=True):
             sums_before.append(Signal(value.shape(), name=f"{name}_before", reset_less=True))
             with m.If(path.taken):
                 m.d.sync += sums_before[-1].eq(value)
-        differences = reciprocals.differences
-        m.d.comb += [
-            reciprocals.second.eq(steep),
-            *(
-                difference.eq(point[axis] - before[axis])
-                for axis, difference in zip("xy", differences, strict=True)
-            ),
-        ]
-        with m.If(load):
-            turns = [(now - before)[-1] for now, before in zip(sums, sums_before, strict=True)]
-            m.d.sync += [
-                measured.tag.eq(path.tag),
-                measured.first.eq(path.number == 0),
-                measured.ends_path.eq(point.last),
-                measured.segment.eq(path.number),
-                ends[0].eq(before),
-                ends[1].eq(point),
-                rise.eq(point.altitude - before.altitude),
-                steep.eq(turns[0] == turns[1]),
-            ]
-            for axis, gain, side, difference in zip("xy", gains, sides, differences, strict=True):
-                m.d.sync += [
-                    gain.eq(difference),
-                    side.eq(Mux(difference < 0, before[axis] - point[axis], difference)),
-                ]
-        return _Sides(ends, gains, sides, rise, steep)
-
-    def _shape(self, m, move_on, measured):
-        """Add the second stage; return what it holds of a segment besides its identity."""
-        ends, gains, sides, rise, steep = measured
-        lanes, lane_bits = self.lanes, exact_log2(self.lanes)
-        across, descending = Signal(signed(self.coordinate_bits + 1)), Signal()
-        start = Signal(lane_bits)
-        shape = Signal(
-            data.StructLayout(
-                {name: field.shape for name, field in self.segment.shape() if name != "reciprocal"}
-            ),
-            reset_less=True,
-        )
-        m.d.comb += [
-            across.eq(Mux(steep, gains[0], gains[1])),
-            descending.eq(Mux(steep, gains[1], gains[0]) < 0),
-            start.eq(Mux(steep, ends[0].y, ends[0].x)),
-        ]
-        with m.If(move_on):
-            m.d.sync += [
-                shape.steep.eq(steep),
-                shape.descending.eq(descending),
-                shape.length.eq(Mux(steep, sides[1], sides[0])),
-                shape.major.eq(Mux(steep, ends[0].y, ends[0].x)),
-                shape.minor.eq(Mux(steep, ends[0].x, ends[0].y)),
-                shape.across.eq(across),
-                shape.rise.eq(rise),
-                # Within one cell, the lower end counts; a length of 0 makes it level.
-                shape.altitude.eq(
-                    Mux(
-                        (rise < 0) & ~Cat(sides).any(),
-                        ends[1].altitude,
-                        ends[0].altitude,
-                    )
-                ),
-            ]
-            for lane in range(lanes):
-                # A table of the distances from the start to the lane's first cell, upwards and
-                # downwards: adders would take longer.
-                up = [(lane - at) % lanes for at in range(lanes)]
-                down = [(at - lane) % lanes for at in range(lanes)]
-                places = [C(place, lane_bits) for place in (*up, *down)]
-                place = multiplex(Cat(start, descending), places)
-                m.d.sync += [
-                    shape.places[lane].eq(place),
-                    shape.across_to[lane].eq(_multiple(across, place)),
-                    shape.rise_to[lane].eq(_multiple(rise, place)),
-                ]
-        return shape
+        return [(now - before)[-1] for now, before in zip(sums, sums_before, strict=True)]
 
     def _launch(self, m, launch, free, free_next, waiting, shape):
         """Launch the groups of the segment that is ``waiting``, a group a cycle."""
@@ -365,15 +413,27 @@ class _Path(NamedTuple):
 
 
 class _Sides(NamedTuple):
-    """A measured segment: its ends, and the differences between them."""
+    """A measured segment: its ends, and the differences between them.
+
+    ``half`` is the rise, or its negative if the segment rises: twice what half a step takes off.
+    """
 
     ends: Value
     gains: list[Value]
     sides: list[Value]
     rise: Value
+    half: Value
     steep: Value
 
 
 def _multiple(value, factor):
     """Return a product, of adders: a multiplier for so few bits would be slower."""
     return sum((Mux(bit, value << i, 0) for i, bit in enumerate(factor)), Const(0, signed(1)))
+
+
+def _odd_multiple(value, factor, more):
+    """Return ``2 * value * factor + more`` as a balanced tree of adders."""
+    terms = [more, *(Mux(bit, value << i + 1, 0) for i, bit in enumerate(factor))]
+    while len(terms) > 1:
+        terms = [sum(terms[at + 1 : at + 2], terms[at]) for at in range(0, len(terms), 2)]
+    return terms[0]

@@ -18,7 +18,9 @@ __all__ = ["Slopes", "motion_layout"]
 _PART = 17
 
 
-def motion_layout(lanes: int, coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
+def motion_layout(
+    lanes: int, coordinate_bits: int, altitude_bits: int, half_steps: bool = False
+) -> data.StructLayout:
     """Return the layout of two numbers in the units of a segment's slope.
 
     See :class:`hdl.feasibility.parallel.reciprocal.Precision`.
@@ -26,7 +28,7 @@ def motion_layout(lanes: int, coordinate_bits: int, altitude_bits: int) -> data.
     ``minor`` and ``rise``: coordinate and altitude, modulo the edge of the map and the number of
     altitudes.
     """
-    precision = Precision.of(lanes, coordinate_bits, altitude_bits)
+    precision = Precision.of(lanes, coordinate_bits, altitude_bits, half_steps)
     return data.StructLayout(
         {
             "minor": coordinate_bits + precision.minor,
@@ -49,6 +51,9 @@ class Slopes(wiring.Component):
         Cells walked in a cycle: a power of two, at most the cells along an edge of the map.
     coordinate_bits, altitude_bits : int
         Widths of a coordinate and of an altitude, 1 or more.
+    half_steps : bool
+        Altitudes are the lowest within half a step of each cell, see
+        :class:`hdl.feasibility.parallel.reciprocal.Precision`.
 
     Members
     -------
@@ -64,18 +69,22 @@ class Slopes(wiring.Component):
         If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, lanes: int, coordinate_bits: int, altitude_bits: int):
+    def __init__(
+        self, lanes: int, coordinate_bits: int, altitude_bits: int, half_steps: bool = False
+    ):
         check_integer("Coordinate width", coordinate_bits, 1)
         check_power_of_two("Lanes", lanes, 1, 1 << coordinate_bits)
         check_integer("Altitude width", altitude_bits, 1)
         self.lanes = lanes
         self.coordinate_bits = coordinate_bits
         self.altitude_bits = altitude_bits
-        self.precision = Precision.of(lanes, coordinate_bits, altitude_bits)
-        motion = motion_layout(lanes, coordinate_bits, altitude_bits)
+        self.half_steps = half_steps
+        sizes = (lanes, coordinate_bits, altitude_bits, half_steps)
+        self.precision = Precision.of(*sizes)
+        motion = motion_layout(*sizes)
         super().__init__(
             {
-                "segment": In(segment_layout(lanes, coordinate_bits, altitude_bits)),
+                "segment": In(segment_layout(*sizes)),
                 "origins": Out(motion).array(lanes),
                 "step": Out(motion),
             }
@@ -93,16 +102,17 @@ class Slopes(wiring.Component):
             "rise": Cat(Const(precision.rise_bias, precision.rise), altitude),
         }
         fractions = {"minor": precision.minor, "rise": precision.rise}
-        for axis, difference, multiples in (
-            ("minor", segment.across, segment.across_to),
-            ("rise", segment.rise, segment.rise_to),
+        # Multiples of the rise are doubled if they have half steps.
+        for axis, difference, multiples, doubled in (
+            ("minor", segment.across, segment.across_to, 0),
+            ("rise", segment.rise, segment.rise_to, int(self.half_steps)),
         ):
             shift = precision.reciprocal - fractions[axis]
             product = self._product(m, difference, shift - lane_bits, 0, f"{axis}_step")
             m.d.comb += self.step[axis].eq(product)
             for lane, start in enumerate(self.origins):
                 name = f"{axis}_{lane}"
-                product = self._product(m, multiples[lane], shift, biases[axis], name)
+                product = self._product(m, multiples[lane], shift + doubled, biases[axis], name)
                 m.d.comb += start[axis].eq(product)
 
         return m

@@ -24,7 +24,8 @@ def lane_layout(lanes: int, coordinate_bits: int, altitude_bits: int) -> data.St
 
     ``valid`` (there is one), ``row`` (its major coordinate divided by the number of lanes; the
     remainder is the number of the lane), ``minor`` (its other coordinate), and ``ceiling``: the
-    cell collides if the ground is at this altitude or above.
+    cell collides if the ground is at this altitude or above, or, of a segment with half steps, only
+    if it is above.
     """
     return data.StructLayout(
         {
@@ -47,7 +48,8 @@ class TerrainMemory(wiring.Component):
 
     A bank compares its data with the altitude of the lane that looks there, if any does. The
     latency from a cell to ``hits`` is ``memory_latency + 3``: bank, address, comparison, and
-    gathering of each lane's banks.
+    gathering of each lane's banks. Without comparators the lanes get the ground itself, as late:
+    along each axis from the banks where the lane may look, then from one of the two.
 
     The banks are spread over the device; the block RAMs of one lie side by side where the cells of
     the platform have places for them (:class:`hdl.primitives.block_memory.BlockMemory`). Each bank
@@ -65,6 +67,8 @@ class TerrainMemory(wiring.Component):
         Width of an altitude, 1 or more. The top value marks ground that no path may cross.
     memory_latency : int
         Cycles from an address to its data, 1 or 2.
+    compare : bool
+        The banks compare; else ``grounds`` takes the place of ``hits`` and ``blocked``.
 
     Attributes
     ----------
@@ -82,6 +86,8 @@ class TerrainMemory(wiring.Component):
         Lanes whose cell collides.
     blocked : Out(lane_count)
         Lanes whose cell holds the top altitude, and so collides, too.
+    grounds : Out(altitude_bits).array(lane_count)
+        Altitudes of the lanes' cells.
     write_enable : In(1)
     write_x, write_y : In(coordinate_bits)
     write_altitude : In(altitude_bits)
@@ -100,7 +106,12 @@ class TerrainMemory(wiring.Component):
     """
 
     def __init__(
-        self, lane_count: int, coordinate_bits: int, altitude_bits: int, memory_latency: int
+        self,
+        lane_count: int,
+        coordinate_bits: int,
+        altitude_bits: int,
+        memory_latency: int,
+        compare: bool = True,
     ):
         check_integer("Coordinate width", coordinate_bits, 1)
         check_power_of_two("Lanes", lane_count, 1, 1 << coordinate_bits)
@@ -110,16 +121,18 @@ class TerrainMemory(wiring.Component):
         self.coordinate_bits = coordinate_bits
         self.altitude_bits = altitude_bits
         self.memory_latency = memory_latency
+        self.compare = compare
         self.bank_edge = max(1, lane_count // 2)
         lane = lane_layout(lane_count, coordinate_bits, altitude_bits)
         xy, z = coordinate_bits, altitude_bits
+        compared = {"hits": Out(lane_count), "blocked": Out(lane_count)}
+        given = {"grounds": Out(z).array(lane_count)}
         super().__init__(
             {
                 "steep": In(1),
                 "lanes": In(lane).array(lane_count),
                 "walking": In(1),
-                "hits": Out(lane_count),
-                "blocked": Out(lane_count),
+                **(compared if compare else given),
                 "write_enable": In(1),
                 "write_x": In(xy),
                 "write_y": In(xy),
@@ -163,6 +176,7 @@ class TerrainMemory(wiring.Component):
         # Of the bank in column x and row y: data of the first port, and the comparisons of both
         # ports, which are 0 where no lane looks.
         ground = [[None] * edge for _ in range(edge)]
+        found = [[[None] * edge for _ in range(edge)] for _ in range(ports)]
         hits, tops = ([[[None] * edge for _ in range(edge)] for _ in range(ports)] for _ in "ht")
         for x in range(edge):
             for y in range(edge):
@@ -189,6 +203,9 @@ class TerrainMemory(wiring.Component):
                         ground[x][y] = member.data
                     name = f"{x}_{y}_{port}"
                     m.d.comb += member.address.eq(delay_line(m, address, 1, f"row_{name}"))
+                    found[port][x][y] = member.data
+                    if not self.compare:
+                        continue
 
                     # Whether the one of two lanes that may look here does.
                     would = Mux(
@@ -209,7 +226,9 @@ class TerrainMemory(wiring.Component):
                     ]
                     hits[port][x][y], tops[port][x][y] = hit, is_top
 
-        for number in range(self.lane_count):
+        if not self.compare:
+            self._give_grounds(m, found, steep[answer + 1])
+        for number in range(self.lane_count if self.compare else 0):
             port, column = divmod(number, edge)
             for flags, out in ((hits[port], self.hits), (tops[port], self.blocked)):
                 level = Cat(flags[column]).any()
@@ -221,9 +240,29 @@ class TerrainMemory(wiring.Component):
         at_y = delay_line(m, bank_y, latency, "at_y")
         looked_up = []
         for x, column in enumerate(ground):
-            found = Signal(self.altitude_bits, name=f"looked_up_{x}", reset_less=True)
-            m.d.sync += found.eq(multiplex(at_y, column))
-            looked_up.append(found)
+            altitude = Signal(self.altitude_bits, name=f"looked_up_{x}", reset_less=True)
+            m.d.sync += altitude.eq(multiplex(at_y, column))
+            looked_up.append(altitude)
         m.d.comb += self.lookup_altitude.eq(multiplex(at_x, looked_up))
 
         return m
+
+    def _give_grounds(self, m, found, steep):
+        """Select for each lane from the data that the banks ``found``, by port, x and y."""
+        edge = self.bank_edge
+        bank_bits = exact_log2(edge)
+        for number, (lane, ground) in enumerate(zip(self.lanes, self.grounds, strict=True)):
+            port, at = divmod(number, edge)
+            column, row = found[port][at], [found[port][x][at] for x in range(edge)]
+            minor = delay_line(
+                m, lane.minor[:bank_bits], self.memory_latency + 1, f"minor_{number}"
+            )
+            level, upright = (
+                Signal(self.altitude_bits, name=f"{name}_{number}", reset_less=True)
+                for name in ("level", "upright")
+            )
+            m.d.sync += [
+                level.eq(multiplex(minor, column)),
+                upright.eq(multiplex(minor, row)),
+                ground.eq(Mux(steep, upright, level)),
+            ]

@@ -15,8 +15,8 @@ LANES = (1, 2, 4, 8, 16)
 FULL = Config(checker="parallel")
 
 
-def precision_of(config):
-    return Precision.of(config.lanes, config.coordinate_bits, config.altitude_bits)
+def precision_of(config, half_steps=False):
+    return Precision.of(config.lanes, config.coordinate_bits, config.altitude_bits, half_steps)
 
 
 def values(precision, lanes, n, d, fraction, k):
@@ -52,6 +52,29 @@ def rises_hold(config, lengths, rises, precision=None):
     return True
 
 
+def half_steps_hold(config, lengths, rises, precision=None):
+    """Whether every corner's altitude is the lowest within half a step, rounded down.
+
+    But for the corner at the lower end, which takes the altitude of the end.
+    """
+    precision = precision or precision_of(config, half_steps=True)
+    shift, lanes = precision.reciprocal - precision.rise, config.lanes
+    rises = np.asarray(rises, dtype=np.int64)[:, None]
+    for n in lengths:
+        reciprocal = precision.of_length(n)
+        k = np.arange(n + 1, dtype=np.int64)
+        odd = 2 * (k % lanes) + np.where(rises < 0, 1, -1)
+        value = (odd * rises * reciprocal >> shift + 1) + precision.rise_bias
+        value += k // lanes * (lanes * rises * reciprocal >> shift)
+        lowest = (2 * k * rises - abs(rises)) // (2 * n)
+        at_end = np.where(rises < 0, k == n, k == 0)
+        if not np.array_equal((value >> precision.rise)[~at_end], lowest[~at_end]):
+            return False
+        if (lowest[~at_end] < np.broadcast_to(np.minimum(rises, 0), lowest.shape)[~at_end]).any():
+            return False
+    return True
+
+
 @pytest.mark.parametrize(
     ("map_size", "lanes"),
     [(size, lanes) for size in (8, 16, 64) for lanes in LANES if lanes <= size],
@@ -60,6 +83,7 @@ def test_all_slopes_of_small_maps(map_size, lanes):
     config = Config(map_size=map_size, coarse_factor=2, altitude_bits=6, lanes=lanes)
     assert minors_hold(config, range(1, map_size))
     assert rises_hold(config, range(1, map_size), range(-63, 64))
+    assert half_steps_hold(config, range(1, map_size), range(-63, 64))
 
 
 @pytest.mark.parametrize("lanes", LANES)
@@ -67,7 +91,9 @@ def test_steepest_and_longest_of_the_full_map(lanes):
     config = FULL.replace(lanes=lanes)
     lengths = [1, 2, 3, 255, 256, 257, *range(480, 512)]
     assert minors_hold(config, lengths)
-    assert rises_hold(config, lengths, [-4095, -4094, -2049, -2048, -1, 0, 1, 2047, 4094, 4095])
+    rises = [-4095, -4094, -2049, -2048, -1, 0, 1, 2047, 4094, 4095]
+    assert rises_hold(config, lengths, rises)
+    assert half_steps_hold(config, lengths, rises)
 
 
 @pytest.mark.long
@@ -76,7 +102,9 @@ def test_all_slopes_of_the_full_map(lanes):
     config = FULL.replace(lanes=lanes)
     assert minors_hold(config, range(1, 512))
     for low in range(-4095, 4096, 512):
-        assert rises_hold(config, range(1, 512), range(low, min(low + 512, 4096)))
+        rises = range(low, min(low + 512, 4096))
+        assert rises_hold(config, range(1, 512), rises)
+        assert half_steps_hold(config, range(1, 512), rises)
 
 
 def test_three_bits_less_do_not_suffice():
@@ -84,6 +112,9 @@ def test_three_bits_less_do_not_suffice():
     precision = precision_of(FULL)
     coarser = dataclasses.replace(precision, reciprocal=precision.reciprocal - 3)
     assert not rises_hold(FULL, range(480, 512), [4095, -4095], coarser)
+    halves = precision_of(FULL, half_steps=True)
+    coarser = dataclasses.replace(halves, reciprocal=halves.reciprocal - 3)
+    assert not half_steps_hold(FULL, range(480, 512), [4095, -4095], coarser)
     unbiased = dataclasses.replace(precision, minor_bias=1 << precision.minor - 1)
     assert not minors_hold(FULL, range(480, 512), unbiased)
 
@@ -91,6 +122,9 @@ def test_three_bits_less_do_not_suffice():
 def test_precision_of_the_default():
     assert precision_of(FULL) == Precision(
         reciprocal=32, minor=17, rise=16, minor_bias=(1 << 16) + 3 * 32, rise_bias=(1 << 16) - 32
+    )
+    assert precision_of(FULL, half_steps=True) == Precision(
+        reciprocal=33, minor=17, rise=17, minor_bias=(1 << 16) + 3 * 32, rise_bias=3 * 32
     )
 
 

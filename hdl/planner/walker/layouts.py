@@ -1,0 +1,61 @@
+"""Payloads between the units of the walker."""
+
+from amaranth.hdl import ShapeLike, signed
+from amaranth.lib import data
+
+
+__all__ = [
+    "MARKS",
+    "chord_layout",
+    "corner_layout",
+    "identity_layout",
+    "segment_request_layout",
+    "walked_layout",
+]
+
+#: Place of a segment or chord in its path: ``begins`` and ``last``, ``chord``, and ``first`` (the
+#: path's count ends with its first segment or chord that collides).
+MARKS = data.StructLayout({"begins": 1, "last": 1, "chord": 1, "first": 1})
+
+
+def corner_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
+    """Return the layout of a corner of the map and an altitude there."""
+    return data.StructLayout(
+        {"x": coordinate_bits, "y": coordinate_bits, "altitude": altitude_bits}
+    )
+
+
+def chord_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
+    """Return the layout of the chord at a point; most points have none that is ``present``."""
+    corner = corner_layout(coordinate_bits, altitude_bits)
+    return data.StructLayout({"present": 1, "start": corner, "stop": corner})
+
+
+def identity_layout(row_bits: int) -> data.StructLayout:
+    """Return the layout of a segment's place, memo's row, and whether the row is its own."""
+    return data.StructLayout({"marks": MARKS, "row": row_bits, "answered": 1})
+
+
+def segment_request_layout(
+    coordinate_bits: int, altitude_bits: int, identity: ShapeLike
+) -> data.StructLayout:
+    """Return the layout of a segment by its ends, and what goes with it."""
+    corner = corner_layout(coordinate_bits, altitude_bits)
+    return data.StructLayout({"start": corner, "stop": corner, "identity": identity})
+
+
+def walked_layout(
+    coordinate_bits: int, altitude_bits: int, identity: ShapeLike
+) -> data.StructLayout:
+    """Return the layout of what a walk found: ``valid`` for a cycle, with the rest.
+
+    ``hits``: corners that collide. ``margin``: least altitude above the ground, in steps.
+    """
+    return data.StructLayout(
+        {
+            "valid": 1,
+            "hits": coordinate_bits + 1,
+            "margin": signed(altitude_bits + 1),
+            "identity": identity,
+        }
+    )

@@ -1,0 +1,240 @@
+"""Memo of segments: hits and margins of segments walked before, by their ends.
+
+The table has two halves. Tags, the ends of the segments, are read before the walker, and values,
+hits and margins, behind it. A row takes the tag of every segment that is looked up in it, at once:
+a segment that is answered finds its own tag, and another one is about to be walked. Segments pass
+the walker in their order, and values are read and written in that order. So a row has the value of
+a segment by the time that a later one with the same tag reads it, and still has it if another one
+has taken the row meanwhile. The answer to a look-up depends on the segments before it alone, not on
+how long they take.
+"""
+
+import itertools
+from functools import reduce
+from operator import xor
+
+from amaranth import *
+from amaranth.lib import data, memory, stream, wiring
+from amaranth.lib.wiring import In, Out
+from amaranth.utils import exact_log2
+
+from hdl.planner.walker.layouts import (
+    MARKS,
+    corner_layout,
+    identity_layout,
+    segment_request_layout,
+    walked_layout,
+)
+from hdl.primitives.arguments import check_integer, check_power_of_two
+from hdl.primitives.block_memory import BlockMemory
+from hdl.primitives.delay_line import delay_line
+
+
+__all__ = ["Memo", "row_bits_of"]
+
+
+def row_bits_of(rows: int) -> int:
+    """Return the width of a row's number; 1 if there is no row."""
+    return max(1, exact_log2(rows)) if rows else 1
+
+
+class Memo(wiring.Component):
+    """Direct-mapped table of segments, with whole tags: it never answers for another segment.
+
+    A segment is looked up each cycle, and found 3 cycles after it is taken. If ``answered``, its
+    hits and margin are known and take the place of what comes back as ``walked``; else what comes
+    back is kept. ``results`` follow ``walked`` by 2 cycles. All segments found come back, in order.
+
+    Rows of an epoch before the present one are void. ``clear`` begins a new epoch; when their
+    numbers are used up, and after a reset, all rows are made void, one a cycle.
+
+    On a target the table is block RAMs: with 512 rows and 60 bits of ends, two for tags and one for
+    values.
+
+    Parameters
+    ----------
+    rows : int
+        Segments: 0, or a power of two from 2 to 65536. With 0 no segment is answered; the cycles
+        are the same.
+    coordinate_bits, altitude_bits : int
+        Widths of a coordinate and of an altitude, 1 or more.
+    epoch_bits : int
+        Width of an epoch, 1 or more; with 1, each ``clear`` makes all rows void.
+
+    Attributes
+    ----------
+    row_bits : int
+
+    Members
+    -------
+    clear : In(1)
+        Answer for no segment looked up before. Only while no segment is looked up or walked, and
+        not while ``busy``.
+    busy : Out(1)
+        Rows are made void, and no segment is taken.
+    segments : In(stream.Signature(segment_request_layout))
+        With its marks.
+    found : Out(stream.Signature(segment_request_layout))
+        The same segments with their identity.
+    walked : In(walked_layout)
+    results : Out(walked_layout)
+        With their marks.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
+    """
+
+    def __init__(self, rows: int, coordinate_bits: int, altitude_bits: int, epoch_bits: int = 8):
+        if rows != 0:
+            check_power_of_two("Rows", rows, 2, 1 << 16)
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_integer("Altitude width", altitude_bits, 1)
+        check_integer("Epoch width", epoch_bits, 1)
+        self.rows = rows
+        self.coordinate_bits = coordinate_bits
+        self.altitude_bits = altitude_bits
+        self.epoch_bits = epoch_bits
+        self.row_bits = row_bits_of(rows)
+        corner = corner_layout(coordinate_bits, altitude_bits)
+        ends = data.StructLayout({"start": corner, "stop": corner})
+        self.stage_layout = data.StructLayout({"ends": ends, "marks": MARKS, "row": self.row_bits})
+        self.tag_layout = data.StructLayout({"ends": ends, "epoch": epoch_bits})
+        sizes, identity = (coordinate_bits, altitude_bits), identity_layout(self.row_bits)
+        super().__init__(
+            {
+                "clear": In(1),
+                "busy": Out(1),
+                "segments": In(stream.Signature(segment_request_layout(*sizes, MARKS))),
+                "found": Out(stream.Signature(segment_request_layout(*sizes, identity))),
+                "walked": In(walked_layout(*sizes, identity)),
+                "results": Out(walked_layout(*sizes, MARKS)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        request, found = self.segments.p, self.found.p
+
+        # Three stages: the row's number, its tag read, and the tag in registers. Each takes the
+        # next segment as soon as it is free.
+        full = Signal(3)
+        moves = Signal(3)
+        m.d.comb += [
+            moves[2].eq(~full[2] | self.found.ready),
+            moves[1].eq(~full[1] | moves[2]),
+            moves[0].eq(~full[0] | moves[1]),
+            self.segments.ready.eq(moves[0] & ~self.busy),
+            self.found.valid.eq(full[2]),
+        ]
+        taken = Signal(self.stage_layout)
+        m.d.comb += [
+            taken.ends.start.eq(request.start),
+            taken.ends.stop.eq(request.stop),
+            taken.marks.eq(request.identity),
+            taken.row.eq(self._row_of(request.start, request.stop)),
+        ]
+        stages = [
+            taken,
+            *(Signal(self.stage_layout, name=f"stage_{n}", reset_less=True) for n in range(3)),
+        ]
+        comes = Cat(self.segments.valid & ~self.busy, full)
+        for number, (at, following) in enumerate(itertools.pairwise(stages)):
+            with m.If(moves[number]):
+                m.d.sync += [full[number].eq(comes[number]), following.eq(at)]
+
+        last = stages[-1]
+        m.d.comb += [
+            found.start.eq(last.ends.start),
+            found.stop.eq(last.ends.stop),
+            found.identity.marks.eq(last.marks),
+            found.identity.row.eq(last.row),
+        ]
+        if self.rows:
+            self._look_up(m, stages[1:], full, moves)
+        self._exchange_values(m)
+
+        return m
+
+    def _row_of(self, start, stop):
+        """Return the row of a segment: its ends, one shifted, folded by exclusive or."""
+        mixed = start.as_value() ^ (stop.as_value() << 3)
+        return Cat(reduce(xor, mixed[bit :: self.row_bits]) for bit in range(self.row_bits))
+
+    def _look_up(self, m, stages, full, moves):
+        """Compare the tags of the rows, and put those of the segments in their place."""
+        asked, taken, last = stages
+        present = Signal(self.epoch_bits)
+        void = (1 << self.epoch_bits) - 1
+        m.submodules.tags = tags = memory.Memory(
+            shape=self.tag_layout, depth=self.rows, init=[], attrs={"no_rw_check": 1}
+        )
+        write, read = tags.write_port(), tags.read_port()
+
+        # A tag is written in the cycle after it is read, which is too late for the next segment of
+        # the same row if it follows at once.
+        fresh = Signal()
+        repeats, same = (Signal(2, name=name) for name in ("repeats", "same"))
+        known = Signal(self.tag_layout, reset_less=True)
+        m.d.sync += fresh.eq(moves[1] & full[0])
+        m.d.comb += [read.addr.eq(asked.row), read.en.eq(moves[1])]
+        with m.If(moves[1]):
+            m.d.sync += [
+                repeats[0].eq(fresh & (asked.row == taken.row)),
+                same[0].eq(_bits(asked.ends) == _bits(taken.ends)),
+            ]
+        with m.If(moves[2]):
+            m.d.sync += [known.eq(read.data), repeats[1].eq(repeats[0]), same[1].eq(same[0])]
+        m.d.comb += self.found.p.identity.answered.eq(
+            Mux(
+                repeats[1],
+                same[1],
+                (_bits(known.ends) == _bits(last.ends)) & (known.epoch == present),
+            )
+        )
+
+        # Void rows are those of the last epoch, which is never the present one.
+        sweeping = Signal(init=1)
+        swept = Signal(self.row_bits)
+        m.d.comb += [
+            self.busy.eq(sweeping),
+            write.en.eq(fresh | sweeping),
+            write.addr.eq(Mux(sweeping, swept, taken.row)),
+            write.data.ends.eq(taken.ends),
+            write.data.epoch.eq(Mux(sweeping, void, present)),
+        ]
+        with m.If(sweeping):
+            m.d.sync += [swept.eq(swept + 1), sweeping.eq(swept != self.rows - 1)]
+        with m.If(self.clear):
+            with m.If(present == void - 1):
+                m.d.sync += [present.eq(0), sweeping.eq(1)]
+            with m.Else():
+                m.d.sync += present.eq(present + 1)
+
+    def _exchange_values(self, m):
+        """Keep what was walked, and give what is known of the other segments."""
+        walked, results = self.walked, self.results
+        value = Cat(walked.hits, walked.margin)
+        given = delay_line(m, value, 2, "given")
+        if self.rows:
+            m.submodules.values = values = BlockMemory(
+                rows=self.rows, width=len(value), latency=2, ports=1
+            )
+            answered = walked.identity.answered
+            m.d.comb += [
+                values.a.address.eq(walked.identity.row),
+                values.a.write_data.eq(value),
+                values.a.write_enable.eq(walked.valid & ~answered),
+            ]
+            given = Mux(delay_line(m, answered, 2, "answered"), values.a.data, given)
+        arrived = Signal()
+        m.d.sync += [arrived.eq(walked.valid), results.valid.eq(arrived)]
+        m.d.comb += [
+            Cat(results.hits, results.margin).eq(given),
+            results.identity.eq(delay_line(m, walked.identity.marks, 2, "marks")),
+        ]
+
+
+def _bits(ends):
+    return Value.cast(ends)

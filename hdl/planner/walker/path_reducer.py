@@ -1,0 +1,114 @@
+"""Hits of paths, and margins of their waypoints, from those of their segments and chords."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.planner.walker.layouts import MARKS, walked_layout
+from hdl.primitives.arguments import check_integer
+
+
+__all__ = ["PathReducer", "margin_layout"]
+
+
+def margin_layout(altitude_bits: int, index_bits: int) -> data.StructLayout:
+    """Return the layout of the margin of a waypoint: ``valid`` for a cycle, with the rest.
+
+    ``index``: its position in its path, 0 the first waypoint behind the start.
+    """
+    return data.StructLayout({"valid": 1, "index": index_bits, "margin": signed(altitude_bits + 1)})
+
+
+class PathReducer(wiring.Component):
+    """Adds up the hits of a path, and gives the margin of each of its waypoints.
+
+    The margin of a waypoint is the least of its two segments and its chord; it is given with the
+    segment behind it. Of a path that is walked up to its ``first`` collision, neither hits nor
+    margins behind that segment or chord count; a waypoint whose margin is not known then has none
+    given. Outputs follow ``walked`` by a cycle.
+
+    Parameters
+    ----------
+    coordinate_bits, altitude_bits : int
+        Widths of a coordinate and of an altitude, 1 or more.
+    index_bits : int
+        Width of the position of a waypoint, 1 or more.
+    hits_bits : int
+        Width of the hits of a path, 1 or more.
+
+    Members
+    -------
+    walked : In(walked_layout)
+        Segments and chords of the paths in order, with their marks.
+    margin : Out(margin_layout)
+    done : Out(1)
+        A path is, for a cycle.
+    hits : Out(hits_bits)
+        Its corners that collide.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
+    """
+
+    def __init__(self, coordinate_bits: int, altitude_bits: int, index_bits: int, hits_bits: int):
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_integer("Altitude width", altitude_bits, 1)
+        check_integer("Index width", index_bits, 1)
+        check_integer("Hits width", hits_bits, 1)
+        self.coordinate_bits = coordinate_bits
+        self.altitude_bits = altitude_bits
+        self.index_bits = index_bits
+        self.hits_bits = hits_bits
+        super().__init__(
+            {
+                "walked": In(walked_layout(coordinate_bits, altitude_bits, MARKS)),
+                "margin": Out(margin_layout(altitude_bits, index_bits)),
+                "done": Out(1),
+                "hits": Out(hits_bits),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        walked, marks = self.walked, self.walked.identity
+
+        stopped = Signal()
+        is_under_way = Signal()  # The path has had a segment, not only the chord at its start.
+        index = Signal(self.index_bits, reset_less=True)
+        before = Signal.like(walked.margin, reset_less=True)
+        margin = Signal.like(walked.margin, reset_less=True)
+        hits = Signal.like(self.hits, reset_less=True)
+        m.d.comb += [
+            self.margin.index.eq(index),
+            self.margin.margin.eq(margin),
+            self.hits.eq(hits),
+        ]
+
+        counts, is_behind, least = Signal(), Signal(), Signal.like(before)
+        m.d.comb += [
+            counts.eq(marks.begins | ~stopped),
+            is_behind.eq(~marks.begins & ~marks.chord & is_under_way),
+            least.eq(Mux(before < walked.margin, before, walked.margin)),
+        ]
+        m.d.sync += [
+            self.done.eq(walked.valid & marks.last),
+            self.margin.valid.eq(walked.valid & is_behind & ~stopped),
+            margin.eq(least),
+        ]
+        with m.If(walked.valid):
+            m.d.sync += [
+                before.eq(Mux(marks.chord, least, walked.margin)),
+                stopped.eq(~counts | (marks.first & (walked.hits != 0))),
+                hits.eq(Mux(marks.begins, 0, hits) + Mux(counts, walked.hits, 0)),
+            ]
+            # The index of the waypoint before the next segment.
+            with m.If(marks.begins):
+                m.d.sync += [index.eq(-1), is_under_way.eq(~marks.chord)]
+            with m.Elif(~marks.chord):
+                m.d.sync += is_under_way.eq(1)
+            with m.If(is_behind):
+                m.d.sync += index.eq(index + 1)
+
+        return m

@@ -1,0 +1,152 @@
+"""From the ends of segments to the groups of corners that lanes take each cycle."""
+
+from amaranth import *
+from amaranth.lib import data, stream
+from amaranth.lib.wiring import In, Out
+from amaranth.utils import exact_log2
+
+from hdl.feasibility.parallel.reciprocal import Precision, Reciprocals
+from hdl.feasibility.parallel.segment_setup import SegmentShaper, segment_layout
+from hdl.planner.walker.layouts import corner_layout, identity_layout, segment_request_layout
+from hdl.primitives.arguments import check_integer, check_power_of_two
+from hdl.primitives.fanout import fanout
+
+
+__all__ = ["SegmentLauncher", "launch_layout"]
+
+
+def launch_layout(identity: data.StructLayout) -> data.StructLayout:
+    """Return the layout of what goes with a group of corners through all stages.
+
+    ``valid``, ``starts_segment``, ``ends_segment``, and the ``identity`` of its segment.
+    """
+    return data.StructLayout(
+        {"valid": 1, "starts_segment": 1, "ends_segment": 1, "identity": identity}
+    )
+
+
+class SegmentLauncher(SegmentShaper):
+    """Launches segments, one right after the other.
+
+    A segment waits for its turn in two stages, those of
+    :class:`hdl.feasibility.parallel.segment_setup.SegmentSetup`. From the second it is launched: a
+    group of its corners a cycle, or a single empty one if the memo answers for it; then the next
+    segment. Nothing behind this unit waits. A segment is launched 2 cycles after it is taken, or
+    later if it is not yet its turn.
+
+    Parameters
+    ----------
+    lanes : int
+        Corners in a group: a power of two, at most the corners along an edge of the map.
+    coordinate_bits, altitude_bits : int
+        Widths of a coordinate and of an altitude, 1 or more.
+    row_bits : int
+        Width of a row of the memo, 1 or more.
+
+    Members
+    -------
+    segments : In(stream.Signature(segment_request_layout))
+    token : Out(launch_layout)
+        The group that is launched.
+    segment : Out(segment_layout)
+        With ``token.starts_segment``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
+    """
+
+    half_steps = True
+
+    def __init__(self, lanes: int, coordinate_bits: int, altitude_bits: int, row_bits: int):
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_power_of_two("Lanes", lanes, 1, 1 << coordinate_bits)
+        check_integer("Altitude width", altitude_bits, 1)
+        check_integer("Row width", row_bits, 1)
+        self.lanes = lanes
+        self.coordinate_bits = coordinate_bits
+        self.altitude_bits = altitude_bits
+        self.row_bits = row_bits
+        self.point_layout = corner_layout(coordinate_bits, altitude_bits)
+        self.identity_layout = identity_layout(row_bits)
+        sizes = (coordinate_bits, altitude_bits)
+        request = segment_request_layout(*sizes, self.identity_layout)
+        super().__init__(
+            {
+                "segments": In(stream.Signature(request)),
+                "token": Out(launch_layout(self.identity_layout)),
+                "segment": Out(segment_layout(lanes, *sizes, half_steps=True)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        request = self.segments.p
+
+        # Whether the stages hold a segment, and whether the last group of one has been launched,
+        # with separate registers for the stage that is wider.
+        waiting_next, free_next = Signal(), Signal()
+        has_waiting, waiting_full = fanout(m, *[waiting_next] * 2, name="waiting")
+        free, freed = fanout(m, *[free_next] * 2, name="free", init=1)
+        has_measured = Signal()
+        load, move_on, launch = Signal(), Signal(), Signal()
+        m.submodules.reciprocals = reciprocals = Reciprocals(
+            self.coordinate_bits,
+            Precision.of(self.lanes, self.coordinate_bits, self.altitude_bits, half_steps=True),
+        )
+        m.d.comb += [
+            load.eq(~has_measured | ~waiting_full | freed),
+            move_on.eq(~has_waiting | free),
+            launch.eq(has_waiting & free),
+            self.segments.ready.eq(load),
+            reciprocals.load.eq(load),
+            reciprocals.move.eq(move_on),
+            waiting_next.eq(Mux(move_on, has_measured, has_waiting)),
+        ]
+        with m.If(load):
+            m.d.sync += has_measured.eq(self.segments.valid)
+
+        measured = Signal(self.identity_layout, reset_less=True)
+        waiting = Signal(self.identity_layout, reset_less=True)
+        # Signs of sum and difference of the gains.
+        x, y = (request.stop[axis] - request.start[axis] for axis in "xy")
+        sides = self._measure(
+            m,
+            load,
+            request.start,
+            request.stop,
+            [(y + x)[-1], (y - x)[-1]],
+            reciprocals,
+            [measured.eq(request.identity)],
+        )
+        shape = self._shape(m, move_on, sides)
+        with m.If(move_on):
+            m.d.sync += waiting.eq(measured)
+        m.d.comb += [
+            self.segment.reciprocal.eq(reciprocals.reciprocal),
+            *(self.segment[name].eq(shape[name]) for name, _ in shape.shape()),
+        ]
+
+        token = self.token
+        left = Signal(self.coordinate_bits)  # Groups of the segment launched last.
+        launched = Signal(self.identity_layout, reset_less=True)
+        groups = Mux(waiting.answered, 0, shape.length >> exact_log2(self.lanes))
+        m.d.comb += token.valid.eq(launch | ~free)
+        with m.If(launch):
+            m.d.sync += [left.eq(groups), launched.eq(waiting)]
+            m.d.comb += [
+                free_next.eq(groups == 0),
+                token.starts_segment.eq(1),
+                token.ends_segment.eq(groups == 0),
+                token.identity.eq(waiting),
+            ]
+        with m.Else():
+            m.d.sync += left.eq(left - ~free)
+            m.d.comb += [
+                free_next.eq(left <= 1),
+                token.ends_segment.eq(left == 1),
+                token.identity.eq(launched),
+            ]
+
+        return m

@@ -1,0 +1,179 @@
+"""Walker of segments: how many corners collide, and the least margin."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out, connect, flipped
+
+from hdl.feasibility.parallel.lanes import Lanes
+from hdl.feasibility.parallel.slopes import Slopes
+from hdl.feasibility.parallel.terrain_memory import TerrainMemory
+from hdl.layouts import cell_layout
+from hdl.planner.walker.layouts import (
+    identity_layout,
+    segment_request_layout,
+    walked_layout,
+)
+from hdl.planner.walker.margin_reducer import MarginReducer, reduction_latency
+from hdl.planner.walker.segment_launcher import SegmentLauncher
+from hdl.primitives.arguments import check_integer, check_power_of_two
+from hdl.primitives.delay_line import delay_line
+
+
+__all__ = ["SegmentWalker"]
+
+
+class SegmentWalker(wiring.Component):
+    """Walks segments over the lattice of corners, ``lanes`` corners a cycle.
+
+    Corners, altitudes, hits and margin are those of
+    :func:`sim.model.planner.definition.walk.walk`. A segment of n corners takes n / ``lanes``
+    cycles, rounded up, and one that the memo has answered takes a cycle and reaches no corner; the
+    next one follows right behind. A segment is launched 2 cycles after it is taken, or later if
+    others are before it. ``walked`` follows the cycle of its last group by ``latency`` cycles: two
+    for slopes and lanes, ``memory_latency + 3`` for the ground, the others
+    (:func:`hdl.planner.walker.margin_reducer.reduction_latency`) to reduce it.
+
+    The map is that of the parallel checker, :class:`TerrainMemory`.
+
+    Source: *allaire two-tier*, section 5.3. Differs: corners, half steps, and margins.
+
+    Parameters
+    ----------
+    lanes : int
+        Corners walked in a cycle: a power of two, at most 16 and the corners along an edge of the
+        map.
+    coordinate_bits, altitude_bits : int
+        Widths of a coordinate and of an altitude, 1 or more. The top altitude marks blocked
+        corners.
+    row_bits : int
+        Width of a row of the memo, 1 or more.
+    memory_latency : int
+        Cycles from an address to the data of the map's memory, 1 or 2.
+
+    Attributes
+    ----------
+    latency : int
+
+    Members
+    -------
+    segments : In(stream.Signature(segment_request_layout))
+    walked : Out(walked_layout)
+        Results, in the order of the segments. There is no back-pressure.
+    writes : In(stream.Signature(cell_layout))
+        Corners of the map. They come only while no segment is walked.
+    lookup_valid : In(1)
+    lookup_x, lookup_y : In(coordinate_bits)
+        With ``lookup_valid``, corner to be looked up: while no segment is walked, and nothing is
+        written or was in the cycle before.
+    lookup_altitude : Out(altitude_bits)
+        Its altitude, ``memory_latency + 2`` cycles later.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
+    """
+
+    def __init__(
+        self,
+        lanes: int,
+        coordinate_bits: int,
+        altitude_bits: int,
+        row_bits: int,
+        memory_latency: int,
+    ):
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_power_of_two("Lanes", lanes, 1, min(16, 1 << coordinate_bits))
+        check_integer("Altitude width", altitude_bits, 1)
+        check_integer("Row width", row_bits, 1)
+        check_integer("Memory latency", memory_latency, 1, 2)
+        self.lanes = lanes
+        self.coordinate_bits = coordinate_bits
+        self.altitude_bits = altitude_bits
+        self.row_bits = row_bits
+        self.memory_latency = memory_latency
+        self.latency = 2 + memory_latency + 3 + reduction_latency(lanes)
+        sizes, identity = (coordinate_bits, altitude_bits), identity_layout(row_bits)
+        super().__init__(
+            {
+                "segments": In(stream.Signature(segment_request_layout(*sizes, identity))),
+                "walked": Out(walked_layout(*sizes, identity)),
+                "writes": In(stream.Signature(cell_layout(*sizes))),
+                "lookup_valid": In(1),
+                "lookup_x": In(coordinate_bits),
+                "lookup_y": In(coordinate_bits),
+                "lookup_altitude": Out(altitude_bits),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        xy, z = self.coordinate_bits, self.altitude_bits
+        answer = self.memory_latency + 3  # Cycles from a corner to its ground.
+
+        m.submodules.launcher = launcher = SegmentLauncher(self.lanes, xy, z, self.row_bits)
+        m.submodules.slopes = slopes = Slopes(self.lanes, xy, z, half_steps=True)
+        m.submodules.lanes = lanes = Lanes(self.lanes, xy, z, 1, half_steps=True)
+        m.submodules.terrain = terrain = TerrainMemory(
+            self.lanes, xy, z, self.memory_latency, compare=False
+        )
+        m.submodules.reducer = reducer = MarginReducer(self.lanes, xy, z, self.row_bits)
+        connect(m, flipped(self.segments), launcher.segments)
+
+        # Answered segments have a token, and no corners.
+        token, walks = launcher.token, Signal()
+        m.d.sync += walks.eq(token.valid & ~token.identity.answered)
+        for name in ("starts_segment", "ends_segment"):
+            m.d.comb += lanes.launched[name].eq(delay_line(m, token[name], 1, name))
+        m.d.comb += [
+            slopes.segment.eq(launcher.segment),
+            lanes.launched.valid.eq(walks),
+            lanes.segment.eq(delay_line(m, launcher.segment, 1, "segment")),
+            lanes.step.eq(slopes.step),
+            *(into.eq(start) for into, start in zip(lanes.origins, slopes.origins, strict=True)),
+        ]
+
+        # Writes cross the chip, too.
+        writing = Signal()
+        m.d.sync += writing.eq(self.writes.valid)
+        m.d.comb += [
+            terrain.steep.eq(lanes.group.steep),
+            terrain.walking.eq(lanes.token.valid),
+            self.writes.ready.eq(1),
+            terrain.write_enable.eq(writing),
+            *(
+                getattr(terrain, f"write_{name}").eq(
+                    delay_line(m, self.writes.p[name], 1, f"write_{name}")
+                )
+                for name in ("x", "y", "altitude")
+            ),
+            terrain.lookup_valid.eq(self.lookup_valid),
+            terrain.lookup_x.eq(self.lookup_x),
+            terrain.lookup_y.eq(self.lookup_y),
+            self.lookup_altitude.eq(terrain.lookup_altitude),
+        ]
+        for number, lane in enumerate(lanes.lanes):
+            altitude = delay_line(m, lane.ceiling, answer, f"altitude_{number}")
+            m.d.comb += [
+                terrain.lanes[number].eq(lane),
+                reducer.altitudes[number].eq(altitude),
+                reducer.grounds[number].eq(terrain.grounds[number]),
+                reducer.valid[number].eq(delay_line(m, lane.valid, answer, f"valid_{number}")),
+            ]
+
+        # The token waits for slopes, lanes and ground.
+        valid = token.valid
+        for cycle in range(1, answer + 3):
+            earlier = Signal(name=f"token_{cycle}")
+            m.d.sync += earlier.eq(valid)
+            valid = earlier
+        m.d.comb += [
+            reducer.token.valid.eq(valid),
+            *(
+                reducer.token[name].eq(delay_line(m, token[name], answer + 2, name))
+                for name in ("starts_segment", "ends_segment", "identity")
+            ),
+            self.walked.eq(reducer.walked),
+        ]
+
+        return m

@@ -1,0 +1,250 @@
+"""The exported walker of paths in Verilator: hits, margins and cycles of many paths."""
+
+import itertools
+import struct
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from amaranth.back import verilog
+
+from hdl.config import Config
+from hdl.planner.walker.layouts import chord_layout
+from hdl.planner.walker.path_walker import PathWalker
+from hdl.verilog import strip_zero_init
+from sim.cache import BuildCache, build_root
+from sim.exported import cached_verilog
+from sim.model.planner.definition.memo import Memo
+from sim.model.planner.walk import walk
+from sim.model.planner.walker_cycles import back, cost, walked
+from sim.verilator import build_verilator
+from tests.planner_cases import USUAL, ground
+from tests.walker_cases import any_point, heights_of
+
+
+pytestmark = pytest.mark.cosim
+
+TINY = Config(
+    population=8, children=4, elites=2, survivors=2, perturbs=1, inserts=1, deletes=1,
+    map_size=8, coarse_factor=2, altitude_bits=4, max_waypoints=4, lanes=4, genetic="streaming",
+)  # fmt: skip
+
+
+class VerilatedWalker:
+    """The walker of paths, simulated by Verilator in another process."""
+
+    def __init__(self, config, rows):
+        def export():
+            dut = PathWalker(config, rows)
+            return strip_zero_init(verilog.convert(dut, name="path_walker", emit_src=False))
+
+        program = build_verilator(
+            BuildCache(build_root() / "sim"),
+            cached_verilog(export, "path_walker", repr(config), str(rows)),
+            "path_walker",
+            main=Path(__file__).with_name("path_walker.cpp"),
+        )
+        self.config, self.rows = config, rows
+        self._chord = chord_layout(config.coordinate_bits, config.altitude_bits)
+        self._process = subprocess.Popen(
+            [str(program), str(config.index_bits)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        )
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._process.stdin.close()
+        self._process.stdout.close()
+        self._process.terminate()
+        self._process.wait()
+
+    def write(self, heights):
+        rows, columns = heights.shape
+        words = [
+            self._packed((x, y, int(heights[y, x])))
+            for y, x in itertools.product(range(rows), range(columns))
+        ]
+        self._send(1, len(words), *words)
+
+    def begin(self, start, heading=0):
+        """Void the memo; paths begin at ``start``, with a heading there (1), at the goal (2)."""
+        self._send(2, self._packed(start), heading & 1, heading >> 1)
+
+    def walk(self, paths, stall=0):
+        """Return hits, cycles of offer and of result of each path, and all margins."""
+        last = 1 << 2 * self.config.coordinate_bits + self.config.altitude_bits
+        points, chords, heads = [], [], []
+        for path in paths:
+            heads += [path.first, path.gap, len(path.points)]
+            points += [self._packed(point) for point in path.points]
+            points[-1] |= last
+            chords += [0 if ends is None else self._packed_chord(*ends) for ends in path.chords]
+        self._send(3, stall, len(paths), *heads, len(points), *points, len(chords), *chords)
+        results = self._receive(3 * len(paths)).reshape(-1, 3).tolist()
+        margins = self._receive(2 * int(self._receive(1)[0])).reshape(-1, 2).tolist()
+        half = 1 << self.config.altitude_bits
+        return results, [(index, (bits ^ half) - half) for index, bits in margins]
+
+    def _packed(self, point):
+        bits = self.config.coordinate_bits
+        return point[0] | point[1] << bits | point[2] << 2 * bits
+
+    def _packed_chord(self, start, stop):
+        size = 2 * self.config.coordinate_bits + self.config.altitude_bits
+        assert self._chord.size == 1 + 2 * size <= 64
+        return 1 | self._packed(start) << 1 | self._packed(stop) << 1 + size
+
+    def _send(self, *numbers):
+        self._process.stdin.write(struct.pack(f"<{len(numbers)}Q", *numbers))
+        self._process.stdin.flush()
+
+    def _receive(self, numbers):
+        data = self._process.stdout.read(8 * numbers)
+        assert len(data) == 8 * numbers
+        return np.frombuffer(data, dtype="<u8").astype(np.int64)
+
+
+class WalkedPath:
+    """A path without its start, the chords of its points, and how it is offered."""
+
+    def __init__(self, points, chords, first, gap):
+        self.points, self.chords, self.first, self.gap = points, chords, first, gap
+
+
+def check(chip, heights, start, paths, *, stall=0, heading=0):
+    """Compare a batch with the model; return the share that the memo answered, and all hits."""
+    config = chip.config
+    chip.begin(start, heading)
+    memo = Memo(config, chip.rows)
+    results, margins = chip.walk(paths, stall)
+    expected, free, asked, known_ones, total = [], 0, 0, 0, 0
+    for path, (hits, offered, done) in zip(paths, results, strict=True):
+        costs, count, stopped, before = [], 0, False, config.blocked_altitude
+        points = [start, *path.points]
+        at_start, *chords = path.chords if heading & 1 else [None, *path.chords]
+        segments = [(at_start, True)] if at_start else []
+        for ends, chord in itertools.zip_longest(itertools.pairwise(points), chords):
+            segments += [(ends, False), (chord, True)] if chord else [(ends, False)]
+        index = -1
+        for (a, b), is_chord in segments:
+            known = memo.get(a, b)
+            found = known or walk(heights, config.blocked_altitude, *a, *b)
+            if known is None:
+                memo.put(a, b, found)
+            asked, known_ones = asked + 1, known_ones + (known is not None)
+            costs.append(cost(a, b, known is not None, config.lanes))
+            if stopped:
+                continue
+            count += found[0]
+            if not is_chord:
+                if index >= 0:
+                    expected.append((index, min(before, found[1])))
+                index, before = index + 1, found[1]
+            before = min(before, found[1])
+            stopped = bool(path.first and found[0])
+        assert hits == count, path.points
+        total += count
+        if not stall:
+            late = done + 1 - back(config.lanes, config.memory_latency)
+            late -= walked(offered, free, costs)
+            # A start without a chord may take a cycle of its own.
+            assert late in (range(2) if heading & 1 and not at_start else (0,))
+            free = walked(offered, free, costs) + late
+    assert margins == expected
+    return known_ones / asked, total
+
+
+def random_paths(config, rng, number, *, pool=40, repeat=0.6, heading=0):
+    """Paths over few points: many are an earlier one with another point, as children are."""
+    points = [any_point(config, rng) for _ in range(pool)]
+    goal = any_point(config, rng)
+    paths = []
+
+    def any_of(items):
+        return items[int(rng.integers(len(items)))]
+
+    for _ in range(number):
+        if paths and rng.random() < repeat:
+            old = any_of(paths[-30:])
+            inner, chords = old.points[:-1], list(old.chords)
+            inner[int(rng.integers(len(inner)))] = any_of(points)
+        else:
+            inner = [any_of(points) for _ in range(int(rng.integers(2, config.max_waypoints + 1)))]
+            chords = [
+                (any_of(points), any_of(points)) if rng.random() < 0.4 else None
+                for _ in range(len(inner) + heading.bit_count())
+            ]
+        gap = int(rng.choice([0, 0, 0, 1, 2, 5, 30]))
+        paths.append(WalkedPath([*inner, goal], chords, int(rng.integers(2)), gap))
+    return paths
+
+
+@pytest.mark.parametrize(
+    ("lanes", "rows", "latency", "bits"),
+    [
+        pytest.param(1, 0, 2, 4, marks=pytest.mark.ci),
+        (2, 2, 1, 16),
+        pytest.param(4, 512, 1, 14, marks=pytest.mark.ci),
+        pytest.param(8, 64, 2, 6, marks=pytest.mark.ci),
+    ],
+)
+def test_tiny_map(lanes, rows, latency, bits):
+    """All pairs of corners at random altitudes; children of paths, also under back-pressure."""
+    config = TINY.replace(lanes=lanes, memory_latency=latency, altitude_bits=bits)
+    rng = np.random.default_rng(lanes)
+    cells = list(itertools.product(range(config.map_size), repeat=2))
+    pairs = list(itertools.product(cells, repeat=2))
+    with VerilatedWalker(config, rows) as chip:
+        heights = heights_of(config, rng)
+        chip.write(heights)
+        start, goal = any_point(config, rng), any_point(config, rng)
+        altitudes = rng.integers(config.blocked_altitude + 1, size=(len(pairs), 2)).tolist()
+        chords = [
+            ((*a, low), (*b, high)) for (a, b), (low, high) in zip(pairs, altitudes, strict=True)
+        ]
+        paths = [
+            WalkedPath([any_point(config, rng), any_point(config, rng), goal], list(two), 0, 0)
+            for two in zip(chords[::2], chords[1::2], strict=True)
+        ]
+        _, hits = check(chip, heights, start, paths)
+        assert hits > len(pairs)
+
+        for stall, heading in itertools.product((0, 3), range(4)):
+            heights = heights_of(config, rng, blocked=0.02) // 2
+            heights[rng.random(heights.shape) < 0.02] = config.blocked_altitude
+            chip.write(heights)
+            start = any_point(config, rng)
+            paths = random_paths(config, rng, 250, pool=8, heading=heading)
+            share, hits = check(chip, heights, start, paths, stall=stall, heading=heading)
+            assert hits > 0
+            assert (share > 0) == (rows > 0)
+            assert (share > 0.3) == (rows >= 64)
+
+
+@pytest.mark.ci
+def test_more_lanes_than_corners_of_most_segments():
+    config = TINY.replace(map_size=16, lanes=16, altitude_bits=9)
+    rng = np.random.default_rng(16)
+    with VerilatedWalker(config, 2) as chip:
+        for stall in (0, 2):
+            heights = heights_of(config, rng)
+            chip.write(heights)
+            start, paths = any_point(config, rng), random_paths(config, rng, 1000, heading=3)
+            check(chip, heights, start, paths, stall=stall, heading=3)
+
+
+@pytest.mark.parametrize("paths", [1500, pytest.param(100_000, marks=pytest.mark.long)])
+@pytest.mark.ci
+@pytest.mark.parametrize("lanes", [8, 16])
+def test_full_size(lanes, paths):
+    config = USUAL.replace(lanes=lanes)
+    rng = np.random.default_rng(lanes)
+    with VerilatedWalker(config, 512) as chip:
+        heights = ground(config, rng)
+        chip.write(heights)
+        start, drawn = any_point(config, rng), random_paths(config, rng, paths, pool=60)
+        share, hits = check(chip, heights, start, drawn)
+        assert 0.3 < share < 0.9
+        assert hits > 0

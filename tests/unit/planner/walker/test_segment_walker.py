@@ -1,0 +1,174 @@
+# amaranth: UnusedElaboratable=no
+"""The walker of segments against the definition, in Amaranth's simulator: small maps, 1 to 4 lanes.
+
+More lanes, and all segments of a small map, run compiled, in ``tests/cosim/test_path_walker.py``.
+"""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from hdl.config import Config
+from hdl.planner.walker.segment_walker import SegmentWalker
+from sim.model.planner.cycles import walking
+from sim.model.planner.definition.walk import walk
+from tests.streams import put, simulate
+from tests.walker_cases import any_point, corner, heights_of, upload
+from tests.wrong_sizes import check_sizes
+
+
+TINY = Config(map_size=8, coarse_factor=2, altitude_bits=4, lanes=4)
+SMALL = TINY.replace(map_size=16, altitude_bits=6)
+
+
+def walker_of(config):
+    return SegmentWalker(
+        config.lanes, config.coordinate_bits, config.altitude_bits, 3, config.memory_latency
+    )
+
+
+def segment_of(ends, row=0, answered=False):
+    identity = {"marks": {}, "row": row, "answered": answered}
+    return {"start": corner(ends[0]), "stop": corner(ends[1]), "identity": identity}
+
+
+def run(config, heights, segments, answered=(), pauses=(0,)):
+    """Walk segments; return hits and margins, and the cycles of taking and of the results."""
+    dut = walker_of(config)
+    taken, walked, cycles = [], [], []
+
+    async def bench(ctx):
+        await upload(ctx, dut, heights)
+        for number, (segment, pause) in enumerate(zip(segments, itertools.cycle(pauses))):
+            if pause:
+                await ctx.tick().repeat(pause)
+            request = segment_of(segment, number % 8, number in answered)
+            await put(ctx, dut.segments, request)
+        while len(walked) < len(segments):
+            await ctx.tick()
+
+    async def watch(ctx):
+        for cycle in itertools.count():
+            *_, valid, ready, result = await ctx.tick().sample(
+                dut.segments.valid, dut.segments.ready, dut.walked
+            )
+            if valid and ready:
+                taken.append(cycle)
+            if result.valid:
+                assert result.identity.row == len(walked) % 8
+                assert result.identity.answered == (len(walked) in answered)
+                walked.append((result.hits, result.margin))
+                cycles.append(cycle)
+
+    simulate(dut, bench, background=[watch])
+    return walked, taken, cycles
+
+
+def expected(config, heights, segments):
+    return [walk(heights, config.blocked_altitude, *segment) for segment in segments]
+
+
+def corners_of(start, stop):
+    return max(abs(a - b) for a, b in zip(start[:2], stop[:2], strict=True)) + 1
+
+
+@pytest.mark.parametrize("lanes", [1, 2, 4])
+def test_random_segments(lanes):
+    """Any altitudes; segments one right behind the other."""
+    config = SMALL.replace(lanes=lanes, memory_latency=1 + lanes % 2)
+    rng = np.random.default_rng(lanes)
+    heights = heights_of(config, rng)
+    segments = [(any_point(config, rng), any_point(config, rng)) for _ in range(60)]
+    walked, taken, cycles = run(config, heights, segments)
+    assert walked == expected(config, heights, segments)
+    # A segment is launched two cycles after it is taken, and each costs what the model says.
+    free = 0
+    latency = walker_of(config).latency
+    for segment, begin, end in zip(segments, taken, cycles, strict=True):
+        free = max(begin + 2, free) + walking(corners_of(*segment), lanes)
+        assert end == free - 1 + latency
+    assert cycles[-1] - cycles[0] == sum(
+        walking(corners_of(*segment), lanes) for segment in segments[1:]
+    )
+
+
+def test_widest_altitudes():
+    """Extremes of 16 bits, up and down, on short segments: altitudes below 0 within half a step."""
+    config = TINY.replace(lanes=2, altitude_bits=16)
+    rng = np.random.default_rng(7)
+    top = config.blocked_altitude
+    heights = rng.choice([0, 1, 32767, 32768, top - 1, top], size=(8, 8)).astype(np.uint16)
+    values = (0, 1, 32768, top - 1, top)
+    segments = [
+        ((int(x), int(y), low), (int(u), int(v), high))
+        for low, high in itertools.product(values, repeat=2)
+        for x, y, u, v in rng.integers(8, size=(2, 4))
+    ]
+    segments += [((3, 3, low), (3, 3, high)) for low, high in itertools.product(values, repeat=2)]
+    walked, *_ = run(config, heights, segments)
+    assert walked == expected(config, heights, segments)
+
+
+def test_answered_segments_take_a_cycle():
+    """And the others have their results still, with pauses between them."""
+    config = TINY.replace(lanes=2)
+    rng = np.random.default_rng(5)
+    heights = heights_of(config, rng)
+    segments = [(any_point(config, rng), any_point(config, rng)) for _ in range(60)]
+    answered = {number for number in range(60) if rng.random() < 0.4}
+    for pauses in ((0,), (0, 0, 7, 1)):
+        walked, taken, cycles = run(config, heights, segments, answered, pauses)
+        wanted = expected(config, heights, segments)
+        assert [w for n, w in enumerate(walked) if n not in answered] == [
+            w for n, w in enumerate(wanted) if n not in answered
+        ]
+        free, latency = 0, walker_of(config).latency
+        for number, (segment, begin, end) in enumerate(zip(segments, taken, cycles, strict=True)):
+            cost = 1 if number in answered else walking(corners_of(*segment), 2)
+            free = max(begin + 2, free) + cost
+            assert end == free - 1 + latency
+
+
+@pytest.mark.parametrize("latency", [1, 2])
+def test_lookups(latency):
+    config = TINY.replace(memory_latency=latency)
+    rng = np.random.default_rng(latency)
+    heights = heights_of(config, rng)
+    dut = walker_of(config)
+    cells = rng.integers(8, size=(40, 2)).tolist()
+    found = []
+
+    async def bench(ctx):
+        await upload(ctx, dut, heights)
+        ctx.set(dut.lookup_valid, 1)
+        for x, y in [*cells, *[(0, 0)] * config.lookup_latency]:
+            ctx.set(dut.lookup_x, x)
+            ctx.set(dut.lookup_y, y)
+            *_, altitude = await ctx.tick().sample(dut.lookup_altitude)
+            found.append(altitude)
+
+    simulate(dut, bench)
+    assert found[config.lookup_latency :] == [heights[y, x] for x, y in cells]
+
+
+def test_sizes():
+    sizes = {
+        "lanes": 4,
+        "coordinate_bits": 5,
+        "altitude_bits": 4,
+        "row_bits": 2,
+        "memory_latency": 2,
+    }
+    limits = {
+        "altitude_bits": ("Altitude width", 1),
+        "row_bits": ("Row width", 1),
+        "memory_latency": ("Memory latency", 1, 2),
+    }
+    check_sizes(SegmentWalker, sizes, limits)
+    with pytest.raises(ValueError, match=r"^Lanes must be a power of two from 1 to 16, not 32$"):
+        SegmentWalker(**{**sizes, "lanes": 32})
+    with pytest.raises(ValueError, match=r"^Lanes must be a power of two from 1 to 2, not 4$"):
+        SegmentWalker(**{**sizes, "coordinate_bits": 1})
+    with pytest.raises(ValueError, match=r"^Coordinate width must be 1 or more, not 0$"):
+        SegmentWalker(**{**sizes, "coordinate_bits": 0})

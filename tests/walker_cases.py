@@ -1,0 +1,38 @@
+"""Segments, paths and drivers for the walker of the planner."""
+
+import itertools
+
+import numpy as np
+
+
+__all__ = ["any_point", "corner", "heights_of", "upload"]
+
+
+def corner(point):
+    """A point as the fields of a signal."""
+    return dict(zip(("x", "y", "altitude"), point, strict=True))
+
+
+def any_point(config, rng):
+    """Any corner and altitude, the lowest and the highest altitudes often."""
+    top = config.blocked_altitude
+    altitude = rng.integers(top + 1) if rng.random() < 0.7 else rng.choice([0, 1, top - 1, top])
+    return (*(int(c) for c in rng.integers(config.map_size, size=2)), int(altitude))
+
+
+def heights_of(config, rng, *, blocked=0.1):
+    """Ground of any altitudes, with blocked corners."""
+    shape = (config.map_size, config.map_size)
+    heights = rng.integers(config.blocked_altitude, size=shape)
+    heights[rng.random(shape) < blocked] = config.blocked_altitude
+    return heights.astype(np.uint16)
+
+
+async def upload(ctx, dut, heights):
+    """Write a whole map, a corner a cycle, and wait until it is there."""
+    ctx.set(dut.writes.valid, 1)
+    for y, x in itertools.product(*(range(size) for size in heights.shape)):
+        ctx.set(dut.writes.p, {"x": x, "y": y, "altitude": int(heights[y, x]), "last": 0})
+        await ctx.tick()
+    ctx.set(dut.writes.valid, 0)
+    await ctx.tick().repeat(3)

@@ -37,6 +37,7 @@ TOPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "transmitting": ("hdl.command.transmitter", "ReplyTransmitter", "config"),
         "path_checker": ("hdl.feasibility.checker", "Checker", "config"),
         "feasibility": ("hdl.feasibility.feasibility", "Feasibility", "config"),
+        "scorer": ("hdl.planner.scorer.scorer", "Scorer", "config"),
     }
 )
 

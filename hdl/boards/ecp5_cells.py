@@ -31,6 +31,8 @@ class Ecp5Cells(Cells):
             sites = self.sites[number * each :][:each]
         return Ecp5Memory(rows=rows, width=width, ports=ports, sites=sites)
 
-    def multiplier(self, widths: tuple[int, int]) -> Ecp5Multiplier | None:
+    def multiplier(
+        self, widths: tuple[int, int], signs: tuple[bool, bool]
+    ) -> Ecp5Multiplier | None:
         """Return a MULT18X18D; None if a factor is too wide for it."""
-        return Ecp5Multiplier() if max(widths) <= FACTOR_BITS else None
+        return Ecp5Multiplier(signs) if max(widths) <= FACTOR_BITS else None

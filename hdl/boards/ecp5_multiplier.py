@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 __all__ = ["FACTOR_BITS", "Ecp5Multiplier"]
 
-#: Most bits of a signed factor.
+#: Most bits of a factor, the sign of one that has it included.
 FACTOR_BITS = 18
 
 
@@ -17,16 +17,27 @@ class Ecp5Multiplier(wiring.Component):
     Twin of :class:`hdl.primitives.multiplier.Multiplier` at full width, without a shift: the same
     product in the same cycle.
 
+    Parameters
+    ----------
+    signs : (bool, bool)
+        The factors that have a sign.
+
     Members
     -------
-    first, second : In(signed(FACTOR_BITS))
-    product : Out(signed(2 * FACTOR_BITS))
-        Of the cycle before.
+    first, second : In(Shape(FACTOR_BITS))
+    product : Out(Shape(2 * FACTOR_BITS))
+        Of the cycle before. It has a sign if a factor has one.
     """
 
-    first: In(signed(FACTOR_BITS))
-    second: In(signed(FACTOR_BITS))
-    product: Out(signed(2 * FACTOR_BITS))
+    def __init__(self, signs):
+        self.signs = signs
+        super().__init__(
+            {
+                "first": In(Shape(FACTOR_BITS, signs[0])),
+                "second": In(Shape(FACTOR_BITS, signs[1])),
+                "product": Out(Shape(2 * FACTOR_BITS, any(signs))),
+            }
+        )
 
     def elaborate(self, platform):
         m = Module()
@@ -45,8 +56,8 @@ class Ecp5Multiplier(wiring.Component):
             i_CLK0=ClockSignal(),
             i_CE0=Const(1),
             i_RST0=Const(0),
-            i_SIGNEDA=Const(1),
-            i_SIGNEDB=Const(1),
+            i_SIGNEDA=Const(self.signs[0]),
+            i_SIGNEDB=Const(self.signs[1]),
             i_SOURCEA=Const(0),
             i_SOURCEB=Const(0),
             **{f"i_A{i}": bit for i, bit in enumerate(self.first)},

@@ -31,15 +31,19 @@ class Cells:
         """
         return None
 
-    def multiplier(self, widths: tuple[int, int]) -> wiring.Component | None:
+    def multiplier(
+        self, widths: tuple[int, int], signs: tuple[bool, bool]
+    ) -> wiring.Component | None:
         """Return a multiplier with a register at its output, or None.
 
         Parameters
         ----------
         widths : (int, int)
-            Of the signed factors. The component may take wider ones: it has the members ``first``,
+            Of the factors. The component may take wider ones: it has the members ``first``,
             ``second`` and ``product`` of :class:`hdl.primitives.multiplier.Multiplier` without a
             shift.
+        signs : (bool, bool)
+            The factors that have a sign.
         """
         return None
 

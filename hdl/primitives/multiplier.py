@@ -11,7 +11,7 @@ __all__ = ["Multiplier"]
 
 
 class Multiplier(wiring.Component):
-    """Multiplies two signed numbers; ``product`` follows a cycle later.
+    """Multiplies two numbers; ``product`` follows a cycle later.
 
     The register is that of the platform's multiplier cell where there is one for such factors
     (:meth:`hdl.primitives.cells.Cells.multiplier`): no routing lies between product and register.
@@ -22,30 +22,32 @@ class Multiplier(wiring.Component):
         Of the factors.
     shift : int
         Low bits of the product to be left out.
+    signs : (bool, bool)
+        The factors that have a sign.
 
     Members
     -------
-    first, second : In(signed)
-    product : Out(signed)
-        ``first * second >> shift`` of the cycle before.
+    first, second : In(Shape)
+    product : Out(Shape)
+        ``first * second >> shift`` of the cycle before. It has a sign if a factor has one.
     """
 
-    def __init__(self, widths, shift=0):
+    def __init__(self, widths, shift=0, signs=(True, True)):
         self.widths = widths
         self.shift = shift
-        first, second = widths
+        self.signs = signs
         super().__init__(
             {
-                "first": In(signed(first)),
-                "second": In(signed(second)),
-                "product": Out(signed(max(1, first + second - shift))),
+                "first": In(Shape(widths[0], signs[0])),
+                "second": In(Shape(widths[1], signs[1])),
+                "product": Out(Shape(max(1, sum(widths) - shift), any(signs))),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
 
-        cell = cells_of(platform).multiplier(self.widths)
+        cell = cells_of(platform).multiplier(self.widths, self.signs)
         if cell is not None:
             m.submodules.hard = cell
             m.d.comb += [

@@ -14,6 +14,8 @@ from amaranth.lib import wiring
 from hdl.command.layouts import payload_members
 from hdl.config import CheckerBuild, Config
 from hdl.layouts import generation_signature
+from hdl.planner.evolver import Evolver
+from hdl.planner.scorer.scorer import Scorer
 from hdl.planner.walker.path_walker import PathWalker
 from hdl.top import Planner
 from tests.chips import SMALL
@@ -43,8 +45,13 @@ def alive():
 def components():
     """Return the components of all chips by their class."""
     found = {}
-    # No chip has the walker of paths yet.
-    makers = *(partial(Planner, config) for config in CHIPS), partial(PathWalker, CHIPS[0])
+    # No chip has the units of the planner yet.
+    makers = (
+        *(partial(Planner, config) for config in CHIPS),
+        partial(PathWalker, CHIPS[0]),
+        partial(Scorer, SMALL),
+        partial(Evolver, SMALL, 2),
+    )
     for maker in makers:
         others = alive()
         fragment = Fragment.get(maker(), None)

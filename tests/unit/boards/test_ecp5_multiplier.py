@@ -60,10 +60,22 @@ endmodule
 """
 
 
-@pytest.mark.parametrize(("bits", "shift"), [((13, 18), 17), ((16, 16), 0), ((18, 18), 5)])
-def test_equals_the_simulated_product(bits, shift, tmp_path, icarus):
+@pytest.mark.parametrize(
+    ("bits", "shift", "signs"),
+    [
+        ((13, 18), 17, (True, True)),
+        ((16, 16), 0, (True, True)),
+        ((18, 18), 5, (True, True)),
+        ((18, 18), 0, (False, False)),
+        ((18, 18), 0, (True, False)),
+        ((17, 18), 1, (False, True)),
+    ],
+)
+def test_equals_the_simulated_product(bits, shift, signs, tmp_path, icarus):
     bench = BENCH.format(first=bits[0] - 1, second=bits[1] - 1, top=sum(bits) - shift - 1)
-    simulated, built = twins_of(lambda: Multiplier(bits, shift), primitive(), bench, tmp_path)
+    simulated, built = twins_of(
+        lambda: Multiplier(bits, shift, signs), primitive(), bench, tmp_path
+    )
     assert built.count("MULT18X18D") == 1
     assert "always @(posedge" not in built
     assert "MULT18X18D" not in simulated

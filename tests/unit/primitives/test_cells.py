@@ -34,7 +34,7 @@ class Family(Cells):
             return None
         return Hard(memory_members(rows=rows, width=width, ports=ports))
 
-    def multiplier(self, widths):
+    def multiplier(self, widths, signs):
         if max(widths) > 9:
             return None
         return Hard({"first": In(signed(9)), "second": In(signed(9)), "product": Out(signed(18))})

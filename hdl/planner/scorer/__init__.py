@@ -1,0 +1,1 @@
+"""The scorer: from the points of paths to their costs, penalties and chords."""

@@ -1,0 +1,159 @@
+"""Room for the arcs: which waypoints have one."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.planner.scorer.widths import Widths
+
+
+__all__ = ["ArcFitter", "fitted_layout", "turn_layout"]
+
+
+def turn_layout(widths: Widths) -> data.StructLayout:
+    """Return the layout of a segment and of the turn into it.
+
+    ``first``, ``last`` (the slot of a path's first point, which has no segment, or of its last),
+    ``length``, ``steep`` and ``excess`` (of the segment), ``half_turn``, ``tangent``.
+    """
+    return data.StructLayout(
+        {
+            "first": 1,
+            "last": 1,
+            "steep": 1,
+            "excess": widths.excess,
+            "length": widths.length,
+            "half_turn": widths.half_turn,
+            "tangent": widths.tangent,
+        }
+    )
+
+
+def fitted_layout(widths: Widths) -> data.StructLayout:
+    """Return the layout of a segment and of the arc at its end.
+
+    ``first``, ``last`` (segment of its path), ``steep``, ``excess``, ``length`` (of the segment),
+    ``next_length`` (of the next one), ``fits`` (there is an arc and it does), ``half_turn``,
+    ``tangent`` (of the arc; 0 if it does not fit).
+    """
+    return data.StructLayout(
+        {
+            "first": 1,
+            "last": 1,
+            "steep": 1,
+            "excess": widths.excess,
+            "length": widths.length,
+            "next_length": widths.length,
+            "fits": 1,
+            "half_turn": widths.half_turn,
+            "tangent": widths.length,
+        }
+    )
+
+
+class ArcFitter(wiring.Component):
+    """Finds the arcs that fit.
+
+    An arc fits where its tangent and those of its neighbours leave each of its two segments a
+    length of 0 or more. So a segment, with the arc at its end, leaves as the second slot after its
+    own comes in, or in the two slots behind the last of a path, whatever comes in then. That is
+    always in time: the first two slots of a path have nothing to send.
+
+    Slots without ``valid`` hold nothing up: what is inside moves on with the next valid slot. The
+    second slot of a path must follow the first at once.
+
+    Source: step 2 of the score in ``docs/chip_planner.md``.
+
+    Parameters
+    ----------
+    widths : Widths
+
+    Attributes
+    ----------
+    latency : int
+        Cycles from a slot to that of the segment which it sends, 2.
+
+    Members
+    -------
+    phase : In(1)
+        1 in the second cycle of every slot.
+    valid : In(1)
+    turn : In(turn_layout)
+        The tangent is that of the turn into the segment; 0 in the first two slots of a path.
+    moves : Out(1)
+        The window moves on at the end of this slot of the input: the points of
+        :class:`hdl.planner.scorer.point_window.PointWindow` move with it.
+    fitted_valid : Out(1)
+    fitted : Out(fitted_layout)
+    """
+
+    latency = 2
+
+    def __init__(self, widths: Widths):
+        self.widths = widths
+        super().__init__(
+            {
+                "phase": In(1),
+                "valid": In(1),
+                "turn": In(turn_layout(widths)),
+                "moves": Out(1),
+                "fitted_valid": Out(1),
+                "fitted": Out(fitted_layout(widths)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        turn, length_bits = self.turn, self.widths.length
+        # The slots one and two steps before, and whether the one before that began its path.
+        before = Signal(turn_layout(self.widths), reset_less=True)
+        second = Signal(turn_layout(self.widths), reset_less=True)
+        opens = Signal(reset_less=True)
+        sends, follows = Signal(), Signal()  # The second is a segment; the one before, a slot.
+        draining = Signal(2)
+
+        # Behind the last point, and at the first of the next path, no arc takes anything.
+        tangent = Signal(self.widths.tangent)
+        # What the tangent of the turn into the segment before leaves of it.
+        left = Signal(signed(self.widths.tangent + 1), reset_less=True)
+        room, room_before = Signal(), Signal(reset_less=True)
+        fits = Signal()
+        fitted = Signal(fitted_layout(self.widths), reset_less=True)
+        m.d.comb += [
+            self.fitted.eq(fitted),
+            self.moves.eq(self.valid | draining.any()),
+            tangent.eq(Mux(self.valid, turn.tangent, 0)),
+            room.eq(tangent <= left),
+            fits.eq(room & room_before & ~second.last),
+        ]
+        with m.If(self.phase):
+            with m.If(self.valid & turn.last):
+                m.d.sync += draining.eq(2)
+            with m.Elif(draining.any()):
+                m.d.sync += draining.eq(draining - 1)
+            m.d.sync += [
+                self.fitted_valid.eq(self.moves & sends),
+                fitted.first.eq(opens),
+                fitted.last.eq(second.last),
+                fitted.steep.eq(second.steep),
+                fitted.excess.eq(second.excess),
+                fitted.length.eq(second.length),
+                fitted.next_length.eq(before.length),
+                fitted.fits.eq(fits),
+                fitted.half_turn.eq(before.half_turn),
+                fitted.tangent.eq(Mux(fits, before.tangent[:length_bits], 0)),
+            ]
+            with m.If(self.moves):
+                m.d.sync += [
+                    before.eq(turn),
+                    before.tangent.eq(tangent),
+                    left.eq(turn.length - tangent),
+                    follows.eq(self.valid),
+                    second.eq(before),
+                    sends.eq(follows & ~before.first),
+                    opens.eq(second.first),
+                    room_before.eq(room),
+                ]
+
+        return m

@@ -1,0 +1,180 @@
+"""Cost of a path, as the value of its key."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.planner.scorer.piece_pricer import PiecePricer
+from hdl.planner.scorer.schedule import Kind, Schedule, Timed
+from hdl.planner.scorer.widths import Widths
+from hdl.protocol.planner import BASE_BITS, DRAG_FRACTION, FUEL_BITS, RISE_BITS, VALUE_BITS
+
+
+__all__ = ["PathPricer", "laid_layout"]
+
+#: A cost from this power of two on is above every limit, that of no limit included.
+_LIMIT_BITS = VALUE_BITS + 2
+
+
+def laid_layout(widths: Widths) -> data.StructLayout:
+    """Return the layout of a segment with the arc at its end.
+
+    ``first``, ``last`` (segment of its path), ``length``, ``tangent`` (of the arc, 0 without one),
+    ``arc_length``, ``start_altitude`` (of the point where the segment begins), ``before`` and
+    ``after`` (altitudes where the arc begins and ends; without one, of the waypoint).
+    """
+    return data.StructLayout(
+        {
+            "first": 1,
+            "last": 1,
+            "length": widths.length,
+            "tangent": widths.length,
+            "arc_length": widths.arc,
+            "start_altitude": widths.part,
+            "before": widths.part,
+            "after": widths.part,
+        }
+    )
+
+
+class PathPricer(wiring.Component):
+    """Adds up what the pieces of a path cost: what arcs leave of its segments, and the arcs.
+
+    Parameters
+    ----------
+    widths : Widths
+
+    Attributes
+    ----------
+    latency : int
+        Cycles from the slot of a path's last segment to that of its value.
+
+    Members
+    -------
+    phase : In(1)
+        1 in the second cycle of every slot.
+    valid : In(1)
+    laid : In(laid_layout)
+    rise : In(RISE_BITS)
+    base : In(signed(BASE_BITS))
+    drag : In(DRAG_FRACTION)
+    fuel : In(FUEL_BITS)
+    fuel_shift : In(5)
+    key_shift : In(6)
+        Fields of the record.
+    value : Out(VALUE_BITS)
+        The cost, shifted, from 0 to the greatest value.
+    unlimited : Out(1)
+        The shifted cost is not below ``4 << VALUE_BITS``.
+    """
+
+    def __init__(self, widths: Widths):
+        self.widths = widths
+        self.pieces = PiecePricer(widths)
+        # A register before the pieces, the sums of the two pieces and of the path, and the value.
+        self.latency = (3 + self.pieces.latency | 1) + 1 + 2 + 8
+        super().__init__(
+            {
+                "phase": In(1),
+                "valid": In(1),
+                "laid": In(laid_layout(widths)),
+                "rise": In(RISE_BITS),
+                "base": In(signed(BASE_BITS)),
+                "drag": In(DRAG_FRACTION),
+                "fuel": In(FUEL_BITS),
+                "fuel_shift": In(5),
+                "key_shift": In(6),
+                "value": Out(VALUE_BITS),
+                "unlimited": Out(1),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        stages = Schedule(m, self.phase)
+        laid = {name: Timed(self.laid[name], 0) for name, _ in self.laid.shape()}
+        cost = self._price(m, stages, laid)
+        straight, arc = stages.apart(cost)
+        both = stages.compute(
+            "both",
+            lambda straight, arc, curves: straight + Mux(curves, arc, 0),
+            straight,
+            arc,
+            Timed(self.laid.tangent.any(), 0),
+        )
+        both = stages.hold("both_held", both)
+
+        total = Signal(signed(self.widths.cost), reset_less=True)
+        first, valid = (
+            stages.at(each, both.time) for each in (laid["first"], Timed(self.valid, 0))
+        )
+        with m.If(self.phase & valid):
+            m.d.sync += total.eq(Mux(first, 0, total) + both.value)
+        self._shift(m, stages, Timed(total, both.time + 2))
+
+        return m
+
+    def _price(self, m, stages, laid):
+        """Return the costs of segment and arc, a pair."""
+        # Where the arc before ends.
+        altitude = Signal(self.widths.part, reset_less=True)
+        taken = Signal(self.widths.length, reset_less=True)
+        with m.If(self.phase & self.valid):
+            m.d.sync += [altitude.eq(self.laid.after), taken.eq(self.laid.tangent)]
+
+        begins, left = Signal(self.widths.part), Signal(self.widths.length)
+        used = Mux(self.laid.first, 0, taken)
+        m.d.comb += [
+            begins.eq(Mux(self.laid.first, self.laid.start_altitude, altitude)),
+            left.eq(self.laid.length - used - self.laid.tangent),
+        ]
+        before = stages.alternate("piece_before", Timed(begins, 0), laid["before"])
+        after = stages.alternate("piece_after", laid["before"], laid["after"])
+        length = stages.alternate("piece_length", Timed(left, 0), laid["arc_length"])
+        m.d.comb += [
+            getattr(self.pieces, name).eq(getattr(self, name))
+            for name in ("rise", "base", "drag", "fuel", "fuel_shift")
+        ]
+        return stages.through(
+            "pieces", self.pieces, "cost", before=before, after=after, length=length
+        )
+
+    def _shift(self, m, stages, total):
+        """Add the stages from a path's cost to its value."""
+        value = stages.compute("positive", lambda total: Mux(total < 0, 0, total)[:-1], total)
+        unlimited = Timed(C(0, 1), value.time, Kind.STEADY)
+        shift = Timed(self.key_shift, 0, Kind.STEADY)
+        for number, low in enumerate((4, 2, 0)):
+            # What no later stage shifts below the limit need not be kept.
+            kept = _LIMIT_BITS + (1 << low) - 1
+            shifted = stages.compute(
+                f"shifted_{number}",
+                lambda value, shift, low=low: value >> (shift[low : low + 2] << low),
+                value,
+                shift,
+            )
+            unlimited = stages.compute(
+                f"unlimited_{number}",
+                lambda value, before, kept=kept: before | value[kept:].any(),
+                shifted,
+                unlimited,
+            )
+            value = Timed(shifted.value[:kept], shifted.time, Kind.SINGLE)
+        value = stages.compute(
+            "ended",
+            lambda value, unlimited: Mux(
+                unlimited | value[VALUE_BITS:].any(), (1 << VALUE_BITS) - 1, value[:VALUE_BITS]
+            ),
+            value,
+            unlimited,
+        )
+        value, unlimited = (
+            stages.hold("value_held", value),
+            stages.hold("unlimited_held", unlimited),
+        )
+        assert value.time == self.latency
+        m.d.comb += [
+            self.value.eq(value.value),
+            self.unlimited.eq(stages.at(unlimited, self.latency)),
+        ]

@@ -1,0 +1,104 @@
+"""Comparison of a slope with its limits."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.planner.scorer.schedule import Kind, Schedule, Timed
+from hdl.planner.scorer.widths import EXCESS_BITS
+from hdl.primitives.wide_multiplier import WideMultiplier
+from hdl.protocol.planner import SLOPE_BITS, SLOPE_FRACTION
+
+
+__all__ = ["SlopeComparator"]
+
+
+class SlopeComparator(wiring.Component):
+    """Tells whether what rises by ``rise`` over ``length`` is too steep, and by how much.
+
+    Parameters
+    ----------
+    length_bits, rise_bits : int
+        Widths; that of the rise includes its sign.
+    fraction : int
+        Bits of the rise below the part.
+
+    Attributes
+    ----------
+    latency : int
+        Cycles from a slot of lengths to that of its verdict.
+
+    Members
+    -------
+    phase : In(1)
+        1 in the second cycle of every slot.
+    length : In(length_bits)
+    rise : In(signed(rise_bits))
+    climb, descent : In(SLOPE_BITS)
+        Limits of slopes upwards and downwards.
+    steep : Out(1)
+    excess : Out(rise_bits - fraction + EXCESS_BITS)
+        Of what is too steep: by how much it rises or falls too much, in quarters of a part, rounded
+        down.
+    """
+
+    def __init__(self, length_bits: int, rise_bits: int, fraction: int):
+        self.length_bits = length_bits
+        self.rise_bits = rise_bits
+        self.fraction = fraction
+        self.grade = WideMultiplier(length_bits, SLOPE_BITS)
+        self.latency = (3 + self.grade.latency | 1) + 1
+        super().__init__(
+            {
+                "phase": In(1),
+                "length": In(length_bits),
+                "rise": In(signed(rise_bits)),
+                "climb": In(SLOPE_BITS),
+                "descent": In(SLOPE_BITS),
+                "steep": Out(1),
+                "excess": Out(rise_bits - fraction + EXCESS_BITS),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        stages = Schedule(m, self.phase)
+        length, rise = Timed(self.length, 0), Timed(self.rise, 0)
+        climb, descent = (Timed(each, 0, Kind.STEADY) for each in (self.climb, self.descent))
+        length = stages.compute("run", lambda length: length, length)
+        limit = stages.compute(
+            "limit",
+            lambda rise, climb, descent: Mux(rise < 0, descent, climb),
+            rise,
+            climb,
+            descent,
+        )
+        size = stages.compute(
+            "size", lambda rise: Mux(rise < 0, -rise, rise)[: self.rise_bits], rise
+        )
+        product = stages.through("grade", self.grade, "product", first=length, second=limit)
+        # Both sides with as many bits below the part; no rise reaches the bits above.
+        fraction = max(self.fraction, SLOPE_FRACTION)
+        top = self.rise_bits - 1 + fraction - self.fraction + 1
+        grade = Timed(product.value << fraction - SLOPE_FRACTION, product.time, product.kind)
+        gentle = stages.compute("gentle", lambda grade: grade[top:].any(), grade)
+        difference = stages.compute(
+            "difference",
+            lambda size, grade: ((size << fraction - self.fraction) - grade[:top])[: top + 1],
+            size,
+            grade,
+        )
+        steep = stages.compute(
+            "steep_now",
+            lambda difference, gentle: ~gentle & ~difference[top] & difference.any(),
+            difference,
+            gentle,
+        )
+        kept = difference.value[fraction - EXCESS_BITS : top]
+        excess = stages.hold("excess_held", Timed(kept, difference.time, difference.kind))
+        steep = stages.hold("steep_held", steep)
+        assert steep.time == self.latency
+        m.d.comb += [self.steep.eq(steep.value), self.excess.eq(stages.at(excess, self.latency))]
+
+        return m

@@ -1,0 +1,173 @@
+"""Widths of the numbers of a score, from the greatest values that they take.
+
+A score of the model is exact; so is the gateware's, with the fewest bits that hold every value.
+Wherever an arc does not fit, its numbers mean nothing and may lose bits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import isqrt
+
+from hdl.config import Config
+from hdl.protocol.planner import (
+    ALTITUDE_FRACTION,
+    BASE_BITS,
+    DRAG_FRACTION,
+    FUEL_BITS,
+    POSITION_FRACTION,
+    RADIUS_BITS,
+    RISE_BITS,
+    RISE_FRACTION,
+    TURN_FRACTION,
+)
+
+
+__all__ = ["EXCESS_BITS", "SHARE_BITS", "SHARPEST_BITS", "TURN_BITS", "Widths"]
+
+#: Fraction bits of the part by which a slope is too steep: a part counts as 4 units of length.
+EXCESS_BITS = 2
+#: Fraction bits of a tangent as a share of its segment.
+SHARE_BITS = 16
+#: Bits of a turn in radians, from :func:`hdl.protocol.planner.turn_table`.
+TURN_BITS = TURN_FRACTION + 2
+#: Bits of the tangents of half turns before their fractions: from 16 on no arc is possible.
+SHARPEST_BITS = 4
+
+
+@dataclass(frozen=True)
+class Widths:
+    """Widths of the numbers of one configuration.
+
+    Parameters
+    ----------
+    coordinate, altitude : int
+        Of a waypoint.
+    waypoints : int
+        Most waypoints of a path, or arcs.
+    """
+
+    coordinate: int
+    altitude: int
+    waypoints: int
+
+    @classmethod
+    def of(cls, config: Config) -> Widths:
+        """Return the widths of ``config``."""
+        return cls(config.coordinate_bits, config.altitude_bits, config.max_waypoints)
+
+    @property
+    def position(self) -> int:
+        """Of a position on the map."""
+        return self.coordinate + POSITION_FRACTION
+
+    @property
+    def part(self) -> int:
+        """Of an altitude in parts."""
+        return self.altitude + ALTITUDE_FRACTION
+
+    @property
+    def side(self) -> int:
+        """Of a difference of positions with its sign; no side of a cell has a scale above 1."""
+        return self.position + 1
+
+    @cached_property
+    def longest(self) -> int:
+        """Longest segment, from corner to corner of the map."""
+        return isqrt(2 * ((1 << self.position) - 1) ** 2)
+
+    @property
+    def length(self) -> int:
+        """Of a segment's length."""
+        return self.longest.bit_length()
+
+    @cached_property
+    def cross(self) -> int:
+        """Of the product of two segments, as vectors, without a sign."""
+        return (2 * ((1 << self.position) - 1) ** 2).bit_length()
+
+    @property
+    def tangent(self) -> int:
+        """Of a tangent length; the highest bit stands for all that no segment has room for."""
+        return self.length + 1
+
+    @property
+    def half_turn(self) -> int:
+        """Of the tangent of half a turn, 16 itself included: it is rounded up."""
+        return SHARPEST_BITS + TURN_FRACTION + 1
+
+    @property
+    def share(self) -> int:
+        """Of a share of a segment, 1 included."""
+        return SHARE_BITS + 1
+
+    @property
+    def arc(self) -> int:
+        """Of the length of an arc."""
+        return RADIUS_BITS + TURN_BITS - TURN_FRACTION
+
+    @property
+    def run(self) -> int:
+        """Of the length of a piece: what arcs leave of a segment, or an arc."""
+        return max(self.length, self.arc)
+
+    @cached_property
+    def flown_square(self) -> int:
+        """Greatest square of a length in three dimensions; an arc has at most its two tangents."""
+        highest = 1 << self.part + RISE_BITS - RISE_FRACTION
+        return (2 * self.longest) ** 2 + highest**2
+
+    @property
+    def flown(self) -> int:
+        """Of a length in three dimensions."""
+        return (isqrt(4 * self.flown_square) + 1 >> 1).bit_length()
+
+    @cached_property
+    def level(self) -> int:
+        """Of the altitude above the datum, of both ends together, with its sign."""
+        highest = (2 << self.part) + (1 << BASE_BITS - 1)
+        return highest.bit_length() + 1
+
+    @cached_property
+    def pull(self) -> int:
+        """Of a pull, without a sign."""
+        highest = (1 << DRAG_FRACTION + self.flown) + (1 << RISE_BITS + self.part)
+        return highest.bit_length()
+
+    @cached_property
+    def piece(self) -> int:
+        """Of the cost of a piece, with its sign."""
+        highest = (1 << self.level - 1 + self.flown) + (1 << self.pull + FUEL_BITS)
+        return highest.bit_length() + 1
+
+    @property
+    def cost(self) -> int:
+        """Of the cost of a path, with its sign: a piece for every segment and every arc."""
+        return self.piece + (2 * self.waypoints + 1).bit_length()
+
+    @cached_property
+    def total(self) -> int:
+        """Of the length of a path."""
+        return ((self.waypoints + 1) * self.longest).bit_length()
+
+    @property
+    def excess(self) -> int:
+        """Of what a segment rises or falls too much, the greatest altitude included."""
+        return self.part + EXCESS_BITS + 1
+
+    @cached_property
+    def steep(self) -> int:
+        """Of what the segments of a path count that are too steep."""
+        most = (1 << POSITION_FRACTION) + (1 << self.part + EXCESS_BITS)
+        return ((self.waypoints + 1) * most).bit_length()
+
+    @cached_property
+    def steep_arcs(self) -> int:
+        """Of the length of all arcs of a path."""
+        return (self.waypoints * (1 << self.arc)).bit_length()
+
+    @property
+    def count(self) -> int:
+        """Of a number of waypoints."""
+        return self.waypoints.bit_length()

@@ -1,0 +1,80 @@
+"""Divider of integers, rounding down."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.primitives.arguments import check_integer
+
+
+__all__ = ["Divider"]
+
+
+class Divider(wiring.Component):
+    """Quotient of two unsigned numbers in every cycle, rounded down.
+
+    A stage subtracts the divisor once and yields one bit. ``quotient`` follows ``quotient_bits``
+    cycles after its dividend. It is undefined where it has more bits, or the divisor is 0.
+
+    Parameters
+    ----------
+    divisor_bits, quotient_bits : int
+        1 or more each.
+
+    Attributes
+    ----------
+    latency : int
+        Cycles from a dividend to its quotient.
+
+    Members
+    -------
+    dividend : In(divisor_bits + quotient_bits)
+        Less than ``divisor << quotient_bits``.
+    divisor : In(divisor_bits)
+    quotient : Out(quotient_bits)
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a width is not an integer, or less than 1.
+    """
+
+    def __init__(self, divisor_bits, quotient_bits):
+        check_integer("Divisor width", divisor_bits, 1)
+        check_integer("Quotient width", quotient_bits, 1)
+        self.divisor_bits = divisor_bits
+        self.quotient_bits = self.latency = quotient_bits
+        super().__init__(
+            {
+                "dividend": In(divisor_bits + quotient_bits),
+                "divisor": In(divisor_bits),
+                "quotient": Out(quotient_bits),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        width, bits = self.divisor_bits, self.quotient_bits
+        divisor = self.divisor
+        # The lowest bits hold those of the dividend that are still to come, then the quotient's.
+        rest, remainder = self.dividend[:bits], self.dividend[bits:]
+        for stage in range(1, bits + 1):
+            raised = Cat(rest[-1], remainder)
+            beyond = Signal(signed(width + 2), name=f"beyond_{stage}")
+            fits = Signal(name=f"fits_{stage}")
+            next_rest = Signal(bits, name=f"rest_{stage}", reset_less=True)
+            next_remainder = Signal(width, name=f"remainder_{stage}", reset_less=True)
+            m.d.comb += [beyond.eq(raised - divisor), fits.eq(beyond >= 0)]
+            m.d.sync += [
+                next_rest.eq(Cat(fits, rest)),
+                next_remainder.eq(Mux(fits, beyond, raised)),
+            ]
+            if stage < bits:
+                next_divisor = Signal(width, name=f"divisor_{stage}", reset_less=True)
+                m.d.sync += next_divisor.eq(divisor)
+                divisor = next_divisor
+            rest, remainder = next_rest, next_remainder
+        m.d.comb += self.quotient.eq(rest)
+
+        return m

@@ -1,0 +1,100 @@
+"""Problems and paths for the scorer, and the scores that its model gives them."""
+
+import dataclasses
+
+import numpy as np
+
+from hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS
+from sim.model.planner.definition.score import score as defined
+from sim.model.planner.problem import problem_vector
+from sim.model.planner.score import CHORD, WORK_ROWS, score
+from tests.planner_cases import any_record, path, record, rows
+
+
+__all__ = ["compiled_score", "defined_score", "drawn_paths", "drawn_problem", "problem_fields"]
+
+TOP = (1 << VALUE_BITS) - 1
+
+
+def drawn_problem(config, rng):
+    """Return a problem of one of three kinds: usual, with gentle limits, of any values."""
+    kind = rng.integers(4)
+    if kind == 0:
+        return any_record(config, rng)
+    if kind == 1:
+        return record(config, rng)
+    # Wide turns, and slopes that some paths meet.
+    steps = config.blocked_altitude
+    fields = {
+        "climb": int(rng.integers(1, 12_000 * steps // 100)),
+        "descent": int(rng.integers(1, 12_000 * steps // 100)),
+        "radius": int(rng.integers(1, 1 << int(rng.integers(2, POSITION_FRACTION + 6)))),
+        "rise": int(rng.integers(1 << int(rng.integers(1, 21)))),
+        "drag": int(rng.integers(1 << 14)),
+        "fuel_shift": int(rng.integers(32)),
+        "key_shift": int(rng.integers(4, 20)),
+    }
+    ends = {"start_altitude": 8 * steps, "goal_altitude": int(rng.integers(7 * steps, 9 * steps))}
+    return record(config, rng, **fields, **(ends if rng.integers(2) else {}))
+
+
+def drawn_paths(config, rng, problem, count):
+    """Return ``count`` paths: any corners, or a way to the goal, some with odd waypoints."""
+    paths = []
+    for _ in range(count):
+        waypoints = int(rng.integers(1, config.max_waypoints + 1))
+        if rng.integers(3) == 0:
+            paths.append(path(config, rng, waypoints=waypoints))
+            continue
+        ends = np.array(
+            [
+                [getattr(problem, f"{end}_{axis}") for axis in ("x", "y", "altitude")]
+                for end in ("start", "goal")
+            ]
+        ) / [256, 256, 16]
+        shares = np.linspace(0, 1, waypoints + 2)[:, None]
+        spread = config.map_size * rng.choice([0, 0.01, 0.03, 0.1]) * np.array([1, 1, 0.5])
+        points = ends[0] + shares * (ends[1] - ends[0])
+        points += rng.normal(size=points.shape) * spread
+        limits = [config.map_size - 1, config.map_size - 1, config.blocked_altitude - 1]
+        points = np.clip(points, 0, limits).astype(int)
+        if rng.integers(4) == 0:
+            # A waypoint twice, a vertical hop, or a step back.
+            at = int(rng.integers(1, waypoints + 1))
+            other = int(rng.integers(waypoints + 2))
+            axes = slice(0, int(rng.integers(2, 4)))
+            points[at, axes] = points[other, axes]
+        paths.append([tuple(point) for point in points.tolist()])
+    return paths
+
+
+def problem_fields(problem):
+    """Return the record as a constant of :func:`hdl.planner.layouts.problem_layout` takes it."""
+    return dataclasses.asdict(problem)
+
+
+def defined_score(problem, points, gives_up):
+    """Return score and chords of ``points`` as the scorer offers them, by the definition."""
+    result = defined(problem, points)
+    chords = [None if arc is None else arc.chord for arc in result.arcs]
+    return _offered(problem, result.cost, result.penalty, result.steep_arcs, gives_up), chords
+
+
+def compiled_score(config, problem, points, gives_up):
+    """Return score and chords of ``points`` as the scorer offers them, by the compiled model."""
+    work = np.zeros((WORK_ROWS, len(points)), dtype=np.int64)
+    result = score(problem_vector(config, problem), rows(points), len(points), work, False)
+    ends = work[CHORD : CHORD + 7, 1 : len(points) - 1].T.tolist()
+    chords = [(tuple(each[:3]), tuple(each[3:6])) if each[6] else None for each in ends]
+    return _offered(problem, *result, gives_up), chords
+
+
+def _offered(problem, cost, penalty, steep_arcs, gives_up):
+    """Return ``infeasible``, ``unlimited`` and ``value``."""
+    if not (gives_up and penalty):
+        penalty += steep_arcs
+    value = int(cost) >> problem.key_shift
+    unlimited = value >= 4 << VALUE_BITS
+    if penalty:
+        return True, unlimited, min(int(penalty), TOP)
+    return False, unlimited, min(max(value, 0), TOP)

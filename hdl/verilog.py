@@ -38,6 +38,12 @@ TOPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "path_checker": ("hdl.feasibility.checker", "Checker", "config"),
         "feasibility": ("hdl.feasibility.feasibility", "Feasibility", "config"),
         "scorer": ("hdl.planner.scorer.scorer", "Scorer", "config"),
+        "seed_source": (
+            "hdl.planner.wavefront.seed_source",
+            "SeedSource",
+            "config",
+            "lookup_latency",
+        ),
     }
 )
 

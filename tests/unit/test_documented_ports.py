@@ -17,6 +17,7 @@ from hdl.layouts import generation_signature
 from hdl.planner.evolver import Evolver
 from hdl.planner.scorer.scorer import Scorer
 from hdl.planner.walker.path_walker import PathWalker
+from hdl.planner.wavefront.seed_source import SeedSource
 from hdl.top import Planner
 from tests.chips import SMALL
 
@@ -51,6 +52,7 @@ def components():
         partial(PathWalker, CHIPS[0]),
         partial(Scorer, SMALL),
         partial(Evolver, SMALL, 2),
+        partial(SeedSource, SMALL, SMALL.lookup_latency),
     )
     for maker in makers:
         others = alive()

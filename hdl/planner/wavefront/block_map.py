@@ -1,0 +1,257 @@
+"""Blocks of the map: least ground and lowest corners, kept from run to run."""
+
+from amaranth import *
+from amaranth.lib import data, memory, wiring
+from amaranth.lib.wiring import In, Out
+from amaranth.utils import exact_log2
+
+from hdl.planner.population_layouts import corner_layout
+from hdl.planner.wavefront.layouts import block_layout, place_layout
+from hdl.planner.wavefront.lowest_corner import LowestCorner
+from hdl.planner.wavefront.widths import BLOCK_BITS, INDEX_BITS, shift_limit
+from hdl.primitives.arguments import check_integer, check_power_of_two
+from hdl.primitives.delay_line import delay_line
+from hdl.protocol.planner import BLOCKS
+
+
+__all__ = ["BlockMap"]
+
+
+class BlockMap(wiring.Component):
+    """Least ground and lowest corner of each block, scanned again where the map has changed.
+
+    A write to the map marks its block. A scan reads the marked blocks, a row of ``lanes`` corners
+    in a cycle, and skips the others, a block in a cycle. With another ``block_shift`` than at the
+    scan before, all blocks count as marked. ``busy`` is high for as many cycles as
+    :func:`sim.model.planner.wavefront_cycles.scanning` says. Equals ``least`` and ``lowest`` of
+    :func:`sim.model.planner.definition.wavefront.blocks_of`; corners beyond the map are blocked.
+
+    Parameters
+    ----------
+    lanes : int
+        Corners in a row, a power of two from 1 to 64 and at most those of an edge of the map.
+    coordinate_bits, altitude_bits : int
+        Widths of a coordinate and of an altitude, 1 or more. The top altitude is blocked.
+    read_latency : int
+        Cycles from ``row`` to ``corners``, 1 or more.
+
+    Members
+    -------
+    block_shift : In
+        A block has ``2**block_shift`` corners along each edge, which are at most a 32nd of the
+        map's, or one. Steady in a scan and while blocks are read.
+    start, goal : In(corner_layout)
+        Their blocks are free; where a corner there is blocked, they have the altitude of the end.
+        Steady while blocks are read, and a cycle before.
+    write : In({"valid", "x", "y"})
+        This corner is written. Not while ``busy``.
+    launch : In(1)
+        Pulse: scan. Not while ``busy``.
+    busy : Out(1)
+    row : Out({"x", "y"})
+        Row of corners to be read: the first corner's x divided by ``lanes``, and y.
+    corners : In(altitude_bits).array(lanes)
+        Their altitudes.
+    start_block, goal_block : Out(place_layout)
+        Blocks of the ends.
+    number : In(10)
+        Block to be read while not ``busy``: 32 y + x.
+    block : Out(block_layout)
+        That block, 2 cycles later.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
+    """
+
+    def __init__(self, lanes, coordinate_bits, altitude_bits, read_latency):
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_power_of_two("Lanes", lanes, 1, min(64, 1 << coordinate_bits))
+        check_integer("Altitude width", altitude_bits, 1)
+        check_integer("Read latency", read_latency, 1)
+
+        self.lanes = lanes
+        self.coordinate_bits = coordinate_bits
+        self.altitude_bits = altitude_bits
+        self.read_latency = read_latency
+        xy, corner = coordinate_bits, corner_layout(coordinate_bits, altitude_bits)
+        self.row_layout = data.StructLayout({"x": xy - exact_log2(lanes), "y": xy})
+        self.block_layout = block_layout(xy, altitude_bits)
+        super().__init__(
+            {
+                "block_shift": In(max(1, shift_limit(xy).bit_length())),
+                "start": In(corner),
+                "goal": In(corner),
+                "write": In(data.StructLayout({"valid": 1, "x": xy, "y": xy})),
+                "launch": In(1),
+                "busy": Out(1),
+                "row": Out(self.row_layout),
+                "corners": In(altitude_bits).array(lanes),
+                "start_block": Out(place_layout),
+                "goal_block": Out(place_layout),
+                "number": In(INDEX_BITS),
+                "block": Out(self.block_layout),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        most = shift_limit(self.coordinate_bits)
+        shift = self.block_shift
+        m.submodules.tree = tree = LowestCorner(self.lanes, self.altitude_bits)
+        behind = self.read_latency + tree.latency
+        # Cycles from the last block's number to its record in the memory.
+        drain = behind + 2
+
+        # Marks, a row of blocks in a word; `scanned_shift` is that of the marks.
+        m.submodules.marks = marks = memory.Memory(shape=BLOCKS, depth=BLOCKS, init=[])
+        mark_write, mark_read = marks.write_port(), marks.read_port(domain="comb")
+        scanned_shift, is_scanned = Signal.like(shift), Signal()
+        written = Signal(data.StructLayout({"valid": 1, "x": BLOCK_BITS, "y": BLOCK_BITS}))
+        beyond = ((self.write.x >> shift) | (self.write.y >> shift))[BLOCK_BITS:]
+        m.d.sync += [
+            written.valid.eq(self.write.valid & ~beyond.any()),
+            written.x.eq(self.write.x >> shift),
+            written.y.eq(self.write.y >> shift),
+        ]
+        with m.If(self.write.valid & (shift != scanned_shift)):
+            m.d.sync += is_scanned.eq(0)
+
+        # The scan: a row of blocks, a block of it, and a row of corners.
+        at, all_marked = Signal(place_layout), Signal()
+        left = Signal(BLOCKS, reset_less=True)
+        corner_y = Signal(max(1, most), reset_less=True)
+        group = Signal(max(1, most), reset_less=True)
+        edge = Signal(most + 1)
+        groups = Signal(most + 1)
+        m.d.comb += [edge.eq(1 << shift), groups.eq(edge >> exact_log2(self.lanes))]
+        last_group = (groups == 0) | (group == groups - 1)
+        last = last_group & (corner_y == edge - 1)
+        reads, drained = Signal(), Signal(range(drain))
+        with m.FSM() as states:
+            with m.State("IDLE"):
+                m.d.sync += at.eq(0)
+                with m.If(self.launch):
+                    m.next = "OPEN"
+            with m.State("OPEN"):
+                m.d.sync += [
+                    all_marked.eq(~is_scanned | (scanned_shift != shift)),
+                    is_scanned.eq(1),
+                    scanned_shift.eq(shift),
+                ]
+                m.next = "ROW"
+            with m.State("ROW"):
+                m.d.sync += [
+                    left.eq(mark_read.data | all_marked.replicate(BLOCKS)),
+                    corner_y.eq(0),
+                    group.eq(0),
+                    drained.eq(0),
+                ]
+                m.next = "BLOCKS"
+            with m.State("BLOCKS"):
+                m.d.comb += reads.eq(left[0])
+                m.d.sync += group.eq(group + 1)
+                with m.If(last_group):
+                    m.d.sync += [group.eq(0), corner_y.eq(corner_y + 1)]
+                with m.If(last | ~left[0]):
+                    m.d.sync += [corner_y.eq(0), group.eq(0), left.eq(left >> 1), at.x.eq(at.x + 1)]
+                    with m.If(at.x == BLOCKS - 1):
+                        m.d.sync += at.y.eq(at.y + 1)
+                        m.next = "ROW"
+                        with m.If(at.y == BLOCKS - 1):
+                            m.next = "DRAIN"
+            with m.State("DRAIN"):
+                m.d.sync += drained.eq(drained + 1)
+                with m.If(drained == drain - 1):
+                    m.next = "IDLE"
+        m.d.comb += self.busy.eq(~states.ongoing("IDLE"))
+
+        # A row is cleared when it has been read.
+        clears = states.ongoing("ROW")
+        row = Mux(clears, at.y, written.y)
+        m.d.comb += [
+            mark_read.addr.eq(row),
+            mark_write.addr.eq(row),
+            mark_write.en.eq(clears | written.valid),
+            mark_write.data.eq(Mux(clears, 0, mark_read.data | (1 << written.x))),
+        ]
+
+        read = self._reduce(m, tree, at, corner_y, group, shift, reads, last, behind)
+        self._read(m, read, shift)
+        return m
+
+    def _reduce(self, m, tree, at, corner_y, group, shift, reads, last, behind):
+        """Read rows of corners, and keep the lowest of each block; return the read port."""
+        lane_bits = exact_log2(self.lanes)
+        x = (at.x << shift)[: self.coordinate_bits]
+        y = (at.y << shift)[: self.coordinate_bits] | corner_y
+        # Corners of other blocks, where a row is longer than a block; and those beyond the map.
+        low = x[:lane_bits]
+        counts = Cat(((lane ^ low) >> shift) == 0 for lane in range(self.lanes))
+        if self.coordinate_bits < BLOCK_BITS:
+            outside = (at.x | at.y)[self.coordinate_bits :].any()
+            counts &= ~outside.replicate(self.lanes)
+        counts = delay_line(m, counts, 1, "counts")
+        row = Signal(self.row_layout, reset_less=True)
+        m.d.sync += [row.x.eq((x >> lane_bits) | group), row.y.eq(y)]
+        m.d.comb += [
+            self.row.eq(row),
+            tree.counts.eq(delay_line(m, counts, self.read_latency, "lanes")),
+            *(own.eq(corner) for own, corner in zip(tree.corners, self.corners, strict=True)),
+        ]
+
+        # With the lowest of a row comes its place.
+        begins = (corner_y == 0) & (group == 0)
+        tags = Signal(
+            data.StructLayout({"first": 1, "last": 1, "number": INDEX_BITS}), reset_less=True
+        )
+        m.d.sync += [
+            tags.first.eq(begins),
+            tags.last.eq(last & reads),
+            tags.number.eq(Cat(at.x, at.y)),
+        ]
+        tags = delay_line(m, tags, behind, "tags")
+        where = delay_line(m, row, behind, "where")
+        lowest = tree.lowest
+        key = Cat(lowest.altitude, lowest.none)
+        best = Signal(len(key), reset_less=True)
+        found = Signal(self.block_layout, reset_less=True)
+        is_blocked = Signal(reset_less=True)
+        with m.If(tags.first | (key < best)):
+            m.d.sync += [
+                best.eq(key),
+                found.altitude.eq(lowest.altitude),
+                found.x.eq(Cat(lowest.lane, where.x)),
+                found.y.eq(where.y),
+            ]
+        blocked = lowest.blocked | lowest.none
+        m.d.sync += is_blocked.eq(Mux(tags.first, blocked, is_blocked | blocked))
+        m.submodules.records = records = memory.Memory(
+            shape=self.block_layout, depth=BLOCKS**2, init=[], attrs={"no_rw_check": 1}
+        )
+        write, read = records.write_port(), records.read_port()
+        m.d.comb += [
+            write.en.eq(delay_line(m, tags.last, 1, "ends")),
+            write.addr.eq(delay_line(m, tags.number, 1, "number")),
+            *(write.data[name].eq(found[name]) for name in ("altitude", "x", "y")),
+            write.data.free.eq(~is_blocked),
+            read.addr.eq(self.number),
+        ]
+        return read
+
+    def _read(self, m, read, shift):
+        """Give the block that was read; the ends' are free."""
+        for end, block in ((self.start, self.start_block), (self.goal, self.goal_block)):
+            m.d.sync += [block[axis].eq(end[axis] >> shift) for axis in "xy"]
+        place = delay_line(m, self.number, 1, "place")
+        at_start = delay_line(m, place == self.start_block.as_value(), 1, "at_start")
+        at_goal = delay_line(m, place == self.goal_block.as_value(), 1, "at_goal")
+        block = Signal(self.block_layout, reset_less=True)
+        m.d.sync += block.eq(read.data)
+        m.d.comb += self.block.eq(block)
+        with m.If(~block.free & at_goal):
+            m.d.comb += [self.block.free.eq(1), self.block.altitude.eq(self.goal.altitude)]
+        with m.If(~block.free & at_start):
+            m.d.comb += [self.block.free.eq(1), self.block.altitude.eq(self.start.altitude)]

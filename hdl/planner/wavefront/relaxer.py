@@ -1,0 +1,249 @@
+"""A pass over the blocks, a block in every cycle.
+
+A block's new cost follows from its own, from those of the row before and from that of the block
+just done. All but the last are summed and compared ahead; what remains for the last cycle is one
+comparison beside one sum.
+"""
+
+from amaranth import *
+from amaranth.lib import data, memory, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.planner.wavefront.layouts import step_constants_layout
+from hdl.planner.wavefront.step_pricer import StepPricer
+from hdl.planner.wavefront.widths import BLOCK_BITS, COST_BITS, FAR, INDEX_BITS
+from hdl.primitives.arguments import check_integer
+from hdl.primitives.delay_line import delay_line
+from hdl.protocol.planner import BLOCKS
+
+
+__all__ = ["Relaxer", "cost_write_layout", "surface_layout"]
+
+#: Ways of the steps to the neighbours in the order west, north-west, north, north-east, for a pass
+#: forwards; to the opposite ones for a pass backwards.
+_WAYS = (0, 2, 1, 2)
+#: The cycle after a block's first in which its costs are read, and in which the new one is written.
+_READ, _WRITTEN = StepPricer.latency + 3, StepPricer.latency + 9
+
+#: Cost to be written to a block.
+cost_write_layout = data.StructLayout({"valid": 1, "block": INDEX_BITS, "cost": COST_BITS})
+
+
+def surface_layout(altitude_bits: int) -> data.StructLayout:
+    """Return the layout of a block of the surface: whether it is free, and its altitude."""
+    return data.StructLayout({"free": 1, "altitude": altitude_bits})
+
+
+class Relaxer(wiring.Component):
+    """Lowers the cost of each free block to what it is by way of a neighbour.
+
+    A pass takes 1,024 cycles and those of the pipeline: ``busy`` is high for
+    :attr:`pass_cycles` - 1 cycles from the one after ``launch``. It goes over the blocks by rows,
+    forwards or backwards; the neighbours of a block are the four that the pass has come by. No
+    cost of a block exceeds 2**30, that of one without a way.
+
+    Equals half a sweep of ``spread`` of :mod:`sim.model.planner.definition.wavefront`; and of
+    ``limit_slopes``, where costs are depths below the top altitude, and steps cost the falls.
+
+    Parameters
+    ----------
+    coordinate_bits, altitude_bits : int
+        Widths of a coordinate of the map and of an altitude, 1 or more.
+
+    Members
+    -------
+    launch : In(1)
+        Pulse: begin a pass. Not while ``busy``.
+    backwards, falls : In(1)
+        Direction of the pass; steps cost the falls. Steady from ``launch`` to the end.
+    constants : In(step_constants_layout)
+    fuel_shift, key_shift : In
+        Steady.
+    surface_block : Out(10)
+        Block to be read from the surface.
+    surface : In(surface_layout)
+        That block, 2 cycles later.
+    cost_block : Out(10)
+        Block whose cost is to be read.
+    cost : In(31)
+        Its cost, 2 cycles later.
+    write : Out(cost_write_layout)
+    busy : Out(1)
+    changed : Out(1)
+        The latest pass changed a cost. Holds after ``busy``.
+    before, after : In(altitude_bits)
+        Altitudes of a step to be priced while no pass is under way.
+    prices : Out(31).array(3)
+        Its cost in x, in y, and across, ``StepPricer.latency + 1`` cycles later.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a width is not an integer, or less than 1.
+    """
+
+    #: Cycles from one ``launch`` to the next.
+    pass_cycles = BLOCKS**2 + _WRITTEN + 2
+
+    def __init__(self, coordinate_bits, altitude_bits):
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_integer("Altitude width", altitude_bits, 1)
+
+        self.coordinate_bits = coordinate_bits
+        self.altitude_bits = altitude_bits
+        super().__init__(
+            {
+                "launch": In(1),
+                "backwards": In(1),
+                "falls": In(1),
+                "constants": In(step_constants_layout(coordinate_bits)),
+                "fuel_shift": In(5),
+                "key_shift": In(6),
+                "surface_block": Out(INDEX_BITS),
+                "surface": In(surface_layout(altitude_bits)),
+                "cost_block": Out(INDEX_BITS),
+                "cost": In(COST_BITS),
+                "write": Out(cost_write_layout),
+                "busy": Out(1),
+                "changed": Out(1),
+                "before": In(altitude_bits),
+                "after": In(altitude_bits),
+                "prices": Out(COST_BITS).array(len(set(_WAYS))),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        # Number of the block in the pass, and the cycles that the pipeline takes after the last.
+        count = Signal(range(self.pass_cycles))
+        with m.If(self.busy):
+            m.d.sync += count.eq(count + 1)
+            with m.If(count == self.pass_cycles - 2):
+                m.d.sync += self.busy.eq(0)
+        with m.If(self.launch):
+            m.d.sync += [self.busy.eq(1), count.eq(0)]
+        number = count[:INDEX_BITS]
+
+        def block_of(number):
+            return number ^ self.backwards.replicate(INDEX_BITS)
+
+        def later(cycles):
+            """Return the number of the block that is ``cycles`` behind its first cycle."""
+            return (number - cycles)[:INDEX_BITS]
+
+        m.d.comb += [
+            self.surface_block.eq(block_of(number)),
+            self.cost_block.eq(block_of(later(_READ))),
+        ]
+
+        # Step costs, or falls; 2**30 where no step leads.
+        costs = self._step_costs(m, later)
+
+        # The row before, from north-east on.
+        column = later(_READ)[:BLOCK_BITS]
+        done = Signal(COST_BITS, reset_less=True)
+        written = later(_WRITTEN)
+        north_east = _ring(m, "upper_costs", done, written[:BLOCK_BITS], column)
+        north = delay_line(m, north_east, 1, "north")
+        north_west = delay_line(m, north, 1, "north_west")
+
+        def register(value, name):
+            return delay_line(m, value, 1, name)
+
+        def least(a, b, name):
+            return register(Mux(a < b, a, b), name)
+
+        sums = [
+            register(value + cost, f"by_{name}")
+            for value, cost, name in zip(
+                (north_west, north, north_east),
+                costs[1:],
+                ("north_west", "north", "north_east"),
+                strict=True,
+            )
+        ]
+        pair = least(sums[0], sums[1], "pair")
+        single = least(sums[2], self.cost, "single")
+        ahead = least(pair, single, "ahead")
+        west = delay_line(m, costs[0], 3, "west")
+        # The block just done is better below this cost.
+        below = register(ahead - west, "below")
+        ahead, west = register(ahead, "ahead_held"), register(west, "west_held")
+        m.d.sync += done.eq(Mux(done < below, done + west, ahead))
+
+        is_written = Signal()  # `count` stays at its end.
+        m.d.sync += is_written.eq((count >= _WRITTEN - 1) & (count < BLOCKS**2 + _WRITTEN - 1))
+        m.d.comb += [
+            self.write.valid.eq(is_written),
+            self.write.block.eq(block_of(written)),
+            self.write.cost.eq(done),
+        ]
+        old = delay_line(m, self.cost, _WRITTEN - _READ - 2, "old")
+        differs = register((done != old) & is_written, "differs")
+        with m.If(self.launch):
+            m.d.sync += self.changed.eq(0)
+        with m.Elif(differs):
+            m.d.sync += self.changed.eq(1)
+
+        return m
+
+    def _step_costs(self, m, later):
+        """Return the costs of the steps to the four neighbours, in registers."""
+        altitude = self.surface.altitude
+        column = later(2)[:BLOCK_BITS]
+        north_east = _ring(m, "upper_altitudes", altitude, column, column)
+        here = delay_line(m, altitude, 1, "altitude")
+        north = delay_line(m, north_east, 1, "altitude_north")
+        north_west = delay_line(m, north, 1, "altitude_north_west")
+        neighbours = delay_line(m, here, 1, "altitude_west"), north_west, north, north_east
+
+        at = later(StepPricer.latency + 3)
+        free = delay_line(m, self.surface.free, StepPricer.latency + 1, "free")
+        leads = Signal(4)
+        is_first, is_last = at[:BLOCK_BITS] == 0, at[:BLOCK_BITS].all()
+        upper = at[BLOCK_BITS:].any()
+        m.d.comb += leads.eq(
+            Cat(~is_first, ~is_first & upper, upper, ~is_last & upper) & free.replicate(4)
+        )
+
+        costs = []
+        for i, (way, neighbour) in enumerate(zip(_WAYS, neighbours, strict=True)):
+            m.submodules[f"pricer_{i}"] = pricer = StepPricer(
+                self.coordinate_bits, self.altitude_bits
+            )
+            constants = self.constants.ways[way]
+            before, after = here, neighbour
+            # The three first serve the others, too.
+            if i < 3:
+                before = Mux(self.busy, here, self.before)
+                after = Mux(self.busy, neighbour, self.after)
+            m.d.comb += [
+                pricer.way.eq(constants),
+                pricer.climb.eq(self.constants.climb),
+                pricer.fuel_shift.eq(self.fuel_shift),
+                pricer.key_shift.eq(self.key_shift),
+                pricer.before.eq(before),
+                pricer.after.eq(after),
+            ]
+            if i < 3:
+                m.d.sync += self.prices[way].eq(pricer.cost)
+            cost = Mux(leads[i], Mux(self.falls, constants.fall, pricer.cost), FAR)
+            costs.append(delay_line(m, cost, 1, f"step_{i}"))
+        return costs
+
+
+def _ring(m, name, value, written, read):
+    """Return the value of the row before, one column on from ``read``, a cycle later.
+
+    ``value`` belongs to column ``written`` of the present row.
+    """
+    m.submodules[name] = rows = memory.Memory(shape=len(value), depth=BLOCKS, init=[])
+    write, port = rows.write_port(), rows.read_port(domain="comb")
+    m.d.comb += [
+        write.addr.eq(written),
+        write.data.eq(value),
+        write.en.eq(1),
+        port.addr.eq(read + 1),
+    ]
+    return delay_line(m, port.data, 1, f"{name}_north_east")

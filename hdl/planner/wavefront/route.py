@@ -1,0 +1,205 @@
+"""Route from the start to the goal, over the blocks."""
+
+from amaranth import *
+from amaranth.lib import memory, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.planner.wavefront.layouts import place_layout
+from hdl.planner.wavefront.relaxer import surface_layout
+from hdl.planner.wavefront.step_pricer import StepPricer
+from hdl.planner.wavefront.widths import BLOCK_BITS, COST_BITS, FAR, INDEX_BITS
+from hdl.primitives.arguments import check_integer
+from hdl.primitives.delay_line import delay_line
+from hdl.protocol.planner import BLOCKS
+
+
+__all__ = ["Route"]
+
+#: Blocks of a straight line.
+_STRAIGHT_BITS = 6
+_STRAIGHT = 1 << _STRAIGHT_BITS
+#: x and y of a block and its neighbours from the block, and the index of their way: the block
+#: itself first, then its neighbours by rows.
+_STEPS = (
+    (0, 0, 0),
+    *((x, y, 2 if x and y else int(x == 0)) for y in (-1, 0, 1) for x in (-1, 0, 1) if x or y),
+)
+#: Cycles from the address of a neighbour to its surface and cost, and to the cost by way of it.
+_READ = 2
+_PRICED = _READ + 1 + StepPricer.latency + 1
+_SUMMED = _PRICED + 1
+
+
+class Route(wiring.Component):
+    """Follows the least costs from the start to the goal, and keeps the blocks.
+
+    Of the eight neighbours by rows, the first with the least cost follows; one is read in a cycle.
+    Where the start has no way, the route is a straight line of 64 blocks. ``busy`` is high for as
+    many cycles as :func:`sim.model.planner.wavefront_cycles.routing` says. Equals ``descend`` of
+    :mod:`sim.model.planner.definition.wavefront`.
+
+    Parameters
+    ----------
+    altitude_bits : int
+        Width of an altitude, 1 or more.
+
+    Members
+    -------
+    start, goal : In(place_layout)
+        Blocks. Steady.
+    launch : In(1)
+        Pulse: begin. Not while ``busy``.
+    busy : Out(1)
+    length : Out(11)
+        Blocks of the route, start and goal included.
+    read_block : Out(10)
+        Block to be read from the wavefront.
+    surface : In(surface_layout)
+    cost : In(31)
+        That block, 2 cycles later.
+    before, after : Out(altitude_bits)
+        Altitudes of a step to be priced.
+    prices : In(31).array(3)
+        Its cost in x, in y, and across, 13 cycles later.
+    number : In(10)
+        Number of a block of the route, to be read while not ``busy``.
+    place : Out(place_layout)
+        That block, 2 cycles later.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the width is not an integer, or less than 1.
+    """
+
+    #: Cycles for a block of the route with a way to the goal; for the last one as well.
+    step_cycles = len(_STEPS) + _SUMMED + 1
+
+    def __init__(self, altitude_bits):
+        check_integer("Altitude width", altitude_bits, 1)
+
+        self.altitude_bits = altitude_bits
+        super().__init__(
+            {
+                "start": In(place_layout),
+                "goal": In(place_layout),
+                "launch": In(1),
+                "busy": Out(1),
+                "length": Out(INDEX_BITS + 1),
+                "read_block": Out(INDEX_BITS),
+                "surface": In(surface_layout(altitude_bits)),
+                "cost": In(COST_BITS),
+                "before": Out(altitude_bits),
+                "after": Out(altitude_bits),
+                "prices": In(COST_BITS).array(3),
+                "number": In(INDEX_BITS),
+                "place": Out(place_layout),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        here = Signal(place_layout, reset_less=True)
+        count = Signal(range(self.step_cycles))
+
+        m.submodules.places = places = memory.Memory(
+            shape=place_layout, depth=BLOCKS**2, init=[], attrs={"no_rw_check": 1}
+        )
+        write, read = places.write_port(), places.read_port()
+        m.d.comb += [
+            write.addr.eq(self.length),
+            write.data.eq(here),
+            read.addr.eq(self.number),
+            self.place.eq(delay_line(m, read.data, 1, "place")),
+        ]
+
+        best_place, is_stuck = self._best(m, here, count)
+
+        # The straight line: differences times the number of the block, summed up.
+        moved = {
+            axis: Signal(signed(BLOCK_BITS + _STRAIGHT_BITS + 1), name=f"moved_{axis}")
+            for axis in "xy"
+        }
+        with m.FSM() as states:
+            with m.State("IDLE"):
+                with m.If(self.launch):
+                    m.d.sync += [
+                        here.eq(self.start),
+                        self.length.eq(0),
+                        count.eq(0),
+                        *(each.eq(0) for each in moved.values()),
+                    ]
+                    m.next = "STEP"
+            with m.State("STEP"):
+                m.d.sync += count.eq(count + 1)
+                with m.If((count == _READ) & is_stuck):
+                    m.next = "STRAIGHT"
+                with m.Elif(count == self.step_cycles - 1):
+                    m.d.comb += write.en.eq(1)
+                    m.d.sync += [
+                        self.length.eq(self.length + 1),
+                        here.eq(best_place),
+                        count.eq(0),
+                    ]
+                    with m.If(here == self.goal):
+                        m.next = "IDLE"
+            with m.State("STRAIGHT"):
+                m.d.comb += write.en.eq(1)
+                m.d.sync += self.length.eq(self.length + 1)
+                for axis, each in moved.items():
+                    further = each + (self.goal[axis] - self.start[axis])
+                    m.d.sync += [
+                        each.eq(further),
+                        here[axis].eq(self.start[axis] + (further >> _STRAIGHT_BITS)),
+                    ]
+                with m.If(self.length == _STRAIGHT - 1):
+                    m.next = "IDLE"
+        m.d.comb += self.busy.eq(~states.ongoing("IDLE"))
+
+        return m
+
+    def _best(self, m, here, count):
+        """Return the best neighbour so far, and whether the block just read has no way."""
+        # The step of this cycle: its neighbour, whether there is one, and its way.
+        place = Signal(place_layout)
+        exists = Signal()
+        way = Signal(2)
+        inside = [{-1: at.any(), 0: Const(1), 1: ~at.all()} for at in (here.x, here.y)]
+        with m.Switch(count):
+            for i, (x, y, index) in enumerate(_STEPS):
+                with m.Case(i):
+                    m.d.comb += [
+                        place.x.eq(here.x + x),
+                        place.y.eq(here.y + y),
+                        exists.eq(inside[0][x] & inside[1][y] & int(i > 0)),
+                        way.eq(index),
+                    ]
+        m.d.comb += self.read_block.eq(Cat(place.x, place.y))
+
+        before = Signal(self.altitude_bits, reset_less=True)
+        with m.If(count == _READ):
+            m.d.sync += before.eq(self.surface.altitude)
+        m.d.comb += [
+            self.before.eq(before),
+            self.after.eq(delay_line(m, self.surface.altitude, 1, "after")),
+        ]
+
+        # Where there is no neighbour, the cost is out of reach.
+        price = Signal(COST_BITS)
+        with m.Switch(delay_line(m, way, _PRICED, "way")):
+            for index in range(3):
+                with m.Case(index):
+                    m.d.comb += price.eq(self.prices[index])
+        cost = delay_line(m, self.cost, _PRICED - _READ, "cost")
+        total = delay_line(m, price + cost, 1, "total")
+        counts = delay_line(m, exists, _SUMMED, "exists")
+        at = delay_line(m, place, _SUMMED, "at")
+
+        best = Signal(range(FAR + 1), reset_less=True)
+        best_place = Signal(place_layout, reset_less=True)
+        with m.If(count == 0):
+            m.d.sync += best.eq(FAR)
+        with m.Elif(counts & (total < best)):
+            m.d.sync += [best.eq(total), best_place.eq(at)]
+        return best_place, self.cost == FAR

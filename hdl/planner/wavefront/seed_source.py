@@ -1,0 +1,157 @@
+"""First paths of an island, from the map to their waypoints."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out, connect, flipped
+
+from hdl.config import Config
+from hdl.planner.layouts import problem_layout
+from hdl.planner.population_layouts import corner_layout
+from hdl.planner.wavefront.block_map import BlockMap
+from hdl.planner.wavefront.route import Route
+from hdl.planner.wavefront.seeder import Seeder
+from hdl.planner.wavefront.step_constants import LIMIT_BITS
+from hdl.planner.wavefront.wavefront import Wavefront
+
+
+__all__ = ["SeedSource"]
+
+
+class SeedSource(wiring.Component):
+    """Scans the map's blocks; finds a route over a surface, and seeds paths along it.
+
+    The blocks are scanned before the first ``launch`` of a run; every further launch takes another
+    limit of slopes. A launch is a wavefront, then a route, then its seeds, a cycle between them.
+
+    Parameters
+    ----------
+    config : Config
+    read_latency : int
+        Cycles from ``row`` to ``corners``, 1 or more.
+
+    Members
+    -------
+    problem : In(problem_layout)
+    start, goal : In(corner_layout)
+        Corners nearest to the ends, and the steps at or below them. Steady, like ``problem``, while
+        ``busy`` and a cycle before.
+    write : In({"valid", "x", "y"})
+    row : Out({"x", "y"})
+    corners : In(altitude_bits).array(lanes)
+        See :class:`hdl.planner.wavefront.block_map.BlockMap`.
+    scan : In(1)
+        Pulse: scan the blocks. Not while ``busy``.
+    launch : In(1)
+        Pulse: make seeds. Not while ``busy``.
+    limit : In(4)
+        Slope limit of the surface, in halves of the climb limit; 0 is none. Steady while ``busy``.
+    paths : In(16)
+        Seeds to be made; 1 or more. Steady while ``busy``.
+    busy : Out(1)
+        Until the blocks are scanned, or the last waypoint is taken.
+    passes : Out(9)
+        Passes of the latest wavefront.
+    word : In(19)
+    word_ready : In(1)
+    step : Out(1)
+    waypoints : Out(stream.Signature({"x", "y", "altitude", "last"}))
+        See :class:`hdl.planner.wavefront.seeder.Seeder`.
+    """
+
+    def __init__(self, config: Config, read_latency):
+        self.config = config
+        self.read_latency = read_latency
+        xy, z = config.coordinate_bits, config.altitude_bits
+        self._blocks = BlockMap(config.lanes, xy, z, read_latency)
+        self._wavefront = Wavefront(config)
+        self._seeder = Seeder(config)
+        members = self._blocks.signature.members
+        super().__init__(
+            {
+                "problem": In(problem_layout(config)),
+                "start": In(corner_layout(xy, z)),
+                "goal": In(corner_layout(xy, z)),
+                **{name: members[name] for name in ("write", "row", "corners")},
+                "scan": In(1),
+                "launch": In(1),
+                "limit": In(LIMIT_BITS),
+                "paths": In(16),
+                "busy": Out(1),
+                "passes": self._wavefront.signature.members["passes"],
+                "word": self._seeder.signature.members["word"],
+                "word_ready": In(1),
+                "step": Out(1),
+                "waypoints": Out(stream.Signature(self._seeder.waypoint_layout)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        m.submodules.blocks = blocks = self._blocks
+        m.submodules.wavefront = wavefront = self._wavefront
+        m.submodules.route = route = Route(self.config.altitude_bits)
+        m.submodules.seeder = seeder = self._seeder
+
+        with m.FSM() as states:
+            with m.State("IDLE"):
+                with m.If(self.scan):
+                    m.d.comb += blocks.launch.eq(1)
+                    m.next = "SCAN"
+                with m.If(self.launch):
+                    m.d.comb += wavefront.launch.eq(1)
+                    m.next = "SPREAD"
+            with m.State("SCAN"):
+                with m.If(~blocks.busy):
+                    m.next = "IDLE"
+            with m.State("SPREAD"):
+                with m.If(~wavefront.busy):
+                    m.d.comb += route.launch.eq(1)
+                    m.next = "DESCEND"
+            with m.State("DESCEND"):
+                with m.If(~route.busy):
+                    m.d.comb += seeder.launch.eq(1)
+                    m.next = "SEED"
+            with m.State("SEED"):
+                with m.If(~seeder.busy):
+                    m.next = "IDLE"
+        m.d.comb += self.busy.eq(~states.ongoing("IDLE"))
+
+        problem = self.problem
+        m.d.comb += [
+            blocks.block_shift.eq(problem.block_shift),
+            blocks.start.eq(self.start),
+            blocks.goal.eq(self.goal),
+            blocks.write.eq(self.write),
+            self.row.eq(blocks.row),
+            *(own.eq(corner) for own, corner in zip(blocks.corners, self.corners, strict=True)),
+            blocks.number.eq(Mux(wavefront.busy, wavefront.map_block, seeder.read_block)),
+            wavefront.problem.eq(problem),
+            wavefront.limit.eq(self.limit),
+            wavefront.goal.eq(blocks.goal_block),
+            wavefront.block.eq(blocks.block),
+            wavefront.read_block.eq(Mux(route.busy, route.read_block, seeder.read_block)),
+            wavefront.before.eq(route.before),
+            wavefront.after.eq(route.after),
+            self.passes.eq(wavefront.passes),
+            route.start.eq(blocks.start_block),
+            route.goal.eq(blocks.goal_block),
+            route.surface.eq(wavefront.surface),
+            route.cost.eq(wavefront.cost),
+            *(own.eq(price) for own, price in zip(route.prices, wavefront.prices, strict=True)),
+            route.number.eq(seeder.number),
+            seeder.limits.x.eq(problem.x_limit),
+            seeder.limits.y.eq(problem.y_limit),
+            seeder.limits.altitude.eq(problem.altitude_limit),
+            seeder.length.eq(route.length),
+            seeder.paths.eq(self.paths),
+            seeder.place.eq(route.place),
+            seeder.block.eq(blocks.block),
+            seeder.surface.eq(wavefront.surface),
+            seeder.word.eq(self.word),
+            seeder.word_ready.eq(self.word_ready),
+            self.step.eq(seeder.step),
+        ]
+        connect(m, seeder.waypoints, flipped(self.waypoints))
+
+        return m

@@ -1,0 +1,193 @@
+"""First paths: waypoints along a route."""
+
+from amaranth import *
+from amaranth.lib import data, fifo, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import Config
+from hdl.planner.population_layouts import corner_layout
+from hdl.planner.wavefront.layouts import block_layout, place_layout
+from hdl.planner.wavefront.relaxer import surface_layout
+from hdl.planner.wavefront.widths import INDEX_BITS
+from hdl.primitives.delay_line import delay_line
+from hdl.primitives.divider import Divider
+from hdl.primitives.multiplier import Multiplier
+
+
+__all__ = ["Seeder"]
+
+#: Fewest waypoints of a seed, where the longest path has as many.
+_FEWEST = 4
+#: Places in the first word of a path, and in that of a waypoint.
+_COUNT, _PHASE, _SHIFT = slice(0, 8), slice(8, 16), slice(16, 19)
+_PHASE_BITS = 8
+_OFFSET_BITS = 16
+#: Waypoints that are on offer or on their way at most.
+_DEPTH = 32
+
+
+class Seeder(wiring.Component):
+    """Paths of waypoints at even distances along the route, at random heights above the surface.
+
+    Takes a word of the random source in every cycle: one for a path, then one for each waypoint of
+    the longest path. The first waypoint is offered :attr:`latency` cycles after its word is taken.
+    Equals ``seed_path`` of :mod:`sim.model.planner.definition.seeds`.
+
+    Parameters
+    ----------
+    config : Config
+
+    Attributes
+    ----------
+    latency : int
+        Cycles from a waypoint's word to its first offer.
+
+    Members
+    -------
+    limits : In(corner_layout)
+        Highest corner and altitude of a waypoint. Steady.
+    length : In(11)
+        Blocks of the route, 1 or more. Steady.
+    paths : In(16)
+        Paths to be made; 1 or more. Read with ``launch``.
+    launch : In(1)
+        Pulse: begin. Not while ``busy``.
+    busy : Out(1)
+        Until the last waypoint is taken.
+    word : In(19)
+        Lowest bits of the random source's selection word.
+    word_ready : In(1)
+        There is one.
+    step : Out(1)
+        It is taken in this cycle. Only with ``word_ready``.
+    number : Out(10)
+        Number of a block of the route to be read.
+    place : In(place_layout)
+        That block, 2 cycles later.
+    read_block : Out(10)
+        Block to be read from map and surface.
+    block : In(block_layout)
+    surface : In(surface_layout)
+        That block, 2 cycles later.
+    waypoints : Out(stream.Signature({"x", "y", "altitude", "last"}))
+        ``last`` ends a path.
+    """
+
+    #: Registers from a word to the quotient, then route, block, and two for the waypoint.
+    latency = 2 + INDEX_BITS + 2 + 2 + 2 + 2
+
+    def __init__(self, config: Config):
+        self.config = config
+        xy, z = config.coordinate_bits, config.altitude_bits
+        self.waypoint_layout = data.StructLayout({"x": xy, "y": xy, "altitude": z, "last": 1})
+        super().__init__(
+            {
+                "limits": In(corner_layout(xy, z)),
+                "length": In(INDEX_BITS + 1),
+                "paths": In(16),
+                "launch": In(1),
+                "busy": Out(1),
+                "word": In(_SHIFT.stop),
+                "word_ready": In(1),
+                "step": Out(1),
+                "number": Out(INDEX_BITS),
+                "place": In(place_layout),
+                "read_block": Out(INDEX_BITS),
+                "block": In(block_layout(xy, z)),
+                "surface": In(surface_layout(z)),
+                "waypoints": Out(stream.Signature(self.waypoint_layout)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        config = self.config
+        longest = config.max_waypoints
+        fewest = min(_FEWEST, longest)
+
+        # Words: number 0 is the path's, the others are the waypoints'.
+        left, number = Signal(16), Signal(range(longest + 1))
+        reserved = Signal(range(_DEPTH + 1))
+        m.d.comb += [
+            self.step.eq(left.any() & self.word_ready & (reserved < _DEPTH)),
+            self.busy.eq(left.any() | reserved.any()),
+        ]
+        with m.If(self.step):
+            m.d.sync += number.eq(number + 1)
+            with m.If(number == longest):
+                m.d.sync += [number.eq(0), left.eq(left - 1)]
+        with m.If(self.launch):
+            m.d.sync += left.eq(self.paths)
+
+        # A register behind the source.
+        word = delay_line(m, self.word, 1, "word")
+        index = delay_line(m, (number - 1)[: longest.bit_length()], 1, "index")
+        is_head, is_place = Signal(), Signal()
+        m.d.sync += [
+            is_head.eq(self.step & (number == 0)),
+            is_place.eq(self.step & (number != 0)),
+        ]
+
+        # The path's word is read a cycle before its first waypoint is here.
+        count = Signal(range(longest + 1), reset_less=True)
+        phase = Signal(_PHASE_BITS, reset_less=True)
+        shift = Signal(3, reset_less=True)
+        with m.If(is_head):
+            m.d.sync += [
+                count.eq(fewest + (word[_COUNT] * (longest - fewest + 1) >> 8)),
+                phase.eq(word[_PHASE]),
+                shift.eq(word[_SHIFT]),
+            ]
+
+        # Waypoints beyond the path's are dropped.
+        keeps = Signal()
+        m.d.comb += keeps.eq(is_place & (index < count))
+        drops = is_place & ~keeps
+        is_taken = self.waypoints.valid & self.waypoints.ready
+        m.d.sync += reserved.eq(reserved + (self.step & (number != 0)) - drops - is_taken)
+
+        # Part of the route, then its block, the block's lowest corner and surface.
+        along = Cat(phase, index)
+        m.submodules.along = scale = Multiplier(
+            (len(along), len(self.length)), _PHASE_BITS, (False, False)
+        )
+        m.submodules.offsets = offsets = Multiplier(
+            (_OFFSET_BITS, config.altitude_bits), _OFFSET_BITS, (False, False)
+        )
+        m.submodules.divider = divider = Divider(len(scale.product) - INDEX_BITS, INDEX_BITS)
+        m.d.comb += [
+            scale.first.eq(along),
+            scale.second.eq(self.length),
+            offsets.first.eq(word[:_OFFSET_BITS]),
+            offsets.second.eq(config.box_steps),
+            divider.dividend.eq(scale.product),
+            divider.divisor.eq(delay_line(m, count, 1, "divisor")),
+            self.number.eq(divider.quotient),
+            self.read_block.eq(self.place),
+        ]
+        to_block = divider.latency + 2 + 2
+        height = delay_line(m, offsets.product >> delay_line(m, shift, 1, "shift"), 1, "height")
+        height = delay_line(m, height, to_block - 1, "above")
+        keeps_here = Signal(to_block + 3)
+        m.d.sync += keeps_here.eq(Cat(keeps, keeps_here))
+        last = delay_line(m, index == count - 1, to_block + 3, "last")
+
+        limits = self.limits
+        raised = delay_line(m, self.surface.altitude + height, 1, "raised")
+        found = Signal(self.waypoint_layout, reset_less=True)
+        for axis in "xy":
+            corner = delay_line(m, self.block[axis], 1, f"corner_{axis}")
+            m.d.sync += found[axis].eq(Mux(corner > limits[axis], limits[axis], corner))
+        m.d.sync += found.altitude.eq(Mux(raised > limits.altitude, limits.altitude, raised))
+
+        m.submodules.kept = kept = fifo.SyncFIFOBuffered(width=len(found.as_value()), depth=_DEPTH)
+        m.d.comb += [
+            kept.w_en.eq(keeps_here[-1]),
+            kept.w_data.eq(Cat(found.as_value()[:-1], last)),
+            self.waypoints.valid.eq(kept.r_rdy),
+            self.waypoints.payload.eq(kept.r_data),
+            kept.r_en.eq(self.waypoints.ready),
+        ]
+
+        return m

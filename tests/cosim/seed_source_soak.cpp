@@ -1,0 +1,123 @@
+// seed_source_soak: feeds problems to a source of seeds and writes what it finds.
+//
+// Standard input has jobs of 32-bit words: `load` (a new map follows), corners written, `scan`,
+// limit, paths, words of the random source, one of how many cycles words and waypoints pause in (0:
+// none), and spare; then the words of the problem, start and goal in two words each; the map's
+// corners; those to be written (x, y, altitude); and the random words. Standard output gets for each
+// job the cycles of the scan and of the run, passes, blocks of the route, waypoints, words taken;
+// then blocks of the map (two words each), surfaces, costs, the route, and waypoints (two words).
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <deque>
+#include <vector>
+
+#include <verilated.h>
+
+#include "Vtop.h"
+#include "Vtop___024root.h"
+
+using Word = std::uint32_t;
+constexpr std::size_t BLOCKS = 1024;
+
+static std::vector<Word> output;
+
+static bool read(std::vector<Word>& words) {
+    return std::fread(words.data(), sizeof(Word), words.size(), stdin) == words.size();
+}
+
+static void append(std::uint64_t value) {
+    output.push_back(static_cast<Word>(value));
+    output.push_back(static_cast<Word>(value >> 32));
+}
+
+int main() {
+    VerilatedContext context;
+    Vtop chip{&context, ""};
+    chip.rst = 0;
+    std::vector<Word> header(8), ground(SIZE * SIZE);
+    Word random = 1;
+    const auto* const root = chip.rootp;
+    while (read(header)) {
+        const Word load = header[0], writes = header[1], scan = header[2], pause = header[6];
+        std::vector<Word> problem(sizeof chip.problem / sizeof(Word)), ends(4);
+        std::vector<Word> written(3 * writes), drawn(header[5]);
+        if (!read(problem) || !read(ends)) return 1;
+        if (load) {
+            if (!read(ground)) return 1;
+            chip.rst = 1;
+            chip.clk = 0;
+            chip.eval();
+            chip.clk = 1;
+            chip.eval();
+            chip.rst = 0;
+        }
+        if (!read(written) || !read(drawn)) return 1;
+        for (std::size_t i = 0; i < problem.size(); ++i) chip.problem[i] = problem[i];
+        chip.start = ends[0] | static_cast<std::uint64_t>(ends[1]) << 32;
+        chip.goal = ends[2] | static_cast<std::uint64_t>(ends[3]) << 32;
+        chip.limit = header[3];
+        chip.paths = header[4];
+
+        const auto draws = [&] {
+            random = random * 1664525 + 1013904223;
+            return pause == 0 || (random >> 8) % pause != 0;
+        };
+        std::deque<Word> rows(LATENCY, 0);
+        std::vector<std::uint64_t> waypoints;
+        std::size_t taken = 0;
+        const auto cycle = [&] {
+            chip.word = taken < drawn.size() ? drawn[taken] : 0;
+            chip.word_ready = taken < drawn.size() && draws();
+            chip.waypoints___05Fready = draws();
+            const std::size_t at = rows.front();
+            Word corners[LANES];
+            for (int i = 0; i < LANES; ++i) corners[i] = ground[at * LANES + i];
+            SET_CORNERS
+            chip.clk = 0;
+            chip.eval();
+            rows.pop_front();
+            rows.push_back(chip.row);
+            taken += chip.step;
+            if (chip.waypoints___05Fvalid && chip.waypoints___05Fready) {
+                waypoints.push_back(chip.waypoints___05Fpayload);
+            }
+            chip.clk = 1;
+            chip.eval();
+        };
+        for (std::size_t i = 0; i < writes; ++i) {
+            const Word x = written[3 * i], y = written[3 * i + 1];
+            ground[y * SIZE + x] = written[3 * i + 2];
+            chip.write = 1 | x << 1 | y << (1 + COORDINATE_BITS);
+            cycle();
+        }
+        chip.write = 0;
+        if (writes == 0) cycle();  // Blocks of start and goal.
+        const auto run = [&](CData& pulse) {
+            pulse = 1;
+            cycle();
+            pulse = 0;
+            Word cycles = 0;
+            while (chip.busy) {
+                cycle();
+                if (++cycles > 1000000) std::exit(2);
+            }
+            return cycles;
+        };
+        const Word scanned = scan ? run(chip.scan) : 0;
+        const Word ran = run(chip.launch);
+        const Word length = root->LENGTH;
+        output = {scanned, ran, chip.passes, length, static_cast<Word>(waypoints.size()),
+                  static_cast<Word>(taken)};
+        for (std::size_t i = 0; i < BLOCKS; ++i) append(root->RECORDS[i]);
+        for (std::size_t i = 0; i < BLOCKS; ++i) output.push_back(root->SURFACES[i]);
+        for (std::size_t i = 0; i < BLOCKS; ++i) output.push_back(root->COSTS[i]);
+        for (std::size_t i = 0; i < length; ++i) output.push_back(root->PLACES[i]);
+        for (const auto each : waypoints) append(each);
+        std::fwrite(output.data(), sizeof(Word), output.size(), stdout);
+    }
+    chip.final();
+    return 0;
+}

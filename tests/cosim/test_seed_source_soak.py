@@ -1,0 +1,254 @@
+# amaranth: UnusedElaboratable=no
+"""The exported source of seeds in Verilator against the definition: all that it finds."""
+
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hdl.planner.layouts import problem_layout
+from hdl.planner.population_layouts import corner_layout
+from hdl.planner.wavefront.layouts import block_layout, place_layout
+from hdl.planner.wavefront.seeder import Seeder
+from hdl.protocol.planner import BLOCKS
+from sim.cache import BuildCache, build_root
+from sim.exported import exported_verilog
+from sim.model.planner import wavefront_cycles
+from sim.model.planner.definition import wavefront
+from sim.model.planner.definition.score import corner_of
+from sim.model.planner.definition.seeds import seed_path
+from sim.verilator import build_verilator
+from tests.planner_cases import LARGE, SMALL, USUAL
+from tests.planner_wavefront import FAR, Words, blocks_of, corner, layer, problem, terrain
+
+
+pytestmark = [pytest.mark.cosim, pytest.mark.ci]
+
+MAIN = Path(__file__).with_name("seed_source_soak.cpp")
+
+
+@dataclass
+class Job:
+    """A run of the source: on a new map or the one before, with corners written first."""
+
+    problem: object
+    ground: np.ndarray
+    is_new: bool
+    written: np.ndarray
+    limit: int
+    paths: int
+    pause: int
+    marked: int
+
+
+def words(value, count):
+    """Return an integer as 32-bit words, the lowest first."""
+    return [value >> 32 * i & 0xFFFFFFFF for i in range(count)]
+
+
+def corner_words(config, point):
+    layout = corner_layout(config.coordinate_bits, config.altitude_bits)
+    return words(layout.const(corner(*point)).as_bits(), 2)
+
+
+def packed(config, job, drawn):
+    """Return a job as the program takes it."""
+    record = problem_layout(config)
+    fields = words(record.const(vars(job.problem)).as_bits(), -(-record.size // 32))
+    ends = [corner_words(config, corner_of(job.problem, end)) for end in ("start", "goal")]
+    written = [(x, y, job.ground[y, x]) for x, y in job.written.tolist()]
+    head = [job.is_new, len(written), 1, job.limit, job.paths, len(drawn), job.pause, 0]
+    parts = [head, fields, *ends]
+    if job.is_new:
+        parts.append(job.ground.ravel())
+    parts += [np.array(written).ravel(), [word & (1 << 19) - 1 for word in drawn]]
+    return np.concatenate([np.asarray(part, dtype=np.uint32) for part in parts]).tobytes()
+
+
+def program(config, folder):
+    """Return the program of a chip: the C++ text and the sizes it asks for."""
+    inner = "seed_source__DOT__"
+    defines = {
+        "SIZE": config.map_size,
+        "LANES": config.lanes,
+        "LATENCY": config.lookup_latency,
+        "COORDINATE_BITS": config.coordinate_bits,
+        "SET_CORNERS": "".join(
+            f"chip.corners___05F{lane} = corners[{lane}];" for lane in range(config.lanes)
+        ),
+        "LENGTH": inner + "route__DOT__length",
+        "RECORDS": inner + "blocks__DOT__records",
+        "SURFACES": inner + "wavefront__DOT__surfaces",
+        "COSTS": inner + "wavefront__DOT__costs",
+        "PLACES": inner + "route__DOT__places",
+    }
+    text = MAIN.read_text()
+    main = folder / "main.cpp"
+    main.write_text("".join(f"#define {name} {value}\n" for name, value in defines.items()) + text)
+    return build_verilator(
+        BuildCache(build_root() / "sim"),
+        exported_verilog("seed_source", config),
+        "seed_source",
+        main=main,
+        verilate_args=["--public-flat-rw"],
+    )
+
+
+def drawn_jobs(config, rng, maps, runs, most_shift):
+    """Return jobs: of each map some runs, most with corners written before, near each other."""
+    size, jobs = config.map_size, []
+    for _ in range(maps):
+        share = float(rng.choice([0, 0.0005, 0.01, 0.2]))
+        ground, scanned = terrain(config, rng, blocked=share), None
+        for run in range(runs):
+            if run == 0 or rng.random() < 0.4:
+                shift = int(rng.integers(most_shift + 1))
+                record = problem(config, rng, shift=shift, any_field=rng.random() < 0.3)
+            ground = ground.copy()
+            corners = np.zeros((0, 2), dtype=int)
+            if run and rng.random() < 0.7:
+                span = min(size, 1 << int(rng.integers(2, 7)))
+                corner = rng.integers(size - span + 1, size=2)
+                corners = corner + rng.integers(span, size=(int(rng.integers(1, 100)), 2))
+                kinds = rng.integers(3, size=len(corners))
+                heights = rng.integers(config.blocked_altitude + 1, size=len(corners))
+                heights[kinds == 0] = config.blocked_altitude
+                ground[corners[:, 1], corners[:, 0]] = heights
+            marked = {
+                tuple(each) for each in (corners >> record.block_shift).tolist() if max(each) < 32
+            }
+            jobs.append(
+                Job(
+                    problem=record,
+                    ground=ground,
+                    is_new=run == 0,
+                    written=corners,
+                    limit=int(rng.choice([0, 1, 3, 5, 15])),
+                    paths=int(rng.integers(1, 40)),
+                    pause=int(rng.choice([0, 2, 4])),
+                    marked=len(marked) if record.block_shift == scanned else BLOCKS**2,
+                )
+            )
+            scanned = record.block_shift
+    return jobs
+
+
+@dataclass
+class Expected:
+    """What the definition finds, and the words it takes."""
+
+    blocks: object
+    surface: dict
+    passes: tuple
+    field: dict
+    route: list
+    paths: list
+    words: list
+
+
+def expected_of(config, job, rng):
+    blocks = blocks_of(config, job.problem, job.ground)
+    surface, limit_passes = dict(blocks.least), 0
+    if job.limit:
+        limit_passes = wavefront.limit_slopes(job.problem, blocks, surface, job.limit)
+    field, passes = wavefront.spread(job.problem, blocks, surface)
+    route = wavefront.descend(job.problem, blocks, surface, field)
+    source = Words(rng)
+    paths = [
+        seed_path(config, job.problem, blocks, surface, route, source) for _ in range(job.paths)
+    ]
+    return Expected(blocks, surface, (limit_passes, passes), field, route, paths, source.taken)
+
+
+def check(config, job, expected, raw):
+    """Compare one job's words with what is expected; return the words left."""
+    z = config.altitude_bits
+    scanned, ran, passes, length, waypoints, taken = raw[:6].tolist()
+    raw = raw[6:]
+    sizes = 2 * BLOCKS**2, BLOCKS**2, BLOCKS**2, length, 2 * waypoints
+    records, surface, costs, places, points = np.split(raw[: sum(sizes)], np.cumsum(sizes)[:-1])
+
+    layout = block_layout(config.coordinate_bits, z)
+    found = [layout.from_bits(low | high << 32) for low, high in records.reshape(-1, 2).tolist()]
+    blocks, record = expected.blocks, job.problem
+    assert [(each.x, each.y) for each in found] == layer(blocks.lowest, None)
+    ends = {blocks.start, blocks.goal}
+    for each, (place, lowest) in zip(
+        found, sorted(blocks.lowest.items(), key=lambda item: item[0][::-1]), strict=True
+    ):
+        if each.free:
+            assert each.altitude == blocks.least[place] == job.ground[lowest[::-1]]
+        else:
+            assert place not in blocks.least or place in ends
+
+    free = [altitude is not None for altitude in layer(expected.surface, None)]
+    assert (surface & 1).tolist() == free
+    assert (surface >> 1).tolist() == layer(expected.surface, 0)
+    assert costs.tolist() == layer(expected.field, FAR)
+    assert passes == sum(expected.passes)
+    assert [place_layout.from_bits(bits) for bits in places.tolist()] == [
+        place_layout.const({"x": x, "y": y}) for x, y in expected.route
+    ]
+    assert taken == len(expected.words)
+    layout = Seeder(config).waypoint_layout
+    points = [layout.from_bits(low | high << 32) for low, high in points.reshape(-1, 2).tolist()]
+    assert [(each.x, each.y, each.altitude, each.last) for each in points] == [
+        (*waypoint[:3], i == len(path) - 1)
+        for path in expected.paths
+        for i, waypoint in enumerate(path)
+    ]
+
+    # A cycle of the source beside those of its units.
+    assert scanned == 1 + wavefront_cycles.scanning(
+        job.marked, record.block_shift, config.lanes, config.lookup_latency
+    )
+    if job.pause == 0:
+        is_straight = blocks.start not in expected.field
+        assert ran == (
+            wavefront_cycles.spreading(*expected.passes)
+            + wavefront_cycles.routing(length, is_straight)
+            + wavefront_cycles.seeding(job.paths, config.max_waypoints)
+            + tail(config, expected.paths[-1])
+        )
+    return raw[sum(sizes) :]
+
+
+def tail(config, path):
+    """Return the cycles of a run besides: three between units, and those of the last waypoint."""
+    return 3 + Seeder.latency - (config.max_waypoints - len(path))
+
+
+@pytest.mark.parametrize(
+    ("config", "maps", "runs", "most_shift"),
+    [
+        (SMALL, 20, 5, 0),
+        (USUAL, 8, 5, 4),
+        (LARGE, 1, 4, 3),
+        pytest.param(SMALL, 400, 5, 0, marks=pytest.mark.long),
+        pytest.param(USUAL, 100, 8, 4, marks=pytest.mark.long),
+        pytest.param(LARGE, 2, 8, 7, marks=pytest.mark.long),
+    ],
+    ids=["small", "usual", "large", "long-small", "long-usual", "long-large"],
+)
+def test_matches_the_definition(tmp_path, config, maps, runs, most_shift):
+    rng = np.random.default_rng(maps)
+    jobs = drawn_jobs(config, rng, maps, runs, most_shift)
+    expected = [expected_of(config, job, rng) for job in jobs]
+    data = b"".join(
+        packed(config, job, each.words) for job, each in zip(jobs, expected, strict=True)
+    )
+    done = subprocess.run(
+        [program(config, tmp_path)], input=data, stdout=subprocess.PIPE, check=True
+    )
+    raw = np.frombuffer(done.stdout, dtype=np.uint32)
+    for job, each in zip(jobs, expected, strict=True):
+        raw = check(config, job, each, raw)
+    assert raw.size == 0
+    # Routes of both kinds are among them, and scans of a few blocks; one large map is too few.
+    reached = [each.blocks.start in each.field for each in expected]
+    if maps > 1:
+        assert any(reached)
+        assert not all(reached)
+        assert any(0 < job.marked < 100 for job in jobs)

@@ -1,0 +1,141 @@
+# amaranth: UnusedElaboratable=no
+"""Blocks of the map: scans of all and of marked blocks, their cycles, and those of the ends."""
+
+import numpy as np
+import pytest
+
+from hdl.planner.wavefront.block_map import BlockMap
+from hdl.protocol.planner import BLOCKS
+from sim.model.planner.definition.score import corner_of
+from sim.model.planner.wavefront_cycles import scanning
+from tests.planner_cases import SMALL
+from tests.planner_wavefront import blocks_of, corner, problem, terrain
+from tests.streams import simulate
+from tests.wrong_sizes import check_sizes
+
+
+#: A map of 8 corners along each edge, less than blocks; and one of up to 2 in a block.
+TINY = SMALL.replace(map_size=8)
+TWICE = SMALL.replace(map_size=64)
+
+
+class Bench:
+    """A block map beside a map that it reads."""
+
+    def __init__(self, ctx, dut, ground):
+        self.ctx, self.dut, self.ground = ctx, dut, ground
+        self.asked = [(0, 0)] * dut.read_latency
+
+    async def tick(self):
+        ctx, dut = self.ctx, self.dut
+        row = ctx.get(dut.row)
+        self.asked.append((row.x, row.y))
+        await ctx.tick()
+        x, y = self.asked[-dut.read_latency]
+        for lane, port in enumerate(dut.corners):
+            ctx.set(port, int(self.ground[y, x * dut.lanes + lane]))
+
+    def set_problem(self, record):
+        self.ctx.set(self.dut.block_shift, record.block_shift)
+        for end in ("start", "goal"):
+            self.ctx.set(getattr(self.dut, end), corner(*corner_of(record, end)))
+
+    async def write(self, x, y, altitude):
+        self.ground[y, x] = altitude
+        self.ctx.set(self.dut.write, {"valid": 1, "x": x, "y": y})
+        await self.tick()
+        self.ctx.set(self.dut.write, {"valid": 0, "x": 0, "y": 0})
+
+    async def scan(self):
+        """Scan, and return the cycles."""
+        self.ctx.set(self.dut.launch, 1)
+        await self.tick()
+        self.ctx.set(self.dut.launch, 0)
+        cycles = 0
+        while self.ctx.get(self.dut.busy):
+            await self.tick()
+            cycles += 1
+        return cycles
+
+    async def check(self, config, record):
+        """Compare all blocks within the map with the definition's."""
+        blocks = blocks_of(config, record, self.ground)
+        place = self.ctx.get(self.dut.start_block), self.ctx.get(self.dut.goal_block)
+        assert [(each.x, each.y) for each in place] == [blocks.start, blocks.goal]
+        for number in range(BLOCKS**2 + 2):
+            self.ctx.set(self.dut.number, number % BLOCKS**2)
+            if number >= 2:
+                y, x = divmod(number - 2, BLOCKS)
+                each = self.ctx.get(self.dut.block)
+                assert each.free == ((x, y) in blocks.least)
+                if each.free:
+                    assert each.altitude == blocks.least[x, y]
+                if max(x, y) < config.map_size:
+                    assert (each.x, each.y) == blocks.lowest[x, y]
+            await self.tick()
+
+
+@pytest.mark.parametrize(("config", "lanes", "latency"), [(TINY, 2, 1), (SMALL, 8, 4)])
+def test_single_corners(config, lanes, latency):
+    """Blocks of a corner each; those beyond a small map are blocked."""
+    rng = np.random.default_rng(lanes)
+    dut = BlockMap(lanes, config.coordinate_bits, config.altitude_bits, latency)
+
+    async def bench(ctx):
+        own = Bench(ctx, dut, terrain(config, rng, blocked=0.2))
+        for marked in (BLOCKS**2, 0):
+            record = problem(config, rng)
+            own.set_problem(record)
+            assert await own.scan() == scanning(marked, 0, lanes, latency)
+            await own.check(config, record)
+
+    simulate(dut, bench)
+
+
+def test_marks_and_shifts():
+    """Written corners, blocked or not; corners beyond the blocks; and another size of blocks."""
+    rng = np.random.default_rng(3)
+    config, lanes = TWICE, 4
+    dut = BlockMap(lanes, config.coordinate_bits, config.altitude_bits, 2)
+    top = config.blocked_altitude
+
+    async def bench(ctx):
+        own = Bench(ctx, dut, terrain(config, rng, blocked=0.05))
+        wide, narrow = (problem(config, rng, shift=shift) for shift in (1, 0))
+        own.set_problem(wide)
+        assert await own.scan() == scanning(BLOCKS**2, 1, lanes, 2)
+        await own.check(config, wide)
+
+        # The write just before a scan is seen, too.
+        writes = [(63, 63, 0), (0, 0, top), (1, 0, 3), (62, 63, top), (20, 41, 1)]
+        for write in writes:
+            await own.write(*write)
+        assert await own.scan() == scanning(3, 1, lanes, 2)
+        await own.check(config, wide)
+        assert await own.scan() == scanning(0, 1, lanes, 2)
+
+        # Marks of one size mean nothing in the other.
+        own.set_problem(narrow)
+        await own.write(40, 3, 1)
+        await own.write(9, 30, 2)
+        own.set_problem(wide)
+        assert await own.scan() == scanning(BLOCKS**2, 1, lanes, 2)
+        await own.check(config, wide)
+        own.set_problem(narrow)
+        assert await own.scan() == scanning(BLOCKS**2, 0, lanes, 2)
+        for write in [(32, 0, 5), (0, 32, 5), (31, 7, top)]:
+            await own.write(*write)
+        assert await own.scan() == scanning(1, 0, lanes, 2)
+        await own.check(config, narrow)
+
+    simulate(dut, bench)
+
+
+def test_sizes():
+    check_sizes(
+        BlockMap,
+        {"lanes": 8, "coordinate_bits": 9, "altitude_bits": 12, "read_latency": 4},
+        {"altitude_bits": ("Altitude width", 1), "read_latency": ("Read latency", 1)},
+    )
+    with pytest.raises(ValueError, match=r"^Lanes must be a power of two from 1 to 4, not 8$"):
+        BlockMap(8, 2, 4, 1)

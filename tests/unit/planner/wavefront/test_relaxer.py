@@ -1,0 +1,118 @@
+# amaranth: UnusedElaboratable=no
+"""Single passes over the blocks: costs and falls, forwards and backwards."""
+
+import numpy as np
+import pytest
+
+from hdl.planner.wavefront.relaxer import Relaxer
+from hdl.planner.wavefront.wavefront import Wavefront
+from hdl.protocol.planner import ALTITUDE_FRACTION, BLOCKS
+from sim.model.planner import wavefront_cycles
+from sim.model.planner.definition.score import piece_cost
+from tests.planner_cases import USUAL
+from tests.planner_wavefront import FAR, distances_of, problem
+from tests.streams import simulate
+from tests.wrong_sizes import check_sizes
+
+
+def constants_of(record, distances, falls):
+    """Return the constants as their layout takes them."""
+    ways = [
+        {
+            "distance": distance,
+            "pull": distance * record.drag * record.fuel,
+            "level": distance * record.base,
+            "fall": fall,
+        }
+        for distance, fall in zip(distances, falls, strict=True)
+    ]
+    return {"ways": ways, "climb": record.rise * record.fuel}
+
+
+def relaxed(record, distances, falls, free, heights, costs, backwards):
+    """Return the costs after a pass; ``falls`` is None where steps cost what they do."""
+    costs = costs.copy()
+    step = 1 if backwards else -1
+    for i in range(BLOCKS**2):
+        y, x = divmod(BLOCKS**2 - 1 - i if backwards else i, BLOCKS)
+        if not free[y, x]:
+            continue
+        for u, v, way in ((x + step, y, 0), *((x + n, y + step, 2 - (n == 0)) for n in (-1, 0, 1))):
+            if not (0 <= u < BLOCKS and 0 <= v < BLOCKS):
+                continue
+            if falls is None:
+                ends = (int(each) << ALTITUDE_FRACTION for each in (heights[y, x], heights[v, u]))
+                cost = max(piece_cost(record, *ends, distances[way]) >> record.key_shift, 1)
+            else:
+                cost = falls[way]
+            costs[y, x] = min(costs[y, x], costs[v, u] + min(cost, FAR))
+    return costs
+
+
+@pytest.mark.parametrize("config", [USUAL], ids=["usual"])
+def test_passes(config):
+    rng = np.random.default_rng(config.map_size)
+    dut = Relaxer(config.coordinate_bits, config.altitude_bits)
+    top = config.blocked_altitude
+    changes = []
+
+    async def bench(ctx):
+        for number in range(8):
+            record = problem(config, rng, any_field=number % 4 == 3)
+            distances = distances_of(config, record)
+            falls = None if number % 2 else [int(each) for each in rng.choice([0, 3, 90, FAR], 3)]
+            backwards = bool(number // 2 % 2)
+            free = rng.random((BLOCKS, BLOCKS)) < rng.choice([0.5, 0.95, 1])
+            heights = rng.integers(top + 1, size=free.shape)
+            kinds = rng.random(free.shape)
+            costs = rng.integers(rng.choice([100, FAR]), size=free.shape)
+            costs[~free | (kinds < rng.choice([0, 0.99, 1]))] = FAR
+            expected = relaxed(record, distances, falls, free, heights, costs, backwards)
+            changes.append(not np.array_equal(expected, costs))
+
+            used = [0] * 3 if falls is None else falls
+            ctx.set(dut.constants, constants_of(record, distances, used))
+            ctx.set(dut.fuel_shift, record.fuel_shift)
+            ctx.set(dut.key_shift, record.key_shift)
+            ctx.set(dut.falls, falls is not None)
+            ctx.set(dut.backwards, backwards)
+            ctx.set(dut.launch, 1)
+            await ctx.tick()
+            ctx.set(dut.launch, 0)
+            found = costs.copy()
+            asked, cycles, written = [(0, 0)] * 2, 1, 0
+            while ctx.get(dut.busy):
+                asked.append((ctx.get(dut.surface_block), ctx.get(dut.cost_block)))
+                write = ctx.get(dut.write)
+                await ctx.tick()
+                if write.valid:
+                    found.flat[write.block] = write.cost
+                    written += 1
+                surface, cost = asked[-2]
+                ctx.set(
+                    dut.surface,
+                    {"free": bool(free.flat[surface]), "altitude": int(heights.flat[surface])},
+                )
+                ctx.set(dut.cost, int(found.flat[cost]))
+                cycles += 1
+            assert np.array_equal(found, expected)
+            assert written == BLOCKS**2
+            assert ctx.get(dut.changed) == changes[-1]
+            assert cycles == Relaxer.pass_cycles == wavefront_cycles.PASS
+
+    simulate(dut, bench)
+    assert any(changes)
+    assert not all(changes)
+
+
+def test_cycles_are_those_of_the_model():
+    fills = wavefront_cycles.spreading(0, 0) - 1
+    assert fills == 2 * Wavefront.fill_cycles
+
+
+def test_sizes():
+    check_sizes(
+        Relaxer,
+        {"coordinate_bits": 9, "altitude_bits": 12},
+        {"coordinate_bits": ("Coordinate width", 1), "altitude_bits": ("Altitude width", 1)},
+    )

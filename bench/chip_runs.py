@@ -41,7 +41,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a run.
+    """Result of a run, judged by the host.
 
     Attributes
     ----------

@@ -226,12 +226,12 @@ class Config:
 
     @property
     def parallel_core(self) -> bool:
-        """Whether the chip has the genetic core of *allaire-2008*."""
+        """The chip has the genetic core of *allaire-2008*."""
         return self.genetic is GeneticCore.PARALLEL
 
     @property
     def streaming_core(self) -> bool:
-        """Whether the chip plans without the host."""
+        """The chip has the streaming core, which plans without the host."""
         return self.genetic is GeneticCore.STREAMING
 
     @property

@@ -20,7 +20,7 @@ __all__ = ["EASES", "CornerMap", "Ease"]
 
 
 class Ease(NamedTuple):
-    """How corners beside start and goal are lowered.
+    """A rule that lowers corners beside start and goal.
 
     ``corners`` from the end in x and y, each to the end's altitude or to the mean of its cells plus
     a ``share`` of what the highest is above the mean, whichever is higher.

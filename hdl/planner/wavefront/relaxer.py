@@ -72,7 +72,7 @@ class Relaxer(wiring.Component):
     changed : Out(1)
         The latest pass changed a cost. Holds after ``busy``.
     before, after : In(altitude_bits)
-        Altitudes of a step to be priced while no pass is under way.
+        Altitudes of a step to be priced between passes.
     prices : Out(31).array(3)
         Its cost in x, in y, and across, ``StepPricer.latency + 1`` cycles later.
 

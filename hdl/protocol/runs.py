@@ -13,11 +13,11 @@ from hdl.protocol.random_words import SEED_BITS
 
 
 __all__ = [
-    "FIRST_ISLANDS",
-    "QUICK_ISLANDS",
+    "ISLANDS",
+    "LIFTS",
     "RETURNED",
-    "WARM_ISLANDS",
-    "Island",
+    "SLOPE_BITS",
+    "WARM_SLOPES",
     "Outcome",
     "Population",
     "RunOptions",
@@ -28,39 +28,18 @@ __all__ = [
 
 #: Corners and steps of the waypoints of paths.
 Population = Sequence[Sequence[tuple[int, int, int]]]
+#: Populations that a run has at most before they become one.
+ISLANDS = 2
+#: Passes at most that raise the first paths of an island.
+LIFTS = 4
 #: Paths that a run returns at most.
 RETURNED = 8
-#: Islands of a run at most.
-_MOST_ISLANDS = 8
+#: Width of the slope of a surface.
+SLOPE_BITS = 4
+#: Slope for the island of fresh seeds beside the population of a warm start.
+WARM_SLOPES = (3,)
 #: Bytes of a key on the link.
 _KEY_BYTES = 4
-#: Most halves of the climb limit of an :class:`Island`.
-_MOST_SLOPE = 15
-
-
-@dataclass(frozen=True)
-class Island:
-    """First population of an island: the surface that its route is found on.
-
-    Parameters
-    ----------
-    mean : bool
-        Take the mean ground of each block rather than the least.
-    slope : int
-        Raise the surface until no slope exceeds so many halves of the climb limit, 1..15; 0 leaves
-        it as it is.
-    """
-
-    mean: bool
-    slope: int
-
-
-#: Four surfaces: two of the mean ground, which clear hills, and two of the least, which find gaps.
-FIRST_ISLANDS = (Island(True, 2), Island(True, 5), Island(False, 3), Island(False, 0))
-#: Two surfaces for a run of less than 3 ms, which four wavefronts would leave little of.
-QUICK_ISLANDS = (Island(False, 3), Island(False, 0))
-#: One surface, for an island of fresh seeds beside the population of a warm start.
-WARM_ISLANDS = (Island(False, 3),)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,58 +51,62 @@ class RunOptions:
     seed : int
         0..2**64 - 1. All random draws follow from it.
     cycles, generations : int
-        The run ends with the generation that reaches either number, of all islands together. The
-        first populations are always completed.
+        The run breeds no further generation once it has reached either number, of all islands
+        together. The first populations are always completed.
     give_up_rank : int
         While the best path is feasible, a child is walked only if it is cheaper than the path of
         this rank.
-    islands : tuple of Island
-        1, 2, 4 or 8 of them, bred one after the other. The population of a warm start is one more,
-        the first.
+    slopes : tuple of int
+        An island for each, bred one after the other; two at most, and on a warm start one at most,
+        beside the earlier population. Its route is found on the least ground of the blocks,
+        raised until no slope exceeds so many halves of the climb limit, 1..15; 0 leaves it as it
+        is.
     seeds : int
         Paths seeded along each route, of which the best become the island's population.
     lifts : int
-        Passes that raise each seed where it collides, 0..4.
+        Passes that raise each waypoint of an island's first population out of the ground, 0..4.
     share : int
         Sixteenths of the time after the first populations that the islands have together.
+    warm : bool
+        Go on from the population of the run before.
     memo : int
-        Rows of the memo of segments: 0, or a power of two. Changes nothing but cycles.
+        Rows of the memo of segments: 0, or a power of two. Changes nothing but cycles. Built into a
+        chip.
     """
 
     seed: int = 0
     cycles: int = 1_000_000
     generations: int = (1 << 32) - 1
     give_up_rank: int = 7
-    islands: tuple[Island, ...] = FIRST_ISLANDS
+    slopes: tuple[int, ...] = (3, 0)
     seeds: int = 128
-    lifts: int = 4
+    lifts: int = 2
     share: int = 8
+    warm: bool = False
     memo: int = 512
 
-    def check(self, config: Config, population: Population | None = None) -> None:
-        """Raise unless a chip of ``config`` can run this, on from ``population`` if it is given.
+    def check(self, config: Config) -> None:
+        """Raise unless a chip of ``config`` can run this.
 
         Raises
         ------
         ValueError
             If a value is outside its range.
         """
-        count = len(self.islands) + (population is not None)
-        counts = "1, 2, 4 or 8" if population is None else "0, 1, 3 or 7 on a warm start"
+        counts = "at most one on a warm start" if self.warm else "one or two"
         for name, rule, holds in (
             ("seed", "from 0 to 2**64 - 1", 0 <= self.seed < 1 << SEED_BITS),
             ("cycles", "from 0 to 2**32 - 1", 0 <= self.cycles < 1 << 32),
             ("generations", "from 0 to 2**32 - 1", 0 <= self.generations < 1 << 32),
             ("give_up_rank", "a rank", 0 <= self.give_up_rank < config.population),
-            ("islands", counts, count in (1, 2, 4, 8)),
-            ("islands", "at most the population", count <= config.population),
+            ("slopes", counts, 1 <= len(self.slopes) + self.warm <= ISLANDS),
             (
-                "islands",
-                f"of slopes from 0 to {_MOST_SLOPE}",
-                all(0 <= island.slope <= _MOST_SLOPE for island in self.islands),
+                "slopes",
+                f"from 0 to {(1 << SLOPE_BITS) - 1}",
+                all(0 <= slope < 1 << SLOPE_BITS for slope in self.slopes),
             ),
             ("seeds", "from the population to 65535", config.population <= self.seeds < 1 << 16),
-            ("lifts", "from 0 to 4", 0 <= self.lifts <= 4),
+            ("lifts", f"from 0 to {LIFTS}", 0 <= self.lifts <= LIFTS),
             ("share", "from 0 to 16", 0 <= self.share <= 16),
             (
                 "memo",
@@ -133,8 +116,6 @@ class RunOptions:
         ):
             if not holds:
                 raise ValueError(f"RunOptions.{name} must be {rule}, not {getattr(self, name)!r}")
-        if population is not None:
-            _check_population(config, population)
 
     def pack(self, config: Config) -> bytes:
         """Return the payload of a RUN, :func:`run_request`.
@@ -146,14 +127,13 @@ class RunOptions:
         """
         self.check(config)
         values = {
-            name: getattr(self, name)
+            name: int(getattr(self, name))
             for name, _ in run_request(config).fields
-            if hasattr(self, name) and name != "islands"
+            if hasattr(self, name)
         }
-        for i in range(_MOST_ISLANDS):
-            island = self.islands[i] if i < len(self.islands) else Island(False, 0)
-            values |= {f"mean_{i}": int(island.mean), f"slope_{i}": island.slope}
-        return run_request(config).pack(**values, islands=len(self.islands))
+        for i in range(ISLANDS):
+            values[f"slope_{i}"] = self.slopes[i] if i < len(self.slopes) else 0
+        return run_request(config).pack(**values, islands=len(self.slopes))
 
     @classmethod
     def unpack(cls, config: Config, payload: bytes) -> RunOptions:
@@ -166,30 +146,13 @@ class RunOptions:
         """
         values = run_request(config).unpack(payload)
         count = values.pop("islands")
-        islands = [
-            Island(bool(values.pop(f"mean_{i}")), values.pop(f"slope_{i}"))
-            for i in range(_MOST_ISLANDS)
-        ]
-        options = cls(**values, islands=tuple(islands[:count]))
+        slopes = tuple(values.pop(f"slope_{i}") for i in range(ISLANDS))
+        if count > ISLANDS:
+            raise ValueError(f"RunOptions.slopes must be at most {ISLANDS}, not {count}")
+        warm = bool(values.pop("warm"))
+        options = cls(**values, warm=warm, slopes=slopes[:count])
         options.check(config)
         return options
-
-
-def _check_population(config: Config, population: Population) -> None:
-    if len(population) != config.population:
-        raise ValueError(f"Population must have {config.population} paths, not {len(population)}")
-    limits = config.map_size, config.map_size, config.blocked_altitude
-    for path in population:
-        if not config.MIN_WAYPOINTS <= len(path) <= config.max_waypoints:
-            raise ValueError(
-                f"A path of the population must have {config.MIN_WAYPOINTS} to "
-                f"{config.max_waypoints} waypoints, not {len(path)}"
-            )
-        for waypoint in path:
-            if not all(0 <= value < limit for value, limit in zip(waypoint, limits, strict=True)):
-                raise ValueError(
-                    f"A waypoint of the population must be within {limits}, not {waypoint!r}"
-                )
 
 
 @dataclass(frozen=True)
@@ -226,7 +189,7 @@ class Outcome:
 def run_request(config: Config) -> Layout:
     """Return the fields of a RUN: those of :class:`RunOptions`; the size of the memo is built in.
 
-    ``islands`` is their number; ``mean`` and ``slope`` of those beyond mean nothing.
+    ``islands`` is the number of slopes; those beyond mean nothing.
     """
     return Layout(
         (
@@ -237,9 +200,9 @@ def run_request(config: Config) -> Layout:
             ("seeds", 16),
             ("lifts", 3),
             ("share", 5),
-            ("islands", 8),
-            *numbered("mean", _MOST_ISLANDS, 1),
-            *numbered("slope", _MOST_ISLANDS, 4),
+            ("warm", 1),
+            ("islands", 3),
+            *numbered("slope", ISLANDS, SLOPE_BITS),
         )
     )
 

@@ -5,7 +5,17 @@ from __future__ import annotations
 from hdl.protocol.planner import BLOCKS
 
 
-__all__ = ["PASS", "routing", "scanning", "seeding", "spreading"]
+__all__ = [
+    "PASS",
+    "WAYPOINT",
+    "launched",
+    "routing",
+    "scanned",
+    "scanning",
+    "seeded",
+    "seeding",
+    "spreading",
+]
 
 #: Cycles of a pass over the blocks: a block a cycle, and the pipeline.
 PASS = BLOCKS**2 + 23
@@ -13,6 +23,8 @@ PASS = BLOCKS**2 + 23
 _FILL = BLOCKS**2 + 2
 #: Cycles for a block of a route, and for a straight line.
 _ROUTE_STEP, _STRAIGHT = 27, 3 + 64
+#: Cycles from the word of a waypoint of a seed to the waypoint.
+WAYPOINT = 18
 
 
 def scanning(marked: int, shift: int, lanes: int, latency: int) -> int:
@@ -34,9 +46,24 @@ def routing(blocks: int, is_straight: bool) -> int:
     return _STRAIGHT if is_straight else blocks * _ROUTE_STEP
 
 
-def seeding(paths: int, longest: int) -> int:
-    """Return the cycles in which words are taken, if there always is one and waypoints are taken.
+def seeding(longest: int) -> int:
+    """Return the cycles in which the words of a path are taken, if there always is one.
 
     ``longest`` is the greatest number of waypoints of a path.
     """
-    return paths * (longest + 1)
+    return longest + 1
+
+
+def scanned(marked: int, shift: int, lanes: int, latency: int) -> int:
+    """Return the cycles in which the source of seeds is busy with a scan: see :func:`scanning`."""
+    return scanning(marked, shift, lanes, latency) + 1
+
+
+def launched(limit_passes: int, passes: int, blocks: int, is_straight: bool) -> int:
+    """Return those of a wavefront and its route: see :func:`spreading` and :func:`routing`."""
+    return spreading(limit_passes, passes) + routing(blocks, is_straight) + 2
+
+
+def seeded(longest: int) -> int:
+    """Return those of a path: see :func:`seeding`."""
+    return seeding(longest) + 1

@@ -16,6 +16,7 @@ from hdl.config import CheckerBuild, Config
 from hdl.layouts import generation_signature
 from hdl.planner.evolver import Evolver
 from hdl.planner.first_paths import FirstPaths
+from hdl.planner.run_control import RunControl
 from hdl.planner.scorer.scorer import Scorer
 from hdl.planner.walker.path_walker import PathWalker
 from hdl.planner.wavefront.seed_source import SeedSource
@@ -54,6 +55,7 @@ def components():
         partial(Scorer, SMALL),
         partial(Evolver, SMALL, 2),
         partial(SeedSource, SMALL, SMALL.lookup_latency),
+        partial(RunControl, SMALL),
         partial(FirstPaths, 16, SMALL.population, SMALL.max_waypoints, 5, 8),
     )
     for maker in makers:

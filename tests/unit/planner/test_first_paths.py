@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from hdl.planner.first_paths import FirstPathKind, FirstPaths
+from hdl.planner.member_reader import MemberReader
 from sim.model.planner.definition.score import corner_of
 from sim.model.planner.definition.warm import ahead
 from sim.model.planner.first_paths_cycles import (
@@ -22,6 +23,7 @@ from tests import planner_cases
 from tests.planner_cases import LARGE, SMALL, USUAL
 from tests.planner_population import corner, population
 from tests.streams import simulate
+from tests.wrong_sizes import check_sizes
 
 
 class Bench:
@@ -229,3 +231,15 @@ def test_revived_members(config, share):
             assert bench.offers == list(map(member_offered, frees, dropped))
 
     simulate(bench.dut, run)
+
+
+def test_sizes():
+    sizes = {"slots": 16, "max_waypoints": 5, "coordinate_bits": 6, "altitude_bits": 8}
+    limits = {
+        "slots": ("Slots", 2),
+        "max_waypoints": ("Max waypoints", 2),
+        "coordinate_bits": ("Coordinate width", 1),
+        "altitude_bits": ("Altitude width", 1),
+    }
+    check_sizes(MemberReader, sizes, limits)
+    check_sizes(FirstPaths, {**sizes, "population": 8}, {**limits, "population": ("Population", 2)})

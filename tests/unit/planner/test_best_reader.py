@@ -1,0 +1,111 @@
+# amaranth: UnusedElaboratable=no
+"""Best paths as bytes: those of the protocol, of the first members of each key."""
+
+import numpy as np
+import pytest
+
+from hdl.planner.best_reader import BestReader
+from hdl.protocol.runs import RETURNED, pack_best
+from tests.planner_cases import LARGE, SMALL, USUAL
+from tests.planner_population import corner, population
+from tests.streams import collect, simulate
+from tests.wrong_sizes import check_sizes
+
+
+def packed(config, waypoint):
+    bits = config.coordinate_bits
+    return waypoint.x | waypoint.y << bits | waypoint.z << 2 * bits
+
+
+@pytest.mark.parametrize("pauses", [(0,), (0, 3, 1)], ids=["steady", "stalled"])
+@pytest.mark.parametrize(
+    ("config", "keys"),
+    [(SMALL, 8), (SMALL, 3), (SMALL, 1), (USUAL, 20), (USUAL, 9), (USUAL, 8), (LARGE, 5)],
+)
+def test_bytes_of_the_best(config, keys, pauses):
+    """Twice: what is read stays."""
+    rng = np.random.default_rng(keys)
+    slots = config.population + 5
+    dut = BestReader(
+        slots,
+        config.population,
+        config.max_waypoints,
+        config.coordinate_bits,
+        config.altitude_bits,
+    )
+    order = rng.permutation(slots)[: config.population].tolist()
+    paths = population(config, rng)
+    different = sorted(rng.choice(1 << 30, keys, replace=False).tolist())
+    # Every one occurs, the first and the last often more than once.
+    ranks = sorted([*range(keys), *rng.integers(keys, size=config.population - keys).tolist()])
+    firsts = [ranks.index(number) for number in range(keys)][:RETURNED]
+    expected = pack_best(
+        config,
+        [[packed(config, waypoint) for waypoint in paths[rank]] for rank in firsts],
+        different[:RETURNED],
+    )
+    rows = dict(zip(order, paths, strict=True))
+    records, cycles = [], []
+
+    async def memory(ctx):
+        read = [(0, 0)] * 2
+        async for _, _, rank, slot, index in ctx.tick().sample(
+            dut.rank, dut.read.slot, dut.read.index
+        ):
+            member = {
+                "key": different[ranks[rank]],
+                "slot": order[rank],
+                "length": len(paths[rank]),
+            }
+            ctx.set(dut.member, member)
+            read.append((slot, index))
+            slot, index = read[-2]
+            if index < len(rows.get(slot, ())):
+                each = rows[slot][index]
+                ctx.set(dut.waypoint, {**corner(each[:3]), "margin": each.margin})
+
+    async def taker(ctx):
+        await collect(ctx, dut.records, records, pauses)
+
+    async def bench(ctx):
+        await ctx.tick().repeat(3)
+        for _ in range(2):
+            records.clear()
+            assert not ctx.get(dut.busy)
+            assert ctx.get(dut.rank) == 0
+            ctx.set(dut.best, 1)
+            await ctx.tick()
+            ctx.set(dut.best, 0)
+            cycles.append(0)
+            while ctx.get(dut.busy):
+                await ctx.tick()
+                cycles[-1] += 1
+                assert cycles[-1] < 20_000
+            await ctx.tick()
+            assert bytes(record.data for record in records) == expected
+            assert [record.last for record in records] == [0] * (len(expected) - 1) + [1]
+
+    simulate(dut, bench, background=[memory, taker])
+    if pauses == (0,):
+        # All members are read, unless there are enough paths.
+        seen = firsts[-1] if len(firsts) == RETURNED else config.population - 1
+        waypoints = sum(len(paths[rank]) for rank in firsts)
+        assert cycles == [len(expected) + len(firsts) + 3 * waypoints + 3 * seen + 2] * 2
+
+
+def test_sizes():
+    sizes = {
+        "slots": 16,
+        "population": 8,
+        "max_waypoints": 5,
+        "coordinate_bits": 6,
+        "altitude_bits": 8,
+    }
+    limits = {
+        "slots": ("Slots", 2),
+        "population": ("Population", 2),
+        "max_waypoints": ("Max waypoints", 2),
+        "coordinate_bits": ("Coordinate width", 1),
+        "altitude_bits": ("Altitude width", 1),
+    }
+    check_sizes(BestReader, sizes, limits)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from hdl.protocol.planner import BLOCKS
+from sim.model.planner.compiled import compiled
 
 
 __all__ = ["PASS", "routing", "scanning", "seeding", "spreading"]
@@ -24,11 +25,13 @@ def scanning(marked: int, shift: int, lanes: int, latency: int) -> int:
     return BLOCKS**2 + marked * (rows - 1) + BLOCKS + latency + lanes.bit_length() + 3
 
 
+@compiled
 def spreading(limit_passes: int, passes: int) -> int:
     """Return the cycles of a wavefront of so many passes; without a limit of slopes, 0 of these."""
     return 2 * _FILL + (limit_passes + passes) * PASS + 1 + (limit_passes > 0)
 
 
+@compiled
 def routing(blocks: int, is_straight: bool) -> int:
     """Return the cycles of a route."""
     return _STRAIGHT if is_straight else blocks * _ROUTE_STEP

@@ -139,7 +139,7 @@ def enter(
     counters[_GOAL] = counters[_SLOT] - _TAKEN - 2 * has_exit
     counters[SCORE] += 2 * points
     scored = counters[_SLOT] + delays[_SCORED]
-    key = scored + _DECIDED
+    key: int = scored + _DECIDED
     if walk:
         counters[_WALKER] = max(scored + _TO_WALKER, counters[_WALKER]) + walk
         key = counters[_WALKER] + delays[_WALKED]
@@ -154,14 +154,19 @@ def enter(
 @compiled
 def seeded(counters: Integers, number: int) -> int:
     """Return the cycle in which the second point of a seed is there, ``number`` of its island."""
-    return counters[CYCLES] + _FIRST_SEED if number == 0 else counters[_GOAL] + _NEXT_SEED
+    ready: int = counters[CYCLES] + _FIRST_SEED
+    if number:
+        ready = counters[_GOAL] + _NEXT_SEED
+    return ready
 
 
 @compiled
 def revised(counters: Integers, number: int, dropped: int) -> int:
     """Return the same of a path that is lifted or revived, ``number`` of its population."""
-    since = counters[CYCLES] + _FIRST_REVISED if number == 0 else counters[_GOAL] + _NEXT_REVISED
-    return since + dropped
+    ready: int = counters[CYCLES] + _FIRST_REVISED
+    if number:
+        ready = counters[_GOAL] + _NEXT_REVISED
+    return ready + dropped
 
 
 @compiled
@@ -177,7 +182,7 @@ def begin(counters: Integers, pending: bool) -> int:
     With ``pending``, keys do not pass while the members of the population are gone through. Without
     it the next generation may begin when this one is planned.
     """
-    now = counters[CYCLES]
+    now: int = counters[CYCLES]
     counters[GENERATIONS] += 1
     counters[BREED] += _PLANNING
     if pending:
@@ -190,7 +195,7 @@ def begin(counters: Integers, pending: bool) -> int:
 @compiled
 def bred(counters: Integers, begun: int, number: int, points: int) -> int:
     """Return the cycle in which the second point of a child is there at the earliest."""
-    built = max(begun + _FIRST_PLAN + _PLAN * number, counters[_BUILT])
+    built: int = max(begun + _FIRST_PLAN + _PLAN * number, counters[_BUILT])
     counters[_BUILT] = built + points
     return built + _BUILT_TO_POINT
 

@@ -65,18 +65,14 @@ class ShapeDrawer(wiring.Component):
         # go `back` to the left. Control comes a cycle ahead, with a register for each edge.
         x, y = (Signal(self.coordinate_bits, name=name, reset_less=True) for name in "xy")
         next_x = Signal.like(x)
-        back, next_back = Signal(), Signal()
-        draws_next, turns_next, negates_next = Signal(), Signal(), Signal()
-        draws, turns, negates = (
-            fanout(m, *[ahead] * (EDGES + 1), name=name)
-            for ahead, name in (
-                (draws_next, "draws"),
-                (turns_next, "turns"),
-                (negates_next, "negates"),
-            )
-        )
-        *draws, drawing = draws
-        *turns, turning = turns
+        back = Signal()
+        next_back = Signal()
+        draws_next = Signal()
+        turns_next = Signal()
+        negates_next = Signal()
+        *draws, drawing = fanout(m, *[draws_next] * (EDGES + 1), name="draws")
+        *turns, turning = fanout(m, *[turns_next] * (EDGES + 1), name="turns")
+        negates = fanout(m, *[negates_next] * (EDGES - 1), name="negates")
         is_last = Signal()
         begins = self.shapes.valid & ~self.shapes.ready
         m.d.comb += [
@@ -99,7 +95,7 @@ class ShapeDrawer(wiring.Component):
 
         values = [self._bend(m, draws[0], turns[0])]
         for number in range(1, EDGES):
-            negate, turn = negates[number], turns[number]
+            negate, turn = negates[number - 1], turns[number]
             east, north = (shape[f"{way}_{number}"].as_unsigned() for way in ("east", "north"))
             gain = Mux(turn, north, east ^ negate.replicate(EDGE_BITS))
             value = Signal(signed(self.coordinate_bits + EDGE_BITS + 2), name=f"value_{number}")

@@ -73,9 +73,6 @@ class PathWalker(wiring.Component):
         The memo's rows are made void one by one, and no path is taken: after a reset, and rarely
         after ``clear``.
     writes : In(stream.Signature(cell_layout))
-    lookup_valid : In(1)
-    lookup_x, lookup_y : In(config.coordinate_bits)
-    lookup_altitude : Out(config.altitude_bits)
         See :class:`hdl.planner.walker.segment_walker.SegmentWalker`.
 
     Raises
@@ -105,10 +102,6 @@ class PathWalker(wiring.Component):
                 "clear": In(1),
                 "busy": Out(1),
                 "writes": In(stream.Signature(cell_layout(*sizes))),
-                "lookup_valid": In(1),
-                "lookup_x": In(config.coordinate_bits),
-                "lookup_y": In(config.coordinate_bits),
-                "lookup_altitude": Out(config.altitude_bits),
             }
         )
 
@@ -142,10 +135,6 @@ class PathWalker(wiring.Component):
             self.margins.eq(reducer.margin),
             queue.put.eq(reducer.done),
             queue.word.hits.eq(reducer.hits),
-            walker.lookup_valid.eq(self.lookup_valid),
-            walker.lookup_x.eq(self.lookup_x),
-            walker.lookup_y.eq(self.lookup_y),
-            self.lookup_altitude.eq(walker.lookup_altitude),
         ]
 
         # Each path on its way has a place in the queue.

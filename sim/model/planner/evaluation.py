@@ -46,8 +46,7 @@ def evaluate(
     The margins are written as far as the path is walked.
     """
     has_entry, has_exit = problem[HAS_ENTRY], problem[HAS_EXIT]
-    cost, penalty, steep_arcs = score(problem, path, points, work, first)
-    penalty += steep_arcs
+    cost, penalty = score(problem, path, points, work, first)
     value: int = min(max(cost >> problem[KEY_SHIFT], 0), _TOP)
     if first and penalty:
         return _INFEASIBLE | min(penalty, _TOP)

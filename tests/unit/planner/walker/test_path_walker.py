@@ -58,7 +58,7 @@ def case(config, rng, number, heading):
         points = [start, *path(config, rng)[1:-1], goal]
         scored = score(problem, points)
         first = bool(rng.integers(2))
-        if scored.penalty + scored.steep_arcs == 0:
+        if scored.penalty == 0:
             paths.append((points, [arc.chord for arc in scored.arcs], first))
     return evaluator, paths
 

@@ -393,15 +393,17 @@ class Bench:
     async def tick(self, ctx):
         dut = self.dut
         children, points, keys = dut.children, dut.points, dut.evaluated
-        _, _, reset, *events, child, point, margins = await ctx.tick().sample(
+        _, _, reset, *events, child, point, margins, margins_ready = await ctx.tick().sample(
             self.top.reset,
             *(dut.begin, dut.finish, dut.merge, dut.store, dut.fills, dut.ready, dut.pending),
             *(keys.ready, keys.valid & keys.ready),
             *(points.valid, points.valid & points.ready, children.valid & children.ready),
-            *(children.payload, points.payload, dut.margins.valid & dut.margins.ready),
+            *(children.payload, points.payload),
+            *(dut.margins.valid & dut.margins.ready, dut.margins.ready),
         )
         if reset:
             return
+        assert margins_ready or not events[4]
         cycle = Cycle(*map(bool, events))
         self.cycles.append(cycle)
         if margins:

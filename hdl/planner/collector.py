@@ -4,6 +4,7 @@ from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from hdl.planner.population_layouts import member_layout
 from hdl.planner.ranking import Ranking
 from hdl.primitives.arguments import check_integer, check_power_of_two
 
@@ -82,6 +83,8 @@ class Collector(wiring.Component):
         check_integer("Elites", elites, 0, population - 2)
         check_integer("Survivors", survivors, 1, population - elites - 1)
         check_integer("Islands", islands, 1, 2)
+        check_integer("Slot width", slot_bits, 1)
+        check_integer("Length width", length_bits, 1)
 
         self.population = population
         self.children = population - elites - survivors
@@ -90,9 +93,8 @@ class Collector(wiring.Component):
         self.islands = islands
         self.slot_bits = slot_bits
         self.length_bits = length_bits
-        self.ranking = Ranking(population, islands, slot_bits, length_bits)
-        self.member_layout = self.ranking.member_layout
-        self.freed_layout = self.ranking.dropped_layout
+        self.member_layout = member_layout(slot_bits, length_bits)
+        self.freed_layout = data.StructLayout({"valid": 1, "slot": slot_bits})
         super().__init__(
             {
                 "fills": In(1),
@@ -113,7 +115,9 @@ class Collector(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        m.submodules.ranking = ranking = self.ranking
+        m.submodules.ranking = ranking = Ranking(
+            self.population, self.islands, self.slot_bits, self.length_bits
+        )
         # Collecting lasts until all are in the sorter. A pass goes through the ranks of an island,
         # or of both to merge them.
         collecting = Signal()

@@ -15,6 +15,10 @@ from tests.planner_cases import SMALL, USUAL
 from tests.planner_population import TINY
 
 
+#: A chip whose slots are just enough for the children of two generations.
+TIGHT = SMALL.replace(population=16, children=10, elites=2, survivors=4)
+
+
 def check_ready(bench):
     """Compare ``ready``, and where keys are taken, with the model's cycles."""
     cycles, size, children = bench.cycles, bench.config.population, bench.config.children
@@ -147,10 +151,11 @@ def test_evaluated_by_the_definition(config, generations):
 
 
 @pytest.mark.parametrize("pace", ["fast", "stalled"])
-@pytest.mark.parametrize("config", [TINY, SMALL], ids=["tiny", "small"])
+@pytest.mark.parametrize("config", [TINY, SMALL, TIGHT], ids=["tiny", "small", "tight"])
 def test_runs_go_on(config, pace):
     """Populations revised in place, and runs without ``clear``: no slot is lost or used twice."""
     bench = Bench(config, 3, pace=pace, latency=20)
+    assert bench.dut.slot_count == 2 * config.population + max(2 * config.children, 18)
 
     async def run(ctx):
         await bench.start(ctx)

@@ -15,7 +15,8 @@ class PopulationMemory(wiring.Component):
     """Waypoints by slot and place, with the least margin of the segments at each.
 
     Corners and margins are two memories of the same rows: a write of a waypoint goes to both, and a
-    margin alone is written in a cycle without. Each has one port for writes and one for reads, so
+    margin alone is written in a cycle without. With ``corners_only`` writes leave the margins as
+    they are, and the two do not meet. Each memory has one port for writes and one for reads, so
     block RAMs take all of it. A row must not be read in the cycle in which it is written.
 
     Parameters
@@ -33,10 +34,12 @@ class PopulationMemory(wiring.Component):
         ``slot`` and ``index`` of a waypoint. Read in every cycle.
     waypoint : Out(waypoint_layout)
         The waypoint there, 2 cycles later. A register.
+    corners_only : In(1)
+        A write leaves the margin as it is.
     write : In(write_layout)
         ``valid``: write ``waypoint`` to ``place``.
     margins : In(stream.Signature(margin_layout))
-        Margins to be written: ``place`` and ``margin``. Not ready in a cycle with a write.
+        Margins to be written: ``place`` and ``margin``. Not ready in a cycle with a write of both.
 
     Raises
     ------
@@ -65,6 +68,7 @@ class PopulationMemory(wiring.Component):
             {
                 "read": In(self.place_layout),
                 "waypoint": Out(self.waypoint_layout),
+                "corners_only": In(1),
                 "write": In(self.write_layout),
                 "margins": In(stream.Signature(self.margin_layout)),
             }
@@ -88,16 +92,18 @@ class PopulationMemory(wiring.Component):
         write, margin = self.write, self.margins
         corner_write, corner_read = corners.write_port(), corners.read_port()
         margin_write, margin_read = margin_rows.write_port(), margin_rows.read_port()
+        writes_both = Signal()
         m.d.comb += [
             corner_read.addr.eq(row_of(self.read)),
             corner_write.addr.eq(row_of(write.place)),
             corner_write.en.eq(write.valid),
             *(corner_write.data[axis].eq(write.waypoint[axis]) for axis in ("x", "y", "altitude")),
             margin_read.addr.eq(row_of(self.read)),
-            margin_write.addr.eq(Mux(write.valid, row_of(write.place), row_of(margin.p.place))),
-            margin_write.en.eq(write.valid | margin.valid),
-            margin_write.data.eq(Mux(write.valid, write.waypoint.margin, margin.p.margin)),
-            margin.ready.eq(~write.valid),
+            writes_both.eq(write.valid & ~self.corners_only),
+            margin_write.addr.eq(Mux(writes_both, row_of(write.place), row_of(margin.p.place))),
+            margin_write.en.eq(writes_both | margin.valid),
+            margin_write.data.eq(Mux(writes_both, write.waypoint.margin, margin.p.margin)),
+            margin.ready.eq(~writes_both),
         ]
         waypoint = Signal(self.waypoint_layout, reset_less=True)
         m.d.comb += self.waypoint.eq(waypoint)

@@ -17,99 +17,89 @@ import numpy as np
 
 from hdl.config import Config
 from sim.model.planner.compiled import compiled, inlined
+from sim.model.planner.evaluator_cycles import DECISION, KEY, PLACES, QUEUE
+from sim.model.planner.evolver_cycles import begun as child_begun
+from sim.model.planner.evolver_cycles import merging, opening, plan, planning, settling, storing
+from sim.model.planner.evolver_cycles import offered as point_offered
+from sim.model.planner.first_paths_cycles import member_offered, seed_offered
+from sim.model.planner.run_control_cycles import (
+    AIMED,
+    BEGIN,
+    END,
+    EVALUATED,
+    MERGED,
+    NEXT_ISLAND,
+    POPULATION,
+    SPLIT_TO_AIM,
+)
+from sim.model.planner.scorer_cycles import ScorerCycles, freed, launched
 from sim.model.planner.walk import Integers
+from sim.model.planner.walker_cycles import FRONT, back
+from sim.model.planner.wavefront_cycles import seeded as word_cycles
 
 
 __all__ = [
     "BREED",
     "CYCLES",
-    "ENDED",
     "GENERATIONS",
-    "MEMO_HIT",
-    "MERGED",
     "ROW",
-    "SCANNED",
     "SCORE",
-    "SHARED",
     "SORT",
     "WALK",
     "WAVEFRONT",
+    "aim",
     "begin",
     "bred",
     "collect",
     "counters_vector",
     "delays_vector",
+    "end",
     "enter",
     "finish",
+    "merge",
+    "next_island",
     "revised",
     "seeded",
     "settle",
+    "share_out",
+    "spread",
     "totals",
-    "walking",
 ]
-
-#: Cycles of the walker for a segment that the memo answers.
-MEMO_HIT = 1
 
 #: Places of the counters. CYCLES: in which the next step of the run begins; then generations, and
 #: cycles of each unit.
 CYCLES, GENERATIONS, BREED, SCORE, WALK, SORT, WAVEFRONT = range(7)
-#: First slot of the scorer that is free, first cycle in which the walker is, the latest key, the
-#: cycle in which the scorer takes the latest goal, paths that have entered, and the cycle in which
-#: the builder of children is free.
-_SLOT, _WALKER, _KEY, _GOAL, _ENTERED, _BUILT = range(7, 13)
+#: First cycles in which the scorer can take the first point of a path, in which its slots are free,
+#: and in which the walker is; cycles of the latest key, and in which the scorer takes the latest
+#: goal; paths that have entered, and points of the latest child with the cycle of its begin.
+_LAUNCHER, _SLOTS, _WALKER, _KEY, _GOAL, _ENTERED, _BEGUN, _POINTS = range(7, 15)
 #: Keys pass from _OPEN on, but not from _CLOSES to before _REOPENS.
-_OPEN, _CLOSES, _REOPENS = range(13, 16)
-#: Cycles of the latest keys of as many paths as can be inside at once.
-_KEYS, _INSIDE = 16, 16
-_NEVER = 1 << 60
-
-
-@inlined
-def walking(corners: int, lanes: int) -> int:
-    """Return the cycles of a segment of so many corners that the memo does not answer."""
-    return (corners + lanes - 1) // lanes
-
+_OPEN, _CLOSES, _REOPENS = range(15, 18)
+#: Cycles of the latest keys, of as many paths as can be inside at once.
+_KEYS = 18
 
 #: Places of the delays that depend on the sizes of a chip.
-_SCORED, _WALKED, ROW = range(3)
-
-# Cycles between the units. Those that depend on the sizes of a chip are in `delays_vector`.
-#: From a path's second point to its first slot, at least.
-_LAUNCH = 1
-#: From a key to the first slot of a path that its place lets in.
-_ROOM = 2
-#: From a score to the key of a path that is not walked, and to the launch of one that is.
-_DECIDED, _TO_WALKER = 3, 8
-#: From the last slot of a path to the cycle in which its goal was taken.
-_TAKEN = 2
-#: From the begin of a generation to its last plan, and to the first plan that the builder takes.
-_PLANNING, _FIRST_PLAN, _PLAN = 190, 14, 8
-#: From the builder's begin of a child to its second point on offer.
-_BUILT_TO_POINT = 10
-#: From the begin of a generation, and of the last collection, to a pass; and its length.
-_TO_PASS, _TO_LAST_PASS, _PASS = 192, 2, 34
-#: From the last key, or the end of the pass, to the population in its memory; keys pass earlier.
-_STORE, _TO_OPEN = 38, 36
-#: From a set of first paths to the first of its points, and from a goal to those of the next path.
-_FIRST_SEED, _NEXT_SEED = 40, 40
-_FIRST_REVISED, _NEXT_REVISED = 10, 10
-#: From the last key of a set of first paths to the population in its memory.
-_SETTLED = 44
-#: Around the scan of the blocks; to share the time among islands, to merge them, and to end.
-SCANNED, SHARED, MERGED, ENDED = 4, 8, 110, 4
+_SCORED, _WALKED, ROW, _POPULATION, _CHILDREN, _LONGEST = range(6)
 
 
 def delays_vector(config: Config) -> Integers:
-    """Return the delays that depend on the sizes of ``config``, (3,) int64."""
-    levels = config.lanes.bit_length() - 1
-    delays = (145, 11 + config.memory_latency + levels, config.memory_latency + 4)
+    """Return the delays of a chip of ``config``, and the sizes that they depend on, (6,) int64."""
+    delays = (
+        ScorerCycles.of(config).scored(0, 0) + DECISION,
+        back(config.lanes, config.memory_latency) - 1,
+        config.memory_latency + 4,
+        config.population,
+        config.children,
+        config.max_waypoints,
+    )
     return np.array(delays, dtype=np.int64)
 
 
 def counters_vector() -> Integers:
-    """Return the counters at the beginning of a run, (32,) int64."""
-    return np.zeros(_KEYS + _INSIDE, dtype=np.int64)
+    """Return the counters at the beginning of a run, (34,) int64."""
+    counters = np.zeros(_KEYS + PLACES, dtype=np.int64)
+    counters[_KEY] = counters[_KEYS:] = -1
+    return counters
 
 
 @compiled
@@ -122,7 +112,7 @@ def enter(
     ----------
     delays, counters : (n,) int64
     offered : int
-        Cycle in which its second point is there; the others follow as they are taken.
+        Cycle from which its points are offered, one after another.
     points : int
         Its points, with entry and exit.
     walk : int
@@ -130,90 +120,135 @@ def enter(
     has_exit : int
         Its last point is the exit, which is not among those that come.
     """
-    entered = counters[_ENTERED]
-    start = max(counters[_SLOT], offered + _LAUNCH)
-    if entered >= _INSIDE:
-        start = max(start, counters[_KEYS + entered % _INSIDE] + _ROOM)
-    start += start & 1
-    counters[_SLOT] = start + 2 * points
-    counters[_GOAL] = counters[_SLOT] - _TAKEN - 2 * has_exit
+    place = _KEYS + counters[_ENTERED] % PLACES
+    first = max(offered, counters[_LAUNCHER], counters[place] + 1)
+    launch = launched(first, first + 1, counters[_SLOTS], 0)
+    counters[_SLOTS] = freed(launch, points)
+    counters[_GOAL] = launch + 2 * (points - 2 - has_exit)
+    counters[_LAUNCHER] = counters[_GOAL] + 2
     counters[SCORE] += 2 * points
-    scored = counters[_SLOT] + delays[_SCORED]
-    key: int = scored + _DECIDED
+    decided = launch + 2 * points + delays[_SCORED]
+    key: int = decided + KEY
     if walk:
-        counters[_WALKER] = max(scored + _TO_WALKER, counters[_WALKER]) + walk
-        key = counters[_WALKER] + delays[_WALKED]
+        counters[_WALKER] = max(decided + QUEUE + FRONT, counters[_WALKER]) + walk
+        key = counters[_WALKER] + delays[_WALKED] + KEY
     key = max(key, counters[_KEY] + 1, counters[_OPEN])
     if counters[_CLOSES] <= key < counters[_REOPENS]:
         key = counters[_REOPENS]
-    counters[_KEY] = counters[_KEYS + entered % _INSIDE] = key
+    counters[_KEY] = counters[place] = key
     counters[_ENTERED] += 1
     return key
 
 
 @compiled
-def seeded(counters: Integers, number: int) -> int:
-    """Return the cycle in which the second point of a seed is there, ``number`` of its island."""
-    ready: int = counters[CYCLES] + _FIRST_SEED
+def spread(counters: Integers, spent: int, further: int) -> None:
+    """Go on behind a scan or a route that takes ``spent`` cycles, and ``further`` ones."""
+    counters[CYCLES] += spent + further
+    counters[WAVEFRONT] += spent
+
+
+@compiled
+def seeded(delays: Integers, counters: Integers, number: int) -> int:
+    """Return the cycle from which the points of a seed are offered, ``number`` of its island."""
+    begun = counters[CYCLES] + 1
     if number:
-        ready = counters[_GOAL] + _NEXT_SEED
-    return ready
+        # The words of the seed before are taken by then, or the goal is.
+        begun = max(counters[_GOAL] + 1, counters[_BEGUN] + word_cycles(delays[_LONGEST]) + 1)
+    counters[_BEGUN] = begun
+    return seed_offered(begun)
 
 
 @compiled
 def revised(counters: Integers, number: int, dropped: int) -> int:
     """Return the same of a path that is lifted or revived, ``number`` of its population."""
-    ready: int = counters[CYCLES] + _FIRST_REVISED
-    if number:
-        ready = counters[_GOAL] + _NEXT_REVISED
-    return ready + dropped
+    free = counters[_GOAL] if number else counters[CYCLES]
+    return member_offered(free, dropped)
 
 
 @compiled
-def settle(counters: Integers) -> None:
-    """Go on to the cycle in which a first population is in its memory."""
-    counters[CYCLES] = counters[_KEY] + _SETTLED
+def settle(delays: Integers, counters: Integers) -> None:
+    """Go on to the step behind a first population, all of whose paths have keys."""
+    store = counters[_KEY] + 1 + EVALUATED
+    counters[CYCLES] = store + settling(delays[_POPULATION]) + POPULATION
 
 
 @compiled
-def begin(counters: Integers, pending: bool) -> int:
+def share_out(counters: Integers) -> None:
+    """Go on behind the division of the time among islands."""
+    counters[CYCLES] += SPLIT_TO_AIM
+    counters[_BEGUN] = counters[_POINTS] = 0
+
+
+@compiled
+def aim(counters: Integers) -> None:
+    """Go on to the first cycle of a population that limits are compared with."""
+    counters[CYCLES] += AIMED
+
+
+@compiled
+def begin(delays: Integers, counters: Integers, pending: bool) -> int:
     """Begin a generation; return the cycle.
 
     With ``pending``, keys do not pass while the members of the population are gone through. Without
     it the next generation may begin when this one is planned.
     """
-    now: int = counters[CYCLES]
+    begun: int = counters[CYCLES] + BEGIN
+    planned = planning(delays[_CHILDREN])
     counters[GENERATIONS] += 1
-    counters[BREED] += _PLANNING
+    counters[BREED] += planned
     if pending:
-        counters[_CLOSES], counters[_REOPENS] = now + _TO_PASS, now + _TO_PASS + _PASS
+        _close(delays, counters, begun + planned + 1)
     else:
-        counters[CYCLES] += _PLANNING
-    return now
+        counters[CYCLES] = begun + planned
+    return begun
 
 
 @compiled
 def bred(counters: Integers, begun: int, number: int, points: int) -> int:
-    """Return the cycle in which the second point of a child is there at the earliest."""
-    built: int = max(begun + _FIRST_PLAN + _PLAN * number, counters[_BUILT])
-    counters[_BUILT] = built + points
-    return built + _BUILT_TO_POINT
+    """Return the cycle from which the points of a child are offered, if all are taken at once."""
+    child: int = child_begun(plan(begun, number), counters[_BEGUN], counters[_POINTS])
+    counters[_BEGUN], counters[_POINTS] = child, points
+    return point_offered(child, 0)
 
 
 @compiled
-def finish(counters: Integers) -> None:
+def finish(delays: Integers, counters: Integers) -> None:
     """Begin to collect the last generation."""
-    now = counters[CYCLES]
-    counters[_CLOSES], counters[_REOPENS] = now + _TO_LAST_PASS, now + _TO_LAST_PASS + _PASS
+    _close(delays, counters, counters[CYCLES] + BEGIN + 2)
+
+
+@inlined
+def _close(delays: Integers, counters: Integers, first: int) -> None:
+    """Let no key pass in as many cycles as a population has members."""
+    counters[_CLOSES], counters[_REOPENS] = first, first + delays[_POPULATION]
 
 
 @compiled
-def collect(counters: Integers) -> None:
+def collect(delays: Integers, counters: Integers) -> None:
     """Go on to the cycle in which a population can be read, all of whose children have keys."""
-    sorted_at = max(counters[_KEY] + 1, counters[_REOPENS])
-    counters[CYCLES] = sorted_at + _STORE
-    counters[_OPEN] = sorted_at + _TO_OPEN
-    counters[SORT] += _PASS + _STORE
+    last = max(counters[_KEY], counters[_REOPENS] - 1)
+    counters[_OPEN] = opening(last, delays[_POPULATION])
+    counters[CYCLES] = last + storing(delays[_POPULATION])
+    counters[SORT] += delays[_POPULATION] + storing(delays[_POPULATION])
+
+
+@compiled
+def next_island(counters: Integers) -> None:
+    """Go on to the aim of the next island."""
+    counters[CYCLES] += NEXT_ISLAND
+
+
+@compiled
+def merge(delays: Integers, counters: Integers) -> None:
+    """Go on to the first cycle of the population that two islands become."""
+    merged = counters[CYCLES] + MERGED[0]
+    counters[CYCLES] = max(merged + MERGED[1] + AIMED, merged + merging(delays[_POPULATION]))
+
+
+@compiled
+def end(counters: Integers) -> None:
+    """Go on to the end of the run."""
+    counters[CYCLES] += END
 
 
 def totals(counters: Integers) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS, PathClass
 from sim.model.planner.compiled import compiled, inlined
-from sim.model.planner.cycles import MEMO_HIT, WALK, walking
+from sim.model.planner.cycles import WALK
 from sim.model.planner.memo import HITS, MARGIN, find
 from sim.model.planner.problem import (
     BLOCKED,
@@ -17,6 +17,7 @@ from sim.model.planner.problem import (
 )
 from sim.model.planner.score import CHORD, score
 from sim.model.planner.walk import Ground, Integers, walk
+from sim.model.planner.walker_cycles import MEMO_HIT, walking
 
 
 __all__ = ["GIVEN_UP", "NO_LIMIT", "evaluate"]

@@ -28,6 +28,8 @@ that follows from T. It must have room for five children that it has no points o
 
 from __future__ import annotations
 
+from sim.model.planner.compiled import inlined
+
 
 __all__ = [
     "PLAN",
@@ -50,11 +52,13 @@ _FIRST_PLAN = 13
 _BUILDER = 9
 
 
+@inlined
 def plan(begin: int, child: int) -> int:
     """Return the first cycle in which a child of a generation can be begun, from 0 on."""
     return begin + _FIRST_PLAN + PLAN * child
 
 
+@inlined
 def begun(plan: int, begun_before: int, points_before: int) -> int:
     """Return the cycle in which a child is begun.
 
@@ -68,11 +72,13 @@ def begun(plan: int, begun_before: int, points_before: int) -> int:
     return max(plan, begun_before + points_before)
 
 
+@inlined
 def offered(begun: int, point: int) -> int:
     """Return the cycle in which a point of a child, from 0 on, is offered if none is held up."""
     return begun + _BUILDER + point
 
 
+@inlined
 def planning(children: int) -> int:
     """Return the cycles from the begin of a generation to ``ready``, if none is pending."""
     return PLAN * children + 6
@@ -93,6 +99,7 @@ def passing(since: int, population: int, children: int | None = None) -> tuple[i
     return first, first + population - 1
 
 
+@inlined
 def opening(last: int, population: int) -> int:
     """Return the cycle from which on keys are taken again.
 
@@ -105,16 +112,19 @@ def opening(last: int, population: int) -> int:
     return last + population + 2
 
 
+@inlined
 def storing(population: int) -> int:
     """Return the cycles from ``last``, as in :func:`opening`, to ``ready``."""
     return population + 4
 
 
+@inlined
 def settling(population: int) -> int:
     """Return the cycles from the ``store`` of a first population to ``ready``."""
     return population + 3
 
 
+@inlined
 def merging(population: int) -> int:
     """Return the cycles from ``merge`` to ``ready``."""
     return 2 * population + 1 + storing(population)

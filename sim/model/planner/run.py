@@ -10,7 +10,7 @@ from hdl.protocol.runs import ISLANDS, RETURNED, Outcome, Population, RunOptions
 from sim.model.planner import cycles
 from sim.model.planner.breeder import breed
 from sim.model.planner.compiled import compiled
-from sim.model.planner.cycles import CYCLES, GENERATIONS, WALK, WAVEFRONT
+from sim.model.planner.cycles import CYCLES, GENERATIONS, WALK
 from sim.model.planner.definition.run import check_population
 from sim.model.planner.definition.score import corner_of
 from sim.model.planner.definition.warm import ahead
@@ -29,6 +29,7 @@ from sim.model.planner.problem import (
     sizes_vector,
 )
 from sim.model.planner.random_words import Words, source
+from sim.model.planner.run_control_cycles import ROUTED, SCANNED
 from sim.model.planner.score import WORK_ROWS
 from sim.model.planner.seeds import lift, seed_path
 from sim.model.planner.walk import Ground, Integers
@@ -41,7 +42,7 @@ from sim.model.planner.wavefront import (
     measure_distances,
     spread,
 )
-from sim.model.planner.wavefront_cycles import routing, scanning, spreading
+from sim.model.planner.wavefront_cycles import launched, scanned
 
 
 __all__ = ["plan"]
@@ -88,8 +89,8 @@ def plan(
         paths[0, slot, : len(rows), :3], points[0, slot] = rows, len(rows)
         dropped[slot] = len(path) - len(left)
     delays, counters = cycles.delays_vector(config), cycles.counters_vector()
-    scanned = scanning(marked, record.block_shift, config.lanes, int(delays[cycles.ROW]))
-    counters[CYCLES] = counters[WAVEFRONT] = scanned + cycles.SCANNED
+    spent = scanned(marked, record.block_shift, config.lanes, int(delays[cycles.ROW]))
+    cycles.spread(counters, spent, SCANNED)
     _run(
         problem_vector(config, record),
         sizes_vector(config, options.memo),
@@ -175,7 +176,7 @@ def _run(
                 points[0, slot], offered, NO_LIMIT, False,
             )  # fmt: skip
             _place(order[0], keys[0], slot, slot)
-        cycles.settle(counters)
+        cycles.settle(delays, counters)
     for i in range(warm, count):
         surface[:] = blocks[LEAST]
         limit_passes, slope = 0, slopes[i - warm]
@@ -184,9 +185,8 @@ def _run(
         passes = spread(problem, distances, surface, goal, field)
         length = descend(problem, distances, surface, field, start, goal, route)
         is_straight = field[start // BLOCKS, start % BLOCKS] == FAR
-        spent = spreading(limit_passes, passes) + routing(length, is_straight)
-        counters[CYCLES] += spent
-        counters[WAVEFRONT] += spent
+        spent = launched(limit_passes, passes, length, is_straight)
+        cycles.spread(counters, spent, ROUTED)
         used = 0
         for seed in range(options[_SEEDS]):
             # The slot of the worst path but the first seeds' own.
@@ -197,10 +197,10 @@ def _run(
             )
             keys[i, slot] = _evaluate(
                 problem, sizes, ground, memo, delays, counters, work, path, points[i, slot],
-                cycles.seeded(counters, seed), NO_LIMIT, False,
+                cycles.seeded(delays, counters, seed), NO_LIMIT, False,
             )  # fmt: skip
             used = _place(order[i], keys[i], slot, min(used, population))
-        cycles.settle(counters)
+        cycles.settle(delays, counters)
         for _ in range(options[_LIFTS]):
             ranked = spare[0]
             ranked[:population] = order[i, :population]
@@ -212,25 +212,31 @@ def _run(
                     points[i, slot], cycles.revised(counters, rank, 0), NO_LIMIT, False,
                 )  # fmt: skip
                 _place(order[i], keys[i], slot, rank)
-            cycles.settle(counters)
+            cycles.settle(delays, counters)
 
     if count == ISLANDS:
-        counters[CYCLES] += cycles.SHARED
         time = max(options[_CYCLES] - counters[CYCLES], 0) * options[_SHARE] >> 5
         generations = options[_GENERATIONS] * options[_SHARE] >> 5
+        cycles.share_out(counters)
         for i in range(count):
+            if i:
+                cycles.next_island(counters)
+            until: int = counters[CYCLES] + time
+            most: int = counters[GENERATIONS] + generations
+            cycles.aim(counters)
             _evolve(
-                problem, sizes, options, ground, ends, words, memo, delays, counters, work, spare,
-                paths[i], points[i], keys[i], order[i],
-                counters[CYCLES] + time, counters[GENERATIONS] + generations,
+                problem, sizes, options, ground, words, memo, delays, counters, work, spare,
+                paths[i], points[i], keys[i], order[i], until, most,
             )  # fmt: skip
         _merge(paths, points, keys, order, population)
-        counters[CYCLES] += cycles.MERGED
+        cycles.merge(delays, counters)
+    else:
+        cycles.aim(counters)
     _evolve(
-        problem, sizes, options, ground, ends, words, memo, delays, counters, work, spare,
+        problem, sizes, options, ground, words, memo, delays, counters, work, spare,
         paths[0], points[0], keys[0], order[0], options[_CYCLES], options[_GENERATIONS],
     )  # fmt: skip
-    counters[CYCLES] += cycles.ENDED
+    cycles.end(counters)
 
 
 @compiled
@@ -239,7 +245,6 @@ def _evolve(
     sizes: Integers,
     options: Integers,
     ground: Ground,
-    ends: Integers,
     words: Words,
     memo: Integers,
     delays: Integers,
@@ -262,7 +267,7 @@ def _evolve(
         breeds = counters[CYCLES] < time and counters[GENERATIONS] < generations
         first, limit = False, NO_LIMIT
         if breeds:
-            begun = cycles.begin(counters, has_pending)
+            begun = cycles.begin(delays, counters, has_pending)
             _find_free(order, population, pending, children if has_pending else 0, kept, free)
             breed(problem, sizes, paths, points, order, free, survivors, spare[_OTHERS], words)
             for i in range(children):
@@ -272,7 +277,7 @@ def _evolve(
             if limit >= GIVEN_UP:
                 limit = NO_LIMIT
         elif has_pending:
-            cycles.finish(counters)
+            cycles.finish(delays, counters)
         if has_pending:
             for i in range(children):
                 slot = pending[i]
@@ -280,7 +285,7 @@ def _evolve(
                     problem, sizes, ground, memo, delays, counters, work, paths[slot],
                     points[slot], offered[i], pending_limit, pending_first,
                 )  # fmt: skip
-            cycles.collect(counters)
+            cycles.collect(delays, counters)
             _keep(sizes, survivors, order, kept)
             used = 0
             for i in range(population - children):

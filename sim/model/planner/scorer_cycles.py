@@ -20,6 +20,7 @@ from hdl.protocol.planner import (
     SCALE_FRACTION,
     TURN_FRACTION,
 )
+from sim.model.planner.compiled import inlined
 
 
 __all__ = ["ScorerCycles", "freed", "launched"]
@@ -31,6 +32,7 @@ _CELL_BITS = 18
 _SENT, _FITTER = 7, 2
 
 
+@inlined
 def launched(first: int, second: int, free: int, room: int) -> int:
     """Return the cycle in which ``launches`` is set for a path: its slots begin in the next one.
 
@@ -47,6 +49,7 @@ def launched(first: int, second: int, free: int, room: int) -> int:
     return max(first + 1, second, free, room + 1) | 1
 
 
+@inlined
 def freed(launch: int, points: int) -> int:
     """Return the first cycle in which the path behind one of so many points may be launched."""
     return launch + 2 * points

@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 from hdl.protocol.planner import BLOCKS
-from sim.model.planner.compiled import compiled
+from sim.model.planner.compiled import inlined
 
 
-__all__ = ["PASS", "routing", "scanning", "seeding", "spreading"]
+__all__ = [
+    "PASS",
+    "WAYPOINT",
+    "launched",
+    "routing",
+    "scanned",
+    "scanning",
+    "seeded",
+    "seeding",
+    "spreading",
+]
 
 #: Cycles of a pass over the blocks: a block a cycle, and the pipeline.
 PASS = BLOCKS**2 + 23
@@ -14,6 +24,8 @@ PASS = BLOCKS**2 + 23
 _FILL = BLOCKS**2 + 2
 #: Cycles for a block of a route, and for a straight line.
 _ROUTE_STEP, _STRAIGHT = 27, 3 + 64
+#: Cycles from the word of a waypoint of a seed to the waypoint.
+WAYPOINT = 18
 
 
 def scanning(marked: int, shift: int, lanes: int, latency: int) -> int:
@@ -25,21 +37,39 @@ def scanning(marked: int, shift: int, lanes: int, latency: int) -> int:
     return BLOCKS**2 + marked * (rows - 1) + BLOCKS + latency + lanes.bit_length() + 3
 
 
-@compiled
+@inlined
 def spreading(limit_passes: int, passes: int) -> int:
     """Return the cycles of a wavefront of so many passes; without a limit of slopes, 0 of these."""
     return 2 * _FILL + (limit_passes + passes) * PASS + 1 + (limit_passes > 0)
 
 
-@compiled
+@inlined
 def routing(blocks: int, is_straight: bool) -> int:
     """Return the cycles of a route."""
     return _STRAIGHT if is_straight else blocks * _ROUTE_STEP
 
 
-def seeding(paths: int, longest: int) -> int:
-    """Return the cycles in which words are taken, if there always is one and waypoints are taken.
+@inlined
+def seeding(longest: int) -> int:
+    """Return the cycles in which the words of a path are taken, if there always is one.
 
     ``longest`` is the greatest number of waypoints of a path.
     """
-    return paths * (longest + 1)
+    return longest + 1
+
+
+def scanned(marked: int, shift: int, lanes: int, latency: int) -> int:
+    """Return the cycles in which the source of seeds is busy with a scan: see :func:`scanning`."""
+    return scanning(marked, shift, lanes, latency) + 1
+
+
+@inlined
+def launched(limit_passes: int, passes: int, blocks: int, is_straight: bool) -> int:
+    """Return those of a wavefront and its route: see :func:`spreading` and :func:`routing`."""
+    return spreading(limit_passes, passes) + routing(blocks, is_straight) + 2
+
+
+@inlined
+def seeded(longest: int) -> int:
+    """Return those of a path: see :func:`seeding`."""
+    return seeding(longest) + 1

@@ -21,7 +21,8 @@ from sim.model.planner.definition.seeds import lifted, seed_path
 from sim.model.planner.definition.walk import Ground
 from sim.model.planner.definition.warm import ahead
 from sim.model.planner.definition.wavefront import blocks_of, descend, limit_slopes, spread
-from sim.model.planner.wavefront_cycles import routing, scanning, spreading
+from sim.model.planner.run_control_cycles import ROUTED, SCANNED
+from sim.model.planner.wavefront_cycles import launched, scanned
 from sim.model.random_source import RandomSource
 
 
@@ -125,23 +126,24 @@ class Run:
         islands = [] if population is None else [self.revive(population)]
         islands += [self.seed(slope) for slope in options.slopes]
         if len(islands) == ISLANDS:
-            counters[cycles.CYCLES] += cycles.SHARED
             left = max(options.cycles - int(counters[cycles.CYCLES]), 0)
             time = left * options.share >> 5
             generations = options.generations * options.share >> 5
-            islands = [
-                self.evolve(
-                    island,
-                    int(counters[cycles.CYCLES]) + time,
-                    int(counters[cycles.GENERATIONS]) + generations,
-                )
-                for island in islands
-            ]
+            cycles.share_out(counters)
+            for number, island in enumerate(islands):
+                if number:
+                    cycles.next_island(counters)
+                ends = int(counters[cycles.CYCLES]) + time
+                most = int(counters[cycles.GENERATIONS]) + generations
+                cycles.aim(counters)
+                islands[number] = self.evolve(island, ends, most)
             each = self.config.population // ISLANDS
             islands = [_sorted([member for island in islands for member in island[:each]])]
-            counters[cycles.CYCLES] += cycles.MERGED
+            cycles.merge(self._delays, counters)
+        else:
+            cycles.aim(counters)
         members = self.evolve(islands[0], options.cycles, options.generations)
-        counters[cycles.CYCLES] += cycles.ENDED
+        cycles.end(counters)
         best: dict[int, Member] = {}
         for member in members:
             best.setdefault(member.key, member)
@@ -161,7 +163,7 @@ class Run:
             dropped = len(path) - len(left)
             offered = cycles.revised(self._counters, number, dropped)
             members.append(self._evaluated(left, offered))
-        cycles.settle(self._counters)
+        cycles.settle(self._delays, self._counters)
         return _sorted(members)
 
     def seed(self, slope: int) -> list[Member]:
@@ -171,14 +173,15 @@ class Run:
         limit_passes = limit_slopes(record, blocks, surface, slope) if slope else 0
         field, passes = spread(record, blocks, surface)
         route = descend(record, blocks, surface, field)
-        self._pass_wavefront(
-            spreading(limit_passes, passes) + routing(len(route), blocks.start not in field)
-        )
+        spent = launched(limit_passes, passes, len(route), blocks.start not in field)
+        cycles.spread(self._counters, spent, ROUTED)
         members = []
         for number in range(options.seeds):
             path = seed_path(self.config, record, blocks, surface, route, self._source)
-            members.append(self._evaluated(path, cycles.seeded(self._counters, number)))
-        cycles.settle(self._counters)
+            members.append(
+                self._evaluated(path, cycles.seeded(self._delays, self._counters, number))
+            )
+        cycles.settle(self._delays, self._counters)
         members = _sorted(members)[: self.config.population]
         for _ in range(options.lifts):
             members = self.lift(members)
@@ -190,7 +193,7 @@ class Run:
         for number, member in enumerate(population):
             path = lifted(self.record, member.path)
             members.append(self._evaluated(path, cycles.revised(self._counters, number, 0)))
-        cycles.settle(self._counters)
+        cycles.settle(self._delays, self._counters)
         return _sorted(members)
 
     def evolve(self, population: list[Member], time: int, generations: int) -> list[Member]:
@@ -203,14 +206,14 @@ class Run:
                 population = self.collect(population, latest.kept, pending)
             pending = latest
         if pending is not None:
-            cycles.finish(counters)
+            cycles.finish(self._delays, counters)
             population = self.collect(population, pending.kept, pending)
         return population
 
     def breed(self, population: list[Member], *, pending: bool) -> Generation:
         """Return the children of a population. ``pending``: those before are not collected."""
         config, record, evaluator = self.config, self.record, self._evaluator
-        begun = cycles.begin(self._counters, pending)
+        begun = cycles.begin(self._delays, self._counters, pending)
         paths = [member.path for member in population]
         children, survivors = breed(config, record, evaluator.ends, paths, self._source)
         offered = [
@@ -235,17 +238,13 @@ class Run:
             self._evaluated(child, offered, pending.limit, first=pending.first)
             for child, offered in zip(pending.children, pending.offered, strict=True)
         ]
-        cycles.collect(self._counters)
+        cycles.collect(self._delays, self._counters)
         return _sorted([*(population[rank] for rank in kept), *children])
 
     def _scan(self, marked: int) -> None:
         latency = int(self._delays[cycles.ROW])
-        shift = self.record.block_shift
-        self._pass_wavefront(scanning(marked, shift, self.config.lanes, latency) + cycles.SCANNED)
-
-    def _pass_wavefront(self, spent: int) -> None:
-        self._counters[cycles.CYCLES] += spent
-        self._counters[cycles.WAVEFRONT] += spent
+        spent = scanned(marked, self.record.block_shift, self.config.lanes, latency)
+        cycles.spread(self._counters, spent, SCANNED)
 
     def _evaluated(
         self, path: list[Waypoint], offered: int, limit: int = NO_LIMIT, *, first: bool = False

@@ -1,0 +1,92 @@
+"""Cycles of the evaluator of paths, equal to those of the gateware.
+
+The scorer takes a point in every slot of two cycles, entry and exit included. It takes no path while
+sixteen are inside. What happens to a path afterwards follows its last slot by fixed numbers of
+cycles, but for two queues: that of the walker, and that of the keys, which leave in the order of the
+paths. So a few maxima tell the cycles of a path from those of the paths before it.
+"""
+
+from __future__ import annotations
+
+from sim.model.planner.walker_cycles import back, walked
+
+
+__all__ = ["DECISION", "KEY", "PLACES", "QUEUE", "EvaluatorCycles"]
+
+#: Paths that may be inside.
+PLACES = 16
+#: Cycles from a score to its decision, from there to the offer of the first segment to the walker,
+#: and from a decision or the result of a walk to the key.
+DECISION, QUEUE, KEY = 1, 3, 3
+
+
+class EvaluatorCycles:
+    """Cycles in which paths pass the evaluator; what takes keys always does.
+
+    Slots of the scorer begin with even cycles.
+
+    Parameters
+    ----------
+    lanes, memory_latency : int
+        Of the walker.
+    scoring : int
+        Cycles from the one before the first slot of a path, and two for each of its points, to its
+        score.
+
+    Attributes
+    ----------
+    launcher : int
+        First cycle in which the scorer can take the first point of a path.
+    slot : int
+        Cycle in front of the first slot that is free for a path.
+    walker : int
+        First cycle in which the walker can launch the first segment of a path.
+    """
+
+    def __init__(self, lanes: int, memory_latency: int, scoring: int) -> None:
+        self.launcher = self.slot = self.walker = 0
+        self._back = back(lanes, memory_latency)
+        self._scoring = scoring
+        self._keys = [-1] * PLACES  # Of the latest paths.
+        self._at = 0
+
+    def accept(
+        self,
+        offered: int,
+        points: int,
+        is_walked: bool,
+        cost: int,
+        *,
+        has_entry: bool = False,
+        has_exit: bool = False,
+    ) -> tuple[int, int]:
+        """Return the cycle of the key of a path, and the one in which its goal is taken.
+
+        Parameters
+        ----------
+        offered : int
+            Cycle from which the points are offered, without a gap; the head has been accepted
+            before.
+        points : int
+            Points of the path, entry and exit included.
+        is_walked : bool
+        cost : int
+            Sum of the costs of its segments and chords, if it is walked.
+        has_entry, has_exit : bool
+            The first point is an entry, the last one an exit.
+        """
+        # The first point waits in a register for the second cycle of a slot.
+        first = max(offered, self.launcher, self._keys[self._at] + 1)
+        launched = max(first + 1 | 1, self.slot)
+        self.slot = launched + 2 * points
+        goal = launched + 2 * (points - 2 - has_exit)
+        self.launcher = goal + 2
+        decided = self.slot + self._scoring + DECISION
+        known = decided
+        if is_walked:
+            self.walker = walked(decided + QUEUE, self.walker, (cost,))
+            known = self.walker - 1 + self._back
+        key = max(known + KEY, self._keys[self._at - 1] + 1)
+        self._keys[self._at] = key
+        self._at = (self._at + 1) % PLACES
+        return key, goal

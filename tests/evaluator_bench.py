@@ -3,17 +3,30 @@
 import itertools
 from dataclasses import dataclass, field
 
+from amaranth.hdl import ResetInserter, Signal
+
 from tests.scorer_cases import problem_fields
-from tests.streams import put, simulate
+from tests.streams import simulate
 from tests.walker_cases import corner, upload
 
 
-__all__ = ["Findings", "run"]
+__all__ = ["Findings", "Pauses", "run"]
+
+#: Cycles in which only heads are offered.
+AHEAD = 3
+
+
+@dataclass(frozen=True)
+class Pauses:
+    """Cycles before keys, and margins, are taken, each repeated."""
+
+    keys: tuple = (0,)
+    margins: tuple = (0,)
 
 
 @dataclass
 class Findings:
-    """What came out of the evaluator, and when: cycles are even in the first one of a slot.
+    """What came out of the evaluator, and when; even cycles are the first ones of slots.
 
     Attributes
     ----------
@@ -21,6 +34,10 @@ class Findings:
     margins : list of (slot, index, margin)
     offered, goals, keyed : list of int
         Of each path: cycle in which its first point is offered, its goal taken, its key taken.
+    written : list of int
+        Of each margin: cycle in which it is taken.
+    idle : int
+        First cycle in which the evaluator was idle again.
     walk : int
     """
 
@@ -29,62 +46,91 @@ class Findings:
     offered: list = field(default_factory=list)
     goals: list = field(default_factory=list)
     keyed: list = field(default_factory=list)
+    written: list = field(default_factory=list)
+    idle: int = 0
     walk: int = 0
 
 
-def run(dut, evaluator, paths, *, key_pauses=(0,), margin_pauses=(0,), background=()):
-    """Return what an evaluator finds of paths, each part of it as far as it is ready for it."""
-    found = Findings()
-    ready = [_pattern(key_pauses), _pattern(margin_pauses)]
+def run(dut, evaluator, paths, pauses=Pauses(), *, resets=()):
+    """Return what an evaluator finds of paths, after it has been reset in each cycle of ``resets``.
 
-    async def heads(ctx):
-        for path in paths:
-            head = {"slot": path.slot, "first": path.first, "limited": path.limit is not None}
-            await put(ctx, dut.paths, head | {"limit": path.limit or 0})
+    The paths are offered anew after a reset.
+    """
+    reset = Signal()
+    found = None
 
     async def bench(ctx):
+        nonlocal found
         await upload(ctx, dut, evaluator.ground)
         ctx.set(dut.problem, problem_fields(evaluator.record))
-        ctx.set(dut.clear_counters, 1)
-        await ctx.tick()
-        ctx.set(dut.clear_counters, 0)
-        while ctx.get(dut.busy):
+        for reset_at in (*resets, None):
+            ctx.set(dut.clear_counters, 1)
             await ctx.tick()
-        cycle, offers = 0, _offers(paths)
-        wait, point = next(offers)
-        is_offered = False
-        while len(found.members) < len(paths) or not ctx.get(dut.idle):
-            ctx.set(dut.phase, cycle & 1)
-            offering = point is not None and wait == 0
-            ctx.set(dut.points.valid, offering)
-            if offering:
-                ctx.set(dut.points.p, corner(point[1]) | {"last": point[2]})
-                if point[0] and not is_offered:
-                    found.offered.append(cycle)
-                is_offered = True
-            ctx.set(dut.evaluated.ready, next(ready[0]))
-            ctx.set(dut.margins.ready, next(ready[1]))
-            if ctx.get(dut.points.valid & dut.points.ready):
-                if point[2]:
-                    found.goals.append(cycle)
-                wait, point = next(offers, (0, None))
-                is_offered = False
-            elif wait:
-                wait -= 1
-            if ctx.get(dut.evaluated.valid & dut.evaluated.ready):
-                member = ctx.get(dut.evaluated.p)
-                found.members.append((member.key, member.slot, member.length))
-                found.keyed.append(cycle)
-            if ctx.get(dut.margins.valid & dut.margins.ready):
-                margin = ctx.get(dut.margins.p)
-                found.margins.append((margin.place.slot, margin.place.index, margin.margin))
-            await ctx.tick()
-            cycle += 1
-            assert cycle < 200_000
-        found.walk = ctx.get(dut.walk)
+            ctx.set(dut.clear_counters, 0)
+            while ctx.get(dut.busy):
+                await ctx.tick()
+            found = await _drive(ctx, dut, paths, pauses, reset_at)
+            if reset_at is not None:
+                ctx.set(dut.paths.valid, 0)
+                ctx.set(dut.points.valid, 0)
+                ctx.set(reset, 1)
+                await ctx.tick()
+                ctx.set(reset, 0)
 
-    simulate(dut, bench, background=[heads, *background])
+    simulate(ResetInserter({"sync": reset})(dut), bench)
     return found
+
+
+async def _drive(ctx, dut, paths, pauses, reset_at):
+    """Offer paths, and take what comes until the evaluator is idle, or until a reset."""
+    found, heads, offers = Findings(), iter(paths), _offers(paths)
+    ready = [(dut.evaluated, _pattern(pauses.keys)), (dut.margins, _pattern(pauses.margins))]
+    head, (wait, point), is_new = next(heads), next(offers), True
+    for cycle in range(200_000):
+        if cycle == reset_at:
+            return found
+        ctx.set(dut.phase, cycle & 1)
+        ctx.set(dut.paths.valid, head is not None)
+        if head is not None:
+            ctx.set(dut.paths.p, _head_of(head))
+        offering = point is not None and wait == 0
+        ctx.set(dut.points.valid, offering)
+        if offering:
+            ctx.set(dut.points.p, corner(point[1]) | {"last": point[2]})
+            if point[0] and is_new:
+                found.offered.append(cycle)
+            is_new = False
+        for words, pattern in ready:
+            ctx.set(words.ready, next(pattern))
+
+        if ctx.get(dut.paths.valid & dut.paths.ready):
+            head = next(heads, None)
+        if ctx.get(dut.points.valid & dut.points.ready):
+            if point[2]:
+                found.goals.append(cycle)
+            wait, point = next(offers, (0, None))
+            is_new = True
+        else:
+            wait = max(wait - 1, 0)
+        if ctx.get(dut.evaluated.valid & dut.evaluated.ready):
+            member = ctx.get(dut.evaluated.p)
+            found.members.append((member.key, member.slot, member.length))
+            found.keyed.append(cycle)
+        if ctx.get(dut.margins.valid & dut.margins.ready):
+            margin = ctx.get(dut.margins.p)
+            found.margins.append((margin.place.slot, margin.place.index, margin.margin))
+            found.written.append(cycle)
+        if cycle and ctx.get(dut.idle):
+            found.idle, found.walk = cycle, ctx.get(dut.walk)
+            return found
+        await ctx.tick()
+    raise TimeoutError("The evaluator does not end")
+
+
+def _head_of(path):
+    limited = path.limit is not None
+    limit = path.limit if limited else 0
+    return {"slot": path.slot, "first": path.first, "limited": limited, "limit": limit}
 
 
 def _pattern(pauses):
@@ -95,8 +141,9 @@ def _pattern(pauses):
 
 
 def _offers(paths):
-    """Yield each point as (is first, point, is last), with the cycles to wait before it."""
-    for path in paths:
+    """Yield the cycles to wait before each point, and (is first, point, is last)."""
+    for number, path in enumerate(paths):
         gaps = itertools.cycle(path.gaps)
+        first_gap = path.gap if number else path.gap + AHEAD
         for i, point in enumerate(path.points):
-            yield next(gaps) if i else path.gap, (i == 0, point, i == len(path.points) - 1)
+            yield next(gaps) if i else first_gap, (i == 0, point, i == len(path.points) - 1)

@@ -9,9 +9,10 @@ from sim.model.planner.definition.memo import Memo
 from sim.model.planner.definition.score import score
 from sim.model.planner.walker_cycles import cost
 from tests.planner_cases import path, record
+from tests.walker_cases import segments_of
 
 
-__all__ = ["Outcome", "OfferedPath", "drawn_evaluator", "drawn_paths", "outcomes"]
+__all__ = ["OfferedPath", "Outcome", "drawn_evaluator", "drawn_paths", "outcomes"]
 
 #: A margin that no path has: not given.
 MISSING = -1 << 20
@@ -43,7 +44,7 @@ class OfferedPath:
 
 @dataclass
 class Outcome:
-    """What the evaluator makes of a path; its costs if it is walked."""
+    """What the evaluator makes of a path, and the costs of its segments if it is walked."""
 
     key: int
     slot: int
@@ -52,7 +53,7 @@ class Outcome:
     costs: list | None = None
 
 
-def drawn_evaluator(config, rng, terrain, rows, heading, **fields):
+def drawn_evaluator(config, rng, terrain, heading, **fields):
     """Return an evaluator over some ground, for a problem with entry (1) and exit (2) or without.
 
     Most paths are within the limits of the problem.
@@ -69,7 +70,7 @@ def drawn_evaluator(config, rng, terrain, rows, heading, **fields):
         exit_x=far,
         exit_altitude=problem.goal_altitude,
     )
-    return Evaluator(config, problem, terrain, Memo(config, rows))
+    return Evaluator(config, problem, terrain, Memo(config, 0))
 
 
 def drawn_paths(evaluator, rng, count, slots, *, repeat=0.4, gaps=False):
@@ -93,10 +94,10 @@ def drawn_paths(evaluator, rng, count, slots, *, repeat=0.4, gaps=False):
     return paths
 
 
-def outcomes(evaluator, paths):
-    """Return what the evaluator makes of each path."""
+def outcomes(evaluator, rows, paths):
+    """Return what the evaluator with so many rows of the memo makes of each path."""
     results = []
-    memo = Memo(evaluator.config, evaluator.memo._size)
+    memo = Memo(evaluator.config, rows)
     for each in paths:
         found = [MISSING] * len(each.points)
         limit = NO_LIMIT if each.limit is None else each.limit
@@ -107,32 +108,20 @@ def outcomes(evaluator, paths):
         outcome = Outcome(key, each.slot, len(each.points) - 2, margins)
         results.append(outcome)
         scored = score(evaluator.record, each.points)
-        infeasible = bool(scored.penalty or scored.steep_arcs)
         value = scored.cost >> evaluator.record.key_shift
-        if each.first and (infeasible or value >= limit):
+        if each.first and (scored.penalty or max(value, 0) >= limit):
             continue
+        arcs = [None if arc is None else arc.chord for arc in scored.arcs]
+        record = evaluator.record
+        chords = [*[None] * (1 - record.has_entry), *arcs, *[None] * (1 - record.has_exit)]
         outcome.costs = [
-            _cost(evaluator, memo, *ends) for ends in _segments(evaluator.record, scored, each)
+            _cost(evaluator.config, memo, start, stop)
+            for start, stop, _ in segments_of(each.points, chords, each.first)
         ]
     return results
 
 
-def chords_of(record, scored):
-    """Return the chords at the points, start and goal included, or None."""
-    chords = [None if arc is None else arc.chord for arc in scored.arcs]
-    return [*[None] * (1 - record.has_entry), *chords, *[None] * (1 - record.has_exit)]
-
-
-def _segments(record, scored, each):
-    """Yield segments and chords of a path in order."""
-    for i, chord in enumerate(chords_of(record, scored)):
-        if i:
-            yield each.points[i - 1], each.points[i]
-        if chord is not None:
-            yield chord
-
-
-def _cost(evaluator, memo, start, stop):
+def _cost(config, memo, start, stop):
     known = memo.get(start, stop) is not None
     memo.put(start, stop, (0, 0))
-    return cost(start, stop, known, evaluator.config.lanes)
+    return cost(start, stop, known, config.lanes)

@@ -21,7 +21,7 @@ def any_point(config, rng):
 
 
 def segments_of(points, chords, first):
-    """Segments of a path as they are walked: ends, and marks; ``chords`` has one or None a point."""
+    """Segments of a path as they are walked: ends, and marks; each point has a chord or None."""
     ends = []
     for i, (point, chord) in enumerate(zip(points, chords, strict=True)):
         ends += [((points[i - 1], point), False)] if i else []

@@ -25,8 +25,8 @@ class KeyMaker(wiring.Component):
     or it follows the key before by a cycle, if that is later. It waits while a key is not taken.
 
     A path that is not walked is infeasible or given up, with the value of its score. One that is
-    walked is infeasible if it collides or has a penalty: its value is the penalty and four cells for
-    each corner that collides, at most the greatest. Else it is feasible, with its cost.
+    walked is infeasible if it collides or has a penalty: its value is the penalty plus four cells
+    for each corner that collides, at most the greatest. Else it is feasible, with its cost.
 
     Parameters
     ----------
@@ -81,7 +81,10 @@ class KeyMaker(wiring.Component):
         m.submodules.results = results = ResultQueue(self.hits_bits, PLACES)
         m.d.comb += [
             decisions.put.eq(decision.valid),
-            *(decisions.word[name].eq(decision[name]) for name in ("walked", "infeasible", "value")),
+            *(
+                decisions.word[name].eq(decision[name])
+                for name in ("walked", "infeasible", "value")
+            ),
             decisions.word.slot.eq(decision.path.head.slot),
             decisions.word.length.eq(decision.path.length),
             results.put.eq(result.valid),

@@ -27,11 +27,10 @@ class MarginQueue(wiring.Component):
     least T / 2 - 64. The breeder, whose writes come first, keeps to that. Its waypoints are points
     that the scorer takes, one every two cycles, and a few more that are made ahead.
 
-    In T cycles come the margins of the 16 paths inside, 16 ``max_waypoints``, and those of the paths
+    In T cycles come the margins of the 16 paths inside, 16 ``max_waypoints``, and those of paths
     that enter meanwhile, n for every 2 (n + 2) cycles: fewer than T / 2. So at most 16
-    ``max_waypoints`` + 64 wait. That many come only where the memo answers for nearly every segment
-    of the 16 paths, after one whose walk is long; the queue is a block RAM on a target, 512 rows
-    with 16 waypoints.
+    ``max_waypoints`` + 64 wait. It takes a long walk, then 16 paths whose segments the memo has
+    nearly all, to come near. On a target the queue is a block RAM, of 512 rows with 16 waypoints.
 
     Parameters
     ----------

@@ -155,9 +155,7 @@ class PathEvaluator(wiring.Component):
         # Paths to be walked wait for the source, and their slots for their margins.
         decision = decider.decision
         goes = decision.valid & decision.walked
-        m.submodules.walks = walks = ResultQueue(
-            queued_layout(PLACE_BITS, store.row_bits), PLACES
-        )
+        m.submodules.walks = walks = ResultQueue(queued_layout(PLACE_BITS, store.row_bits), PLACES)
         m.submodules.walked_slots = slots = ResultQueue(self.slot_bits, PLACES)
         m.submodules.margin_queue = margins = self.queue
         connect(m, walks.words, source.paths)

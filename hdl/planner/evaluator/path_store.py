@@ -25,8 +25,8 @@ class PathStore(wiring.Component):
     """Keeps points, chords and heads of the paths inside, in 16 places used in turn.
 
     Points come as the scorer takes them, records of chords as it makes them. A place has a row for
-    each point, the start in row 0, and one more, for the record of an exit. A record goes to the row
-    of its point: the first one to row 1, or to row 0 with an entry.
+    each point, the start in row 0, and one more, for the record of an exit. A record goes to the
+    row of its point: the first one to row 1, or to row 0 with an entry.
 
     A place is used again 16 paths later. Until then its rows can be read, and its head while the
     path is the one that is scored next.
@@ -66,7 +66,9 @@ class PathStore(wiring.Component):
         If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, max_waypoints: int, coordinate_bits: int, altitude_bits: int, slot_bits: int):
+    def __init__(
+        self, max_waypoints: int, coordinate_bits: int, altitude_bits: int, slot_bits: int
+    ):
         check_integer("Max waypoints", max_waypoints, 2)
         check_integer("Coordinate width", coordinate_bits, 1)
         check_integer("Altitude width", altitude_bits, 1)

@@ -20,7 +20,10 @@ def margin_layout(altitude_bits: int, index_bits: int) -> data.StructLayout:
 
 
 def result_layout(hits_bits: int) -> data.StructLayout:
-    """Return the layout of the walk of a path: ``valid`` for a cycle, and the corners that collide."""
+    """Return the layout of the walk of a path: ``valid`` for a cycle, with the rest.
+
+    ``hits``: corners that collide.
+    """
     return data.StructLayout({"valid": 1, "hits": hits_bits})
 
 

@@ -76,9 +76,7 @@ class PathWalker(wiring.Component):
         sizes = (config.coordinate_bits, config.altitude_bits)
         self.hits_bits = ((2 * config.max_segments + 1) * config.map_size).bit_length()
         self.memo = Memo(memo_rows, *sizes)
-        self.walker = SegmentWalker(
-            config.lanes, *sizes, self.memo.row_bits, config.memory_latency
-        )
+        self.walker = SegmentWalker(config.lanes, *sizes, self.memo.row_bits, config.memory_latency)
         self.latency = self.walker.latency + 3
         super().__init__(
             {

@@ -29,10 +29,10 @@ def read_layout(place_bits: int, row_bits: int) -> data.StructLayout:
 class SegmentSource(wiring.Component):
     """Reads stored paths, and makes segments of their points: each path without a gap.
 
-    A row is a point and the chord there, row 0 that of the start. Each row but the first makes the
-    segment from the point before, and then the chord if it is present. The first row makes the chord
-    alone; it is read only if there is one, so that every row makes a segment. Rows are read ahead of
-    their turn, those of the next path too.
+    A row is a point and the chord there, row 0 that of the start. Every other row makes the segment
+    from the point before, and then the chord if it is present. Row 0 makes the chord alone, and is
+    read only if there is one, so that each row read makes a segment. Rows are read ahead of their
+    turn, those of the next path too.
 
     The first segment of a path is offered 2 cycles after the path, or later if those before it are
     not taken. After that a segment is offered in every cycle, and the next path follows at once.

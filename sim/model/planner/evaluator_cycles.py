@@ -1,13 +1,15 @@
 """Cycles of the evaluator of paths, equal to those of the gateware.
 
-The scorer takes a point in every slot of two cycles, entry and exit included. It takes no path while
-sixteen are inside. What happens to a path afterwards follows its last slot by fixed numbers of
-cycles, but for two queues: that of the walker, and that of the keys, which leave in the order of the
-paths. So a few maxima tell the cycles of a path from those of the paths before it.
+The scorer takes a point in every slot of two cycles, entry and exit included. It takes no path
+while sixteen are inside. From then on all takes fixed numbers of cycles, but for two queues: that
+of the walker, and that of the keys, which leave in the order of the paths. So a few maxima tell the
+cycles of a path from those of the paths before it.
 """
 
 from __future__ import annotations
 
+from hdl.config import Config
+from sim.model.planner.scorer_cycles import ScorerCycles, freed, launched
 from sim.model.planner.walker_cycles import back, walked
 
 
@@ -23,32 +25,33 @@ DECISION, QUEUE, KEY = 1, 3, 3
 class EvaluatorCycles:
     """Cycles in which paths pass the evaluator; what takes keys always does.
 
-    Slots of the scorer begin with even cycles.
+    Cycles in which ``phase`` is 1, the second of a slot of the scorer, are odd.
 
     Parameters
     ----------
-    lanes, memory_latency : int
-        Of the walker.
-    scoring : int
-        Cycles from the one before the first slot of a path, and two for each of its points, to its
-        score.
+    config : Config
 
     Attributes
     ----------
     launcher : int
         First cycle in which the scorer can take the first point of a path.
-    slot : int
-        Cycle in front of the first slot that is free for a path.
+    free : int
+        First cycle in which a path can be launched into the slots of the scorer.
     walker : int
         First cycle in which the walker can launch the first segment of a path.
     """
 
-    def __init__(self, lanes: int, memory_latency: int, scoring: int) -> None:
-        self.launcher = self.slot = self.walker = 0
-        self._back = back(lanes, memory_latency)
-        self._scoring = scoring
+    def __init__(self, config: Config) -> None:
+        self.launcher = self.free = self.walker = 0
+        self._back = back(config.lanes, config.memory_latency)
+        self._scoring = ScorerCycles.of(config).scored(0, 0)
         self._keys = [-1] * PLACES  # Of the latest paths.
         self._at = 0
+
+    @property
+    def room(self) -> int:
+        """First cycle in which a place is free for a path."""
+        return self._keys[self._at] + 1
 
     def accept(
         self,
@@ -57,7 +60,6 @@ class EvaluatorCycles:
         is_walked: bool,
         cost: int,
         *,
-        has_entry: bool = False,
         has_exit: bool = False,
     ) -> tuple[int, int]:
         """Return the cycle of the key of a path, and the one in which its goal is taken.
@@ -72,16 +74,15 @@ class EvaluatorCycles:
         is_walked : bool
         cost : int
             Sum of the costs of its segments and chords, if it is walked.
-        has_entry, has_exit : bool
-            The first point is an entry, the last one an exit.
+        has_exit : bool
+            The last point is an exit.
         """
-        # The first point waits in a register for the second cycle of a slot.
-        first = max(offered, self.launcher, self._keys[self._at] + 1)
-        launched = max(first + 1 | 1, self.slot)
-        self.slot = launched + 2 * points
-        goal = launched + 2 * (points - 2 - has_exit)
+        first = max(offered, self.launcher, self.room)
+        launch = launched(first, first + 1, self.free, 0)
+        self.free = freed(launch, points)
+        goal = launch + 2 * (points - 2 - has_exit)
         self.launcher = goal + 2
-        decided = self.slot + self._scoring + DECISION
+        decided = self._scoring + launch + 2 * points + DECISION
         known = decided
         if is_walked:
             self.walker = walked(decided + QUEUE, self.walker, (cost,))

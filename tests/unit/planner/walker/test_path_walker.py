@@ -113,9 +113,7 @@ def expected(evaluator, paths):
 
 
 @pytest.mark.parametrize("heading", range(4), ids=["free", "entry", "exit", "both"])
-@pytest.mark.parametrize(
-    ("rows", "pauses"), [(0, (0,)), (64, (0, 3, 0, 0, 12)), (2, (0, 0, 5, 1))]
-)
+@pytest.mark.parametrize(("rows", "pauses"), [(0, (0,)), (64, (0, 3, 0, 0, 12)), (2, (0, 0, 5, 1))])
 def test_hits_and_margins_of_the_evaluation(rows, pauses, heading):
     rng = np.random.default_rng(22)
     evaluator, paths = case(CONFIG, rng, 25, heading)

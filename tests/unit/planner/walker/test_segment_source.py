@@ -30,7 +30,7 @@ def drawn_path(rng):
 
 
 def row_of(path, i):
-    """The row of a point; behind the goal, and for a start without a chord, one never to be read."""
+    """The row of a point; behind the goal, and for a start without a chord, one not to be read."""
     points, chords, _ = path
     if i >= len(points) or (i == 0 and chords[0] is None):
         return {"point": {"x": 7}, "chord": {"present": 1}}
@@ -49,9 +49,7 @@ def run(paths, pauses, *, late=()):
     rows = [row_of(path, i) for path in paths for i in range(8)]
     m = Module()
     m.submodules.source = source
-    m.submodules.rows = store = memory.Memory(
-        shape=source.row.shape(), depth=len(rows), init=rows
-    )
+    m.submodules.rows = store = memory.Memory(shape=source.row.shape(), depth=len(rows), init=rows)
     read = store.read_port()
     m.d.comb += [
         read.en.eq(source.read.enable),
@@ -116,7 +114,9 @@ def test_segments_of_paths(pauses):
         # Two cycles after the first path, then one in every cycle while they are taken.
         if pauses == (0,):
             first = cycles.index(1)
-            assert cycles[first:] == [1] * len(segments) + [0] * (len(cycles) - first - len(segments))
+            assert cycles[first:] == [1] * len(segments) + [0] * (
+                len(cycles) - first - len(segments)
+            )
         else:
             assert cycles[-1] == 0
 
@@ -135,4 +135,6 @@ def test_a_late_path():
 
 def test_sizes():
     names = ("Coordinate width", "Altitude width", "Place width", "Row width")
-    check_sizes(SegmentSource, SIZES, {name: (text, 1) for name, text in zip(SIZES, names, strict=True)})
+    check_sizes(
+        SegmentSource, SIZES, {name: (text, 1) for name, text in zip(SIZES, names, strict=True)}
+    )

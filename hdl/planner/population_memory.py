@@ -8,7 +8,7 @@ from hdl.planner.population_layouts import corner_layout, waypoint_layout
 from hdl.primitives.arguments import check_integer
 
 
-__all__ = ["PopulationMemory"]
+__all__ = ["PopulationMemory", "margin_layout", "place_layout", "write_layout"]
 
 
 class PopulationMemory(wiring.Component):
@@ -61,9 +61,7 @@ class PopulationMemory(wiring.Component):
         self.waypoint_layout = waypoint_layout(coordinate_bits, altitude_bits)
         self.place_layout = place_layout(slots, max_waypoints)
         self.write_layout = write_layout(slots, max_waypoints, self.waypoint_layout)
-        self.margin_layout = data.StructLayout(
-            {"place": self.place_layout, "margin": self.waypoint_layout["margin"].shape}
-        )
+        self.margin_layout = margin_layout(slots, max_waypoints, altitude_bits)
         super().__init__(
             {
                 "read": In(self.place_layout),
@@ -118,6 +116,13 @@ class PopulationMemory(wiring.Component):
 def place_layout(slots, max_waypoints):
     """Return the layout of the place of a waypoint: its path's slot, and its index there."""
     return data.StructLayout({"slot": range(slots), "index": range(max_waypoints)})
+
+
+def margin_layout(slots, max_waypoints, altitude_bits):
+    """Return the layout of a margin and the place of its waypoint."""
+    return data.StructLayout(
+        {"place": place_layout(slots, max_waypoints), "margin": signed(altitude_bits + 1)}
+    )
 
 
 def write_layout(slots, max_waypoints, waypoint):

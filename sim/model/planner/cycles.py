@@ -56,6 +56,7 @@ __all__ = [
     "end",
     "enter",
     "finish",
+    "goal",
     "merge",
     "next_island",
     "revised",
@@ -64,6 +65,7 @@ __all__ = [
     "share_out",
     "spread",
     "totals",
+    "vacate",
 ]
 
 #: Places of the counters. CYCLES: in which the next step of the run begins; then generations, and
@@ -138,6 +140,16 @@ def enter(
     counters[_KEY] = counters[place] = key
     counters[_ENTERED] += 1
     return key
+
+
+def goal(counters: Integers) -> int:
+    """Return the cycle in which the scorer takes the goal of the latest path."""
+    return int(counters[_GOAL])
+
+
+def vacate(counters: Integers) -> None:
+    """Let a path in at once, however many are inside."""
+    counters[_KEYS:] = -1
 
 
 @compiled

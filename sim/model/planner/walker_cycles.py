@@ -45,13 +45,13 @@ def cost(start: tuple[int, int, int], stop: tuple[int, int, int], known: bool, l
 def walked(offered: int, free: int, costs: Iterable[int]) -> int:
     """Return the cycle in which the walker is free again after a path.
 
-    The result of the path is offered :func:`back` - 1 cycles later.
+    The result of the path follows :func:`back` - 1 cycles later.
 
     Parameters
     ----------
     offered : int
-        Cycle in which the first point of the path is offered; the others, and the chords, follow
-        as fast as they are taken.
+        Cycle in which the first segment of the path is offered; the others follow as fast as they
+        are taken.
     free : int
         Cycle in which the walker is free for the path.
     costs : iterable of int

@@ -1,11 +1,10 @@
 // seed_source_soak: feeds problems to a source of seeds and writes what it finds.
 //
 // Standard input has jobs of 32-bit words: `load` (a new map follows), corners written, `scan`,
-// limit, paths, words of the random source, one of how many cycles words and waypoints pause in (0:
-// none), and spare; then the words of the problem, start and goal in two words each; the map's
+// limit, paths, words of the random source, one of how many cycles words pause in (0: none), and spare; then the words of the problem, start and goal in two words each; the map's
 // corners; those to be written (x, y, altitude); and the random words. Standard output gets for each
-// job the cycles of the scan and of the run, passes, blocks of the route, waypoints, words taken;
-// then blocks of the map (two words each), surfaces, costs, the route, and waypoints (two words).
+// job the cycles of the scan, of the launch and of all paths, passes, blocks of the route, waypoints,
+// words taken; then blocks of the map (two words each), surfaces, costs, the route, and waypoints (two words).
 
 #include <cstddef>
 #include <cstdint>
@@ -59,7 +58,6 @@ int main() {
         chip.start = ends[0] | static_cast<std::uint64_t>(ends[1]) << 32;
         chip.goal = ends[2] | static_cast<std::uint64_t>(ends[3]) << 32;
         chip.limit = header[3];
-        chip.paths = header[4];
 
         const auto draws = [&] {
             random = random * 1664525 + 1013904223;
@@ -71,7 +69,6 @@ int main() {
         const auto cycle = [&] {
             chip.word = taken < drawn.size() ? drawn[taken] : 0;
             chip.word_ready = taken < drawn.size() && draws();
-            chip.waypoints___05Fready = draws();
             const std::size_t at = rows.front();
             Word corners[LANES];
             for (int i = 0; i < LANES; ++i) corners[i] = ground[at * LANES + i];
@@ -81,9 +78,7 @@ int main() {
             rows.pop_front();
             rows.push_back(chip.row);
             taken += chip.step;
-            if (chip.waypoints___05Fvalid && chip.waypoints___05Fready) {
-                waypoints.push_back(chip.waypoints___05Fpayload);
-            }
+            if (chip.found & 1) waypoints.push_back(chip.found);
             chip.clk = 1;
             chip.eval();
         };
@@ -109,7 +104,10 @@ int main() {
         const Word scanned = scan ? run(chip.scan) : 0;
         const Word ran = run(chip.launch);
         const Word length = root->LENGTH;
-        output = {scanned, ran, chip.passes, length, static_cast<Word>(waypoints.size()),
+        Word seeded = 0;
+        for (Word i = 0; i < header[4]; ++i) seeded += run(chip.begin);
+        for (int i = 0; i < 32; ++i) cycle();  // The last waypoints.
+        output = {scanned, ran, seeded, chip.passes, length, static_cast<Word>(waypoints.size()),
                   static_cast<Word>(taken)};
         for (std::size_t i = 0; i < BLOCKS; ++i) append(root->RECORDS[i]);
         for (std::size_t i = 0; i < BLOCKS; ++i) output.push_back(root->SURFACES[i]);

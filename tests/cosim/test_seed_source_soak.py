@@ -10,8 +10,7 @@ import pytest
 
 from hdl.planner.layouts import problem_layout
 from hdl.planner.population_layouts import corner_layout
-from hdl.planner.wavefront.layouts import block_layout, place_layout
-from hdl.planner.wavefront.seeder import Seeder
+from hdl.planner.wavefront.layouts import block_layout, found_layout, place_layout
 from hdl.protocol.planner import BLOCKS
 from sim.cache import BuildCache, build_root
 from sim.exported import exported_verilog
@@ -165,8 +164,8 @@ def expected_of(config, job, rng):
 def check(config, job, expected, raw):
     """Compare one job's words with what is expected; return the words left."""
     z = config.altitude_bits
-    scanned, ran, passes, length, waypoints, taken = raw[:6].tolist()
-    raw = raw[6:]
+    scanned, ran, seeded, passes, length, waypoints, taken = raw[:7].tolist()
+    raw = raw[7:]
     sizes = 2 * BLOCKS**2, BLOCKS**2, BLOCKS**2, length, 2 * waypoints
     records, surface, costs, places, points = np.split(raw[: sum(sizes)], np.cumsum(sizes)[:-1])
 
@@ -192,7 +191,7 @@ def check(config, job, expected, raw):
         place_layout.const({"x": x, "y": y}) for x, y in expected.route
     ]
     assert taken == len(expected.words)
-    layout = Seeder(config).waypoint_layout
+    layout = found_layout(config.coordinate_bits, z)
     points = [layout.from_bits(low | high << 32) for low, high in points.reshape(-1, 2).tolist()]
     assert [(each.x, each.y, each.altitude, each.last) for each in points] == [
         (*waypoint[:3], i == len(path) - 1)
@@ -200,24 +199,14 @@ def check(config, job, expected, raw):
         for i, waypoint in enumerate(path)
     ]
 
-    # A cycle of the source beside those of its units.
-    assert scanned == 1 + wavefront_cycles.scanning(
+    assert scanned == wavefront_cycles.scanned(
         job.marked, record.block_shift, config.lanes, config.lookup_latency
     )
+    is_straight = blocks.start not in expected.field
+    assert ran == wavefront_cycles.launched(*expected.passes, length, is_straight)
     if job.pause == 0:
-        is_straight = blocks.start not in expected.field
-        assert ran == (
-            wavefront_cycles.spreading(*expected.passes)
-            + wavefront_cycles.routing(length, is_straight)
-            + wavefront_cycles.seeding(job.paths, config.max_waypoints)
-            + tail(config, expected.paths[-1])
-        )
+        assert seeded == job.paths * wavefront_cycles.seeded(config.max_waypoints)
     return raw[sum(sizes) :]
-
-
-def tail(config, path):
-    """Return the cycles of a run besides: three between units, and those of the last waypoint."""
-    return 3 + Seeder.latency - (config.max_waypoints - len(path))
 
 
 @pytest.mark.parametrize(

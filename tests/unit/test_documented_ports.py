@@ -15,6 +15,8 @@ from hdl.command.layouts import payload_members
 from hdl.config import CheckerBuild, Config
 from hdl.layouts import generation_signature
 from hdl.planner.evolver import Evolver
+from hdl.planner.first_paths import FirstPaths
+from hdl.planner.run_control import RunControl
 from hdl.planner.scorer.scorer import Scorer
 from hdl.planner.shape_drawer import ShapeDrawer
 from hdl.planner.walker.path_walker import PathWalker
@@ -55,6 +57,8 @@ def components():
         partial(Evolver, SMALL, 2),
         partial(ShapeDrawer, SMALL.coordinate_bits, SMALL.altitude_bits),
         partial(SeedSource, SMALL, SMALL.lookup_latency),
+        partial(RunControl, SMALL),
+        partial(FirstPaths, 16, SMALL.population, SMALL.max_waypoints, 5, 8),
     )
     for maker in makers:
         others = alive()

@@ -7,7 +7,13 @@ from hdl.planner.wavefront.widths import BLOCK_BITS, COST_BITS, distance_bits
 from hdl.protocol.planner import BASE_BITS, DRAG_FRACTION, FUEL_BITS, RISE_BITS
 
 
-__all__ = ["block_layout", "place_layout", "step_constants_layout", "way_layout"]
+__all__ = [
+    "block_layout",
+    "found_layout",
+    "place_layout",
+    "step_constants_layout",
+    "way_layout",
+]
 
 #: x and y of a block.
 place_layout = data.StructLayout({"x": BLOCK_BITS, "y": BLOCK_BITS})
@@ -21,6 +27,22 @@ def block_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
     """
     return data.StructLayout(
         {"free": 1, "altitude": altitude_bits, "x": coordinate_bits, "y": coordinate_bits}
+    )
+
+
+def found_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
+    """Return the layout of a waypoint in the cycle in which it is found: ``valid``, with the rest.
+
+    ``last`` ends its path.
+    """
+    return data.StructLayout(
+        {
+            "valid": 1,
+            "last": 1,
+            "x": coordinate_bits,
+            "y": coordinate_bits,
+            "altitude": altitude_bits,
+        }
     )
 
 

@@ -1,8 +1,8 @@
 """First paths of an island, from the map to their waypoints."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
-from amaranth.lib.wiring import In, Out, connect, flipped
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
 from hdl.planner.layouts import problem_layout
@@ -18,10 +18,12 @@ __all__ = ["SeedSource"]
 
 
 class SeedSource(wiring.Component):
-    """Scans the map's blocks; finds a route over a surface, and seeds paths along it.
+    """Scans the map's blocks; finds a route over a surface, and seeds paths along it one by one.
 
     The blocks are scanned before the first ``launch`` of a run; every further launch takes another
-    limit of slopes. A launch is a wavefront, then a route, then its seeds, a cycle between them.
+    limit of slopes. A launch is a wavefront, then a route, then a path for each ``begin``. ``busy``
+    is high for as many cycles as ``scanned``, ``launched`` and ``seeded`` of
+    :mod:`sim.model.planner.wavefront_cycles` say.
 
     Parameters
     ----------
@@ -42,19 +44,19 @@ class SeedSource(wiring.Component):
     scan : In(1)
         Pulse: scan the blocks. Not while ``busy``.
     launch : In(1)
-        Pulse: make seeds. Not while ``busy``.
+        Pulse: find a route. Not while ``busy``.
     limit : In(4)
         Slope limit of the surface, in halves of the climb limit; 0 is none. Steady while ``busy``.
-    paths : In(16)
-        Seeds to be made; 1 or more. Steady while ``busy``.
+    begin : In(1)
+        Pulse: make a path along the route. Not while ``busy``.
     busy : Out(1)
-        Until the blocks are scanned, or the last waypoint is taken.
+        Until the blocks are scanned, the route is found, or the words of a path are taken.
     passes : Out(9)
         Passes of the latest wavefront.
     word : In(19)
     word_ready : In(1)
     step : Out(1)
-    waypoints : Out(stream.Signature({"x", "y", "altitude", "last"}))
+    found : Out(found_layout)
         See :class:`hdl.planner.wavefront.seeder.Seeder`.
     """
 
@@ -75,13 +77,13 @@ class SeedSource(wiring.Component):
                 "scan": In(1),
                 "launch": In(1),
                 "limit": In(LIMIT_BITS),
-                "paths": In(16),
+                "begin": In(1),
                 "busy": Out(1),
                 "passes": self._wavefront.signature.members["passes"],
                 "word": self._seeder.signature.members["word"],
                 "word_ready": In(1),
                 "step": Out(1),
-                "waypoints": Out(stream.Signature(self._seeder.waypoint_layout)),
+                "found": self._seeder.signature.members["found"],
             }
         )
 
@@ -101,6 +103,9 @@ class SeedSource(wiring.Component):
                 with m.If(self.launch):
                     m.d.comb += wavefront.launch.eq(1)
                     m.next = "SPREAD"
+                with m.If(self.begin):
+                    m.d.comb += seeder.launch.eq(1)
+                    m.next = "SEED"
             with m.State("SCAN"):
                 with m.If(~blocks.busy):
                     m.next = "IDLE"
@@ -110,8 +115,7 @@ class SeedSource(wiring.Component):
                     m.next = "DESCEND"
             with m.State("DESCEND"):
                 with m.If(~route.busy):
-                    m.d.comb += seeder.launch.eq(1)
-                    m.next = "SEED"
+                    m.next = "IDLE"
             with m.State("SEED"):
                 with m.If(~seeder.busy):
                     m.next = "IDLE"
@@ -144,14 +148,13 @@ class SeedSource(wiring.Component):
             seeder.limits.y.eq(problem.y_limit),
             seeder.limits.altitude.eq(problem.altitude_limit),
             seeder.length.eq(route.length),
-            seeder.paths.eq(self.paths),
             seeder.place.eq(route.place),
             seeder.block.eq(blocks.block),
             seeder.surface.eq(wavefront.surface),
             seeder.word.eq(self.word),
             seeder.word_ready.eq(self.word_ready),
             self.step.eq(seeder.step),
+            self.found.eq(seeder.found),
         ]
-        connect(m, seeder.waypoints, flipped(self.waypoints))
 
         return m

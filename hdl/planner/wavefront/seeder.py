@@ -1,12 +1,12 @@
 """First paths: waypoints along a route."""
 
 from amaranth import *
-from amaranth.lib import data, fifo, stream, wiring
+from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
 from hdl.planner.population_layouts import corner_layout
-from hdl.planner.wavefront.layouts import block_layout, place_layout
+from hdl.planner.wavefront.layouts import block_layout, found_layout, place_layout
 from hdl.planner.wavefront.relaxer import surface_layout
 from hdl.planner.wavefront.widths import INDEX_BITS
 from hdl.primitives.delay_line import delay_line
@@ -22,16 +22,14 @@ _FEWEST = 4
 _COUNT, _PHASE, _SHIFT = slice(0, 8), slice(8, 16), slice(16, 19)
 _PHASE_BITS = 8
 _OFFSET_BITS = 16
-#: Waypoints that are on offer or on their way at most.
-_DEPTH = 32
 
 
 class Seeder(wiring.Component):
-    """Paths of waypoints at even distances along the route, at random heights above the surface.
+    """A path of waypoints at even distances along the route, at random heights above the surface.
 
-    Takes a word of the random source in every cycle: one for a path, then one for each waypoint of
-    the longest path. The first waypoint is offered :attr:`latency` cycles after its word is taken.
-    Equals ``seed_path`` of :mod:`sim.model.planner.definition.seeds`.
+    Takes a word of the random source in every cycle from the one after ``launch`` on: one for the
+    path, then one for each waypoint of the longest path. A waypoint follows its word by
+    :attr:`latency` cycles. Equals ``seed_path`` of :mod:`sim.model.planner.definition.seeds`.
 
     Parameters
     ----------
@@ -40,7 +38,7 @@ class Seeder(wiring.Component):
     Attributes
     ----------
     latency : int
-        Cycles from a waypoint's word to its first offer.
+        Cycles from a waypoint's word to the waypoint.
 
     Members
     -------
@@ -48,12 +46,10 @@ class Seeder(wiring.Component):
         Highest corner and altitude of a waypoint. Steady.
     length : In(11)
         Blocks of the route, 1 or more. Steady.
-    paths : In(16)
-        Paths to be made; 1 or more. Read with ``launch``.
     launch : In(1)
-        Pulse: begin. Not while ``busy``.
+        Pulse: make a path. Not while ``busy``.
     busy : Out(1)
-        Until the last waypoint is taken.
+        Words are being taken.
     word : In(19)
         Lowest bits of the random source's selection word.
     word_ready : In(1)
@@ -69,22 +65,20 @@ class Seeder(wiring.Component):
     block : In(block_layout)
     surface : In(surface_layout)
         That block, 2 cycles later.
-    waypoints : Out(stream.Signature({"x", "y", "altitude", "last"}))
-        ``last`` ends a path.
+    found : Out(found_layout)
+        The path, a waypoint a cycle.
     """
 
     #: Registers from a word to the quotient, then route, block, and two for the waypoint.
-    latency = 2 + INDEX_BITS + 2 + 2 + 2 + 2
+    latency = 2 + INDEX_BITS + 2 + 2 + 2
 
     def __init__(self, config: Config):
         self.config = config
         xy, z = config.coordinate_bits, config.altitude_bits
-        self.waypoint_layout = data.StructLayout({"x": xy, "y": xy, "altitude": z, "last": 1})
         super().__init__(
             {
                 "limits": In(corner_layout(xy, z)),
                 "length": In(INDEX_BITS + 1),
-                "paths": In(16),
                 "launch": In(1),
                 "busy": Out(1),
                 "word": In(_SHIFT.stop),
@@ -95,7 +89,7 @@ class Seeder(wiring.Component):
                 "read_block": Out(INDEX_BITS),
                 "block": In(block_layout(xy, z)),
                 "surface": In(surface_layout(z)),
-                "waypoints": Out(stream.Signature(self.waypoint_layout)),
+                "found": Out(found_layout(xy, z)),
             }
         )
 
@@ -107,18 +101,14 @@ class Seeder(wiring.Component):
         fewest = min(_FEWEST, longest)
 
         # Words: number 0 is the path's, the others are the waypoints'.
-        left, number = Signal(16), Signal(range(longest + 1))
-        reserved = Signal(range(_DEPTH + 1))
-        m.d.comb += [
-            self.step.eq(left.any() & self.word_ready & (reserved < _DEPTH)),
-            self.busy.eq(left.any() | reserved.any()),
-        ]
+        number = Signal(range(longest + 1))
+        m.d.comb += self.step.eq(self.busy & self.word_ready)
         with m.If(self.step):
             m.d.sync += number.eq(number + 1)
             with m.If(number == longest):
-                m.d.sync += [number.eq(0), left.eq(left - 1)]
+                m.d.sync += [number.eq(0), self.busy.eq(0)]
         with m.If(self.launch):
-            m.d.sync += left.eq(self.paths)
+            m.d.sync += self.busy.eq(1)
 
         # A register behind the source.
         word = delay_line(m, self.word, 1, "word")
@@ -143,9 +133,6 @@ class Seeder(wiring.Component):
         # Waypoints beyond the path's are dropped.
         keeps = Signal()
         m.d.comb += keeps.eq(is_place & (index < count))
-        drops = is_place & ~keeps
-        is_taken = self.waypoints.valid & self.waypoints.ready
-        m.d.sync += reserved.eq(reserved + (self.step & (number != 0)) - drops - is_taken)
 
         # Part of the route, then its block, the block's lowest corner and surface.
         along = Cat(phase, index)
@@ -175,19 +162,15 @@ class Seeder(wiring.Component):
 
         limits = self.limits
         raised = delay_line(m, self.surface.altitude + height, 1, "raised")
-        found = Signal(self.waypoint_layout, reset_less=True)
+        found = Signal(corner_layout(config.coordinate_bits, config.altitude_bits), reset_less=True)
         for axis in "xy":
             corner = delay_line(m, self.block[axis], 1, f"corner_{axis}")
             m.d.sync += found[axis].eq(Mux(corner > limits[axis], limits[axis], corner))
         m.d.sync += found.altitude.eq(Mux(raised > limits.altitude, limits.altitude, raised))
-
-        m.submodules.kept = kept = fifo.SyncFIFOBuffered(width=len(found.as_value()), depth=_DEPTH)
         m.d.comb += [
-            kept.w_en.eq(keeps_here[-1]),
-            kept.w_data.eq(Cat(found.as_value()[:-1], last)),
-            self.waypoints.valid.eq(kept.r_rdy),
-            self.waypoints.payload.eq(kept.r_data),
-            kept.r_en.eq(self.waypoints.ready),
+            self.found.valid.eq(keeps_here[-1]),
+            self.found.last.eq(last),
+            *(self.found[axis].eq(found[axis]) for axis in ("x", "y", "altitude")),
         ]
 
         return m

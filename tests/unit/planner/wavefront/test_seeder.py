@@ -1,5 +1,5 @@
 # amaranth: UnusedElaboratable=no
-"""Seeds: the definition's paths and words, a word a cycle, and with pauses on both sides."""
+"""Seeds: the definition's paths and words, a word a cycle, and with pauses."""
 
 import random
 
@@ -8,6 +8,7 @@ import pytest
 
 from hdl.planner.wavefront.seeder import Seeder
 from sim.model.planner.definition.seeds import seed_path
+from sim.model.planner.wavefront_cycles import WAYPOINT, seeding
 from tests.planner_cases import LARGE, SMALL, USUAL
 from tests.planner_wavefront import Words, corner, problem
 from tests.streams import simulate
@@ -42,30 +43,31 @@ def test_matches_the_definition(config, count, length, share):
     rng, pauses = np.random.default_rng(count + length), random.Random(length)
     record, route, lowest, surface, paths, words = seeds(config, rng, count, length)
     dut = Seeder(config)
-    points, offered, stepped = [], [], []
+    points, found, stepped, busy = [], [], [], []
 
     async def bench(ctx):
         limits = record.x_limit, record.y_limit, record.altitude_limit
         ctx.set(dut.limits, corner(*limits))
         ctx.set(dut.length, length)
-        ctx.set(dut.paths, count)
         asked, read = [0] * 2, [(0, 0)] * 2
-        ctx.set(dut.launch, 1)
-        await ctx.tick()
-        ctx.set(dut.launch, 0)
-        cycle = 0
-        while ctx.get(dut.busy):
+        left, cycle = count, 0
+        while left or ctx.get(dut.busy) or len(points) < sum(map(len, paths)):
+            assert cycle < 20_000
+            # The next one at once, while waypoints of the one before are on their way.
+            launches = left and not ctx.get(dut.busy)
+            left -= launches
+            ctx.set(dut.launch, launches)
             ready = pauses.random() < share and len(stepped) < len(words)
             ctx.set(dut.word_ready, ready)
             ctx.set(dut.word, words[len(stepped)] & (1 << 19) - 1 if ready else 0)
-            ctx.set(dut.waypoints.ready, pauses.random() < share)
+            busy.append(ctx.get(dut.busy))
             if ctx.get(dut.step):
                 assert ready
                 stepped.append(cycle)
-            if ctx.get(dut.waypoints.valid & dut.waypoints.ready):
-                point = ctx.get(dut.waypoints.payload)
+            point = ctx.get(dut.found)
+            if point.valid:
                 points.append((point.x, point.y, point.altitude, point.last))
-                offered.append(cycle)
+                found.append(cycle)
             place = ctx.get(dut.read_block)
             asked.append(ctx.get(dut.number))
             read.append((place & 31, place >> 5))
@@ -78,15 +80,16 @@ def test_matches_the_definition(config, count, length, share):
             altitude = surface.get(block, 0)
             ctx.set(dut.block, {"x": x, "y": y, "free": block in surface, "altitude": 1})
             ctx.set(dut.surface, {"free": block in surface, "altitude": altitude})
-            assert cycle < 20_000
 
     simulate(dut, bench)
     assert points == [
         (*waypoint[:3], i == len(path) - 1) for path in paths for i, waypoint in enumerate(path)
     ]
     assert len(stepped) == len(words)
+    assert Seeder.latency == WAYPOINT
+    each = config.max_waypoints + 1
+    firsts = np.cumsum([0, *map(len, paths[:-1])])
+    assert [found[i] - stepped[each * n + 1] for n, i in enumerate(firsts)] == [WAYPOINT] * count
     if share == 1:
-        assert offered[0] == stepped[1] + Seeder.latency
-        if config is not LARGE:
-            # Fewer waypoints are on their way than the seeder has places for.
-            assert stepped == list(range(len(words)))
+        # One cycle of rest for each, that of its launch.
+        assert busy[: count * (each + 1)] == ([0] + [1] * seeding(config.max_waypoints)) * count

@@ -1,0 +1,214 @@
+"""First paths of a run: seeds, lifted paths, and those of an earlier run."""
+
+from amaranth import *
+from amaranth.lib import data, enum, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.feasibility.result_queue import ResultQueue
+from hdl.layouts import point_layout
+from hdl.planner.member_reader import MemberReader
+from hdl.planner.population_layouts import (
+    corner_layout,
+    member_layout,
+    waypoint_layout,
+)
+from hdl.planner.population_memory import place_layout, write_layout
+from hdl.planner.wavefront.layouts import found_layout
+from hdl.primitives.arguments import check_integer
+
+
+__all__ = ["FirstPathKind", "FirstPaths"]
+
+_AXES = ("x", "y", "altitude")
+
+
+class FirstPathKind(enum.Enum, shape=2):
+    """Kinds of first paths."""
+
+    #: A new path along a route, in a free slot.
+    SEED = 0
+    #: A member of the population, raised out of the ground, in its slot.
+    LIFTED = 1
+    #: A member without its waypoints behind the start, in its slot.
+    REVIVED = 2
+
+
+class FirstPaths(wiring.Component):
+    """Makes the paths of a first population one by one, and writes them.
+
+    A path is a seed, or the member of the next rank. Its slot is given, then its points are: the
+    start, the waypoints, each of which is written, and the goal. A path begins when the goal of the
+    one before is taken. Its first point is offered a constant number of cycles later, plus one for
+    each waypoint that a revived path loses; each other point in the cycle after the one before it
+    is taken. :mod:`sim.model.planner.first_paths_cycles` has the numbers.
+
+    Parameters
+    ----------
+    slots : int
+        Paths in the memory, 2 or more.
+    population : int
+        Members, 2 or more.
+    max_waypoints : int
+        Waypoints of the longest path, 2 or more.
+    coordinate_bits, altitude_bits : int
+        Widths of a coordinate and of an altitude, 1 or more.
+
+    Members
+    -------
+    launch : In(1)
+        Pulse: make paths. Not while ``busy``.
+    kind : In(FirstPathKind)
+    count : In(16)
+        Paths to be made; 1 or more, and of members at most those there are. Read with ``launch``.
+    busy : Out(1)
+        Until the last goal is taken.
+    start, goal : In(corner_layout)
+    altitude_limit : In(altitude_bits)
+        Ends of all paths, and the highest altitude of a waypoint. Steady, like ``kind``, while
+        ``busy``.
+    begin_seed : Out(1)
+        Pulse: a seed shall be made. Not with ``seed_busy``.
+    seed_busy : In(1)
+    seed : In(found_layout)
+        Its waypoints; the next one is not asked for before the last of them.
+    free_slots : In(stream.Signature(range(slots)))
+        Each seed takes one.
+    rank : Out(range(population))
+        Member to be read. Steady while its waypoints are.
+    member : In(member_layout)
+        The member of ``rank`` of the cycle before.
+    read : Out(place_layout)
+    waypoint : In(waypoint_layout)
+        Contents of ``read`` of 2 cycles before.
+    write : Out(write_layout)
+        Waypoints as they are now. Registers.
+    paths : Out(stream.Signature(range(slots)))
+        Slot of each path, before its points.
+    points : Out(stream.Signature(point_layout))
+        Points of the paths, start and goal included; ``last`` marks the goal.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
+    """
+
+    def __init__(self, slots, population, max_waypoints, coordinate_bits, altitude_bits):
+        check_integer("Population", population, 2)
+        self.slots = slots
+        self.population = population
+        self.max_waypoints = max_waypoints
+        self.coordinate_bits = coordinate_bits
+        self.altitude_bits = altitude_bits
+        sizes = coordinate_bits, altitude_bits
+        self._reader = MemberReader(slots, max_waypoints, *sizes)
+        self.corner_layout = corner_layout(*sizes)
+        super().__init__(
+            {
+                "launch": In(1),
+                "kind": In(FirstPathKind),
+                "count": In(16),
+                "busy": Out(1),
+                "start": In(self.corner_layout),
+                "goal": In(self.corner_layout),
+                "altitude_limit": In(altitude_bits),
+                "begin_seed": Out(1),
+                "seed_busy": In(1),
+                "seed": In(found_layout(*sizes)),
+                "free_slots": In(stream.Signature(range(slots))),
+                "rank": Out(range(population)),
+                "member": In(member_layout((slots - 1).bit_length(), max_waypoints.bit_length())),
+                "read": Out(place_layout(slots, max_waypoints)),
+                "waypoint": In(waypoint_layout(*sizes)),
+                "write": Out(write_layout(slots, max_waypoints, self.corner_layout)),
+                "paths": Out(stream.Signature(range(slots))),
+                "points": Out(stream.Signature(point_layout(*sizes))),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        # One of the two sources gives all waypoints of a path while the queue sends them.
+        seeds = Signal()
+        word = data.StructLayout({"corner": self.corner_layout, "last": 1})
+        m.submodules.reader = reader = self._reader
+        m.submodules.queue = queue = ResultQueue(word, self.max_waypoints)
+        source = Signal(self.seed.shape())
+        m.d.comb += [
+            source.eq(Mux(seeds, self.seed, reader.found)),
+            seeds.eq(self.kind == FirstPathKind.SEED),
+            reader.lifts.eq(self.kind == FirstPathKind.LIFTED),
+            reader.start.eq(self.start),
+            reader.goal.eq(self.goal),
+            reader.altitude_limit.eq(self.altitude_limit),
+            reader.slot.eq(self.member.slot),
+            reader.length.eq(self.member.length),
+            reader.waypoint.eq(self.waypoint),
+            self.read.eq(reader.read),
+            queue.put.eq(source.valid),
+            queue.word.last.eq(source.last),
+            *(queue.word.corner[axis].eq(source[axis]) for axis in _AXES),
+        ]
+
+        waypoints = queue.words
+        point = self.points
+        left = Signal(16)
+        slot = Signal.like(self.paths.p, reset_less=True)
+        index = Signal.like(self.write.place.index, reset_less=True)
+        m.d.sync += self.write.valid.eq(0)
+        with m.FSM() as states:
+            with m.State("IDLE"):
+                m.d.sync += [left.eq(self.count), self.rank.eq(0)]
+                with m.If(self.launch):
+                    m.next = "BEGIN"
+            with m.State("BEGIN"):
+                m.d.comb += self.begin_seed.eq(seeds & ~self.seed_busy)
+                with m.If(~seeds | self.begin_seed):
+                    m.next = "PATH"
+            with m.State("PATH"):
+                m.d.comb += [
+                    self.paths.valid.eq(~seeds | self.free_slots.valid),
+                    self.paths.p.eq(Mux(seeds, self.free_slots.p, self.member.slot)),
+                    self.free_slots.ready.eq(seeds & self.paths.ready),
+                ]
+                m.d.sync += [slot.eq(self.paths.p), index.eq(0)]
+                with m.If(self.paths.valid & self.paths.ready):
+                    m.d.comb += reader.begin.eq(~seeds)
+                    m.next = "START"
+            with m.State("START"):
+                m.d.comb += [
+                    point.valid.eq(waypoints.valid),
+                    *(point.p[axis].eq(self.start[axis]) for axis in _AXES),
+                ]
+                with m.If(point.valid & point.ready):
+                    m.next = "WAYPOINTS"
+            with m.State("WAYPOINTS"):
+                m.d.comb += [
+                    point.valid.eq(waypoints.valid),
+                    waypoints.ready.eq(point.ready),
+                    *(point.p[axis].eq(waypoints.p.corner[axis]) for axis in _AXES),
+                ]
+                with m.If(point.valid & point.ready):
+                    m.d.sync += [self.write.valid.eq(1), index.eq(index + 1)]
+                    with m.If(waypoints.p.last):
+                        m.next = "GOAL"
+            with m.State("GOAL"):
+                m.d.comb += [
+                    point.valid.eq(1),
+                    point.p.last.eq(1),
+                    *(point.p[axis].eq(self.goal[axis]) for axis in _AXES),
+                ]
+                with m.If(point.ready):
+                    m.d.sync += [left.eq(left - 1), self.rank.eq(self.rank + 1)]
+                    m.next = "BEGIN"
+                    with m.If(left == 1):
+                        m.next = "IDLE"
+        m.d.comb += self.busy.eq(~states.ongoing("IDLE"))
+        m.d.sync += [
+            self.write.place.slot.eq(slot),
+            self.write.place.index.eq(index),
+            self.write.waypoint.eq(waypoints.p.corner),
+        ]
+
+        return m

@@ -1,0 +1,154 @@
+"""Reader of the members of a population, as they begin the next run."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import Config
+from hdl.planner.population_layouts import corner_layout, waypoint_layout
+from hdl.planner.population_memory import place_layout
+from hdl.planner.wavefront.layouts import found_layout
+from hdl.primitives.arguments import check_integer
+from hdl.primitives.delay_line import delay_line
+from hdl.primitives.multiplier import Multiplier
+
+
+__all__ = ["MemberReader"]
+
+#: Cycles from the read of a waypoint to the waypoint itself, as it leaves.
+_STAGES = 5
+
+
+class MemberReader(wiring.Component):
+    """Reads the waypoints of a path, one per cycle; lifts them, or drops those behind the start.
+
+    The first waypoint is given 6 cycles after ``begin``, each other a cycle after the one before;
+    a dropped one takes a cycle.
+
+    With ``lifts``, a waypoint with a negative margin is raised by it, up to the limit of altitudes.
+    Otherwise the first waypoints are dropped as far as they lie behind the start, but for the last
+    two of a path: what is left equals :func:`sim.model.planner.definition.warm.ahead`.
+
+    Parameters
+    ----------
+    slots : int
+        Paths in the memory, 2 or more.
+    max_waypoints : int
+        Waypoints of the longest path, 2 or more.
+    coordinate_bits, altitude_bits : int
+        Widths of a coordinate and of an altitude, 1 or more.
+
+    Members
+    -------
+    lifts : In(1)
+    start, goal : In(corner_layout)
+    altitude_limit : In(altitude_bits)
+        Highest altitude of a waypoint. All four are steady while a path is read.
+    begin : In(1)
+        Pulse: read a path. After the last waypoint of the one before.
+    slot : In(range(slots))
+    length : In(range(max_waypoints + 1))
+        Of the path; read with ``begin``.
+    read : Out(place_layout)
+    waypoint : In(waypoint_layout)
+        Contents of ``read`` of 2 cycles before.
+    found : Out(found_layout)
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
+    """
+
+    def __init__(self, slots, max_waypoints, coordinate_bits, altitude_bits):
+        check_integer("Slots", slots, 2)
+        check_integer("Max waypoints", max_waypoints, 2)
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_integer("Altitude width", altitude_bits, 1)
+
+        self.slots = slots
+        self.max_waypoints = max_waypoints
+        self.coordinate_bits = coordinate_bits
+        self.altitude_bits = altitude_bits
+        sizes = coordinate_bits, altitude_bits
+        super().__init__(
+            {
+                "lifts": In(1),
+                "start": In(corner_layout(*sizes)),
+                "goal": In(corner_layout(*sizes)),
+                "altitude_limit": In(altitude_bits),
+                "begin": In(1),
+                "slot": In(range(slots)),
+                "length": In(range(max_waypoints + 1)),
+                "read": Out(place_layout(slots, max_waypoints)),
+                "waypoint": In(waypoint_layout(*sizes)),
+                "found": Out(found_layout(*sizes)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        reading = Signal()
+        slot = Signal.like(self.slot, reset_less=True)
+        index = Signal.like(self.read.index, reset_less=True)
+        # The last index, and that of the last waypoint that may be dropped, plus one.
+        last = Signal.like(index, reset_less=True)
+        least = Signal.like(self.length, reset_less=True)
+        with m.If(self.begin):
+            m.d.sync += [
+                reading.eq(1),
+                slot.eq(self.slot),
+                index.eq(0),
+                last.eq(self.length - 1),
+                least.eq(self.length - Config.MIN_WAYPOINTS),
+            ]
+        with m.Elif(reading):
+            m.d.sync += [index.eq(index + 1), reading.eq(index != last)]
+        m.d.comb += [self.read.slot.eq(slot), self.read.index.eq(index)]
+
+        # A cycle for the memory's register, then differences, products, and their sum.
+        waypoint, found = self.waypoint, self.found
+        dot = []
+        for axis in "xy":
+            bits = self.coordinate_bits + 1
+            multiplier = Multiplier((bits, bits))
+            m.submodules[f"product_{axis}"] = multiplier
+            way = Signal(signed(bits), name=f"way_{axis}", reset_less=True)
+            off = Signal(signed(bits), name=f"off_{axis}", reset_less=True)
+            m.d.sync += [
+                way.eq(self.goal[axis] - self.start[axis]),
+                off.eq(waypoint[axis] - self.start[axis]),
+            ]
+            m.d.comb += [multiplier.first.eq(way), multiplier.second.eq(off)]
+            dot.append(multiplier.product)
+            m.d.comb += found[axis].eq(delay_line(m, waypoint[axis], 3, axis))
+        is_ahead = Signal(reset_less=True)
+        m.d.sync += is_ahead.eq(sum(dot) > 0)
+
+        raised = Signal(self.altitude_bits + 1, reset_less=True)
+        capped = Signal(self.altitude_bits, reset_less=True)
+        raises = self.lifts & (waypoint.margin < 0)
+        limit = self.altitude_limit
+        m.d.sync += [
+            raised.eq(waypoint.altitude + Mux(raises, -waypoint.margin, 0)),
+            capped.eq(Mux(self.lifts & (raised > limit), limit, raised)),
+        ]
+
+        # What goes with a waypoint.
+        valid = Signal(_STAGES)
+        m.d.sync += valid.eq(Cat(reading, valid))
+        stays = delay_line(m, self.lifts | (index >= least), _STAGES, "stays")
+        started = Signal()
+        keeps = stays | is_ahead | started
+        with m.If(self.begin):
+            m.d.sync += started.eq(0)
+        with m.Elif(valid[-1] & keeps):
+            m.d.sync += started.eq(1)
+        m.d.comb += [
+            found.valid.eq(valid[-1] & keeps),
+            found.last.eq(delay_line(m, index == last, _STAGES, "last")),
+            found.altitude.eq(delay_line(m, capped, 1, "altitude")),
+        ]
+
+        return m

@@ -1,0 +1,262 @@
+"""Control of a run: its steps, from the blocks of the map to the last generation."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.config import Config
+from hdl.layouts import struct
+from hdl.planner.first_paths import FirstPathKind
+from hdl.planner.run_limits import RunLimits
+from hdl.protocol.runs import ISLANDS, SLOPE_BITS, run_request
+
+
+__all__ = ["RunControl"]
+
+
+class RunControl(wiring.Component):
+    """Goes through the steps of a run, each when the one before is over.
+
+    Blocks are scanned while the random source warms up and the memo is emptied. On a warm run the
+    earlier population is revived, as island 0. Each island of new paths gets a route, seeds, and
+    passes that lift its population. Where there are two islands, each is bred for its part of the
+    cycles and generations that are left, then the best of both become one population, which is bred
+    to the limits of the run.
+
+    A generation begins the cycle after ``evolver_ready``, unless a limit was reached in the cycle
+    of that, or the run had been stopped; then the last generation is finished instead. All other
+    numbers of cycles are in :mod:`sim.model.planner.run_control_cycles`. A run ends if the units
+    do: ``make formal PROOF=run_control``.
+
+    Parameters
+    ----------
+    config : Config
+
+    Members
+    -------
+    runs : In(stream.Signature(struct(run_request(config))))
+        A run, and its options. Taken while no other one is ``running``, in cycles with ``phase``.
+    stop : In(1)
+        Pulse: breed no further generation. Ignored unless ``running``.
+    running : Out(1)
+        From cycle 0 of the run, the one after it is taken, to its last.
+    ends : Out(1)
+        The last cycle of the run.
+    phase : Out(1)
+        Alternates, and is 0 in cycle 0 of a run.
+    options : Out(struct(run_request(config)))
+        Those of the latest run. Registers.
+    cycles, generations : Out(32)
+        Of the latest run, so far.
+    launch : Out(1)
+        Cycle 0: load the random source, empty the memo, scan the blocks.
+    clear : Out(1)
+        With ``launch``: free all slots.
+    source_ready, memo_busy, seeds_busy : In(1)
+        Of the random source, the memo, and the source of seeds.
+    find_route : Out(1)
+        Pulse: find a route along ``slope``.
+    slope : Out(SLOPE_BITS)
+        Steady until the next route.
+    spreading : Out(1)
+        Blocks are scanned, or a route is found.
+    make_paths : Out(1)
+        Pulse: make first paths.
+    kind : Out(FirstPathKind)
+    count : Out(16)
+        Their kind and number. Steady until they are stored.
+    paths_busy : In(1)
+        From the cycle after ``make_paths`` until the last one has been given.
+    evaluator_idle : In(1)
+        No path is being evaluated.
+    fills : Out(1)
+        First populations come, from the cycle after ``launch`` on.
+    store : Out(1)
+        Pulse: the first population of ``island`` is complete.
+    begin, finish : Out(1)
+        Pulse: breed a generation of ``island``; collect the last one without breeding.
+    merge : Out(1)
+        Pulse: make the best of both islands the population of island 0.
+    island : Out(range(ISLANDS))
+        Steady while a population is filled, bred or merged.
+    evolver_ready : In(1)
+        A generation may begin: what was stored, finished or merged is there, if any was. Means
+        nothing in the cycle after a pulse, like what other units say.
+    """
+
+    #: Width of counters, and of the share of an island.
+    COUNTER_BITS, SHARE_BITS = 32, 5
+
+    def __init__(self, config: Config):
+        self.config = config
+        options = struct(run_request(config))
+        super().__init__(
+            {
+                "runs": In(stream.Signature(options)),
+                "stop": In(1),
+                "running": Out(1),
+                "ends": Out(1),
+                "phase": Out(1),
+                "options": Out(options),
+                "cycles": Out(self.COUNTER_BITS),
+                "generations": Out(self.COUNTER_BITS),
+                "launch": Out(1),
+                "clear": Out(1),
+                "source_ready": In(1),
+                "memo_busy": In(1),
+                "seeds_busy": In(1),
+                "find_route": Out(1),
+                "slope": Out(SLOPE_BITS),
+                "spreading": Out(1),
+                "make_paths": Out(1),
+                "kind": Out(FirstPathKind),
+                "count": Out(16),
+                "paths_busy": In(1),
+                "evaluator_idle": In(1),
+                "fills": Out(1),
+                "store": Out(1),
+                "begin": Out(1),
+                "finish": Out(1),
+                "merge": Out(1),
+                "island": Out(range(ISLANDS)),
+                "evolver_ready": In(1),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        options = self.options
+        m.submodules.limits = limits = RunLimits(self.COUNTER_BITS, self.SHARE_BITS)
+        taken = self.runs.valid & self.runs.ready
+        m.d.comb += [
+            limits.launch.eq(taken),
+            limits.running.eq(self.running),
+            limits.bred.eq(self.begin),
+            limits.stop.eq(self.stop),
+            limits.most_cycles.eq(options.cycles),
+            limits.most_generations.eq(options.generations),
+            limits.share.eq(options.share),
+            self.cycles.eq(limits.cycles),
+            self.generations.eq(limits.generations),
+        ]
+        m.d.sync += self.phase.eq(~self.phase)
+
+        # `settled`: this is not the cycle after a pulse, in which units do not answer yet.
+        settled = Signal()
+        last_island = Signal()
+        lifts = Signal(len(options.lifts), reset_less=True)
+        # There is one population; a generation is not collected.
+        is_final = Signal()
+        pending = Signal()
+        m.d.comb += [
+            limits.final.eq(is_final),
+            self.slope.eq(Mux(self.island.any() & ~options.warm, options.slope_1, options.slope_0)),
+            self.count.eq(
+                Mux(self.kind == FirstPathKind.SEED, options.seeds, self.config.population)
+            ),
+        ]
+        m.d.sync += settled.eq(~Cat(getattr(self, name) for name in _PULSES).any())
+
+        with m.FSM() as states:
+            with m.State("IDLE"):
+                m.d.comb += self.runs.ready.eq(self.phase)
+                with m.If(taken):
+                    m.d.sync += options.eq(self.runs.p)
+                    m.next = "START"
+            with m.State("START"):
+                m.d.comb += [self.launch.eq(1), self.clear.eq(~options.warm)]
+                m.d.sync += [
+                    self.fills.eq(1),
+                    self.island.eq(0),
+                    last_island.eq(options.warm + options.islands == ISLANDS),
+                    self.kind.eq(Mux(options.warm, FirstPathKind.REVIVED, FirstPathKind.SEED)),
+                    lifts.eq(Mux(options.warm, 0, options.lifts)),
+                    pending.eq(0),
+                ]
+                m.next = "SCAN"
+            with m.State("SCAN"):
+                m.d.comb += self.spreading.eq(self.seeds_busy)
+                m.d.sync += is_final.eq(~last_island)
+                with m.If(settled & self.source_ready & ~self.memo_busy & ~self.seeds_busy):
+                    m.next = "ROUTE"
+                    with m.If(options.warm):
+                        m.next = "PATHS"
+
+            # The first population of an island.
+            with m.State("ROUTE"):
+                m.d.comb += self.find_route.eq(1)
+                m.next = "ROUTED"
+            with m.State("ROUTED"):
+                m.d.comb += self.spreading.eq(self.seeds_busy)
+                with m.If(settled & ~self.seeds_busy):
+                    m.next = "PATHS"
+            with m.State("PATHS"):
+                m.d.comb += self.make_paths.eq(1)
+                m.next = "EVALUATED"
+            with m.State("EVALUATED"):
+                with m.If(settled & ~self.paths_busy & self.evaluator_idle):
+                    m.next = "STORE"
+            with m.State("STORE"):
+                m.d.comb += self.store.eq(1)
+                m.next = "STORED"
+            with m.State("STORED"):
+                with m.If(settled & self.evolver_ready):
+                    with m.If(lifts != 0):
+                        m.d.sync += [lifts.eq(lifts - 1), self.kind.eq(FirstPathKind.LIFTED)]
+                        m.next = "PATHS"
+                    with m.Elif(self.island != last_island):
+                        m.d.sync += [
+                            self.island.eq(1),
+                            self.kind.eq(FirstPathKind.SEED),
+                            lifts.eq(options.lifts),
+                        ]
+                        m.next = "ROUTE"
+                    with m.Else():
+                        m.d.sync += [self.fills.eq(0), self.island.eq(0)]
+                        m.next = "AIM"
+                        with m.If(last_island):
+                            m.next = "SPLIT"
+
+            # Generations of an island, or of the one population.
+            with m.State("SPLIT"):
+                m.d.comb += limits.split.eq(1)
+                m.next = "SPLITTING"
+            with m.State("SPLITTING"):
+                with m.If(~limits.splitting):
+                    m.next = "AIM"
+            with m.State("AIM"):
+                m.d.comb += limits.aim.eq(1)
+                m.next = "EVOLVE"
+            with m.State("EVOLVE"):
+                with m.If(settled & self.evolver_ready):
+                    m.next = "DECIDE"
+            with m.State("DECIDE"):
+                with m.If(~limits.reached):
+                    m.d.comb += self.begin.eq(1)
+                    m.d.sync += pending.eq(1)
+                    m.next = "EVOLVE"
+                with m.Elif(pending):
+                    m.d.comb += self.finish.eq(1)
+                    m.d.sync += pending.eq(0)
+                    m.next = "EVOLVE"
+                with m.Elif(is_final):
+                    m.next = "END"
+                with m.Elif(self.island == 0):
+                    m.d.sync += self.island.eq(1)
+                    m.next = "AIM"
+                with m.Else():
+                    m.next = "MERGE"
+            with m.State("MERGE"):
+                m.d.comb += self.merge.eq(1)
+                m.d.sync += [self.island.eq(0), is_final.eq(1)]
+                m.next = "AIM"
+            with m.State("END"):
+                m.d.comb += self.ends.eq(1)
+                m.next = "IDLE"
+        m.d.comb += self.running.eq(~states.ongoing("IDLE"))
+
+        return m
+
+
+#: Pulses that units answer from the second cycle after it on.
+_PULSES = ("launch", "find_route", "make_paths", "store", "begin", "finish", "merge")

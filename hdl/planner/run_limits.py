@@ -1,0 +1,139 @@
+"""Limits of a run: its cycles and generations, and those of an island."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.primitives.arguments import check_integer
+
+
+__all__ = ["RunLimits"]
+
+
+class RunLimits(wiring.Component):
+    """Counts the cycles and generations of a run, and says when to breed no further one.
+
+    ``split`` takes what an island may have: of the cycles that are left, and of the generations of
+    the run, the part ``share / 2**share_bits``, rounded down. ``aim`` sets limits: those of the
+    run, or those of an island, which are its parts above the numbers of now, and at most the
+    greatest.
+
+    Parameters
+    ----------
+    counter_bits, share_bits : int
+        Widths of a counter and of a share, 1 or more.
+
+    Members
+    -------
+    launch : In(1)
+        Pulse: a run begins in the next cycle, which is cycle 0.
+    running : In(1)
+        From that cycle to the last one of the run.
+    bred : In(1)
+        Pulse: a generation is bred.
+    stop : In(1)
+        Pulse: nothing more shall be bred. Ignored unless ``running``.
+    most_cycles, most_generations : In(counter_bits)
+    share : In(share_bits)
+        Limits of the run, and the share of an island. Steady while ``running``.
+    split : In(1)
+        Pulse: take an island's part of the cycles that are left behind this one.
+    splitting : Out(1)
+        For ``share_bits`` cycles from the one after ``split`` on.
+    aim : In(1)
+        Pulse: set limits, from the next cycle on. Not while ``splitting``.
+    final : In(1)
+        With ``aim``: those of the run. Otherwise the numbers of this cycle and the island's parts.
+    reached : Out(1)
+        In the cycle before, a limit was reached, or the run had been stopped.
+    cycles : Out(counter_bits)
+        Number of this cycle; afterwards, cycles of the run. Stays at its greatest value.
+    generations : Out(counter_bits)
+        Bred before this cycle.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a width is not an integer, or less than 1.
+    """
+
+    def __init__(self, counter_bits, share_bits):
+        check_integer("Counter width", counter_bits, 1)
+        check_integer("Share width", share_bits, 1)
+        self.counter_bits = counter_bits
+        self.share_bits = share_bits
+        super().__init__(
+            {
+                "launch": In(1),
+                "running": In(1),
+                "bred": In(1),
+                "stop": In(1),
+                "most_cycles": In(counter_bits),
+                "most_generations": In(counter_bits),
+                "share": In(share_bits),
+                "split": In(1),
+                "splitting": Out(1),
+                "aim": In(1),
+                "final": In(1),
+                "reached": Out(1),
+                "cycles": Out(counter_bits),
+                "generations": Out(counter_bits),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        stopped = Signal()
+        with m.If(self.running):
+            m.d.sync += [
+                self.cycles.eq(self.cycles + ~self.cycles.all()),
+                self.generations.eq(self.generations + self.bred),
+                stopped.eq(stopped | self.stop),
+            ]
+        with m.If(self.launch):
+            m.d.sync += [self.cycles.eq(0), self.generations.eq(0), stopped.eq(0)]
+
+        # A part is a product with the share, a bit of it per cycle, the lowest first.
+        bits = self.counter_bits
+        left = Signal(bits, reset_less=True)
+        difference = Signal(bits + 1)
+        share = Signal(self.share_bits, reset_less=True)
+        number = Signal(range(self.share_bits + 1))
+        m.d.comb += [
+            difference.eq(self.most_cycles - self.cycles),
+            self.splitting.eq(number != 0),
+        ]
+        parts = []
+        for name, whole in (("cycles", left), ("generations", self.most_generations)):
+            part = Signal(bits, name=f"part_of_{name}", reset_less=True)
+            with m.If(self.splitting):
+                m.d.sync += part.eq((part + Mux(share[0], whole, 0)) >> 1)
+            with m.If(self.split):
+                m.d.sync += part.eq(0)
+            parts.append(part)
+        with m.If(self.splitting):
+            m.d.sync += [number.eq(number - 1), share.eq(share >> 1)]
+        with m.If(self.split):
+            m.d.sync += [
+                left.eq(Mux(difference[-1], 0, difference)),
+                share.eq(self.share),
+                number.eq(self.share_bits),
+            ]
+
+        limits = []
+        for name, count, part, most in (
+            ("cycles", self.cycles, parts[0], self.most_cycles),
+            ("generations", self.generations, parts[1], self.most_generations),
+        ):
+            limit = Signal(bits, name=f"limit_of_{name}", reset_less=True)
+            end = Signal(bits + 1, name=f"end_of_{name}")
+            m.d.comb += end.eq(count + part)
+            with m.If(self.aim):
+                m.d.sync += limit.eq(Mux(self.final, most, end | end[-1].replicate(len(end))))
+            limits.append(limit)
+        m.d.sync += self.reached.eq(
+            stopped | (self.cycles >= limits[0]) | (self.generations >= limits[1])
+        )
+
+        return m

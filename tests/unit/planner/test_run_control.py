@@ -1,0 +1,206 @@
+# amaranth: UnusedElaboratable=no
+"""Steps of runs beside units that take any number of cycles: all pulses, cycle by cycle."""
+
+import random
+from dataclasses import dataclass
+
+import pytest
+
+from hdl.planner.first_paths import FirstPathKind
+from hdl.planner.run_control import RunControl
+from sim.model.planner import run_control_cycles as steps
+from tests.planner_cases import SMALL
+from tests.streams import simulate
+
+
+PULSES = ("launch", "clear", "find_route", "make_paths", "store", "begin", "finish", "merge")
+
+
+@dataclass
+class Options:
+    cycles: int
+    generations: int
+    slopes: tuple
+    lifts: int
+    share: int
+    warm: bool
+    stop: int | None = None
+    seeds: int = 20
+    seed: int = 1234567
+    give_up_rank: int = 3
+
+    def fields(self):
+        values = {
+            name: value for name, value in vars(self).items() if name not in ("stop", "slopes")
+        }
+        slopes = {f"slope_{i}": slope for i, slope in enumerate(self.slopes)}
+        return values | slopes | {"islands": len(self.slopes)}
+
+
+class Durations:
+    """Cycles of what the units are asked for, in the order in which they are."""
+
+    def __init__(self, seed):
+        self._rng = random.Random(seed)
+
+    def draw(self, name):
+        """Return the cycles from a pulse to the first one in which the unit is done."""
+        low, high = {"launch": (30, 60), "begin": (2, 60)}.get(name, (2, 30))
+        return self._rng.randint(low, high)
+
+
+def expected_of(options, durations):
+    """Return the pulses of a run with their cycles and what goes with them, and its cycles."""
+    events = []
+    generations = 0
+
+    def pulse(cycle, name, *more):
+        events.append((cycle, name, *more))
+        return cycle + durations.draw(name)
+
+    done = pulse(0, "launch", not options.warm)
+    cycle = done + steps.SCANNED - 1
+    count = len(options.slopes) + options.warm
+    for island in range(count):
+        kind = FirstPathKind.REVIVED if options.warm and island == 0 else FirstPathKind.SEED
+        lifts = 0
+        if kind is FirstPathKind.SEED:
+            lifts = options.lifts
+            slope = options.slopes[island - options.warm]
+            cycle = pulse(cycle, "find_route", slope) + steps.ROUTED - 1
+        for number in range(1 + lifts):
+            kind = FirstPathKind.LIFTED if number else kind
+            paths = options.seeds if kind is FirstPathKind.SEED else SMALL.population
+            done = pulse(cycle, "make_paths", kind, paths)
+            done = pulse(done + steps.EVALUATED, "store", island)
+            cycle = done + steps.POPULATION
+
+    def evolve(cycle, island, most_cycles, most_generations):
+        nonlocal generations
+        pending = False
+        while True:
+            stopped = options.stop is not None and options.stop < cycle
+            now = cycle + steps.BEGIN
+            if stopped or cycle >= most_cycles or generations >= most_generations:
+                if pending:
+                    return pulse(now, "finish", island)
+                return cycle
+            cycle = pulse(now, "begin", island)
+            generations += 1
+            pending = True
+
+    if count == 2:
+        left = max(options.cycles - cycle, 0)
+        parts = left * options.share >> 5, options.generations * options.share >> 5
+        cycle += steps.SPLIT_TO_AIM
+        for island in range(2):
+            limits = cycle + parts[0], generations + parts[1]
+            cycle = evolve(cycle + steps.AIMED, island, *limits) + steps.NEXT_ISLAND
+        cycle += steps.MERGED[0] - steps.NEXT_ISLAND
+        done = pulse(cycle, "merge")
+        cycle = max(cycle + steps.MERGED[1] + steps.AIMED, done)
+    else:
+        cycle += steps.AIMED
+    cycle = evolve(cycle, 0, options.cycles, options.generations) + steps.END
+    return events, cycle, generations
+
+
+async def run_once(ctx, dut, options, durations, rng):
+    """Do a run; return its pulses and its cycles."""
+    ctx.set(dut.runs.valid, 1)
+    ctx.set(dut.runs.payload, options.fields())
+    while not ctx.get(dut.runs.ready):
+        await ctx.tick()
+    assert ctx.get(dut.phase)
+    await ctx.tick()
+    ctx.set(dut.runs.valid, 0)
+    cycle, events, spread = 0, [], 0
+    # First cycles in which units are done.
+    seeds = memo = source = paths = evaluated = evolver = -1
+    while ctx.get(dut.running):
+        assert ctx.get(dut.phase) == cycle % 2
+        assert ctx.get(dut.cycles) == cycle
+        assert not ctx.get(dut.runs.ready)
+        since = events[-1][0] if events else -9
+        ctx.set(dut.seeds_busy, cycle < seeds)
+        ctx.set(dut.memo_busy, cycle < memo)
+        ctx.set(dut.source_ready, cycle >= source)
+        ctx.set(dut.paths_busy, cycle < paths)
+        ctx.set(dut.evaluator_idle, cycle >= evaluated or (cycle < paths and rng.random() < 0.5))
+        # What is said in the cycle after a pulse means nothing.
+        ready = rng.random() < 0.5 if cycle == since + 1 else cycle >= evolver
+        ctx.set(dut.evolver_ready, ready)
+        ctx.set(dut.stop, cycle == options.stop)
+        spread += ctx.get(dut.spreading)
+        kind, island = ctx.get(dut.kind), ctx.get(dut.island)
+        for name in PULSES:
+            if not ctx.get(getattr(dut, name)) or name == "clear":
+                continue
+            done = cycle + durations.draw(name)
+            if name == "launch":
+                events.append((cycle, name, bool(ctx.get(dut.clear))))
+                seeds = done
+                memo, source = (cycle + rng.randrange(2, 10) for _ in range(2))
+            elif name == "find_route":
+                events.append((cycle, name, ctx.get(dut.slope)))
+                seeds = done
+            elif name == "make_paths":
+                events.append((cycle, name, kind, ctx.get(dut.count)))
+                evaluated, paths = done, rng.randint(cycle + 2, done)
+            else:
+                events.append((cycle, name, island) if name != "merge" else (cycle, name))
+                evolver = done
+                assert ctx.get(dut.fills) == (name == "store")
+        ended = ctx.get(dut.ends)
+        await ctx.tick()
+        cycle += 1
+        assert ctx.get(dut.running) == (not ended)
+        assert cycle < 20_000
+    return events, cycle, spread
+
+
+def drawn_options(rng):
+    warm = rng.random() < 0.4
+    slopes = [rng.randrange(16) for _ in range(rng.randrange(1 - warm, 3 - warm))]
+    return Options(
+        cycles=rng.choice([0, 200, 600, 1500, 2500]),
+        generations=rng.choice([0, 3, 10, 1 << 31]),
+        slopes=tuple(slopes),
+        lifts=rng.randrange(5),
+        share=rng.randrange(17),
+        warm=warm,
+        stop=rng.choice([None, None, rng.randrange(2000)]),
+    )
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_steps_of_runs(seed):
+    dut, rng = RunControl(SMALL), random.Random(seed)
+    kinds = set()
+
+    async def bench(ctx):
+        for number in range(25):
+            options = drawn_options(rng)
+            for _ in range(rng.randrange(4)):
+                await ctx.tick()
+            ctx.set(dut.stop, rng.randrange(2))  # Means nothing now.
+            found = await run_once(ctx, dut, options, Durations(number), rng)
+            expected, cycles, generations = expected_of(options, Durations(number))
+            assert found[0] == expected, options
+            assert found[1] == cycles == ctx.get(dut.cycles)
+            assert ctx.get(dut.generations) == generations
+            fields = ctx.get(dut.options)
+            assert fields.seed == options.seed
+            assert fields.give_up_rank == options.give_up_rank
+            kinds.add((len(options.slopes), options.warm, generations > 0))
+            routes = Durations(number)
+            durations = [routes.draw(event[1]) for event in expected]
+            # Cycles in which the source of seeds is busy.
+            assert found[2] == sum(
+                each - 1
+                for each, event in zip(durations, expected, strict=True)
+                if event[1] in ("launch", "find_route")
+            )
+
+    simulate(dut, bench)
+    assert len(kinds) >= 6

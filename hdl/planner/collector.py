@@ -61,6 +61,8 @@ class Collector(wiring.Component):
         Ranks of the survivors; the elites are not among them. Steady during the pass.
     busy : Out(1)
         A population is collected or moved: from the cycle after ``collect`` or ``merge`` on.
+    sorting : Out(1)
+        A pass goes on, or a population is moved.
     stored : Out(1)
         Pulse: the last child has come, and the pass is over.
     evaluated : In(stream.Signature(member_layout))
@@ -104,6 +106,7 @@ class Collector(wiring.Component):
                 "island": In(range(islands)),
                 "stay": In(data.ArrayLayout(range(population), survivors)),
                 "busy": Out(1),
+                "sorting": Out(1),
                 "stored": Out(1),
                 "evaluated": In(stream.Signature(self.member_layout)),
                 "freed": Out(self.freed_layout),
@@ -158,6 +161,7 @@ class Collector(wiring.Component):
         m.d.comb += [
             self.stored.eq(collecting & ~passing & ~passed & (complete | merging)),
             self.busy.eq(collecting | ranking.busy),
+            self.sorting.eq(passing | ranking.busy),
             self.evaluated.ready.eq(members.ready & ~passed & ~complete),
             members.valid.eq(Mux(passed, kept, self.evaluated.valid & ~complete)),
             members.p.member.eq(Mux(passed, ranking.member, self.evaluated.p)),

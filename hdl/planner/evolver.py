@@ -71,6 +71,8 @@ class Evolver(wiring.Component):
         No generation is planned or collected, and no population moved. All ranks can be read.
     pending : Out(1)
         A generation is bred and not collected.
+    planning, sorting : Out(1)
+        Children are planned; members are passed over or moved.
     give_up_rank : In(config.slot_bits)
         Steady while not ``ready``.
     best : Out(KEY_BITS)
@@ -143,6 +145,8 @@ class Evolver(wiring.Component):
                 "island": In(range(islands)),
                 "ready": Out(1),
                 "pending": Out(1),
+                "planning": Out(1),
+                "sorting": Out(1),
                 "give_up_rank": In(config.slot_bits),
                 "best": Out(KEY_BITS),
                 "words": In(stream.Signature(data.ArrayLayout(WORD_BITS, LANES))),
@@ -200,6 +204,7 @@ class Evolver(wiring.Component):
             collector.merge.eq(self.merge),
             collector.island.eq(self.island),
             collector.stay.eq(breeder.survivors),
+            self.sorting.eq(collector.sorting),
         ]
         self._limit(m, *self._generate(m))
 
@@ -216,7 +221,7 @@ class Evolver(wiring.Component):
         m.d.comb += collector.rank.eq(self.rank)
         with m.If(collector.stored & finishing):
             m.d.sync += self.pending.eq(0)
-        with m.FSM():
+        with m.FSM() as states:
             with m.State("READY"):
                 m.d.comb += [
                     self.ready.eq(~collector.busy),
@@ -240,6 +245,7 @@ class Evolver(wiring.Component):
                 with m.If(~breeder.planning):
                     m.d.comb += collector.collect.eq(was_pending)
                     m.next = "READY"
+        m.d.comb += self.planning.eq(~states.ongoing("READY"))
         return gives_best, gives_limit
 
     def _limit(self, m, gives_best, gives_limit):

@@ -71,7 +71,9 @@ class PathEvaluator(wiring.Component):
     idle : Out(1)
         No path is inside, and no margin waits.
     clear_counters : In(1)
-        Pulse: set ``walk`` to 0.
+        Pulse: set both counters to 0.
+    score : Out(32)
+        Cycles in which the scorer had a point: two for each, entries and exits included.
     walk : Out(32)
         Cycles in which the walker was busy with segments: the sum of their costs.
     clear : In(1)
@@ -111,6 +113,7 @@ class PathEvaluator(wiring.Component):
                 "margins": Out(stream.Signature(self.queue.layout)),
                 "idle": Out(1),
                 "clear_counters": In(1),
+                "score": Out(32),
                 "walk": Out(32),
                 **{name: passed[name] for name in _PASSED},
             }
@@ -170,10 +173,9 @@ class PathEvaluator(wiring.Component):
             margins.margin.eq(walker.margin),
         ]
 
-        with m.If(self.clear_counters):
-            m.d.sync += self.walk.eq(0)
-        with m.Else():
-            m.d.sync += self.walk.eq(self.walk + walker.launching)
+        counted = ((self.score, self.scorer.launcher.valid), (self.walk, walker.launching))
+        for counter, counts in counted:
+            m.d.sync += counter.eq(Mux(self.clear_counters, 0, counter + counts))
 
         return m
 

@@ -1,0 +1,162 @@
+"""Reader of the best paths of a run."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.layouts import record_layout
+from hdl.planner.population_layouts import member_layout, waypoint_layout
+from hdl.planner.population_memory import place_layout
+from hdl.primitives.arguments import check_integer
+from hdl.protocol.runs import RETURNED
+
+
+__all__ = ["BestReader"]
+
+_KEY_BYTES = 4
+
+
+class BestReader(wiring.Component):
+    """Sends up to 8 paths of different keys as bytes, the best first.
+
+    The bytes are those of :func:`hdl.protocol.runs.pack_best`: of each path its key, then its
+    waypoints. Members are read by their ranks, so that those of one key follow each other; of these
+    the first is sent. Bytes follow each other in consecutive cycles, but for a cycle before each
+    key and 3 before each waypoint, 3 for each member after the first that is read, and 2 more.
+
+    Parameters
+    ----------
+    slots : int
+        Paths in the memory, 2 or more.
+    population : int
+        Members, 2 or more.
+    max_waypoints : int
+        Waypoints of the longest path, 2 or more.
+    coordinate_bits, altitude_bits : int
+        Widths of a coordinate and of an altitude, 1 or more.
+
+    Members
+    -------
+    best : In(1)
+        Pulse: send the paths. Not while ``busy``.
+    busy : Out(1)
+        Until the last byte is taken.
+    rank : Out(range(population))
+        Member to be read; 0 while not ``busy``.
+    member : In(member_layout)
+        The member of ``rank`` of the cycle before.
+    read : Out(place_layout)
+    waypoint : In(waypoint_layout)
+        Contents of ``read`` of 2 cycles before.
+    records : Out(stream.Signature(record_layout))
+        ``last`` ends the paths.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
+    """
+
+    def __init__(self, slots, population, max_waypoints, coordinate_bits, altitude_bits):
+        check_integer("Slots", slots, 2)
+        check_integer("Population", population, 2)
+        check_integer("Max waypoints", max_waypoints, 2)
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_integer("Altitude width", altitude_bits, 1)
+
+        self.slots = slots
+        self.population = population
+        self.max_waypoints = max_waypoints
+        self.coordinate_bits = coordinate_bits
+        self.altitude_bits = altitude_bits
+        member = member_layout((slots - 1).bit_length(), max_waypoints.bit_length())
+        super().__init__(
+            {
+                "best": In(1),
+                "busy": Out(1),
+                "rank": Out(range(population)),
+                "member": In(member),
+                "read": Out(place_layout(slots, max_waypoints)),
+                "waypoint": In(waypoint_layout(coordinate_bits, altitude_bits)),
+                "records": Out(stream.Signature(record_layout)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        # The path that is sent next, whether it is the last one, and paths sent before.
+        path = Signal(self.member.shape(), reset_less=True)
+        is_final = Signal()
+        sent = Signal(range(RETURNED))
+        last_rank = self.rank == self.population - 1
+        # A key or a waypoint, and its bytes that are left beside the one on offer.
+        waypoint_bits = 2 * self.coordinate_bits + self.altitude_bits + 1
+        waypoint_bytes = (waypoint_bits + 7) // 8
+        most = max(_KEY_BYTES, waypoint_bytes)
+        word = Signal(8 * most, reset_less=True)
+        left = Signal(range(most), reset_less=True)
+        index = Signal(range(self.max_waypoints), reset_less=True)
+        is_key, ends = Signal(), Signal()
+        m.d.comb += [
+            self.read.slot.eq(path.slot),
+            self.read.index.eq(index),
+            ends.eq(index == path.length - 1),
+            self.records.p.data.eq(word[:8]),
+        ]
+
+        with m.FSM() as states:
+            with m.State("IDLE"):
+                m.d.sync += [sent.eq(0), is_final.eq(0)]
+                with m.If(self.best):
+                    m.next = "FIRST"
+            with m.State("FIRST"):
+                m.d.sync += path.eq(self.member)
+                m.next = "SEEK"
+
+            # The next member of another key: then it is known whether the path is the last one.
+            with m.State("SEEK"):
+                m.d.sync += [self.rank.eq(self.rank + 1), is_final.eq(last_rank)]
+                m.next = "READ"
+                with m.If(last_rank | (sent == RETURNED - 1)):
+                    m.d.sync += [self.rank.eq(self.rank), is_final.eq(1)]
+                    m.next = "KEY"
+            with m.State("READ"):
+                m.next = "COMPARE"
+            with m.State("COMPARE"):
+                m.next = "SEEK"
+                with m.If(self.member.key != path.key):
+                    m.next = "KEY"
+
+            with m.State("KEY"):
+                m.d.sync += [word.eq(path.key), left.eq(_KEY_BYTES - 1), is_key.eq(1), index.eq(0)]
+                m.next = "SEND"
+            with m.State("SEND"):
+                m.d.comb += [
+                    self.records.valid.eq(1),
+                    self.records.p.last.eq(is_final & ends & ~is_key & (left == 0)),
+                ]
+                with m.If(self.records.ready):
+                    m.d.sync += [word.eq(word >> 8), left.eq(left - 1)]
+                    with m.If(left == 0):
+                        m.d.sync += is_key.eq(0)
+                        m.next = "PLACE"
+                        with m.If(~is_key):
+                            m.d.sync += index.eq(index + 1)
+                            with m.If(ends):
+                                m.d.sync += [path.eq(self.member), sent.eq(sent + 1)]
+                                m.next = "SEEK"
+                                with m.If(is_final):
+                                    m.d.sync += self.rank.eq(0)
+                                    m.next = "IDLE"
+            with m.State("PLACE"):
+                m.next = "FETCH"
+            with m.State("FETCH"):
+                m.next = "WORD"
+            with m.State("WORD"):
+                axes = (self.waypoint[axis] for axis in ("x", "y", "altitude"))
+                m.d.sync += [word.eq(Cat(*axes, ends)), left.eq(waypoint_bytes - 1)]
+                m.next = "SEND"
+        m.d.comb += self.busy.eq(~states.ongoing("IDLE"))
+
+        return m

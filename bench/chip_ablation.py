@@ -8,7 +8,7 @@ from statistics import mean
 from bench.chip_runs import CHIP, Task, run_all, share, terrains, through_terrains
 from bench.report import Options, Report
 from bench.scenarios import missing
-from hdl.protocol.runs import FIRST_ISLANDS, QUICK_ISLANDS, Island, RunOptions
+from hdl.protocol.runs import RunOptions
 from host.errors import InputError
 
 
@@ -19,20 +19,20 @@ _CYCLES = CHIP.clock_hz // 100
 #: As paper, then clearances in metres.
 _CLEARANCES = (None, 30.0, 100.0)
 _USUAL = RunOptions(cycles=_CYCLES)
-_LEAST = tuple(replace(island, mean=False) for island in FIRST_ISLANDS)
 
 #: The options of each row.
 CHANGES = {
     "none": _USUAL,
     "no memo": replace(_USUAL, memo=0),
     "a memo of 64 rows": replace(_USUAL, memo=64),
+    "a memo of 2,048 rows": replace(_USUAL, memo=2048),
     "give up at rank 3": replace(_USUAL, give_up_rank=3),
     "give up at rank 15": replace(_USUAL, give_up_rank=15),
     "no lifts": replace(_USUAL, lifts=0),
-    "four surfaces of the least ground": replace(_USUAL, islands=_LEAST),
-    "two islands of the least ground": replace(_USUAL, islands=QUICK_ISLANDS),
-    "the same without lifts": replace(_USUAL, islands=QUICK_ISLANDS, lifts=0),
-    "one island": replace(_USUAL, islands=(Island(False, 3),)),
+    "one pass of lifts": replace(_USUAL, lifts=1),
+    "four passes of lifts": replace(_USUAL, lifts=4),
+    "slopes 2 and 5": replace(_USUAL, slopes=(2, 5)),
+    "one island": replace(_USUAL, slopes=(3,)),
     "a quarter of the time on islands": replace(_USUAL, share=4),
     "three quarters of the time on islands": replace(_USUAL, share=12),
     "64 seeds for each route": replace(_USUAL, seeds=64),

@@ -74,16 +74,16 @@ def distances_of(config, record):
 
 
 def blocks_of(config, record, ground):
-    """Return the blocks of the definition without the mean ground; compiled."""
+    """Return the blocks of the definition; compiled."""
     vector = problem_vector(config, record)
     ends = [corner_of(record, end) for end in ("start", "goal")]
-    layers = np.zeros((4, BLOCKS, BLOCKS), dtype=np.int64)
+    layers = np.zeros((3, BLOCKS, BLOCKS), dtype=np.int64)
     measure_blocks(vector, ground, config.blocked_altitude, np.array(ends).ravel(), layers)
     places = [(x, y) for y in range(BLOCKS) for x in range(BLOCKS)]
     least = {(x, y): int(layers[LEAST, y, x]) for x, y in places if layers[LEAST, y, x] >= 0}
     lowest = {(x, y): (int(layers[LOWEST_X, y, x]), int(layers[LOWEST_Y, y, x])) for x, y in places}
     start, goal = ((x >> record.block_shift, y >> record.block_shift) for x, y, _ in ends)
-    return Blocks(least, least, lowest, start, goal, distances_of(config, record))
+    return Blocks(least, lowest, start, goal, distances_of(config, record))
 
 
 def corner(x, y, altitude):

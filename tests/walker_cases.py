@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 
 
-__all__ = ["any_point", "corner", "heights_of", "upload"]
+__all__ = ["any_point", "corner", "heights_of", "segments_of", "upload"]
 
 
 def corner(point):
@@ -18,6 +18,18 @@ def any_point(config, rng):
     top = config.blocked_altitude
     altitude = rng.integers(top + 1) if rng.random() < 0.7 else rng.choice([0, 1, top - 1, top])
     return (*(int(c) for c in rng.integers(config.map_size, size=2)), int(altitude))
+
+
+def segments_of(points, chords, first):
+    """Segments of a path as they are walked: ends, and marks; each point has a chord or None."""
+    ends = []
+    for i, (point, chord) in enumerate(zip(points, chords, strict=True)):
+        ends += [((points[i - 1], point), False)] if i else []
+        ends += [(chord, True)] if chord is not None else []
+    return [
+        (*each, {"begins": i == 0, "last": i == len(ends) - 1, "chord": is_chord, "first": first})
+        for i, (each, is_chord) in enumerate(ends)
+    ]
 
 
 def heights_of(config, rng, *, blocked=0.1):

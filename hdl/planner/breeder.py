@@ -7,8 +7,9 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 from hdl.ga_core.distinct_draw import DistinctDraw
 from hdl.planner.child_builder import ChildBuilder
 from hdl.planner.child_planner import ChildPlanner
+from hdl.planner.memory_queue import MemoryQueue
 from hdl.planner.parent_draw import SURVIVOR_BITS, ParentDraw
-from hdl.planner.population_layouts import slot_count
+from hdl.planner.population_layouts import path_layout, slot_count
 from hdl.protocol.random_words import LANES, WORD_BITS
 
 
@@ -16,12 +17,13 @@ __all__ = ["Breeder"]
 
 
 class Breeder(wiring.Component):
-    """Breeds the children of a generation and draws its survivors.
+    """Plans the children of a generation at a constant pace, and builds them as they are taken.
 
-    Each child takes a step of the random source, in order. Draw, plan and points of consecutive
-    children overlap: a child of ``n`` waypoints takes ``n + 2`` cycles, or 8 if that is more, while
-    points, children and slots are taken and given at once. The first point is offered 21 cycles
-    after ``begin`` at the earliest. Equals
+    Planning draws parents, mutations and survivors; each child takes a step of the random source,
+    in order. The plan of child j, from 0 on, waits for the builder from 13 + 8 j cycles after
+    ``begin`` on, and of n children all are planned after 8 n + 5 cycles, when ``planning`` falls.
+    Plans of two generations fit into the queue. Children are built in their order, as slots,
+    children and points are taken: see :class:`hdl.planner.child_builder.ChildBuilder`. Equals
     :func:`sim.model.planner.definition.breeder.breed`.
 
     Parameters
@@ -33,19 +35,19 @@ class Breeder(wiring.Component):
     Members
     -------
     begin : In(1)
-        Pulse: breed a generation. Only while ``planning`` and ``building`` are low.
+        Pulse: breed a generation. Only while ``planning`` is low, and after all children of the
+        generation before the last one have been taken.
     words : In(stream.Signature(data.ArrayLayout(64, 2)))
-        Steps of the random source: selection word, mutation word.
+        Steps of the random source: selection word, mutation word. Planning takes longer while there
+        is none.
     rank : Out(config.slot_bits)
-        Member of the population to be read.
-    reads : Out(1)
-        Read it. Stays until ``readable``.
-    readable : In(1)
-        It is read in this cycle.
-    parent : In(child_layout)
-        Slot and length of the member read last, from the cycle after on.
+        While ``planning``: member of the population to be read.
+    parent : In(parent_layout)
+        Slot and length of the member that was at ``rank`` in the cycle before.
     planning : Out(1)
-        Not all children are planned. Members are read only then.
+        Not all children are planned.
+    parity : Out(1)
+        Changes with each generation, in the cycle after ``begin``.
     survivors : Out(data.ArrayLayout(config.slot_bits, config.survivors))
         Ranks of the survivors, in the order drawn, from the end of ``planning`` to ``begin``.
     slots : In(stream.Signature(range(slot_count)))
@@ -58,11 +60,10 @@ class Breeder(wiring.Component):
     write : Out(write_layout)
         Waypoints of the children.
     children : Out(stream.Signature(child_layout))
-        Slot and length of each child, before its points.
+        Slot of each child, and the ``parity`` of its generation, 9 cycles before its first point at
+        the latest.
     points : Out(stream.Signature(point_layout))
         Points of the children, start and goal included; ``last`` marks the goal.
-    building : Out(1)
-        Waypoints are still to be written.
     """
 
     def __init__(self, config, islands):
@@ -77,20 +78,21 @@ class Breeder(wiring.Component):
             config.box_cells,
             config.box_steps,
         )
-        self.child_layout = self.builder.child_layout
+        slot_bits = (self.slot_count - 1).bit_length()
+        self.parent_layout = path_layout(slot_bits, config.length_bits)
+        self.child_layout = data.StructLayout({"slot": slot_bits, "parity": 1})
         passed = self.builder.signature.members
         super().__init__(
             {
                 "begin": In(1),
                 "words": In(stream.Signature(data.ArrayLayout(WORD_BITS, LANES))),
                 "rank": Out(config.slot_bits),
-                "reads": Out(1),
-                "readable": In(1),
-                "parent": In(self.child_layout),
+                "parent": In(self.parent_layout),
                 "planning": Out(1),
+                "parity": Out(1),
                 "survivors": Out(data.ArrayLayout(config.slot_bits, config.survivors)),
                 **{name: passed[name] for name in _PASSED},
-                "building": Out(1),
+                "children": Out(stream.Signature(self.child_layout)),
             }
         )
 
@@ -101,29 +103,38 @@ class Breeder(wiring.Component):
         m.submodules.draw = draw = ParentDraw(config.slot_bits)
         m.submodules.planner = planner = ChildPlanner(
             config.slot_bits,
-            self.child_layout["slot"].width,
+            self.parent_layout["slot"].width,
             config.max_waypoints,
             config.box_cells,
             config.box_steps,
         )
+        queued_layout = data.StructLayout({"plan": planner.plan_layout, "parity": 1})
+        m.submodules.plans = plans = MemoryQueue(queued_layout, 2 * config.children)
         m.submodules.builder = builder = self.builder
         connect(m, flipped(self.words), draw.words)
         connect(m, draw.draws, planner.draws)
-        connect(m, planner.plans, builder.plans)
-        for name in ("slots", "children", "points"):
+        for name in ("slots", "points"):
             connect(m, flipped(getattr(self, name)), getattr(builder, name))
         m.d.comb += [
             self.rank.eq(planner.rank),
-            self.reads.eq(planner.reads),
-            planner.readable.eq(self.readable),
             planner.parent.eq(self.parent),
+            planner.plans.ready.eq(1),
+            plans.put.eq(planner.plans.valid),
+            plans.word.plan.eq(planner.plans.p),
+            plans.word.parity.eq(self.parity),
+            builder.plans.valid.eq(plans.words.valid),
+            builder.plans.p.eq(plans.words.p.plan),
+            plans.words.ready.eq(builder.plans.ready),
+            self.children.valid.eq(builder.children.valid),
+            self.children.p.slot.eq(builder.children.p),
+            self.children.p.parity.eq(plans.words.p.parity),
+            builder.children.ready.eq(self.children.ready),
             *(
                 getattr(builder, name).eq(getattr(self, name))
                 for name in ("limits", "start", "goal", "waypoint")
             ),
             self.read.eq(builder.read),
             self.write.eq(builder.write),
-            self.building.eq(builder.busy),
         ]
 
         # Children whose words are taken, and whose plans are.
@@ -132,10 +143,11 @@ class Breeder(wiring.Component):
         drawing = Signal()
         with m.If(draw.words.valid & draw.words.ready):
             m.d.sync += [drawn.eq(drawn + 1), drawing.eq(drawn != config.children - 1)]
-        with m.If(planner.plans.valid & planner.plans.ready):
+        with m.If(planner.plans.valid):
             m.d.sync += [planned.eq(planned + 1), self.planning.eq(planned != config.children - 1)]
         with m.If(self.begin):
             m.d.sync += [drawn.eq(0), planned.eq(0), drawing.eq(1), self.planning.eq(1)]
+            m.d.sync += self.parity.eq(~self.parity)
         m.d.comb += draw.on.eq(drawing)
 
         m.submodules.survivor_draw = survivor_draw = DistinctDraw(
@@ -165,6 +177,5 @@ _PASSED = (
     "read",
     "waypoint",
     "write",
-    "children",
     "points",
 )

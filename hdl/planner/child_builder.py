@@ -8,7 +8,7 @@ from hdl.feasibility.result_queue import ResultQueue
 from hdl.ga_core.waypoint_perturber import within
 from hdl.layouts import point_layout
 from hdl.planner.child_planner import plan_layout
-from hdl.planner.population_layouts import child_layout, corner_layout, waypoint_layout
+from hdl.planner.population_layouts import corner_layout, waypoint_layout
 from hdl.planner.population_memory import place_layout, write_layout
 from hdl.primitives.arguments import check_integer
 from hdl.primitives.delay_line import delay_line
@@ -60,12 +60,10 @@ class ChildBuilder(wiring.Component):
         Contents of ``read`` of 2 cycles before.
     write : Out(write_layout)
         Waypoints of the child. Registers.
-    children : Out(stream.Signature(child_layout))
-        Each child, offered with the plan and taken with it.
+    children : Out(stream.Signature(range(slot_count)))
+        Slot of each child, offered with the plan and taken with it.
     points : Out(stream.Signature(point_layout))
         ``last`` marks the goal.
-    busy : Out(1)
-        A child's waypoints are not all written.
 
     Raises
     ------
@@ -95,7 +93,6 @@ class ChildBuilder(wiring.Component):
         self.waypoint_layout = waypoint_layout(coordinate_bits, altitude_bits)
         self.point_layout = point_layout(coordinate_bits, altitude_bits)
         self.place_layout = place_layout(slot_count, max_waypoints)
-        self.child_layout = child_layout(slot_bits, max_waypoints.bit_length())
         self._step_layout = data.StructLayout(
             {
                 "is_start": 1,
@@ -117,9 +114,8 @@ class ChildBuilder(wiring.Component):
                 "read": Out(self.place_layout),
                 "waypoint": In(self.waypoint_layout),
                 "write": Out(write_layout(slot_count, max_waypoints, self.waypoint_layout)),
-                "children": Out(stream.Signature(self.child_layout)),
+                "children": Out(stream.Signature(range(slot_count))),
                 "points": Out(stream.Signature(self.point_layout)),
-                "busy": Out(1),
             }
         )
 
@@ -130,7 +126,7 @@ class ChildBuilder(wiring.Component):
         room = Signal(range(_POINTS + 1), init=_POINTS)
         makes = Signal()
         step = Signal(self._step_layout)
-        plan, building = self._step(m, makes, step, room != 0)
+        plan = self._step(m, makes, step, room != 0)
         m.d.sync += room.eq(room + (self.points.valid & self.points.ready) - makes)
 
         # What goes with a point through all stages, by the cycles since its step.
@@ -140,7 +136,6 @@ class ChildBuilder(wiring.Component):
             valid.append(Signal(name=f"valid_{stage}"))
             steps.append(Signal(step.shape(), name=f"step_{stage}", reset_less=True))
             m.d.sync += [valid[-1].eq(valid[-2]), steps[-1].eq(steps[-2])]
-        m.d.comb += self.busy.eq(building | Cat(valid).any() | self.write.valid)
 
         self._mutate(m, plan, valid, steps)
 
@@ -164,7 +159,7 @@ class ChildBuilder(wiring.Component):
         return m
 
     def _step(self, m, makes, step, has_room):
-        """Make the step of a point in each cycle; return the plan, and whether there is one."""
+        """Make the step of a point in each cycle; return the plan."""
         plan = Signal(self.plan_layout, reset_less=True)
         slot = Signal(self.place_layout["slot"].shape, reset_less=True)
         building = Signal()
@@ -183,10 +178,7 @@ class ChildBuilder(wiring.Component):
             self.children.valid.eq(takes),
             self.plans.ready.eq(takes & self.children.ready),
             self.slots.ready.eq(takes & self.children.ready),
-            self.children.p.slot.eq(self.slots.p),
-            self.children.p.length.eq(
-                self.plans.p.length + self.plans.p.inserts - self.plans.p.deletes
-            ),
+            self.children.p.eq(self.slots.p),
             makes.eq(building & has_room),
             ends.eq(makes & step.is_last),
             at_place.eq(number == plan.place),
@@ -226,7 +218,7 @@ class ChildBuilder(wiring.Component):
             self.read.slot.eq(Mux(is_head, plan.head_slot, plan.tail_slot)),
             self.read.index.eq(number - 1 + Mux(is_head, 0, plan.tail_gain)),
         ]
-        return plan, building
+        return plan
 
     def _mutate(self, m, plan, valid, steps):
         """Mutate the points as they come; the last stage is in the registers of ``write``."""

@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.config import Config
 from hdl.planner.parent_draw import draw_layout
-from hdl.planner.population_layouts import child_layout
+from hdl.planner.population_layouts import path_layout
 from hdl.primitives.arguments import check_integer
 from hdl.primitives.multiplier import Multiplier
 
@@ -60,9 +60,9 @@ def plan_layout(slot_bits, max_waypoints, box_cells, box_steps):
 class ChildPlanner(wiring.Component):
     """Looks the parents of a child up, and decodes its mutation.
 
-    A plan is offered 8 cycles after the first of its parents is read, if the second is read in the
-    next cycle; the next child's first parent can be read in the cycle in which it is taken. So
-    plans follow each other every 8 cycles. Equals ``cross`` and ``mutate`` of
+    A parent is read in the first cycle of a draw, the other one in the second, and the plan is
+    offered 8 cycles after the first. The next draw begins in the cycle in which the plan is taken,
+    so plans follow each other every 8 cycles. Equals ``cross`` and ``mutate`` of
     :mod:`sim.model.planner.definition.breeder`, waypoints apart.
 
     Parameters
@@ -81,12 +81,8 @@ class ChildPlanner(wiring.Component):
     draws : In(stream.Signature(draw_layout))
     rank : Out(rank_bits)
         Member to be read.
-    reads : Out(1)
-        Read it. Stays until ``readable``.
-    readable : In(1)
-        It is read in this cycle.
-    parent : In(child_layout)
-        Slot and length of the member read last, from the cycle after on.
+    parent : In(path_layout)
+        Slot and length of the member that was at ``rank`` in the cycle before.
     plans : Out(stream.Signature(plan_layout))
 
     Raises
@@ -108,13 +104,11 @@ class ChildPlanner(wiring.Component):
         self.box_cells = box_cells
         self.box_steps = box_steps
         self.plan_layout = plan_layout(slot_bits, max_waypoints, box_cells, box_steps)
-        self.parent_layout = child_layout(slot_bits, max_waypoints.bit_length())
+        self.parent_layout = path_layout(slot_bits, max_waypoints.bit_length())
         super().__init__(
             {
                 "draws": In(stream.Signature(draw_layout(rank_bits))),
                 "rank": Out(rank_bits),
-                "reads": Out(1),
-                "readable": In(1),
                 "parent": In(self.parent_layout),
                 "plans": Out(stream.Signature(self.plan_layout)),
             }
@@ -128,16 +122,17 @@ class ChildPlanner(wiring.Component):
         second = Signal()
         busy = Signal()
         passed = Signal(6)
+        reads = Signal()
         accepted = Signal()
         draw = self.draws.p
         m.d.comb += [
             # The next child's first parent is read while this child's plan is taken.
-            self.reads.eq(self.draws.valid & (~busy | (self.plans.valid & self.plans.ready))),
+            reads.eq(self.draws.valid & (~busy | (self.plans.valid & self.plans.ready))),
             self.rank.eq(Mux(second, draw.tail, draw.head)),
-            accepted.eq(self.reads & self.readable & second),
+            accepted.eq(reads & second),
             self.draws.ready.eq(accepted),
         ]
-        with m.If(self.reads & self.readable):
+        with m.If(reads):
             m.d.sync += second.eq(~second)
         m.d.sync += passed.eq(Cat(accepted, passed))
         with m.If(self.plans.valid & self.plans.ready):

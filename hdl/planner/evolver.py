@@ -3,15 +3,14 @@
 from amaranth import *
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
-from amaranth.utils import exact_log2
 
 from hdl.planner.breeder import Breeder
-from hdl.planner.population_layouts import KEY_BITS, slot_count
+from hdl.planner.collector import Collector
+from hdl.planner.population_layouts import KEY_BITS, head_layout, slot_count
 from hdl.planner.population_memory import PopulationMemory
-from hdl.planner.ranking import Ranking
 from hdl.planner.slot_pool import SlotPool
-from hdl.primitives.arguments import check_power_of_two
-from hdl.primitives.multiplexer import multiplex
+from hdl.primitives.arguments import check_integer
+from hdl.protocol.planner import VALUE_BITS, PathClass
 from hdl.protocol.random_words import LANES, WORD_BITS
 
 
@@ -21,75 +20,91 @@ __all__ = ["Evolver"]
 class Evolver(wiring.Component):
     """Holds the populations of all islands and breeds their next generations.
 
-    A generation reads the keys that decide about children, breeds the children, ranks elites and
-    survivors, and puts the slots of all other members back. The children come back with their keys
-    in the order in which they went out. With the last of them the new population is complete, moves
-    to the memory of the :class:`hdl.planner.ranking.Ranking`, and the next generation may begin:
-    its first point is offered ``24 + give_up_rank`` cycles after the last child has come back, or
-    later if a rank behind that one is to be read. Equals
-    :meth:`sim.model.planner.definition.run.Run.breed`, evaluation apart.
+    Two generations overlap, so that units do not wait for each other: while the children of one are
+    evaluated, those of the next are planned, from the population as it is. Then the earlier one is
+    collected: elites and survivors as drawn last stay, its children take the places of the others,
+    and the slots of the others become free. ``finish`` collects a generation without planning
+    another one. Equals :meth:`sim.model.planner.definition.run.Run.evolve`, evaluation apart.
 
-    Slots are not bound to an island. So the best members of all islands become one population by
-    their ranks alone; no waypoint moves. The slots of the others stay unused until ``clear``.
+    Planning, passes over the ranks and sorting take constant numbers of cycles, whatever is drawn:
+    :mod:`sim.model.planner.evolver_cycles` has them. It also says when the points of a child are
+    there. The builder may be ahead of them by 5 children; ``children`` should be taken that early.
+
+    Slots are not bound to an island. So the best members of two islands become one population by
+    their ranks alone; no waypoint moves. A slot that becomes free may still be that of a parent of
+    children to be built. It is handed out after all those that were free before; there are as many
+    of these as children in a generation.
+
+    A first population may be new, in slots from ``slots``; or it is the present one of ``island``,
+    each member read by its rank, written anew in its slot, and evaluated. Nothing has to be cleared
+    before an island gets another population in this way: a run may go on from that of island 0
+    after ``finish`` or ``merge``, and the other island be filled anew.
 
     Parameters
     ----------
     config : Config
     islands : int
-        A power of two, 1 to 16, at most the population.
+        1 or 2.
 
     Members
     -------
     clear : In(1)
-        Free all slots, for a new run. Only while not ``busy``.
+        Free all slots. Only while ``ready`` and not ``pending``.
     fills : In(1)
-        First populations come: members, of which the best stay, from ``evaluated``, and their
-        waypoints from ``write``. Changes only while not ``busy``.
+        First populations come: members, of which the best stay, from ``evaluated``, and corners of
+        their waypoints from ``write``. Changes only while ``ready`` and not ``pending``.
     store : In(1)
-        Pulse: the first population of ``island`` is complete. Only with ``fills``.
+        Pulse: the first population of ``island`` is complete. Only with ``fills``, in a cycle after
+        its last member came. ``ready`` is low from the cycle after it on.
     begin : In(1)
-        Breed a generation of ``island``, if ``ready``. Not with ``fills``.
+        Pulse: breed a generation of ``island``, and collect the one before if one is ``pending``.
+        Only while ``ready``, and not with ``fills``.
+    finish : In(1)
+        Pulse: collect the generation that is ``pending``; if there is none, nothing happens. Only
+        while ``ready``.
     merge : In(1)
-        Make the best members of the first ``2 ** merged`` islands, an equal number of each, the
-        population of ``island``, if ``ready``. Not with ``fills``.
+        Pulse: make the best halves of islands 0 and 1 the population of island 0. Only while
+        ``ready`` and not ``pending``, and not with ``fills``. With one island nothing happens.
     island : In(range(islands))
-        With ``store``, and from ``begin`` or ``merge`` until ``ready``.
-    merged : In(range(log2(islands) + 1))
-        With ``merge``, until ``ready``.
+        Steady with ``store``, and from ``begin`` on until ``ready`` and not ``pending``.
     ready : Out(1)
-        No generation is being bred.
-    busy : Out(1)
-        Not ``ready``, or a population is being moved.
+        No generation is planned or collected, and no population moved. All ranks can be read.
+    pending : Out(1)
+        A generation is bred and not collected.
+    planning, sorting : Out(1)
+        Children are planned; members are passed over or moved.
     give_up_rank : In(config.slot_bits)
-        Steady during a generation.
-    best, limit : Out(KEY_BITS)
-        Keys of rank 0 and of ``give_up_rank`` of the population of which children are bred. Valid
-        from the first child until ``ready``.
+        Steady while not ``ready``.
+    best : Out(KEY_BITS)
+        Key of rank 0 of the population from which children were bred last.
     words : In(stream.Signature(data.ArrayLayout(64, 2)))
-        Steps of the random source: selection word, mutation word.
+        Steps of the random source: selection word, mutation word. Planning takes longer while there
+        is none.
     limits, start, goal : In(corner_layout)
         Greatest corner and altitude of a waypoint, and the ends of all paths. Steady.
     slots : Out(stream.Signature(range(slot_count)))
-        With ``fills``: free slots, of which at most ``config.children`` are taken that have not
+        With ``fills``: free slots. At most ``max(2 * config.children, 18)`` are taken that have not
         come back in ``evaluated``.
     write : In(write_layout)
-        With ``fills``: a waypoint to be written.
-    children : Out(stream.Signature(child_layout))
-        Slot and length of each child, before its points.
+        With ``fills``: a waypoint to be written; its margin stays as it was.
+    children : Out(stream.Signature(head_layout))
+        Slot and limit of each child. Taken not later than its first point.
     points : Out(stream.Signature(point_layout))
         Points of the children, start and goal included; ``last`` marks the goal.
     margins : In(stream.Signature(margin_layout))
-        Margins to be written, those of a path before it comes in ``evaluated``.
+        Margins to be written. Always ready with ``fills``, else in cycles in which no waypoint of a
+        child is written: of each ``T`` in a row in ``T / 2 - 16`` or more if a point is taken every
+        two cycles at most. Those of a generation come before it is collected and ``ready``.
     evaluated : In(stream.Signature(member_layout))
         Paths with their keys, in the order of ``children``.
     rank : In(config.slot_bits)
-        While not ``busy``: member of ``island`` to be read.
+        While ``ready``: member of ``island`` to be read.
     member : Out(member_layout)
-        While not ``busy``: the member of ``rank`` of the cycle before.
+        While ``ready``: the member that was at ``rank`` in the cycle before.
     read : In(place_layout)
-        While ``ready``: place of a waypoint to be read.
+        While not ``pending``: place of a waypoint to be read.
     waypoint : Out(waypoint_layout)
-        While ``ready``: the waypoint at ``read`` of 2 cycles before.
+        While not ``pending``: the waypoint at ``read`` of 2 cycles before.
 
     Raises
     ------
@@ -98,7 +113,7 @@ class Evolver(wiring.Component):
     """
 
     def __init__(self, config, islands):
-        check_power_of_two("Islands", islands, 1, min(16, config.population))
+        check_integer("Islands", islands, 1, 2)
 
         self.config = config
         self.islands = islands
@@ -108,8 +123,16 @@ class Evolver(wiring.Component):
         self.memory = PopulationMemory(
             self.slot_count, config.max_waypoints, config.coordinate_bits, config.altitude_bits
         )
-        self.ranking = Ranking(config.population, islands, self.slot_bits, config.length_bits)
-        self.member_layout = self.ranking.member_layout
+        self.collector = Collector(
+            config.population,
+            config.elites,
+            config.survivors,
+            islands,
+            self.slot_bits,
+            config.length_bits,
+        )
+        self.member_layout = self.collector.member_layout
+        self.head_layout = head_layout(self.slot_bits)
         bred = self.breeder.signature.members
         super().__init__(
             {
@@ -117,19 +140,21 @@ class Evolver(wiring.Component):
                 "fills": In(1),
                 "store": In(1),
                 "begin": In(1),
+                "finish": In(1),
                 "merge": In(1),
                 "island": In(range(islands)),
-                "merged": In(range(exact_log2(islands) + 1)),
                 "ready": Out(1),
-                "busy": Out(1),
+                "pending": Out(1),
+                "planning": Out(1),
+                "sorting": Out(1),
                 "give_up_rank": In(config.slot_bits),
                 "best": Out(KEY_BITS),
-                "limit": Out(KEY_BITS),
                 "words": In(stream.Signature(data.ArrayLayout(WORD_BITS, LANES))),
                 **{name: bred[name] for name in ("limits", "start", "goal")},
                 "slots": Out(stream.Signature(range(self.slot_count))),
                 "write": In(self.memory.write_layout),
-                **{name: bred[name] for name in ("children", "points")},
+                "children": Out(stream.Signature(self.head_layout)),
+                "points": bred["points"],
                 "margins": In(stream.Signature(self.memory.margin_layout)),
                 "evaluated": In(stream.Signature(self.member_layout)),
                 "rank": In(config.slot_bits),
@@ -144,148 +169,107 @@ class Evolver(wiring.Component):
 
         m.submodules.breeder = breeder = self.breeder
         m.submodules.memory = memory = self.memory
-        m.submodules.ranking = ranking = self.ranking
-        m.submodules.pool = pool = SlotPool(self.slot_count, self.config.children)
-        for name in ("words", "children", "points"):
-            connect(m, flipped(getattr(self, name)), getattr(breeder, name))
+        m.submodules.collector = collector = self.collector
+        # A population at least is not in the pool once a slot has been put back.
+        most_back = self.slot_count - self.config.population
+        m.submodules.pool = pool = SlotPool(self.slot_count, most_back)
+        connect(m, flipped(self.words), breeder.words)
+        connect(m, flipped(self.points), breeder.points)
         connect(m, flipped(self.margins), memory.margins)
+        connect(m, flipped(self.evaluated), collector.evaluated)
         m.d.comb += [
             *(
                 getattr(breeder, name).eq(getattr(self, name))
                 for name in ("limits", "start", "goal")
             ),
             breeder.waypoint.eq(memory.waypoint),
-            breeder.parent.slot.eq(ranking.member.slot),
-            breeder.parent.length.eq(ranking.member.length),
+            breeder.parent.slot.eq(collector.member.slot),
+            breeder.parent.length.eq(collector.member.length),
             self.waypoint.eq(memory.waypoint),
-            self.member.eq(ranking.member),
-            memory.read.eq(Mux(self.ready, self.read, breeder.read)),
+            self.member.eq(collector.member),
+            # Waypoints are read as long as children may be built.
+            memory.read.eq(Mux(self.pending, breeder.read, self.read)),
             memory.write.eq(Mux(self.fills, self.write, breeder.write)),
+            memory.corners_only.eq(self.fills),
             pool.clear.eq(self.clear),
+            pool.put.eq(collector.freed.valid),
+            pool.slot.eq(collector.freed.slot),
             breeder.slots.p.eq(pool.slots.p),
             breeder.slots.valid.eq(pool.slots.valid & ~self.fills),
             self.slots.p.eq(pool.slots.p),
             self.slots.valid.eq(pool.slots.valid & self.fills),
             pool.slots.ready.eq(Mux(self.fills, self.slots.ready, breeder.slots.ready)),
-            ranking.keeps_best.eq(self.fills),
-            ranking.island.eq(self.island),
-            self.busy.eq(~self.ready | ranking.busy),
+            collector.fills.eq(self.fills),
+            collector.store.eq(self.store),
+            collector.merge.eq(self.merge),
+            collector.island.eq(self.island),
+            collector.stay.eq(breeder.survivors),
+            self.sorting.eq(collector.sorting),
         ]
-        self._generate(m)
+        self._limit(m, *self._generate(m))
 
         return m
 
     def _generate(self, m):
-        """Go through the steps of a generation."""
-        config, breeder, ranking = self.config, self.breeder, self.ranking
-        pool, read = m.submodules.pool, ranking.read
-        rank_bits = config.slot_bits
-        # Ranks of elites and survivors, then all ranks; or places of the merged population.
-        number = Signal(rank_bits)
-        kept_ranks = [*(C(rank, rank_bits) for rank in range(config.elites)), *breeder.survivors]
-        merging = Signal()
-        last_kept = Mux(merging, config.population - 1, len(kept_ranks) - 1)
-        # Those consist of equal numbers of each island.
-        merged_rank = Signal(rank_bits)
-        merged_island = Signal(range(self.islands))
-        with m.Switch(self.merged):
-            for merged in range(exact_log2(self.islands) + 1):
-                with m.Case(merged):
-                    each = rank_bits - merged
-                    m.d.comb += [merged_rank.eq(number[:each]), merged_island.eq(number[each:])]
-
-        # What happens to the member read in the cycle before.
+        """Go through the steps of a generation; return reads of rank 0 and of the give-up rank."""
+        breeder, collector = self.breeder, self.collector
+        # A generation was pending at the last `begin`; the one collected is the last.
+        was_pending = Signal()
+        finishing = Signal()
         gives_best = Signal()
         gives_limit = Signal()
-        is_freed = Signal()
+        m.d.comb += collector.rank.eq(self.rank)
+        with m.If(collector.stored & finishing):
+            m.d.sync += self.pending.eq(0)
+        with m.FSM() as states:
+            with m.State("READY"):
+                m.d.comb += [
+                    self.ready.eq(~collector.busy),
+                    breeder.begin.eq(self.begin),
+                    collector.collect.eq(self.finish & self.pending),
+                ]
+                m.d.sync += was_pending.eq(self.pending)
+                with m.If(self.begin | self.finish):
+                    m.d.sync += finishing.eq(self.finish)
+                with m.If(self.begin):
+                    m.d.sync += self.pending.eq(1)
+                    m.next = "BEST"
+            with m.State("BEST"):
+                m.d.comb += [collector.rank.eq(0), gives_best.eq(1)]
+                m.next = "LIMIT"
+            with m.State("LIMIT"):
+                m.d.comb += [collector.rank.eq(self.give_up_rank), gives_limit.eq(1)]
+                m.next = "PLAN"
+            with m.State("PLAN"):
+                m.d.comb += collector.rank.eq(breeder.rank)
+                with m.If(~breeder.planning):
+                    m.d.comb += collector.collect.eq(was_pending)
+                    m.next = "READY"
+        m.d.comb += self.planning.eq(~states.ongoing("READY"))
+        return gives_best, gives_limit
+
+    def _limit(self, m, gives_best, gives_limit):
+        """Keep what goes with the children of each of the two generations."""
+        breeder, key = self.breeder, self.collector.member.key
+        limit_layout = data.StructLayout({"first": 1, "limited": 1, "limit": VALUE_BITS})
+        limits = [Signal(limit_layout, name=f"limit_{parity}") for parity in range(2)]
         is_best = Signal()
         is_limit = Signal()
-        frees = Signal()
-        keeps = Signal()
-        keeps_taken = Signal()
-        m.d.sync += [is_best.eq(gives_best), is_limit.eq(gives_limit), frees.eq(is_freed)]
+        m.d.sync += [is_best.eq(gives_best), is_limit.eq(gives_limit)]
         with m.If(is_best):
-            m.d.sync += self.best.eq(ranking.member.key)
-        with m.If(is_limit):
-            m.d.sync += self.limit.eq(ranking.member.key)
-        members = ranking.members
+            m.d.sync += self.best.eq(key)
+        is_feasible = key[VALUE_BITS:] == PathClass.FEASIBLE
+        for parity, kept in enumerate(limits):
+            with m.If(breeder.parity == parity):
+                with m.If(is_best):
+                    m.d.sync += kept.first.eq(is_feasible)
+                with m.If(is_limit):
+                    m.d.sync += [kept.limited.eq(is_feasible), kept.limit.eq(key[:VALUE_BITS])]
+        child = breeder.children
+        limit = data.View(limit_layout, Mux(child.p.parity, *reversed(limits)))
         m.d.comb += [
-            pool.put.eq(frees | ranking.dropped.valid),
-            pool.slot.eq(Mux(frees, ranking.member.slot, ranking.dropped.slot)),
-            # Children first. Those kept take their places among them by their keys.
-            members.valid.eq(self.evaluated.valid | keeps),
-            members.p.member.eq(Mux(self.evaluated.valid, self.evaluated.p, ranking.member)),
-            members.p.late.eq(self.evaluated.valid & ~self.fills),
-            self.evaluated.ready.eq(members.ready),
-            keeps_taken.eq(keeps & members.ready & ~self.evaluated.valid),
+            self.children.valid.eq(child.valid),
+            child.ready.eq(self.children.ready),
+            self.children.p.slot.eq(child.p.slot),
+            *(self.children.p[name].eq(limit[name]) for name, _ in limit_layout),
         ]
-        with m.If(keeps_taken):
-            m.d.sync += keeps.eq(0)
-
-        is_read = Signal()
-        m.d.comb += [
-            is_read.eq(read.valid & ranking.readable),
-            read.island.eq(self.island),
-            read.rank.eq(self.rank),
-            ranking.store.eq(self.store),
-        ]
-        with m.FSM():
-            with m.State("READY"):
-                m.d.comb += [self.ready.eq(1), read.valid.eq(1), breeder.begin.eq(self.begin)]
-                m.d.sync += [number.eq(0), merging.eq(self.merge)]
-                with m.If(self.begin):
-                    m.next = "BEST"
-                with m.Elif(self.merge):
-                    m.next = "KEEP"
-            with m.State("BEST"):
-                m.d.comb += [read.valid.eq(1), read.rank.eq(0), gives_best.eq(is_read)]
-                with m.If(is_read):
-                    m.next = "LIMIT"
-            with m.State("LIMIT"):
-                m.d.comb += [
-                    read.valid.eq(1),
-                    read.rank.eq(self.give_up_rank),
-                    gives_limit.eq(is_read),
-                ]
-                with m.If(is_read):
-                    m.next = "BREED"
-            with m.State("BREED"):
-                m.d.comb += [
-                    read.valid.eq(breeder.reads),
-                    read.rank.eq(breeder.rank),
-                    breeder.readable.eq(ranking.readable),
-                ]
-                with m.If(~breeder.planning):
-                    m.next = "KEEP"
-            with m.State("KEEP"):
-                m.d.comb += [
-                    read.valid.eq(~keeps | keeps_taken),
-                    read.rank.eq(Mux(merging, merged_rank, multiplex(number, kept_ranks))),
-                ]
-                with m.If(merging):
-                    m.d.comb += read.island.eq(merged_island)
-                with m.If(is_read):
-                    m.d.sync += [keeps.eq(1), number.eq(number + 1)]
-                    with m.If(number == last_kept):
-                        m.d.sync += number.eq(0)
-                        m.next = "KEPT"
-            with m.State("KEPT"):
-                with m.If(keeps_taken):
-                    m.next = "FREE"
-                    with m.If(merging):
-                        m.next = "SORT"
-            with m.State("FREE"):
-                is_kept = Cat(number == rank for rank in breeder.survivors).any()
-                m.d.comb += [
-                    read.valid.eq(1),
-                    read.rank.eq(number),
-                    is_freed.eq(is_read & (number >= config.elites) & ~is_kept),
-                ]
-                with m.If(is_read):
-                    m.d.sync += number.eq(number + 1)
-                    with m.If(number == config.population - 1):
-                        m.next = "SORT"
-            with m.State("SORT"):
-                with m.If(ranking.full & ~breeder.building):
-                    m.d.comb += ranking.store.eq(1)
-                    m.next = "READY"

@@ -9,20 +9,27 @@ from hdl.protocol.planner import VALUE_BITS
 
 __all__ = [
     "KEY_BITS",
-    "child_layout",
     "corner_layout",
+    "head_layout",
     "member_layout",
+    "path_layout",
     "slot_count",
     "waypoint_layout",
 ]
 
 #: Width of a key: two bits of class above the value.
 KEY_BITS = VALUE_BITS + 2
+#: Seeds with a slot and no key, at most.
+_SEEDS = 18
 
 
 def slot_count(config: Config, islands: int) -> int:
-    """Return the slots of a chip: a population for each island, and the children of one."""
-    return islands * config.population + config.children
+    """Return the slots of a chip.
+
+    A population for each island, and the children of two generations; or as many seeds as are on
+    their way through the evaluator.
+    """
+    return islands * config.population + max(2 * config.children, _SEEDS)
 
 
 def corner_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
@@ -47,9 +54,18 @@ def waypoint_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayo
     )
 
 
-def child_layout(slot_bits: int, length_bits: int) -> data.StructLayout:
-    """Return the layout of a child: its slot, and its waypoints without start and goal."""
+def path_layout(slot_bits: int, length_bits: int) -> data.StructLayout:
+    """Return the layout of a path: its slot, and its waypoints without start and goal."""
     return data.StructLayout({"slot": slot_bits, "length": length_bits})
+
+
+def head_layout(slot_bits: int) -> data.StructLayout:
+    """Return the layout of what comes before the points of a child.
+
+    ``first``: the best path of the population that it was bred from is feasible. ``limited``: so is
+    the one at the give-up rank, and ``limit`` is its value.
+    """
+    return data.StructLayout({"slot": slot_bits, "first": 1, "limited": 1, "limit": VALUE_BITS})
 
 
 def member_layout(slot_bits: int, length_bits: int) -> data.StructLayout:

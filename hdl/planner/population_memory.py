@@ -8,14 +8,15 @@ from hdl.planner.population_layouts import corner_layout, waypoint_layout
 from hdl.primitives.arguments import check_integer
 
 
-__all__ = ["PopulationMemory"]
+__all__ = ["PopulationMemory", "margin_layout", "place_layout", "write_layout"]
 
 
 class PopulationMemory(wiring.Component):
     """Waypoints by slot and place, with the least margin of the segments at each.
 
     Corners and margins are two memories of the same rows: a write of a waypoint goes to both, and a
-    margin alone is written in a cycle without. Each has one port for writes and one for reads, so
+    margin alone is written in a cycle without. With ``corners_only`` writes leave the margins as
+    they are, and the two do not meet. Each memory has one port for writes and one for reads, so
     block RAMs take all of it. A row must not be read in the cycle in which it is written.
 
     Parameters
@@ -33,10 +34,12 @@ class PopulationMemory(wiring.Component):
         ``slot`` and ``index`` of a waypoint. Read in every cycle.
     waypoint : Out(waypoint_layout)
         The waypoint there, 2 cycles later. A register.
+    corners_only : In(1)
+        A write leaves the margin as it is.
     write : In(write_layout)
         ``valid``: write ``waypoint`` to ``place``.
     margins : In(stream.Signature(margin_layout))
-        Margins to be written: ``place`` and ``margin``. Not ready in a cycle with a write.
+        Margins to be written: ``place`` and ``margin``. Not ready in a cycle with a write of both.
 
     Raises
     ------
@@ -58,13 +61,12 @@ class PopulationMemory(wiring.Component):
         self.waypoint_layout = waypoint_layout(coordinate_bits, altitude_bits)
         self.place_layout = place_layout(slots, max_waypoints)
         self.write_layout = write_layout(slots, max_waypoints, self.waypoint_layout)
-        self.margin_layout = data.StructLayout(
-            {"place": self.place_layout, "margin": self.waypoint_layout["margin"].shape}
-        )
+        self.margin_layout = margin_layout(slots, max_waypoints, altitude_bits)
         super().__init__(
             {
                 "read": In(self.place_layout),
                 "waypoint": Out(self.waypoint_layout),
+                "corners_only": In(1),
                 "write": In(self.write_layout),
                 "margins": In(stream.Signature(self.margin_layout)),
             }
@@ -88,16 +90,18 @@ class PopulationMemory(wiring.Component):
         write, margin = self.write, self.margins
         corner_write, corner_read = corners.write_port(), corners.read_port()
         margin_write, margin_read = margin_rows.write_port(), margin_rows.read_port()
+        writes_both = Signal()
         m.d.comb += [
             corner_read.addr.eq(row_of(self.read)),
             corner_write.addr.eq(row_of(write.place)),
             corner_write.en.eq(write.valid),
             *(corner_write.data[axis].eq(write.waypoint[axis]) for axis in ("x", "y", "altitude")),
             margin_read.addr.eq(row_of(self.read)),
-            margin_write.addr.eq(Mux(write.valid, row_of(write.place), row_of(margin.p.place))),
-            margin_write.en.eq(write.valid | margin.valid),
-            margin_write.data.eq(Mux(write.valid, write.waypoint.margin, margin.p.margin)),
-            margin.ready.eq(~write.valid),
+            writes_both.eq(write.valid & ~self.corners_only),
+            margin_write.addr.eq(Mux(writes_both, row_of(write.place), row_of(margin.p.place))),
+            margin_write.en.eq(writes_both | margin.valid),
+            margin_write.data.eq(Mux(writes_both, write.waypoint.margin, margin.p.margin)),
+            margin.ready.eq(~writes_both),
         ]
         waypoint = Signal(self.waypoint_layout, reset_less=True)
         m.d.comb += self.waypoint.eq(waypoint)
@@ -112,6 +116,13 @@ class PopulationMemory(wiring.Component):
 def place_layout(slots, max_waypoints):
     """Return the layout of the place of a waypoint: its path's slot, and its index there."""
     return data.StructLayout({"slot": range(slots), "index": range(max_waypoints)})
+
+
+def margin_layout(slots, max_waypoints, altitude_bits):
+    """Return the layout of a margin and the place of its waypoint."""
+    return data.StructLayout(
+        {"place": place_layout(slots, max_waypoints), "margin": signed(altitude_bits + 1)}
+    )
 
 
 def write_layout(slots, max_waypoints, waypoint):

@@ -5,7 +5,7 @@ from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
-from hdl.planner.population_layouts import KEY_BITS, child_layout, member_layout
+from hdl.planner.population_layouts import KEY_BITS, member_layout, path_layout
 from hdl.planner.sorter import Sorter
 from hdl.primitives.arguments import check_integer, check_power_of_two
 
@@ -17,10 +17,8 @@ class Ranking(wiring.Component):
     """Sorts the members of a population, and holds those of every island by their ranks.
 
     The sorter receives the next population of an island while the present one is read from a
-    memory, from which its parents are drawn. ``store`` moves the next one there, from the best to
-    the worst, and takes ``population + 2`` cycles. Meanwhile a rank can be read as soon as it is
-    there: breeding goes on after a few cycles. A first population leaves the sorter from the worst
-    to the best, and can be read when all of it is there.
+    memory, from which its parents are drawn. ``store`` moves the next one there and takes
+    ``population + 2`` cycles: ``busy``. Members enter again after ``population`` of them.
 
     Parameters
     ----------
@@ -38,10 +36,10 @@ class Ranking(wiring.Component):
         :class:`hdl.planner.sorter.Sorter`. Changes only while the sorter is empty and not ``busy``.
     members : In(stream.Signature(sorted_layout))
         ``member``, and ``late``: it is behind those of its key that are not.
-    full : Out(1)
-        The sorter holds a population.
+        Not ready in the ``population`` cycles after ``store``.
     store : In(1)
-        Pulse: move it to the memory. Only while ``full``, after the last member is taken.
+        Pulse: move the population to the memory. Only after its last member is taken, of
+        ``population`` or more.
     island : In(range(islands))
         Island that it becomes, with ``store``.
     busy : Out(1)
@@ -49,11 +47,9 @@ class Ranking(wiring.Component):
     dropped : Out(dropped_layout)
         ``valid``: a member too many has left the sorter, and ``slot`` is free.
     read : In(read_layout)
-        ``valid``: read the member of ``island`` and ``rank``.
-    readable : Out(1)
-        It is there: it is read in this cycle if ``read.valid`` is high. Combinational.
+        ``island`` and ``rank``, while not ``busy``.
     member : Out(member_layout)
-        The member read last, from the cycle after on.
+        The member that was at ``read`` in the cycle before.
 
     Raises
     ------
@@ -73,21 +69,17 @@ class Ranking(wiring.Component):
         self.length_bits = length_bits
         self.member_layout = member_layout(slot_bits, length_bits)
         self.sorted_layout = data.StructLayout({"member": self.member_layout, "late": 1})
-        self.read_layout = data.StructLayout(
-            {"valid": 1, "island": range(islands), "rank": range(population)}
-        )
+        self.read_layout = data.StructLayout({"island": range(islands), "rank": range(population)})
         self.dropped_layout = data.StructLayout({"valid": 1, "slot": slot_bits})
         super().__init__(
             {
                 "keeps_best": In(1),
                 "members": In(stream.Signature(self.sorted_layout)),
-                "full": Out(1),
                 "store": In(1),
                 "island": In(range(islands)),
                 "busy": Out(1),
                 "dropped": Out(self.dropped_layout),
                 "read": In(self.read_layout),
-                "readable": Out(1),
                 "member": Out(self.member_layout),
             }
         )
@@ -95,7 +87,7 @@ class Ranking(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        tag_layout = child_layout(self.slot_bits, self.length_bits)
+        tag_layout = path_layout(self.slot_bits, self.length_bits)
         m.submodules.sorter = sorter = Sorter(self.population, KEY_BITS, tag_layout.size)
         tag = tag_layout(sorter.left.tag)
         member = self.members.p.member
@@ -110,7 +102,6 @@ class Ranking(wiring.Component):
             sorter.members.p.late.eq(self.members.p.late),
             sorter.members.p.tag.eq(Cat(member.slot, member.length)),
             self.members.ready.eq(sorter.members.ready),
-            self.full.eq(sorter.full),
             sorter.drain.eq(storing),
             self.dropped.valid.eq(sorter.left.valid & ~writes),
             self.dropped.slot.eq(tag.slot),
@@ -140,8 +131,6 @@ class Ranking(wiring.Component):
             write.data.key.eq(sorter.left.key),
             write.data.slot.eq(tag.slot),
             write.data.length.eq(tag.length),
-            self.readable.eq(~self.busy | (~self.keeps_best & (self.read.rank < rank))),
-            read.en.eq(self.read.valid & self.readable),
             read.addr.eq(Cat(self.read.rank, self.read.island)),
             self.member.eq(read.data),
         ]

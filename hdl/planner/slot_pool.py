@@ -1,9 +1,10 @@
 """Pool of the slots that hold no path."""
 
 from amaranth import *
-from amaranth.lib import memory, stream, wiring
+from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from hdl.planner.memory_queue import MemoryQueue
 from hdl.primitives.arguments import check_integer
 
 
@@ -11,10 +12,11 @@ __all__ = ["SlotPool"]
 
 
 class SlotPool(wiring.Component):
-    """Hands out free slots, one per cycle: those put back, the oldest first, then unused ones.
+    """Hands out free slots, one per cycle: unused ones, then those put back, the oldest first.
 
     After ``clear`` all slots are unused, and handed out from 0 on. So no slot has to be written to
-    start with. A slot put back is offered 2 cycles later.
+    start with, and a slot is handed out as late as possible after it was put back: whoever reads it
+    still has until then. A slot put back is offered 2 cycles later, if no other is free.
 
     Parameters
     ----------
@@ -57,40 +59,29 @@ class SlotPool(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        # A queue in a memory, and a number from which on all slots are unused. Both pass through
-        # the register of the slot on offer.
-        m.submodules.rows = rows = memory.Memory(shape=self.slot.shape(), depth=self.depth, init=[])
-        write, read = rows.write_port(), rows.read_port(domain="comb")
-        held = Signal(range(self.depth + 1))
+        m.submodules.queue = queue = MemoryQueue(self.slot.shape(), self.depth)
+        # All slots from a number on are unused.
         unused = Signal(range(self.total + 1))
-        offered = Signal(self.slot.shape(), reset_less=True)
+        is_unused = Signal()
         moves = Signal()
-        gives = Signal()
+        offered = Signal(self.slot.shape(), reset_less=True)
         m.d.comb += [
             self.slots.p.eq(offered),
+            queue.clear.eq(self.clear),
+            queue.put.eq(self.put),
+            queue.word.eq(self.slot),
+            is_unused.eq(unused != self.total),
             moves.eq(~self.slots.valid | self.slots.ready),
-            gives.eq(moves & (held != 0)),
-            write.data.eq(self.slot),
-            write.en.eq(self.put),
+            queue.words.ready.eq(moves & ~is_unused),
         ]
         with m.If(moves):
             m.d.sync += [
-                self.slots.valid.eq((held != 0) | (unused != self.total)),
-                offered.eq(Mux(held != 0, read.data, unused)),
+                self.slots.valid.eq(is_unused | queue.words.valid),
+                offered.eq(Mux(is_unused, unused, queue.words.p)),
             ]
-            with m.If((held == 0) & (unused != self.total)):
+            with m.If(is_unused):
                 m.d.sync += unused.eq(unused + 1)
-        m.d.sync += held.eq(held + self.put - gives)
-        for port, moved in ((write, self.put), (read, gives)):
-            with m.If(moved):
-                m.d.sync += port.addr.eq(Mux(port.addr == self.depth - 1, 0, port.addr + 1))
         with m.If(self.clear):
-            m.d.sync += [
-                self.slots.valid.eq(0),
-                unused.eq(0),
-                held.eq(0),
-                write.addr.eq(0),
-                read.addr.eq(0),
-            ]
+            m.d.sync += [self.slots.valid.eq(0), unused.eq(0)]
 
         return m

@@ -166,19 +166,28 @@ class Outcome:
         and goal left out.
     keys : list of int
         Their keys.
+    population : list of list of (int, int, int)
+        All paths at the end, the best first: what a warm run goes on from.
     generations : int
         Generations bred, on all islands together.
     cycles : int
-        Cycles of the run, as :mod:`sim.model.planner.cycles` estimates them.
-    population : list of list of (int, int, int)
-        All paths at the end, the best first: what a warm start goes on from.
+        Cycles of the run.
+    breed, score, walk, sort, wavefront : int
+        Cycles in which children were planned; points were scored; segments and chords walked; a
+        population collected and sorted; blocks scanned, costs spread and routes found. Most of them
+        overlap.
     """
 
     paths: list[list[tuple[int, int, int]]]
     keys: list[int]
-    generations: int
-    cycles: int
     population: list[list[tuple[int, int, int]]]
+    generations: int = 0
+    cycles: int = 0
+    breed: int = 0
+    score: int = 0
+    walk: int = 0
+    sort: int = 0
+    wavefront: int = 0
 
     @property
     def classes(self) -> list[PathClass]:

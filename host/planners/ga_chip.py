@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hdl.protocol.planner import PathClass
-from hdl.protocol.runs import QUICK_ISLANDS, RunOptions
+from hdl.protocol.runs import RunOptions
 from host.device.boards import known_config, open_board, with_core
 from host.device.chip import Chip, unpack_waypoints
 from host.device.runs import RunStatus
@@ -35,8 +35,6 @@ Path = NDArray[np.float64]
 MOST_RUNS = 4
 #: Longest run, milliseconds.
 MOST_CHIP_MS = 20_000
-#: Shorter runs leave little time for four wavefronts, milliseconds.
-_QUICK_MS = 3
 #: Time between two looks at a run, seconds.
 _LOOK_S = 0.001
 
@@ -143,15 +141,12 @@ def run_options(
 ) -> RunOptions:
     """Return the options of a run of so many generations, or milliseconds if they end it first."""
     most = (1 << 32) - 1
-    options = RunOptions(
+    return RunOptions(
         seed=seed,
         cycles=most if chip_ms is None else min(chip_ms * config.clock_hz // 1000, most),
         generations=min(generations, most),
         give_up_rank=min(RunOptions.give_up_rank, config.population - 1),
     )
-    if chip_ms is not None and chip_ms < _QUICK_MS:
-        return replace(options, islands=QUICK_ISLANDS, lifts=0)
-    return options
 
 
 def _map_for(config: Config, evaluator: Evaluator, options: Options) -> CornerMap:

@@ -13,7 +13,7 @@ from sim.model.refusal import expect
 
 __all__ = ["RunningModel"]
 
-_NONE = Outcome([], [], 0, 0, [])
+_NONE = Outcome([], [], [])
 
 
 class RunningModel:

@@ -10,7 +10,6 @@ import pytest
 from amaranth.back import verilog
 
 from hdl.config import Config
-from hdl.planner.walker.layouts import chord_layout
 from hdl.planner.walker.path_walker import PathWalker
 from hdl.verilog import strip_zero_init
 from sim.cache import BuildCache, build_root
@@ -20,7 +19,7 @@ from sim.model.planner.walk import walk
 from sim.model.planner.walker_cycles import back, cost, walked
 from sim.verilator import build_verilator
 from tests.planner_cases import USUAL, ground
-from tests.walker_cases import any_point, heights_of
+from tests.walker_cases import any_point, heights_of, segments_of
 
 
 pytestmark = pytest.mark.cosim
@@ -46,7 +45,6 @@ class VerilatedWalker:
             main=Path(__file__).with_name("path_walker.cpp"),
         )
         self.config, self.rows = config, rows
-        self._chord = chord_layout(config.coordinate_bits, config.altitude_bits)
         self._process = subprocess.Popen(
             [str(program), str(config.index_bits)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
         )
@@ -68,33 +66,33 @@ class VerilatedWalker:
         ]
         self._send(1, len(words), *words)
 
-    def begin(self, start, heading=0):
-        """Void the memo; paths begin at ``start``, with a heading there (1), at the goal (2)."""
-        self._send(2, self._packed(start), heading & 1, heading >> 1)
+    def begin(self):
+        """Void the memo."""
+        self._send(2)
 
     def walk(self, paths, stall=0):
-        """Return hits, cycles of offer and of result of each path, and all margins."""
-        last = 1 << 2 * self.config.coordinate_bits + self.config.altitude_bits
-        points, chords, heads = [], [], []
+        """Return hits, cycles of offer and of result of each path, all margins, and the cost."""
+        heads, segments = [], []
         for path in paths:
-            heads += [path.first, path.gap, len(path.points)]
-            points += [self._packed(point) for point in path.points]
-            points[-1] |= last
-            chords += [0 if ends is None else self._packed_chord(*ends) for ends in path.chords]
-        self._send(3, stall, len(paths), *heads, len(points), *points, len(chords), *chords)
+            heads += [path.gap, len(path.segments)]
+            segments += [self._packed_segment(*each) for each in path.segments]
+        self._send(3, stall, len(paths), *heads, len(segments), *segments)
         results = self._receive(3 * len(paths)).reshape(-1, 3).tolist()
         margins = self._receive(2 * int(self._receive(1)[0])).reshape(-1, 2).tolist()
         half = 1 << self.config.altitude_bits
-        return results, [(index, (bits ^ half) - half) for index, bits in margins]
+        margins = [(index, (bits ^ half) - half) for index, bits in margins]
+        return results, margins, int(self._receive(1)[0])
 
     def _packed(self, point):
         bits = self.config.coordinate_bits
         return point[0] | point[1] << bits | point[2] << 2 * bits
 
-    def _packed_chord(self, start, stop):
+    def _packed_segment(self, start, stop, marks):
         size = 2 * self.config.coordinate_bits + self.config.altitude_bits
-        assert self._chord.size == 1 + 2 * size <= 64
-        return 1 | self._packed(start) << 1 | self._packed(stop) << 1 + size
+        assert 2 * size + len(marks) <= 64
+        names = ("begins", "last", "chord", "first")
+        bits = sum(bool(marks[name]) << i for i, name in enumerate(names))
+        return self._packed(start) | self._packed(stop) << size | bits << 2 * size
 
     def _send(self, *numbers):
         self._process.stdin.write(struct.pack(f"<{len(numbers)}Q", *numbers))
@@ -107,28 +105,24 @@ class VerilatedWalker:
 
 
 class WalkedPath:
-    """A path without its start, the chords of its points, and how it is offered."""
+    """A path, the chords of its points, and how it is offered."""
 
     def __init__(self, points, chords, first, gap):
         self.points, self.chords, self.first, self.gap = points, chords, first, gap
+        self.segments = segments_of(points, chords, first)
 
 
-def check(chip, heights, start, paths, *, stall=0, heading=0):
+def check(chip, heights, paths, *, stall=0):
     """Compare a batch with the model; return the share that the memo answered, and all hits."""
     config = chip.config
-    chip.begin(start, heading)
+    chip.begin()
     memo = Memo(config, chip.rows)
-    results, margins = chip.walk(paths, stall)
-    expected, free, asked, known_ones, total = [], 0, 0, 0, 0
+    results, margins, launched = chip.walk(paths, stall)
+    expected, free, asked, known_ones, total, cycles = [], 0, 0, 0, 0, 0
     for path, (hits, offered, done) in zip(paths, results, strict=True):
         costs, count, stopped, before = [], 0, False, config.blocked_altitude
-        points = [start, *path.points]
-        at_start, *chords = path.chords if heading & 1 else [None, *path.chords]
-        segments = [(at_start, True)] if at_start else []
-        for ends, chord in itertools.zip_longest(itertools.pairwise(points), chords):
-            segments += [(ends, False), (chord, True)] if chord else [(ends, False)]
         index = -1
-        for (a, b), is_chord in segments:
+        for a, b, marks in path.segments:
             known = memo.get(a, b)
             found = known or walk(heights, config.blocked_altitude, *a, *b)
             if known is None:
@@ -138,7 +132,7 @@ def check(chip, heights, start, paths, *, stall=0, heading=0):
             if stopped:
                 continue
             count += found[0]
-            if not is_chord:
+            if not marks["chord"]:
                 if index >= 0:
                     expected.append((index, min(before, found[1])))
                 index, before = index + 1, found[1]
@@ -146,20 +140,20 @@ def check(chip, heights, start, paths, *, stall=0, heading=0):
             stopped = bool(path.first and found[0])
         assert hits == count, path.points
         total += count
+        cycles += sum(costs)
         if not stall:
-            late = done + 1 - back(config.lanes, config.memory_latency)
-            late -= walked(offered, free, costs)
-            # A start without a chord may take a cycle of its own.
-            assert late in (range(2) if heading & 1 and not at_start else (0,))
-            free = walked(offered, free, costs) + late
+            free = walked(offered, free, costs)
+            assert done == free - 1 + back(config.lanes, config.memory_latency)
     assert margins == expected
+    assert launched == cycles
     return known_ones / asked, total
 
 
 def random_paths(config, rng, number, *, pool=40, repeat=0.6, heading=0):
     """Paths over few points: many are an earlier one with another point, as children are."""
     points = [any_point(config, rng) for _ in range(pool)]
-    goal = any_point(config, rng)
+    start, goal = any_point(config, rng), any_point(config, rng)
+    headings = [bool(heading & 1), bool(heading >> 1)]
     paths = []
 
     def any_of(items):
@@ -168,16 +162,16 @@ def random_paths(config, rng, number, *, pool=40, repeat=0.6, heading=0):
     for _ in range(number):
         if paths and rng.random() < repeat:
             old = any_of(paths[-30:])
-            inner, chords = old.points[:-1], list(old.chords)
+            inner, chords = old.points[1:-1], list(old.chords)
             inner[int(rng.integers(len(inner)))] = any_of(points)
         else:
             inner = [any_of(points) for _ in range(int(rng.integers(2, config.max_waypoints + 1)))]
             chords = [
-                (any_of(points), any_of(points)) if rng.random() < 0.4 else None
-                for _ in range(len(inner) + heading.bit_count())
+                (any_of(points), any_of(points)) if has_arc and rng.random() < 0.4 else None
+                for has_arc in (headings[0], *[True] * len(inner), headings[1])
             ]
         gap = int(rng.choice([0, 0, 0, 1, 2, 5, 30]))
-        paths.append(WalkedPath([*inner, goal], chords, int(rng.integers(2)), gap))
+        paths.append(WalkedPath([start, *inner, goal], chords, int(rng.integers(2)), gap))
     return paths
 
 
@@ -191,7 +185,7 @@ def random_paths(config, rng, number, *, pool=40, repeat=0.6, heading=0):
     ],
 )
 def test_tiny_map(lanes, rows, latency, bits):
-    """All pairs of corners at random altitudes; children of paths, also under back-pressure."""
+    """All pairs of corners at random altitudes; children of paths, also with pauses."""
     config = TINY.replace(lanes=lanes, memory_latency=latency, altitude_bits=bits)
     rng = np.random.default_rng(lanes)
     cells = list(itertools.product(range(config.map_size), repeat=2))
@@ -199,25 +193,23 @@ def test_tiny_map(lanes, rows, latency, bits):
     with VerilatedWalker(config, rows) as chip:
         heights = heights_of(config, rng)
         chip.write(heights)
-        start, goal = any_point(config, rng), any_point(config, rng)
         altitudes = rng.integers(config.blocked_altitude + 1, size=(len(pairs), 2)).tolist()
         chords = [
             ((*a, low), (*b, high)) for (a, b), (low, high) in zip(pairs, altitudes, strict=True)
         ]
         paths = [
-            WalkedPath([any_point(config, rng), any_point(config, rng), goal], list(two), 0, 0)
+            WalkedPath([any_point(config, rng) for _ in range(4)], [None, *two, None], 0, 0)
             for two in zip(chords[::2], chords[1::2], strict=True)
         ]
-        _, hits = check(chip, heights, start, paths)
+        _, hits = check(chip, heights, paths)
         assert hits > len(pairs)
 
         for stall, heading in itertools.product((0, 3), range(4)):
             heights = heights_of(config, rng, blocked=0.02) // 2
             heights[rng.random(heights.shape) < 0.02] = config.blocked_altitude
             chip.write(heights)
-            start = any_point(config, rng)
             paths = random_paths(config, rng, 250, pool=8, heading=heading)
-            share, hits = check(chip, heights, start, paths, stall=stall, heading=heading)
+            share, hits = check(chip, heights, paths, stall=stall)
             assert hits > 0
             assert (share > 0) == (rows > 0)
             assert (share > 0.3) == (rows >= 64)
@@ -231,8 +223,8 @@ def test_more_lanes_than_corners_of_most_segments():
         for stall in (0, 2):
             heights = heights_of(config, rng)
             chip.write(heights)
-            start, paths = any_point(config, rng), random_paths(config, rng, 1000, heading=3)
-            check(chip, heights, start, paths, stall=stall, heading=3)
+            paths = random_paths(config, rng, 1000, heading=3)
+            check(chip, heights, paths, stall=stall)
 
 
 @pytest.mark.parametrize("paths", [1500, pytest.param(100_000, marks=pytest.mark.long)])
@@ -244,7 +236,7 @@ def test_full_size(lanes, paths):
     with VerilatedWalker(config, 512) as chip:
         heights = ground(config, rng)
         chip.write(heights)
-        start, drawn = any_point(config, rng), random_paths(config, rng, paths, pool=60)
-        share, hits = check(chip, heights, start, drawn)
+        drawn = random_paths(config, rng, paths, pool=60)
+        share, hits = check(chip, heights, drawn)
         assert 0.3 < share < 0.9
         assert hits > 0

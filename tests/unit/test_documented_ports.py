@@ -18,6 +18,7 @@ from hdl.planner.evolver import Evolver
 from hdl.planner.first_paths import FirstPaths
 from hdl.planner.run_control import RunControl
 from hdl.planner.scorer.scorer import Scorer
+from hdl.planner.shape_drawer import ShapeDrawer
 from hdl.planner.walker.path_walker import PathWalker
 from hdl.planner.wavefront.seed_source import SeedSource
 from hdl.top import Planner
@@ -54,6 +55,7 @@ def components():
         partial(PathWalker, CHIPS[0]),
         partial(Scorer, SMALL),
         partial(Evolver, SMALL, 2),
+        partial(ShapeDrawer, SMALL.coordinate_bits, SMALL.altitude_bits),
         partial(SeedSource, SMALL, SMALL.lookup_latency),
         partial(RunControl, SMALL),
         partial(FirstPaths, 16, SMALL.population, SMALL.max_waypoints, 5, 8),

@@ -8,7 +8,7 @@ from hdl.planner.walker.layouts import MARKS, walked_layout
 from hdl.primitives.arguments import check_integer
 
 
-__all__ = ["PathReducer", "margin_layout"]
+__all__ = ["PathReducer", "margin_layout", "result_layout"]
 
 
 def margin_layout(altitude_bits: int, index_bits: int) -> data.StructLayout:
@@ -17,6 +17,14 @@ def margin_layout(altitude_bits: int, index_bits: int) -> data.StructLayout:
     ``index``: its position in its path, 0 the first waypoint behind the start.
     """
     return data.StructLayout({"valid": 1, "index": index_bits, "margin": signed(altitude_bits + 1)})
+
+
+def result_layout(hits_bits: int) -> data.StructLayout:
+    """Return the layout of the walk of a path: ``valid`` for a cycle, with the rest.
+
+    ``hits``: corners that collide.
+    """
+    return data.StructLayout({"valid": 1, "hits": hits_bits})
 
 
 class PathReducer(wiring.Component):
@@ -41,10 +49,8 @@ class PathReducer(wiring.Component):
     walked : In(walked_layout)
         Segments and chords of the paths in order, with their marks.
     margin : Out(margin_layout)
-    done : Out(1)
-        A path is, for a cycle.
-    hits : Out(hits_bits)
-        Its corners that collide.
+    result : Out(result_layout)
+        Of each path, with its last margin.
 
     Raises
     ------
@@ -65,8 +71,7 @@ class PathReducer(wiring.Component):
             {
                 "walked": In(walked_layout(coordinate_bits, altitude_bits, MARKS)),
                 "margin": Out(margin_layout(altitude_bits, index_bits)),
-                "done": Out(1),
-                "hits": Out(hits_bits),
+                "result": Out(result_layout(hits_bits)),
             }
         )
 
@@ -79,11 +84,11 @@ class PathReducer(wiring.Component):
         index = Signal(self.index_bits, reset_less=True)
         before = Signal.like(walked.margin, reset_less=True)
         margin = Signal.like(walked.margin, reset_less=True)
-        hits = Signal.like(self.hits, reset_less=True)
+        hits = Signal.like(self.result.hits, reset_less=True)
         m.d.comb += [
             self.margin.index.eq(index),
             self.margin.margin.eq(margin),
-            self.hits.eq(hits),
+            self.result.hits.eq(hits),
         ]
 
         counts, is_behind, least = Signal(), Signal(), Signal.like(before)
@@ -93,7 +98,7 @@ class PathReducer(wiring.Component):
             least.eq(Mux(before < walked.margin, before, walked.margin)),
         ]
         m.d.sync += [
-            self.done.eq(walked.valid & marks.last),
+            self.result.valid.eq(walked.valid & marks.last),
             self.margin.valid.eq(walked.valid & is_behind & ~stopped),
             margin.eq(least),
         ]

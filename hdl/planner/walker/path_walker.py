@@ -1,40 +1,32 @@
 """Walker of paths: hits and margins, segment by segment, with a memo."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from hdl.config import Config
-from hdl.feasibility.result_queue import ResultQueue
-from hdl.layouts import cell_layout, point_layout
-from hdl.planner.walker.layouts import chord_layout, corner_layout
+from hdl.layouts import cell_layout
+from hdl.planner.layouts import row_layout
+from hdl.planner.walker.layouts import MARKS, segment_request_layout
 from hdl.planner.walker.memo import Memo
-from hdl.planner.walker.path_reducer import PathReducer, margin_layout
-from hdl.planner.walker.segment_source import SegmentSource
+from hdl.planner.walker.path_reducer import PathReducer, margin_layout, result_layout
 from hdl.planner.walker.segment_walker import SegmentWalker
 from hdl.primitives.arguments import check_power_of_two
 
 
 __all__ = ["PathWalker"]
 
-#: Paths that can be on their way: more than fit between a path's first segment and its result, if
-#: the memo answers for all of them.
-_PLACES = 16
-
 
 class PathWalker(wiring.Component):
     """Walks paths: corners that collide, and the margins of the waypoints.
 
-    Each segment of a path is walked in order, then the chord at its end; before them all the chord
-    at the start, if there is one. A segment or chord takes a cycle if the memo answers for it, else
-    n / ``config.lanes`` cycles for n corners, rounded up; the next one follows right behind, and so
-    does the next path. A path with ``first`` is walked to its end, too, so that the memo does not
-    depend on how many cycles a result takes; nothing behind its first collision counts.
+    A segment or chord takes a cycle if the memo answers for it, else n / ``config.lanes`` cycles
+    for n corners, rounded up; the next one follows right behind, and so does the next path. A path
+    with ``first`` is walked to its end, too, so that the memo does not depend on how many cycles a
+    result takes; nothing behind its first collision counts.
 
-    The first segment or chord of a path is launched 5 cycles after its first point and its first
-    chord are offered, or later if segments before it are still launched. With ``has_entry``, a path
-    without a chord at its start may take a cycle more. ``results`` offers the path 4 cycles after
-    :class:`SegmentWalker` has the result of its last segment, if no result before it waits. See
+    A segment is launched 5 cycles after it is offered, or later if segments before it are still
+    launched. ``result`` follows the last group of a path by ``latency`` cycles. See
     :mod:`sim.model.planner.walker_cycles`.
 
     Parameters
@@ -47,35 +39,29 @@ class PathWalker(wiring.Component):
     ----------
     hits_bits : int
         Width of the hits of a path.
+    latency : int
+    row_latency : int
+        Cycles from ``row`` to ``corners``.
 
     Members
     -------
-    start : In(corner_layout)
-        Where each path begins.
-    has_entry, has_exit : In(1)
-        There are chords for the start of each path, and for its goal. All three are steady while
-        there are points or chords.
-    first : In(1)
-        Count the hits of a path up to the first segment or chord that collides. Read while the
-        first point of a path is offered, and steady until it is taken.
-    points : In(stream.Signature(point_layout))
-        Points of the paths without the start; ``last`` marks the goal.
-    chords : In(stream.Signature(chord_layout))
-        One for each inner point, for the start with ``has_entry``, and for the goal with
-        ``has_exit``, in the order of the points.
-    margins : Out(margin_layout)
-        Margins of the waypoints, path by path, as far as they are known. There is no back-pressure.
-    results : Out(stream.Signature({"hits": hits_bits}))
-        A result for each path, in order, once its margins have been given.
+    segments : In(stream.Signature(segment_request_layout))
+        Segments of the paths in order, each followed by the chord at its end, with their marks.
+    margin : Out(margin_layout)
+        Margins of the waypoints, path by path, as far as they are known.
+    result : Out(result_layout)
+        Of each path, in order, with its last margin.
+    launching : Out(1)
+        A group of corners, or an answer of the memo, was launched, some cycles ago: as many cycles
+        are high as the segments cost.
     clear : In(1)
         Void the memo: the map has changed. Only while no path is walked and ``busy`` is low.
     busy : Out(1)
-        The memo's rows are made void one by one, and no path is taken: after a reset, and rarely
+        The memo's rows are made void one by one, and no segment is taken: after a reset, and rarely
         after ``clear``.
     writes : In(stream.Signature(cell_layout))
-    lookup_valid : In(1)
-    lookup_x, lookup_y : In(config.coordinate_bits)
-    lookup_altitude : Out(config.altitude_bits)
+    row : In(row_layout)
+    corners : Out(config.altitude_bits).array(config.lanes)
         See :class:`hdl.planner.walker.segment_walker.SegmentWalker`.
 
     Raises
@@ -91,67 +77,56 @@ class PathWalker(wiring.Component):
         self.memo_rows = memo_rows
         sizes = (config.coordinate_bits, config.altitude_bits)
         self.hits_bits = ((2 * config.max_segments + 1) * config.map_size).bit_length()
-        self.result_layout = data.StructLayout({"hits": self.hits_bits})
+        self.memo = Memo(memo_rows, *sizes)
+        self.walker = SegmentWalker(config.lanes, *sizes, self.memo.row_bits, config.memory_latency)
+        self.latency = self.walker.latency + 3
+        self.row_latency = self.walker.row_latency
         super().__init__(
             {
-                "start": In(corner_layout(*sizes)),
-                "has_entry": In(1),
-                "has_exit": In(1),
-                "first": In(1),
-                "points": In(stream.Signature(point_layout(*sizes))),
-                "chords": In(stream.Signature(chord_layout(*sizes))),
-                "margins": Out(margin_layout(config.altitude_bits, config.index_bits)),
-                "results": Out(stream.Signature(self.result_layout)),
+                "segments": In(stream.Signature(segment_request_layout(*sizes, MARKS))),
+                "margin": Out(margin_layout(config.altitude_bits, config.index_bits)),
+                "result": Out(result_layout(self.hits_bits)),
+                "launching": Out(1),
                 "clear": In(1),
                 "busy": Out(1),
                 "writes": In(stream.Signature(cell_layout(*sizes))),
-                "lookup_valid": In(1),
-                "lookup_x": In(config.coordinate_bits),
-                "lookup_y": In(config.coordinate_bits),
-                "lookup_altitude": Out(config.altitude_bits),
+                "row": In(row_layout(config.lanes, config.coordinate_bits)),
+                "corners": Out(config.altitude_bits).array(config.lanes),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
         config = self.config
-        sizes = (config.coordinate_bits, config.altitude_bits)
 
-        m.submodules.source = source = SegmentSource(*sizes)
-        m.submodules.memo = memo = Memo(self.memo_rows, *sizes)
-        m.submodules.walker = walker = SegmentWalker(
-            config.lanes, *sizes, memo.row_bits, config.memory_latency
+        m.submodules.memo = memo = self.memo
+        m.submodules.walker = walker = self.walker
+        m.submodules.reducer = reducer = PathReducer(
+            config.coordinate_bits, config.altitude_bits, config.index_bits, self.hits_bits
         )
-        m.submodules.reducer = reducer = PathReducer(*sizes, config.index_bits, self.hits_bits)
-        m.submodules.queue = queue = ResultQueue(self.result_layout, _PLACES)
-        connect(m, flipped(self.points), source.points)
-        connect(m, flipped(self.chords), source.chords)
-        connect(m, source.segments, memo.segments)
+        connect(m, flipped(self.segments), memo.segments)
         connect(m, memo.found, walker.segments)
         connect(m, flipped(self.writes), walker.writes)
-        connect(m, queue.words, flipped(self.results))
         m.d.comb += [
-            source.start.eq(self.start),
-            source.first.eq(self.first),
-            source.has_entry.eq(self.has_entry),
-            source.has_exit.eq(self.has_exit),
             memo.clear.eq(self.clear),
             self.busy.eq(memo.busy),
             memo.walked.eq(walker.walked),
             reducer.walked.eq(memo.results),
-            self.margins.eq(reducer.margin),
-            queue.put.eq(reducer.done),
-            queue.word.hits.eq(reducer.hits),
-            walker.lookup_valid.eq(self.lookup_valid),
-            walker.lookup_x.eq(self.lookup_x),
-            walker.lookup_y.eq(self.lookup_y),
-            self.lookup_altitude.eq(walker.lookup_altitude),
+            self.margin.eq(reducer.margin),
+            self.result.eq(reducer.result),
+            walker.row.eq(self.row),
+            *(own.eq(corner) for own, corner in zip(self.corners, walker.corners, strict=True)),
         ]
 
-        # Each path on its way has a place in the queue.
-        under_way = Signal(range(_PLACES + 1))
-        taken = self.results.valid & self.results.ready
-        m.d.comb += source.room.eq(under_way != _PLACES)
-        m.d.sync += under_way.eq(under_way + source.begins - taken)
+        # A segment is launched in the second cycle after it is taken, or when those before it are
+        # done. So ``walker.latency`` cycles ago a group was launched if a segment taken two cycles
+        # before that, or earlier, had not come back by now.
+        taken = Signal(walker.latency + 2)
+        under_way = Signal(2)
+        m.d.comb += self.launching.eq((under_way != 0) | taken[-1])
+        m.d.sync += [
+            taken.eq(Cat(memo.found.valid & memo.found.ready, taken)),
+            under_way.eq(under_way + taken[-1] - walker.walked.valid),
+        ]
 
         return m

@@ -1,7 +1,7 @@
-"""Segments and chords of paths, in the order in which they are walked."""
+"""Segments and chords of stored paths, in the order in which they are walked."""
 
 from amaranth import *
-from amaranth.lib import stream, wiring
+from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.layouts import point_layout
@@ -9,41 +9,50 @@ from hdl.planner.walker.layouts import MARKS, chord_layout, corner_layout, segme
 from hdl.primitives.arguments import check_integer
 
 
-__all__ = ["SegmentSource"]
+__all__ = ["SegmentSource", "queued_layout", "read_layout"]
+
+
+def queued_layout(place_bits: int, row_bits: int) -> data.StructLayout:
+    """Return the layout of a path that is to be walked.
+
+    ``place`` and ``goal``: where it is, and the row of its goal. ``enters``: there is a chord at
+    the start. ``first``: its hits end with its first segment or chord that collides.
+    """
+    return data.StructLayout({"place": place_bits, "goal": row_bits, "enters": 1, "first": 1})
+
+
+def read_layout(place_bits: int, row_bits: int) -> data.StructLayout:
+    """Return the layout of a read of a row of a place, with ``enable``."""
+    return data.StructLayout({"enable": 1, "place": place_bits, "row": row_bits})
 
 
 class SegmentSource(wiring.Component):
-    """Makes segments of points: from each to the next, and the chord at its end if there is one.
+    """Reads stored paths, and makes segments of their points: each path without a gap.
 
-    A segment is offered while its point is, and the point's chord, which tells whether the segment
-    is the last one; a present chord is offered next. One that is not present costs no cycle, but at
-    the start, where nothing is offered beside it. The first segment or chord of a path waits for
-    ``room``, and for the first point.
+    A row is a point and the chord there, row 0 that of the start. Every other row makes the segment
+    from the point before, and then the chord if it is present. Row 0 makes the chord alone, and is
+    read only if there is one, so that each row read makes a segment. Rows are read ahead of their
+    turn, those of the next path too.
+
+    The first segment of a path is offered 2 cycles after the path, or later if those before it are
+    not taken. After that a segment is offered in every cycle, and the next path follows at once.
 
     Parameters
     ----------
     coordinate_bits, altitude_bits : int
         Widths of a coordinate and of an altitude, 1 or more.
+    place_bits, row_bits : int
+        Widths of a place, and of a row there, 1 or more.
 
     Members
     -------
     start : In(corner_layout)
-        Where each path begins.
-    has_entry, has_exit : In(1)
-        There are chords for the start of each path, and for its goal. All three are steady while
-        there are points or chords.
-    first : In(1)
-        The hits of a path end with its first segment or chord that collides. Read while the first
-        point of the path is offered, and steady until it is taken.
-    room : In(1)
-        A path may begin. Once high, it stays so until a path begins.
-    begins : Out(1)
-        A path does, in the cycle in which its first segment or chord is taken.
-    points : In(stream.Signature(point_layout))
-        Points of the paths without the start; ``last`` marks the goal.
-    chords : In(stream.Signature(chord_layout))
-        One for each inner point, for the start with ``has_entry``, and for the goal with
-        ``has_exit``, in the order of the points.
+        Where each path begins. Steady while paths are walked.
+    paths : In(stream.Signature(queued_layout))
+        Taken when their last rows are read.
+    read : Out(read_layout)
+    row : In({"point": point_layout, "chord": chord_layout})
+        The row read last, from the cycle after ``read.enable`` on.
     segments : Out(stream.Signature(segment_request_layout))
         With their marks.
 
@@ -53,85 +62,87 @@ class SegmentSource(wiring.Component):
         If a parameter is not an integer, or out of its range.
     """
 
-    def __init__(self, coordinate_bits: int, altitude_bits: int):
+    def __init__(self, coordinate_bits: int, altitude_bits: int, place_bits: int, row_bits: int):
         check_integer("Coordinate width", coordinate_bits, 1)
         check_integer("Altitude width", altitude_bits, 1)
+        check_integer("Place width", place_bits, 1)
+        check_integer("Row width", row_bits, 1)
         self.coordinate_bits = coordinate_bits
         self.altitude_bits = altitude_bits
+        self.place_bits = place_bits
+        self.row_bits = row_bits
         sizes = (coordinate_bits, altitude_bits)
+        row = {"point": point_layout(*sizes), "chord": chord_layout(*sizes)}
         super().__init__(
             {
                 "start": In(corner_layout(*sizes)),
-                "has_entry": In(1),
-                "has_exit": In(1),
-                "first": In(1),
-                "room": In(1),
-                "begins": Out(1),
-                "points": In(stream.Signature(point_layout(*sizes))),
-                "chords": In(stream.Signature(chord_layout(*sizes))),
+                "paths": In(stream.Signature(queued_layout(place_bits, row_bits))),
+                "read": Out(read_layout(place_bits, row_bits)),
+                "row": In(data.StructLayout(row)),
                 "segments": Out(stream.Signature(segment_request_layout(*sizes, MARKS))),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
-        points, chords, segments = self.points, self.chords, self.segments
-        point, chord, marks = points.p, chords.p, segments.p.identity
+        path, segments = self.paths.p, self.segments
+        marks = segments.p.identity
 
-        begun = Signal()  # The path's first segment or chord has been taken.
-        inside, first = Signal(), Signal()  # Its first segment has.
-        entered = Signal()  # The chord at the start has been seen.
-        chord_due, at_goal = (
-            Signal(),
-            Signal(),
-        )  # A chord is next, behind its segment.
-        before = Signal(self.start.shape(), reset_less=True)
+        # Which row a word is: the first one of its path, that of the start, the one behind it.
+        label_layout = data.StructLayout({"begins": 1, "start": 1, "leaves": 1, "first": 1})
+        word_layout = data.StructLayout({"row": self.row.shape(), "label": label_layout})
+        loaded, offered = Signal(), Signal()  # A row is in the read port, and in ``word``.
+        label = Signal(label_layout, reset_less=True)
+        word = Signal(word_layout, reset_less=True)
+        passes, moves = Signal(), Signal()
 
-        starting, needs_chord, may_begin, may_go = (Signal() for _ in range(4))
+        inside, next_row, row = Signal(), Signal(self.row_bits), Signal(self.row_bits)
         m.d.comb += [
-            starting.eq(self.has_entry & ~entered),
-            needs_chord.eq(~point.last | self.has_exit),
-            may_begin.eq(points.valid & (begun | self.room)),
-            may_go.eq(may_begin & (chords.valid | ~needs_chord)),
-            marks.begins.eq(~begun),
-            marks.chord.eq(chord_due | starting),
-            marks.first.eq(Mux(inside, first, self.first)),
+            moves.eq(~offered | passes),
+            row.eq(Mux(inside, next_row, ~path.enters)),
+            self.read.enable.eq(self.paths.valid & (~loaded | moves)),
+            self.read.place.eq(path.place),
+            self.read.row.eq(row),
+            self.paths.ready.eq(self.read.enable & (row == path.goal)),
+        ]
+        with m.If(self.read.enable):
+            m.d.sync += [
+                inside.eq(row != path.goal),
+                next_row.eq(row + 1),
+                loaded.eq(1),
+                label.begins.eq(~inside),
+                label.start.eq(row == 0),
+                label.leaves.eq(row == 1),
+                label.first.eq(path.first),
+            ]
+        with m.Elif(moves):
+            m.d.sync += loaded.eq(0)
+        with m.If(moves):
+            m.d.sync += [offered.eq(loaded), word.row.eq(self.row), word.label.eq(label)]
+
+        # The segment of a row, then its chord.
+        point, chord = word.row.point, word.row.chord
+        chord_due = Signal()
+        before = Signal(self.start.shape(), reset_less=True)
+        m.d.comb += [
+            segments.valid.eq(offered),
+            marks.chord.eq(chord_due | word.label.start),
+            marks.begins.eq(word.label.begins & ~chord_due),
+            marks.first.eq(word.label.first),
+            marks.last.eq(point.last & (chord_due | ~chord.present)),
+            passes.eq(segments.ready & (marks.chord | ~chord.present)),
         ]
         start, stop = segments.p.start, segments.p.stop
         with m.If(marks.chord):
-            m.d.comb += [
-                start.eq(chord.start),
-                stop.eq(chord.stop),
-                marks.last.eq(chord_due & at_goal),
-                segments.valid.eq(chord_due | (chords.valid & chord.present & may_begin)),
-                chords.ready.eq(Mux(chord_due | chord.present, segments.ready & segments.valid, 1)),
-            ]
+            m.d.comb += [start.eq(chord.start), stop.eq(chord.stop)]
         with m.Else():
             m.d.comb += [
-                start.eq(Mux(inside, before, self.start)),
+                start.eq(Mux(word.label.leaves, self.start, before)),
                 *(stop[axis].eq(point[axis]) for axis in ("x", "y", "altitude")),
-                marks.last.eq(point.last & ~(self.has_exit & chord.present)),
-                segments.valid.eq(may_go),
-                points.ready.eq(segments.ready & may_go),
-                chords.ready.eq(points.ready & needs_chord & ~chord.present),
             ]
-
-        with m.If(starting & chords.valid & chords.ready):
-            m.d.sync += entered.eq(1)
-        with m.If(segments.valid & segments.ready):
-            m.d.comb += self.begins.eq(~begun)
-            m.d.sync += begun.eq(~marks.last)
-            with m.If(marks.chord):
-                m.d.sync += chord_due.eq(0)
-            with m.Else():
-                m.d.sync += [
-                    inside.eq(1),
-                    first.eq(marks.first),
-                    chord_due.eq(needs_chord & chord.present),
-                    at_goal.eq(point.last),
-                    *(before[axis].eq(point[axis]) for axis in ("x", "y", "altitude")),
-                ]
-            with m.If(marks.last):
-                m.d.sync += [inside.eq(0), entered.eq(0)]
+        with m.If(offered & segments.ready):
+            m.d.sync += chord_due.eq(~passes)
+            with m.If(~marks.chord):
+                m.d.sync += before.eq(stop)
 
         return m

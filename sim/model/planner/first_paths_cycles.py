@@ -6,6 +6,7 @@ they are launched.
 
 from __future__ import annotations
 
+from sim.model.planner.compiled import inlined
 from sim.model.planner.wavefront_cycles import WAYPOINT, seeded
 
 
@@ -19,6 +20,7 @@ MEMBER = 9
 SEED = 2 + WAYPOINT + 1
 
 
+@inlined
 def member_offered(free: int, dropped: int) -> int:
     """Return the cycle in which the first point of a member is offered, and all others from then.
 
@@ -47,6 +49,7 @@ def seed_begun(free: int, before: int | None, longest: int) -> int:
     return free + 1 if before is None else max(free + 1, before + seeded(longest) + 1)
 
 
+@inlined
 def seed_offered(begun: int) -> int:
     """Return the cycle in which the first point of a seed is offered, and all others from then."""
     return begun + SEED

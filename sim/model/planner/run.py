@@ -6,51 +6,52 @@ import numpy as np
 
 from hdl.config import Config
 from hdl.protocol.planner import BLOCKS, ProblemRecord
-from hdl.protocol.runs import RETURNED, Outcome, Population, RunOptions
+from hdl.protocol.runs import ISLANDS, RETURNED, Outcome, Population, RunOptions
+from sim.model.planner import cycles
 from sim.model.planner.breeder import breed
 from sim.model.planner.compiled import compiled
-from sim.model.planner.cycles import VISITS_PER_PASS
+from sim.model.planner.cycles import CYCLES, GENERATIONS, WALK
+from sim.model.planner.definition.run import check_population
 from sim.model.planner.definition.score import corner_of
 from sim.model.planner.definition.warm import ahead
-from sim.model.planner.evaluation import (
-    CYCLES,
-    GENERATIONS,
-    GIVEN_UP,
-    NO_LIMIT,
-    PLACES,
-    evaluate,
-    settle,
-)
+from sim.model.planner.evaluation import GIVEN_UP, NO_LIMIT, evaluate
 from sim.model.planner.memo import empty_memo
 from sim.model.planner.problem import (
     BLOCK_SHIFT,
     BLOCKED,
     CHILDREN,
     ELITES,
+    HAS_ENTRY,
+    HAS_EXIT,
     POPULATION,
     SURVIVORS,
     problem_vector,
     sizes_vector,
 )
 from sim.model.planner.random_words import Words, source
+from sim.model.planner.run_control_cycles import ROUTED, SCANNED
 from sim.model.planner.score import WORK_ROWS
 from sim.model.planner.seeds import lift, seed_path
 from sim.model.planner.walk import Ground, Integers
 from sim.model.planner.wavefront import (
+    FAR,
     LEAST,
-    MEAN,
     descend,
     limit_slopes,
     measure_blocks,
     measure_distances,
     spread,
 )
+from sim.model.planner.wavefront_cycles import launched, scanned
 
 
 __all__ = ["plan"]
 
 #: Places of the options.
 _CYCLES, _GENERATIONS, _GIVE_UP_RANK, _SEEDS, _LIFTS, _SHARE = range(6)
+#: Rows of the work space of a generation: free slots, survivors, ranks left, members that stay,
+#: and of the children that wait to be collected their slots and the cycles of their points.
+_FREE, _SURVIVORS, _OTHERS, _KEPT, _PENDING, _OFFERED, _NEXT_OFFERED = range(7)
 
 
 def plan(
@@ -59,9 +60,12 @@ def plan(
     record: ProblemRecord,
     options: RunOptions,
     population: Population | None = None,
+    *,
+    marked: int = BLOCKS**2,
 ) -> Outcome:
     """Plan a path: see :func:`sim.model.planner.definition.run.plan`."""
-    options.check(config, population)
+    options.check(config)
+    check_population(config, options, population)
     numbers = (
         options.cycles,
         options.generations,
@@ -70,29 +74,35 @@ def plan(
         options.lifts,
         options.share,
     )
-    islands = [(MEAN if island.mean else LEAST, island.slope) for island in options.islands]
-    # Room for a generation beside the population, and for a seed beside the best.
-    slots = config.population + config.children
-    shape = len(islands) + (population is not None), slots
+    # Room for two generations of children beside the population, and for a seed beside the best.
+    slots = config.population + 2 * config.children
+    shape = len(options.slopes) + options.warm, slots
     paths = np.zeros((*shape, config.max_waypoints + 2, 4), dtype=np.int64)
     points = np.zeros(shape, dtype=np.int64)
     keys = np.zeros(shape, dtype=np.int64)
     order = np.zeros((shape[0], slots + 1), dtype=np.int64)
-    counters = np.zeros(PLACES, dtype=np.int64)
+    dropped = np.zeros(config.population, dtype=np.int64)
     start, goal = corner_of(record, "start"), corner_of(record, "goal")
     for slot, path in enumerate(population or ()):
-        rows = [start, *ahead(config, record, path), goal]
+        left = ahead(config, record, path)
+        rows = [start, *left, goal]
         paths[0, slot, : len(rows), :3], points[0, slot] = rows, len(rows)
+        dropped[slot] = len(path) - len(left)
+    delays, counters = cycles.delays_vector(config), cycles.counters_vector()
+    spent = scanned(marked, record.block_shift, config.lanes, int(delays[cycles.ROW]))
+    cycles.spread(counters, spent, SCANNED)
     _run(
         problem_vector(config, record),
         sizes_vector(config, options.memo),
         np.array(numbers, dtype=np.int64),
-        np.array(islands, dtype=np.int64).reshape(-1, 2),
+        np.array(options.slopes, dtype=np.int64),
         ground,
         np.array([*start, *goal], dtype=np.int64),
         source(options.seed),
         empty_memo(options.memo),
+        delays,
         counters,
+        dropped,
         paths,
         points,
         keys,
@@ -104,13 +114,8 @@ def plan(
         waypoints = paths[0, slot, 1 : points[0, slot] - 1, :3].tolist()
         last.append([(x, y, z) for x, y, z in waypoints])
         best.setdefault(int(keys[0, slot]), last[-1])
-    return Outcome(
-        list(best.values())[:RETURNED],
-        list(best)[:RETURNED],
-        int(counters[GENERATIONS]),
-        int(counters[CYCLES]),
-        last,
-    )
+    returned = list(best.values())[:RETURNED], list(best)[:RETURNED]
+    return Outcome(*returned, last, **cycles.totals(counters))
 
 
 @compiled
@@ -118,12 +123,14 @@ def _run(
     problem: Integers,
     sizes: Integers,
     options: Integers,
-    islands: Integers,
+    slopes: Integers,
     ground: Ground,
     ends: Integers,
     words: Words,
     memo: Integers,
+    delays: Integers,
     counters: Integers,
+    dropped: Integers,
     paths: Integers,
     points: Integers,
     keys: Integers,
@@ -133,20 +140,22 @@ def _run(
 
     Parameters
     ----------
-    problem, sizes, options, ends, counters : (n,) int64
-    islands : (islands, 2) int64
-        Layer of the blocks, and slope, of each that is seeded. There is an island more in ``paths``
-        on a warm start, the first, whose paths are there.
+    problem, sizes, options, ends, delays, counters : (n,) int64
+    slopes : (islands,) int64
+        Of each island that is seeded. There is an island more in ``paths`` on a warm start, the
+        first, whose paths are there.
     ground : (map_size, map_size) uint16
     words : Words
     memo : (rows, 4) int64
+    dropped : (population,) int64
+        Waypoints that each path of a warm start has lost.
     paths : (islands, slots, points, 4) int64
     points, keys : (islands, slots) int64
     order : (islands, slots + 1) int64
     """
     work = np.zeros((WORK_ROWS, paths.shape[2] + 2), dtype=np.int64)
-    spare = np.zeros((4, paths.shape[1] + 1), dtype=np.int64)
-    blocks = np.zeros((4, BLOCKS, BLOCKS), dtype=np.int64)
+    spare = np.zeros((7, paths.shape[1] + 1), dtype=np.int64)
+    blocks = np.zeros((3, BLOCKS, BLOCKS), dtype=np.int64)
     surface = np.zeros((BLOCKS, BLOCKS), dtype=np.int64)
     field = np.zeros((BLOCKS, BLOCKS), dtype=np.int64)
     route = np.zeros((BLOCKS * BLOCKS, 2), dtype=np.int64)
@@ -158,24 +167,26 @@ def _run(
     goal = (ends[4] >> shift) * BLOCKS + (ends[3] >> shift)
 
     population, count = sizes[POPULATION], len(paths)
-    warm = count - len(islands)
+    warm = count - len(slopes)
     if warm:
         for slot in range(population):
-            keys[0, slot] = evaluate(
-                problem, sizes, ground, ends, memo, counters, work, paths[0, slot], points[0, slot],
-                NO_LIMIT, False,
+            offered = cycles.revised(counters, slot, dropped[slot])
+            keys[0, slot] = _evaluate(
+                problem, sizes, ground, memo, delays, counters, work, paths[0, slot],
+                points[0, slot], offered, NO_LIMIT, False,
             )  # fmt: skip
             _place(order[0], keys[0], slot, slot)
-        settle(counters)
+        cycles.settle(delays, counters)
     for i in range(warm, count):
-        layer, slope = islands[i - warm, 0], islands[i - warm, 1]
-        surface[:] = blocks[layer]
+        surface[:] = blocks[LEAST]
+        limit_passes, slope = 0, slopes[i - warm]
         if slope:
-            passes = limit_slopes(problem, distances, surface, slope)
-            counters[CYCLES] += passes * VISITS_PER_PASS
+            limit_passes = limit_slopes(problem, distances, surface, slope)
         passes = spread(problem, distances, surface, goal, field)
-        counters[CYCLES] += passes * VISITS_PER_PASS
         length = descend(problem, distances, surface, field, start, goal, route)
+        is_straight = field[start // BLOCKS, start % BLOCKS] == FAR
+        spent = launched(limit_passes, passes, length, is_straight)
+        cycles.spread(counters, spent, ROUTED)
         used = 0
         for seed in range(options[_SEEDS]):
             # The slot of the worst path but the first seeds' own.
@@ -184,33 +195,48 @@ def _run(
             points[i, slot] = seed_path(
                 problem, sizes, ends, blocks, surface, route, length, words, path
             )
-            for _ in range(options[_LIFTS]):
-                if not lift(
-                    problem, sizes, ground, ends, memo, counters, path, points[i, slot], spare[0]
-                ):
-                    break
-            keys[i, slot] = evaluate(
-                problem, sizes, ground, ends, memo, counters, work, path, points[i, slot],
-                NO_LIMIT, False,
+            keys[i, slot] = _evaluate(
+                problem, sizes, ground, memo, delays, counters, work, path, points[i, slot],
+                cycles.seeded(delays, counters, seed), NO_LIMIT, False,
             )  # fmt: skip
             used = _place(order[i], keys[i], slot, min(used, population))
-        settle(counters)
+        cycles.settle(delays, counters)
+        for _ in range(options[_LIFTS]):
+            ranked = spare[0]
+            ranked[:population] = order[i, :population]
+            for rank in range(population):
+                slot = ranked[rank]
+                lift(problem, paths[i, slot], points[i, slot])
+                keys[i, slot] = _evaluate(
+                    problem, sizes, ground, memo, delays, counters, work, paths[i, slot],
+                    points[i, slot], cycles.revised(counters, rank, 0), NO_LIMIT, False,
+                )  # fmt: skip
+                _place(order[i], keys[i], slot, rank)
+            cycles.settle(delays, counters)
 
-    if count > 1:
-        parts = 16 * count
-        cycles = max(options[_CYCLES] - counters[CYCLES], 0) * options[_SHARE] // parts
-        generations = options[_GENERATIONS] * options[_SHARE] // parts
+    if count == ISLANDS:
+        time = max(options[_CYCLES] - counters[CYCLES], 0) * options[_SHARE] >> 5
+        generations = options[_GENERATIONS] * options[_SHARE] >> 5
+        cycles.share_out(counters)
         for i in range(count):
+            if i:
+                cycles.next_island(counters)
+            until: int = counters[CYCLES] + time
+            most: int = counters[GENERATIONS] + generations
+            cycles.aim(counters)
             _evolve(
-                problem, sizes, options, ground, ends, words, memo, counters, work, spare,
-                paths[i], points[i], keys[i], order[i],
-                counters[CYCLES] + cycles, counters[GENERATIONS] + generations,
+                problem, sizes, options, ground, words, memo, delays, counters, work, spare,
+                paths[i], points[i], keys[i], order[i], until, most,
             )  # fmt: skip
         _merge(paths, points, keys, order, population)
+        cycles.merge(delays, counters)
+    else:
+        cycles.aim(counters)
     _evolve(
-        problem, sizes, options, ground, ends, words, memo, counters, work, spare,
+        problem, sizes, options, ground, words, memo, delays, counters, work, spare,
         paths[0], points[0], keys[0], order[0], options[_CYCLES], options[_GENERATIONS],
     )  # fmt: skip
+    cycles.end(counters)
 
 
 @compiled
@@ -219,9 +245,9 @@ def _evolve(
     sizes: Integers,
     options: Integers,
     ground: Ground,
-    ends: Integers,
     words: Words,
     memo: Integers,
+    delays: Integers,
     counters: Integers,
     work: Integers,
     spare: Integers,
@@ -229,49 +255,110 @@ def _evolve(
     points: Integers,
     keys: Integers,
     order: Integers,
-    cycles: int,
+    time: int,
     generations: int,
 ) -> None:
     """Breed one population until the run has taken so many cycles or generations."""
-    population, children, elites = sizes[POPULATION], sizes[CHILDREN], sizes[ELITES]
-    free, survivors, others, kept = spare[0], spare[1], spare[2], spare[3]
-    while counters[CYCLES] < cycles and counters[GENERATIONS] < generations:
-        _find_free(order, population, kept, free)
-        breed(problem, sizes, paths, points, order, free, survivors, others, words)
-        first = keys[order[0]] < GIVEN_UP
-        limit = keys[order[options[_GIVE_UP_RANK]]]
-        if limit >= GIVEN_UP:
-            limit = NO_LIMIT
-        for i in range(elites):
-            kept[i] = order[i]
-        for i in range(sizes[SURVIVORS]):
-            kept[elites + i] = order[survivors[i]]
-        used = 0
-        for i in range(population - children):
-            used = _place(order, keys, kept[i], used)
+    population, children = sizes[POPULATION], sizes[CHILDREN]
+    free, survivors, kept, pending = spare[_FREE], spare[_SURVIVORS], spare[_KEPT], spare[_PENDING]
+    offered, next_offered = spare[_OFFERED], spare[_NEXT_OFFERED]
+    has_pending, pending_first, pending_limit = False, False, NO_LIMIT
+    while True:
+        breeds = counters[CYCLES] < time and counters[GENERATIONS] < generations
+        first, limit = False, NO_LIMIT
+        if breeds:
+            begun = cycles.begin(delays, counters, has_pending)
+            _find_free(order, population, pending, children if has_pending else 0, kept, free)
+            breed(problem, sizes, paths, points, order, free, survivors, spare[_OTHERS], words)
+            for i in range(children):
+                next_offered[i] = cycles.bred(counters, begun, i, points[free[i]])
+            first = keys[order[0]] < GIVEN_UP
+            limit = keys[order[options[_GIVE_UP_RANK]]]
+            if limit >= GIVEN_UP:
+                limit = NO_LIMIT
+        elif has_pending:
+            cycles.finish(delays, counters)
+        if has_pending:
+            for i in range(children):
+                slot = pending[i]
+                keys[slot] = _evaluate(
+                    problem, sizes, ground, memo, delays, counters, work, paths[slot],
+                    points[slot], offered[i], pending_limit, pending_first,
+                )  # fmt: skip
+            cycles.collect(delays, counters)
+            _keep(sizes, survivors, order, kept)
+            used = 0
+            for i in range(population - children):
+                used = _place(order, keys, kept[i], used)
+            for i in range(children):
+                used = _place(order, keys, pending[i], used)
+        if not breeds:
+            break
+        has_pending, pending_first, pending_limit = True, first, limit
         for i in range(children):
-            slot = free[i]
-            keys[slot] = evaluate(
-                problem, sizes, ground, ends, memo, counters, work, paths[slot], points[slot],
-                limit, first,
-            )  # fmt: skip
-            used = _place(order, keys, slot, used)
-        settle(counters)
-        counters[GENERATIONS] += 1
+            pending[i], offered[i] = free[i], next_offered[i]
 
 
 @compiled
-def _find_free(order: Integers, population: int, is_used: Integers, free: Integers) -> None:
-    """Write the slots that hold no path of the population; ``is_used`` is work space."""
+def _evaluate(
+    problem: Integers,
+    sizes: Integers,
+    ground: Ground,
+    memo: Integers,
+    delays: Integers,
+    counters: Integers,
+    work: Integers,
+    path: Integers,
+    points: int,
+    offered: int,
+    limit: int,
+    first: bool,
+) -> int:
+    """Return the key of a path whose points are there in cycle ``offered``."""
+    before = counters[WALK]
+    key = evaluate(problem, sizes, ground, memo, counters, work, path, points, limit, first)
+    count = points + problem[HAS_ENTRY] + problem[HAS_EXIT]
+    cycles.enter(delays, counters, offered, count, counters[WALK] - before, problem[HAS_EXIT])
+    return key
+
+
+@compiled
+def _find_free(
+    order: Integers,
+    population: int,
+    pending: Integers,
+    waiting: int,
+    is_used: Integers,
+    free: Integers,
+) -> None:
+    """Write the slots that hold no path of the population and none of those that wait.
+
+    ``is_used`` is work space.
+    """
     slots = len(order) - 1
     is_used[:slots] = 0
     for rank in range(population):
         is_used[order[rank]] = 1
+    for i in range(waiting):
+        is_used[pending[i]] = 1
     found = 0
     for slot in range(slots):
         if not is_used[slot]:
             free[found] = slot
             found += 1
+
+
+@compiled
+def _keep(sizes: Integers, survivors: Integers, order: Integers, kept: Integers) -> None:
+    """Write the slots of elites and survivors in the order of their ranks."""
+    elites, count = sizes[ELITES], 0
+    for rank in range(sizes[POPULATION]):
+        stays = rank < elites
+        for i in range(sizes[SURVIVORS]):
+            stays |= survivors[i] == rank
+        if stays:
+            kept[count] = order[rank]
+            count += 1
 
 
 @compiled

@@ -4,8 +4,9 @@ Every number fits 64 bits with its sign. For the largest configuration (map of 4
 of altitude, 64 waypoints) and the greatest value in every field: a segment is shorter than 2**21
 and rises by less than 2**20 parts or 2**24 units, so its flown length is below 2**25, and four
 times its square, the greatest that is rooted, below 2**52. The dividend of a half turn has 54 bits.
-The segments of a path with their arcs sum up to less than 1.2 * 65 * 2**24, their climbs to less
-than 33 * 2**20 parts: the pulls to less than 2**47, the fuel to less than 2**63.
+The segments of a path with their arcs, from an entry to an exit, sum up to less than 1.2 * 67 *
+2**24, their climbs to less than 34 * 2**20 parts: the pulls to less than 2**47, the fuel to less
+than 2**63.
 """
 
 from __future__ import annotations
@@ -93,12 +94,12 @@ def piece_cost(problem: Integers, before: int, after: int, length: int) -> int:
 @compiled
 def score(
     problem: Integers, path: Integers, points: int, work: Integers, first: bool
-) -> tuple[int, int, int]:
-    """Return cost, penalty and steep arcs of the first ``points`` rows x, y, step, ... of ``path``.
+) -> tuple[int, int]:
+    """Return cost and penalty of the first ``points`` rows x, y, step, ... of ``path``.
 
-    With ``first``, a penalty ends the score, and cost and steep arcs are 0. ``work``, (WORK_ROWS,
-    points or more) int64, gets the chords. A point more in it counts before the others where there
-    is an entry, and another one behind them where there is an exit.
+    With ``first``, a steep segment or a missing arc ends the score, and the cost is 0. ``work``,
+    (WORK_ROWS, points or more) int64, gets the chords. A point more in it counts before the others
+    where there is an entry, and another one behind them where there is an exit.
     """
     if problem[HAS_ENTRY] or problem[HAS_EXIT]:
         path = _extended(problem, path, points)
@@ -116,7 +117,7 @@ def score(
         used[k] = tangent if fits else 0
     penalty += sharp * total >> 3
     if first and penalty:
-        return 0, penalty, 0
+        return 0, penalty
 
     cost = steep_arcs = 0
     # Where the piece before ends: altitude, and length of its segment that an arc has taken.
@@ -138,7 +139,7 @@ def score(
         flown = _flown(problem, straight, before - altitude)
         cost += piece_cost(problem, altitude, before, flown)
         altitude, taken = after, tangent
-    return cost, penalty, steep_arcs
+    return cost, penalty if penalty else steep_arcs
 
 
 @compiled

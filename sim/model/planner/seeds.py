@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from sim.model.planner.breeder import clamp
 from sim.model.planner.compiled import compiled
-from sim.model.planner.evaluation import segment
 from sim.model.planner.problem import (
     ALTITUDE_LIMIT,
     BOX_STEPS,
@@ -13,7 +12,7 @@ from sim.model.planner.problem import (
     Y_LIMIT,
 )
 from sim.model.planner.random_words import Words, draw, field, step
-from sim.model.planner.walk import Ground, Integers
+from sim.model.planner.walk import Integers
 from sim.model.planner.wavefront import LOWEST_X, LOWEST_Y
 
 
@@ -59,30 +58,7 @@ def seed_path(
 
 
 @compiled
-def lift(
-    problem: Integers,
-    sizes: Integers,
-    ground: Ground,
-    ends: Integers,
-    memo: Integers,
-    counters: Integers,
-    path: Integers,
-    points: int,
-    margins: Integers,
-) -> bool:
-    """Raise the waypoints of segments in the ground; return whether there are such segments.
-
-    ``margins``, (points or more,) int64, is work space.
-    """
-    is_raised = False
-    for k in range(points - 1):
-        _, margin = segment(
-            sizes, ground, ends, memo, counters,
-            path[k, 0], path[k, 1], path[k, 2], path[k + 1, 0], path[k + 1, 1], path[k + 1, 2],
-        )  # fmt: skip
-        margins[k] = min(margin, 0)
-        is_raised |= margin < 0
+def lift(problem: Integers, path: Integers, points: int) -> None:
+    """Raise each waypoint of ``path`` by its margin, where that is negative."""
     for k in range(1, points - 1):
-        rise = -min(margins[k - 1], margins[k])
-        path[k, 2] = clamp(path[k, 2] + rise, problem[ALTITUDE_LIMIT])
-    return is_raised
+        path[k, 2] = clamp(path[k, 2] - min(path[k, 3], 0), problem[ALTITUDE_LIMIT])

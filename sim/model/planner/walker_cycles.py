@@ -2,8 +2,7 @@
 
 A path costs the sum of the costs of its segments and chords, in the order in which they are walked,
 those behind a first collision included: one cycle where the memo answers, else a cycle for each
-group of as many corners as there are lanes. Paths follow each other without a gap, but for a cycle
-at most for each path without a chord at its start where the record has an entry. The memo is that
+group of as many corners as there are lanes. Paths follow each other without a gap. The memo is that
 of the definition, looked up and filled segment by segment in this order; lengths of pipelines
 change neither its answers nor the sum, only how late the first segment is and the last result.
 """
@@ -12,19 +11,28 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from sim.model.planner.cycles import MEMO_HIT, walking
+from sim.model.planner.compiled import inlined
 
 
-__all__ = ["FRONT", "back", "cost", "walked"]
+__all__ = ["FRONT", "MEMO_HIT", "back", "cost", "walked", "walking"]
 
-#: Cycles from the offer of a path's first point to the launch of its first segment.
+#: Cycles of a segment that the memo answers.
+MEMO_HIT = 1
+
+#: Cycles from the offer of a path's first segment to its launch.
 FRONT = 5
 
 
+@inlined
+def walking(corners: int, lanes: int) -> int:
+    """Return the cycles of a segment of so many corners that the memo does not answer."""
+    return (corners + lanes - 1) // lanes
+
+
 def back(lanes: int, memory_latency: int) -> int:
-    """Return the cycles from the last one of a path's last segment to the offer of its result."""
+    """Return the cycles from the last one of a path's last segment to the path's result."""
     levels = lanes.bit_length() - 1
-    return 11 + memory_latency + levels
+    return 10 + memory_latency + levels
 
 
 def cost(start: tuple[int, int, int], stop: tuple[int, int, int], known: bool, lanes: int) -> int:
@@ -37,13 +45,13 @@ def cost(start: tuple[int, int, int], stop: tuple[int, int, int], known: bool, l
 def walked(offered: int, free: int, costs: Iterable[int]) -> int:
     """Return the cycle in which the walker is free again after a path.
 
-    The result of the path is offered :func:`back` - 1 cycles later.
+    The result of the path follows :func:`back` - 1 cycles later.
 
     Parameters
     ----------
     offered : int
-        Cycle in which the first point of the path is offered; the others, and the chords, follow
-        as fast as they are taken.
+        Cycle in which the first segment of the path is offered; the others follow as fast as they
+        are taken.
     free : int
         Cycle in which the walker is free for the path.
     costs : iterable of int

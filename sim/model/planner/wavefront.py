@@ -19,10 +19,10 @@ from sim.model.planner.walk import Ground, Integers
 
 
 __all__ = [
+    "FAR",
     "LEAST",
     "LOWEST_X",
     "LOWEST_Y",
-    "MEAN",
     "descend",
     "limit_slopes",
     "measure_blocks",
@@ -30,11 +30,11 @@ __all__ = [
     "spread",
 ]
 
-#: Layers of the blocks: least and mean altitude, -1 where blocked; corner of the least.
-LEAST, MEAN, LOWEST_X, LOWEST_Y = range(4)
+#: Layers of the blocks: least altitude, -1 where blocked; corner of the least.
+LEAST, LOWEST_X, LOWEST_Y = range(3)
 _NONE = -1
 _SWEEPS = 64
-_FAR = 1 << 30
+FAR = 1 << 30
 
 
 @compiled
@@ -50,28 +50,25 @@ def measure_distances(problem: Integers, distances: Integers) -> None:
 def measure_blocks(
     problem: Integers, ground: Ground, blocked: int, ends: Integers, blocks: Integers
 ) -> None:
-    """Write the layers of the blocks, (4, 32, 32) int64; ``ends`` (6,) x, y, step."""
+    """Write the layers of the blocks, (3, 32, 32) int64; ``ends`` (6,) x, y, step."""
     shift = problem[BLOCK_SHIFT]
     for y in range(BLOCKS):
         for x in range(BLOCKS):
-            least, total, is_free = blocked + 1, 0, True
+            least, is_free = blocked + 1, True
             for v in range(y << shift, y + 1 << shift):
                 for u in range(x << shift, x + 1 << shift):
                     height = blocked
                     if v < len(ground) and u < len(ground):
                         height = int(np.int64(ground[v, u]))
                     is_free &= height < blocked
-                    total += height
                     if height < least:
                         least = height
                         blocks[LOWEST_X, y, x], blocks[LOWEST_Y, y, x] = u, v
             blocks[LEAST, y, x] = least if is_free else _NONE
-            blocks[MEAN, y, x] = total >> 2 * shift if is_free else _NONE
     for end in range(2):
         x, y = ends[3 * end] >> shift, ends[3 * end + 1] >> shift
-        for layer in (LEAST, MEAN):
-            if blocks[layer, y, x] == _NONE:
-                blocks[layer, y, x] = ends[3 * end + 2]
+        if blocks[LEAST, y, x] == _NONE:
+            blocks[LEAST, y, x] = ends[3 * end + 2]
 
 
 @compiled
@@ -111,7 +108,7 @@ def spread(
 
     ``goal`` is 32 y + x. A block without a way has 2**30.
     """
-    field[:] = _FAR
+    field[:] = FAR
     field[goal // BLOCKS, goal % BLOCKS] = 0
     passes = 0
     for _ in range(_SWEEPS):
@@ -124,7 +121,7 @@ def spread(
                     continue
                 for n in range(4):
                     u, v, way = _neighbour(x, y, step, n)
-                    if 0 <= u < BLOCKS and 0 <= v < BLOCKS and field[v, u] < _FAR:
+                    if 0 <= u < BLOCKS and 0 <= v < BLOCKS and field[v, u] < FAR:
                         cost = field[v, u] + _step_cost(
                             problem, distances, surface, x, y, u, v, way
                         )
@@ -150,7 +147,7 @@ def descend(
     """Write the route, rows x, y of ``route`` (1024, 2), and return its length."""
     x, y = start % BLOCKS, start // BLOCKS
     goal_x, goal_y = goal % BLOCKS, goal // BLOCKS
-    if field[y, x] == _FAR:
+    if field[y, x] == FAR:
         for i in range(64):
             route[i, 0] = x + ((goal_x - x) * i >> 6)
             route[i, 1] = y + ((goal_y - y) * i >> 6)
@@ -161,10 +158,10 @@ def descend(
         length += 1
         if x == goal_x and y == goal_y:
             return length
-        best, best_x, best_y = 2 * _FAR, x, y
+        best, best_x, best_y = 2 * FAR, x, y
         for v in range(max(y - 1, 0), min(y + 2, BLOCKS)):
             for u in range(max(x - 1, 0), min(x + 2, BLOCKS)):
-                if (u == x and v == y) or field[v, u] == _FAR:
+                if (u == x and v == y) or field[v, u] == FAR:
                     continue
                 way = 2 if u != x and v != y else int(u == x)
                 cost = field[v, u] + _step_cost(problem, distances, surface, x, y, u, v, way)

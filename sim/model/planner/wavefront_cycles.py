@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from hdl.protocol.planner import BLOCKS
+from sim.model.planner.compiled import inlined
 
 
 __all__ = [
@@ -36,16 +37,19 @@ def scanning(marked: int, shift: int, lanes: int, latency: int) -> int:
     return BLOCKS**2 + marked * (rows - 1) + BLOCKS + latency + lanes.bit_length() + 3
 
 
+@inlined
 def spreading(limit_passes: int, passes: int) -> int:
     """Return the cycles of a wavefront of so many passes; without a limit of slopes, 0 of these."""
     return 2 * _FILL + (limit_passes + passes) * PASS + 1 + (limit_passes > 0)
 
 
+@inlined
 def routing(blocks: int, is_straight: bool) -> int:
     """Return the cycles of a route."""
     return _STRAIGHT if is_straight else blocks * _ROUTE_STEP
 
 
+@inlined
 def seeding(longest: int) -> int:
     """Return the cycles in which the words of a path are taken, if there always is one.
 
@@ -59,11 +63,13 @@ def scanned(marked: int, shift: int, lanes: int, latency: int) -> int:
     return scanning(marked, shift, lanes, latency) + 1
 
 
+@inlined
 def launched(limit_passes: int, passes: int, blocks: int, is_straight: bool) -> int:
     """Return those of a wavefront and its route: see :func:`spreading` and :func:`routing`."""
     return spreading(limit_passes, passes) + routing(blocks, is_straight) + 2
 
 
+@inlined
 def seeded(longest: int) -> int:
     """Return those of a path: see :func:`seeding`."""
     return seeding(longest) + 1

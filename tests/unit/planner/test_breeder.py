@@ -5,14 +5,11 @@ import numpy as np
 import pytest
 
 from hdl.planner.breeder import Breeder
+from sim.model.planner import evolver_cycles
 from sim.model.planner.definition.breeder import breed
 from tests.planner_cases import LARGE, SMALL, USUAL
 from tests.planner_population import TINY, Words, corner, population, problem
 from tests.streams import collect, simulate
-
-
-#: Cycles from ``begin`` to the first point.
-BEGINS = 21
 
 
 class Bench:
@@ -27,6 +24,8 @@ class Bench:
         self.points, self.children = [], []
         self.cycle = self.begun = 0
         self.first_points = []
+        self.parities = []
+        self.planned = None
         self._pauses, self._busy = pauses, busy
 
     async def around(self, ctx):
@@ -34,15 +33,14 @@ class Bench:
         dut, rng = self.dut, self.rng
         earlier = None
         while True:
-            stalls = rng.random(3) < self._busy
-            ctx.set(dut.readable, int(not stalls[0]))
+            stalls = rng.random(2) < self._busy
             word = self.words.draw()
             if not ctx.get(dut.words.valid):
                 ctx.set(dut.words.payload, list(word))
-                ctx.set(dut.words.valid, int(not stalls[1]))
+                ctx.set(dut.words.valid, int(not stalls[0]))
             if self.free and not ctx.get(dut.slots.valid):
                 ctx.set(dut.slots.payload, self.free[0])
-                ctx.set(dut.slots.valid, int(not stalls[2]))
+                ctx.set(dut.slots.valid, int(not stalls[1]))
             await self._cycle(ctx, earlier)
             earlier = self._read
 
@@ -53,8 +51,6 @@ class Bench:
             _,
             begins,
             planning,
-            reads,
-            readable,
             rank,
             read,
             write,
@@ -64,8 +60,6 @@ class Bench:
         ) = await ctx.tick().sample(
             dut.begin,
             dut.planning,
-            dut.reads,
-            dut.readable,
             dut.rank,
             dut.read,
             dut.write,
@@ -74,11 +68,12 @@ class Bench:
             dut.slots.ready & dut.slots.valid,
         )
         if begins:
-            self.begun = self.cycle
+            self.begun, self.planned = self.cycle, None
+        elif not planning and self.planned is None:
+            self.planned = self.cycle
         self.cycle += 1
         self._read = read.slot, read.index
-        if reads and readable:
-            assert planning
+        if self.members:
             slot, length = self.members[rank]
             ctx.set(dut.parent, {"slot": slot, "length": length})
         if earlier in self.memory:
@@ -117,8 +112,7 @@ class Bench:
         ctx.set(dut.begin, 0)
         for _ in range(40 * config.children * (config.max_waypoints + 8)):
             await ctx.tick()
-            done = not ctx.get(dut.planning) and not ctx.get(dut.building)
-            if done and sum(point[-1] for point in self.points) == config.children:
+            if sum(point[-1] for point in self.points) == config.children:
                 break
         else:
             raise TimeoutError("A generation does not end")
@@ -126,9 +120,9 @@ class Bench:
         bred, survivors = breed(config, record, ends, paths, self.words)
         assert self.words.taken == []
         assert [ctx.get(rank) for rank in dut.survivors] == survivors
-        assert self.children == [
-            (slot, len(child)) for slot, child in zip(given, bred, strict=True)
-        ]
+        parity = ctx.get(dut.parity)
+        self.parities.append(parity)
+        assert self.children == [(slot, parity) for slot in given]
         expected = [
             (*point[:3], int(number == len(child) + 1))
             for child in bred
@@ -151,7 +145,7 @@ class Bench:
             await collect(ctx, self.dut.points, self.points, self._pauses)
 
         async def children(ctx):
-            self.children = _Mapped(lambda child: (child.slot, child.length))
+            self.children = _Mapped(lambda child: (child.slot, child.parity))
             await collect(ctx, self.dut.children, self.children, self._pauses)
 
         simulate(self.dut, bench, background=[self.around, points, children])
@@ -185,6 +179,7 @@ def compare(config, generations, stalled):
             await bench.generation(ctx, record, ends, population(config, rng))
 
     bench.run(generations_of)
+    assert bench.parities == [1 - number % 2 for number in range(generations)]
 
 
 CONFIGS = {"tiny": (TINY, 12), "small": (SMALL, 12), "usual": (USUAL, 2), "large": (LARGE, 1)}
@@ -207,16 +202,21 @@ def test_matches_definition_at_length(name, stalled):
 
 
 def test_cycles():
-    """A child of n waypoints takes n + 2 cycles, or 8."""
+    """Plans come at a constant pace; children follow them, and each other."""
     rng = np.random.default_rng(5)
-    bench = Bench(SMALL, rng, Words(rng))
+    bench = Bench(USUAL, rng, Words(rng))
 
     async def generations_of(ctx):
-        for _ in range(12):
-            record, ends = problem(SMALL, rng)
-            bred = await bench.generation(ctx, record, ends, population(SMALL, rng))
-            lengths = [max(len(child) + 2, 8) for child in bred]
-            assert np.diff(bench.first_points).tolist() == lengths[:-1]
-            assert bench.first_points[0] - bench.begun == BEGINS
+        for _ in range(2):
+            record, ends = problem(USUAL, rng)
+            bred = await bench.generation(ctx, record, ends, population(USUAL, rng))
+            assert bench.planned - bench.begun == 8 * USUAL.children + 5
+            at, points, firsts = 0, 0, []
+            for number, child in enumerate(bred):
+                at = evolver_cycles.begun(evolver_cycles.plan(bench.begun, number), at, points)
+                points = len(child) + 2
+                firsts.append(evolver_cycles.offered(at, 0))
+            assert bench.first_points == firsts
+            assert firsts[0] - bench.begun == 22
 
     bench.run(generations_of)

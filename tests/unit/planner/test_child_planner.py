@@ -42,26 +42,22 @@ def test_plans(sizes):
             ctx.set(dut.draws.payload, {"head": ranks[0], "tail": ranks[1], "mutation": word})
             ctx.set(dut.draws.valid, 1)
             for read, (slot, length) in enumerate(parents):
-                for _ in range(int(rng.integers(3)) if number % 2 else 0):
-                    ctx.set(dut.readable, 0)
-                    assert ctx.get(dut.reads)
-                    await ctx.tick()
-                ctx.set(dut.readable, 1)
-                assert ctx.get(dut.reads)
                 assert ctx.get(dut.rank) == ranks[read]
                 assert ctx.get(dut.draws.ready) == read
                 await ctx.tick()
                 ctx.set(dut.plans.ready, 0)
                 ctx.set(dut.parent, {"slot": slot, "length": length})
+            # Nothing of the draw is used any more, and of the member after the next cycle.
             ctx.set(dut.draws.payload, {"head": 0, "tail": 0, "mutation": 0})
             # The second read was two cycles after the cycle of the first one began.
             for _ in range(6):
                 assert not ctx.get(dut.plans.valid)
-                assert not ctx.get(dut.reads)
+                assert not ctx.get(dut.draws.ready)
                 await ctx.tick()
+                ctx.set(dut.parent, {"slot": 0, "length": 0})
             for _ in range(int(rng.integers(3))):
                 assert ctx.get(dut.plans.valid)
-                assert not ctx.get(dut.reads)
+                assert not ctx.get(dut.draws.ready)
                 await ctx.tick()
             plan = ctx.get(dut.plans.payload)
             for name, value in plan_of(sizes, *parents, word).items():

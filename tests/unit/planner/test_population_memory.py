@@ -37,6 +37,9 @@ def test_random_traffic():
             corner = [rng.getrandbits(bits) for bits in (5, 5, 8)]
             margin = rng.choice((-255, 255, rng.randint(-255, 255)))
             x, y, altitude = corner
+            # Those of a place that has no margin yet write both.
+            corners_only = place in held and rng.random() < 0.5
+            ctx.set(dut.corners_only, corners_only)
             ctx.set(
                 dut.write,
                 {
@@ -45,8 +48,9 @@ def test_random_traffic():
                     "waypoint": {"x": x, "y": y, "altitude": altitude, "margin": margin},
                 },
             )
+            writes_both = writes and not corners_only
             if writes:
-                held[place] = (*corner, margin)
+                held[place] = (*corner, margin if writes_both else held[place][3])
 
             known = [place for place in others if place in held]
             gives = bool(known) and rng.random() < 0.5
@@ -57,8 +61,8 @@ def test_random_traffic():
                 dut.margins.payload,
                 {"place": {"slot": place[0], "index": place[1]}, "margin": margin},
             )
-            assert ctx.get(dut.margins.ready) == (not writes)
-            if gives and not writes:
+            assert ctx.get(dut.margins.ready) == (not writes_both)
+            if gives and not writes_both:
                 held[place] = (*held[place][:3], margin)
                 margins_written += 1
             await ctx.tick()

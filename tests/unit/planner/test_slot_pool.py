@@ -12,7 +12,7 @@ from tests.wrong_sizes import check_sizes
 
 @pytest.mark.parametrize(("total", "depth"), [(2, 1), (12, 4), (150, 22)])
 def test_random_traffic(total, depth):
-    """Each slot handed out is free; those put back come first; all are handed out in the end."""
+    """Each slot handed out is free; unused ones come first, then those put back, in order."""
     dut = SlotPool(total, depth)
     rng = random.Random(total)
 
@@ -35,10 +35,10 @@ def test_random_traffic(total, depth):
                         used.append(offered)
                         offered = None
                 if offered is None:
-                    if back:
-                        offered = back.pop(0)
-                    elif unused < total:
+                    if unused < total:
                         offered, unused = unused, unused + 1
+                    elif back:
+                        offered = back.pop(0)
                 if puts:
                     back.append(slot)
                 await ctx.tick()

@@ -3,7 +3,7 @@ import re
 
 import pytest
 
-from hdl.protocol.runs import Island, RunOptions, pack_best, run_request, unpack_best
+from hdl.protocol.runs import RunOptions, pack_best, run_request, unpack_best
 from tests.chips import random_path
 from tests.planner_cases import LARGE, SMALL, USUAL
 
@@ -15,12 +15,13 @@ from tests.planner_cases import LARGE, SMALL, USUAL
         ({"cycles": -1}, "RunOptions.cycles must be from 0 to 2**32 - 1, not -1"),
         ({"generations": -1}, "RunOptions.generations must be from 0 to 2**32 - 1, not -1"),
         ({"give_up_rank": 32}, "RunOptions.give_up_rank must be a rank, not 32"),
-        ({"islands": ()}, "RunOptions.islands must be 1, 2, 4 or 8, not ()"),
+        ({"slopes": ()}, "RunOptions.slopes must be one or two, not ()"),
+        ({"slopes": (1, 2, 3)}, "RunOptions.slopes must be one or two, not (1, 2, 3)"),
         (
-            {"islands": (Island(False, 16),)},
-            "RunOptions.islands must be of slopes from 0 to 15, "
-            "not (Island(mean=False, slope=16),)",
+            {"slopes": (1, 2), "warm": True},
+            "RunOptions.slopes must be at most one on a warm start, not (1, 2)",
         ),
+        ({"slopes": (16,)}, "RunOptions.slopes must be from 0 to 15, not (16,)"),
         ({"seeds": 31}, "RunOptions.seeds must be from the population to 65535, not 31"),
         ({"lifts": 5}, "RunOptions.lifts must be from 0 to 4, not 5"),
         ({"share": 17}, "RunOptions.share must be from 0 to 16, not 17"),
@@ -33,15 +34,14 @@ def test_a_wrong_option_names_its_rule(options, message):
         RunOptions(**options).check(USUAL)
 
 
-ISLANDS = (Island(True, 2), Island(True, 5), Island(False, 3), Island(False, 0))
-
-
 @pytest.mark.parametrize("config", [SMALL, USUAL, LARGE], ids=["small", "usual", "large"])
-@pytest.mark.parametrize("count", [1, 2, 4])
-def test_options_come_back_as_they_were_packed(config, count):
+@pytest.mark.parametrize(
+    ("slopes", "warm"), [((15,), False), ((1, 14), False), ((), True), ((3,), True)]
+)
+def test_options_come_back_as_they_were_packed(config, slopes, warm):
     sent = RunOptions(
         seed=(1 << 64) - 2, cycles=123_456_789, generations=(1 << 32) - 1, give_up_rank=5,
-        islands=ISLANDS[:count], seeds=65_535, lifts=3, share=16,
+        slopes=slopes, warm=warm, seeds=65_535, lifts=3, share=16,
     )  # fmt: skip
     payload = sent.pack(config)
     assert len(payload) == run_request(config).size
@@ -53,6 +53,12 @@ def test_options_out_of_range_are_refused_on_either_side():
         RunOptions(seeds=8).pack(USUAL)
     fields = run_request(USUAL).unpack(RunOptions().pack(USUAL)) | {"seeds": 8}
     with pytest.raises(ValueError, match="seeds must be from the population to 65535, not 8"):
+        RunOptions.unpack(USUAL, run_request(USUAL).pack(**fields))
+
+
+def test_three_islands_are_refused():
+    fields = run_request(USUAL).unpack(RunOptions().pack(USUAL)) | {"islands": 3}
+    with pytest.raises(ValueError, match=r"^RunOptions.slopes must be at most 2, not 3$"):
         RunOptions.unpack(USUAL, run_request(USUAL).pack(**fields))
 
 

@@ -7,16 +7,18 @@ from dataclasses import dataclass, field
 
 from hdl.config import Config
 from hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS, PathClass, ProblemRecord
-from sim.model.planner.cycles import MEMO_HIT, walking
 from sim.model.planner.definition.memo import Memo
 from sim.model.planner.definition.score import corner_of, score
 from sim.model.planner.definition.walk import Ground, Point, walk
+from sim.model.planner.walker_cycles import cost
 
 
 __all__ = ["NO_LIMIT", "Evaluator", "key_of"]
 
 #: A key above all others: no path is given up.
 NO_LIMIT = 4 << VALUE_BITS
+#: Greatest value of a key.
+_TOP = (1 << VALUE_BITS) - 1
 #: A colliding corner counts in the penalty as so many cells of length.
 _CELLS_PER_HIT = 4
 
@@ -27,16 +29,15 @@ class Evaluator:
 
     Attributes
     ----------
-    segments, walker : int
-        Segments scored, and cycles of the walker, since they were last set to 0.
+    walk : int
+        Cycles of the walker.
     """
 
     config: Config
     record: ProblemRecord
     ground: Ground
     memo: Memo
-    segments: int = 0
-    walker: int = 0
+    walk: int = 0
     ends: tuple[Point, Point] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -48,57 +49,50 @@ class Evaluator:
         """Return the key of ``path``, ends included.
 
         With ``first``, the best path is feasible: a path that is infeasible by its score, or whose
-        key is not below ``limit``, is not walked, and a walk ends with the first segment or chord
-        that collides. ``margins``, one for each point, get the least margin of the segments and
-        chords at the point, as far as they are walked; the margin of a waypoint is known after the
-        segment behind it.
+        value is not below ``limit``, is not walked. Other paths are walked to their end, but with
+        ``first`` nothing counts behind the first segment or chord that collides. ``margins``, one
+        for each point, get the least margin of the segments and chords at the point, as far as they
+        count; the margin of a waypoint is known after the segment behind it.
         """
         has_entry, has_exit = self.record.has_entry, self.record.has_exit
-        self.segments += len(path) - 1 + has_entry + has_exit
         scored = score(self.record, path)
-        value = scored.cost >> self.record.key_shift
+        value = min(max(scored.cost >> self.record.key_shift, 0), _TOP)
         if first and scored.penalty:
             return key_of(PathClass.INFEASIBLE, scored.penalty)
-        penalty = scored.penalty + scored.steep_arcs
-        if first and penalty:
-            return key_of(PathClass.INFEASIBLE, penalty)
         if first and value >= limit:
             return key_of(PathClass.GIVEN_UP, value)
 
         arcs = [*[None] * (1 - has_entry), *scored.arcs, *[None] * (1 - has_exit)]
-        hits, before = 0, self.config.blocked_altitude
+        hits, before, counts = 0, self.config.blocked_altitude, True
         for i, arc in enumerate(arcs):
             if i:
                 found, margin = self.segment(path[i - 1], path[i])
-                hits += found
-                margins[i - 1] = min(before, margin)
+                if counts:
+                    hits += found
+                    margins[i - 1] = min(before, margin)
                 before = margin
-                if first and found:
-                    break
+                counts &= not (first and found)
             if arc is not None and arc.chord is not None:
                 found, margin = self.segment(*arc.chord)
-                hits += found
+                hits += found if counts else 0
                 before = min(before, margin)
-                if first and found:
-                    break
-        if hits or penalty:
+                counts &= not (first and found)
+        if hits or scored.penalty:
             units = hits * _CELLS_PER_HIT << POSITION_FRACTION
-            return key_of(PathClass.INFEASIBLE, penalty + units)
+            return key_of(PathClass.INFEASIBLE, scored.penalty + units)
         return key_of(PathClass.FEASIBLE, value)
 
     def segment(self, start: Point, stop: Point) -> tuple[int, int]:
         """Return hits and margin of a segment, from the memo or by a walk."""
         known = self.memo.get(start, stop)
+        self.walk += cost(start, stop, known is not None, self.config.lanes)
         if known is not None:
-            self.walker += MEMO_HIT
             return known
         walked = walk(self.ground, self.config.blocked_altitude, start, stop)
-        corners = max(abs(stop[0] - start[0]), abs(stop[1] - start[1])) + 1
-        self.walker += walking(corners, self.config.lanes)
         self.memo.put(start, stop, walked)
         return walked
 
 
 def key_of(path_class: PathClass, value: int) -> int:
     """Return a key: the class above the value, which ends at its greatest and at 0."""
-    return path_class << VALUE_BITS | min(max(value, 0), (1 << VALUE_BITS) - 1)
+    return path_class << VALUE_BITS | min(max(value, 0), _TOP)

@@ -1,24 +1,32 @@
-"""A run: first populations, islands, and one population of their best."""
+"""A run: first populations, islands, and one population of their best.
+
+Generations overlap, as in the gateware: while the children of one are evaluated, those of the next
+are bred. So a generation is bred from the population that the one before was bred from, and the
+children of the generation before that.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hdl.config import Config
-from hdl.protocol.planner import VALUE_BITS, PathClass, ProblemRecord
-from hdl.protocol.runs import RETURNED, Island, Outcome, Population, RunOptions
-from sim.model.planner.cycles import VISITS_PER_PASS, overlapped
+from hdl.protocol.planner import BLOCKS, VALUE_BITS, PathClass, ProblemRecord
+from hdl.protocol.runs import ISLANDS, RETURNED, Outcome, Population, RunOptions
+from sim.model.planner import cycles
 from sim.model.planner.definition.breeder import Waypoint, breed
 from sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
 from sim.model.planner.definition.memo import Memo
-from sim.model.planner.definition.seeds import lift, seed_path
+from sim.model.planner.definition.seeds import lifted, seed_path
 from sim.model.planner.definition.walk import Ground
 from sim.model.planner.definition.warm import ahead
 from sim.model.planner.definition.wavefront import blocks_of, descend, limit_slopes, spread
+from sim.model.planner.run_control_cycles import ROUTED, SCANNED
+from sim.model.planner.wavefront_cycles import launched, scanned
 from sim.model.random_source import RandomSource
 
 
-__all__ = ["Member", "Run", "plan"]
+__all__ = ["Generation", "Member", "Run", "check_population", "plan"]
 
 
 @dataclass(frozen=True)
@@ -29,12 +37,38 @@ class Member:
     key: int
 
 
+@dataclass(frozen=True)
+class Generation:
+    """Children that are to be evaluated.
+
+    Attributes
+    ----------
+    children : list of list of Waypoint
+    offered : list of int
+        Cycles in which their second points are there.
+    first : bool
+        The best path of the population that they were bred from is feasible.
+    limit : int
+        Value that a path must be below to be walked, if ``first``.
+    kept : list of int
+        Ranks of the members of a population that stay: elites, and the survivors drawn.
+    """
+
+    children: list[list[Waypoint]]
+    offered: list[int]
+    first: bool
+    limit: int
+    kept: list[int]
+
+
 def plan(
     config: Config,
     ground: Ground,
     record: ProblemRecord,
     options: RunOptions,
     population: Population | None = None,
+    *,
+    marked: int = BLOCKS**2,
 ) -> Outcome:
     """Plan a path.
 
@@ -46,17 +80,30 @@ def plan(
     record : ProblemRecord
     options : RunOptions
     population : list of list of (int, int, int), optional
-        All paths of an earlier run, the best first, for a warm start: an island of its own, before
-        those of the options.
+        All paths of an earlier run, the best first; only with ``options.warm``.
+    marked : int
+        Blocks of the map that have changed since the run before, by default all. Changes nothing
+        but cycles.
 
     Raises
     ------
     ValueError
         If the options, the record or the population do not fit ``config``.
     """
-    options.check(config, population)
+    options.check(config)
     record.pack(config)
-    return Run(config, ground, record, options).plan(population)
+    check_population(config, options, population)
+    return Run(config, ground, record, options).plan(population, marked)
+
+
+def check_population(config: Config, options: RunOptions, population: Population | None) -> None:
+    """Raise ``ValueError`` unless a warm run has a whole population, and another one has none."""
+    count = 0 if population is None else len(population)
+    if count != (config.population if options.warm else 0):
+        raise ValueError(
+            f"A warm run must go on from {config.population} paths, and another run from none, not "
+            f"from {count}"
+        )
 
 
 class Run:
@@ -69,24 +116,34 @@ class Run:
         self._blocks = blocks_of(record, ground, config.blocked_altitude)
         self._evaluator = Evaluator(config, record, ground, Memo(config, options.memo))
         self._source = RandomSource(options.seed)
-        self.cycles = self.generations = 0
+        self._delays = cycles.delays_vector(config)
+        self._counters = cycles.counters_vector()
 
-    def plan(self, population: Population | None) -> Outcome:
+    def plan(self, population: Population | None, marked: int) -> Outcome:
         """Do the run."""
-        options = self.options
+        options, counters = self.options, self._counters
+        self._scan(marked)
         islands = [] if population is None else [self.revive(population)]
-        islands += [self.seed(island) for island in options.islands]
-        if len(islands) > 1:
-            parts = 16 * len(islands)
-            cycles = max(options.cycles - self.cycles, 0) * options.share // parts
-            generations = options.generations * options.share // parts
-            islands = [
-                self.evolve(island, self.cycles + cycles, self.generations + generations)
-                for island in islands
-            ]
-        each = self.config.population // len(islands)
-        merged = _sorted([member for island in islands for member in island[:each]])
-        members = self.evolve(merged, options.cycles, options.generations)
+        islands += [self.seed(slope) for slope in options.slopes]
+        if len(islands) == ISLANDS:
+            left = max(options.cycles - int(counters[cycles.CYCLES]), 0)
+            time = left * options.share >> 5
+            generations = options.generations * options.share >> 5
+            cycles.share_out(counters)
+            for number, island in enumerate(islands):
+                if number:
+                    cycles.next_island(counters)
+                ends = int(counters[cycles.CYCLES]) + time
+                most = int(counters[cycles.GENERATIONS]) + generations
+                cycles.aim(counters)
+                islands[number] = self.evolve(island, ends, most)
+            each = self.config.population // ISLANDS
+            islands = [_sorted([member for island in islands for member in island[:each]])]
+            cycles.merge(self._delays, counters)
+        else:
+            cycles.aim(counters)
+        members = self.evolve(islands[0], options.cycles, options.generations)
+        cycles.end(counters)
         best: dict[int, Member] = {}
         for member in members:
             best.setdefault(member.key, member)
@@ -94,75 +151,119 @@ class Run:
         return Outcome(
             [[waypoint[:3] for waypoint in member.path] for member in returned],
             [member.key for member in returned],
-            self.generations,
-            self.cycles,
             [[waypoint[:3] for waypoint in member.path] for member in members],
+            **cycles.totals(counters),
         )
 
     def revive(self, population: Population) -> list[Member]:
         """Return an earlier population as it is now, from the new start on, sorted."""
         members = []
-        for path in population:
+        for number, path in enumerate(population):
             left = [Waypoint(*point) for point in ahead(self.config, self.record, path)]
-            members.append(self._evaluated(left, NO_LIMIT, first=False))
-        self._settle()
+            dropped = len(path) - len(left)
+            offered = cycles.revised(self._counters, number, dropped)
+            members.append(self._evaluated(left, offered))
+        cycles.settle(self._delays, self._counters)
         return _sorted(members)
 
-    def seed(self, island: Island) -> list[Member]:
+    def seed(self, slope: int) -> list[Member]:
         """Return the first population of an island, sorted."""
         record, blocks, options = self.record, self._blocks, self.options
-        surface = dict(blocks.mean if island.mean else blocks.least)
-        passes = limit_slopes(record, blocks, surface, island.slope) if island.slope else 0
-        field, further = spread(record, blocks, surface)
-        self.cycles += (passes + further) * VISITS_PER_PASS
+        surface = dict(blocks.least)
+        limit_passes = limit_slopes(record, blocks, surface, slope) if slope else 0
+        field, passes = spread(record, blocks, surface)
         route = descend(record, blocks, surface, field)
-        seeds = []
-        for _ in range(options.seeds):
+        spent = launched(limit_passes, passes, len(route), blocks.start not in field)
+        cycles.spread(self._counters, spent, ROUTED)
+        members = []
+        for number in range(options.seeds):
             path = seed_path(self.config, record, blocks, surface, route, self._source)
-            for _ in range(options.lifts):
-                path, was_raised = lift(record, self._evaluator, path)
-                if not was_raised:
-                    break
-            seeds.append(self._evaluated(path, NO_LIMIT, first=False))
-        self._settle()
-        return _sorted(seeds)[: self.config.population]
+            members.append(
+                self._evaluated(path, cycles.seeded(self._delays, self._counters, number))
+            )
+        cycles.settle(self._delays, self._counters)
+        members = _sorted(members)[: self.config.population]
+        for _ in range(options.lifts):
+            members = self.lift(members)
+        return members
 
-    def evolve(self, population: list[Member], cycles: int, generations: int) -> list[Member]:
+    def lift(self, population: list[Member]) -> list[Member]:
+        """Return a population out of the ground, as far as one pass raises it."""
+        members = []
+        for number, member in enumerate(population):
+            path = lifted(self.record, member.path)
+            members.append(self._evaluated(path, cycles.revised(self._counters, number, 0)))
+        cycles.settle(self._delays, self._counters)
+        return _sorted(members)
+
+    def evolve(self, population: list[Member], time: int, generations: int) -> list[Member]:
         """Return ``population`` after so many cycles or generations of the run."""
-        while self.cycles < cycles and self.generations < generations:
-            population = self.breed(population)
+        counters = self._counters
+        pending = None
+        while counters[cycles.CYCLES] < time and counters[cycles.GENERATIONS] < generations:
+            latest = self.breed(population, pending=pending is not None)
+            if pending is not None:
+                population = self.collect(population, latest.kept, pending)
+            pending = latest
+        if pending is not None:
+            cycles.finish(self._delays, counters)
+            population = self.collect(population, pending.kept, pending)
         return population
 
-    def breed(self, population: list[Member]) -> list[Member]:
-        """Return the next generation, sorted; of equals, elites, survivors and children in turn."""
-        config, evaluator = self.config, self._evaluator
+    def breed(self, population: list[Member], *, pending: bool) -> Generation:
+        """Return the children of a population. ``pending``: those before are not collected."""
+        config, record, evaluator = self.config, self.record, self._evaluator
+        begun = cycles.begin(self._delays, self._counters, pending)
         paths = [member.path for member in population]
-        children, survivors = breed(config, self.record, evaluator.ends, paths, self._source)
-        first = population[0].key < PathClass.GIVEN_UP << VALUE_BITS
+        children, survivors = breed(config, record, evaluator.ends, paths, self._source)
+        offered = [
+            cycles.bred(self._counters, begun, number, len(child) + 2)
+            for number, child in enumerate(children)
+        ]
+        given_up = PathClass.GIVEN_UP << VALUE_BITS
         limit = population[self.options.give_up_rank].key
-        if limit >= PathClass.GIVEN_UP << VALUE_BITS:
-            limit = NO_LIMIT
-        kept = [*population[: config.elites], *(population[rank] for rank in survivors)]
-        bred = [self._evaluated(child, limit, first=first) for child in children]
-        self._settle()
-        self.generations += 1
-        return _sorted([*kept, *bred])
+        return Generation(
+            children,
+            offered,
+            population[0].key < given_up,
+            limit if limit < given_up else NO_LIMIT,
+            sorted([*range(config.elites), *survivors]),
+        )
 
-    def _evaluated(self, path: list[Waypoint], limit: int, *, first: bool) -> Member:
-        start, goal = self._evaluator.ends
+    def collect(
+        self, population: list[Member], kept: Sequence[int], pending: Generation
+    ) -> list[Member]:
+        """Return the next population, sorted; of equals, the members that stay come first."""
+        children = [
+            self._evaluated(child, offered, pending.limit, first=pending.first)
+            for child, offered in zip(pending.children, pending.offered, strict=True)
+        ]
+        cycles.collect(self._delays, self._counters)
+        return _sorted([*(population[rank] for rank in kept), *children])
+
+    def _scan(self, marked: int) -> None:
+        latency = int(self._delays[cycles.ROW])
+        spent = scanned(marked, self.record.block_shift, self.config.lanes, latency)
+        cycles.spread(self._counters, spent, SCANNED)
+
+    def _evaluated(
+        self, path: list[Waypoint], offered: int, limit: int = NO_LIMIT, *, first: bool = False
+    ) -> Member:
+        evaluator, record = self._evaluator, self.record
+        start, goal = evaluator.ends
         points = [start, *(waypoint[:3] for waypoint in path), goal]
         margins = [0, *(waypoint.margin for waypoint in path), 0]
-        key = self._evaluator.evaluate(points, margins, limit, first=first)
+        before = evaluator.walk
+        key = evaluator.evaluate(points, margins, limit, first=first)
+        walk = evaluator.walk - before
+        self._counters[cycles.WALK] += walk
+        count = len(points) + record.has_entry + record.has_exit
+        cycles.enter(self._delays, self._counters, offered, count, walk, record.has_exit)
         measured = [
             waypoint._replace(margin=margin)
             for waypoint, margin in zip(path, margins[1:-1], strict=True)
         ]
         return Member(measured, key)
-
-    def _settle(self) -> None:
-        evaluator = self._evaluator
-        self.cycles += overlapped(evaluator.segments, evaluator.walker)
-        evaluator.segments = evaluator.walker = 0
 
 
 def _sorted(members: list[Member]) -> list[Member]:

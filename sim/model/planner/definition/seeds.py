@@ -7,13 +7,12 @@ from collections.abc import Sequence
 from hdl.config import Config
 from hdl.protocol.planner import ProblemRecord
 from sim.model.planner.definition.breeder import Waypoint, bits, draw
-from sim.model.planner.definition.evaluation import Evaluator
 from sim.model.planner.definition.walk import Corner
 from sim.model.planner.definition.wavefront import Block, Blocks, Surface
 from sim.model.random_source import RandomSource
 
 
-__all__ = ["lift", "seed_path"]
+__all__ = ["lifted", "seed_path"]
 
 #: Fewest waypoints of a seed, where the longest path has as many.
 _FEWEST = 4
@@ -49,20 +48,9 @@ def seed_path(
     return path
 
 
-def lift(
-    record: ProblemRecord, evaluator: Evaluator, path: Sequence[Waypoint]
-) -> tuple[list[Waypoint], bool]:
-    """Return ``path`` with both waypoints of each segment in the ground raised by its margin.
-
-    All segments are walked before a waypoint is raised. The second value is False if none was.
-    """
-    points = [evaluator.ends[0], *(waypoint[:3] for waypoint in path), evaluator.ends[1]]
-    walked = [evaluator.segment(*points[i : i + 2]) for i in range(len(points) - 1)]
-    margins = [min(margin, 0) for _, margin in walked]
-    raised = [
-        _within(record, (x, y), z - min(margins[i : i + 2])) for i, (x, y, z, _) in enumerate(path)
-    ]
-    return raised, any(margins)
+def lifted(record: ProblemRecord, path: Sequence[Waypoint]) -> list[Waypoint]:
+    """Return ``path`` with each waypoint raised by its margin, where that is negative."""
+    return [_within(record, (x, y), z - min(margin, 0)) for x, y, z, margin in path]
 
 
 def _within(record: ProblemRecord, corner: Corner, z: int) -> Waypoint:

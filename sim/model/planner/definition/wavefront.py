@@ -41,8 +41,8 @@ class Blocks:
 
     Attributes
     ----------
-    least, mean : Surface
-        Altitudes of the blocks without a blocked corner, and of those of start and goal.
+    least : Surface
+        Least ground of the blocks without a blocked corner, and of those of start and goal.
     lowest : dict
         First of the lowest corners of each block, by rows.
     start, goal : Block
@@ -51,7 +51,6 @@ class Blocks:
     """
 
     least: Surface
-    mean: Surface
     lowest: dict[Block, Corner]
     start: Block
     goal: Block
@@ -65,7 +64,7 @@ def blocks_of(record: ProblemRecord, ground: Ground, blocked: int) -> Blocks:
     """
     shift = record.block_shift
     edge = 1 << shift
-    least, mean, lowest = {}, {}, {}
+    least, lowest = {}, {}
     for y in range(BLOCKS):
         for x in range(BLOCKS):
             corners = [
@@ -77,17 +76,15 @@ def blocks_of(record: ProblemRecord, ground: Ground, blocked: int) -> Blocks:
             lowest[x, y] = u, v
             if max(corners)[0] < blocked:
                 least[x, y] = height
-                mean[x, y] = sum(corner[0] for corner in corners) >> 2 * shift
     ends = []
     for end in ("start", "goal"):
         x, y, altitude = corner_of(record, end)
         ends.append((x >> shift, y >> shift))
-        for surface in (least, mean):
-            surface.setdefault(ends[-1], altitude)
+        least.setdefault(ends[-1], altitude)
     side = edge << POSITION_FRACTION
     east, north = scaled(side, record.x_scale), scaled(side, record.y_scale)
     distances = east, north, isqrt(east * east + north * north)
-    return Blocks(least, mean, lowest, ends[0], ends[1], distances)
+    return Blocks(least, lowest, ends[0], ends[1], distances)
 
 
 def limit_slopes(record: ProblemRecord, blocks: Blocks, surface: Surface, limit: int) -> int:

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from hdl.protocol.planner import VALUE_BITS, PathClass
+from sim.model.planner.cycles import WALK, counters_vector
 from sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator, key_of
 from sim.model.planner.definition.memo import Memo
-from sim.model.planner.evaluation import CYCLES, PLACES, evaluate, settle
+from sim.model.planner.evaluation import evaluate
 from sim.model.planner.memo import empty_memo
 from sim.model.planner.problem import problem_vector, sizes_vector
 from sim.model.planner.score import WORK_ROWS
@@ -24,7 +25,7 @@ class Both:
         self.ground = ground(config, rng)
         self.plain = Evaluator(config, self.record, self.ground, Memo(config, memo))
         self.memo = empty_memo(memo)
-        self.counters = np.zeros(PLACES, dtype=np.int64)
+        self.counters = counters_vector()
         self.vector = problem_vector(config, self.record)
         self.sizes = sizes_vector(config, memo)
 
@@ -38,10 +39,9 @@ class Both:
         margins = list(range(len(points)))
         compiled = rows(points, margins)
         key = self.plain.evaluate(points, margins, limit, first=first)
-        ends = np.array(self.plain.ends, dtype=np.int64).ravel()
         work = np.zeros((WORK_ROWS, len(points) + 2), dtype=np.int64)
         assert key == evaluate(
-            self.vector, self.sizes, self.ground, ends, self.memo, self.counters, work,
+            self.vector, self.sizes, self.ground, self.memo, self.counters, work,
             compiled, len(points), limit, first,
         )  # fmt: skip
         assert compiled[:, 3].tolist() == margins
@@ -66,10 +66,7 @@ def test_compiled_evaluation_is_the_defined_one(config, memo, with_headings):
             cost = both.evaluate(points, NO_LIMIT, first=False) & (1 << VALUE_BITS) - 1
             for limit in (cost, cost + 1, NO_LIMIT):
                 classes.add(both.evaluate(points, limit, first=True) >> VALUE_BITS)
-        before = both.counters[CYCLES]
-        settle(both.counters)
-        segments, walker = both.plain.segments, both.plain.walker
-        assert both.counters[CYCLES] - before == max(2 * segments, walker) + 40
+        assert both.counters[WALK] == both.plain.walk
     assert classes >= {PathClass.GIVEN_UP, PathClass.INFEASIBLE}
     # On the larger map no random path is free.
     assert config is USUAL or PathClass.FEASIBLE in classes
@@ -86,7 +83,7 @@ def test_a_memo_changes_no_key_and_no_margin():
             key = with_memo.plain.evaluate(points, margins, NO_LIMIT, first=False)
             assert key == without.evaluate(points, expected, NO_LIMIT, first=False)
             assert margins == expected
-    assert with_memo.plain.walker < without.walker * 0.75
+    assert with_memo.plain.walk < without.walk * 0.75
 
 
 def test_keys_sort_by_class_then_value():
@@ -101,3 +98,23 @@ def test_keys_sort_by_class_then_value():
     assert keys == sorted(keys)
     assert keys[0] == 0
     assert keys[2] == greatest
+
+
+def test_a_walk_goes_on_behind_a_collision_and_nothing_there_counts():
+    """The memo knows the segments behind it; the key, and the margins, do not."""
+    rng = np.random.default_rng(12)
+    steepest = (1 << 24) - 1
+    both = Both(SMALL, rng, 64, climb=steepest, descent=steepest, radius=64)
+    both.ground[:] = 0
+    both.ground[8, 8] = SMALL.blocked_altitude
+    start, goal = both.plain.ends
+    points = [start, (8, 8, 100), (9, 20, 100), (20, 20, 100), goal]
+    margins = [0, 7, 7, 7, 0]
+    both.plain.evaluate(points, margins, NO_LIMIT, first=True)
+    assert margins[2:4] == [7, 7]
+    both.evaluate(points, NO_LIMIT, first=True)
+    whole = both.plain.walk
+    # Again, all of it from the memo: a cycle a segment.
+    both.evaluate(points, NO_LIMIT, first=False)
+    assert both.plain.walk - whole == 4
+    assert both.counters[WALK] > 0

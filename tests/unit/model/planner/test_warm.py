@@ -1,13 +1,12 @@
 """What is left of an earlier path, and warm runs against the definition."""
 
 import dataclasses
-import re
 
 import numpy as np
 import pytest
 
 from hdl.protocol.planner import POSITION_FRACTION, PathClass
-from hdl.protocol.runs import FIRST_ISLANDS, WARM_ISLANDS, RunOptions
+from hdl.protocol.runs import WARM_SLOPES, RunOptions
 from sim.model.planner.definition.run import plan as defined
 from sim.model.planner.definition.warm import ahead
 from sim.model.planner.run import plan
@@ -32,22 +31,23 @@ def moved(config, problem_record, path, seed):
 @pytest.mark.parametrize(
     "options",
     [
-        RunOptions(cycles=10**9, generations=30, islands=(), seeds=8),
-        RunOptions(cycles=10**9, generations=40, islands=WARM_ISLANDS, seeds=9, share=13),
-        RunOptions(cycles=10**9, generations=30, islands=FIRST_ISLANDS[:3], seeds=8, memo=0),
+        RunOptions(cycles=10**9, generations=30, slopes=(), seeds=8),
+        RunOptions(cycles=10**9, generations=40, slopes=WARM_SLOPES, seeds=9, share=13),
+        RunOptions(cycles=10**9, generations=30, slopes=(0,), seeds=8, memo=0, lifts=0),
     ],
-    ids=["alone", "fresh", "four"],
+    ids=["alone", "fresh", "without-memo"],
 )
 def test_compiled_warm_run_is_the_defined_one(options, seed):
     heights, earlier = problem(SMALL, seed)
     options = dataclasses.replace(options, seed=seed)
-    before = plan(SMALL, heights, earlier, dataclasses.replace(options, islands=WARM_ISLANDS))
+    cold = dataclasses.replace(options, slopes=WARM_SLOPES)
+    before = plan(SMALL, heights, earlier, cold)
     later = moved(SMALL, earlier, before.paths[0], seed)
     heights[10:14, 10:14] = SMALL.blocked_altitude
-    outcome = plan(SMALL, heights, later, options, before.population)
-    assert outcome == defined(SMALL, heights, later, options, before.population)
-    others = dataclasses.replace(options, islands=WARM_ISLANDS)
-    assert outcome.population != plan(SMALL, heights, later, others).population
+    warm = dataclasses.replace(options, warm=True)
+    outcome = plan(SMALL, heights, later, warm, before.population)
+    assert outcome == defined(SMALL, heights, later, warm, before.population)
+    assert outcome.population != plan(SMALL, heights, later, cold).population
 
 
 def test_compiled_warm_run_is_the_defined_one_on_the_usual_chip():
@@ -55,7 +55,7 @@ def test_compiled_warm_run_is_the_defined_one_on_the_usual_chip():
     before = plan(USUAL, heights, earlier, RunOptions(seed=5, cycles=300_000))
     later = moved(USUAL, earlier, before.paths[0], 1)
     options = RunOptions(
-        seed=6, cycles=10**9, generations=8, islands=WARM_ISLANDS, seeds=32, share=13
+        seed=6, cycles=10**9, generations=8, slopes=WARM_SLOPES, warm=True, seeds=32, share=13
     )
     outcome = plan(USUAL, heights, later, options, before.population)
     assert outcome == defined(USUAL, heights, later, options, before.population)
@@ -76,12 +76,13 @@ def test_a_warm_run_goes_on_where_the_earlier_one_ended():
     before = plan(USUAL, heights, earlier, RunOptions(seed=2, cycles=1_000_000))
     assert before.classes[0] is PathClass.FEASIBLE
     # No generation: the same paths with the same keys.
-    again = plan(USUAL, heights, earlier, RunOptions(islands=(), generations=0), before.population)
+    options = RunOptions(slopes=(), warm=True, generations=0)
+    again = plan(USUAL, heights, earlier, options, before.population)
     assert again.generations == 0
     assert again.keys[0] == before.keys[0]
     assert sorted(again.population) == sorted(before.population)
     later = plan(
-        USUAL, heights, earlier, RunOptions(islands=(), generations=400), before.population
+        USUAL, heights, earlier, dataclasses.replace(options, generations=400), before.population
     )
     assert later.keys[0] < before.keys[0]
     assert later.cycles < 500_000
@@ -105,33 +106,18 @@ def test_first_waypoints_behind_the_start_are_dropped():
     assert drop([behind, behind]) == [behind, behind]
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda paths: paths[1:], "Population must have 8 paths, not 7"),
-        (
-            lambda paths: [paths[0][:1], *paths[1:]],
-            "A path of the population must have 2 to 5 waypoints, not 1",
-        ),
-        (
-            lambda paths: [[(0, 32, 0), (0, 0, 0)], *paths[1:]],
-            "A waypoint of the population must be within (32, 32, 255), not (0, 32, 0)",
-        ),
-    ],
-)
-def test_a_population_of_another_chip_is_refused(change, message):
+def test_only_a_warm_run_goes_on_from_a_population_and_that_is_whole():
     paths = [[(1, 2, 3), (4, 5, 6)]] * SMALL.population
     heights, earlier = problem(SMALL, 0)
-    options = RunOptions(islands=(), seeds=8)
-    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
-        plan(SMALL, heights, earlier, options, change(paths))
-
-
-def test_islands_and_the_population_are_one_two_four_or_eight():
-    heights, earlier = problem(SMALL, 0)
-    options = RunOptions(islands=FIRST_ISLANDS[:2], seeds=8)
-    paths = [[(1, 2, 3), (4, 5, 6)]] * SMALL.population
-    with pytest.raises(
-        ValueError, match=r"^RunOptions.islands must be 0, 1, 3 or 7 on a warm start, not \("
-    ):
-        plan(SMALL, heights, earlier, options, paths)
+    for warm, population, count in ((True, paths[1:], 7), (True, None, 0), (False, paths, 8)):
+        message = "A warm run must go on from 8 paths, and another run from none, not from " + str(
+            count
+        )
+        with pytest.raises(ValueError, match=f"^{message}$"):
+            plan(
+                SMALL,
+                heights,
+                earlier,
+                RunOptions(warm=warm, slopes=(3,), seeds=8, give_up_rank=3),
+                population,
+            )

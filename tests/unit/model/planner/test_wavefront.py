@@ -13,7 +13,6 @@ from sim.model.planner.wavefront import (
     LEAST,
     LOWEST_X,
     LOWEST_Y,
-    MEAN,
     descend,
     limit_slopes,
     measure_blocks,
@@ -47,32 +46,30 @@ def test_compiled_wavefront_is_the_defined_one(case, slope):
     problem, heights, blocks = cases(*case)
     vector, distances = problem_vector(config, problem), np.zeros(3, dtype=np.int64)
     ends = [*corner_of(problem, "start"), *corner_of(problem, "goal")]
-    layers = np.zeros((4, BLOCKS, BLOCKS), dtype=np.int64)
+    layers = np.zeros((3, BLOCKS, BLOCKS), dtype=np.int64)
     measure_distances(vector, distances)
     measure_blocks(vector, heights, config.blocked_altitude, np.array(ends), layers)
     assert tuple(distances) == blocks.distances
     assert np.array_equal(layers[LEAST], array(blocks.least, -1))
-    assert np.array_equal(layers[MEAN], array(blocks.mean, -1))
     assert all(
         (layers[LOWEST_X, y, x], layers[LOWEST_Y, y, x]) == lowest
         for (x, y), lowest in blocks.lowest.items()
     )
 
-    for layer, values in ((LEAST, blocks.least), (MEAN, blocks.mean)):
-        surface, expected = layers[layer].copy(), dict(values)
-        if slope:
-            passes = plain.limit_slopes(problem, blocks, expected, slope)
-            assert limit_slopes(vector, distances, surface, slope) == passes
-            assert np.array_equal(surface, array(expected, -1))
-        field = np.zeros((BLOCKS, BLOCKS), dtype=np.int64)
-        start, goal = (y * BLOCKS + x for x, y in (blocks.start, blocks.goal))
-        costs, passes = plain.spread(problem, blocks, expected)
-        assert spread(vector, distances, surface, goal, field) == passes
-        assert np.array_equal(field, array(costs, plain.FAR))
-        route = np.zeros((BLOCKS * BLOCKS, 2), dtype=np.int64)
-        length = descend(vector, distances, surface, field, start, goal, route)
-        expected_route = plain.descend(problem, blocks, expected, costs)
-        assert [tuple(block) for block in route[:length].tolist()] == expected_route
+    surface, expected = layers[LEAST].copy(), dict(blocks.least)
+    if slope:
+        passes = plain.limit_slopes(problem, blocks, expected, slope)
+        assert limit_slopes(vector, distances, surface, slope) == passes
+        assert np.array_equal(surface, array(expected, -1))
+    field = np.zeros((BLOCKS, BLOCKS), dtype=np.int64)
+    start, goal = (y * BLOCKS + x for x, y in (blocks.start, blocks.goal))
+    costs, passes = plain.spread(problem, blocks, expected)
+    assert spread(vector, distances, surface, goal, field) == passes
+    assert np.array_equal(field, array(costs, plain.FAR))
+    route = np.zeros((BLOCKS * BLOCKS, 2), dtype=np.int64)
+    length = descend(vector, distances, surface, field, start, goal, route)
+    expected_route = plain.descend(problem, blocks, expected, costs)
+    assert [tuple(block) for block in route[:length].tolist()] == expected_route
 
 
 @pytest.mark.parametrize("case", CASES)

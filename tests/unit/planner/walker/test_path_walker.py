@@ -1,7 +1,7 @@
 # amaranth: UnusedElaboratable=no
 """The walker of paths against the evaluation of paths, chords of their turns included.
 
-Cycles, back-pressure and many paths: ``tests/cosim/test_path_walker.py``.
+Cycles, and many paths: ``tests/cosim/test_path_walker.py``.
 """
 
 import dataclasses
@@ -13,15 +13,14 @@ import pytest
 from hdl.config import Config
 from hdl.planner.walker.path_reducer import PathReducer
 from hdl.planner.walker.path_walker import PathWalker
-from hdl.planner.walker.segment_source import SegmentSource
 from hdl.protocol.planner import POSITION_FRACTION, SLOPE_BITS, PathClass
 from sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator, key_of
 from sim.model.planner.definition.memo import Memo
 from sim.model.planner.definition.score import score
 from sim.model.planner.walker_cycles import back, cost, walked
 from tests.planner_cases import ground, path, record
-from tests.streams import collect, put, simulate
-from tests.walker_cases import corner, upload
+from tests.streams import put, simulate
+from tests.walker_cases import corner, segments_of, upload
 from tests.wrong_sizes import check_sizes
 
 
@@ -58,63 +57,45 @@ def case(config, rng, number, heading):
         points = [start, *path(config, rng)[1:-1], goal]
         scored = score(problem, points)
         first = bool(rng.integers(2))
-        if scored.penalty + scored.steep_arcs == 0:
-            paths.append((points, [arc.chord for arc in scored.arcs], first))
+        if scored.penalty == 0:
+            chords = [
+                *[None] * (1 - problem.has_entry),
+                *(arc.chord for arc in scored.arcs),
+                *[None] * (1 - problem.has_exit),
+            ]
+            paths.append((points, chords, first))
     return evaluator, paths
 
 
-async def feed(ctx, dut, paths, pauses):
-    gaps = itertools.cycle(pauses)
-    for points, _, first in paths:
-        for point in points[1:]:
-            for _ in range(next(gaps)):
-                await ctx.tick()
-            ctx.set(dut.first, first)
-            await put(ctx, dut.points, corner(point) | {"last": point is points[-1]})
-
-
-async def feed_chords(ctx, dut, paths, pauses):
-    gaps = itertools.cycle(pauses)
-    for _, chords, _ in paths:
-        for chord in chords:
-            for _ in range(next(gaps)):
-                await ctx.tick()
-            payload = {"present": chord is not None}
-            if chord is not None:
-                payload |= {"start": corner(chord[0]), "stop": corner(chord[1])}
-            await put(ctx, dut.chords, payload)
-
-
-def run(rows, evaluator, paths, pauses=(0,), chord_pauses=(0,), result_pauses=(0,)):
+def run(rows, evaluator, paths, pauses=(0,)):
     """Return hits of the paths, and margins in the order in which they are given."""
-    dut = PathWalker(evaluator.config, rows)
-    results, margins = [], []
+    config = evaluator.config
+    dut = PathWalker(config, rows)
+    assert dut.latency == back(config.lanes, config.memory_latency)
+    hits, margins = [], []
 
     async def bench(ctx):
         await upload(ctx, dut, evaluator.ground)
-        ctx.set(dut.start, corner(evaluator.ends[0]))
-        ctx.set(dut.has_entry, evaluator.record.has_entry)
-        ctx.set(dut.has_exit, evaluator.record.has_exit)
-        await feed(ctx, dut, paths, pauses)
-        while len(results) < len(paths):
+        gaps = itertools.cycle(pauses)
+        for start, stop, marks in itertools.chain(*(segments_of(*each) for each in paths)):
+            for _ in range(next(gaps)):
+                await ctx.tick()
+            payload = {"start": corner(start), "stop": corner(stop), "identity": marks}
+            await put(ctx, dut.segments, payload)
+        await ctx.tick().repeat(dut.latency)
+        while len(hits) < len(paths):
             await ctx.tick()
-
-    async def chords(ctx):
-        # By then it is known which points have one.
-        await ctx.tick().until(dut.points.valid)
-        await feed_chords(ctx, dut, paths, chord_pauses)
-
-    async def take(ctx):
-        await collect(ctx, dut.results, results, result_pauses)
 
     async def watch(ctx):
         while True:
-            *_, margin = await ctx.tick().sample(dut.margins)
+            *_, margin, result = await ctx.tick().sample(dut.margin, dut.result)
             if margin.valid:
                 margins.append((margin.index, margin.margin))
+            if result.valid:
+                hits.append(result.hits)
 
-    simulate(dut, bench, background=[chords, take, watch])
-    return [result.hits for result in results], margins
+    simulate(dut, bench, background=[watch])
+    return hits, margins
 
 
 def expected(evaluator, paths):
@@ -132,23 +113,15 @@ def expected(evaluator, paths):
 
 
 @pytest.mark.parametrize("heading", range(4), ids=["free", "entry", "exit", "both"])
-@pytest.mark.parametrize(
-    ("rows", "pauses"),
-    [
-        (0, {}),
-        (64, {"chord_pauses": (0, 3, 0, 0, 12)}),
-        (2, {"pauses": (0, 0, 5, 1), "result_pauses": (0, 20, 40)}),
-    ],
-    ids=["no memo", "late chords", "all late"],
-)
+@pytest.mark.parametrize(("rows", "pauses"), [(0, (0,)), (64, (0, 3, 0, 0, 12)), (2, (0, 0, 5, 1))])
 def test_hits_and_margins_of_the_evaluation(rows, pauses, heading):
     rng = np.random.default_rng(22)
     evaluator, paths = case(CONFIG, rng, 25, heading)
     paths += paths[::2]
-    hits, margins = run(rows, evaluator, paths, **pauses)
+    hits, margins = run(rows, evaluator, paths, pauses)
     assert (hits, margins) == expected(evaluator, paths)
     # Both kinds of chords, at both ends too, and of paths; some end before their last margin.
-    places = slice(None), *[slice(0, 1)] * (heading & 1), *[slice(-1, None)] * (heading >> 1)
+    places = slice(1, -1), *[slice(0, 1)] * (heading & 1), *[slice(-1, None)] * (heading >> 1)
     for place in places:
         chords = [chord is not None for _, some, _ in paths for chord in some[place]]
         assert any(chords)
@@ -158,36 +131,11 @@ def test_hits_and_margins_of_the_evaluation(rows, pauses, heading):
     assert len(margins) < sum(len(points) - 2 for points, *_ in paths)
 
 
-def test_results_wait():
-    """Sixteen paths are on their way, then no further one begins."""
-    config = CONFIG.replace(lanes=2)
-    dut = PathWalker(config, 16)
-    begun, results = [], []
-
-    async def bench(ctx):
-        await upload(ctx, dut, np.zeros((16, 16), dtype=np.uint16))
-        ctx.set(dut.chords.valid, 1)
-        while ctx.get(dut.busy):
-            await ctx.tick()
-        for _ in range(20):
-            for last in (0, 0, 1):
-                await put(ctx, dut.points, {"altitude": 3, "last": last})
-            begun.append(len(results))
-
-    async def late(ctx):
-        await ctx.tick().repeat(700)
-        await collect(ctx, dut.results, results)
-
-    simulate(dut, bench, background=[late])
-    assert begun[:16] == [0] * 16
-    assert all(number > 0 for number in begun[16:])
-
-
 def test_cycles_of_a_lone_path():
     """By the functions beside the model: a walk, then from the memo, then only in part from it."""
     assert walked(7, 0, [3, 1]) == 16
     assert walked(7, 20, [3, 1]) == 24
-    assert back(8, 2) == 16
+    assert back(8, 2) == 15
     assert cost((0, 0, 5), (16, 9, 5), False, 8) == 3
     assert cost((0, 0, 5), (16, 9, 5), True, 8) == 1
     assert cost((3, 3, 5), (3, 3, 9), False, 8) == 1
@@ -198,7 +146,6 @@ def test_sizes():
         PathWalker(CONFIG, 3)
     sizes = {"coordinate_bits": 5, "altitude_bits": 4}
     limits = {"coordinate_bits": ("Coordinate width", 1), "altitude_bits": ("Altitude width", 1)}
-    check_sizes(SegmentSource, sizes, limits)
     check_sizes(
         PathReducer,
         {**sizes, "index_bits": 3, "hits_bits": 8},

@@ -1,0 +1,182 @@
+"""Collector: the next population of an island, from those that stay and those that come."""
+
+from amaranth import *
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.planner.population_layouts import member_layout
+from hdl.planner.ranking import Ranking
+from hdl.primitives.arguments import check_integer, check_power_of_two
+
+
+__all__ = ["Collector"]
+
+
+class Collector(wiring.Component):
+    """Collects populations, sorts them, and holds those of every island by their ranks.
+
+    A generation is collected in a pass over the population and by the children that come. The pass
+    reads a rank in each cycle, from the best on: elites and survivors go to the sorter, and the
+    slots of all others become free. Children come before or after it. With the pass and the last
+    child the new population is complete and takes the place of the present one. Of equal keys those
+    that stay come first, in the order of their ranks, then the children in that in which they come.
+
+    With N members of a population, the pass takes N cycles from the one after ``collect`` on, and
+    ``evaluated`` is not ready in the N cycles from the second one after ``collect`` on. ``stored``
+    is high in the cycle after these, or in the cycle after the last child, if that is later.
+    ``evaluated`` is not ready from the last child until N + 1 cycles after ``stored``, and ``busy``
+    falls N + 3 cycles after it. The same holds for ``merge``, which passes over 2 N ranks.
+
+    First populations come from ``evaluated`` too. The best of them stay; a slot becomes free 2
+    cycles after one too many is taken. ``store`` ends them: ``evaluated`` is not ready in the N
+    cycles after it, and ``busy`` is high in the N + 2 cycles after it.
+
+    Parameters
+    ----------
+    population : int
+        Members of an island: a power of two, 2 to 256.
+    elites, survivors : int
+        Members that stay, 0 or more and 1 or more; the other ones are children, 1 or more.
+    islands : int
+        1 or 2.
+    slot_bits, length_bits : int
+        Widths of a slot and of a length, 1 or more.
+
+    Members
+    -------
+    fills : In(1)
+        First populations come. Changes only while not ``busy`` and no child has come that is not
+        collected.
+    store : In(1)
+        Pulse: the first population of ``island`` is complete. Only with ``fills``, in a cycle after
+        its last member came.
+    collect : In(1)
+        Pulse: collect a generation of ``island``. Not with ``fills``, and only while not ``busy``.
+    merge : In(1)
+        Pulse: make the best halves of both islands the population of island 0, and free the slots
+        of the others. Only where ``collect`` may come and no child has; not with one island.
+    island : In(range(islands))
+        Steady with ``store``, and while ``busy`` from ``collect`` on.
+    stay : In(data.ArrayLayout(range(population), survivors))
+        Ranks of the survivors; the elites are not among them. Steady during the pass.
+    busy : Out(1)
+        A population is collected or moved: from the cycle after ``collect`` or ``merge`` on.
+    sorting : Out(1)
+        A pass goes on, or a population is moved.
+    stored : Out(1)
+        Pulse: the last child has come, and the pass is over.
+    evaluated : In(stream.Signature(member_layout))
+        Seeds or children with their keys.
+    freed : Out(freed_layout)
+        ``valid``: nothing is in ``slot`` any more.
+    rank : In(range(population))
+        While not ``busy``: member of ``island`` to be read.
+    member : Out(member_layout)
+        While not ``busy``: the member that was at ``rank`` in the cycle before.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
+    """
+
+    def __init__(self, population, elites, survivors, islands, slot_bits, length_bits):
+        check_power_of_two("Population", population, 2, 256)
+        check_integer("Elites", elites, 0, population - 2)
+        check_integer("Survivors", survivors, 1, population - elites - 1)
+        check_integer("Islands", islands, 1, 2)
+        check_integer("Slot width", slot_bits, 1)
+        check_integer("Length width", length_bits, 1)
+
+        self.population = population
+        self.children = population - elites - survivors
+        self.elites = elites
+        self.survivors = survivors
+        self.islands = islands
+        self.slot_bits = slot_bits
+        self.length_bits = length_bits
+        self.member_layout = member_layout(slot_bits, length_bits)
+        self.freed_layout = data.StructLayout({"valid": 1, "slot": slot_bits})
+        super().__init__(
+            {
+                "fills": In(1),
+                "store": In(1),
+                "collect": In(1),
+                "merge": In(1),
+                "island": In(range(islands)),
+                "stay": In(data.ArrayLayout(range(population), survivors)),
+                "busy": Out(1),
+                "sorting": Out(1),
+                "stored": Out(1),
+                "evaluated": In(stream.Signature(self.member_layout)),
+                "freed": Out(self.freed_layout),
+                "rank": In(range(population)),
+                "member": Out(self.member_layout),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        m.submodules.ranking = ranking = Ranking(
+            self.population, self.islands, self.slot_bits, self.length_bits
+        )
+        # Collecting lasts until all are in the sorter. A pass goes through the ranks of an island,
+        # or of both to merge them.
+        collecting = Signal()
+        merging = Signal()
+        passing = Signal()
+        number = Signal(range(self.islands * self.population))
+        rank = number[: len(self.rank)]
+        stays = Signal()
+        ends = Signal()
+        m.d.comb += [
+            stays.eq((rank < self.elites) | Cat(rank == each for each in self.stay).any()),
+            ends.eq(rank.all()),
+        ]
+        m.d.sync += number.eq(Mux(passing, number + 1, 0))
+        with m.If(self.collect):
+            m.d.sync += [collecting.eq(1), passing.eq(1), merging.eq(0)]
+        if self.islands > 1:
+            with m.If(self.merge):
+                m.d.sync += [collecting.eq(1), passing.eq(1), merging.eq(1)]
+            with m.If(merging):
+                m.d.comb += [stays.eq(~rank[-1]), ends.eq(number.all())]
+        with m.If(passing & ends):
+            m.d.sync += passing.eq(0)
+
+        # The member read in the cycle before.
+        passed = Signal()
+        kept = Signal()
+        m.d.sync += [passed.eq(passing), kept.eq(stays)]
+
+        # Children that have come.
+        came = Signal(range(self.children))
+        complete = Signal()
+        with m.If(self.evaluated.valid & self.evaluated.ready & ~self.fills):
+            m.d.sync += [came.eq(came + 1), complete.eq(came == self.children - 1)]
+        with m.If(self.stored):
+            m.d.sync += [collecting.eq(0), came.eq(0), complete.eq(0)]
+        members = ranking.members
+        m.d.comb += [
+            self.stored.eq(collecting & ~passing & ~passed & (complete | merging)),
+            self.busy.eq(collecting | ranking.busy),
+            self.sorting.eq(passing | ranking.busy),
+            self.evaluated.ready.eq(members.ready & ~passed & ~complete),
+            members.valid.eq(Mux(passed, kept, self.evaluated.valid & ~complete)),
+            members.p.member.eq(Mux(passed, ranking.member, self.evaluated.p)),
+            members.p.late.eq(~passed & ~self.fills),
+            ranking.keeps_best.eq(self.fills),
+            ranking.store.eq(self.stored | self.store),
+            ranking.island.eq(Mux(merging, 0, self.island)),
+            ranking.read.rank.eq(Mux(passing, rank, self.rank)),
+            ranking.read.island.eq(self.island),
+            self.member.eq(ranking.member),
+            self.freed.valid.eq((passed & ~kept) | ranking.dropped.valid),
+            self.freed.slot.eq(Mux(passed, ranking.member.slot, ranking.dropped.slot)),
+        ]
+        if self.islands > 1:
+            with m.If(merging & passing):
+                m.d.comb += ranking.read.island.eq(number[-1])
+
+        return m

@@ -1,0 +1,264 @@
+"""The planner: map, problem and runs, behind the commands."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out, connect, flipped
+
+from hdl.config import Config
+from hdl.ga_core.random_source import RandomSource
+from hdl.layouts import cell_layout, record_layout, struct
+from hdl.planner.best_reader import BestReader
+from hdl.planner.evaluator.path_evaluator import PathEvaluator
+from hdl.planner.evolver import Evolver
+from hdl.planner.first_paths import FirstPaths
+from hdl.planner.layouts import problem_layout, shape_layout
+from hdl.planner.problem_ends import ProblemEnds
+from hdl.planner.run_control import RunControl
+from hdl.planner.run_status import RunStatus, run_status_layout
+from hdl.planner.shape_drawer import ShapeDrawer
+from hdl.planner.wavefront.seed_source import SeedSource
+from hdl.protocol.runs import ISLANDS, run_request
+
+
+__all__ = ["PlannerCore"]
+
+_AXES = "x", "y", "altitude"
+
+
+class PlannerCore(wiring.Component):
+    """Plans paths: a run breeds, scores, walks and sorts by itself, from seeds along routes.
+
+    Cells, shapes, problems and runs are taken while no run goes on. A problem voids the paths of
+    the run before; a warm run goes on from them nevertheless. Equals
+    :func:`sim.model.planner.definition.run.plan`, cycles included.
+
+    Parameters
+    ----------
+    config : Config
+        Has a streaming core.
+    memo_rows : int
+        Rows of the memo of segments: 0, or a power of two from 2 on.
+
+    Members
+    -------
+    cells : In(stream.Signature(cell_layout))
+        Corners of the map.
+    shapes : In(stream.Signature(shape_layout))
+        Corners that become blocked; a shape is taken when they are. Not while there are ``cells``.
+    problems : In(stream.Signature(problem_layout))
+    runs : In(stream.Signature(struct(run_request(config))))
+        A run, on the latest problem.
+    stop : In(1)
+        Pulse: breed no further generation.
+    running : Out(1)
+    has_problem, has_population, has_best : Out(1)
+        There is a problem to run on; a population for a warm run; and paths to be read.
+    bred : Out(1)
+        Pulse: a generation is bred.
+    status : Out(run_status_layout)
+        Of the latest run.
+    best : In(1)
+        Pulse: send the best paths. Only with ``has_best``, and not while ``running``.
+    records : Out(stream.Signature(record_layout))
+        See :class:`hdl.planner.best_reader.BestReader`.
+    """
+
+    def __init__(self, config: Config, memo_rows: int = 512):
+        self.config = config
+        self.memo_rows = memo_rows
+        sizes = config.coordinate_bits, config.altitude_bits
+        super().__init__(
+            {
+                "cells": In(stream.Signature(cell_layout(*sizes))),
+                "shapes": In(stream.Signature(shape_layout(config.coordinate_bits))),
+                "problems": In(stream.Signature(problem_layout(config))),
+                "runs": In(stream.Signature(struct(run_request(config)))),
+                "stop": In(1),
+                "running": Out(1),
+                "has_problem": Out(1),
+                "has_population": Out(1),
+                "has_best": Out(1),
+                "bred": Out(1),
+                "status": Out(run_status_layout()),
+                "best": In(1),
+                "records": Out(stream.Signature(record_layout)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+        sizes = config.coordinate_bits, config.altitude_bits
+
+        m.submodules.control = self._control = RunControl(config)
+        m.submodules.source = self._source = RandomSource()
+        m.submodules.evolver = self._evolver = evolver = Evolver(config, ISLANDS)
+        m.submodules.evaluator = self._evaluator = evaluator = PathEvaluator(
+            config, evolver.slot_count, self.memo_rows
+        )
+        m.submodules.seeds = self._seeds = SeedSource(config, evaluator.walker.row_latency)
+        places = evolver.slot_count, config.population, config.max_waypoints, *sizes
+        m.submodules.first_paths = self._first_paths = FirstPaths(*places)
+        m.submodules.reader = self._reader = BestReader(*places)
+        m.submodules.drawer = self._drawer = ShapeDrawer(*sizes)
+        m.submodules.status = self._status = RunStatus()
+
+        self._take_problems(m)
+        self._write_map(m)
+        self._run(m)
+        self._make_first_paths(m)
+        self._evaluate(m)
+        self._report(m)
+
+        return m
+
+    def _take_problems(self, m):
+        """Keep the problem, and give it to all units."""
+        config, control = self.config, self._control
+        problem = Signal(problem_layout(config))
+        taken = Signal()
+        m.submodules.ends = ends = ProblemEnds(config)
+        m.d.comb += [
+            self.problems.ready.eq(~control.running),
+            taken.eq(self.problems.valid & self.problems.ready),
+            ends.problem.eq(problem),
+            *(unit.problem.eq(problem) for unit in (self._seeds, self._evaluator)),
+            self._evolver.limits.eq(ends.limits),
+            self._first_paths.altitude_limit.eq(ends.limits.altitude),
+        ]
+        for unit in (self._evolver, self._seeds, self._first_paths):
+            m.d.comb += [unit.start.eq(ends.start), unit.goal.eq(ends.goal)]
+        with m.If(control.ends):
+            m.d.sync += [self.has_population.eq(1), self.has_best.eq(1)]
+        with m.If(taken):
+            m.d.sync += [problem.eq(self.problems.p), self.has_problem.eq(1), self.has_best.eq(0)]
+        m.d.comb += self._status.void.eq(taken)
+
+    def _write_map(self, m):
+        """Write cells and shapes to the map, and mark the blocks that they are in."""
+        control, drawer, seeds = self._control, self._drawer, self._seeds
+        writes, drawn = self._evaluator.writes, drawer.cells
+        m.d.comb += [
+            self.cells.ready.eq(~control.running),
+            drawer.shapes.p.eq(self.shapes.p),
+            drawer.shapes.valid.eq(self.shapes.valid & ~control.running),
+            self.shapes.ready.eq(drawer.shapes.ready & ~control.running),
+            drawn.ready.eq(1),
+            writes.p.eq(Mux(drawn.valid, drawn.p, self.cells.p)),
+            writes.valid.eq(drawn.valid | (self.cells.valid & self.cells.ready)),
+            seeds.write.valid.eq(writes.valid),
+            *(seeds.write[axis].eq(writes.p[axis]) for axis in "xy"),
+            self._evaluator.row.eq(seeds.row),
+            *(
+                own.eq(corner)
+                for own, corner in zip(seeds.corners, self._evaluator.corners, strict=True)
+            ),
+        ]
+
+    def _run(self, m):
+        """Let the control unit go through the steps of a run."""
+        control, source, seeds = self._control, self._source, self._seeds
+        evolver, evaluator = self._evolver, self._evaluator
+        options = control.options
+        m.d.comb += [
+            # The memo is made void after a reset.
+            control.runs.p.eq(self.runs.p),
+            control.runs.valid.eq(self.runs.valid & ~evaluator.busy),
+            self.runs.ready.eq(control.runs.ready & ~evaluator.busy),
+            control.stop.eq(self.stop),
+            self.running.eq(control.running),
+            self.bred.eq(control.begin),
+            source.load.eq(control.launch),
+            source.seed.eq(options.seed),
+            source.step.eq(seeds.step | (evolver.words.valid & evolver.words.ready)),
+            seeds.word.eq(source.words[0]),
+            seeds.word_ready.eq(source.ready),
+            evolver.words.p.eq(source.words),
+            evolver.words.valid.eq(source.ready),
+            evaluator.clear.eq(control.launch),
+            evaluator.clear_counters.eq(control.launch),
+            evaluator.phase.eq(control.phase),
+            control.source_ready.eq(source.ready),
+            control.memo_busy.eq(evaluator.busy),
+            control.seeds_busy.eq(seeds.busy),
+            seeds.scan.eq(control.launch),
+            seeds.launch.eq(control.find_route),
+            seeds.limit.eq(control.slope),
+            control.evaluator_idle.eq(evaluator.idle),
+            control.evolver_ready.eq(evolver.ready),
+            evolver.give_up_rank.eq(options.give_up_rank),
+            *(
+                getattr(evolver, name).eq(getattr(control, name))
+                for name in ("clear", "fills", "store", "begin", "finish", "merge", "island")
+            ),
+        ]
+
+    def _make_first_paths(self, m):
+        """Connect what makes and reads paths with the memory of the populations."""
+        control, seeds, evolver = self._control, self._seeds, self._evolver
+        first_paths, reader = self._first_paths, self._reader
+        m.d.comb += [
+            first_paths.launch.eq(control.make_paths),
+            first_paths.kind.eq(control.kind),
+            first_paths.count.eq(control.count),
+            control.paths_busy.eq(first_paths.busy),
+            seeds.begin.eq(first_paths.begin_seed),
+            first_paths.seed_busy.eq(seeds.busy),
+            first_paths.seed.eq(seeds.found),
+            evolver.write.valid.eq(first_paths.write.valid),
+            evolver.write.place.eq(first_paths.write.place),
+            *(evolver.write.waypoint[axis].eq(first_paths.write.waypoint[axis]) for axis in _AXES),
+            evolver.rank.eq(Mux(control.running, first_paths.rank, reader.rank)),
+            evolver.read.eq(Mux(control.running, first_paths.read, reader.read)),
+        ]
+        connect(m, evolver.slots, first_paths.free_slots)
+        for unit in (first_paths, reader):
+            m.d.comb += [unit.member.eq(evolver.member), unit.waypoint.eq(evolver.waypoint)]
+
+    def _evaluate(self, m):
+        """Evaluate first paths or children."""
+        evolver, evaluator, first_paths = self._evolver, self._evaluator, self._first_paths
+        fills = self._control.fills
+        paths, points = evaluator.paths, evaluator.points
+        m.d.comb += [
+            paths.valid.eq(Mux(fills, first_paths.paths.valid, evolver.children.valid)),
+            paths.p.eq(evolver.children.p),
+            points.valid.eq(Mux(fills, first_paths.points.valid, evolver.points.valid)),
+            points.p.eq(Mux(fills, first_paths.points.p, evolver.points.p)),
+            first_paths.paths.ready.eq(paths.ready & fills),
+            evolver.children.ready.eq(paths.ready & ~fills),
+            first_paths.points.ready.eq(points.ready & fills),
+            evolver.points.ready.eq(points.ready & ~fills),
+        ]
+        with m.If(fills):
+            m.d.comb += [
+                paths.p.slot.eq(first_paths.paths.p),
+                paths.p.first.eq(0),
+                paths.p.limited.eq(0),
+            ]
+        connect(m, evaluator.evaluated, evolver.evaluated)
+        connect(m, evaluator.margins, evolver.margins)
+
+    def _report(self, m):
+        """Give the status of the run, and its best paths."""
+        control, evolver, evaluator = self._control, self._evolver, self._evaluator
+        reader, status = self._reader, self._status
+        connect(m, reader.records, flipped(self.records))
+        m.d.comb += [
+            reader.best.eq(self.best),
+            status.launch.eq(control.launch),
+            status.running.eq(control.running),
+            status.generations.eq(control.generations),
+            status.cycles.eq(control.cycles),
+            status.score.eq(evaluator.score),
+            status.walk.eq(evaluator.walk),
+            status.planning.eq(evolver.planning),
+            status.sorting.eq(evolver.sorting),
+            status.spreading.eq(control.spreading),
+            status.bred.eq(control.begin),
+            status.best.eq(evolver.best),
+            # Without a request, the reader looks at the best member.
+            status.first.eq(evolver.member.key),
+            status.is_first.eq(self.has_best & ~control.running & ~reader.busy),
+            self.status.eq(status.status),
+        ]

@@ -1,0 +1,1 @@
+"""Evaluator of paths: score, walk, and key."""

@@ -1,0 +1,68 @@
+"""Decision on a path by its score: walked or not."""
+
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.planner.evaluator.layouts import decision_layout, kept_layout
+from hdl.planner.scorer.scorer import score_layout
+from hdl.primitives.arguments import check_integer
+
+
+__all__ = ["PathDecider"]
+
+
+class PathDecider(wiring.Component):
+    """Decides by the score of a path and by what came with it; its decision follows by a cycle.
+
+    While the best path of its population is feasible, a path is not walked if it is infeasible by
+    its score, or if its value is not below its limit. Every other path is walked.
+
+    Parameters
+    ----------
+    slot_bits, length_bits : int
+        Widths of a slot and of a length, 1 or more.
+
+    Members
+    -------
+    score : In(score_layout)
+    path : In(kept_layout)
+        The path scored, with ``score.valid``.
+    decision : Out(decision_layout)
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
+    """
+
+    def __init__(self, slot_bits: int, length_bits: int):
+        check_integer("Slot width", slot_bits, 1)
+        check_integer("Length width", length_bits, 1)
+        self.slot_bits = slot_bits
+        self.length_bits = length_bits
+        super().__init__(
+            {
+                "score": In(score_layout()),
+                "path": In(kept_layout(slot_bits, length_bits)),
+                "decision": Out(decision_layout(slot_bits, length_bits)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        score, head = self.score, self.path.head
+
+        decision = Signal(self.decision.shape(), reset_less=True)
+        valid = Signal()
+        m.d.comb += [self.decision.eq(decision), self.decision.valid.eq(valid)]
+        given_up = head.limited & (score.value >= head.limit)
+        m.d.sync += [
+            valid.eq(score.valid),
+            decision.walked.eq(~head.first | ~(score.infeasible | given_up)),
+            decision.infeasible.eq(score.infeasible),
+            decision.value.eq(score.value),
+            decision.path.eq(self.path),
+        ]
+
+        return m

@@ -1,0 +1,219 @@
+"""Evaluator of paths: from points to keys."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out, connect, flipped
+
+from hdl.config import Config
+from hdl.feasibility.result_queue import ResultQueue
+from hdl.layouts import point_layout
+from hdl.planner.evaluator.key_maker import KeyMaker
+from hdl.planner.evaluator.layouts import PLACE_BITS, PLACES, head_layout
+from hdl.planner.evaluator.margin_queue import MarginQueue
+from hdl.planner.evaluator.path_decider import PathDecider
+from hdl.planner.evaluator.path_store import PathStore
+from hdl.planner.layouts import problem_layout
+from hdl.planner.population_layouts import member_layout
+from hdl.planner.scorer.scorer import Scorer
+from hdl.planner.walker.path_walker import PathWalker
+from hdl.planner.walker.segment_source import SegmentSource, queued_layout
+from hdl.primitives.arguments import check_integer
+
+
+__all__ = ["PathEvaluator"]
+
+#: Heads that wait for the points of their paths: more than the breeder makes ahead, 16 points with
+#: four or more for each path.
+_HEADS = 8
+#: Members of the walker that are passed on.
+_PASSED = ("clear", "busy", "writes", "row", "corners")
+
+
+class PathEvaluator(wiring.Component):
+    """Scores paths, walks those that are worth it, and gives the keys of all in their order.
+
+    A path of m points, entry and exit included, takes 2 m cycles, and the next one follows at once.
+    The scorer is never stopped inside a path. Sixteen paths may be inside; the first point of a
+    further one is taken in the cycle after the key of the first is taken, or later.
+
+    A path is decided on a cycle after its score. If it is not walked, its key is offered 3 cycles
+    later, or in the cycle after the key before it. If it is walked, its first segment is offered to
+    the walker 3 cycles after the decision, and its key 3 cycles after the result of the walk, or in
+    the cycle after the key before it. All cycles equal those of
+    :class:`sim.model.planner.evaluator_cycles.EvaluatorCycles`, the keys those of
+    :meth:`sim.model.planner.definition.evaluation.Evaluator.evaluate`.
+
+    Parameters
+    ----------
+    config : Config
+    slots : int
+        Paths of the population, 2 or more.
+    memo_rows : int
+        Segments of the memo: 0, or a power of two from 2 on.
+
+    Members
+    -------
+    problem : In(problem_layout)
+        Steady while paths are inside.
+    phase : In(1)
+        1 in the second cycle of every slot of the scorer, 0 in the first.
+    paths : In(stream.Signature(head_layout))
+        A head for each path, in order. Up to 8 wait for their points. The first point of a path is
+        taken in a cycle after its head at the earliest.
+    points : In(stream.Signature(point_layout))
+        Points of the paths: start corner, waypoints, goal corner; ``last`` marks the goal. A path
+        has three points or more. All that are inside begin at the same corner.
+    evaluated : Out(stream.Signature(member_layout))
+        Key, slot and length of each path, in order.
+    margins : Out(stream.Signature(margin_layout))
+        Margins of the waypoints of paths that are walked, as far as they are known. Must be taken
+        as :class:`hdl.planner.evaluator.margin_queue.MarginQueue` says.
+    idle : Out(1)
+        No path is inside, and no margin waits.
+    clear_counters : In(1)
+        Pulse: set both counters to 0.
+    score : Out(32)
+        Cycles in which the scorer had a point: two for each, entries and exits included.
+    walk : Out(32)
+        Cycles in which the walker was busy with segments: the sum of their costs.
+    clear : In(1)
+        Void the memo: the map has changed. Only while no path is inside and ``busy`` is low.
+    busy : Out(1)
+        The memo's rows are made void, and no path is walked.
+    writes : In(stream.Signature(cell_layout))
+    row : In(row_layout)
+    corners : Out(config.altitude_bits).array(config.lanes)
+        See :class:`hdl.planner.walker.segment_walker.SegmentWalker`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If ``slots`` or ``memo_rows`` is not an integer, or out of its range.
+    """
+
+    def __init__(self, config: Config, slots: int, memo_rows: int = 512):
+        check_integer("Slots", slots, 2)
+        self.config = config
+        self.slots = slots
+        self.memo_rows = memo_rows
+        self.slot_bits = (slots - 1).bit_length()
+        self.walker = PathWalker(config, memo_rows)
+        self.scorer = Scorer(config)
+        self.queue = MarginQueue(slots, config.max_waypoints, config.altitude_bits)
+        sizes = (config.coordinate_bits, config.altitude_bits)
+        member = member_layout(self.slot_bits, config.length_bits)
+        passed = self.walker.signature.members
+        super().__init__(
+            {
+                "problem": In(problem_layout(config)),
+                "phase": In(1),
+                "paths": In(stream.Signature(head_layout(self.slot_bits))),
+                "points": In(stream.Signature(point_layout(*sizes))),
+                "evaluated": Out(stream.Signature(member)),
+                "margins": Out(stream.Signature(self.queue.layout)),
+                "idle": Out(1),
+                "clear_counters": In(1),
+                "score": Out(32),
+                "walk": Out(32),
+                **{name: passed[name] for name in _PASSED},
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        config = self.config
+        sizes = (config.coordinate_bits, config.altitude_bits)
+
+        m.submodules.scorer = self.scorer
+        m.submodules.store = store = PathStore(config.max_waypoints, *sizes, self.slot_bits)
+        m.submodules.decider = decider = PathDecider(self.slot_bits, config.length_bits)
+        m.submodules.source = source = SegmentSource(*sizes, PLACE_BITS, store.row_bits)
+        m.submodules.walker = walker = self.walker
+        m.submodules.keys = keys = KeyMaker(self.slot_bits, config.length_bits, walker.hits_bits)
+        self._take(m, store, source)
+        m.d.comb += [
+            store.has_entry.eq(self.problem.has_entry),
+            store.record.eq(self.scorer.chord),
+            store.scored.eq(self.scorer.score.valid),
+            store.read.eq(source.read),
+            source.row.eq(store.row),
+            decider.score.eq(self.scorer.score),
+            decider.path.eq(store.path),
+            keys.decision.eq(decider.decision),
+            keys.result.eq(walker.result),
+        ]
+        connect(m, source.segments, walker.segments)
+        connect(m, keys.evaluated, flipped(self.evaluated))
+        connect(m, flipped(self.writes), walker.writes)
+        m.d.comb += [
+            walker.clear.eq(self.clear),
+            self.busy.eq(walker.busy),
+            walker.row.eq(self.row),
+            *(own.eq(corner) for own, corner in zip(self.corners, walker.corners, strict=True)),
+        ]
+
+        # Paths to be walked wait for the source, and their slots for their margins.
+        decision = decider.decision
+        goes = decision.valid & decision.walked
+        m.submodules.walks = walks = ResultQueue(queued_layout(PLACE_BITS, store.row_bits), PLACES)
+        m.submodules.walked_slots = slots = ResultQueue(self.slot_bits, PLACES)
+        m.submodules.margin_queue = margins = self.queue
+        connect(m, walks.words, source.paths)
+        connect(m, margins.margins, flipped(self.margins))
+        m.d.comb += [
+            walks.put.eq(goes),
+            walks.word.place.eq(decision.path.place),
+            walks.word.goal.eq(decision.path.length + 1),
+            walks.word.enters.eq(decision.path.enters),
+            walks.word.first.eq(decision.path.head.first),
+            slots.put.eq(goes),
+            slots.word.eq(decision.path.head.slot),
+            slots.words.ready.eq(walker.result.valid),
+            margins.slot.eq(slots.words.p),
+            margins.margin.eq(walker.margin),
+        ]
+
+        counted = ((self.score, self.scorer.launcher.valid), (self.walk, walker.launching))
+        for counter, counts in counted:
+            m.d.sync += counter.eq(Mux(self.clear_counters, 0, counter + counts))
+
+        return m
+
+    def _take(self, m, store, source):
+        """Take heads, and points as the scorer takes them, while there is a place for the path."""
+        paths, points, scorer = self.paths, self.points, self.scorer
+
+        m.submodules.heads = heads = ResultQueue(paths.p.shape(), _HEADS)
+        waiting = Signal(range(_HEADS + 1))
+        inside = Signal(range(PLACES + 1))
+        begins, may_pass = Signal(init=1), Signal()
+        first, taken = Signal(), Signal()
+        m.d.comb += [
+            paths.ready.eq(waiting != _HEADS),
+            heads.put.eq(paths.valid & paths.ready),
+            heads.word.eq(paths.p),
+            heads.words.ready.eq(first),
+            may_pass.eq(~begins | (heads.words.valid & (inside != PLACES))),
+            scorer.problem.eq(self.problem),
+            scorer.phase.eq(self.phase),
+            scorer.room.eq(1),
+            scorer.points.valid.eq(points.valid & may_pass),
+            scorer.points.p.eq(points.p),
+            points.ready.eq(scorer.points.ready & may_pass),
+            taken.eq(points.valid & points.ready),
+            first.eq(taken & begins),
+            store.head.eq(heads.words.p),
+            store.taken.valid.eq(taken),
+            store.taken.point.eq(points.p),
+            self.idle.eq((waiting == 0) & (inside == 0) & self.queue.idle),
+        ]
+        m.d.sync += [
+            waiting.eq(waiting + heads.put - first),
+            inside.eq(inside + first - (self.evaluated.valid & self.evaluated.ready)),
+        ]
+        with m.If(taken):
+            m.d.sync += begins.eq(points.p.last)
+        start = Signal(source.start.shape(), reset_less=True)
+        m.d.comb += source.start.eq(start)
+        with m.If(first):
+            m.d.sync += [start[axis].eq(points.p[axis]) for axis in ("x", "y", "altitude")]

@@ -1,0 +1,163 @@
+"""Store of the paths inside the evaluator."""
+
+from amaranth import *
+from amaranth.lib import memory, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.planner.evaluator.layouts import (
+    PLACE_BITS,
+    PLACES,
+    head_layout,
+    kept_layout,
+    row_bits_of,
+    row_layout,
+    taken_layout,
+)
+from hdl.planner.scorer.scorer import chord_record_layout
+from hdl.planner.walker.segment_source import read_layout
+from hdl.primitives.arguments import check_integer
+
+
+__all__ = ["PathStore"]
+
+
+class PathStore(wiring.Component):
+    """Keeps points, chords and heads of the paths inside, in 16 places used in turn.
+
+    Points come as the scorer takes them, records of chords as it makes them. A place has a row for
+    each point, the start in row 0, and one more, for the record of an exit. A record goes to the
+    row of its point: the first one to row 1, or to row 0 with an entry.
+
+    A place is used again 16 paths later. Until then its rows can be read, and its head while the
+    path is the one that is scored next.
+
+    On a target the rows are block RAMs: with 512 rows and 30 bits of a point, one for points and
+    two for chords. They are read and written in the same cycle, but never the same row.
+
+    Parameters
+    ----------
+    max_waypoints : int
+        Waypoints of the longest path, 2 or more.
+    coordinate_bits, altitude_bits : int
+        Widths of a coordinate and of an altitude, 1 or more.
+    slot_bits : int
+        Width of a slot, 1 or more.
+
+    Members
+    -------
+    has_entry : In(1)
+        The records of each path begin with that of its start. Steady.
+    head : In(head_layout)
+        Of the path whose first point is taken.
+    taken : In(taken_layout)
+    record : In(chord_record_layout)
+    path : Out(kept_layout)
+        The path that is scored next, from the second cycle after its goal, and after its first
+        record, until ``scored``.
+    scored : In(1)
+        The score of the path is there. At least 2 cycles after it was for the path before.
+    read : In(read_layout)
+    row : Out(row_layout)
+        The row read last, from the cycle after ``read.enable`` on.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
+    """
+
+    def __init__(
+        self, max_waypoints: int, coordinate_bits: int, altitude_bits: int, slot_bits: int
+    ):
+        check_integer("Max waypoints", max_waypoints, 2)
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_integer("Altitude width", altitude_bits, 1)
+        check_integer("Slot width", slot_bits, 1)
+        self.max_waypoints = max_waypoints
+        self.coordinate_bits = coordinate_bits
+        self.altitude_bits = altitude_bits
+        self.slot_bits = slot_bits
+        self.row_bits = row_bits_of(max_waypoints)
+        self.length_bits = max_waypoints.bit_length()
+        sizes = (coordinate_bits, altitude_bits)
+        super().__init__(
+            {
+                "has_entry": In(1),
+                "head": In(head_layout(slot_bits)),
+                "taken": In(taken_layout(*sizes)),
+                "record": In(chord_record_layout(*sizes)),
+                "path": Out(kept_layout(slot_bits, self.length_bits)),
+                "scored": In(1),
+                "read": In(read_layout(PLACE_BITS, self.row_bits)),
+                "row": Out(row_layout(*sizes)),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        taken, record = self.taken, self.record
+
+        def rows_of(name, row_layout):
+            m.submodules[name] = rows = memory.Memory(
+                shape=row_layout,
+                depth=PLACES << self.row_bits,
+                init=[],
+                attrs={"no_rw_check": 1},
+            )
+            read = rows.read_port()
+            m.d.comb += [
+                read.en.eq(self.read.enable),
+                read.addr.eq(Cat(self.read.row, self.read.place)),
+                self.row[name].eq(read.data),
+            ]
+            return rows.write_port()
+
+        # Where the next point and the next record go; rows of a path are counted from 0.
+        point = rows_of("point", taken.point.shape())
+        place, index = Signal(PLACE_BITS), Signal(self.row_bits)
+        m.d.comb += [
+            point.en.eq(taken.valid),
+            point.addr.eq(Cat(index, place)),
+            point.data.eq(taken.point),
+        ]
+        with m.If(taken.valid):
+            m.d.sync += [
+                index.eq(Mux(taken.point.last, 0, index + 1)),
+                place.eq(place + taken.point.last),
+            ]
+        chord = rows_of("chord", self.row.chord.shape())
+        recorded, number = Signal(PLACE_BITS), Signal(self.row_bits)
+        m.d.comb += [
+            chord.en.eq(record.valid),
+            chord.addr.eq(Cat((number + ~self.has_entry)[: self.row_bits], recorded)),
+            *(chord.data[name].eq(record[name]) for name, _ in chord.data.shape()),
+        ]
+        with m.If(record.valid):
+            m.d.sync += [
+                number.eq(Mux(record.last, 0, number + 1)),
+                recorded.eq(recorded + record.last),
+            ]
+
+        # Of each place: head, length, and whether there is a chord at the start.
+        scored = Signal(PLACE_BITS)
+        path = Signal(self.path.shape(), reset_less=True)
+        m.d.comb += self.path.eq(path)
+        m.d.sync += [scored.eq(scored + self.scored), path.place.eq(scored)]
+        for name, enable, at, value in (
+            ("head", taken.valid & (index == 0), place, self.head),
+            ("length", taken.valid & taken.point.last, place, index - 1),
+            ("enters", record.valid & (number == 0), recorded, record.present & self.has_entry),
+        ):
+            m.submodules[name] = rows = memory.Memory(
+                shape=path[name].shape(), depth=PLACES, init=[]
+            )
+            write, read = rows.write_port(), rows.read_port(domain="comb")
+            m.d.comb += [
+                write.en.eq(enable),
+                write.addr.eq(at),
+                write.data.eq(value),
+                read.addr.eq(scored),
+            ]
+            m.d.sync += path[name].eq(read.data)
+
+        return m

@@ -1,0 +1,89 @@
+"""Status of the latest run: its progress, and the cycles of its units."""
+
+from amaranth import *
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.planner.population_layouts import KEY_BITS
+from hdl.protocol.planner import VALUE_BITS, PathClass
+
+
+__all__ = ["RunStatus", "run_status_layout"]
+
+_COUNTER_BITS = 32
+
+
+def run_status_layout() -> data.StructLayout:
+    """Return the layout of the status of a run: its fields of the reply to STATUS."""
+    counters = ("generation", "cycles", "key", "breed", "score", "walk", "sort", "wavefront")
+    return data.StructLayout({"running": 1, **dict.fromkeys(counters, _COUNTER_BITS)})
+
+
+class RunStatus(wiring.Component):
+    """Counts the cycles of the units of a run, and keeps the key of its best path.
+
+    Members
+    -------
+    launch : In(1)
+        Pulse: a run begins.
+    running : In(1)
+    generations, cycles, score, walk : In(32)
+        Of the latest run.
+    planning, sorting, spreading : In(1)
+        Children are planned, populations sorted, blocks scanned or routes found.
+    bred : In(1)
+        Pulse: a generation begins. ``best`` is that of its population 3 cycles later.
+    best : In(KEY_BITS)
+        Key of the best path of the population that was bred from last.
+    first : In(KEY_BITS)
+        Key of the best path, where there ``is_first`` one.
+    is_first : In(1)
+    void : In(1)
+        Pulse: there are no paths any more.
+    status : Out(run_status_layout)
+        Counters stay until the next run. ``key`` is void until a generation has begun or the run is
+        over, and again from ``void`` on.
+    """
+
+    def __init__(self):
+        inputs = {name: In(_COUNTER_BITS) for name in ("generations", "cycles", "score", "walk")}
+        flags = ("launch", "running", "planning", "sorting", "spreading", "bred", "is_first")
+        super().__init__(
+            {
+                **inputs,
+                **{name: In(1) for name in (*flags, "void")},
+                "best": In(KEY_BITS),
+                "first": In(KEY_BITS),
+                "status": Out(run_status_layout()),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+
+        status = self.status
+        m.d.comb += [
+            status.running.eq(self.running),
+            status.generation.eq(self.generations),
+            status.cycles.eq(self.cycles),
+            status.score.eq(self.score),
+            status.walk.eq(self.walk),
+        ]
+        counted = {"breed": self.planning, "sort": self.sorting, "wavefront": self.spreading}
+        for name, counts in counted.items():
+            counter = Signal(_COUNTER_BITS, name=name)
+            m.d.sync += counter.eq(Mux(self.launch, 0, counter + (counts & self.running)))
+            m.d.comb += status[name].eq(counter)
+
+        key = Signal(KEY_BITS, init=PathClass.VOID << VALUE_BITS)
+        since = Signal(3)
+        m.d.comb += status.key.eq(key)
+        m.d.sync += since.eq(Cat(self.bred, since))
+        with m.If(since[-1]):
+            m.d.sync += key.eq(self.best)
+        with m.If(self.is_first):
+            m.d.sync += key.eq(self.first)
+        with m.If(self.launch | self.void):
+            m.d.sync += key.eq(PathClass.VOID << VALUE_BITS)
+
+        return m

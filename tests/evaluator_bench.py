@@ -1,0 +1,148 @@
+"""Driver of the evaluator of paths in the Amaranth simulator."""
+
+import itertools
+from dataclasses import dataclass, field
+
+from amaranth.hdl import Cat, ResetInserter, Signal
+
+from tests.scorer_cases import problem_fields
+from tests.streams import simulate
+from tests.walker_cases import corner, upload
+
+
+__all__ = ["Findings", "Pauses", "run"]
+
+#: Cycles in which only heads are offered.
+AHEAD = 3
+
+
+@dataclass(frozen=True)
+class Pauses:
+    """Cycles before keys, and margins, are taken, each repeated."""
+
+    keys: tuple = (0,)
+    margins: tuple = (0,)
+
+
+@dataclass
+class Findings:
+    """What came out of the evaluator, and when; even cycles are the first ones of slots.
+
+    Attributes
+    ----------
+    members : list of (key, slot, length)
+    margins : list of (slot, index, margin)
+    offered, goals, keyed : list of int
+        Of each path: cycle in which its first point is offered, its goal taken, its key taken.
+    written : list of int
+        Of each margin: cycle in which it is taken.
+    idle : int
+        First cycle in which the evaluator was idle again.
+    walk : int
+    """
+
+    members: list = field(default_factory=list)
+    margins: list = field(default_factory=list)
+    offered: list = field(default_factory=list)
+    goals: list = field(default_factory=list)
+    keyed: list = field(default_factory=list)
+    written: list = field(default_factory=list)
+    idle: int = 0
+    walk: int = 0
+
+
+def run(dut, evaluator, paths, pauses=Pauses(), *, resets=()):
+    """Return what an evaluator finds of paths, after it has been reset in each cycle of ``resets``.
+
+    The paths are offered anew after a reset.
+    """
+    reset = Signal()
+    found = None
+
+    async def bench(ctx):
+        nonlocal found
+        await upload(ctx, dut, evaluator.ground)
+        ctx.set(dut.problem, problem_fields(evaluator.record))
+        for reset_at in (*resets, None):
+            ctx.set(dut.clear_counters, 1)
+            await ctx.tick()
+            ctx.set(dut.clear_counters, 0)
+            while ctx.get(dut.busy):
+                await ctx.tick()
+            found = await _drive(ctx, dut, paths, pauses, reset_at)
+            if reset_at is not None:
+                ctx.set(dut.paths.valid, 0)
+                ctx.set(dut.points.valid, 0)
+                ctx.set(reset, 1)
+                await ctx.tick()
+                ctx.set(reset, 0)
+
+    simulate(ResetInserter({"sync": reset})(dut), bench)
+    return found
+
+
+async def _drive(ctx, dut, paths, pauses, reset_at):
+    """Offer paths, and take what comes until the evaluator is idle, or until a reset."""
+    found, heads, offers = Findings(), iter(paths), _offers(paths)
+    keys, margins = _pattern(pauses.keys), _pattern(pauses.margins)
+    moved = Cat(each.valid & each.ready for each in (dut.paths, dut.points))
+    came = Cat(each.valid & each.ready for each in (dut.evaluated, dut.margins))
+    seen = moved, came, dut.evaluated.p, dut.margins.p, dut.idle, dut.walk
+    _offer_head(ctx, dut, next(heads))
+    wait, point = next(offers)
+    for cycle in range(200_000):
+        if cycle == reset_at:
+            return found
+        ctx.set(dut.phase, cycle & 1)
+        if wait == 0 and point is not None:
+            ctx.set(dut.points.valid, 1)
+            ctx.set(dut.points.p, corner(point[1]) | {"last": point[2]})
+            if point[0]:
+                found.offered.append(cycle)
+        ctx.set(dut.evaluated.ready, next(keys))
+        ctx.set(dut.margins.ready, next(margins))
+
+        *_, moves, comes, member, margin, idle, walk = await ctx.tick().sample(*seen)
+        if moves & 1:
+            _offer_head(ctx, dut, next(heads, None))
+        wait -= 1
+        if moves & 2:
+            if point[2]:
+                found.goals.append(cycle)
+            wait, point = next(offers, (0, None))
+            ctx.set(dut.points.valid, 0)
+        if comes & 1:
+            found.members.append((member.key, member.slot, member.length))
+            found.keyed.append(cycle)
+        if comes & 2:
+            found.margins.append((margin.place.slot, margin.place.index, margin.margin))
+            found.written.append(cycle)
+        if cycle and idle:
+            found.idle, found.walk = cycle, walk
+            return found
+    raise TimeoutError("The evaluator does not end")
+
+
+def _offer_head(ctx, dut, path):
+    ctx.set(dut.paths.valid, path is not None)
+    if path is not None:
+        limited = path.limit is not None
+        limit = path.limit if limited else 0
+        head = {"slot": path.slot, "first": path.first, "limited": limited, "limit": limit}
+        ctx.set(dut.paths.p, head)
+
+
+def _pattern(pauses):
+    """Yield 0 for the cycles of each pause, then 1."""
+    for pause in itertools.cycle(pauses):
+        yield from itertools.repeat(0, pause)
+        yield 1
+
+
+def _offers(paths):
+    """Yield the cycles to wait before each point, and (is first, point, is last)."""
+    for number, path in enumerate(paths):
+        gaps = itertools.cycle(path.gaps)
+        first_gap = path.gap if number else path.gap + AHEAD
+        for i, point in enumerate(path.points):
+            yield next(gaps) if i else first_gap, (i == 0, point, i == len(path.points) - 1)

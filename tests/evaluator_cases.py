@@ -1,0 +1,127 @@
+"""Paths for the evaluator, and what its model makes of them."""
+
+import dataclasses
+from dataclasses import dataclass, field
+
+from hdl.protocol.planner import POSITION_FRACTION, SLOPE_BITS, VALUE_BITS
+from sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
+from sim.model.planner.definition.memo import Memo
+from sim.model.planner.definition.score import score
+from sim.model.planner.walker_cycles import cost
+from tests.planner_cases import path, record
+from tests.walker_cases import segments_of
+
+
+__all__ = ["OfferedPath", "Outcome", "drawn_evaluator", "drawn_paths", "outcomes"]
+
+#: A margin that no path has: not given.
+MISSING = -1 << 20
+
+
+@dataclass
+class OfferedPath:
+    """A path, what comes with it, and how it is offered.
+
+    Attributes
+    ----------
+    points : list of Point
+    slot : int
+    first : bool
+    limit : int or None
+    gap : int
+        Cycles without an offer before its first point.
+    gaps : sequence of int
+        Cycles before each further point, repeated.
+    """
+
+    points: list
+    slot: int
+    first: bool
+    limit: int | None
+    gap: int = 0
+    gaps: tuple = (0,)
+
+
+@dataclass
+class Outcome:
+    """What the evaluator makes of a path, and the costs of its segments if it is walked."""
+
+    key: int
+    slot: int
+    length: int
+    margins: list = field(default_factory=list)
+    costs: list | None = None
+
+
+def drawn_evaluator(config, rng, terrain, heading, **fields):
+    """Return an evaluator over some ground, for a problem with entry (1) and exit (2) or without.
+
+    Most paths are within the limits of the problem.
+    """
+    steepest = (1 << SLOPE_BITS) - 1
+    problem = record(config, rng, **{"climb": steepest, "descent": steepest, **fields})
+    far = (config.map_size - 2) << POSITION_FRACTION
+    problem = dataclasses.replace(
+        problem,
+        has_entry=heading & 1,
+        entry_y=far // 3,
+        entry_altitude=problem.start_altitude,
+        has_exit=heading >> 1,
+        exit_x=far,
+        exit_altitude=problem.goal_altitude,
+    )
+    return Evaluator(config, problem, terrain, Memo(config, 0))
+
+
+def drawn_paths(evaluator, rng, count, slots, *, repeat=0.4, gaps=False):
+    """Return paths, some of which share segments; most begin right behind the one before."""
+    config, record = evaluator.config, evaluator.record
+    start, goal = evaluator.ends
+    paths, values = [], [0]
+    for number in range(count):
+        if paths and rng.random() < repeat:
+            points = list(paths[-int(rng.integers(1, min(len(paths), 8) + 1))].points)
+            points[int(rng.integers(1, len(points) - 1))] = path(config, rng)[1]
+        else:
+            points = [start, *path(config, rng)[1:-1], goal]
+        value = score(record, points).cost >> record.key_shift
+        values = [*values[-20:], min(max(value, 0), (1 << VALUE_BITS) - 1)]
+        limit = int(rng.choice(values)) + int(rng.integers(2)) if rng.random() < 0.7 else None
+        gap = int(rng.choice([0, 0, 0, 0, 1, 2, 3, 40, 150])) if gaps else 0
+        # Two generations at a time are inside at most.
+        first = bool(rng.random() < (0.2, 0.8, 0.5)[number // 20 % 3])
+        paths.append(OfferedPath(points, int(rng.integers(slots)), first, limit, gap))
+    return paths
+
+
+def outcomes(evaluator, rows, paths):
+    """Return what the evaluator with so many rows of the memo makes of each path."""
+    results = []
+    memo = Memo(evaluator.config, rows)
+    for each in paths:
+        found = [MISSING] * len(each.points)
+        limit = NO_LIMIT if each.limit is None else each.limit
+        key = evaluator.evaluate(each.points, found, limit, first=each.first)
+        margins = [
+            (each.slot, i, margin) for i, margin in enumerate(found[1:-1]) if margin != MISSING
+        ]
+        outcome = Outcome(key, each.slot, len(each.points) - 2, margins)
+        results.append(outcome)
+        scored = score(evaluator.record, each.points)
+        value = scored.cost >> evaluator.record.key_shift
+        if each.first and (scored.penalty or max(value, 0) >= limit):
+            continue
+        arcs = [None if arc is None else arc.chord for arc in scored.arcs]
+        record = evaluator.record
+        chords = [*[None] * (1 - record.has_entry), *arcs, *[None] * (1 - record.has_exit)]
+        outcome.costs = [
+            _cost(evaluator.config, memo, start, stop)
+            for start, stop, _ in segments_of(each.points, chords, each.first)
+        ]
+    return results
+
+
+def _cost(config, memo, start, stop):
+    known = memo.get(start, stop) is not None
+    memo.put(start, stop, (0, 0))
+    return cost(start, stop, known, config.lanes)

@@ -1,0 +1,433 @@
+"""An evolver with what is around it, and the definition's populations beside it."""
+
+import itertools
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+from amaranth import *
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In
+
+from hdl.ga_core.random_source import RandomSource
+from hdl.planner.evolver import Evolver
+from hdl.protocol.planner import VALUE_BITS, PathClass
+from sim.model import random_source
+from sim.model.planner.definition.breeder import Waypoint, breed
+from sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
+from sim.model.planner.definition.memo import Memo
+from tests import planner_cases
+from tests.planner_population import corner, waypoint
+from tests.streams import simulate
+
+
+__all__ = ["Bench", "Cycle", "Member"]
+
+_GIVEN_UP = PathClass.GIVEN_UP << VALUE_BITS
+#: Seeds with a slot and no key, at most.
+_SEEDS = 18
+
+
+class WithSource(wiring.Component):
+    """An evolver that can be reset, and the chip's random source."""
+
+    def __init__(self, config, islands):
+        self.evolver = Evolver(config, islands)
+        super().__init__({"load": In(1), "seed": In(64), "reset": In(1)})
+
+    def elaborate(self, platform):
+        m = Module()
+        evolver = self.evolver
+        m.submodules.evolver = ResetInserter(self.reset)(evolver)
+        m.submodules.source = source = RandomSource()
+        m.d.comb += [
+            source.load.eq(self.load),
+            source.seed.eq(self.seed),
+            evolver.words.payload.eq(source.words),
+            evolver.words.valid.eq(source.ready),
+            source.step.eq(evolver.words.valid & evolver.words.ready),
+        ]
+        return m
+
+
+@dataclass(eq=False)
+class Member:
+    """A path with its key, and its slot once it has one."""
+
+    path: list
+    key: int
+    slot: int | None = None
+
+
+@dataclass(eq=False)
+class Child:
+    """A child as it is to come, and as it is once evaluated.
+
+    ``others`` are the paths whose slots must not be its own.
+    """
+
+    points: list
+    head: tuple
+    member: Member
+    margins: list
+    others: list
+    taken: list = field(default_factory=list)
+
+
+@dataclass
+class Cycle:
+    """Events of a cycle, by the names of the evolver's members."""
+
+    begin: bool
+    finish: bool
+    merge: bool
+    store: bool
+    fills: bool
+    ready: bool
+    pending: bool
+    accepts: bool
+    keys: bool
+    offers: bool
+    points: bool
+    children: bool
+
+
+class Bench:
+    """Drives an evolver and compares all that it gives with the definition.
+
+    Parameters
+    ----------
+    config : Config
+    seed : int
+    islands : int
+    pace : str
+        Of the points: "fast", "scorer" for one every two cycles, "stalled" for random pauses of
+        everything.
+    any_key : bool
+        Draw keys, many of them equal, and margins; else the definition evaluates.
+    latency : int
+        Cycles from a child's goal to its key, at least.
+    """
+
+    def __init__(self, config, seed, *, islands=2, pace="fast", any_key=True, latency=0):
+        self.config, self.seed, self.pace, self.latency = config, seed, pace, latency
+        self.any_key = any_key
+        self.rng = rng = np.random.default_rng(seed)
+        self.give_up_rank = config.population // 4
+        self.record = planner_cases.record(config, rng)
+        ground = planner_cases.ground(config, rng)
+        self.evaluator = Evaluator(config, self.record, ground, Memo(config, 0))
+        self.ends = self.evaluator.ends
+        self.top = WithSource(config, islands)
+        self.dut = self.top.evolver
+        self.cycles = []
+        self.keys = []
+        self.forget()
+
+    def forget(self):
+        """Forget all populations and what is on its way."""
+        self.source = random_source.RandomSource(self.seed)
+        self.islands, self.pending, self.survivors = {}, [], []
+        self.coming, self.built, self.due = deque(), deque(), deque()
+        self.margins = deque()
+        self.lengths = []
+
+    # The definition.
+
+    def evaluate(self, path, limit, *, first):
+        """Return the key of a path, and its margins, None for those that are not known."""
+        if self.any_key:
+            value = int(self.rng.choice([0, 1, 2, (1 << VALUE_BITS) - 1]))
+            key = int(self.rng.choice(list(PathClass))) << VALUE_BITS | value
+            top = self.config.blocked_altitude
+            known = int(self.rng.integers(len(path) + 1)) if first else len(path)
+            margins = [int(margin) for margin in self.rng.integers(-top, top + 1, size=known)]
+            return key, margins + [None] * (len(path) - known)
+        points = [self.ends[0], *(each[:3] for each in path), self.ends[1]]
+        margins = [None] * len(points)
+        key = self.evaluator.evaluate(points, margins, limit, first=first)
+        return key, margins[1:-1]
+
+    def evaluated(self, path, limit=NO_LIMIT, *, first=False):
+        """Return a path with its key and new margins, and these margins."""
+        key, margins = self.evaluate(path, limit, first=first)
+        self.keys.append(key)
+        measured = [
+            each if margin is None else each._replace(margin=margin)
+            for each, margin in zip(path, margins, strict=True)
+        ]
+        return Member(measured, key), margins
+
+    def breed(self, island):
+        """Breed a generation, and collect the one that is pending."""
+        population = self.bred_from = self.islands[island]
+        paths = [member.path for member in population]
+        children, survivors = breed(self.config, self.record, self.ends, paths, self.source)
+        first = population[0].key < _GIVEN_UP
+        key = population[self.give_up_rank].key
+        limited = key < _GIVEN_UP
+        bred = []
+        others = [*itertools.chain(*self.islands.values()), *self.pending]
+        for child in children:
+            member, margins = self.evaluated(child, key if limited else NO_LIMIT, first=first)
+            points = [self.ends[0], *(each[:3] for each in child), self.ends[1]]
+            limit = key % (1 << VALUE_BITS)
+            self.coming.append(
+                Child(points, (first, limited, limit), member, margins, [*others, *bred])
+            )
+            bred.append(member)
+            self.lengths.append(len(points))
+        self.survivors = survivors
+        self.collect(island)
+        self.pending = bred
+
+    def collect(self, island):
+        """Collect the generation that is pending, if there is one."""
+        if self.pending:
+            population, elites = self.islands[island], self.config.elites
+            kept = population[:elites] + [population[rank] for rank in sorted(self.survivors)]
+            self.islands[island] = _sorted(kept + self.pending)
+            self.pending = []
+
+    # The evolver.
+
+    async def start(self, ctx):
+        """Load the seed and set what is steady."""
+        dut, record = self.dut, self.record
+        ctx.set(self.top.seed, self.seed)
+        ctx.set(self.top.load, 1)
+        ctx.set(dut.clear, 1)
+        limits = record.x_limit, record.y_limit, record.altitude_limit
+        for signal, point in (
+            (dut.limits, limits),
+            (dut.start, self.ends[0]),
+            (dut.goal, self.ends[1]),
+        ):
+            ctx.set(signal, corner(point))
+        ctx.set(dut.give_up_rank, self.give_up_rank)
+        await ctx.tick()
+        ctx.set(self.top.load, 0)
+        ctx.set(dut.clear, 0)
+        await ctx.tick().repeat(40)
+
+    async def reset(self, ctx):
+        """Reset the evolver, and begin from the beginning."""
+        ctx.set(self.top.reset, 1)
+        await ctx.tick()
+        ctx.set(self.top.reset, 0)
+        self.forget()
+        self.cycles.clear()
+
+    async def wait(self, ctx, condition):
+        """Wait until a condition holds."""
+        for _ in range(20_000):
+            if condition():
+                return
+            await ctx.tick()
+        raise TimeoutError(f"{condition} does not hold")
+
+    async def ready(self, ctx):
+        await self.wait(ctx, lambda: ctx.get(self.dut.ready))
+
+    async def pulse(self, ctx, signal, island):
+        """Give a command and wait until the next may come."""
+        ctx.set(self.dut.island, island)
+        ctx.set(signal, 1)
+        await ctx.tick()
+        ctx.set(signal, 0)
+        await self.ready(ctx)
+
+    async def begin(self, ctx, island):
+        self.breed(island)
+        await self.pulse(ctx, self.dut.begin, island)
+        assert ctx.get(self.dut.pending)
+
+    async def finish(self, ctx, island):
+        self.collect(island)
+        await self.pulse(ctx, self.dut.finish, island)
+        assert not ctx.get(self.dut.pending)
+
+    async def merge(self, ctx):
+        each = self.config.population // 2
+        self.islands = {0: _sorted(self.islands[0][:each] + self.islands[1][:each])}
+        await self.pulse(ctx, self.dut.merge, 0)
+
+    async def fill(self, ctx, island, count):
+        """Make a first population of so many random paths."""
+        config, dut = self.config, self.dut
+        ctx.set(dut.fills, 1)
+        ctx.set(dut.island, island)
+        self.islands.pop(island, None)
+        members = []
+        most = max(2 * config.children, _SEEDS)
+        for number in range(count):
+            await self.wait(ctx, lambda: len(self.due) < most and ctx.get(dut.slots.valid))
+            ctx.set(dut.slots.ready, 1)
+            _, _, slot = await ctx.tick().sample(dut.slots.payload)
+            ctx.set(dut.slots.ready, 0)
+            assert slot not in {each.slot for each in self.inside(members)}
+            # Some paths come twice, so that keys are equal.
+            path = members[-1].path if members and number % 3 == 0 else self.path()
+            members.append(await self.place(ctx, slot, path))
+        self.islands[island] = await self.store(ctx, members)
+
+    def inside(self, members):
+        """Return the members that are not free: of all islands, and of an island's first paths."""
+        known = members[: len(members) - len(self.due)]
+        best = _sorted(known)[: self.config.population]
+        return [*itertools.chain(*self.islands.values()), *best, *members[len(known) :]]
+
+    def path(self):
+        """Return a random path on the map."""
+        config = self.config
+        path = []
+        for _ in range(int(self.rng.integers(2, config.max_waypoints + 1))):
+            x, y, z, margin = waypoint(config, self.rng)
+            most = config.map_size - 2
+            path.append(
+                Waypoint(min(x, most), min(y, most), min(z, 2**config.altitude_bits - 2), margin)
+            )
+        return path
+
+    async def place(self, ctx, slot, path):
+        """Write a first path, whose margins are no good, and have it evaluated; return it."""
+        dut = self.dut
+        for index, each in enumerate(path):
+            place = {"slot": slot, "index": index}
+            margin = int(self.rng.integers(-3, 4))
+            point = {**corner(each[:3]), "margin": margin}
+            ctx.set(dut.write, {"valid": 1, "place": place, "waypoint": point})
+            await ctx.tick()
+        ctx.set(dut.write.valid, 0)
+        member, margins = self.evaluated(path)
+        member.slot = slot
+        self.give(member, margins)
+        return member
+
+    def give(self, member, margins):
+        """Give the margins and the key of a path."""
+        for index, margin in enumerate(margins):
+            if margin is not None:
+                self.margins.append((member.slot, index, margin))
+        self.due.append((len(self.cycles) + self.pause(self.latency), member))
+
+    async def store(self, ctx, members):
+        """Complete a first population; return it."""
+        await self.wait(ctx, lambda: not self.due)
+        ctx.set(self.dut.store, 1)
+        await ctx.tick()
+        ctx.set(self.dut.store, 0)
+        await self.ready(ctx)
+        ctx.set(self.dut.fills, 0)
+        return _sorted(members)[: self.config.population]
+
+    async def revise(self, ctx, island):
+        """Write each member anew in its slot, shorter or moved, as a first population."""
+        dut, config = self.dut, self.config
+        ctx.set(dut.fills, 1)
+        ctx.set(dut.island, island)
+        members = []
+        for rank, member in enumerate(self.islands[island]):
+            await self.read(ctx, rank, member)
+            dropped = int(self.rng.integers(len(member.path) - 1)) if rank % 2 else 0
+            top = config.blocked_altitude - 1
+            path = [each._replace(z=(each.z + rank) % top) for each in member.path[dropped:]]
+            members.append(await self.place(ctx, member.slot, path))
+        self.islands[island] = await self.store(ctx, members)
+
+    async def read(self, ctx, rank, expected):
+        """Compare a member with the definition's."""
+        dut = self.dut
+        ctx.set(dut.rank, rank)
+        await ctx.tick()
+        member = ctx.get(dut.member)
+        held = member.key, member.length, member.slot
+        assert held == (expected.key, len(expected.path), expected.slot), rank
+        if not ctx.get(dut.pending):
+            for index, each in enumerate(expected.path):
+                ctx.set(dut.read, {"slot": member.slot, "index": index})
+                await ctx.tick().repeat(2)
+                held = ctx.get(dut.waypoint)
+                assert Waypoint(held.x, held.y, held.altitude, held.margin) == each, (rank, index)
+
+    async def compare(self, ctx, island):
+        """Compare the population of an island with the definition's."""
+        ctx.set(self.dut.island, island)
+        for rank, expected in enumerate(self.islands[island]):
+            await self.read(ctx, rank, expected)
+        members = [*itertools.chain(*self.islands.values()), *self.pending]
+        slots = [each.slot for each in members if each.slot is not None]
+        assert len(set(slots)) == len(slots)
+
+    # Around it.
+
+    def pause(self, least):
+        """Return a time: the least, or any twice as long."""
+        return int(self.rng.integers(2 * least + 30)) if self.pace == "stalled" else least
+
+    async def around(self, ctx):
+        """Take children and points; give margins and keys; note what happens in each cycle."""
+        dut, rng = self.dut, self.rng
+        while True:
+            stalls = rng.random(4) < (0.4 if self.pace == "stalled" else 0)
+            now = len(self.cycles)
+            ctx.set(dut.children.ready, not stalls[0])
+            is_turn = self.pace != "scorer" or now % 2 == 0
+            ctx.set(dut.points.ready, bool(self.built) and is_turn and not stalls[1])
+            margins = bool(self.margins) and not stalls[2]
+            ctx.set(dut.margins.valid, margins)
+            if margins:
+                slot, index, margin = self.margins[0]
+                place = {"slot": slot, "index": index}
+                ctx.set(dut.margins.payload, {"place": place, "margin": margin})
+            gives = bool(self.due) and not self.margins and now >= self.due[0][0]
+            # What is on offer stays.
+            gives &= not stalls[3] or ctx.get(dut.evaluated.valid)
+            ctx.set(dut.evaluated.valid, gives)
+            if gives:
+                member = self.due[0][1]
+                word = {"key": member.key, "slot": member.slot, "length": len(member.path)}
+                ctx.set(dut.evaluated.payload, word)
+            await self.tick(ctx)
+
+    async def tick(self, ctx):
+        dut = self.dut
+        children, points, keys = dut.children, dut.points, dut.evaluated
+        _, _, reset, *events, child, point, margins, margins_ready = await ctx.tick().sample(
+            self.top.reset,
+            *(dut.begin, dut.finish, dut.merge, dut.store, dut.fills, dut.ready, dut.pending),
+            *(keys.ready, keys.valid & keys.ready),
+            *(points.valid, points.valid & points.ready, children.valid & children.ready),
+            *(children.payload, points.payload),
+            *(dut.margins.valid & dut.margins.ready, dut.margins.ready),
+        )
+        if reset:
+            return
+        assert margins_ready or not events[4]
+        cycle = Cycle(*map(bool, events))
+        self.cycles.append(cycle)
+        if margins:
+            self.margins.popleft()
+        if cycle.keys:
+            self.due.popleft()
+        if cycle.points:
+            built = self.built[0]
+            built.taken.append((point.x, point.y, point.altitude))
+            if point.last:
+                assert built.taken == built.points
+                self.built.popleft()
+                self.give(built.member, built.margins)
+        if cycle.children:
+            built = self.coming.popleft()
+            assert (child.first, child.limited) == built.head[:2]
+            assert not child.limited or child.limit == built.head[2]
+            assert child.slot not in {other.slot for other in built.others}
+            built.member.slot = child.slot
+            self.built.append(built)
+
+    def simulate(self, bench):
+        simulate(self.top, bench, background=[self.around])
+
+
+def _sorted(members):
+    return sorted(members, key=lambda member: member.key)

@@ -1,0 +1,134 @@
+# amaranth: UnusedElaboratable=no
+"""The evaluator: keys and margins of its model, and the cycles of its model."""
+
+import numpy as np
+import pytest
+
+from hdl.planner.evaluator.key_maker import KeyMaker
+from hdl.planner.evaluator.margin_queue import MarginQueue
+from hdl.planner.evaluator.path_decider import PathDecider
+from hdl.planner.evaluator.path_evaluator import PathEvaluator
+from hdl.planner.evaluator.path_store import PathStore
+from hdl.protocol.planner import VALUE_BITS, PathClass
+from sim.model.planner.cycles import counters_vector, delays_vector, enter, goal, vacate
+from sim.model.planner.evaluator_cycles import PLACES
+from tests.evaluator_bench import Pauses, run
+from tests.evaluator_cases import drawn_evaluator, drawn_paths, outcomes
+from tests.planner_cases import SMALL, ground
+from tests.wrong_sizes import check_sizes
+
+
+SLOTS = 20
+
+
+def check(found, expected):
+    """Compare what was found of the paths with what the model makes of them."""
+    assert found.members == [(each.key, each.slot, each.length) for each in expected]
+    assert found.margins == [margin for each in expected for margin in each.margins]
+    assert found.idle == max(found.keyed[-1], *found.written) + 1
+    assert found.walk == sum(sum(each.costs or ()) for each in expected)
+
+
+def check_cycles(config, evaluator, paths, found, expected):
+    """Compare cycles of keys and goals with the model; return how many paths waited for room."""
+    record = evaluator.record
+    delays, counters, late = delays_vector(config), counters_vector(), 0
+    model = []
+    for path, each, offered in zip(paths, expected, found.offered, strict=True):
+        points = len(path.points) + record.has_entry + record.has_exit
+        entering = offered, points, sum(each.costs or ()), record.has_exit
+        free = counters.copy()
+        vacate(free)
+        enter(delays, free, *entering)
+        key = enter(delays, counters, *entering)
+        model.append((key, goal(counters)))
+        late += goal(counters) > goal(free)
+    assert list(zip(found.keyed, found.goals, strict=True)) == model
+    return late
+
+
+def case(config, rng, count, heading, **options):
+    """Return an evaluator over some ground, and paths for it."""
+    evaluator = drawn_evaluator(config, rng, ground(config, rng), heading, radius=200)
+    return evaluator, drawn_paths(evaluator, rng, count, SLOTS, **options)
+
+
+# The memo has no rows or 64; walks are short, or long with one lane. With paths as short as these,
+# all places fill up in any case. Many more paths, of the default sizes too, run compiled.
+@pytest.mark.parametrize(
+    ("heading", "rows", "lanes"),
+    [(0, 64, 4), (1, 0, 1), (2, 0, 4), (3, 64, 1)],
+    ids=["free", "entry", "exit", "both"],
+)
+def test_keys_margins_and_cycles(heading, rows, lanes):
+    rng = np.random.default_rng(heading)
+    config = SMALL.replace(lanes=lanes, memory_latency=1 + heading % 2)
+    late, keys = 0, set()
+    for gaps in (False, True):
+        evaluator, paths = case(config, rng, 40, heading, gaps=gaps)
+        expected = outcomes(evaluator, rows, paths)
+        found = run(PathEvaluator(config, SLOTS, rows), evaluator, paths)
+        check(found, expected)
+        late += check_cycles(config, evaluator, paths, found, expected)
+        keys |= {each.key >> VALUE_BITS for each in expected}
+        assert 5 < sum(each.costs is not None for each in expected) < 35
+    assert keys == {PathClass.FEASIBLE, PathClass.GIVEN_UP, PathClass.INFEASIBLE}
+    assert late > 5
+
+
+@pytest.mark.parametrize("stalled", [(0,), (1,), (2,), (0, 1, 2)], ids=str)
+def test_back_pressure(stalled):
+    """With pauses in some of the streams: points, keys, margins; for these half of all cycles."""
+    rng = np.random.default_rng(5)
+    evaluator, paths = case(SMALL, rng, 40, len(stalled))
+    expected = outcomes(evaluator, 64, paths)
+    if 0 in stalled:
+        for path in paths:
+            path.gaps = tuple(rng.choice([0, 0, 1, 2, 15], 20).tolist())
+    keys = rng.choice([0, 0, 1, 70], 200).tolist() if 1 in stalled else (0,)
+    margins = [40, *[1] * 50, *[0] * 40] if 2 in stalled else (0,)
+    pauses = Pauses(keys=keys, margins=margins)
+    check(run(PathEvaluator(SMALL, SLOTS, 64), evaluator, paths, pauses), expected)
+
+
+def test_reset_discards_all_paths():
+    """Paths that are inside when the reset comes leave nothing behind."""
+    rng = np.random.default_rng(6)
+    evaluator, paths = case(SMALL, rng, 30, 3)
+    expected = outcomes(evaluator, 64, paths)
+    resets = (5, 90, 171, 172, 300)
+    check(run(PathEvaluator(SMALL, SLOTS, 64), evaluator, paths, resets=resets), expected)
+
+
+def test_sizes():
+    with pytest.raises(ValueError, match=r"^Slots must be 2 or more, not 1$"):
+        PathEvaluator(SMALL, 1)
+    with pytest.raises(ValueError, match=r"^Rows must be a power of two from 2 to 65536, not 3$"):
+        PathEvaluator(SMALL, 2, 3)
+    widths = {"slot_bits": ("Slot width", 1), "length_bits": ("Length width", 1)}
+    check_sizes(PathDecider, {"slot_bits": 5, "length_bits": 3}, widths)
+    check_sizes(
+        KeyMaker,
+        {"slot_bits": 5, "length_bits": 3, "hits_bits": 9},
+        {**widths, "hits_bits": ("Hits width", 1)},
+    )
+    check_sizes(
+        MarginQueue,
+        {"slots": 5, "max_waypoints": 3, "altitude_bits": 4},
+        {
+            "slots": ("Slots", 2),
+            "max_waypoints": ("Max waypoints", 2),
+            "altitude_bits": ("Altitude width", 1),
+        },
+    )
+    check_sizes(
+        PathStore,
+        {"max_waypoints": 4, "coordinate_bits": 5, "altitude_bits": 6, "slot_bits": 7},
+        {
+            "max_waypoints": ("Max waypoints", 2),
+            "coordinate_bits": ("Coordinate width", 1),
+            "altitude_bits": ("Altitude width", 1),
+            "slot_bits": ("Slot width", 1),
+        },
+    )
+    assert PLACES == 16

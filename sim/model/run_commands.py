@@ -43,6 +43,8 @@ class RunningModel:
 
     Attributes
     ----------
+    record : ProblemRecord or None
+        The problem, if there is one.
     latest : Outcome
         Result of the latest run; no path after a PROBLEM, but its population.
     """
@@ -52,7 +54,7 @@ class RunningModel:
         self._terrain = terrain
         self._marks = BlockMarks()
         terrain.observer = self._mark
-        self._record: ProblemRecord | None = None
+        self.record: ProblemRecord | None = None
         self.latest = _NONE
 
     def _mark(self, x: int, y: int, columns: int, rows: int) -> None:
@@ -64,7 +66,7 @@ class RunningModel:
         record = ProblemRecord.unpack(self.config, payload)
         expect(record.is_valid(self.config), Status.BAD_VALUE)
         if not repeated:
-            self._record = record
+            self.record = record
             self._marks.shift = record.block_shift
             self.latest = dataclasses.replace(_NONE, population=self.latest.population)
         return b""
@@ -80,14 +82,14 @@ class RunningModel:
         assert options is not None
         if repeated:
             return b""
-        expect(self._record is not None, Status.BAD_VALUE)
-        assert self._record is not None
+        expect(self.record is not None, Status.BAD_VALUE)
+        assert self.record is not None
         population = self.latest.population if options.warm else None
         expect(population is None or len(population) > 0, Status.BAD_VALUE)
         self.latest = plan(
             self.config,
             self._terrain.heights,
-            self._record,
+            self.record,
             options,
             population,
             marked=self._marks.scan(),

@@ -86,7 +86,9 @@ class Chip:
         self.cycles = 0  # Most cycles from a last byte to done.
         self.outcomes = []
 
-    def run(self, bodies, line_errors=()):
+    def run(self, bodies, line_errors=(), states=None):
+        """Take all bodies; ``states`` has ``has_problem`` and ``has_population`` of each."""
+
         async def bench(ctx):
             unit = self.unit
             if self.has_core:
@@ -94,7 +96,9 @@ class Chip:
             if self.has_runs:
                 for name in ("running", "has_problem", "has_population"):
                     ctx.set(getattr(unit, name), getattr(self, name))
-            for body, plain in bodies:
+            for number, (body, plain) in enumerate(bodies):
+                for name, value in (states[number] if states else {}).items():
+                    ctx.set(getattr(unit, name), value)
                 for error in line_errors:
                     ctx.set(unit.line_errors, error)
                     await ctx.tick()

@@ -2,14 +2,19 @@
 """Command receiver: the commands of the streaming core, whole or broken."""
 
 import dataclasses
+from functools import partial
 
 import numpy as np
 import pytest
 
 from hdl.command.layouts import AnswerKind
 from hdl.protocol import Command, Status, StickyError, map_request, pack_cells
-from hdl.protocol.planner import no_fly_request
+from hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
+from hdl.protocol.planner import EDGES, NoFlyShape, no_fly_request, problem_request
 from hdl.protocol.runs import RunOptions, run_request
+from sim.model.chip import ChipModel
+from sim.model.frames import FrameReceiverModel
+from tests.fuzz import Fuzz
 from tests.planner_cases import LARGE, SMALL, USUAL, any_record, headed, record, shape
 from tests.refusals import run_refusals
 from tests.unit.command.receiver_bench import Chip, after_open
@@ -30,14 +35,9 @@ PAYLOADS = {
 }
 
 
-def read_problem(payload):
-    """Return a transferred problem as the fields of its record."""
-    return {name: payload[name] for name, _ in payload.shape()}
-
-
-def read_shape(payload, config):
-    """Return a transferred shape as the fields of its request."""
-    return {name: payload[name] % (1 << width) for name, width in no_fly_request(config).fields}
+def bits_of(payload, layout):
+    """Return the fields of a transferred payload as those of the request."""
+    return {name: payload[name] % (1 << width) for name, width in layout.fields}
 
 
 @pytest.mark.parametrize("config", [SMALL, USUAL, LARGE], ids=["small", "usual", "large"])
@@ -76,13 +76,14 @@ def test_every_command(config, pauses):
         (Status.OK, AnswerKind.EMPTY, 8, 0),
     ]
     assert [(cell.x, cell.y) for cell in chip.cells[:1]] == [(3, 4)]
-    assert [read_problem(each) for each in chip.problems] == [dataclasses.asdict(problem)]
-    assert [read_shape(each, config) for each in chip.shapes] == [
-        no_fly_request(config).unpack(block.pack(config))
-    ]
-    assert [{name: each[name] for name, _ in each.shape()} for each in chip.runs] == [
-        run_request(config).unpack(options.pack(config))
-    ]
+    [told] = chip.problems
+    assert {name: told[name] for name, _ in told.shape()} == dataclasses.asdict(problem)
+    [told], layout = chip.shapes, no_fly_request(config)
+    assert bits_of(told, layout) == layout.unpack(block.pack(config))
+    edges = [[told[f"{name}_{i}"] for name in ("at", "east", "north")] for i in range(EDGES)]
+    assert edges == [list(edge) for edge in NoFlyShape.unpack(config, block.pack(config)).edges]
+    [told], layout = chip.runs, run_request(config)
+    assert bits_of(told, layout) == layout.unpack(options.pack(config))
     assert (chip.stops, chip.errors) == (1, StickyError(0))
 
 
@@ -210,3 +211,72 @@ def test_lacks_the_hardware_of_checks():
     assert not {"points", "checks", "check", "forget", "start_requests"} & set(
         unit.signature.members
     )
+
+
+class Reference:
+    """The model, and what reaches its core."""
+
+    def __init__(self):
+        self.model = ChipModel(SMALL)
+        self.reached = {code: [] for code in (*PAYLOADS, Command.STOP)}
+        for code in (Command.PROBLEM, Command.RUN, Command.BLOCK, Command.STOP):
+            self.model._commands[code] = partial(self._execute, code, self.model._commands[code])
+        self._mark = self.model.checking.terrain.observer
+        self.model.checking.terrain.observer = self._write
+
+    @property
+    def state(self):
+        """Inputs of the receiver that tell of the core."""
+        running = self.model.running
+        return {
+            "has_problem": running.record is not None,
+            "has_population": len(running.latest.population) > 0,
+        }
+
+    def _execute(self, code, execute, payload, repeated):
+        reply = execute(payload, repeated)
+        if not repeated:
+            self.reached[code].append(payload)
+        return reply
+
+    def _write(self, x, y, columns, rows):
+        heights = self.model.checking.terrain.heights
+        self.reached[Command.MAP] += [
+            (x + u, y + v, int(heights[y + v, x + u])) for v in range(rows) for u in range(columns)
+        ]
+        self._mark(x, y, columns, rows)
+
+    def ask(self, body, plain):
+        """Return status and sequence of the answer, if there is one."""
+        answers = FrameSplitter().feed(self.model.feed(encode_frame(body, plain=plain)))
+        return [(Status(answer[2]), answer[1]) for answer, _ in map(decode_frame, answers)]
+
+
+@pytest.mark.parametrize("pauses", [(0,), (0, 5, 1)], ids=["steady", "stalled"])
+def test_random_requests(pauses):
+    """Match the model's statuses, and what reaches its core."""
+    fuzz, receiver, reference = Fuzz(SMALL, seed=6), FrameReceiverModel(SMALL), Reference()
+    bodies, states, expected = [], [], []
+    while fuzz.frames < 300:
+        for body, plain in receiver.feed(fuzz.batch()[0]):
+            states.append(reference.state)
+            bodies.append((body, plain))
+            expected += reference.ask(body, plain)
+    chip = Chip(pauses, SMALL)
+    outcomes = chip.run(bodies, states=states)
+    assert expected == [
+        (status, sequence) for status, kind, sequence, _ in outcomes if kind != AnswerKind.SILENCE
+    ]
+    reached = reference.reached
+    assert [(cell.x, cell.y, cell.altitude) for cell in chip.cells] == reached[Command.MAP]
+    for code, told, layout in (
+        (Command.PROBLEM, chip.problems, problem_request(SMALL)),
+        (Command.RUN, chip.runs, run_request(SMALL)),
+        (Command.BLOCK, chip.shapes, no_fly_request(SMALL)),
+    ):
+        assert len(told) > 5
+        assert [bits_of(each, layout) for each in told] == [
+            layout.unpack(payload) for payload in reached[code]
+        ]
+    assert chip.stops == len(reached[Command.STOP]) > 5
+    assert all(fuzz.statuses[status] for status in Status if status is not Status.BUSY)

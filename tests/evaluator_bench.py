@@ -3,7 +3,7 @@
 import itertools
 from dataclasses import dataclass, field
 
-from amaranth.hdl import ResetInserter, Signal
+from amaranth.hdl import Cat, ResetInserter, Signal
 
 from tests.scorer_cases import problem_fields
 from tests.streams import simulate
@@ -84,53 +84,52 @@ def run(dut, evaluator, paths, pauses=Pauses(), *, resets=()):
 async def _drive(ctx, dut, paths, pauses, reset_at):
     """Offer paths, and take what comes until the evaluator is idle, or until a reset."""
     found, heads, offers = Findings(), iter(paths), _offers(paths)
-    ready = [(dut.evaluated, _pattern(pauses.keys)), (dut.margins, _pattern(pauses.margins))]
-    head, (wait, point), is_new = next(heads), next(offers), True
+    keys, margins = _pattern(pauses.keys), _pattern(pauses.margins)
+    moved = Cat(each.valid & each.ready for each in (dut.paths, dut.points))
+    came = Cat(each.valid & each.ready for each in (dut.evaluated, dut.margins))
+    seen = moved, came, dut.evaluated.p, dut.margins.p, dut.idle, dut.walk
+    _offer_head(ctx, dut, next(heads))
+    wait, point = next(offers)
     for cycle in range(200_000):
         if cycle == reset_at:
             return found
         ctx.set(dut.phase, cycle & 1)
-        ctx.set(dut.paths.valid, head is not None)
-        if head is not None:
-            ctx.set(dut.paths.p, _head_of(head))
-        offering = point is not None and wait == 0
-        ctx.set(dut.points.valid, offering)
-        if offering:
+        if wait == 0 and point is not None:
+            ctx.set(dut.points.valid, 1)
             ctx.set(dut.points.p, corner(point[1]) | {"last": point[2]})
-            if point[0] and is_new:
+            if point[0]:
                 found.offered.append(cycle)
-            is_new = False
-        for words, pattern in ready:
-            ctx.set(words.ready, next(pattern))
+        ctx.set(dut.evaluated.ready, next(keys))
+        ctx.set(dut.margins.ready, next(margins))
 
-        if ctx.get(dut.paths.valid & dut.paths.ready):
-            head = next(heads, None)
-        if ctx.get(dut.points.valid & dut.points.ready):
+        *_, moves, comes, member, margin, idle, walk = await ctx.tick().sample(*seen)
+        if moves & 1:
+            _offer_head(ctx, dut, next(heads, None))
+        wait -= 1
+        if moves & 2:
             if point[2]:
                 found.goals.append(cycle)
             wait, point = next(offers, (0, None))
-            is_new = True
-        else:
-            wait = max(wait - 1, 0)
-        if ctx.get(dut.evaluated.valid & dut.evaluated.ready):
-            member = ctx.get(dut.evaluated.p)
+            ctx.set(dut.points.valid, 0)
+        if comes & 1:
             found.members.append((member.key, member.slot, member.length))
             found.keyed.append(cycle)
-        if ctx.get(dut.margins.valid & dut.margins.ready):
-            margin = ctx.get(dut.margins.p)
+        if comes & 2:
             found.margins.append((margin.place.slot, margin.place.index, margin.margin))
             found.written.append(cycle)
-        if cycle and ctx.get(dut.idle):
-            found.idle, found.walk = cycle, ctx.get(dut.walk)
+        if cycle and idle:
+            found.idle, found.walk = cycle, walk
             return found
-        await ctx.tick()
     raise TimeoutError("The evaluator does not end")
 
 
-def _head_of(path):
-    limited = path.limit is not None
-    limit = path.limit if limited else 0
-    return {"slot": path.slot, "first": path.first, "limited": limited, "limit": limit}
+def _offer_head(ctx, dut, path):
+    ctx.set(dut.paths.valid, path is not None)
+    if path is not None:
+        limited = path.limit is not None
+        limit = path.limit if limited else 0
+        head = {"slot": path.slot, "first": path.first, "limited": limited, "limit": limit}
+        ctx.set(dut.paths.p, head)
 
 
 def _pattern(pauses):

@@ -8,16 +8,28 @@ from hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS
 from sim.model.planner.definition.score import score as defined
 from sim.model.planner.problem import problem_vector
 from sim.model.planner.score import CHORD, WORK_ROWS, score
-from tests.planner_cases import any_record, path, record, rows
+from tests.planner_cases import any_record, headed, path, record, rows
 
 
-__all__ = ["compiled_score", "defined_score", "drawn_paths", "drawn_problem", "problem_fields"]
+__all__ = [
+    "compiled_score",
+    "defined_score",
+    "drawn_free_problem",
+    "drawn_paths",
+    "drawn_problem",
+    "problem_fields",
+]
 
 TOP = (1 << VALUE_BITS) - 1
 
 
 def drawn_problem(config, rng):
-    """Return a problem of one of three kinds: usual, with gentle limits, of any values."""
+    """Return a problem, three times of four with an entry, an exit or both."""
+    return headed(config, rng, drawn_free_problem(config, rng))
+
+
+def drawn_free_problem(config, rng):
+    """Return one of three kinds, without headings: usual, with gentle limits, of any values."""
     kind = rng.integers(4)
     if kind == 0:
         return any_record(config, rng)
@@ -42,7 +54,7 @@ def drawn_paths(config, rng, problem, count):
     """Return ``count`` paths: any corners, or a way to the goal, some with odd waypoints."""
     paths = []
     for _ in range(count):
-        waypoints = int(rng.integers(1, config.max_waypoints + 1))
+        waypoints = int(rng.integers(config.max_waypoints + 1))
         if rng.integers(3) == 0:
             paths.append(path(config, rng, waypoints=waypoints))
             continue
@@ -58,7 +70,7 @@ def drawn_paths(config, rng, problem, count):
         points += rng.normal(size=points.shape) * spread
         limits = [config.map_size - 1, config.map_size - 1, config.blocked_altitude - 1]
         points = np.clip(points, 0, limits).astype(int)
-        if rng.integers(4) == 0:
+        if waypoints and rng.integers(4) == 0:
             # A waypoint twice, a vertical hop, or a step back.
             at = int(rng.integers(1, waypoints + 1))
             other = int(rng.integers(waypoints + 2))
@@ -73,28 +85,24 @@ def problem_fields(problem):
     return dataclasses.asdict(problem)
 
 
-def defined_score(problem, points, gives_up):
-    """Return score and chords of ``points`` as the scorer offers them, by the definition."""
+def defined_score(problem, points):
+    """Return the score of ``points``, and the chord after each segment, by the definition."""
     result = defined(problem, points)
     chords = [None if arc is None else arc.chord for arc in result.arcs]
-    return _offered(problem, result.cost, result.penalty, result.steep_arcs, gives_up), chords
+    return _sent(problem, result.cost, result.penalty), [*chords, None]
 
 
-def compiled_score(config, problem, points, gives_up):
-    """Return score and chords of ``points`` as the scorer offers them, by the compiled model."""
-    work = np.zeros((WORK_ROWS, len(points)), dtype=np.int64)
+def compiled_score(config, problem, points):
+    """Return the score of ``points``, and the chord after each segment, by the compiled model."""
+    count = len(points) + problem.has_entry + problem.has_exit
+    work = np.zeros((WORK_ROWS, count), dtype=np.int64)
     result = score(problem_vector(config, problem), rows(points), len(points), work, False)
-    ends = work[CHORD : CHORD + 7, 1 : len(points) - 1].T.tolist()
+    ends = work[CHORD : CHORD + 7, 1 : count - 1].T.tolist()
     chords = [(tuple(each[:3]), tuple(each[3:6])) if each[6] else None for each in ends]
-    return _offered(problem, *result, gives_up), chords
+    return _sent(problem, *result), [*chords, None]
 
 
-def _offered(problem, cost, penalty, steep_arcs, gives_up):
-    """Return ``infeasible``, ``unlimited`` and ``value``."""
-    if not (gives_up and penalty):
-        penalty += steep_arcs
-    value = int(cost) >> problem.key_shift
-    unlimited = value >= 4 << VALUE_BITS
-    if penalty:
-        return True, unlimited, min(int(penalty), TOP)
-    return False, unlimited, min(max(value, 0), TOP)
+def _sent(problem, cost, penalty):
+    """Return ``infeasible`` and ``value``."""
+    value = penalty if penalty else cost >> problem.key_shift
+    return bool(penalty), min(max(int(value), 0), TOP)

@@ -13,10 +13,8 @@ __all__ = [
     "decision_layout",
     "head_layout",
     "kept_layout",
-    "record_layout",
     "row_bits_of",
     "row_layout",
-    "score_layout",
     "taken_layout",
 ]
 
@@ -42,23 +40,6 @@ def head_layout(slot_bits: int) -> data.StructLayout:
 def taken_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
     """Return the layout of a point in the cycle in which it is taken: ``valid``, with the rest."""
     return data.StructLayout({"valid": 1, "point": point_layout(coordinate_bits, altitude_bits)})
-
-
-def record_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
-    """Return the layout of the chord at the end of a segment: ``valid`` for a cycle, with the rest.
-
-    ``last`` marks the one behind the last segment, which is not ``present``.
-    """
-    chord = chord_layout(coordinate_bits, altitude_bits)
-    return data.StructLayout({"valid": 1, "last": 1, **{name: each.shape for name, each in chord}})
-
-
-def score_layout() -> data.StructLayout:
-    """Return the layout of a score: ``valid`` for a cycle, with the rest.
-
-    ``value``: the penalty of an ``infeasible`` path, else its cost, as the value of a key.
-    """
-    return data.StructLayout({"valid": 1, "infeasible": 1, "value": VALUE_BITS})
 
 
 def row_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:

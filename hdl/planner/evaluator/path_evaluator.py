@@ -96,8 +96,8 @@ class PathEvaluator(wiring.Component):
         self.slots = slots
         self.memo_rows = memo_rows
         self.slot_bits = (slots - 1).bit_length()
-        self.scorer = Scorer(config)
         self.walker = PathWalker(config, memo_rows)
+        self.scorer = Scorer(config)
         self.queue = MarginQueue(slots, config.max_waypoints, config.altitude_bits)
         sizes = (config.coordinate_bits, config.altitude_bits)
         member = member_layout(self.slot_bits, config.length_bits)

@@ -9,11 +9,11 @@ from hdl.planner.evaluator.layouts import (
     PLACES,
     head_layout,
     kept_layout,
-    record_layout,
     row_bits_of,
     row_layout,
     taken_layout,
 )
+from hdl.planner.scorer.scorer import chord_record_layout
 from hdl.planner.walker.segment_source import read_layout
 from hdl.primitives.arguments import check_integer
 
@@ -50,7 +50,7 @@ class PathStore(wiring.Component):
     head : In(head_layout)
         Of the path whose first point is taken.
     taken : In(taken_layout)
-    record : In(record_layout)
+    record : In(chord_record_layout)
     path : Out(kept_layout)
         The path that is scored next, from the second cycle after its goal, and after its first
         record, until ``scored``.
@@ -85,7 +85,7 @@ class PathStore(wiring.Component):
                 "has_entry": In(1),
                 "head": In(head_layout(slot_bits)),
                 "taken": In(taken_layout(*sizes)),
-                "record": In(record_layout(*sizes)),
+                "record": In(chord_record_layout(*sizes)),
                 "path": Out(kept_layout(slot_bits, self.length_bits)),
                 "scored": In(1),
                 "read": In(read_layout(PLACE_BITS, self.row_bits)),

@@ -12,9 +12,6 @@ from hdl.protocol.planner import BASE_BITS, DRAG_FRACTION, FUEL_BITS, RISE_BITS,
 
 __all__ = ["PathPricer", "laid_layout"]
 
-#: A cost from this power of two on is above every limit, that of no limit included.
-_LIMIT_BITS = VALUE_BITS + 2
-
 
 def laid_layout(widths: Widths) -> data.StructLayout:
     """Return the layout of a segment with the arc at its end.
@@ -64,8 +61,6 @@ class PathPricer(wiring.Component):
         Fields of the record.
     value : Out(VALUE_BITS)
         The cost, shifted, from 0 to the greatest value.
-    unlimited : Out(1)
-        The shifted cost is not below ``4 << VALUE_BITS``.
     """
 
     def __init__(self, widths: Widths):
@@ -85,7 +80,6 @@ class PathPricer(wiring.Component):
                 "fuel_shift": In(5),
                 "key_shift": In(6),
                 "value": Out(VALUE_BITS),
-                "unlimited": Out(1),
             }
         )
 
@@ -143,38 +137,30 @@ class PathPricer(wiring.Component):
     def _shift(self, m, stages, total):
         """Add the stages from a path's cost to its value."""
         value = stages.compute("positive", lambda total: Mux(total < 0, 0, total)[:-1], total)
-        unlimited = Timed(C(0, 1), value.time, Kind.STEADY)
+        beyond = Timed(C(0, 1), value.time, Kind.STEADY)
         shift = Timed(self.key_shift, 0, Kind.STEADY)
         for number, low in enumerate((4, 2, 0)):
-            # What no later stage shifts below the limit need not be kept.
-            kept = _LIMIT_BITS + (1 << low) - 1
+            # What no later stage shifts into the value need not be kept.
+            kept = VALUE_BITS + (1 << low) - 1
             shifted = stages.compute(
                 f"shifted_{number}",
                 lambda value, shift, low=low: value >> (shift[low : low + 2] << low),
                 value,
                 shift,
             )
-            unlimited = stages.compute(
-                f"unlimited_{number}",
+            beyond = stages.compute(
+                f"beyond_{number}",
                 lambda value, before, kept=kept: before | value[kept:].any(),
                 shifted,
-                unlimited,
+                beyond,
             )
             value = Timed(shifted.value[:kept], shifted.time, Kind.SINGLE)
         value = stages.compute(
             "ended",
-            lambda value, unlimited: Mux(
-                unlimited | value[VALUE_BITS:].any(), (1 << VALUE_BITS) - 1, value[:VALUE_BITS]
-            ),
+            lambda value, beyond: Mux(beyond, (1 << VALUE_BITS) - 1, value),
             value,
-            unlimited,
+            beyond,
         )
-        value, unlimited = (
-            stages.hold("value_held", value),
-            stages.hold("unlimited_held", unlimited),
-        )
+        value = stages.hold("value_held", value)
         assert value.time == self.latency
-        m.d.comb += [
-            self.value.eq(value.value),
-            self.unlimited.eq(stages.at(unlimited, self.latency)),
-        ]
+        m.d.comb += self.value.eq(value.value)

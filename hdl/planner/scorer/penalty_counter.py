@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.scorer.schedule import Kind, Schedule, Timed
+from hdl.planner.scorer.schedule import Schedule, Timed
 from hdl.planner.scorer.widths import Widths
 from hdl.primitives.wide_multiplier import WideMultiplier
 from hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS
@@ -42,8 +42,8 @@ def judged_layout(widths: Widths) -> data.StructLayout:
 class PenaltyCounter(wiring.Component):
     """Adds up a path's penalty.
 
-    A cell and the excess count for each steep segment, the length of each steep arc, and an eighth
-    of the path for each missing arc.
+    A cell and the excess count for each steep segment, and an eighth of the path for each missing
+    arc; where there are none, the length of each steep arc.
 
     Source: step 5 of the score in ``docs/chip_planner.md``.
 
@@ -62,8 +62,6 @@ class PenaltyCounter(wiring.Component):
         1 in the second cycle of every slot.
     valid : In(1)
     judged : In(judged_layout)
-    gives_up : In(1)
-        Steep arcs count only where nothing else does.
     penalty : Out(VALUE_BITS)
         Ends at its greatest value.
     """
@@ -77,7 +75,6 @@ class PenaltyCounter(wiring.Component):
                 "phase": In(1),
                 "valid": In(1),
                 "judged": In(judged_layout(widths)),
-                "gives_up": In(1),
                 "penalty": Out(VALUE_BITS),
             }
         )
@@ -107,20 +104,15 @@ class PenaltyCounter(wiring.Component):
             "sharp", self.sharp, "product", first=sums["total"], second=sums["sharp"]
         )
         penalty = stages.compute(
-            "flat", lambda product, steep: product + steep, product, sums["steep"]
+            "steep_or_sharp", lambda product, steep: product + steep, product, sums["steep"]
         )
-        counts = stages.compute(
-            "arcs_count",
-            lambda penalty, gives_up: ~(gives_up & penalty.any()),
-            penalty,
-            Timed(self.gives_up, 0, Kind.STEADY),
-        )
+        flat = stages.compute("is_flat", lambda penalty: ~penalty.any(), penalty)
         whole = stages.compute(
             "whole",
-            lambda penalty, arcs, counts: penalty + Mux(counts, arcs, 0),
+            lambda penalty, arcs, flat: Mux(flat, arcs, penalty),
             penalty,
             sums["steep_arcs"],
-            counts,
+            flat,
         )
         limit = (1 << VALUE_BITS) - 1
         ended = stages.compute(

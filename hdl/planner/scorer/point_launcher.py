@@ -12,12 +12,17 @@ from hdl.protocol.planner import ALTITUDE_FRACTION, POSITION_FRACTION
 
 __all__ = ["PointLauncher"]
 
+#: Half a cell.
+_HALF = 1 << POSITION_FRACTION - 1
+
 
 class PointLauncher(wiring.Component):
-    """Launches a point in every slot, as long as points come.
+    """Launches a point in every slot, as long as points come: a path with its entry and exit.
 
-    A path begins if there is room for all of it, and with its second point at hand: the second
-    slot of a path follows the first. A point leaves in the slot after the one in which it is taken.
+    A path begins with the slot after the second cycle of a slot in which ``launches`` is set: its
+    first point has been taken in an earlier cycle, its second is offered, and there was room in the
+    cycle before, the first of the slot. Its other slots follow at once, each as its point is there
+    in the second cycle of the slot before; entry and exit always are.
 
     Parameters
     ----------
@@ -25,18 +30,21 @@ class PointLauncher(wiring.Component):
 
     Members
     -------
-    points : In(stream.Signature(point_layout))
-        Those of a path from its start corner to its goal corner, three or more.
-    room : In(1)
-        There is room for another path.
-    start, goal : In(place_layout)
-        Places of a path's first and last point, which its corners are near.
-    phase : Out(1)
+    phase : In(1)
         1 in the second cycle of every slot.
+    points : In(stream.Signature(point_layout))
+        Those of a path from its start corner to its goal corner, two or more.
+    room : In(1)
+        A path may begin.
+    has_entry, has_exit : In(1)
+        There is a point before the start, or behind the goal.
+    start, goal, entry, exit : In(place_layout)
+        Places of a path's ends. The corners of start and goal are among the points; those of entry
+        and exit are the nearest. All steady from the cycle in which a path's first point is taken.
+    x_limit, y_limit : In(widths.coordinate)
+        Highest corner, of entry and exit as well.
     launches : Out(1)
         Pulse: a path begins with the next slot.
-    launches_inner : Out(1)
-        Pulse: the next slot is that of a point between the ends of its path.
     valid : Out(1)
     first, last : Out(1)
         Point of its path.
@@ -51,13 +59,18 @@ class PointLauncher(wiring.Component):
         place = place_layout(widths)
         super().__init__(
             {
+                "phase": In(1),
                 "points": In(stream.Signature(self.point_layout)),
                 "room": In(1),
+                "has_entry": In(1),
+                "has_exit": In(1),
                 "start": In(place),
                 "goal": In(place),
-                "phase": Out(1),
+                "entry": In(place),
+                "exit": In(place),
+                "x_limit": In(widths.coordinate),
+                "y_limit": In(widths.coordinate),
                 "launches": Out(1),
-                "launches_inner": Out(1),
                 "valid": Out(1),
                 "first": Out(1),
                 "last": Out(1),
@@ -70,32 +83,40 @@ class PointLauncher(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        # The next point, which waits for its slot, and whether it begins a path.
-        kept, full, begins = Signal(self.point_layout, reset_less=True), Signal(), Signal(init=1)
-        may, leaves, comes = Signal(), Signal(), Signal()
-        m.d.sync += self.phase.eq(~self.phase)
+        # The next point, which waits for its slot, and whether it is the start of a path.
+        kept, full, starts = Signal(self.point_layout, reset_less=True), Signal(), Signal(init=1)
+        # The next slot begins a path, or is that of an exit.
+        begins, exits = Signal(init=1), Signal()
+        enters, may, leaves, uses, had_room = Signal(), Signal(), Signal(), Signal(), Signal()
+        m.d.sync += had_room.eq(self.room)
         m.d.comb += [
-            may.eq(self.phase & (self.room | ~begins)),
-            leaves.eq(full & may & (self.points.valid | ~begins)),
-            self.points.ready.eq(may | ~full),
-            comes.eq(self.points.valid & self.points.ready),
+            enters.eq(begins & self.has_entry),
+            may.eq(self.phase & (had_room | ~begins)),
+            leaves.eq(may & (exits | full & (self.points.valid | ~begins))),
+            uses.eq(may & ~enters & ~exits),
+            self.points.ready.eq(uses | ~full),
             self.launches.eq(leaves & begins),
-            self.launches_inner.eq(leaves & ~begins & ~kept.last),
         ]
-        with m.If(comes):
+        with m.If(self.points.valid & self.points.ready):
             m.d.sync += [kept.eq(self.points.p), full.eq(1)]
-        with m.Elif(leaves):
+        with m.Elif(leaves & uses):
             m.d.sync += full.eq(0)
         with m.If(leaves):
-            m.d.sync += begins.eq(kept.last)
+            m.d.sync += [
+                begins.eq(exits | (uses & kept.last & ~self.has_exit)),
+                exits.eq(uses & kept.last & self.has_exit),
+            ]
+            with m.If(uses):
+                m.d.sync += starts.eq(kept.last)
 
-        corner = {
-            "x": kept.x << POSITION_FRACTION,
-            "y": kept.y << POSITION_FRACTION,
-            "altitude": kept.altitude << ALTITUDE_FRACTION,
-        }
-        first, last = Signal(reset_less=True), Signal(reset_less=True)
+        self._send(m, kept, leaves, begins, starts, enters, exits)
+
+        return m
+
+    def _send(self, m, kept, leaves, begins, starts, enters, exits):
+        """Add the registers of the next slot's point."""
         x, y = Signal.like(self.x, reset_less=True), Signal.like(self.y, reset_less=True)
+        first, last = Signal(reset_less=True), Signal(reset_less=True)
         place = Signal(place_layout(self.widths), reset_less=True)
         m.d.comb += [
             self.first.eq(first),
@@ -104,19 +125,40 @@ class PointLauncher(wiring.Component):
             self.y.eq(y),
             self.place.eq(place),
         ]
+
+        # An entry or exit; goal or exit; any of the four ends.
+        outer, back, ends = Signal(), Signal(), Signal()
+        m.d.comb += [
+            outer.eq(enters | exits),
+            back.eq(exits | kept.last),
+            ends.eq(outer | starts | kept.last),
+        ]
         with m.If(self.phase):
             m.d.sync += [
                 self.valid.eq(leaves),
                 first.eq(begins),
-                last.eq(kept.last),
-                x.eq(kept.x),
-                y.eq(kept.y),
-                *(
-                    place[axis].eq(
-                        Mux(begins, self.start[axis], Mux(kept.last, self.goal[axis], value))
-                    )
-                    for axis, value in corner.items()
-                ),
+                last.eq(exits | (kept.last & ~self.has_exit)),
             ]
+        for axis, corner in (("x", x), ("y", y)):
+            entry, leave = (self._nearest(m, end, axis) for end in ("entry", "exit"))
+            with m.If(self.phase):
+                m.d.sync += corner.eq(Mux(outer, Mux(back, leave, entry), kept[axis]))
+        for axis, fraction in (
+            ("x", POSITION_FRACTION),
+            ("y", POSITION_FRACTION),
+            ("altitude", ALTITUDE_FRACTION),
+        ):
+            inner = Mux(back, self.goal[axis], self.start[axis])
+            outside = Mux(back, self.exit[axis], self.entry[axis])
+            with m.If(self.phase):
+                m.d.sync += place[axis].eq(
+                    Mux(ends, Mux(outer, outside, inner), kept[axis] << fraction)
+                )
 
-        return m
+    def _nearest(self, m, end, axis):
+        """Return a register of the coordinate of the corner nearest to an end."""
+        limit = getattr(self, f"{axis}_limit")
+        nearest = getattr(self, end)[axis] + _HALF >> POSITION_FRACTION
+        corner = Signal(self.widths.coordinate, name=f"{end}_corner_{axis}", reset_less=True)
+        m.d.sync += corner.eq(Mux(nearest > limit, limit, nearest))
+        return corner

@@ -5,13 +5,11 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from hdl.config import Config
-from hdl.feasibility.result_queue import ResultQueue
 from hdl.layouts import point_layout
 from hdl.planner.layouts import problem_layout
 from hdl.planner.scorer.arc_fitter import ArcFitter
 from hdl.planner.scorer.arc_measurer import ArcMeasurer
 from hdl.planner.scorer.arc_placer import ArcPlacer
-from hdl.planner.scorer.chord_queue import ChordQueue, chord_layout
 from hdl.planner.scorer.path_pricer import PathPricer
 from hdl.planner.scorer.penalty_counter import PenaltyCounter
 from hdl.planner.scorer.point_launcher import PointLauncher
@@ -20,17 +18,16 @@ from hdl.planner.scorer.segment_measurer import SegmentMeasurer
 from hdl.planner.scorer.slope_comparator import SlopeComparator
 from hdl.planner.scorer.turn_measurer import TurnMeasurer
 from hdl.planner.scorer.widths import SHARE_BITS, Widths
+from hdl.planner.walker.layouts import corner_layout
 from hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS
 
 
-__all__ = ["CHORDS", "RESULTS", "Scorer", "score_layout"]
+__all__ = ["Scorer", "chord_record_layout", "score_layout"]
 
 #: A length of one cell: arcs with longer tangents have their chords walked.
 CELL = 1 << POSITION_FRACTION
-#: Chords and results that wait or are on their way; the chords' ends fill a block RAM of 512 rows.
-CHORDS, RESULTS = 256, 32
 
-#: The submodules in the order of the pipeline; all but the first and the last have its phase.
+#: The submodules in the order of the pipeline.
 UNITS = (
     "launcher",
     "segments",
@@ -42,33 +39,49 @@ UNITS = (
     "arc_slopes",
     "pricer",
     "penalties",
-    "chord_queue",
-    "score_queue",
 )
 
 
 def score_layout() -> data.StructLayout:
-    """Return the layout of a path's score.
+    """Return the layout of a path's score: ``valid`` for a cycle, with the rest.
 
     ``infeasible``: a slope is too steep or an arc does not fit. ``value``: if so, the penalty, else
-    the cost, as the value of a key. ``unlimited``: the cost is not below ``4 << VALUE_BITS``, a key
-    above all others, and so not below any limit.
+    the cost, as the value of a key.
     """
-    return data.StructLayout({"infeasible": 1, "unlimited": 1, "value": VALUE_BITS})
+    return data.StructLayout({"valid": 1, "infeasible": 1, "value": VALUE_BITS})
+
+
+def chord_record_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
+    """Return the layout of the chord at the end of a segment: ``valid`` for a cycle, with the rest.
+
+    ``last``: the segment is that of its path. ``present``: there is a chord, from ``start`` to
+    ``stop``, and never at the end of the last segment.
+    """
+    corner = corner_layout(coordinate_bits, altitude_bits)
+    return data.StructLayout({"valid": 1, "last": 1, "present": 1, "start": corner, "stop": corner})
 
 
 class Scorer(wiring.Component):
     """Scores paths, a segment every two cycles.
 
-    A path of n points takes 2 n cycles, and the next one follows at once. The stages do not wait
-    for each other: a path enters if the queues at their ends have room for all of it. Chords and
-    scores are offered in the order of waypoints and paths; both must be taken, or no further path
-    enters. In the default sizes, and where nothing waits, the chord of a waypoint is offered 90
-    cycles after the point behind it is taken, and the score of a path 145 cycles after its goal.
+    The entry of the record is the first point of every path, before those that come in, and the
+    exit the last. A path of m points, these included, takes 2 m cycles, and the next one follows at
+    once. Nothing inside waits, and what comes out must be taken.
+
+    *Launch.* A path may begin in the second cycle of any slot: if in an earlier cycle its first
+    point was taken, if its second point is offered, and if there was ``room`` in the cycle before.
+    ``launches`` is set in that cycle. A point is taken as soon as the one before it has left, the
+    first point of the next path in the cycle in which the goal leaves.
+
+    *Results.* Let a path be launched in cycle L, and each of its points be offered when the scorer
+    takes it. Then the record of segment j, counted from 0, is there in cycle ``L + chord_latency +
+    2 j``, and the score ``score_latency`` cycles after the record of the last segment. In the
+    default sizes these are 87 and 56 cycles, so that a path of m points is scored in cycle ``L + 2
+    m + 139``. Records of consecutive paths do not mix, nor do scores.
+    ``sim/model/planner/scorer_cycles.py`` has the same counts.
 
     A score has what :meth:`sim.model.planner.definition.evaluation.Evaluator.evaluate` needs
-    besides the walk. The entry and the exit of a record are to come: ``has_entry`` and ``has_exit``
-    must be 0.
+    besides the walk.
 
     Source: ``docs/chip_planner.md``, "The score".
 
@@ -76,20 +89,31 @@ class Scorer(wiring.Component):
     ----------
     config : Config
 
+    Attributes
+    ----------
+    chord_latency : int
+        Cycles from ``launches`` to the record of the path's first segment.
+    score_latency : int
+        Cycles from the record of a path's last segment to its score.
+
     Members
     -------
     problem : In(problem_layout)
-        Steady while there are paths inside. No scale is above 1.
-    gives_up : In(1)
-        Steep arcs count only in paths without another penalty: the best path of the population is
-        feasible. Steady likewise.
+        Steady from the cycle in which a path's first point is taken until its score. No scale is
+        above 1.
+    phase : In(1)
+        1 in the second cycle of every slot: alternates in every cycle.
+    room : In(1)
+        A path may begin with the slot after this one. Counts in the first cycle of a slot.
     points : In(stream.Signature(point_layout))
         Points of paths, one path after the other: start corner, waypoints, goal corner. A path has
-        three points or more, and at most those of its configuration.
-    chords : Out(stream.Signature(chord_layout))
-        For each waypoint, the chord of its arc.
-    scores : Out(stream.Signature(score_layout))
-        For each path.
+        two points or more, and at most those of its configuration.
+    launches : Out(1)
+        Pulse, in the second cycle of a slot: a path begins with the next slot.
+    chord : Out(chord_record_layout)
+        For each segment of a path, in order, the chord of the arc at its end.
+    score : Out(score_layout)
+        For each path, after all of its chords.
     """
 
     def __init__(self, config: Config):
@@ -106,15 +130,20 @@ class Scorer(wiring.Component):
         self.arc_slopes = SlopeComparator(widths.arc, widths.part + SHARE_BITS + 2, SHARE_BITS)
         self.pricer = PathPricer(widths)
         self.penalties = PenaltyCounter(widths)
-        self.chord_queue = ChordQueue(*sizes, CHORDS)
-        self.score_queue = ResultQueue(score_layout(), RESULTS)
+        # A segment is sent by the second slot after its own, the second of a path.
+        laying = self.arcs.latency + self.placer.latency
+        self._fitting = self.segments.latency + self.turns.latency
+        self.chord_latency = 7 + self._fitting + self.fitter.latency + laying
+        self.score_latency = self.pricer.latency
         super().__init__(
             {
                 "problem": In(problem_layout(config)),
-                "gives_up": In(1),
+                "phase": In(1),
+                "room": In(1),
                 "points": In(stream.Signature(point_layout(*sizes))),
-                "chords": Out(stream.Signature(chord_layout(*sizes))),
-                "scores": Out(stream.Signature(score_layout())),
+                "launches": Out(1),
+                "chord": Out(chord_record_layout(*sizes)),
+                "score": Out(score_layout()),
             }
         )
 
@@ -123,10 +152,10 @@ class Scorer(wiring.Component):
 
         for name in UNITS:
             m.submodules[name] = getattr(self, name)
-        stages = Schedule(m, self.launcher.phase)
-        for name in UNITS[1:-1]:
-            m.d.comb += getattr(self, name).phase.eq(self.launcher.phase)
+            m.d.comb += getattr(self, name).phase.eq(self.phase)
+        stages = Schedule(m, self.phase)
         fields = {
+            self.launcher: ("has_entry", "has_exit", "x_limit", "y_limit"),
             self.segments: ("x_scale", "y_scale"),
             self.turns: ("radius",),
             self.slopes: ("climb", "descent"),
@@ -144,31 +173,21 @@ class Scorer(wiring.Component):
         return m
 
     def _launch(self, m):
-        """Take points while the queues have room, and send what is in the queues."""
+        """Take points while there is room."""
         launcher = self.launcher
         connect(m, flipped(self.points), launcher.points)
-        for end in ("start", "goal"):
+        for end in ("start", "goal", "entry", "exit"):
             m.d.comb += [
                 getattr(launcher, end)[axis].eq(self.problem[f"{end}_{axis}"])
                 for axis in ("x", "y", "altitude")
             ]
-        connect(m, self.chord_queue.chords, flipped(self.chords))
-        connect(m, self.score_queue.words, flipped(self.scores))
-
-        # Waypoints and paths that are in the stages or wait in the queues.
-        chords, scores = Signal(range(CHORDS + 1)), Signal(range(RESULTS + 1))
-        m.d.sync += [
-            chords.eq(chords + launcher.launches_inner - (self.chords.valid & self.chords.ready)),
-            scores.eq(scores + launcher.launches - (self.scores.valid & self.scores.ready)),
-            launcher.room.eq((chords <= CHORDS - self.config.max_waypoints) & (scores < RESULTS)),
-        ]
+        m.d.comb += [launcher.room.eq(self.room), self.launches.eq(launcher.launches)]
 
     def _measure(self, m, stages):
         """Add the way of a point to the fitter; a slot has the segment that ends at its point."""
         launcher, segments, turns, slopes = self.launcher, self.segments, self.turns, self.slopes
         fitter = self.fitter
-        measured = segments.latency
-        fitting = measured + turns.latency
+        measured, fitting = segments.latency, self._fitting
         valid = self._flags(m, launcher.valid, fitting // 2, "valid")
         first, last = Timed(launcher.first, 0), Timed(launcher.last, 0)
         length = Timed(segments.length, measured)
@@ -198,8 +217,7 @@ class Scorer(wiring.Component):
     def _lay_arcs(self, m, stages):
         """Add the way from the fitter to the chords, and to the cost."""
         launcher, fitter, arcs, placer = self.launcher, self.fitter, self.arcs, self.placer
-        fitting = self.segments.latency + self.turns.latency
-        fitted_at = fitting + fitter.latency
+        fitted_at = self._fitting + fitter.latency
         placing = fitted_at + arcs.latency
         laid_at = placing + placer.latency
         curves = Timed(fitter.fitted.tangent.any(), fitted_at)
@@ -210,7 +228,7 @@ class Scorer(wiring.Component):
                 getattr(arcs, name).eq(fitter.fitted[name])
                 for name in ("half_turn", "tangent", "length", "next_length")
             ),
-            placer.moves.eq(stages.at(Timed(fitter.moves, fitting), placing)),
+            placer.moves.eq(stages.at(Timed(fitter.moves, self._fitting), placing)),
             placer.corner.x.eq(x.value),
             placer.corner.y.eq(y.value),
             placer.corner.altitude.eq(altitude.value),
@@ -230,19 +248,21 @@ class Scorer(wiring.Component):
         laid["arc_length"] = stages.at(Timed(arcs.arc_length, placing), laid_at)
         laid |= {name: getattr(placer, name) for name in ("start_altitude", "before", "after")}
         valid = self._flags(m, fitter.fitted_valid, (laid_at - fitted_at) // 2, "laid")[-1]
-        queue, pricer = self.chord_queue, self.pricer
+        pricer, chord = self.pricer, self.chord
         m.d.comb += [
             pricer.valid.eq(valid),
             *(pricer.laid[name].eq(laid[name]) for name, _ in pricer.laid.shape()),
-            queue.put.eq(valid & ~laid["last"]),
-            queue.chord.exists.eq(laid["chord"]),
-            *(queue.chord.ends[end].eq(placer.ends[end]) for end in range(2)),
+            chord.valid.eq(valid & ~self.phase),
+            chord.last.eq(laid["last"]),
+            chord.present.eq(laid["chord"]),
+            chord.start.eq(placer.ends[0]),
+            chord.stop.eq(placer.ends[1]),
         ]
         self._judge(m, stages, valid, laid)
 
     def _judge(self, m, stages, valid, laid):
         """Add what makes a score; times begin with the slot of ``laid``."""
-        slopes, penalties, queue = self.arc_slopes, self.penalties, self.score_queue
+        slopes, penalties = self.arc_slopes, self.penalties
         judging = slopes.latency
         wrong = {
             "sharp": ~laid["fits"] & ~laid["last"],
@@ -259,19 +279,17 @@ class Scorer(wiring.Component):
         m.d.comb += [
             slopes.length.eq(laid["arc_length"]),
             slopes.rise.eq(self.placer.rise),
-            penalties.gives_up.eq(self.gives_up),
             penalties.valid.eq(self._flags(m, valid, judging // 2, "judged")[-1]),
             *(penalties.judged[name].eq(each) for name, each in wrong.items()),
             penalties.judged.steep_arc.eq(slopes.steep & curves),
-            queue.put.eq(ends & self.launcher.phase),
-            queue.word.infeasible.eq(penalty.any()),
-            queue.word.unlimited.eq(self.pricer.unlimited),
-            queue.word.value.eq(Mux(penalty.any(), penalty, self.pricer.value)),
+            self.score.valid.eq(ends & ~self.phase),
+            self.score.infeasible.eq(penalty.any()),
+            self.score.value.eq(Mux(penalty.any(), penalty, self.pricer.value)),
         ]
 
     def _flags(self, m, flag, slots, name):
         """Return ``flag`` and what it was in each of so many slots before, cleared by a reset."""
         earlier = Signal(slots, name=f"{name}_flags")
-        with m.If(self.launcher.phase):
+        with m.If(self.phase):
             m.d.sync += earlier.eq(Cat(flag, earlier))
         return [flag, *earlier]

@@ -45,7 +45,7 @@ class Widths:
     coordinate, altitude : int
         Of a waypoint.
     waypoints : int
-        Most waypoints of a path, or arcs.
+        Most waypoints of a path.
     """
 
     coordinate: int
@@ -56,6 +56,16 @@ class Widths:
     def of(cls, config: Config) -> Widths:
         """Return the widths of ``config``."""
         return cls(config.coordinate_bits, config.altitude_bits, config.max_waypoints)
+
+    @property
+    def arcs(self) -> int:
+        """Most arcs of a path: with an entry and an exit, start and goal have one, too."""
+        return self.waypoints + 2
+
+    @property
+    def segments(self) -> int:
+        """Most segments of a path, those from the entry and to the exit included."""
+        return self.arcs + 1
 
     @property
     def position(self) -> int:
@@ -144,12 +154,12 @@ class Widths:
     @property
     def cost(self) -> int:
         """Of the cost of a path, with its sign: a piece for every segment and every arc."""
-        return self.piece + (2 * self.waypoints + 1).bit_length()
+        return self.piece + (self.segments + self.arcs).bit_length()
 
     @cached_property
     def total(self) -> int:
         """Of the length of a path."""
-        return ((self.waypoints + 1) * self.longest).bit_length()
+        return (self.segments * self.longest).bit_length()
 
     @property
     def excess(self) -> int:
@@ -160,14 +170,14 @@ class Widths:
     def steep(self) -> int:
         """Of what the segments of a path count that are too steep."""
         most = (1 << POSITION_FRACTION) + (1 << self.part + EXCESS_BITS)
-        return ((self.waypoints + 1) * most).bit_length()
+        return (self.segments * most).bit_length()
 
     @cached_property
     def steep_arcs(self) -> int:
         """Of the length of all arcs of a path."""
-        return (self.waypoints * (1 << self.arc)).bit_length()
+        return (self.arcs * (1 << self.arc)).bit_length()
 
     @property
     def count(self) -> int:
-        """Of a number of waypoints."""
-        return self.waypoints.bit_length()
+        """Of a number of arcs."""
+        return self.arcs.bit_length()

@@ -62,8 +62,7 @@ def evaluate(
     """
     has_entry, has_exit = problem[HAS_ENTRY], problem[HAS_EXIT]
     counters[_SEGMENTS] += points - 1 + has_entry + has_exit
-    cost, penalty, steep_arcs = score(problem, path, points, work, first)
-    penalty += steep_arcs
+    cost, penalty = score(problem, path, points, work, first)
     value: int = min(max(cost >> problem[KEY_SHIFT], 0), _TOP)
     if first and penalty:
         return _INFEASIBLE | min(penalty, _TOP)

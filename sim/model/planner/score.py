@@ -93,12 +93,12 @@ def piece_cost(problem: Integers, before: int, after: int, length: int) -> int:
 @compiled
 def score(
     problem: Integers, path: Integers, points: int, work: Integers, first: bool
-) -> tuple[int, int, int]:
-    """Return cost, penalty and steep arcs of the first ``points`` rows x, y, step, ... of ``path``.
+) -> tuple[int, int]:
+    """Return cost and penalty of the first ``points`` rows x, y, step, ... of ``path``.
 
-    With ``first``, a penalty ends the score, and cost and steep arcs are 0. ``work``, (WORK_ROWS,
-    points or more) int64, gets the chords. A point more in it counts before the others where there
-    is an entry, and another one behind them where there is an exit.
+    With ``first``, a steep segment or a missing arc ends the score, and the cost is 0. ``work``,
+    (WORK_ROWS, points or more) int64, gets the chords. A point more in it counts before the others
+    where there is an entry, and another one behind them where there is an exit.
     """
     if problem[HAS_ENTRY] or problem[HAS_EXIT]:
         path = _extended(problem, path, points)
@@ -116,7 +116,7 @@ def score(
         used[k] = tangent if fits else 0
     penalty += sharp * total >> 3
     if first and penalty:
-        return 0, penalty, 0
+        return 0, penalty
 
     cost = steep_arcs = 0
     # Where the piece before ends: altitude, and length of its segment that an arc has taken.
@@ -138,7 +138,7 @@ def score(
         flown = _flown(problem, straight, before - altitude)
         cost += piece_cost(problem, altitude, before, flown)
         altitude, taken = after, tangent
-    return cost, penalty, steep_arcs
+    return cost, penalty if penalty else steep_arcs
 
 
 @compiled

@@ -17,6 +17,8 @@ __all__ = ["NO_LIMIT", "Evaluator", "key_of"]
 
 #: A key above all others: no path is given up.
 NO_LIMIT = 4 << VALUE_BITS
+#: Greatest value of a key.
+_TOP = (1 << VALUE_BITS) - 1
 #: A colliding corner counts in the penalty as so many cells of length.
 _CELLS_PER_HIT = 4
 
@@ -56,12 +58,9 @@ class Evaluator:
         has_entry, has_exit = self.record.has_entry, self.record.has_exit
         self.segments += len(path) - 1 + has_entry + has_exit
         scored = score(self.record, path)
-        value = scored.cost >> self.record.key_shift
+        value = min(max(scored.cost >> self.record.key_shift, 0), _TOP)
         if first and scored.penalty:
             return key_of(PathClass.INFEASIBLE, scored.penalty)
-        penalty = scored.penalty + scored.steep_arcs
-        if first and penalty:
-            return key_of(PathClass.INFEASIBLE, penalty)
         if first and value >= limit:
             return key_of(PathClass.GIVEN_UP, value)
 
@@ -81,9 +80,9 @@ class Evaluator:
                 before = min(before, margin)
                 if first and found:
                     break
-        if hits or penalty:
+        if hits or scored.penalty:
             units = hits * _CELLS_PER_HIT << POSITION_FRACTION
-            return key_of(PathClass.INFEASIBLE, penalty + units)
+            return key_of(PathClass.INFEASIBLE, scored.penalty + units)
         return key_of(PathClass.FEASIBLE, value)
 
     def segment(self, start: Point, stop: Point) -> tuple[int, int]:
@@ -101,4 +100,4 @@ class Evaluator:
 
 def key_of(path_class: PathClass, value: int) -> int:
     """Return a key: the class above the value, which ends at its greatest and at 0."""
-    return path_class << VALUE_BITS | min(max(value, 0), (1 << VALUE_BITS) - 1)
+    return path_class << VALUE_BITS | min(max(value, 0), _TOP)

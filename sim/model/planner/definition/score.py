@@ -75,9 +75,8 @@ class Score:
         Before its shift to a value.
     penalty : int
         A cell for each segment that is too steep, and 4 units for each part of altitude that it is
-        too steep by; an eighth of the path's length for each waypoint whose arc does not fit.
-    steep_arcs : int
-        Length of arcs that are too steep, which counts, too.
+        too steep by; an eighth of the path's length for each point whose arc does not fit. Without
+        any of these, the length of the arcs that are too steep, at least a cell each.
     arcs : list of Arc or None
         One for each waypoint, for the start if there is an entry, and for the goal if there is an
         exit; None where the arc does not fit.
@@ -85,7 +84,6 @@ class Score:
 
     cost: int
     penalty: int
-    steep_arcs: int
     arcs: list[Arc | None]
 
 
@@ -163,7 +161,7 @@ def score(record: ProblemRecord, path: Sequence[Point]) -> Score:
         flown = _flown(record, straight, after - before)
         cost += piece_cost(record, before, after, flown)
     penalty = steep + (arcs.count(None) * sum(lengths) >> 3)
-    return Score(cost, penalty, steep_arcs, arcs)
+    return Score(cost, penalty or steep_arcs, arcs)
 
 
 def _extended(

@@ -13,12 +13,11 @@ from hdl.protocol.planner import VALUE_BITS, PathClass
 from sim.model.planner.evaluator_cycles import PLACES, EvaluatorCycles
 from tests.evaluator_bench import Pauses, run
 from tests.evaluator_cases import drawn_evaluator, drawn_paths, outcomes
-from tests.planner_cases import SMALL, USUAL, ground
+from tests.planner_cases import SMALL, ground
 from tests.wrong_sizes import check_sizes
 
 
 SLOTS = 20
-CLASSES = {PathClass.FEASIBLE, PathClass.GIVEN_UP, PathClass.INFEASIBLE}
 
 
 def check(found, expected):
@@ -48,37 +47,31 @@ def check_cycles(config, evaluator, paths, found, expected):
 
 def case(config, rng, count, heading, **options):
     """Return an evaluator over some ground, and paths for it."""
-    radius = int(rng.choice([100, 300, 600]))
-    evaluator = drawn_evaluator(config, rng, ground(config, rng), heading, radius=radius)
+    evaluator = drawn_evaluator(config, rng, ground(config, rng), heading, radius=200)
     return evaluator, drawn_paths(evaluator, rng, count, SLOTS, **options)
 
 
-# The memo has no rows or 64; walks are short, or so long with one lane that all places fill up.
-@pytest.mark.parametrize("heading", range(4), ids=["free", "entry", "exit", "both"])
-@pytest.mark.parametrize(("rows", "lanes"), [(0, 4), (64, 1), (0, 1), (64, 4)])
+# The memo has no rows or 64; walks are short, or long with one lane. With paths as short as these,
+# all places fill up in any case. Many more paths, of the default sizes too, run compiled.
+@pytest.mark.parametrize(
+    ("heading", "rows", "lanes"),
+    [(0, 64, 4), (1, 0, 1), (2, 0, 4), (3, 64, 1)],
+    ids=["free", "entry", "exit", "both"],
+)
 def test_keys_margins_and_cycles(heading, rows, lanes):
-    rng = np.random.default_rng([heading, rows, lanes])
+    rng = np.random.default_rng(heading)
     config = SMALL.replace(lanes=lanes, memory_latency=1 + heading % 2)
-    late = 0
+    late, keys = 0, set()
     for gaps in (False, True):
-        evaluator, paths = case(config, rng, 60, heading, gaps=gaps)
+        evaluator, paths = case(config, rng, 40, heading, gaps=gaps)
         expected = outcomes(evaluator, rows, paths)
         found = run(PathEvaluator(config, SLOTS, rows), evaluator, paths)
         check(found, expected)
         late += check_cycles(config, evaluator, paths, found, expected)
-        assert {each.key >> VALUE_BITS for each in expected} == CLASSES
-        assert 10 < sum(each.costs is not None for each in expected) < 50
-    assert (late > 5) == (lanes == 1)
-
-
-def test_cycles_of_the_default_sizes():
-    config = USUAL.replace(map_size=64, coarse_factor=8)
-    rng = np.random.default_rng(1)
-    evaluator, paths = case(config, rng, 60, 1, gaps=True)
-    expected = outcomes(evaluator, 512, paths)
-    found = run(PathEvaluator(config, SLOTS), evaluator, paths)
-    check(found, expected)
-    check_cycles(config, evaluator, paths, found, expected)
+        keys |= {each.key >> VALUE_BITS for each in expected}
+        assert 5 < sum(each.costs is not None for each in expected) < 35
+    assert keys == {PathClass.FEASIBLE, PathClass.GIVEN_UP, PathClass.INFEASIBLE}
+    assert late > 5
 
 
 @pytest.mark.parametrize("stalled", [(0,), (1,), (2,), (0, 1, 2)], ids=str)

@@ -1,6 +1,7 @@
 # amaranth: UnusedElaboratable=no
-"""The scorer: scores and chords of its model, at full rate, under back-pressure, after a reset."""
+"""The scorer: scores and chords of its model, cycle by cycle, with pauses, after a reset."""
 
+import dataclasses
 import itertools
 from dataclasses import dataclass, field
 
@@ -9,12 +10,25 @@ import pytest
 from amaranth.hdl import ResetInserter, Signal
 from amaranth.sim import Simulator
 
-from hdl.planner.scorer import scorer as module
 from hdl.planner.scorer.scorer import Scorer
-from hdl.protocol.planner import VALUE_BITS
+from hdl.protocol.planner import POSITION_FRACTION, SCALE_FRACTION, VALUE_BITS
 from sim.model.planner.definition.score import score
-from tests.planner_cases import SMALL, USUAL, path, record
-from tests.scorer_cases import defined_score, drawn_paths, drawn_problem, problem_fields
+from sim.model.planner.scorer_cycles import ScorerCycles, freed, launched
+from tests.planner_cases import LARGE, SMALL, USUAL, headed, path, record
+from tests.scorer_cases import (
+    defined_score,
+    drawn_free_problem,
+    drawn_paths,
+    drawn_problem,
+    problem_fields,
+)
+
+
+#: Greatest slopes, which no path exceeds.
+GENTLE = {"climb": (1 << 24) - 1, "descent": (1 << 24) - 1}
+
+#: Without and with an entry, and an exit.
+ENDS = list(itertools.product((0, 1), repeat=2))
 
 
 @dataclass
@@ -23,35 +37,64 @@ class Job:
 
     Attributes
     ----------
-    pauses : sequence of sequence of int
-        Cycles before each transfer of points, scores and chords, repeated.
+    pauses : sequence of int
+        Cycles before each transfer of a point, repeated.
+    room : sequence of int
+        Of each cycle, repeated.
     reset_at : int or None
         Cycle of a reset, after which the job ends.
-    scores : list of (infeasible, unlimited, value)
-    chords : list of (point, point) or None
-    taken, scored, offered : list of int
-        Cycle in which each point was taken, and each score and chord.
+    begins : int
+        First cycle; those in which the phase is 1 are odd.
+    chords, scores : list of tuple
+        Cycle, then ``last`` and the chord, or ``infeasible`` and ``value``.
+    taken, launches : list of int
+        Cycle in which each point was taken, and in which each path was launched.
     """
 
     problem: object
     paths: list
-    gives_up: bool = False
-    pauses: tuple = ((0,), (0,), (0,))
+    pauses: tuple = (0,)
+    room: tuple = (1,)
     reset_at: int | None = None
-    scores: list = field(default_factory=list)
+    begins: int = 0
     chords: list = field(default_factory=list)
+    scores: list = field(default_factory=list)
     taken: list = field(default_factory=list)
-    scored: list = field(default_factory=list)
-    offered: list = field(default_factory=list)
+    launches: list = field(default_factory=list)
+
+    @property
+    def added(self):
+        """Points of every path that do not come in."""
+        return self.problem.has_entry + self.problem.has_exit
 
     def check(self):
-        results = [defined_score(self.problem, each, self.gives_up) for each in self.paths]
-        assert self.scores == [score for score, _ in results]
-        assert self.chords == [chord for _, chords in results for chord in chords]
+        """Compare everything but cycles, and the order of chords and scores."""
+        results = [defined_score(self.problem, each) for each in self.paths]
+        assert [each[1:] for each in self.scores] == [score for score, _ in results]
+        assert [each[1:] for each in self.chords] == [
+            (i == len(chords) - 1, chord) for _, chords in results for i, chord in enumerate(chords)
+        ]
+        ends = [cycle for cycle, last, _ in self.chords if last]
+        assert all(
+            end < cycle < after
+            for end, (cycle, *_), after in zip(
+                ends, self.scores, [*[start + 200 for start in ends[1:]], 1 << 30], strict=True
+            )
+        )
+
+    def check_cycles(self, config):
+        """Compare the cycles of chords and scores with those of the launches."""
+        cycles = ScorerCycles.of(config)
+        sizes = [len(each) + self.added for each in self.paths]
+        starts = list(zip(self.launches, sizes, strict=True))
+        assert [each[0] for each in self.scores] == [cycles.scored(*each) for each in starts]
+        assert [each[0] for each in self.chords] == [
+            cycles.sent(start, segment) for start, size in starts for segment in range(size - 1)
+        ]
 
 
 #: Cycles in which nothing may come after the last job.
-IDLE = 150
+IDLE = 170
 
 
 def run(config, *jobs):
@@ -61,66 +104,72 @@ def run(config, *jobs):
     simulator.add_clock(1e-8)
 
     async def bench(ctx):
+        cycle = 0
         for job in jobs:
-            await drive(ctx, dut, job)
+            job.begins = cycle
+            cycle = await drive(ctx, dut, job)
             if job.reset_at is not None:
                 ctx.set(reset, 1)
+                ctx.set(dut.phase, cycle % 2)
                 await ctx.tick()
+                cycle += 1
                 ctx.set(reset, 0)
-        nothing = Job(None, [[]], reset_at=IDLE)
+        nothing = Job(None, [[]], reset_at=IDLE, begins=cycle)
         await drive(ctx, dut, nothing)
-        assert nothing.scored == nothing.offered == []
+        assert nothing.scores == nothing.chords == []
 
     simulator.add_testbench(bench)
     simulator.run()
     return jobs
 
 
-async def drive(ctx, dut, job):
-    """Send the points of a job, and take scores and chords until all are there."""
-    streams = dut.points, dut.scores, dut.chords
-    flags = [each.valid & each.ready for each in streams]
-    pauses = [itertools.cycle(each) for each in job.pauses]
-    left = [next(each) for each in pauses]
-    points = [
+def points_of(paths):
+    """Return the points of all paths as the scorer takes them."""
+    return [
         {"x": x, "y": y, "altitude": altitude, "last": i == len(each) - 1}
-        for each in job.paths
+        for each in paths
         for i, (x, y, altitude) in enumerate(each)
     ]
-    waypoints = len(points) - 2 * len(job.paths)
+
+
+async def drive(ctx, dut, job):
+    """Send the points of a job until all scores are there; return the next cycle."""
+    points = points_of(job.paths)
+    pauses, rooms = itertools.cycle(job.pauses), itertools.cycle(job.room)
+    left = next(pauses)
     if job.problem is not None:
         ctx.set(dut.problem, problem_fields(job.problem))
-    ctx.set(dut.gives_up, job.gives_up)
-    for cycle in range(100_000):
-        if cycle == job.reset_at or (len(job.scored), len(job.offered)) == (
-            len(job.paths),
-            waypoints,
-        ):
-            return
-        offers = len(job.taken) < len(points) and left[0] == 0
+    for cycle in range(job.begins, job.begins + 100_000):
+        ended = len(job.scores) == len(job.paths)
+        if ended or cycle - job.begins == job.reset_at:
+            ctx.set(dut.points.valid, 0)
+            return cycle
+        ctx.set(dut.phase, cycle % 2)
+        ctx.set(dut.room, next(rooms))
+        offers = len(job.taken) < len(points) and left == 0
         ctx.set(dut.points.valid, offers)
         if offers:
             ctx.set(dut.points.p, points[len(job.taken)])
-        ctx.set(dut.scores.ready, left[1] == 0)
-        ctx.set(dut.chords.ready, left[2] == 0)
-        moved = [ctx.get(flag) for flag in flags]
-        if moved[0]:
+        left = max(left - 1, 0)
+        if offers and ctx.get(dut.points.ready):
             job.taken.append(cycle)
-        if moved[1]:
-            each = ctx.get(dut.scores.payload)
-            job.scores.append((bool(each.infeasible), bool(each.unlimited), each.value))
-            job.scored.append(cycle)
-        if moved[2]:
-            each = ctx.get(dut.chords.payload)
-            ends = tuple((end.x, end.y, end.altitude) for end in each.ends)
-            job.chords.append(ends if each.exists else None)
-            job.offered.append(cycle)
-        left = [
-            next(each) if done else max(pause - 1, 0)
-            for each, done, pause in zip(pauses, moved, left, strict=True)
-        ]
+            left = next(pauses)
+        read(ctx, dut, job, cycle)
         await ctx.tick()
     raise TimeoutError("The scorer does not end")
+
+
+def read(ctx, dut, job, cycle):
+    """Add what leaves the scorer in this cycle."""
+    if ctx.get(dut.launches):
+        job.launches.append(cycle)
+    each = ctx.get(dut.chord)
+    if each.valid:
+        chord = tuple((end.x, end.y, end.altitude) for end in (each.start, each.stop))
+        job.chords.append((cycle, bool(each.last), chord if each.present else None))
+    each = ctx.get(dut.score)
+    if each.valid:
+        job.scores.append((cycle, bool(each.infeasible), each.value))
 
 
 def drawn_job(config, rng, count, **options):
@@ -128,130 +177,182 @@ def drawn_job(config, rng, count, **options):
     return Job(problem, drawn_paths(config, rng, problem, count), **options)
 
 
+def with_ends(config, rng, problem, entry, exits):
+    """Return the problem with an entry or without, with an exit or without."""
+    drawn = headed(config, rng, problem)
+    return dataclasses.replace(drawn, has_entry=entry, has_exit=exits)
+
+
 # Small and usual chips; the largest in Verilator.
+@pytest.mark.parametrize("ends", ENDS, ids=["free", "exit", "entry", "both"])
 @pytest.mark.parametrize(
-    ("config", "problems", "count"), [(SMALL, 6, 5), (USUAL, 2, 3)], ids=["small", "usual"]
+    ("config", "problems", "count"), [(SMALL, 5, 5), (USUAL, 1, 3)], ids=["small", "usual"]
 )
-def test_matches_the_definition(config, problems, count):
-    rng = np.random.default_rng(problems)
-    jobs = [drawn_job(config, rng, count, gives_up=bool(i % 2)) for i in range(problems)]
+def test_matches_the_definition(config, problems, count, ends):
+    """At full rate, with and without entry and exit; every path at once behind the one before."""
+    rng = np.random.default_rng(ends)
+    drawn = [
+        with_ends(config, rng, drawn_free_problem(config, rng), *ends) for _ in range(problems)
+    ]
+    jobs = [drawn_job(config, rng, count, problem=problem) for problem in drawn]
     for job in run(config, *jobs):
         job.check()
+        job.check_cycles(config)
+        sizes = [2 * (len(each) + sum(ends)) for each in job.paths]
+        assert np.diff(job.launches).tolist() == sizes[:-1]
 
 
-def test_matches_the_definition_under_back_pressure():
-    """With pauses of random lengths in some of the streams: points, scores, chords."""
+def test_matches_the_definition_with_pauses():
+    """Of points, and of room."""
     rng = np.random.default_rng(4)
     jobs = []
-    for stalled in ((0, 1), (2,), (0, 1, 2)):
-        pauses = [
-            rng.choice([0, 0, 1, 2, 15], 500).tolist() if i in stalled else (0,) for i in range(3)
-        ]
+    for _ in range(3):
+        pauses = rng.choice([0, 0, 1, 2, 15], 500).tolist()
         jobs.append(drawn_job(SMALL, rng, 5, pauses=pauses))
+        room = np.repeat(rng.integers(2, size=200), rng.integers(1, 60, size=200)).tolist()
+        jobs.append(drawn_job(SMALL, rng, 5, room=room))
+        jobs.append(
+            drawn_job(SMALL, rng, 5, pauses=pauses, room=rng.integers(2, size=500).tolist())
+        )
     for job in run(SMALL, *jobs):
         job.check()
+    for job in jobs[1::3]:
+        job.check_cycles(SMALL)
 
 
-def test_queues_never_overflow(monkeypatch):
-    """With queues of few words, which fill up while nothing is taken."""
-    monkeypatch.setattr(module, "CHORDS", 8)
-    monkeypatch.setattr(module, "RESULTS", 3)
-    rng = np.random.default_rng(3)
-    problem = record(SMALL, rng, radius=300, climb=(1 << 24) - 1, descent=(1 << 24) - 1)
-    jobs = [
-        drawn_job(SMALL, rng, 7, problem=problem, pauses=pauses)
-        for pauses in (((0,), (200, 40), (0,)), ((0,), (0,), (190, 0, 0, 15)))
-    ]
+def test_shortest_and_longest_paths():
+    """Start and goal alone, and as many points as fit, in turn."""
+    rng = np.random.default_rng(11)
+    jobs = []
+    for ends in ENDS:
+        problem = with_ends(SMALL, rng, record(SMALL, rng, radius=60, **GENTLE), *ends)
+        paths = [path(SMALL, rng, waypoints=count) for count in (0, 0, 5, 0, 1, 5, 5, 0)]
+        jobs.append(Job(problem, paths))
+        jobs.append(Job(problem, paths, pauses=(0, 3, 0, 1, 0)))
     for job in run(SMALL, *jobs):
         job.check()
-        assert job.taken[-1] > 200
+        if job.pauses == (0,):
+            job.check_cycles(SMALL)
+
+
+@pytest.mark.parametrize("config", [SMALL, USUAL, LARGE], ids=["small", "usual", "large"])
+def test_latencies(config):
+    scorer = Scorer(config)
+    assert (scorer.chord_latency, scorer.score_latency) == dataclasses.astuple(
+        ScorerCycles.of(config)
+    )
+
+
+def test_latencies_of_all_sizes():
+    for coordinate_bits, altitude_bits, waypoints in itertools.product(
+        range(4, 13), (6, 8, 11, 12, 16), (4, 13, 29, 64)
+    ):
+        config = USUAL.replace(
+            map_size=1 << coordinate_bits, altitude_bits=altitude_bits, max_waypoints=waypoints
+        )
+        scorer, cycles = Scorer(config), ScorerCycles.of(config)
+        assert (scorer.chord_latency, scorer.score_latency) == (cycles.chord, cycles.score)
 
 
 def test_cycles():
-    """A path of n points takes 2 n cycles, and latencies are those of the docstring."""
+    """The numbers of the docstring, of a path alone in the default sizes."""
     rng = np.random.default_rng(5)
-    lengths = [3, 4, 3, 10, 3, 4]
-    problem = record(USUAL, rng)
-    paths = [path(USUAL, rng, waypoints=length - 2) for length in lengths]
-    # Alone, whichever the cycle of a slot in which the points come.
-    alone = [Job(problem, paths[1:2], pauses=((wait, 0, 0, 0), (0,), (0,))) for wait in range(2)]
-    together, *alone = run(USUAL, Job(problem, paths), *alone)
-    together.check()
-    # The first points fill a slot and a register.
-    first_points = np.cumsum(lengths)[:-1]
-    assert np.diff([together.taken[start] for start in first_points]).tolist() == [
-        2 * length for length in lengths[1:-1]
-    ]
-    assert np.diff(together.scored).tolist() == [2 * length for length in lengths[1:]]
-    for job in alone:
-        *_, before, goal = job.taken
-        found = job.offered[-2] - before, job.offered[-1] - goal, job.scored[0] - goal
-        assert found == (90, 90, 145)
+    problem = with_ends(USUAL, rng, record(USUAL, rng), 1, 1)
+    (job,) = run(USUAL, Job(problem, [path(USUAL, rng, waypoints=4)]))
+    job.check()
+    (start,) = job.launches
+    assert [cycle - start for cycle, *_ in job.chords] == [87 + 2 * segment for segment in range(7)]
+    assert job.scores[0][0] - start == 87 + 2 * 6 + 56 == 2 * 8 + 139
+    # The two first points at once, then one in every slot, behind that of the entry.
+    assert [cycle - start for cycle in job.taken] == [-1, *range(2, 11, 2)]
 
 
-def test_a_point_may_come_at_any_time():
-    """The second slot of a path follows the first, whenever the second point comes."""
+@pytest.mark.parametrize("ends", ENDS, ids=["free", "exit", "entry", "both"])
+def test_a_path_begins(ends):
+    """In the cycle that the model tells, whenever points come and room is there."""
     rng = np.random.default_rng(7)
-    problem = record(SMALL, rng, radius=100)
-    pauses = ((1, 0), (0, 1), (3, 2))
+    problem = with_ends(SMALL, rng, record(SMALL, rng, radius=100), *ends)
     jobs = [
-        drawn_job(SMALL, rng, 2, problem=problem, pauses=((*each, 0), (0,), (0,)))
-        for each in pauses
+        Job(problem, drawn_paths(SMALL, rng, problem, 1), (*pauses, 0, 0, 0, 0, 0), (0,) * closed)
+        for pauses in itertools.product(range(4), range(4))
+        for closed in (0, 1, 2, 3, 8, 9)
     ]
+    for job in jobs:
+        job.room = (*job.room, *[1] * 100_000)
     for job in run(SMALL, *jobs):
         job.check()
+        job.check_cycles(SMALL)
+        first = job.begins + job.pauses[0]
+        second = first + 1 + job.pauses[1]
+        room = job.begins + job.room.index(1)
+        assert job.launches == [launched(first, second, 0, room)]
+
+
+def test_the_next_path_begins():
+    """Behind the one before, or later if points or room are late."""
+    rng = np.random.default_rng(12)
+    problem = with_ends(SMALL, rng, record(SMALL, rng, radius=100), 1, 1)
+    jobs = []
+    for late, closed in itertools.product((0, 3, 5, 6, 7, 8, 12), (0, 13, 14, 15, 20)):
+        paths = [path(SMALL, rng, waypoints=2), path(SMALL, rng, waypoints=1)]
+        room = (1, 1, 1, *[0] * closed, *[1] * 100_000)
+        jobs.append(Job(problem, paths, (0, 0, 0, 0, late, 0, 0, 0), room))
+    for job in run(SMALL, *jobs):
+        job.check()
+        job.check_cycles(SMALL)
+        goal = job.taken[3]
+        first = goal + 1 + job.pauses[4]
+        room = job.begins + len(job.room) - 100_000
+        start = launched(job.begins, job.begins + 1, 0, job.begins)
+        free = freed(start, 6)
+        assert job.launches == [start, launched(first, first + 1, free, room)]
 
 
 def test_reset_discards_all_paths():
     """Paths that are inside when the reset comes leave nothing behind."""
     rng = np.random.default_rng(8)
-    problem = record(SMALL, rng, radius=100)
+    problem = with_ends(SMALL, rng, record(SMALL, rng, radius=100), 1, 1)
     jobs = [
         drawn_job(SMALL, rng, 8 if i % 2 == 0 else 2, problem=problem, reset_at=reset_at)
         for i, reset_at in enumerate((61, None, 140, None))
     ]
     for job in run(SMALL, *jobs)[1::2]:
         job.check()
+        job.check_cycles(SMALL)
 
 
 def test_greatest_costs():
-    """Values end at 0 and at their greatest; a cost beyond every key is told apart."""
+    """Values end at 0 and at their greatest."""
     rng = np.random.default_rng(9)
-    limits = {"climb": (1 << 24) - 1, "descent": (1 << 24) - 1, "radius": 0}
     straight = [(x, x, 100) for x in (0, 10, 20, 30)]
     jobs = {}
     for key_shift in range(64):
         for base in (-(1 << 24), (1 << 24) - 1):
             problem = record(
-                SMALL, rng, **limits, key_shift=key_shift, base=base, fuel=65_535, fuel_shift=0
-            )
-            (infeasible, unlimited, value), _ = defined_score(problem, straight, False)
-            assert not infeasible
-            kind = unlimited, value in (0, (1 << VALUE_BITS) - 1)
+                SMALL, rng, radius=0, key_shift=key_shift, base=base, fuel=65_535, fuel_shift=0,
+                **GENTLE,
+            )  # fmt: skip
+            cost = score(problem, straight).cost >> key_shift
+            assert score(problem, straight).penalty == 0
+            kind = min(max(cost, -1) >> VALUE_BITS, 2)
             jobs[kind] = Job(problem, [straight])
-    assert jobs.keys() == {(False, False), (False, True), (True, True)}
+    assert jobs.keys() == {-1, 0, 1, 2}
     for job in run(SMALL, *jobs.values()):
         job.check()
 
 
-def test_steep_arcs_count_last_while_the_best_path_is_feasible():
-    """Beside another penalty they do not count then; alone they always do."""
+def test_steep_arcs_count_alone():
+    """The arc of a right angle between climbs at the limit is steeper than they are."""
     rng = np.random.default_rng(10)
-    kinds = {True: [], False: []}
-    while not all(len(each) >= 2 for each in kinds.values()):
-        problem = drawn_problem(SMALL, rng)
-        for points in drawn_paths(SMALL, rng, problem, 5):
-            scored = score(problem, points)
-            if scored.steep_arcs:
-                kinds[scored.penalty > 0].append((problem, points))
-    chosen = [kinds[True][0], kinds[False][0]]
+    far = 10 << POSITION_FRACTION
+    ends = {"start_x": 0, "start_y": 0, "start_altitude": 1600, "goal_x": far, "goal_y": far}
+    points = [(0, 0, 100), (10, 0, 110), (10, 10, 120)]
+    fields = {"x_scale": 1 << SCALE_FRACTION, "climb": 256, "radius": 512}
+    # A climb at the limit, and one of a part more.
     jobs = [
-        Job(problem, [points], gives_up=gives_up)
-        for problem, points in chosen
-        for gives_up in (False, True)
+        Job(record(SMALL, rng, **ends, **fields, goal_altitude=altitude), [points])
+        for altitude in (1920, 1921)
     ]
-    both, not_both, alone, still_alone = run(SMALL, *jobs)
-    for job in jobs:
+    for job in run(SMALL, *jobs):
         job.check()
-    assert both.scores != not_both.scores
-    assert alone.scores == still_alone.scores
+    assert [job.scores[0][2] for job in jobs] == [804, 256 + 4]

@@ -57,7 +57,7 @@ def case(config, rng, number, heading):
         points = [start, *path(config, rng)[1:-1], goal]
         scored = score(problem, points)
         first = bool(rng.integers(2))
-        if scored.penalty + scored.steep_arcs == 0:
+        if scored.penalty == 0:
             chords = [
                 *[None] * (1 - problem.has_entry),
                 *(arc.chord for arc in scored.arcs),

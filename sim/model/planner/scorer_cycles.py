@@ -1,0 +1,122 @@
+"""Cycles of the scorer, equal to those of the gateware.
+
+Cycles in which its ``phase`` is 1, the second of a slot, are odd here. The points of a path are
+those of its score, an entry and an exit included: m points take 2 m cycles.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+from hdl.config import Config
+from hdl.planner.scorer.widths import SHARPEST_BITS, TURN_BITS, Widths
+from hdl.protocol.planner import (
+    DRAG_FRACTION,
+    FUEL_BITS,
+    RADIUS_BITS,
+    RISE_BITS,
+    RISE_FRACTION,
+    SCALE_FRACTION,
+    TURN_FRACTION,
+)
+
+
+__all__ = ["ScorerCycles", "freed", "launched"]
+
+#: Bits of a factor that a multiplier takes.
+_CELL_BITS = 18
+#: Cycles from ``launches`` to the slot of a path's fourth point, in which the record of its first
+#: segment leaves the fitter, and cycles of the fitter.
+_SENT, _FITTER = 7, 2
+
+
+def launched(first: int, second: int, free: int, room: int) -> int:
+    """Return the cycle in which ``launches`` is set for a path: its slots begin in the next one.
+
+    Parameters
+    ----------
+    first, second : int
+        Cycles from which its first two points are offered, unless the scorer takes the point before
+        each later than that; there is always a cycle between.
+    free : int
+        What :func:`freed` returns for the path before, or 0.
+    room : int
+        Cycle from which there is room.
+    """
+    return max(first + 1, second, free, room + 1) | 1
+
+
+def freed(launch: int, points: int) -> int:
+    """Return the first cycle in which the path behind one of so many points may be launched."""
+    return launch + 2 * points
+
+
+@dataclass(frozen=True)
+class ScorerCycles:
+    """Latencies of the scorer of one configuration.
+
+    Attributes
+    ----------
+    chord : int
+        Cycles from the launch of a path to the record of its first segment.
+    score : int
+        Cycles from the record of a path's last segment to its score.
+    """
+
+    chord: int
+    score: int
+
+    @classmethod
+    @cache
+    def of(cls, config: Config) -> ScorerCycles:
+        """Return the latencies of ``config``."""
+        widths = Widths.of(config)
+        return cls(_SENT + _FITTER + _measuring(widths) + _laying(widths), _pricing(widths))
+
+    def sent(self, launch: int, segment: int) -> int:
+        """Return the cycle of the chord record of a segment, counted from 0."""
+        return launch + self.chord + 2 * segment
+
+    def scored(self, launch: int, points: int) -> int:
+        """Return the cycle of the score of a path of so many points."""
+        return self.sent(launch, points - 2) + self.score
+
+
+def _measuring(widths: Widths) -> int:
+    """Return the cycles of a segment and its turn: a root, and a quotient, a bit each."""
+    side = widths.side
+    segment = 4 + _product(side, SCALE_FRACTION + 1) + _product(side, side) + widths.length
+    quotient = SHARPEST_BITS + TURN_FRACTION
+    turn = 7 + _product(side, side) + quotient + _product(RADIUS_BITS, widths.half_turn)
+    return _slots(segment) + _slots(turn)
+
+
+def _laying(widths: Widths) -> int:
+    """Return the cycles of an arc's length and shares, then of its ends."""
+    arc = 6 + _product(RADIUS_BITS, TURN_BITS)
+    return _slots(max(widths.share + 1, arc)) + _slots(3 + _product(widths.part + 1, widths.share))
+
+
+def _pricing(widths: Widths) -> int:
+    """Return the cycles from the last pieces of a path to its value."""
+    up = widths.part + 1 + RISE_BITS - RISE_FRACTION
+    squares = max(
+        1 + _product(widths.part + 1, RISE_BITS) + _product(up, up),
+        _product(widths.run, widths.run),
+    )
+    flown = squares + 1 + widths.flown + 1 + 1
+    fuel = 5 + _product(DRAG_FRACTION, widths.flown) + _product(widths.pull, FUEL_BITS)
+    piece = flown + max(fuel, _product(widths.level, widths.flown)) + 1
+    return _slots(3 + piece) + 10
+
+
+def _product(first: int, second: int) -> int:
+    """Return the cycles of a product of numbers of so many bits, sign included."""
+    multipliers = -(-first // _CELL_BITS) * -(-second // _CELL_BITS)
+    return 1 + (multipliers - 1).bit_length()
+
+
+def _slots(cycles: int) -> int:
+    """Return the cycles until a value that takes so many is held through a slot."""
+    return (cycles | 1) + 1

@@ -123,9 +123,11 @@ def headed(config, rng, problem):
     return dataclasses.replace(problem, **values)
 
 
-def shape(config, rng):
-    """A box, disc or polygon anywhere, whose edges cross its box."""
+def shape(config, rng, *, span=None):
+    """A box, disc or polygon anywhere, whose edges cross its box of at most ``span`` corners."""
     (x0, x1), (y0, y1) = np.sort(rng.integers(config.map_size, size=(2, 2))).tolist()
+    if span is not None:
+        x1, y1 = min(x1, x0 + span - 1), min(y1, y0 + span - 1)
     bend = [0, 0] if rng.integers(2) else rng.integers(1 << BEND_BITS, size=2).tolist()
     edges = []
     for i in range(rng.integers(EDGES + 1)):

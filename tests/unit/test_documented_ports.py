@@ -16,6 +16,7 @@ from hdl.config import CheckerBuild, Config
 from hdl.layouts import generation_signature
 from hdl.planner.evolver import Evolver
 from hdl.planner.scorer.scorer import Scorer
+from hdl.planner.shape_drawer import ShapeDrawer
 from hdl.planner.walker.path_walker import PathWalker
 from hdl.planner.wavefront.seed_source import SeedSource
 from hdl.top import Planner
@@ -52,6 +53,7 @@ def components():
         partial(PathWalker, CHIPS[0]),
         partial(Scorer, SMALL),
         partial(Evolver, SMALL, 2),
+        partial(ShapeDrawer, SMALL.coordinate_bits, SMALL.altitude_bits),
         partial(SeedSource, SMALL, SMALL.lookup_latency),
     )
     for maker in makers:

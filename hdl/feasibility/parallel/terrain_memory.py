@@ -49,7 +49,8 @@ class TerrainMemory(wiring.Component):
     A bank compares its data with the altitude of the lane that looks there, if any does. The
     latency from a cell to ``hits`` is ``memory_latency + 3``: bank, address, comparison, and
     gathering of each lane's banks. Without comparators the lanes get the ground itself, as late:
-    along each axis from the banks where the lane may look, then from one of the two.
+    along each axis from the banks where the lane may look, then from one of the two. Instead of
+    single cells, a row of neighbours can be looked up then, a cell for each lane.
 
     The banks are spread over the device; the block RAMs of one lie side by side where the cells of
     the platform have places for them (:class:`hdl.primitives.block_memory.BlockMemory`). Each bank
@@ -83,18 +84,22 @@ class TerrainMemory(wiring.Component):
     walking : In(1)
         The lanes have cells: writes and look-ups do not reach the memory.
     hits : Out(lane_count)
-        Lanes whose cell collides.
+        With ``compare``: lanes whose cell collides.
     blocked : Out(lane_count)
-        Lanes whose cell holds the top altitude, and so collides, too.
+        With ``compare``: lanes whose cell holds the top altitude, and so collides, too.
     grounds : Out(altitude_bits).array(lane_count)
-        Altitudes of the lanes' cells.
+        Without ``compare``: altitudes of the lanes' cells, or of the row's.
+    row_x : In(lane_row_bits(lane_count, coordinate_bits))
+    row_y : In(coordinate_bits)
+        Without ``compare``: row of cells to be looked up while not ``walking``, and not in the
+        cycle of a write. Lane c has cell (``row_x * lane_count + c``, ``row_y``).
     write_enable : In(1)
     write_x, write_y : In(coordinate_bits)
     write_altitude : In(altitude_bits)
         Cell to be written; reads see it from the next cycle on.
     lookup_valid : In(1)
     lookup_x, lookup_y : In(coordinate_bits)
-        Cell to be looked up; not in the cycle of a write.
+        With ``compare``: cell to be looked up; not in the cycle of a write.
     lookup_altitude : Out(altitude_bits)
         Its altitude, ``memory_latency + 2`` cycles later, one small multiplexer behind
         registers. Writes and look-ups reach the memory one cycle after they are given.
@@ -125,6 +130,13 @@ class TerrainMemory(wiring.Component):
         self.bank_edge = max(1, lane_count // 2)
         lane = lane_layout(lane_count, coordinate_bits, altitude_bits)
         xy, z = coordinate_bits, altitude_bits
+        lookup = {
+            "lookup_valid": In(1),
+            "lookup_x": In(xy),
+            "lookup_y": In(xy),
+            "lookup_altitude": Out(z),
+        }
+        row = {"row_x": In(lane_row_bits(lane_count, xy)), "row_y": In(xy)}
         compared = {"hits": Out(lane_count), "blocked": Out(lane_count)}
         given = {"grounds": Out(z).array(lane_count)}
         super().__init__(
@@ -137,10 +149,7 @@ class TerrainMemory(wiring.Component):
                 "write_x": In(xy),
                 "write_y": In(xy),
                 "write_altitude": In(z),
-                "lookup_valid": In(1),
-                "lookup_x": In(xy),
-                "lookup_y": In(xy),
-                "lookup_altitude": Out(z),
+                **(lookup if compare else row),
             }
         )
 
@@ -153,11 +162,19 @@ class TerrainMemory(wiring.Component):
         answer = latency + 1  # Cycles from a cell to its ground.
 
         # Writes and look-ups pass one register, at the banks.
-        asked_x = Mux(self.lookup_valid, self.lookup_x, self.write_x)
-        asked_y = Mux(self.lookup_valid, self.lookup_y, self.write_y)
+        if self.compare:
+            asked_x = Mux(self.lookup_valid, self.lookup_x, self.write_x)
+            asked_y = Mux(self.lookup_valid, self.lookup_y, self.write_y)
+        else:
+            # x of a port's first cell in the row; its others lie in the same place in their banks.
+            firsts = [
+                Cat(Const(port * edge, exact_log2(self.lane_count)), self.row_x)
+                for port in range(ports)
+            ]
+            firsts = [first[: self.coordinate_bits] for first in firsts]
+            asked_x = Mux(self.write_enable, self.write_x, firsts[0])
+            asked_y = Mux(self.write_enable, self.write_y, self.row_y)
         access = Cat(asked_x[bank_bits:], asked_y[bank_bits:])
-        bank_x = delay_line(m, asked_x[:bank_bits], 1, "bank_x")
-        bank_y = delay_line(m, asked_y[:bank_bits], 1, "bank_y")
 
         # Each lane's row in its bank, and its side of the comparison: in time for the last register
         # before the comparison, which is at the bank.
@@ -201,6 +218,9 @@ class TerrainMemory(wiring.Component):
                     if port == 0:
                         address = Mux(self.walking, address, access)
                         ground[x][y] = member.data
+                    elif not self.compare:
+                        rows = Cat(firsts[1][bank_bits:], self.row_y[bank_bits:])
+                        address = Mux(self.walking, address, rows)
                     name = f"{x}_{y}_{port}"
                     m.d.comb += member.address.eq(delay_line(m, address, 1, f"row_{name}"))
                     found[port][x][y] = member.data
@@ -227,8 +247,9 @@ class TerrainMemory(wiring.Component):
                     hits[port][x][y], tops[port][x][y] = hit, is_top
 
         if not self.compare:
-            self._give_grounds(m, found, steep[answer + 1])
-        for number in range(self.lane_count if self.compare else 0):
+            self._give_grounds(m, found)
+            return m
+        for number in range(self.lane_count):
             port, column = divmod(number, edge)
             for flags, out in ((hits[port], self.hits), (tops[port], self.blocked)):
                 level = Cat(flags[column]).any()
@@ -236,6 +257,8 @@ class TerrainMemory(wiring.Component):
                 m.d.sync += out[number].eq(Mux(steep[answer + 1], upright, level))
 
         # The banks of a column are near each other; the column is selected in the next cycle.
+        bank_x = delay_line(m, asked_x[:bank_bits], 1, "bank_x")
+        bank_y = delay_line(m, asked_y[:bank_bits], 1, "bank_y")
         at_x = delay_line(m, bank_x, latency + 1, "at_x")
         at_y = delay_line(m, bank_y, latency, "at_y")
         looked_up = []
@@ -247,16 +270,17 @@ class TerrainMemory(wiring.Component):
 
         return m
 
-    def _give_grounds(self, m, found, steep):
+    def _give_grounds(self, m, found):
         """Select for each lane from the data that the banks ``found``, by port, x and y."""
-        edge = self.bank_edge
+        edge, cycles = self.bank_edge, self.memory_latency + 1
         bank_bits = exact_log2(edge)
+        # A row of cells is level.
+        steep = delay_line(m, self.steep & self.walking, cycles + 1, "upright")
         for number, (lane, ground) in enumerate(zip(self.lanes, self.grounds, strict=True)):
             port, at = divmod(number, edge)
             column, row = found[port][at], [found[port][x][at] for x in range(edge)]
-            minor = delay_line(
-                m, lane.minor[:bank_bits], self.memory_latency + 1, f"minor_{number}"
-            )
+            minor = Mux(self.walking, lane.minor, self.row_y)[:bank_bits]
+            minor = delay_line(m, minor, cycles, f"minor_{number}")
             level, upright = (
                 Signal(self.altitude_bits, name=f"{name}_{number}", reset_less=True)
                 for name in ("level", "upright")

@@ -26,7 +26,7 @@ __all__ = ["PathEvaluator"]
 #: four or more for each path.
 _HEADS = 8
 #: Members of the walker that are passed on.
-_PASSED = ("clear", "busy", "writes", "lookup_valid", "lookup_x", "lookup_y", "lookup_altitude")
+_PASSED = ("clear", "busy", "writes", "row", "corners")
 
 
 class PathEvaluator(wiring.Component):
@@ -79,9 +79,8 @@ class PathEvaluator(wiring.Component):
     busy : Out(1)
         The memo's rows are made void, and no path is walked.
     writes : In(stream.Signature(cell_layout))
-    lookup_valid : In(1)
-    lookup_x, lookup_y : In(config.coordinate_bits)
-    lookup_altitude : Out(config.altitude_bits)
+    row : In(row_layout)
+    corners : Out(config.altitude_bits).array(config.lanes)
         See :class:`hdl.planner.walker.segment_walker.SegmentWalker`.
 
     Raises
@@ -146,10 +145,8 @@ class PathEvaluator(wiring.Component):
         m.d.comb += [
             walker.clear.eq(self.clear),
             self.busy.eq(walker.busy),
-            walker.lookup_valid.eq(self.lookup_valid),
-            walker.lookup_x.eq(self.lookup_x),
-            walker.lookup_y.eq(self.lookup_y),
-            self.lookup_altitude.eq(walker.lookup_altitude),
+            walker.row.eq(self.row),
+            *(into.eq(each) for into, each in zip(self.corners, walker.corners, strict=True)),
         ]
 
         # Paths to be walked wait for the source, and their slots for their margins.

@@ -6,6 +6,7 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 
 from hdl.config import Config
 from hdl.layouts import cell_layout
+from hdl.planner.layouts import row_layout
 from hdl.planner.walker.layouts import MARKS, segment_request_layout
 from hdl.planner.walker.memo import Memo
 from hdl.planner.walker.path_reducer import PathReducer, margin_layout, result_layout
@@ -57,9 +58,8 @@ class PathWalker(wiring.Component):
         The memo's rows are made void one by one, and no segment is taken: after a reset, and rarely
         after ``clear``.
     writes : In(stream.Signature(cell_layout))
-    lookup_valid : In(1)
-    lookup_x, lookup_y : In(config.coordinate_bits)
-    lookup_altitude : Out(config.altitude_bits)
+    row : In(row_layout)
+    corners : Out(config.altitude_bits).array(config.lanes)
         See :class:`hdl.planner.walker.segment_walker.SegmentWalker`.
 
     Raises
@@ -87,10 +87,8 @@ class PathWalker(wiring.Component):
                 "clear": In(1),
                 "busy": Out(1),
                 "writes": In(stream.Signature(cell_layout(*sizes))),
-                "lookup_valid": In(1),
-                "lookup_x": In(config.coordinate_bits),
-                "lookup_y": In(config.coordinate_bits),
-                "lookup_altitude": Out(config.altitude_bits),
+                "row": In(row_layout(config.lanes, config.coordinate_bits)),
+                "corners": Out(config.altitude_bits).array(config.lanes),
             }
         )
 
@@ -113,10 +111,8 @@ class PathWalker(wiring.Component):
             reducer.walked.eq(memo.results),
             self.margin.eq(reducer.margin),
             self.result.eq(reducer.result),
-            walker.lookup_valid.eq(self.lookup_valid),
-            walker.lookup_x.eq(self.lookup_x),
-            walker.lookup_y.eq(self.lookup_y),
-            self.lookup_altitude.eq(walker.lookup_altitude),
+            walker.row.eq(self.row),
+            *(into.eq(each) for into, each in zip(self.corners, walker.corners, strict=True)),
         ]
 
         # A segment is launched in the second cycle after it is taken, or when those before it are

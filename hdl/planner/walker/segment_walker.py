@@ -8,6 +8,7 @@ from hdl.feasibility.parallel.lanes import Lanes
 from hdl.feasibility.parallel.slopes import Slopes
 from hdl.feasibility.parallel.terrain_memory import TerrainMemory
 from hdl.layouts import cell_layout
+from hdl.planner.layouts import row_layout
 from hdl.planner.walker.layouts import (
     identity_layout,
     segment_request_layout,
@@ -33,7 +34,8 @@ class SegmentWalker(wiring.Component):
     for slopes and lanes, ``memory_latency + 3`` for the ground, the others
     (:func:`hdl.planner.walker.margin_reducer.reduction_latency`) to reduce it.
 
-    The map is that of the parallel checker, :class:`TerrainMemory`.
+    The map is that of the parallel checker, :class:`TerrainMemory`. While nothing is walked, the
+    lanes' ports give a row of neighbouring corners a cycle.
 
     Source: *allaire two-tier*, section 5.3. Differs: corners, half steps, and margins.
 
@@ -52,7 +54,7 @@ class SegmentWalker(wiring.Component):
 
     Attributes
     ----------
-    latency : int
+    latency, row_latency : int
 
     Members
     -------
@@ -61,12 +63,12 @@ class SegmentWalker(wiring.Component):
         Results, in the order of the segments. There is no back-pressure.
     writes : In(stream.Signature(cell_layout))
         Corners of the map. They come only while no segment is walked.
-    lookup_valid : In(1)
-    lookup_x, lookup_y : In(coordinate_bits)
-        With ``lookup_valid``, corner to be looked up: while no segment is walked, and nothing is
-        written or was in the cycle before.
-    lookup_altitude : Out(altitude_bits)
-        Its altitude, ``memory_latency + 2`` cycles later.
+    row : In(row_layout)
+        Row of corners to be read, in any cycle in which no segment is offered or walked, and
+        nothing is written.
+    corners : Out(altitude_bits).array(lanes)
+        Their altitudes, ``row_latency`` cycles later: a cycle to the map, and
+        ``memory_latency + 3`` for the ground.
 
     Raises
     ------
@@ -93,16 +95,15 @@ class SegmentWalker(wiring.Component):
         self.row_bits = row_bits
         self.memory_latency = memory_latency
         self.latency = 2 + memory_latency + 3 + reduction_latency(lanes)
+        self.row_latency = 1 + memory_latency + 3
         sizes, identity = (coordinate_bits, altitude_bits), identity_layout(row_bits)
         super().__init__(
             {
                 "segments": In(stream.Signature(segment_request_layout(*sizes, identity))),
                 "walked": Out(walked_layout(*sizes, identity)),
                 "writes": In(stream.Signature(cell_layout(*sizes))),
-                "lookup_valid": In(1),
-                "lookup_x": In(coordinate_bits),
-                "lookup_y": In(coordinate_bits),
-                "lookup_altitude": Out(altitude_bits),
+                "row": In(row_layout(lanes, coordinate_bits)),
+                "corners": Out(altitude_bits).array(lanes),
             }
         )
 
@@ -133,7 +134,7 @@ class SegmentWalker(wiring.Component):
             *(into.eq(start) for into, start in zip(lanes.origins, slopes.origins, strict=True)),
         ]
 
-        # Writes cross the chip, too.
+        # Writes and rows cross the chip, too.
         writing = Signal()
         m.d.sync += writing.eq(self.writes.valid)
         m.d.comb += [
@@ -147,10 +148,9 @@ class SegmentWalker(wiring.Component):
                 )
                 for name in ("x", "y", "altitude")
             ),
-            terrain.lookup_valid.eq(self.lookup_valid),
-            terrain.lookup_x.eq(self.lookup_x),
-            terrain.lookup_y.eq(self.lookup_y),
-            self.lookup_altitude.eq(terrain.lookup_altitude),
+            terrain.row_x.eq(delay_line(m, self.row.x, 1, "row_x")),
+            terrain.row_y.eq(delay_line(m, self.row.y, 1, "row_y")),
+            *(own.eq(of) for own, of in zip(self.corners, terrain.grounds, strict=True)),
         ]
         for number, lane in enumerate(lanes.lanes):
             altitude = delay_line(m, lane.ceiling, answer, f"altitude_{number}")

@@ -5,6 +5,7 @@ from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.utils import exact_log2
 
+from hdl.planner.layouts import row_layout
 from hdl.planner.population_layouts import corner_layout
 from hdl.planner.wavefront.layouts import block_layout, place_layout
 from hdl.planner.wavefront.lowest_corner import LowestCorner
@@ -48,8 +49,8 @@ class BlockMap(wiring.Component):
     launch : In(1)
         Pulse: scan. Not while ``busy``.
     busy : Out(1)
-    row : Out({"x", "y"})
-        Row of corners to be read: the first corner's x divided by ``lanes``, and y.
+    row : Out(row_layout)
+        Row of corners to be read, while ``busy``.
     corners : In(altitude_bits).array(lanes)
         Their altitudes.
     start_block, goal_block : Out(place_layout)
@@ -76,7 +77,7 @@ class BlockMap(wiring.Component):
         self.altitude_bits = altitude_bits
         self.read_latency = read_latency
         xy, corner = coordinate_bits, corner_layout(coordinate_bits, altitude_bits)
-        self.row_layout = data.StructLayout({"x": xy - exact_log2(lanes), "y": xy})
+        self.row_layout = row_layout(lanes, xy)
         self.block_layout = block_layout(xy, altitude_bits)
         super().__init__(
             {

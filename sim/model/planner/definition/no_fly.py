@@ -16,7 +16,7 @@ def block(ground: Ground, blocked: int, shape: NoFlyShape) -> None:
 
 
 def drawn(shape: NoFlyShape) -> list[tuple[int, int]]:
-    """Return the corners in ``shape``, in the order they are drawn: by rows.
+    """Return the corners in ``shape``, by rows.
 
     The value of each edge goes on from corner to corner, and from row to row, by differences: two
     additions for an edge that bends, one for another one.

@@ -8,6 +8,7 @@ import itertools
 
 import numpy as np
 import pytest
+from amaranth.hdl import Cat
 
 from hdl.config import Config
 from hdl.planner.walker.segment_walker import SegmentWalker
@@ -130,26 +131,64 @@ def test_answered_segments_take_a_cycle():
             assert end == free - 1 + latency
 
 
+def rows_of(config, rng, number):
+    """Any rows of corners, as their layout takes them."""
+    columns = config.map_size // config.lanes
+    return [
+        {"x": int(rng.integers(columns)), "y": int(rng.integers(config.map_size))}
+        for _ in range(number)
+    ]
+
+
+async def read_rows(ctx, dut, rows):
+    """Ask for a row each cycle; return the corners, each row's ``row_latency`` cycles later."""
+    found = []
+    for row in [*rows, *[{"x": 0, "y": 0}] * dut.row_latency]:
+        ctx.set(dut.row, row)
+        *_, corners = await ctx.tick().sample(Cat(*dut.corners))
+        found.append(corners)
+    bits = dut.altitude_bits
+    return [
+        [corners >> bits * lane & (1 << bits) - 1 for lane in range(dut.lanes)]
+        for corners in found[dut.row_latency :]
+    ]
+
+
+def corners_in(heights, lanes, rows):
+    return [heights[row["y"], row["x"] * lanes : (row["x"] + 1) * lanes].tolist() for row in rows]
+
+
 @pytest.mark.parametrize("latency", [1, 2])
-def test_lookups(latency):
-    config = TINY.replace(memory_latency=latency)
-    rng = np.random.default_rng(latency)
+@pytest.mark.parametrize("lanes", [1, 2, 4, 8, 16])
+def test_rows(lanes, latency):
+    """A row each cycle, from the cycle behind a write on; between walks, of steep segments, too."""
+    config = SMALL.replace(lanes=lanes, memory_latency=latency)
+    rng = np.random.default_rng(10 * lanes + latency)
     heights = heights_of(config, rng)
     dut = walker_of(config)
-    cells = rng.integers(8, size=(40, 2)).tolist()
-    found = []
+    assert dut.row_latency == latency + 4
+    segments = [((1, 0, 9), (3, 15, 2)), ((14, 2, 0), (0, 7, 40)), ((9, 15, 30), (9, 1, 3))]
 
     async def bench(ctx):
         await upload(ctx, dut, heights)
-        ctx.set(dut.lookup_valid, 1)
-        for x, y in [*cells, *[(0, 0)] * config.lookup_latency]:
-            ctx.set(dut.lookup_x, x)
-            ctx.set(dut.lookup_y, y)
-            *_, altitude = await ctx.tick().sample(dut.lookup_altitude)
-            found.append(altitude)
+        for segment in segments:
+            rows = rows_of(config, rng, 20)
+            assert await read_rows(ctx, dut, rows) == corners_in(heights, lanes, rows)
+            # The row is asked for in the cycle behind the write.
+            x, y, altitude = (int(value) for value in rng.integers(config.map_size, size=3))
+            heights[y, x] = altitude
+            await put(ctx, dut.writes, {**corner((x, y, altitude)), "last": 0})
+            rows = [{"x": x // lanes, "y": y}, *rows_of(config, rng, 4)]
+            assert await read_rows(ctx, dut, rows) == corners_in(heights, lanes, rows)
+            await put(ctx, dut.segments, segment_of(segment))
+            # Rows that are asked for meanwhile change nothing.
+            ctx.set(dut.row, rows_of(config, rng, 1)[0])
+            while not ctx.get(dut.walked.valid):
+                await ctx.tick()
+            result = ctx.get(dut.walked)
+            assert (result.hits, result.margin) == expected(config, heights, [segment])[0]
 
     simulate(dut, bench)
-    assert found[config.lookup_latency :] == [heights[y, x] for x, y in cells]
 
 
 def test_sizes():

@@ -3,14 +3,18 @@
 
 import numpy as np
 import pytest
+from amaranth.hdl import Elaboratable, Module
 
+from hdl.planner.walker.segment_walker import SegmentWalker
 from hdl.planner.wavefront.block_map import BlockMap
 from hdl.protocol.planner import BLOCKS
+from sim.model.planner.definition import wavefront
 from sim.model.planner.definition.score import corner_of
 from sim.model.planner.wavefront_cycles import scanning
 from tests.planner_cases import SMALL
 from tests.planner_wavefront import blocks_of, corner, problem, terrain
-from tests.streams import simulate
+from tests.streams import put, simulate
+from tests.walker_cases import upload
 from tests.wrong_sizes import check_sizes
 
 
@@ -57,7 +61,7 @@ class Bench:
             cycles += 1
         return cycles
 
-    async def check(self, config, record):
+    async def check(self, config, record, blocks_of=blocks_of):
         """Compare all blocks within the map with the definition's."""
         blocks = blocks_of(config, record, self.ground)
         place = self.ctx.get(self.dut.start_block), self.ctx.get(self.dut.goal_block)
@@ -127,6 +131,65 @@ def test_marks_and_shifts():
             await own.write(*write)
         assert await own.scan() == scanning(1, 0, lanes, 2)
         await own.check(config, narrow)
+
+    simulate(dut, bench)
+
+
+class MapAndBlocks(Elaboratable):
+    """A walker, and a block map that reads its map."""
+
+    def __init__(self, config):
+        sizes = config.coordinate_bits, config.altitude_bits
+        self.walker = SegmentWalker(config.lanes, *sizes, 1, config.memory_latency)
+        self.blocks = BlockMap(config.lanes, *sizes, self.walker.row_latency)
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.walker, m.submodules.blocks = walker, blocks = self.walker, self.blocks
+        m.d.comb += [
+            walker.row.eq(blocks.row),
+            *(into.eq(corner) for into, corner in zip(blocks.corners, walker.corners, strict=True)),
+            blocks.write.valid.eq(walker.writes.valid),
+            blocks.write.x.eq(walker.writes.p.x),
+            blocks.write.y.eq(walker.writes.p.y),
+        ]
+        return m
+
+
+class WalkerBench(Bench):
+    """A block map that reads the map of a walker by itself."""
+
+    async def tick(self):
+        await self.ctx.tick()
+
+
+@pytest.mark.parametrize(
+    ("config", "lanes", "latency"), [(SMALL, 1, 2), (TWICE, 4, 1), (SMALL, 8, 2)]
+)
+def test_map_of_a_walker(config, lanes, latency):
+    """A whole random map is written, then some corners; both are scanned from the walker's map."""
+    rng = np.random.default_rng(lanes)
+    config = config.replace(lanes=lanes, memory_latency=latency)
+    dut = MapAndBlocks(config)
+    shift = config.coordinate_bits - SMALL.coordinate_bits
+    record = problem(config, rng, shift=shift)
+    changed = rng.integers(config.map_size, size=(20, 2)).tolist()
+
+    def defined(config, record, ground):
+        return wavefront.blocks_of(record, ground, config.blocked_altitude)
+
+    async def bench(ctx):
+        own = WalkerBench(ctx, dut.blocks, terrain(config, rng, blocked=0.1))
+        own.set_problem(record)
+        await upload(ctx, dut.walker, own.ground)
+        for marked in (BLOCKS**2, len({(x >> shift, y >> shift) for x, y in changed})):
+            cycles = scanning(marked, shift, lanes, dut.blocks.read_latency)
+            assert await own.scan() == cycles
+            await own.check(config, record, defined)
+            for x, y in changed:
+                own.ground[y, x] = rng.integers(config.blocked_altitude + 1)
+                cell = {**corner(x, y, int(own.ground[y, x])), "last": 0}
+                await put(ctx, dut.walker.writes, cell)
 
     simulate(dut, bench)
 

@@ -1,0 +1,149 @@
+"""Drawer of shapes: the corners in a shape become blocked."""
+
+from amaranth import *
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from hdl.layouts import cell_layout
+from hdl.planner.layouts import shape_layout
+from hdl.primitives.arguments import check_integer
+from hdl.primitives.fanout import fanout
+from hdl.protocol.planner import BEND_BITS, EDGE_BITS, EDGES
+
+
+__all__ = ["ShapeDrawer"]
+
+
+class ShapeDrawer(wiring.Component):
+    """Looks at each corner of a shape's box, one a cycle, and writes those in the shape.
+
+    The corners written are those of :func:`sim.model.planner.definition.no_fly.drawn`, by rows;
+    every other row is drawn backwards, so that the next corner is always a neighbour. The value of
+    an edge gains the edge's fall towards it, which for the first edge, as that bends, loses twice
+    the bend in each step. A corner is in the shape unless the value of an edge is negative.
+
+    Of a box of n corners, corner k from 0 is written k + 2 cycles after its shape is offered. The
+    shape is taken with the last of them, n + 1 cycles after it is offered, and the next one may be
+    offered in the cycle behind: see :func:`sim.model.planner.drawing_cycles.drawing`.
+
+    Parameters
+    ----------
+    coordinate_bits, altitude_bits : int
+        Widths of a coordinate and of an altitude, 1 or more.
+
+    Members
+    -------
+    shapes : In(stream.Signature(shape_layout))
+        Steady until it is taken. ``first_x`` is at most ``last_x``, and ``first_y`` ``last_y``.
+    cells : Out(stream.Signature(cell_layout))
+        Corners with the top altitude, ``last`` is low. Each is offered for one cycle; ``ready``
+        must be high.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is not an integer, or out of its range.
+    """
+
+    def __init__(self, coordinate_bits: int, altitude_bits: int):
+        check_integer("Coordinate width", coordinate_bits, 1)
+        check_integer("Altitude width", altitude_bits, 1)
+        self.coordinate_bits = coordinate_bits
+        self.altitude_bits = altitude_bits
+        super().__init__(
+            {
+                "shapes": In(stream.Signature(shape_layout(coordinate_bits))),
+                "cells": Out(stream.Signature(cell_layout(coordinate_bits, altitude_bits))),
+            }
+        )
+
+    def elaborate(self, platform):
+        m = Module()
+        shape, cell = self.shapes.p, self.cells.p
+
+        # The corner at hand. The next one is above it if it `turns`, else beside it, in rows that
+        # go `back` to the left. Control comes a cycle ahead, with a register for each edge.
+        x, y = (Signal(self.coordinate_bits, name=name, reset_less=True) for name in "xy")
+        next_x = Signal.like(x)
+        back = Signal()
+        next_back = Signal()
+        draws_next = Signal()
+        turns_next = Signal()
+        negates_next = Signal()
+        *draws, drawing = fanout(m, *[draws_next] * (EDGES + 1), name="draws")
+        *turns, turning = fanout(m, *[turns_next] * (EDGES + 1), name="turns")
+        negates = fanout(m, *[negates_next] * (EDGES - 1), name="negates")
+        is_last = Signal()
+        begins = self.shapes.valid & ~self.shapes.ready
+        m.d.comb += [
+            is_last.eq(turning & (y == shape.last_y)),
+            draws_next.eq(Mux(drawing, ~is_last, begins)),
+            next_back.eq(drawing & (back ^ turning)),
+            turns_next.eq(Mux(next_back, next_x == shape.first_x, next_x == shape.last_x)),
+            negates_next.eq(next_back & ~turns_next),
+        ]
+        with m.If(~drawing):
+            m.d.comb += next_x.eq(shape.first_x)
+        with m.Else():
+            m.d.comb += next_x.eq(Mux(turning, x, Mux(back, x - 1, x + 1)))
+        m.d.sync += [
+            x.eq(next_x),
+            y.eq(Mux(drawing, y + turning, shape.first_y)),
+            back.eq(next_back),
+            self.shapes.ready.eq(drawing & is_last),
+        ]
+
+        values = [self._bend(m, draws[0], turns[0])]
+        for number in range(1, EDGES):
+            negate, turn = negates[number - 1], turns[number]
+            east, north = (shape[f"{way}_{number}"].as_unsigned() for way in ("east", "north"))
+            gain = Mux(turn, north, east ^ negate.replicate(EDGE_BITS))
+            value = Signal(signed(self.coordinate_bits + EDGE_BITS + 2), name=f"value_{number}")
+            # The bit below completes the negation.
+            total = Cat(Const(1, 1), value).as_signed() + Cat(negate, gain).as_signed()
+            m.d.sync += value.eq(Mux(draws[number], total >> 1, shape[f"at_{number}"]))
+            values.append(value)
+
+        m.d.sync += [
+            self.cells.valid.eq(drawing & ~Cat(value[-1] for value in values).any()),
+            cell.x.eq(x),
+            cell.y.eq(y),
+        ]
+        m.d.comb += cell.altitude.eq((1 << self.altitude_bits) - 1)
+        return m
+
+    def _bend(self, m, draws, turns):
+        """Return the value of the first edge."""
+        shape = self.shapes.p
+        longest = (1 << self.coordinate_bits) - 1
+        most_bend = (1 << BEND_BITS) - 1
+        steepest = (1 << EDGE_BITS - 1) + most_bend * 2 * (longest + 1)
+        lowest = (2 << self.coordinate_bits + EDGE_BITS) + 2 * most_bend * longest**2
+        value = Signal(signed(lowest.bit_length() + 1), name="value_0", reset_less=True)
+        # What the value gains in the next step beside and above. In a row that goes back, the signs
+        # of the former are opposite, and it still falls by twice the bend in each step.
+        beside, above = (
+            Signal(signed(steepest.bit_length() + 1), name=name, reset_less=True)
+            for name in ("beside", "above")
+        )
+        falls = [
+            Signal(signed(BEND_BITS + 1), name=f"fall_{axis}", reset_less=True) for axis in "xy"
+        ]
+        m.d.sync += [
+            falls[0].eq(-shape.bend_x),
+            falls[1].eq(-shape.bend_y),
+            value.eq(value + Mux(turns, above, beside)),
+            # The lowest bit completes the negation.
+            beside.eq(
+                (beside.as_unsigned() ^ turns.replicate(len(beside))).as_signed()
+                + Cat(turns, falls[0]).as_signed()
+            ),
+            above.eq(above + Mux(turns, Cat(Const(0, 1), falls[1]).as_signed(), 0)),
+        ]
+        with m.If(~draws):
+            m.d.sync += [
+                value.eq(shape.at_0),
+                beside.eq(shape.east_0 - shape.bend_x),
+                above.eq(shape.north_0 - shape.bend_y),
+            ]
+        return value

@@ -8,10 +8,10 @@ import pytest
 
 from hdl.layouts import point_layout
 from hdl.planner.layouts import problem_layout
-from hdl.planner.scorer.chord_queue import chord_layout
-from hdl.planner.scorer.scorer import score_layout
+from hdl.planner.scorer.scorer import chord_record_layout, score_layout
 from sim.cache import BuildCache, build_root
 from sim.exported import exported_verilog
+from sim.model.planner.scorer_cycles import ScorerCycles, freed
 from sim.verilator import build_verilator
 from tests.planner_cases import LARGE, SMALL, USUAL
 from tests.scorer_cases import compiled_score, drawn_paths, drawn_problem, problem_fields
@@ -27,7 +27,7 @@ def words(value, count):
     return [value >> 32 * i & 0xFFFFFFFF for i in range(count)]
 
 
-def batch(config, problem, paths, gives_up, pause):
+def batch(config, problem, paths, pause):
     """Return a problem and its paths as the program takes them."""
     layout = point_layout(config.coordinate_bits, config.altitude_bits)
     record = problem_layout(config)
@@ -43,27 +43,33 @@ def batch(config, problem, paths, gives_up, pause):
         )
     ]
     fields = words(record.const(problem_fields(problem)).as_bits(), -(-record.size // 32))
-    head = [gives_up, pause, len(paths), len(points) // 2]
+    head = [pause, len(paths), len(points) // 2, sum(sizes_of(problem, paths)) - len(paths)]
     return np.array([*head, *fields, *points], dtype=np.uint32).tobytes()
 
 
-def unpack(config, raw, paths):
-    """Return cycles, scores and chords of a batch, and the words left."""
-    waypoints = sum(len(path) - 2 for path in paths)
-    cycles, raw = int(raw[0]), raw[1:]
-    scores, raw = raw[: 2 * len(paths)].reshape(-1, 2), raw[2 * len(paths) :]
-    ends, raw = raw[: 3 * waypoints].reshape(-1, 3).astype(object), raw[3 * waypoints :]
-    score, chord = score_layout(), chord_layout(config.coordinate_bits, config.altitude_bits)
+def sizes_of(problem, paths):
+    """Return the points of each path, entry and exit included."""
+    return [len(path) + problem.has_entry + problem.has_exit for path in paths]
+
+
+def unpack(config, raw, sizes):
+    """Return launches, scores and chords of a batch, with their cycles, and the words left."""
+    launches, raw = raw[: len(sizes)].tolist(), raw[len(sizes) :]
+    scores, raw = raw[: 2 * len(sizes)].reshape(-1, 2), raw[2 * len(sizes) :]
+    segments = sum(sizes) - len(sizes)
+    records, raw = raw[: 4 * segments].reshape(-1, 4).astype(object), raw[4 * segments :]
+    score = score_layout()
+    chord = chord_record_layout(config.coordinate_bits, config.altitude_bits)
     found = []
-    for bits, _ in scores.tolist():
+    for bits, cycle in scores.tolist():
         each = score.from_bits(bits)
-        found.append((bool(each.infeasible), bool(each.unlimited), each.value))
+        found.append((cycle, bool(each.infeasible), each.value))
     chords = []
-    for low, middle, high in ends.tolist():
+    for cycle, low, middle, high in records.tolist():
         each = chord.from_bits(low | middle << 32 | high << 64)
-        both = tuple((end.x, end.y, end.altitude) for end in each.ends)
-        chords.append(both if each.exists else None)
-    return cycles, found, chords, raw
+        both = tuple((end.x, end.y, end.altitude) for end in (each.start, each.stop))
+        chords.append((cycle, bool(each.last), both if each.present else None))
+    return launches, found, chords, raw
 
 
 @pytest.mark.parametrize("pause", [0, 3], ids=["steady", "stalled"])
@@ -81,11 +87,11 @@ def unpack(config, raw, paths):
 )
 def test_matches_the_model_on_many_paths(config, count, pause):
     rng = np.random.default_rng(count + pause)
+    cycles = ScorerCycles.of(config)
     batches = []
     for _ in range(count // PATHS_OF_A_PROBLEM):
         problem = drawn_problem(config, rng)
-        paths = drawn_paths(config, rng, problem, PATHS_OF_A_PROBLEM)
-        batches.append((problem, paths, bool(rng.integers(2))))
+        batches.append((problem, drawn_paths(config, rng, problem, PATHS_OF_A_PROBLEM)))
     program = build_verilator(
         BuildCache(build_root() / "sim"),
         exported_verilog("scorer", config),
@@ -97,14 +103,24 @@ def test_matches_the_model_on_many_paths(config, count, pause):
     raw = np.frombuffer(done.stdout, dtype=np.uint32)
 
     feasible = chords_seen = 0
-    for problem, paths, gives_up in batches:
-        expected = [compiled_score(config, problem, path, gives_up) for path in paths]
-        _, scores, chords, raw = unpack(config, raw, paths)
-        assert scores == [score for score, _ in expected]
-        assert chords == [chord for _, each in expected for chord in each]
-        feasible += sum(not infeasible for infeasible, _, _ in scores)
-        chords_seen += sum(chord is not None for chord in chords)
+    for problem, paths in batches:
+        expected = [compiled_score(config, problem, path) for path in paths]
+        sizes = sizes_of(problem, paths)
+        launches, scores, chords, raw = unpack(config, raw, sizes)
+        assert [each[1:] for each in scores] == [score for score, _ in expected]
+        assert [each[1:] for each in chords] == [
+            (i == len(each) - 1, chord) for _, each in expected for i, chord in enumerate(each)
+        ]
+        if not pause:
+            begun = list(zip(launches, sizes, strict=True))
+            assert launches[1:] == [freed(*each) for each in begun[:-1]]
+            assert [each[0] for each in scores] == [cycles.scored(*each) for each in begun]
+            assert [each[0] for each in chords] == [
+                cycles.sent(start, segment) for start, size in begun for segment in range(size - 1)
+            ]
+        feasible += sum(not infeasible for _, infeasible, _ in scores)
+        chords_seen += sum(chord is not None for *_, chord in chords)
     assert raw.size == 0
     # Every kind of path is among them.
-    assert count // 10 < feasible < count * 9 // 10
+    assert count // 20 < feasible < count * 9 // 10
     assert chords_seen > count // 10

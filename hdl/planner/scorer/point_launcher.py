@@ -19,10 +19,11 @@ _HALF = 1 << POSITION_FRACTION - 1
 class PointLauncher(wiring.Component):
     """Launches a point in every slot, as long as points come: a path with its entry and exit.
 
-    A path begins with the slot after the second cycle of a slot in which ``launches`` is set: its
-    first point has been taken in an earlier cycle, its second is offered, and there was room in the
-    cycle before, the first of the slot. Its other slots follow at once, each as its point is there
-    in the second cycle of the slot before; entry and exit always are.
+    One point is kept. It leaves in the second cycle of a slot, and the next slot is its own; in
+    that cycle, or where none is kept, the next one is taken. The first point of a path, or the
+    entry, leaves if the point was taken in an earlier cycle, the second is offered, and there was
+    room in the cycle before. The second is then in time for the slot behind; where a later one is
+    not, slots without ``valid`` go before it.
 
     Parameters
     ----------
@@ -84,7 +85,7 @@ class PointLauncher(wiring.Component):
         m = Module()
 
         # The next point, which waits for its slot, and whether it is the start of a path.
-        kept, full, starts = Signal(self.point_layout, reset_less=True), Signal(), Signal(init=1)
+        kept, full, opens = Signal(self.point_layout, reset_less=True), Signal(), Signal(init=1)
         # The next slot begins a path, or is that of an exit.
         begins, exits = Signal(init=1), Signal()
         enters, may, leaves, uses, had_room = Signal(), Signal(), Signal(), Signal(), Signal()
@@ -107,13 +108,13 @@ class PointLauncher(wiring.Component):
                 exits.eq(uses & kept.last & self.has_exit),
             ]
             with m.If(uses):
-                m.d.sync += starts.eq(kept.last)
+                m.d.sync += opens.eq(kept.last)
 
-        self._send(m, kept, leaves, begins, starts, enters, exits)
+        self._send(m, kept, leaves, begins, opens, enters, exits)
 
         return m
 
-    def _send(self, m, kept, leaves, begins, starts, enters, exits):
+    def _send(self, m, kept, leaves, begins, opens, enters, exits):
         """Add the registers of the next slot's point."""
         x, y = Signal.like(self.x, reset_less=True), Signal.like(self.y, reset_less=True)
         first, last = Signal(reset_less=True), Signal(reset_less=True)
@@ -131,7 +132,7 @@ class PointLauncher(wiring.Component):
         m.d.comb += [
             outer.eq(enters | exits),
             back.eq(exits | kept.last),
-            ends.eq(outer | starts | kept.last),
+            ends.eq(outer | opens | kept.last),
         ]
         with m.If(self.phase):
             m.d.sync += [

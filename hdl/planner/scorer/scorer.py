@@ -68,17 +68,20 @@ class Scorer(wiring.Component):
     exit the last. A path of m points, these included, takes 2 m cycles, and the next one follows at
     once. Nothing inside waits, and what comes out must be taken.
 
-    *Launch.* A path may begin in the second cycle of any slot: if in an earlier cycle its first
-    point was taken, if its second point is offered, and if there was ``room`` in the cycle before.
-    ``launches`` is set in that cycle. A point is taken as soon as the one before it has left, the
-    first point of the next path in the cycle in which the goal leaves.
+    *Launch.* ``launches`` is set for a path in the first cycle with ``phase`` in which its first
+    point has been taken in an earlier cycle, its second is offered, there was ``room`` in the cycle
+    before, and the path before, if it was of m points, was launched 2 m cycles ago or more. The
+    first slot of the path begins with the next cycle. The scorer keeps one point: it leaves for its
+    slot in the cycle before that, ``L + 2 (i + has_entry)`` for point i of those that come in,
+    counted from 0, of a path launched in cycle L. In that cycle the next point is taken, unless it
+    is late; where none is kept, at once.
 
-    *Results.* Let a path be launched in cycle L, and each of its points be offered when the scorer
-    takes it. Then the record of segment j, counted from 0, is there in cycle ``L + chord_latency +
-    2 j``, and the score ``score_latency`` cycles after the record of the last segment. In the
-    default sizes these are 87 and 56 cycles, so that a path of m points is scored in cycle ``L + 2
-    m + 139``. Records of consecutive paths do not mix, nor do scores.
-    ``sim/model/planner/scorer_cycles.py`` has the same counts.
+    *Results.* Of a path launched in cycle L, none of whose points is late, the record of segment j,
+    counted from 0, is there in cycle ``L + chord_latency + 2 j``, and the score ``score_latency``
+    cycles after the record of the last segment. In the default sizes these are 87 and 56 cycles: a
+    path of m points is scored in cycle ``L + 2 m + 139``. A late point delays its slot and all
+    behind it by two cycles or a multiple. ``sim/model/planner/scorer_cycles.py`` has the same
+    counts.
 
     A score has what :meth:`sim.model.planner.definition.evaluation.Evaluator.evaluate` needs
     besides the walk.
@@ -275,7 +278,9 @@ class Scorer(wiring.Component):
         curves = stages.at(Timed(laid["curves"], 0), judging)
         scored = self.pricer.latency
         ends = self._flags(m, valid & laid["last"], scored // 2, "ended")[-1]
-        penalty = stages.at(Timed(penalties.penalty, judging + penalties.latency), scored)
+        penalty = Timed(penalties.penalty, judging + penalties.latency)
+        infeasible = stages.compute_held("infeasible", lambda penalty: penalty.any(), penalty)
+        penalty, infeasible = (stages.at(each, scored) for each in (penalty, infeasible))
         m.d.comb += [
             slopes.length.eq(laid["arc_length"]),
             slopes.rise.eq(self.placer.rise),
@@ -283,8 +288,8 @@ class Scorer(wiring.Component):
             *(penalties.judged[name].eq(each) for name, each in wrong.items()),
             penalties.judged.steep_arc.eq(slopes.steep & curves),
             self.score.valid.eq(ends & ~self.phase),
-            self.score.infeasible.eq(penalty.any()),
-            self.score.value.eq(Mux(penalty.any(), penalty, self.pricer.value)),
+            self.score.infeasible.eq(infeasible),
+            self.score.value.eq(Mux(infeasible, penalty, self.pricer.value)),
         ]
 
     def _flags(self, m, flag, slots, name):

@@ -78,9 +78,12 @@ def test_the_longest_path_does_not_overflow():
     greatest = {"rise": (1 << 20) - 1, "drag": (1 << 16) - 1, "fuel": (1 << 16) - 1}
     for base in (-(1 << 24), (1 << 24) - 1):
         problem = record(LARGE, rng, base=base, radius=1, fuel_shift=0, **greatest)
+        outer = headed(LARGE, rng, problem)
+        outer = dataclasses.replace(outer, has_entry=1, has_exit=1)
         for points in (zigzag, angled):
-            assert_same(LARGE, problem, points)
-            assert abs(defined(problem, points).cost) < 1 << 63
+            for each in (problem, outer):
+                assert_same(LARGE, each, points)
+                assert abs(defined(each, points).cost) < 1 << 63
 
 
 def test_roots():

@@ -45,7 +45,8 @@ def test_greatest_values_of_a_piece(config):
             assert abs(level) <= 1 << widths.level - 1
             cost = level * flown + max(pull, 0) * ((1 << 16) - 1)
             assert -(1 << widths.piece - 1) <= cost < 1 << widths.piece - 1
-            pieces = 2 * config.max_waypoints + 1
+            # Of the path, from an entry to an exit.
+            pieces = 2 * config.max_waypoints + 5
             assert abs(cost) * pieces < 1 << widths.cost - 1
     assert flown.bit_length() >= widths.flown - 1
 
@@ -53,11 +54,11 @@ def test_greatest_values_of_a_piece(config):
 @pytest.mark.parametrize("config", CONFIGS, ids=["small", "usual", "large"])
 def test_greatest_penalties(config):
     widths = Widths.of(config)
-    segments = config.max_waypoints + 1
+    arcs, segments = config.max_waypoints + 2, config.max_waypoints + 3
     assert segments * widths.longest < 1 << widths.total
     # The steepest segment rises by all altitudes over no length.
     excess = 4 * ((1 << config.altitude_bits + 4) - 1)
     assert excess < 1 << widths.excess
     assert segments * (256 + excess) < 1 << widths.steep
-    assert config.max_waypoints << widths.arc < 1 << widths.steep_arcs
-    assert config.max_waypoints < 1 << widths.count
+    assert arcs << widths.arc < 1 << widths.steep_arcs
+    assert arcs < 1 << widths.count

@@ -46,7 +46,7 @@ class RunningModel:
     record : ProblemRecord or None
         The problem, if there is one.
     latest : Outcome
-        Result of the latest run; no path after a PROBLEM, but its population.
+        Result of the latest run; after a PROBLEM without its paths, but with its population.
     """
 
     def __init__(self, config: Config, terrain: TerrainModel) -> None:
@@ -68,7 +68,7 @@ class RunningModel:
         if not repeated:
             self.record = record
             self._marks.shift = record.block_shift
-            self.latest = dataclasses.replace(_NONE, population=self.latest.population)
+            self.latest = dataclasses.replace(self.latest, paths=[], keys=[])
         return b""
 
     def run(self, payload: bytes, repeated: bool) -> bytes:

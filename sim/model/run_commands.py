@@ -46,7 +46,7 @@ class RunningModel:
     record : ProblemRecord or None
         The problem, if there is one.
     latest : Outcome
-        Result of the latest run; after a PROBLEM without its paths, but with its population.
+        Result of the latest run; without paths after a PROBLEM, but with its population.
     """
 
     def __init__(self, config: Config, terrain: TerrainModel) -> None:

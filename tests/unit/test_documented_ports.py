@@ -14,10 +14,9 @@ from amaranth.lib import wiring
 from hdl.command.layouts import payload_members
 from hdl.config import CheckerBuild, Config
 from hdl.layouts import generation_signature
+from hdl.planner.evaluator.path_evaluator import PathEvaluator
 from hdl.planner.evolver import Evolver
-from hdl.planner.scorer.scorer import Scorer
 from hdl.planner.shape_drawer import ShapeDrawer
-from hdl.planner.walker.path_walker import PathWalker
 from hdl.planner.wavefront.seed_source import SeedSource
 from hdl.top import Planner
 from tests.chips import SMALL
@@ -50,8 +49,7 @@ def components():
     # No chip has the units of the planner yet.
     makers = (
         *(partial(Planner, config) for config in CHIPS),
-        partial(PathWalker, CHIPS[0]),
-        partial(Scorer, SMALL),
+        partial(PathEvaluator, SMALL, 2),
         partial(Evolver, SMALL, 2),
         partial(ShapeDrawer, SMALL.coordinate_bits, SMALL.altitude_bits),
         partial(SeedSource, SMALL, SMALL.lookup_latency),

@@ -10,9 +10,15 @@ from hdl.planner.evaluator.path_decider import PathDecider
 from hdl.planner.evaluator.path_evaluator import PathEvaluator
 from hdl.planner.evaluator.path_store import PathStore
 from hdl.protocol.planner import VALUE_BITS, PathClass
-from sim.model.planner.evaluator_cycles import PLACES, EvaluatorCycles
+from sim.model.planner.evaluator_cycles import PLACES
 from tests.evaluator_bench import Pauses, run
-from tests.evaluator_cases import drawn_evaluator, drawn_paths, outcomes
+from tests.evaluator_cases import (
+    check_cycles,
+    check_findings,
+    drawn_evaluator,
+    drawn_paths,
+    outcomes,
+)
 from tests.planner_cases import SMALL, ground
 from tests.wrong_sizes import check_sizes
 
@@ -21,28 +27,9 @@ SLOTS = 20
 
 
 def check(found, expected):
-    """Compare what was found of the paths with what the model makes of them."""
-    assert found.members == [(each.key, each.slot, each.length) for each in expected]
-    assert found.margins == [margin for each in expected for margin in each.margins]
+    """Compare all that was found with what the model makes of the paths."""
+    check_findings(found, expected)
     assert found.idle == max(found.keyed[-1], *found.written) + 1
-    assert found.walk == sum(sum(each.costs or ()) for each in expected)
-
-
-def check_cycles(config, evaluator, paths, found, expected):
-    """Compare cycles of keys and goals with the model; return how many paths waited for room."""
-    record = evaluator.record
-    cycles, late = EvaluatorCycles(config), 0
-    model = []
-    for path, each, offered in zip(paths, expected, found.offered, strict=True):
-        late += cycles.room > max(offered, cycles.launcher)
-        points = len(path.points) + record.has_entry + record.has_exit
-        costs = sum(each.costs or ())
-        is_walked = each.costs is not None
-        model.append(
-            cycles.accept(offered, points, is_walked, costs, has_exit=bool(record.has_exit))
-        )
-    assert list(zip(found.keyed, found.goals, strict=True)) == model
-    return late
 
 
 def case(config, rng, count, heading, **options):
@@ -67,7 +54,7 @@ def test_keys_margins_and_cycles(heading, rows, lanes):
         expected = outcomes(evaluator, rows, paths)
         found = run(PathEvaluator(config, SLOTS, rows), evaluator, paths)
         check(found, expected)
-        late += check_cycles(config, evaluator, paths, found, expected)
+        late += check_cycles(evaluator, paths, found, expected)
         keys |= {each.key >> VALUE_BITS for each in expected}
         assert 5 < sum(each.costs is not None for each in expected) < 35
     assert keys == {PathClass.FEASIBLE, PathClass.GIVEN_UP, PathClass.INFEASIBLE}

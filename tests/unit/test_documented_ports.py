@@ -17,12 +17,12 @@ from hdl.command.transmitter import ReplyTransmitter
 from hdl.config import CheckerBuild, Config
 from hdl.control import Control
 from hdl.layouts import generation_signature
+from hdl.planner.evaluator.path_evaluator import PathEvaluator
 from hdl.planner.evolver import Evolver
 from hdl.planner.first_paths import FirstPaths
 from hdl.planner.run_control import RunControl
 from hdl.planner.scorer.scorer import Scorer
 from hdl.planner.shape_drawer import ShapeDrawer
-from hdl.planner.walker.path_walker import PathWalker
 from hdl.planner.wavefront.seed_source import SeedSource
 from hdl.top import Planner
 from tests.chips import SMALL

@@ -235,6 +235,11 @@ class Config:
         return self.genetic is GeneticCore.STREAMING
 
     @property
+    def checks_paths(self) -> bool:
+        """The chip has a checker that checks the paths of a host, or of the parallel core."""
+        return self.checker is not CheckerBuild.NONE and not self.streaming_core
+
+    @property
     def crossovers(self) -> int:
         """Crossover modules; as many parents are drawn, and each is used twice."""
         return self.children // 2

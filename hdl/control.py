@@ -4,7 +4,7 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.config import CheckerBuild, Config
+from hdl.config import Config
 from hdl.layouts import generation_signature
 from hdl.primitives.one_hot_sequencer import OneHotSequencer
 from hdl.protocol import COUNTER_BITS, ChipState, Counter, status_reply
@@ -34,9 +34,11 @@ def counters_layout(config: Config) -> data.StructLayout:
     if config.parallel_core:
         counted += _GENERATION.values()
     counted.append(Counter.TRANSMIT)
+    if config.streaming_core:
+        counted.append(Counter.GENERATIONS)
     if config.parallel_core:
         counted += [Counter.LONGEST, Counter.GENERATIONS, Counter.REFUSED_MUTATIONS]
-        if config.checker is not CheckerBuild.NONE:
+        if config.checks_paths:
             counted += [Counter.REDRAWN, Counter.LEFT_OUT]
     return data.StructLayout({counter.value: COUNTER_BITS for counter in counted})
 
@@ -48,15 +50,16 @@ class Control(wiring.Component):
     to run a generation turns the crossover, mutation and update units on, one after the other; a
     command to check paths turns the checker on. At last the transmitting unit answers. A unit is on
     from the first cycle of its state to the cycle in which it is done, both included; the next unit
-    is on in the following cycle. Only the hand-over to the crossover takes one more.
+    is on in the following cycle. Only the hand-over to the crossover takes one more. A streaming
+    core runs by itself, and its generations are counted.
 
     A generation starts only when the core is ``ready``. Until then the receiving unit stays on and
     holds ``receive_done`` and ``generate``, for two cycles at least: in the first, the control unit
     decides to start, and pulses ``launch``; in the second, ``begin`` tells all that take part. The
     core stays ``ready`` in between.
 
-    A chip without a genetic core, or without a checker, has a control unit without the states, the
-    counters and the members of what is missing.
+    A chip without a genetic core, or whose checker is missing or checks no paths of commands, has a
+    control unit without the states, the counters and the members of what is missing.
 
     Source: *allaire-2008*, section 4.2. Differs: the update is a separate state, and commands
     may ask for other things than a generation.
@@ -88,7 +91,7 @@ class Control(wiring.Component):
         count of all cycles shows those before the present one, the others are one cycle late: those
         of a generation are complete from the second cycle after it on, before an answer is made.
 
-    With a checker:
+    With a checker of the paths of commands:
 
     check : In(1)
         With ``receive_done``: the command is to check paths.
@@ -96,7 +99,12 @@ class Control(wiring.Component):
     check_done : In(1)
         Ignored unless the checker is on.
 
-    With a genetic core:
+    With a streaming core:
+
+    bred : In(1)
+        Pulse: a generation has been bred.
+
+    With a parallel genetic core:
 
     generate : In(1)
         With ``receive_done``: the command is to run a generation. Excludes ``check``.
@@ -119,7 +127,7 @@ class Control(wiring.Component):
             raise TypeError(f"Config must be a Config, not {config!r}")
 
         self.config = config
-        self.has_checker = config.checker is not CheckerBuild.NONE
+        self.checks_paths = config.checks_paths
         status = dict(status_reply(config).fields)
         self.history_length = status["history"] // _HISTORY_ENTRY_BITS
         members = {
@@ -134,8 +142,10 @@ class Control(wiring.Component):
             "history": Out(status["history"]),
             "counters": Out(counters_layout(config)),
         }
-        if self.has_checker:
+        if self.checks_paths:
             members |= {"check": In(1), "check_on": Out(1), "check_done": In(1)}
+        if config.streaming_core:
+            members["bred"] = In(1)
         if config.parallel_core:
             members |= {
                 "generate": In(1),
@@ -163,7 +173,7 @@ class Control(wiring.Component):
             self.receive_on.eq(on.receive),
             self.transmit_on.eq(on.transmit),
         ]
-        if self.has_checker:
+        if self.checks_paths:
             m.d.comb += self.check_on.eq(on.check)
 
         counts = {
@@ -173,6 +183,8 @@ class Control(wiring.Component):
         if self.config.parallel_core:
             m.d.comb += [self.core.mutation_on.eq(on.mutate), self.core.update_on.eq(on.update)]
             counts |= self._generation(m, on)
+        if self.config.streaming_core:
+            counts[Counter.GENERATIONS] = self.bred
         self._count(m, counts)
         return m
 
@@ -187,7 +199,7 @@ class Control(wiring.Component):
         steps = {(ChipState.LISTEN, ChipState.RECEIVE): self.pending}
         if self.config.parallel_core:
             steps[ChipState.RECEIVE, ChipState.CROSSOVER] = self.core.begin
-        if self.has_checker:
+        if self.checks_paths:
             steps[ChipState.RECEIVE, ChipState.CHECK] = received & self.check
             to_answer = received & ~self.check
         steps[ChipState.RECEIVE, ChipState.TRANSMIT] = to_answer
@@ -197,7 +209,7 @@ class Control(wiring.Component):
                 (ChipState.MUTATE, ChipState.UPDATE): self.core.mutation_done,
                 (ChipState.UPDATE, ChipState.TRANSMIT): self.core.update_done,
             }
-        if self.has_checker:
+        if self.checks_paths:
             steps[ChipState.CHECK, ChipState.TRANSMIT] = self.check_done
         steps[ChipState.TRANSMIT, ChipState.LISTEN] = self.transmit_done
         return steps
@@ -259,7 +271,7 @@ class Control(wiring.Component):
             Counter.GENERATIONS: done,
             Counter.REFUSED_MUTATIONS: Mux(done, core.refused, 0),
         }
-        if self.has_checker:
+        if self.checks_paths:
             counts |= {
                 Counter.REDRAWN: Mux(done, core.redrawn, 0),
                 Counter.LEFT_OUT: Mux(done, core.left_out, 0),

@@ -24,7 +24,8 @@ class Planner(wiring.Component):
 
     Source: *allaire-2008*, figure 6; where ``config`` has a checker, with the processor of *allaire
     two-tier* beside the core, which hands it its paths and asks it for the ground under new
-    waypoints. Where ``config`` has no genetic core, the checker is alone.
+    waypoints. Where ``config`` has no genetic core, the checker is alone. A streaming core has the
+    map, and plans by itself: :class:`hdl.planner.core.PlannerCore`.
 
     Parameters
     ----------
@@ -41,8 +42,6 @@ class Planner(wiring.Component):
     ------
     TypeError
         If ``config`` is not a Config.
-    ValueError
-        If it has a streaming core, of which there is a model only.
     """
 
     clk: In(1)
@@ -53,8 +52,6 @@ class Planner(wiring.Component):
     def __init__(self, config: Config):
         if not isinstance(config, Config):
             raise TypeError(f"Config must be a Config, not {config!r}")
-        if config.streaming_core:
-            raise ValueError("Config.genetic must be none or parallel in gateware, not streaming")
         self.config = config
         super().__init__()
 
@@ -69,11 +66,12 @@ class Planner(wiring.Component):
         reset = Signal()
         m.d.comb += reset.eq(self.rst | lasting.any())
         m.d.unreset += lasting.eq(Cat(self.rst, lasting))
-        for domain in ("sync", "core", "checker"):
+        domains = ("sync", "core") if self.config.streaming_core else ("sync", "core", "checker")
+        for domain in domains:
             setattr(m.domains, domain, ClockDomain(domain))
             m.d.comb += ClockSignal(domain).eq(self.clk)
             m.d.unreset += ResetSignal(domain).eq(reset)
-            if self.config.parallel_core:
+            if self.config.parallel_core or self.config.streaming_core:
                 reset = ResetSignal(domain)
 
         m.submodules.line = line = Line(self.config.clocks_per_bit, self.config.receive_buffer)
@@ -98,7 +96,9 @@ class Planner(wiring.Component):
         core = None
         if self.config.parallel_core:
             core = self._add_core(m, control, receiver, transmitter)
-        if self.config.checker is not CheckerBuild.NONE:
+        if self.config.streaming_core:
+            self._add_planner_core(m, control, receiver, transmitter)
+        elif self.config.checker is not CheckerBuild.NONE:
             self._add_checker(m, control, core, receiver, transmitter)
         elif core is not None:
             connect(m, transmitter.reads, core.reads)
@@ -154,6 +154,33 @@ class Planner(wiring.Component):
         for i, waypoint in enumerate(core.patches):
             m.d.comb += recipe[f"waypoint_{i}"].eq(waypoint)
         return core
+
+    def _add_planner_core(self, m, control, receiver, transmitter):
+        """Add the streaming core, which has the map, too."""
+        from hdl.planner.core import PlannerCore  # Other chips have none of its units.
+
+        core = PlannerCore(self.config)
+        m.submodules.core = DomainRenamer("core")(core)
+
+        # On a large chip, the map's `ready` arrives late.
+        m.submodules.cells = cells = SkidBuffer(receiver.cells.payload.shape())
+        connect(m, receiver.cells, cells.words)
+        connect(m, cells.passed, core.cells)
+        connect(m, receiver.problems, core.problems)
+        connect(m, receiver.runs, core.runs)
+        connect(m, receiver.shapes, core.shapes)
+        connect(m, core.records, transmitter.records)
+        m.d.comb += [
+            core.stop.eq(receiver.stop),
+            core.best.eq(transmitter.best),
+            receiver.running.eq(core.running),
+            receiver.has_problem.eq(core.has_problem),
+            receiver.has_population.eq(core.has_population),
+            transmitter.has_best.eq(core.has_best),
+            control.bred.eq(core.bred),
+        ]
+        for name in core.status.shape().members:
+            m.d.comb += transmitter.status[name].eq(core.status[name])
 
     def _add_checker(self, m, control, core, receiver, transmitter):
         """Add the checker, between the units that take commands and answer them."""

@@ -1,8 +1,8 @@
 """Random valid and broken frames for a chip, and the model's replies to them.
 
 The draws avoid the cases in which chip and model may differ: a refused WRITE may change waypoints,
-so all paths are rewritten after one; and a command whose reply depends on bytes received while
-earlier commands ran is sent alone.
+so all paths are rewritten after one; a command whose reply depends on bytes received while earlier
+commands ran is sent alone; and a run is over before another command follows.
 """
 
 import random
@@ -25,31 +25,39 @@ from hdl.protocol import (
     read_request,
     results_request,
     start_request,
+    status_reply,
     write_request,
 )
 from hdl.protocol.codec import FrameSplitter, decode_frame, encode_frame
+from hdl.protocol.runs import RunOptions, run_request
 from host.device.map_frames import map_frames
 from sim.board.scheme import start_simulated
 from sim.model.chip import ChipModel
 from sim.model.frames import FrameReceiverModel
 from tests.chips import LINE_CYCLES, board_url, random_path
 from tests.faults import ByteFaults
+from tests.planner_cases import any_record, headed, record, shape
 
 
 __all__ = ["Fuzz", "fuzz_simulated_board"]
 
 #: Commands whose replies depend on the bytes received before they run.
-_ALONE = (Command.STATUS, Command.COUNTERS, Command.CLEAR)
-_WEIGHTS = {
-    Command.GENERATE: 30,
-    Command.WRITE: 25,
-    Command.READ: 15,
-    Command.START: 7,
+_ALONE = (Command.STATUS, Command.COUNTERS, Command.CLEAR, Command.RUN)
+#: Commands of every chip.
+_COMMON_WEIGHTS = {
     Command.STATUS: 6,
     Command.COUNTERS: 6,
     Command.CLEAR: 5,
     Command.INFO: 3,
     Command.OPEN: 3,
+}
+#: Commands of a parallel core, in front of these.
+_WEIGHTS = {
+    Command.GENERATE: 30,
+    Command.WRITE: 25,
+    Command.READ: 15,
+    Command.START: 7,
+    **_COMMON_WEIGHTS,
 }
 #: Additional commands of a chip with a checker.
 _CHECKER_WEIGHTS = {
@@ -58,6 +66,20 @@ _CHECKER_WEIGHTS = {
     Command.CHECK_PATHS: 10,
     Command.RESULTS: 4,
 }
+#: All commands of a chip with a streaming core.
+_RUN_WEIGHTS = {
+    Command.MAP: 8,
+    Command.PROBLEM: 8,
+    Command.RUN: 12,
+    Command.STOP: 4,
+    Command.BEST: 12,
+    Command.BLOCK: 8,
+    **_COMMON_WEIGHTS,
+}
+#: Values that a RUN may not have, whatever the chip.
+_WRONG_RUNS = ({"islands": 3}, {"islands": 0, "warm": 0}, {"lifts": 5}, {"share": 17}, {"seeds": 1})
+#: Looks at a run until it is over.
+_LOOKS = 10_000
 
 
 class Fuzz:
@@ -87,15 +109,18 @@ class Fuzz:
         self._receiver = FrameReceiverModel(config)
         self._rng = random.Random(seed)
         self._faults = ByteFaults(0.01, self._rng)
-        self._weights = dict(_WEIGHTS)
+        self._draws = np.random.default_rng(seed)
+        self._weights = dict(_RUN_WEIGHTS if config.streaming_core else _WEIGHTS)
         self._map = []  # MAP payloads to send first.
-        if config.checker is not CheckerBuild.NONE:
+        if config.checks_paths:
             self._weights |= _CHECKER_WEIGHTS
+        if config.checker is not CheckerBuild.NONE:
             edge, top = config.map_size, config.blocked_altitude
             heights = np.random.default_rng(seed).integers(0, top // 2, (edge, edge))
             self._map = [payload for payload, _ in map_frames(config, heights, 0, 0)]
         self._session = self._expected = 0
         self._rewrite = False
+        self._runs = False  # A run may have begun, and its end is not awaited yet.
         self._held = None
         self._unended = 0
 
@@ -110,6 +135,24 @@ class Fuzz:
             f"in frame {self.frames}: to {batch.hex(' ')} the answer {answers.hex(' ')}, "
             f"not {expected.hex(' ')}"
         )
+        if self._runs:
+            self._await_end(port)
+
+    def _await_end(self, port):
+        """Ask for the status until the run is over, and compare it then."""
+        self._runs, self._unended = False, 0
+        layout = status_reply(self.config)
+        for _ in range(_LOOKS):
+            # The delimiter ends the rest of a broken frame.
+            frame = b"\0" + encode_frame(self._body(Command.STATUS, b""))
+            port.write(frame)
+            expected = self._answers(frame)
+            answer = port.read(len(expected))
+            ((body, _),) = _bodies(answer)
+            if not layout.unpack(body[BODY_HEADER_BYTES:])["running"]:
+                assert answer == expected, (answer.hex(" "), expected.hex(" "))
+                return
+        raise TimeoutError(f"Run must end within {_LOOKS} looks")
 
     def batch(self):
         """Return bytes that fit in the receive buffer, the model's replies, and a flag.
@@ -145,7 +188,10 @@ class Fuzz:
 
     def _answers(self, data):
         """Feed the model, and track session and sequence numbers by its replies."""
+        running = self._model.running
+        before = running and running.latest
         answers = self._model.feed(data)
+        self._runs |= running is not None and running.latest is not before
         self._receiver.feed(data)
         self.dropped.update(self._receiver.verdicts)
         for (session, sequence, status, *_), plain in _bodies(answers):
@@ -159,7 +205,7 @@ class Fuzz:
             elif status == Status.OUT_OF_ORDER:
                 self._expected = sequence
             elif status in (Status.BAD_LENGTH, Status.BAD_VALUE):
-                self._rewrite = True
+                self._rewrite = self.config.parallel_core
         return answers
 
     def _draw(self):
@@ -206,6 +252,8 @@ class Fuzz:
             )
         if code in _CHECKER_WEIGHTS:
             return self._checker_payload(code)
+        if self.config.streaming_core:
+            return self._run_payload(code)
         slot = rng.randrange(config.population)
         count = rng.randint(1, config.population - slot)
         if code == Command.WRITE:
@@ -240,6 +288,33 @@ class Fuzz:
             slot=slot, count=count, flags=flags, start=start, goal=goal
         )
 
+    def _run_payload(self, code):
+        config, rng, draws = self.config, self._rng, self._draws
+        if code == Command.PROBLEM:
+            usual = record(config, draws) if rng.random() < 0.7 else any_record(config, draws)
+            return headed(config, draws, usual).pack(config)
+        if code == Command.BLOCK:
+            return shape(config, draws).pack(config)
+        if code == Command.RUN:
+            warm = rng.random() < 0.5
+            options = RunOptions(
+                seed=rng.getrandbits(64),
+                cycles=rng.randrange(1 << rng.randrange(8, 18)),
+                generations=rng.randrange(6),
+                give_up_rank=rng.randrange(config.population),
+                slopes=tuple(rng.choices(range(16), k=rng.randint(1 - warm, 2 - warm))),
+                seeds=config.population + rng.randrange(config.population),
+                lifts=rng.randrange(5),
+                share=rng.randrange(17),
+                warm=warm,
+            )
+            layout = run_request(config)
+            fields = layout.unpack(options.pack(config))
+            if rng.random() < 0.1:
+                fields |= rng.choice(_WRONG_RUNS)
+            return layout.pack(**fields)
+        return b""
+
     def _paths(self, slot, count):
         paths = [random_path(self.config, self._rng) for _ in range(count)]
         return write_request(self.config).pack(slot=slot) + pack_paths(self.config, paths)
@@ -249,7 +324,8 @@ class Fuzz:
         rng = self._rng
         session, sequence, code = body[:BODY_HEADER_BYTES]
         payload = body[BODY_HEADER_BYTES:]
-        match rng.randrange(7):
+        # A RUN with any other byte might last too long.
+        match rng.randrange(6 if code == Command.RUN else 7):
             case 0:
                 session = rng.choice((session - 1, session + 1, rng.randrange(256))) % 256
             case 1:
@@ -257,7 +333,8 @@ class Fuzz:
             case 2 | 3:  # As if the reply had been lost.
                 sequence = (sequence - 1) % 256
             case 4:
-                code = rng.choice((0, rng.randrange(16), rng.randrange(256)))
+                known = len(Command) + 2 if self.config.streaming_core else 16
+                code = rng.choice((0, rng.randrange(known), rng.randrange(256)))
             case 5:
                 length = rng.choice((0, len(payload) - 1, len(payload) + 1, rng.randrange(300)))
                 payload = (payload + rng.randbytes(300))[: max(0, length)]

@@ -1,9 +1,16 @@
 """Commands that a chip refuses and its replies, for the gateware and its model."""
 
-from hdl.protocol import Command, LinkMode, Status, pack_paths, start_request
+import dataclasses
+
+import numpy as np
+
+from hdl.protocol import Command, LinkMode, Status, map_request, pack_paths, start_request
+from hdl.protocol.planner import BLOCKS, SCALE_FRACTION, NoFlyShape
+from hdl.protocol.runs import RunOptions, run_request
+from tests.planner_cases import record
 
 
-__all__ = ["refusals"]
+__all__ = ["refusals", "run_refusals"]
 
 
 def refusals(config, order):
@@ -59,3 +66,64 @@ def refusals(config, order):
         (Command.GENERATE, bytes((LinkMode.RECIPE, *order[:-1], 8)), Status.BAD_VALUE),
         (Command.GENERATE, bytes((LinkMode.RECIPE, *order[:-1], order[0])), Status.BAD_VALUE),
     ]
+
+
+def run_refusals(config):
+    """Return the same for a chip with a streaming core, which has a problem, but no population."""
+    problem = record(config, np.random.default_rng(1))
+    layout = run_request(config)
+    fields = layout.unpack(RunOptions(seeds=config.population).pack(config))
+    shape = NoFlyShape(first_x=2, first_y=3, last_x=4, last_y=5, edges=())
+    most_shift = max(config.coordinate_bits - 5, 0)
+
+    def changed(**changes):
+        return dataclasses.replace(problem, **changes).pack(config)
+
+    packed, run, block = changed(), layout.pack(**fields), shape.pack(config)
+    unknown = (
+        Command.START, Command.WRITE, Command.GENERATE, Command.READ, Command.CHECK,
+        Command.CHECK_PATHS, Command.RESULTS,
+    )  # fmt: skip
+    problems = [
+        {"altitude_limit": config.blocked_altitude},
+        {"x_scale": (1 << SCALE_FRACTION) + 1},
+        {"y_scale": (1 << SCALE_FRACTION) + 1},
+        {"block_shift": most_shift + 1},
+        {"block_shift": 15},
+    ]
+    if config.map_size > BLOCKS:
+        problems += [
+            {"block_shift": 0, "x_limit": BLOCKS, "y_limit": 0},
+            {"block_shift": 0, "y_limit": BLOCKS, "x_limit": 0},
+        ]
+    runs = [
+        {"give_up_rank": config.population},
+        {"seeds": config.population - 1},
+        {"lifts": 5},
+        {"share": 17},
+        {"islands": 0},
+        {"islands": 3},
+        {"islands": 7},
+        {"warm": 1, "islands": 1},
+        {"warm": 1, "islands": 2},
+    ]
+    return [
+        *((code, bytes(5), Status.UNKNOWN_COMMAND) for code in (0, 19, 200, *unknown)),
+        *(
+            (code, payload, Status.BAD_LENGTH)
+            for code, whole in (
+                (Command.PROBLEM, packed), (Command.RUN, run), (Command.BLOCK, block)
+            )
+            for payload in (b"", whole[:-1], whole + b"\0")
+        ),
+        (Command.STOP, b"\0", Status.BAD_LENGTH),
+        (Command.BEST, b"\0", Status.BAD_LENGTH),
+        (Command.MAP, b"", Status.BAD_LENGTH),
+        (Command.MAP, map_request(config).pack(x=0, y=0, width=0, height=1), Status.BAD_VALUE),
+        *((Command.PROBLEM, changed(**changes), Status.BAD_VALUE) for changes in problems),
+        *((Command.RUN, layout.pack(**fields | changes), Status.BAD_VALUE) for changes in runs),
+        *(
+            (Command.BLOCK, dataclasses.replace(shape, **last).pack(config), Status.BAD_VALUE)
+            for last in ({"last_x": 1}, {"last_y": 2})
+        ),
+    ]  # fmt: skip

@@ -23,12 +23,18 @@ from hdl.protocol import (
     start_request,
     write_request,
 )
+from hdl.protocol.planner import BLOCKS, SCALE_FRACTION, no_fly_request, problem_request
+from hdl.protocol.runs import ISLANDS, LIFTS, run_request
 
 
 __all__ = ["FieldDecoder", "payload_commands", "request_fields"]
 
 #: Commands with a payload after the fixed fields; all others end with their fixed fields.
 FOLLOWED = (Command.WRITE, Command.GENERATE, Command.MAP, Command.CHECK)
+#: Commands that are refused while a run goes on; a RUN that is repeated is not.
+_WAITING = (Command.MAP, Command.PROBLEM, Command.RUN, Command.BEST, Command.BLOCK)
+#: Sixteenths of the time that the islands of a RUN have at most.
+_MOST_SHARE = 16
 
 
 def request_fields(config: Config) -> dict[Command, Layout]:
@@ -47,13 +53,22 @@ def request_fields(config: Config) -> dict[Command, Layout]:
             Command.READ: read_request(config),
         }
     if config.checker is not CheckerBuild.NONE:
+        fields[Command.MAP] = map_request(config)
+    if config.checks_paths:
         fields |= {
-            Command.MAP: map_request(config),
             Command.CHECK: check_request(config),
             Command.RESULTS: results_request(config),
         }
-    if config.parallel_core and config.checker is not CheckerBuild.NONE:
+    if config.parallel_core and config.checks_paths:
         fields[Command.CHECK_PATHS] = check_paths_request(config)
+    if config.streaming_core:
+        fields |= {
+            Command.PROBLEM: problem_request(config),
+            Command.RUN: run_request(config),
+            Command.STOP: Layout(()),
+            Command.BEST: Layout(()),
+            Command.BLOCK: no_fly_request(config),
+        }
     return fields
 
 
@@ -108,10 +123,26 @@ class FieldDecoder(wiring.Component):
 
     rectangle : Out(struct of map_request)
         Fields of a MAP.
+
+    Only with a CHECK among ``fields``:
+
     checks : Out(check_layout)
         Check that a CHECK or CHECK_PATHS asks for.
     checked : In(9)
         Paths of the latest check, whose results may be requested.
+
+    Only with a RUN among ``fields``:
+
+    problem : Out(struct of problem_request)
+    run : Out(struct of run_request)
+    shape : Out(struct of no_fly_request)
+        Fields of a PROBLEM, a RUN and a BLOCK.
+    repeated : In(1)
+        The command has been executed before: a RUN is not judged by the next three.
+    running : In(1)
+        A run goes on, for whose end MAP, PROBLEM, RUN, BEST and BLOCK must wait.
+    has_problem, has_population : In(1)
+        There is a problem, and a population for a warm run.
 
     Raises
     ------
@@ -156,11 +187,19 @@ class FieldDecoder(wiring.Component):
                 "identity": Out(1),
             }
         if Command.MAP in fields:
+            members["rectangle"] = Out(struct(fields[Command.MAP]))
+        if Command.CHECK in fields:
             waypoint_bits = 2 * exact_log2(map_size) + altitude_bits
+            members |= {"checks": Out(check_layout(waypoint_bits)), "checked": In(9)}
+        if Command.RUN in fields:
             members |= {
-                "rectangle": Out(struct(fields[Command.MAP])),
-                "checks": Out(check_layout(waypoint_bits)),
-                "checked": In(9),
+                "problem": Out(struct(fields[Command.PROBLEM])),
+                "run": Out(struct(fields[Command.RUN])),
+                "shape": Out(struct(fields[Command.BLOCK])),
+                "repeated": In(1),
+                "running": In(1),
+                "has_problem": In(1),
+                "has_population": In(1),
             }
         super().__init__(members)
 
@@ -179,6 +218,7 @@ class FieldDecoder(wiring.Component):
             ]
         if Command.MAP in self.fields:
             m.d.comb += self.rectangle.eq(self._of(Command.MAP))
+        if Command.CHECK in self.fields:
             m.d.sync += [
                 self.checks.batch.eq(0),
                 self.checks.counting.eq(self._of(Command.CHECK).flags & CheckFlag.COUNT.value),
@@ -193,6 +233,12 @@ class FieldDecoder(wiring.Component):
             m.d.sync += [
                 self.checks[name].eq(batch[name]) for name in ("slot", "count", "start", "goal")
             ]
+        if Command.RUN in self.fields:
+            m.d.comb += [
+                self.problem.eq(self._of(Command.PROBLEM)),
+                self.run.eq(self._of(Command.RUN)),
+                self.shape.eq(self._of(Command.BLOCK)),
+            ]
 
         judges = {
             Command.STATUS: self._judge_status,
@@ -204,6 +250,10 @@ class FieldDecoder(wiring.Component):
             Command.CHECK: self._judge_check,
             Command.CHECK_PATHS: self._judge_check_paths,
             Command.RESULTS: self._judge_results,
+            Command.PROBLEM: self._judge_problem,
+            Command.RUN: self._judge_run,
+            Command.BEST: self._judge_best,
+            Command.BLOCK: self._judge_block,
         }
         # Every command judges the fields; the code chooses the verdict in the next cycle.
         wrong = {command: Signal(name=f"{command.name.lower()}_wrong") for command in judges}
@@ -219,6 +269,8 @@ class FieldDecoder(wiring.Component):
                         m.d.sync += wrong[command].eq(judges[command](m))
                         with m.If(wrong[command]):
                             m.d.sync += self.status.eq(Status.BAD_VALUE)
+        if Command.RUN in self.fields:
+            self._refuse_in_a_run(m)
         with m.If(~self.ended & ~followed):
             m.d.sync += self.status.eq(Status.BAD_LENGTH)
 
@@ -228,6 +280,15 @@ class FieldDecoder(wiring.Component):
         layout = self.fields[command]
         start = 8 * (self.size - layout.size)
         return data.View(struct(layout), self._packed[start : start + layout.bits])
+
+    def _refuse_in_a_run(self, m):
+        busy = Signal()
+        m.d.sync += busy.eq(0)
+        with m.Switch(self.code):
+            with m.Case(*_WAITING):
+                m.d.sync += busy.eq(self.running & ~((self.code == Command.RUN) & self.repeated))
+        with m.If(busy):
+            m.d.sync += self.status.eq(Status.BUSY)
 
     # Each method sets the answer and returns a condition: a value is out of its range.
 
@@ -308,3 +369,37 @@ class FieldDecoder(wiring.Component):
             self.count.eq(asked.count),
         ]
         return (asked.count == 0) | (asked.path + asked.count > self.checked)
+
+    def _judge_problem(self, m):
+        problem = self.problem
+        # The smallest blocks that 32 of them need to cover the map, or smaller ones.
+        most_shift = max(exact_log2(self.map_size) - exact_log2(BLOCKS), 0)
+        shift = problem.block_shift[: most_shift.bit_length()]
+        last_block = (problem.x_limit | problem.y_limit) >> shift
+        return (
+            (problem.altitude_limit == (1 << self.altitude_bits) - 1)
+            | (problem.x_scale > 1 << SCALE_FRACTION)
+            | (problem.y_scale > 1 << SCALE_FRACTION)
+            | (problem.block_shift > most_shift)
+            | (last_block >= BLOCKS)
+        )
+
+    def _judge_run(self, m):
+        run = self.run
+        return (
+            (~self.repeated & (~self.has_problem | (run.warm & ~self.has_population)))
+            | (run.give_up_rank >= self.population)
+            | (run.seeds < self.population)
+            | (run.lifts > LIFTS)
+            | (run.share > _MOST_SHARE)
+            | (run.islands + run.warm == 0)
+            | (run.islands + run.warm > ISLANDS)
+        )
+
+    def _judge_best(self, m):
+        m.d.comb += self.kind.eq(AnswerKind.BEST)
+        return 0
+
+    def _judge_block(self, m):
+        shape = self.shape
+        return (shape.first_x > shape.last_x) | (shape.first_y > shape.last_y)

@@ -31,6 +31,8 @@ class AnswerKind(enum.Enum, shape=4):
     CHECKED = 9
     #: Results of ``count`` of its paths from ``slot``.
     RESULTS = 10
+    #: Paths of the latest run: no chip has both.
+    BEST = RESULTS
 
 
 #: Answer that the transmitter is to send.

@@ -38,7 +38,7 @@ class PayloadDispatcher(wiring.Component):
     repeated, bytes, ended, done, status
         As of a parser: see :func:`hdl.command.layouts.payload_members`.
 
-    Only where ``config`` has a genetic core:
+    Only where ``config`` has a parallel genetic core:
 
     write_slot : In(8)
         First slot of a WRITE.
@@ -52,9 +52,10 @@ class PayloadDispatcher(wiring.Component):
 
     rectangle : In(struct of map_request)
         Fields of a MAP.
-    cells, points : Out(stream)
-        ``writes`` of :class:`hdl.command.cell_parser.CellParser`, ``points`` of
-        :class:`hdl.command.point_parser.PointParser`.
+    cells : Out(stream)
+        ``writes`` of :class:`hdl.command.cell_parser.CellParser`.
+    points : Out(stream)
+        Only without a streaming core: of :class:`hdl.command.point_parser.PointParser`.
 
     Raises
     ------
@@ -87,12 +88,13 @@ class PayloadDispatcher(wiring.Component):
             }
         if self.has_checker:
             cells = cell_layout(config.coordinate_bits, config.altitude_bits)
-            points = point_layout(config.coordinate_bits, config.altitude_bits)
             members |= {
                 "rectangle": In(struct(map_request(config))),
                 "cells": Out(stream.Signature(cells)),
-                "points": Out(stream.Signature(points)),
             }
+        if config.checks_paths:
+            points = point_layout(config.coordinate_bits, config.altitude_bits)
+            members["points"] = Out(stream.Signature(points))
         super().__init__(members)
 
     def elaborate(self, platform):
@@ -145,11 +147,13 @@ class PayloadDispatcher(wiring.Component):
             m.submodules.cell_parser = cell_parser = CellParser(
                 config.coordinate_bits, config.altitude_bits, self.rectangle.shape()
             )
-            m.submodules.point_parser = point_parser = PointParser(
-                config.coordinate_bits, config.altitude_bits, config.max_waypoints
-            )
-            parsers |= {Command.MAP: cell_parser, Command.CHECK: point_parser}
+            parsers[Command.MAP] = cell_parser
             connect(m, cell_parser.writes, flipped(self.cells))
-            connect(m, point_parser.points, flipped(self.points))
+            if config.checks_paths:
+                m.submodules.point_parser = point_parser = PointParser(
+                    config.coordinate_bits, config.altitude_bits, config.max_waypoints
+                )
+                parsers[Command.CHECK] = point_parser
+                connect(m, point_parser.points, flipped(self.points))
             m.d.comb += cell_parser.rectangle.eq(self.rectangle)
         return parsers

@@ -8,6 +8,7 @@ from hdl.command.field_decoder import FieldDecoder, payload_commands, request_fi
 from hdl.command.header_comparator import HeaderComparator
 from hdl.command.layouts import AnswerKind, answer_layout
 from hdl.command.payload_dispatcher import PayloadDispatcher
+from hdl.command.request import Request
 from hdl.config import CheckerBuild, Config
 from hdl.layouts import (
     cell_layout,
@@ -15,34 +16,16 @@ from hdl.layouts import (
     point_layout,
     ranking_layout,
     start_layout,
+    struct,
     write_layout,
 )
 from hdl.link.frame import body_layout
+from hdl.planner.layouts import problem_layout, shape_layout
 from hdl.protocol import Command, Status, StickyError
+from hdl.protocol.runs import run_request
 
 
 __all__ = ["CommandReceiver"]
-
-
-class _Request:
-    """Registers of the request at hand, which the states of the receiver share.
-
-    Parameters
-    ----------
-    size : int
-        Most bytes of fixed fields.
-    """
-
-    def __init__(self, size: int):
-        self.taken = Signal()  # A byte is taken in this cycle.
-        self.ended = Signal()  # The last byte has been taken.
-        self.code = Signal(8)
-        self.repeated = Signal()  # Executed before: it is answered only.
-        self.collecting = Signal()  # Fixed fields are coming in,
-        self.left = Signal(range(size + 1))  # and these many bytes of them are to come.
-        self.verdict = Signal(8)  # Status that the parser gives.
-        self.refused = Signal()
-        self.cleared = Signal()
 
 
 class CommandReceiver(wiring.Component):
@@ -52,8 +35,9 @@ class CommandReceiver(wiring.Component):
     number, collects the fixed fields, has them decoded, and hands the payload to the parser of the
     command. It is turned on while a request is pending and takes one byte per cycle; the parsers
     say where ranks, waypoints and cells take more. It is done at most 6 cycles after the last byte;
-    after a GENERATE or a MAP, when the core or the checker is ready again. Whatever the request
-    holds, the receiver takes all of it and is done. ``valid`` of every output stream is a register.
+    after a GENERATE, a MAP or a BLOCK, when the core or the checker is ready again. Whatever the
+    request holds, the receiver takes all of it and is done. ``valid`` of every output stream is a
+    register.
 
     A refused WRITE may have changed the slots it names, whose lengths stay within the limits; a
     refused MAP of a wrong length may have changed cells of its rectangle.
@@ -82,7 +66,7 @@ class CommandReceiver(wiring.Component):
     errors : Out(8)
         All sticky errors.
 
-    Only where ``config`` has a genetic core:
+    Only where ``config`` has a parallel genetic core:
 
     generate : Out(1)
         Valid with ``done``: a generation is to run before the answer.
@@ -99,6 +83,9 @@ class CommandReceiver(wiring.Component):
 
     cells : Out(stream of x, y, altitude, last)
         Cells of the map; see :class:`hdl.command.cell_parser.CellParser`.
+
+    Only where it also checks the paths of commands:
+
     forget : Out(1)
         A check has come in: points passed on before and not yet checked are to be discarded.
     points : Out(stream of x, y, altitude, last)
@@ -109,6 +96,20 @@ class CommandReceiver(wiring.Component):
         Steady from ``done`` to the next ``on``.
     checked : In(9)
         Paths of the latest check, whose results may be requested.
+
+    Only where ``config`` has a streaming core:
+
+    problems : Out(stream of problem_layout)
+    runs : Out(stream of run_request)
+    shapes : Out(stream of shape_layout)
+        Of a PROBLEM, a RUN and a BLOCK; ready when a problem is taken, a run has begun, a shape is
+        drawn. The payloads are steady.
+    stop : Out(1)
+        Pulse: the run is to end.
+    running : In(1)
+        A run goes on; high from the cycle after its transfer on.
+    has_problem, has_population : In(1)
+        There is a problem, and a population for a warm run.
 
     Raises
     ------
@@ -147,15 +148,26 @@ class CommandReceiver(wiring.Component):
             }
         if self.has_checker:
             self.cell_layout = cell_layout(config.coordinate_bits, config.altitude_bits)
+            members["cells"] = Out(stream.Signature(self.cell_layout))
+        if config.checks_paths:
             self.point_layout = point_layout(config.coordinate_bits, config.altitude_bits)
             self.check_layout = check_layout(config.waypoint_bits)
             members |= {
-                "cells": Out(stream.Signature(self.cell_layout)),
                 "forget": Out(1),
                 "points": Out(stream.Signature(self.point_layout)),
                 "check": Out(1),
                 "checks": Out(self.check_layout),
                 "checked": In(9),
+            }
+        if config.streaming_core:
+            members |= {
+                "problems": Out(stream.Signature(problem_layout(config))),
+                "runs": Out(stream.Signature(struct(run_request(config)))),
+                "shapes": Out(stream.Signature(shape_layout(config.coordinate_bits))),
+                "stop": Out(1),
+                "running": In(1),
+                "has_problem": In(1),
+                "has_population": In(1),
             }
         super().__init__(members)
 
@@ -172,7 +184,7 @@ class CommandReceiver(wiring.Component):
         )
         m.submodules.payload = payload = PayloadDispatcher(config)
         m.submodules.header = header = HeaderComparator()
-        request = _Request(fields.size)
+        request = Request(fields.size)
         expected = Signal(8)  # Number of the next command.
         self._connect(m, request, fields, payload)
         m.d.comb += [
@@ -196,15 +208,17 @@ class CommandReceiver(wiring.Component):
             | Mux(request.refused, StickyError.REFUSED.value, 0)
         )
 
-        if self.has_checker:
+        if config.checks_paths:
             m.d.sync += self.forget.eq(0)
+        if config.streaming_core:
+            m.d.sync += self.stop.eq(0)
 
         with m.FSM():
             with m.State("Off"):
                 m.d.sync += [request.ended.eq(0), request.repeated.eq(0)]
                 if config.parallel_core:
                     m.d.sync += self.generate.eq(0)
-                if self.has_checker:
+                if config.checks_paths:
                     m.d.sync += self.check.eq(0)
                 with m.If(self.on):
                     m.next = "Session"
@@ -240,10 +254,10 @@ class CommandReceiver(wiring.Component):
                 self._judge_fields(m, request, fields)
                 m.d.comb += payload.launch.eq(fields.status == Status.OK)
 
-            if config.parallel_core:
-                with m.State("Start"):
-                    with m.If(self.start_requests.ready):
-                        m.d.sync += self.start_requests.valid.eq(0)
+            for command, orders in self._orders().items():
+                with m.State(command.name.capitalize()):
+                    with m.If(orders.ready):
+                        m.d.sync += orders.valid.eq(0)
                         m.next = "Executed"
 
             with m.State("Payload"):
@@ -260,7 +274,7 @@ class CommandReceiver(wiring.Component):
                         m.d.sync += self.generate.eq(
                             (request.code == Command.GENERATE) & ~request.repeated
                         )
-                    if self.has_checker:
+                    if config.checks_paths:
                         with m.If(request.code == Command.CHECK):
                             m.d.sync += self.check.eq(~request.repeated)
                     m.next = "Executed"
@@ -303,12 +317,33 @@ class CommandReceiver(wiring.Component):
             ]
         if self.has_checker:
             connect(m, payload.cells, flipped(self.cells))
-            connect(m, payload.points, flipped(self.points))
+            if self.config.checks_paths:
+                connect(m, payload.points, flipped(self.points))
+            m.d.comb += payload.rectangle.eq(fields.rectangle)
+        if self.config.checks_paths:
+            m.d.comb += [self.checks.eq(fields.checks), fields.checked.eq(self.checked)]
+        if self.config.streaming_core:
             m.d.comb += [
-                payload.rectangle.eq(fields.rectangle),
-                self.checks.eq(fields.checks),
-                fields.checked.eq(self.checked),
+                self.problems.p.eq(fields.problem),
+                self.runs.p.eq(fields.run),
+                self.shapes.p.eq(fields.shape),
+                fields.repeated.eq(request.repeated),
+                fields.running.eq(self.running),
+                fields.has_problem.eq(self.has_problem),
+                fields.has_population.eq(self.has_population),
             ]
+
+    def _orders(self):
+        """Return the streams that take the fixed fields of a command, by the command."""
+        if self.config.parallel_core:
+            return {Command.START: self.start_requests}
+        if self.config.streaming_core:
+            return {
+                Command.PROBLEM: self.problems,
+                Command.RUN: self.runs,
+                Command.BLOCK: self.shapes,
+            }
+        return {}
 
     def _answer_with(self, m, status):
         """Answer with ``status`` and nothing else."""
@@ -390,11 +425,11 @@ class CommandReceiver(wiring.Component):
         with m.Switch(code):
             with m.Case(*payload_commands(config)):
                 m.next = "Payload"
-            if config.parallel_core:
-                with m.Case(Command.START):
+            for command in self._orders():
+                with m.Case(command):
                     with m.If(~repeated):
-                        m.next = "Start"
-        if self.has_checker:
+                        m.next = command.name.capitalize()
+        if config.checks_paths:
             m.d.sync += self.forget.eq((code == Command.CHECK) | (code == Command.CHECK_PATHS))
             m.d.sync += self.check.eq(
                 (code == Command.CHECK_PATHS) & ~repeated & (fields.status == Status.OK)
@@ -403,6 +438,9 @@ class CommandReceiver(wiring.Component):
             self._refuse(m, request, fields.status)
         with m.Elif(code == Command.CLEAR):
             m.d.sync += request.cleared.eq(~repeated)
-        if config.parallel_core:
-            with m.Elif(code == Command.START):
-                m.d.sync += self.start_requests.valid.eq(~repeated)
+        for command, orders in self._orders().items():
+            with m.Elif(code == command):
+                m.d.sync += orders.valid.eq(~repeated)
+        if config.streaming_core:
+            with m.Elif(code == Command.STOP):
+                m.d.sync += self.stop.eq(~repeated)

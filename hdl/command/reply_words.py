@@ -28,8 +28,9 @@ class ReplyWords(wiring.Component):
     ----------
     header : Value
         First word of every answer.
-    replies : dict of tuple of AnswerKind to Value
-        Fields of the answers, by kind. Header and fields are whole bytes.
+    replies : dict of tuple of AnswerKind to list of Value
+        Fields of the answers, by kind, in one part or several: a part begins with a word of its
+        own. Header and parts are whole bytes.
 
     Members
     -------
@@ -48,17 +49,21 @@ class ReplyWords(wiring.Component):
         The word is the last of its kind of answer; valid with it.
     """
 
-    def __init__(self, header: Value, replies: dict[tuple[AnswerKind, ...], Value]):
+    def __init__(self, header: Value, replies: dict[tuple[AnswerKind, ...], list[Value]]):
         self._firsts = {}
         self._words = [(header, len(header) // 8, False)]
-        for kinds, value in replies.items():
-            size, rest = divmod(len(value), 8)
-            if rest:
-                raise ValueError(f"Fields of an answer must be whole bytes, not {len(value)} bits")
+        for kinds, parts in replies.items():
             self._firsts[kinds] = len(self._words)
-            for at in range(0, size, WORD_BYTES):
-                end = min(size, at + WORD_BYTES)
-                self._words.append((value[8 * at : 8 * end], end - at, end == size))
+            for part in parts:
+                size, rest = divmod(len(part), 8)
+                if rest:
+                    raise ValueError(
+                        f"Fields of an answer must be whole bytes, not {len(part)} bits"
+                    )
+                for at in range(0, size, WORD_BYTES):
+                    end = min(size, at + WORD_BYTES)
+                    final = part is parts[-1] and end == size
+                    self._words.append((part[8 * at : 8 * end], end - at, final))
         super().__init__(
             {
                 "kind": In(AnswerKind),

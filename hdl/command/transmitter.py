@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.command.layouts import AnswerKind, answer_layout
 from hdl.command.reply_words import WORD_BYTES, ReplyWords
-from hdl.config import CheckerBuild, Config
+from hdl.config import Config
 from hdl.layouts import (
     read_layout,
     record_layout,
@@ -40,18 +40,19 @@ class _After(enum.Enum, shape=3):
     READ_OUT = 2
     WAYPOINT = 3
     RESULTS = 4
+    BEST = RESULTS
 
 
 class ReplyTransmitter(wiring.Component):
     """Sends the answer that the command receiver has chosen, as a body without CRC.
 
     The first byte is offered 3 cycles after the transmitter is turned on, then one byte per cycle
-    while ``replies`` is ready, with one more cycle before every six bytes of fields and before each
-    waypoint. Registers of the chip are read when their turn comes, six bytes in one cycle, so that
-    a running counter is consistent. The counter of bytes sent is copied when the transmitter is
-    turned on: it does not include the present answer. Paths follow as the core reads them, results
-    of a check as the result store serves them. A recipe waits for the CRC of the population, one
-    cycle per waypoint and a few more.
+    while ``replies`` is ready, with one more cycle before every word of up to six bytes of fields
+    and before each waypoint. Registers of the chip are read when their turn comes, a word in one
+    cycle, so that a running counter is consistent. The counter of bytes sent is copied when the
+    transmitter is turned on: it does not include the present answer. Paths follow as the core reads
+    them, results of a check as the result store serves them, paths of a run as the streaming core
+    does. A recipe waits for the CRC of the population, one cycle per waypoint and a few more.
 
     Source: *allaire-2008*, section 4.7. Differs: only what the host requested is sent.
 
@@ -72,7 +73,7 @@ class ReplyTransmitter(wiring.Component):
     replies : Out(stream of body_layout)
         The body, byte by byte.
 
-    Only where ``config`` has a genetic core:
+    Only where ``config`` has a parallel genetic core:
 
     recipe, survivors : In
         Further registers, laid out as in the replies; ``recipe`` lacks its checksum.
@@ -81,11 +82,20 @@ class ReplyTransmitter(wiring.Component):
     waypoints : In(stream of waypoint, last, final)
         Waypoints of these slots. ``last`` ends a path, ``final`` the last path.
 
-    Only where ``config`` has a checker:
+    Only where ``config`` has a checker that checks the paths of commands:
 
     checked : In(9), totals : In, result_reads : Out(stream), records : In(stream)
         Paths of the latest check, and its results: see
         :class:`hdl.feasibility.result_store.ResultStore`.
+
+    Only where ``config`` has a streaming core:
+
+    has_best : In(1)
+        A run has left paths. Without one, a BEST is answered with the header alone.
+    best : Out(1)
+        Pulse: the paths of the latest run are to be served.
+    records : In(stream of record_layout)
+        Their bytes, after ``best``.
 
     Raises
     ------
@@ -97,7 +107,6 @@ class ReplyTransmitter(wiring.Component):
         if not isinstance(config, Config):
             raise TypeError(f"Config must be a Config, not {config!r}")
         self.config = config
-        self.has_checker = config.checker is not CheckerBuild.NONE
 
         self.status_layout = struct(status_reply(config))
         self.counters_layout = struct(counters_reply(config))
@@ -123,12 +132,18 @@ class ReplyTransmitter(wiring.Component):
                 "reads": Out(stream.Signature(self.read_layout)),
                 "waypoints": In(stream.Signature(self.waypoint_layout)),
             }
-        if self.has_checker:
+        if config.checks_paths:
             self.totals_layout = struct(check_reply(config))
             members |= {
                 "checked": In(9),
                 "totals": In(self.totals_layout),
                 "result_reads": Out(stream.Signature(result_read_layout)),
+                "records": In(stream.Signature(record_layout)),
+            }
+        if config.streaming_core:
+            members |= {
+                "has_best": In(1),
+                "best": Out(1),
                 "records": In(stream.Signature(record_layout)),
             }
         super().__init__(members)
@@ -156,7 +171,11 @@ class ReplyTransmitter(wiring.Component):
             if self.config.parallel_core:
                 with m.Case(AnswerKind.PATHS, AnswerKind.CHILDREN):
                     m.d.sync += after_fields.eq(_After.READ_OUT)
-            if self.has_checker:
+            if self.config.streaming_core:
+                with m.Case(AnswerKind.BEST):
+                    with m.If(self.has_best):
+                        m.d.sync += after_fields.eq(_After.BEST)
+            if self.config.checks_paths:
                 with m.Case(AnswerKind.RESULTS):
                     m.d.sync += after_fields.eq(_After.RESULTS)
                 with m.Case(AnswerKind.CHECKED):
@@ -206,14 +225,22 @@ class ReplyTransmitter(wiring.Component):
                                     m.next = "Ask"
                                 with m.Case(_After.WAYPOINT):
                                     m.next = "Take"
-                            if self.has_checker:
+                            if self.config.checks_paths:
                                 with m.Case(_After.RESULTS):
                                     m.next = "Ask for results"
+                            if self.config.streaming_core:
+                                with m.Case(_After.BEST):
+                                    m.next = "Ask for paths"
 
             if self.config.parallel_core:
                 self._read_out(m, checksum, word, left, after)
-            if self.has_checker:
+            if self.config.checks_paths:
                 self._serve_results(m)
+            if self.config.streaming_core:
+                with m.State("Ask for paths"):
+                    m.d.comb += self.best.eq(1)
+                    m.next = "Results"
+                self._pass_records(m)
 
             with m.State("Done"):
                 # The next header is ready even if the next answer comes soon.
@@ -254,12 +281,24 @@ class ReplyTransmitter(wiring.Component):
                 (AnswerKind.CHILDREN,): (survivors_reply(config), survivors),
                 (AnswerKind.RECIPE,): (recipe_reply(config), Cat(self.recipe, checksum)),
             }
-        if self.has_checker:
+        if config.checks_paths:
             replies[AnswerKind.TOTALS, AnswerKind.CHECKED] = (check_reply(config), self.totals)
-        return {
-            kinds: Cat(value, Const(0, 8 * layout.size - layout.bits))
+        parts = {
+            kinds: [Cat(value, Const(0, 8 * layout.size - layout.bits))]
             for kinds, (layout, value) in replies.items()
         }
+        parts[AnswerKind.STATUS,] = self._status_parts()
+        return parts
+
+    def _status_parts(self):
+        """Return the status, cut so that no field is in two words."""
+        parts = [[]]
+        for name in self.status_layout.members:
+            field = self.status[name]
+            if sum(map(len, [*parts[-1], field])) > 8 * WORD_BYTES:
+                parts.append([])
+            parts[-1].append(field)
+        return [Cat(part) for part in parts]
 
     def _read_out(self, m, checksum, word, left, after):
         """Add the states in which waypoints are read, for the checksum or to be sent."""
@@ -319,7 +358,10 @@ class ReplyTransmitter(wiring.Component):
             m.d.comb += self.result_reads.valid.eq(1)
             with m.If(self.result_reads.ready):
                 m.next = "Results"
+        self._pass_records(m)
 
+    def _pass_records(self, m):
+        """Add the state in which the records of an answer are sent as they come."""
         with m.State("Results"):
             m.d.comb += [
                 self.replies.valid.eq(self.records.valid),

@@ -156,7 +156,7 @@ class Collector(wiring.Component):
         with m.If(self.evaluated.valid & self.evaluated.ready & ~self.fills):
             m.d.sync += [came.eq(came + 1), complete.eq(came == self.children - 1)]
         with m.If(self.stored):
-            m.d.sync += [collecting.eq(0), came.eq(0), complete.eq(0)]
+            m.d.sync += [collecting.eq(0), merging.eq(0), came.eq(0), complete.eq(0)]
         members = ranking.members
         m.d.comb += [
             self.stored.eq(collecting & ~passing & ~passed & (complete | merging)),

@@ -53,15 +53,19 @@ class Command(enum.IntEnum):
     CHECK_PATHS = 12
     #: Results of the latest check again: :func:`results_request`; the reply is the results.
     RESULTS = 13
-    #: A problem, which voids the paths: :func:`hdl.protocol.planner.problem_request`. PROBLEM, RUN,
-    #: STOP and BEST are unknown to a chip without the streaming genetic core.
+    #: A problem: :func:`hdl.protocol.planner.problem_request`. It voids the paths for BEST; the
+    #: population stays for a warm run. PROBLEM to BLOCK are unknown to a chip without the streaming
+    #: genetic core.
     PROBLEM = 14
     #: A run on the problem: :func:`hdl.protocol.runs.run_request`. The answer comes when it begins.
     RUN = 15
-    #: End the run with its present generation.
+    #: End the run with its present generation. Without a run, nothing happens.
     STOP = 16
     #: Paths of the latest run, the best first: :func:`hdl.protocol.runs.pack_best`.
     BEST = 17
+    #: The corners of a shape become blocked: :func:`hdl.protocol.planner.no_fly_request`. The
+    #: answer comes when it is drawn.
+    BLOCK = 18
 
 
 class Status(enum.IntEnum):
@@ -80,6 +84,8 @@ class Status(enum.IntEnum):
     BAD_LENGTH = 5
     #: A value is outside its range: slot, number of paths, waypoint count, order not a permutation.
     BAD_VALUE = 6
+    #: A run goes on: PROBLEM, RUN, MAP, BLOCK and BEST wait for its end, which STOP brings about.
+    BUSY = 7
 
 
 class LinkMode(enum.IntEnum):
@@ -127,7 +133,7 @@ class StickyError(enum.IntFlag):
     CRC = 4
     #: A frame was too short, or its COBS code broken.
     MALFORMED = 8
-    #: A command was refused with BAD_LENGTH, BAD_VALUE or UNKNOWN_COMMAND.
+    #: A command was refused with UNKNOWN_COMMAND, BAD_LENGTH, BAD_VALUE or BUSY.
     REFUSED = 16
 
 
@@ -147,7 +153,7 @@ class Counter(enum.StrEnum):
     #: Most cycles that one generation since the latest START took, from the first cycle of the
     #: crossover to the new population.
     LONGEST = "longest"
-    #: Generations executed.
+    #: Generations executed, or bred in runs.
     GENERATIONS = "generations"
     #: Mutations that a limit on the length forbade.
     REFUSED_MUTATIONS = "refused_mutations"

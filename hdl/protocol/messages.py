@@ -170,12 +170,16 @@ def status_reply(config: Config) -> Layout:
     """Return the state, the eight latest states, the sticky errors, and what a core has done.
 
     ``history`` holds 4 bits for each state, the latest lowest. ``crossover``, ``mutation`` and
-    ``update`` are cycles of the latest generation. A streaming chip has, instead of those, whether
-    it is ``running``, the ``cycles`` of the latest run, and the ``key`` of its best path so far,
-    in the form of :data:`hdl.protocol.planner.VALUE_BITS`.
+    ``update`` are cycles of the latest generation.
+
+    A streaming chip has, instead of those, fields of the latest run: ``running``, 1 until it is
+    over; its ``cycles``; the ``key`` of its best path so far, in the form of
+    :data:`hdl.protocol.planner.VALUE_BITS`; and cycles of its units. ``generation`` counts those of
+    the run. Fields are consistent in themselves, and final where ``running`` is 0.
     """
     latest = (("crossover", 16), ("mutation", 16), ("update", 16))
-    run = (("running", 1), ("cycles", 32), ("key", 32))
+    units = ("breed", "score", "walk", "sort", "wavefront")
+    run = (("running", 8), ("cycles", 32), ("key", 32), *((unit, 32) for unit in units))
     return Layout(
         (
             ("state", 8),

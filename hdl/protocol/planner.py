@@ -248,6 +248,10 @@ class NoFlyShape:
                 values[field] = value % (2 * half)
         return no_fly_request(config).pack(**values)
 
+    def is_valid(self) -> bool:
+        """Return whether a chip takes the shape: its box has a corner at least."""
+        return self.first_x <= self.last_x and self.first_y <= self.last_y
+
     @classmethod
     def unpack(cls, config: Config, payload: bytes) -> NoFlyShape:
         """Return the shape in ``payload``, with all edges: what :meth:`pack` made of it."""

@@ -345,7 +345,7 @@ class Chip:
                 "The board has no streaming genetic core: use one that was built with "
                 "genetic=streaming."
             )
-        return Runs(self.config, self.link)
+        return Runs(self.config, self.link, self._map)
 
     def _require_core(self) -> None:
         if self.config.streaming_core:

@@ -50,9 +50,16 @@ class RefusedError(LinkError):
 
     def __init__(self, command: int, status: int) -> None:
         self.status = status
+        name = _name(Command, command)
+        if status == Status.BUSY:
+            super().__init__(
+                f"The board is busy with a run and refused the command {name}: wait for the end of "
+                "the run, or stop it."
+            )
+            return
         super().__init__(
-            f"The board refused the command {_name(Command, command)} with "
-            f"{_name(Status, status)}: host and board disagree; use the release it was built with."
+            f"The board refused the command {name} with {_name(Status, status)}: host and board "
+            "disagree; use the release it was built with."
         )
 
 

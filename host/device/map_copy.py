@@ -62,6 +62,10 @@ class MapCopy:
             if progress:
                 progress(done, heights.size)
 
+    def forget(self, x: int, y: int, columns: int, rows: int) -> None:
+        """Take a rectangle as unknown: a later :meth:`update` sends it again."""
+        self._heights[y : y + rows, x : x + columns] = _UNKNOWN
+
     def update(
         self,
         heights: NDArray[np.integer],

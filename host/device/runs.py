@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 from hdl.config import Config
 from hdl.protocol import Command, status_reply
-from hdl.protocol.planner import VALUE_BITS, PathClass, ProblemRecord
+from hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass, ProblemRecord
 from hdl.protocol.runs import RunOptions, unpack_best
 from host.device.link import Link
+from host.device.map_copy import MapCopy
 
 
 __all__ = ["BestPaths", "RunStatus", "Runs"]
@@ -26,12 +27,19 @@ class RunStatus:
         Generations bred and cycles passed since its beginning.
     key : int
         Key of the best path so far.
+    breed, score, walk, sort, wavefront : int
+        Cycles of the chip's units, which overlap: see :class:`hdl.protocol.runs.Outcome`.
     """
 
     running: bool
     generations: int
     cycles: int
     key: int
+    breed: int = 0
+    score: int = 0
+    walk: int = 0
+    sort: int = 0
+    wavefront: int = 0
 
 
 @dataclass(frozen=True)
@@ -58,19 +66,31 @@ class BestPaths:
 class Runs:
     """Runs of the planner on a chip.
 
+    While a run goes on, only :meth:`status` and :meth:`stop` are answered; the chip refuses all
+    other methods, and writes of the map, with :attr:`hdl.protocol.Status.BUSY`.
+
     Parameters
     ----------
     config : Config
         The chip's; it must have a streaming genetic core.
     link : Link
         Link to the chip.
+    map_copy : MapCopy
+        The host's copy of its map.
+
+    Raises
+    ------
+    RefusedError
+        From every method: if the chip refuses the command.
     """
 
-    def __init__(self, config: Config, link: Link) -> None:
-        self._config, self._link = config, link
+    def __init__(self, config: Config, link: Link, map_copy: MapCopy) -> None:
+        self._config, self._link, self._map = config, link, map_copy
 
     def set_problem(self, record: ProblemRecord) -> None:
-        """Give the chip a problem on its map of corners; the paths of earlier runs are void.
+        """Give the chip a problem on its map of corners.
+
+        The paths of earlier runs are void; the latest population stays for a warm run.
 
         Raises
         ------
@@ -79,8 +99,29 @@ class Runs:
         """
         self._link.request(Command.PROBLEM, record.pack(self._config))
 
+    def block(self, shape: NoFlyShape) -> None:
+        """Block the corners in a shape; the chip draws it.
+
+        A later :meth:`host.device.chip.Chip.update_map` sends the box of the shape again, so that
+        the map becomes what it says.
+
+        Raises
+        ------
+        ValueError
+            If a field of the shape does not fit, or its box has no corner.
+        """
+        if not shape.is_valid():
+            raise ValueError(f"The box of a shape must have a corner at least, not as in {shape}")
+        payload = shape.pack(self._config)
+        columns, rows = shape.last_x - shape.first_x + 1, shape.last_y - shape.first_y + 1
+        self._map.forget(shape.first_x, shape.first_y, columns, rows)
+        self._link.request(Command.BLOCK, payload)
+
     def start(self, options: RunOptions) -> None:
         """Begin a run on the problem; :meth:`status` says when it is over.
+
+        A warm run goes on from the population of the latest run, also of that before the latest
+        :meth:`set_problem`.
 
         Raises
         ------
@@ -93,12 +134,17 @@ class Runs:
         """Return the progress of the latest run."""
         layout = status_reply(self._config)
         fields = layout.unpack(self._link.request(Command.STATUS))
+        units = ("breed", "score", "walk", "sort", "wavefront")
         return RunStatus(
-            bool(fields["running"]), fields["generation"], fields["cycles"], fields["key"]
+            bool(fields["running"]),
+            fields["generation"],
+            fields["cycles"],
+            fields["key"],
+            **{unit: fields[unit] for unit in units},
         )
 
     def stop(self) -> None:
-        """End the run with its present generation."""
+        """End the run with its present generation; :meth:`status` says when it is over."""
         self._link.request(Command.STOP)
 
     def best(self) -> BestPaths:

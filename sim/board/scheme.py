@@ -62,11 +62,6 @@ def start_simulated(url: str, **options: Any) -> SimulatedBoard:
         If the board cannot be started.
     """
     rest, config = split_config(url, DEFAULT_CONFIG)
-    if config.streaming_core:
-        raise InputError(
-            "The streaming core has no gateware yet, so no simulated board has it; use its model, "
-            "--board model:."
-        )
     names = [field.name for field in dataclasses.fields(BoardOptions)]
     known = [name for name in names if name not in CONFIG_FIELDS]
     for name, _ in parse_qsl(rest.partition("?")[2], keep_blank_values=True):

@@ -7,7 +7,7 @@ verdicts on thousands of paths at once.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -56,7 +56,11 @@ class TerrainModel:
     coarse : ndarray
         Maxima of its blocks of ``coarse_factor`` x ``coarse_factor`` cells, with the same type and
         axes.
+    observer : callable, optional
+        Called with x, y, columns and rows of each rectangle that has been written.
     """
+
+    observer: Callable[[int, int, int, int], object] | None = None
 
     def __init__(self, config: Config) -> None:
         self._config = config
@@ -94,7 +98,17 @@ class TerrainModel:
                 f"An altitude must be from 0 to {top}, not {cells.min()} to {cells.max()}"
             )
         self._heights[y : y + rows, x : x + columns] = cells
+        self._renew_coarse(x, y, columns, rows)
+        if self.observer is not None:
+            self.observer(x, y, columns, rows)
 
+    def block(self, x: int, y: int, shape: npt.NDArray[np.bool_]) -> None:
+        """Block the cells of a rectangle, ``(rows, columns)``, that are true in ``shape``."""
+        rows, columns = shape.shape
+        self._heights[y : y + rows, x : x + columns][shape] = self._config.blocked_altitude
+        self._renew_coarse(x, y, columns, rows)
+
+    def _renew_coarse(self, x: int, y: int, columns: int, rows: int) -> None:
         # Whole blocks, so that a maximum falls with its cell.
         factor = self._factor
         south, west = y // factor, x // factor

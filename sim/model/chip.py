@@ -96,6 +96,7 @@ class ChipModel:
                 Command.RUN: self._run_on_chip,
                 Command.STOP: self.running.stop,
                 Command.BEST: self.running.best,
+                Command.BLOCK: self.running.block,
             }
         elif self.checking:
             self._commands |= {Command.CHECK: self._check, Command.RESULTS: self.checking.results}

@@ -1,6 +1,7 @@
-"""examples/client.c, compiled here, with the model and the simulated board."""
+"""examples/client.c and planner.c, compiled here, with the model and the simulated board."""
 
 import contextlib
+import dataclasses
 import itertools
 import shutil
 import signal
@@ -11,9 +12,12 @@ import threading
 import zlib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from hdl.protocol import DELIMITER, pack_paths
+from hdl.protocol.planner import NoFlyShape, ProblemRecord
+from hdl.protocol.runs import RunOptions, pack_best
 from host.device.boards import open_board
 from sim.default_config import DEFAULT_CONFIG
 from sim.model.chip import ChipModel
@@ -22,17 +26,18 @@ from tests.chips import SMALL, board_url
 
 ROOT = Path(__file__).resolve().parents[2]
 
+STREAMING = SMALL.replace(genetic="streaming", checker="parallel", lanes=4)
+STREAMING_DEFAULT = DEFAULT_CONFIG.replace(genetic="streaming")
 WARNINGS = ("-std=c11", "-Wall", "-Wextra", "-Werror", "-pedantic")
 
 
-@pytest.fixture(scope="session")
-def client(tmp_path_factory):
-    """Function that runs the client and returns its standard output."""
+def compiled(tmp_path_factory, name):
+    """Return a function that runs a client and returns its standard output."""
     compiler = shutil.which("cc")
     if compiler is None:
         pytest.skip("a C compiler is not installed (Debian package gcc)")
-    program = tmp_path_factory.mktemp("client") / "client"
-    source = ROOT / "examples" / "client.c"
+    program = tmp_path_factory.mktemp("client") / name
+    source = ROOT / "examples" / f"{name}.c"
     subprocess.run([compiler, *WARNINGS, "-o", program, source], check=True)
 
     def run(port, *arguments):
@@ -42,6 +47,16 @@ def client(tmp_path_factory):
         return done.stdout
 
     return run
+
+
+@pytest.fixture(scope="session")
+def client(tmp_path_factory):
+    return compiled(tmp_path_factory, "client")
+
+
+@pytest.fixture(scope="session")
+def planner(tmp_path_factory):
+    return compiled(tmp_path_factory, "planner")
 
 
 def first_population(config):
@@ -90,6 +105,38 @@ def expected_line(config):
     return f"population CRC-32: {zlib.crc32(packed):08x}\n"
 
 
+def expected_paths(config):
+    """Return the line that the planning client must print, from the same runs by the host."""
+    edge, middle, altitude = config.map_size, config.map_size // 2, config.blocked_altitude // 2
+    problem = ProblemRecord(
+        start_x=edge // 8 << 8, start_y=middle << 8, start_altitude=altitude << 4,
+        goal_x=edge - edge // 8 << 8, goal_y=middle << 8, goal_altitude=altitude << 4,
+        x_limit=edge - 1, y_limit=edge - 1, altitude_limit=config.blocked_altitude - 1,
+        x_scale=1 << 14, y_scale=1 << 14, rise=12_000, climb=12_000, descent=20_000, radius=512,
+        base=0, drag=5_201, fuel=60_294, fuel_shift=13, key_shift=10,
+        block_shift=max(config.coordinate_bits - 5, 0),
+    )  # fmt: skip
+    options = RunOptions(
+        seed=1, cycles=1_000_000, generations=50, give_up_rank=config.population - 1,
+        seeds=2 * config.population, slopes=(3, 0), lifts=2, share=8,
+    )  # fmt: skip
+    radius = edge // 16
+    low, high = middle - radius, middle + radius
+    disc = NoFlyShape(
+        first_x=low, first_y=low, last_x=high, last_y=high, bend_x=1, bend_y=1,
+        edges=((-(radius**2), 2 * radius, 2 * radius),),
+    )  # fmt: skip
+    with open_board(board_url("model", config)) as chip:
+        chip.update_map(np.zeros((edge, edge), dtype=np.int64))
+        chip.runs.set_problem(problem)
+        chip.runs.start(options)
+        chip.runs.block(disc)
+        chip.runs.start(dataclasses.replace(options, slopes=(3,), warm=True))
+        best = chip.runs.best()
+    assert len(best.paths) > 1
+    return f"best paths CRC-32: {zlib.crc32(pack_best(config, best.paths, best.keys)):08x}\n"
+
+
 @contextlib.contextmanager
 def served_model(config, damage=lambda number, frame: frame):
     """Serve the model at a port; ``damage`` alters frames, numbered in both directions together."""
@@ -127,9 +174,16 @@ def test_with_the_model(client, config):
         assert client(port) == expected_line(config)
 
 
-def test_the_page_names_the_line_of_the_default_chip():
+@pytest.mark.parametrize("config", [STREAMING, STREAMING_DEFAULT], ids=["small", "default"])
+def test_plans_with_the_model(planner, config):
+    with served_model(config) as (port, _):
+        assert planner(port) == expected_paths(config)
+
+
+def test_the_page_names_the_lines_of_the_default_chips():
     page = (ROOT / "docs" / "protocol.md").read_text()
     assert f"`{expected_line(DEFAULT_CONFIG).strip()}`" in page
+    assert f"`{expected_paths(STREAMING_DEFAULT).strip()}`" in page
 
 
 def test_over_a_bad_line(client):
@@ -145,6 +199,16 @@ def test_over_a_bad_line(client):
         assert client(port, "20") == expected_line(SMALL)
     # INFO, OPEN, START, WRITEs, generations and READs would take fewer if each were sent once.
     assert len(frames) > 2 * (3 + SMALL.population + 5 + SMALL.population) * 6 / 5
+
+
+def test_plans_over_a_bad_line(planner):
+    """Every fourth frame is lost, so that commands are repeated, a RUN among them."""
+
+    def damage(number, frame):
+        return frame if number % 4 else b""
+
+    with served_model(STREAMING, damage) as (port, _):
+        assert planner(port, "20") == expected_paths(STREAMING)
 
 
 @pytest.mark.cosim

@@ -32,6 +32,8 @@ class Bench:
         self.ctx, self.dut = ctx, dut
         self.cycles = 0
         absent = () if dut.config.parallel_core else (MUTATE, UPDATE)
+        if not dut.config.checks_paths:
+            absent = *absent, CHECK
         self.on = {unit: on(dut) for unit, on in ON.items() if unit not in absent}
 
     async def tick(self):
@@ -183,6 +185,31 @@ def test_a_chip_without_a_genetic_core():
         }
 
     simulate(bench, Config(genetic=False))
+
+
+def test_a_chip_with_a_streaming_core():
+    """Every command is answered at once; generations count while commands are taken."""
+
+    async def bench(unit, ctx, dut):
+        for number in range(2):
+            ctx.set(dut.pending, 1)
+            await unit.tick()
+            ctx.set(dut.pending, 0)
+            ctx.set(dut.bred, number == 1)
+            await unit.stay(RECEIVE, 3, dut.receive_done)
+            ctx.set(dut.bred, 0)
+            await unit.stay(TRANSMIT, 2, dut.transmit_done)
+            unit.check(LISTEN)
+            await unit.tick()
+        assert ctx.get(dut.history) == 0x00_150150
+        assert unit.counters() == {
+            Counter.CYCLES: unit.cycles,
+            Counter.RECEIVE: 3 + 3,
+            Counter.TRANSMIT: 2 + 2,
+            Counter.GENERATIONS: 3,
+        }
+
+    simulate(bench, Config(genetic="streaming"))
 
 
 def test_counters_of_random_commands():

@@ -12,7 +12,10 @@ from amaranth.hdl import Fragment, Shape
 from amaranth.lib import wiring
 
 from hdl.command.layouts import payload_members
+from hdl.command.receiver import CommandReceiver
+from hdl.command.transmitter import ReplyTransmitter
 from hdl.config import CheckerBuild, Config
+from hdl.control import Control
 from hdl.layouts import generation_signature
 from hdl.planner.evolver import Evolver
 from hdl.planner.first_paths import FirstPaths
@@ -31,6 +34,7 @@ CHIPS = (
     SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4),
     Config(genetic=False),
 )
+STREAMING = SMALL.replace(genetic="streaming", checker=CheckerBuild.PARALLEL, lanes=4)
 #: Names of ports, then the type of all of them, or one for each.
 ENTRY = re.compile(r"(?P<names>\w+(?:, \w+)*)(?: : (?P<types>\S.*))?")
 TYPE = re.compile(r"(?P<flow>In|Out)(?:\((?P<shape>.*)\))?")
@@ -52,6 +56,7 @@ def components():
     # No chip has the units of the planner yet.
     makers = (
         *(partial(Planner, config) for config in CHIPS),
+        *(partial(unit, STREAMING) for unit in (CommandReceiver, ReplyTransmitter, Control)),
         partial(PathWalker, CHIPS[0]),
         partial(Scorer, SMALL),
         partial(Evolver, SMALL, 2),

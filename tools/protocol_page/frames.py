@@ -26,12 +26,20 @@ from hdl.protocol import (
     write_request,
 )
 from hdl.protocol.codec import decode_frame, encode_frame
+from hdl.protocol.planner import (
+    ALTITUDE_FRACTION,
+    POSITION_FRACTION,
+    SCALE_FRACTION,
+    NoFlyShape,
+    ProblemRecord,
+)
+from hdl.protocol.runs import RunOptions
 from sim.model.chip import ChipModel
 from tools import chips
 from tools.protocol_page.segments import split_reply, split_request, values_of
 
 
-__all__ = ["DEFAULT", "SMALL", "TIMED", "golden_frames"]
+__all__ = ["DEFAULT", "SMALL", "STREAMING", "TIMED", "golden_frames"]
 
 #: The chip of the URL ``sim:`` without options.
 DEFAULT = Config(clocks_per_bit=4)
@@ -39,6 +47,8 @@ DEFAULT = Config(clocks_per_bit=4)
 SMALL = chips.SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4)
 #: A chip that only checks paths.
 CHECK_ONLY = SMALL.replace(genetic=False)
+#: A chip that plans by itself.
+STREAMING = SMALL.replace(genetic="streaming")
 #: Fields of COUNTERS that the model predicts only to within a few cycles per command.
 TIMED = ("clocks", "receive", "transmit")
 
@@ -138,6 +148,7 @@ def golden_frames() -> dict[str, Any]:
         "small": (SMALL, _tour),
         "default": (DEFAULT, _short_tour),
         "check-only": (CHECK_ONLY, _without_core),
+        "streaming": (STREAMING, _runs),
     }
     told = []
     for name, (config, drive) in chips.items():
@@ -336,3 +347,67 @@ def _without_core(host: Recorder) -> None:
     points = pack_paths(config, [_pack(config, (2, 5, 7), (12, 5, 7))])
     check = check_request(config).pack(flags=0) + points
     host.say("CHECK", "a path over flat ground", Command.CHECK, check)
+
+
+def _runs(host: Recorder) -> None:
+    """Record a run, a shape that appears on the way, and a warm run from further ahead."""
+    config = host.config
+    open_session(host)
+    host.say("RUN refused", "there is no problem yet", Command.RUN, _options().pack(config))
+    _flatten(host)
+    wall = map_request(config).pack(x=7, y=0, width=1, height=10)
+    host.say("MAP", "a wall, the south of which is high", Command.MAP,
+             wall + pack_cells(config, [12] * 6 + [9] * 4))  # fmt: skip
+    host.say("PROBLEM", "from the west to the east", Command.PROBLEM, _problem(2).pack(config))
+    host.say("BEST before", "no path before the first run", Command.BEST)
+    host.say("RUN", "two islands of 16 seeds, 12 generations", Command.RUN,
+             _options().pack(config))  # fmt: skip
+    host.say("STATUS", "the run is over", Command.STATUS)
+    host.say("BEST", "the best paths of different keys", Command.BEST)
+    disc = NoFlyShape(
+        first_x=9, first_y=4, last_x=13, last_y=8, edges=((-4, 4, 4),), bend_x=1, bend_y=1
+    )
+    host.say("BLOCK", "a disc of radius 2 around the corner (11, 6)", Command.BLOCK,
+             disc.pack(config))  # fmt: skip
+    host.say("PROBLEM moved", "the aircraft has flown a cell ahead", Command.PROBLEM,
+             _problem(3).pack(config))  # fmt: skip
+    host.say("RUN warm", "from the population of the run before, beside one island of seeds",
+             Command.RUN, _options(warm=True).pack(config))  # fmt: skip
+    host.say("STATUS warm", "cycles and generations of the latest run", Command.STATUS)
+    host.say("BEST warm", "around the disc", Command.BEST)
+    host.say("STOP", "without a run, nothing happens", Command.STOP)
+    host.say("START", "unknown to a streaming chip", Command.START, bytes(15))
+    host.say("COUNTERS", "since reset", Command.COUNTERS)
+
+
+def _options(*, warm: bool = False) -> RunOptions:
+    return RunOptions(
+        seed=7, cycles=100_000, generations=12, seeds=16, slopes=(3,) if warm else (3, 0), warm=warm
+    )
+
+
+def _problem(start_x: int) -> ProblemRecord:
+    """Return a problem on the small map: a step of altitude is a quarter of a cell high."""
+    return ProblemRecord(
+        start_x=start_x << POSITION_FRACTION,
+        start_y=6 << POSITION_FRACTION,
+        start_altitude=7 << ALTITUDE_FRACTION,
+        goal_x=14 << POSITION_FRACTION,
+        goal_y=5 << POSITION_FRACTION,
+        goal_altitude=7 << ALTITUDE_FRACTION,
+        x_limit=15,
+        y_limit=15,
+        altitude_limit=14,
+        x_scale=1 << SCALE_FRACTION,
+        y_scale=1 << SCALE_FRACTION,
+        rise=4 << 16,
+        climb=400,
+        descent=600,
+        radius=100,
+        base=-64,
+        drag=5_201,
+        fuel=60_294,
+        fuel_shift=13,
+        key_shift=4,
+        block_shift=0,
+    )

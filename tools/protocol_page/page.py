@@ -10,7 +10,7 @@ from typing import Any
 
 from hdl.config import CheckerBuild, Config
 from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, Command, frame_crc, info_values
-from tools.protocol_page.frames import DEFAULT, SMALL
+from tools.protocol_page.frames import DEFAULT, SMALL, STREAMING
 from tools.protocol_page.segments import Segment, split_reply, split_request, waypoint_layout
 from tools.protocol_page.texts import CODES, COMMANDS, MESSAGES, Field
 
@@ -38,15 +38,20 @@ _SIZES = {
 
 def protocol_page(frames: dict[str, Any]) -> str:
     """Return the content of ``docs/protocol.md``; ``frames`` are the golden frames."""
-    small = {exchange["name"]: exchange for exchange in frames["chips"][0]["exchanges"]}
+    chips = {chip["name"]: chip for chip in frames["chips"]}
+    small, streaming = (
+        {exchange["name"]: exchange for exchange in chips[name]["exchanges"]}
+        for name in ("small", "streaming")
+    )
     makers: dict[str, Callable[[str], str]] = {
         "commands": lambda _: _commands(),
         "codes": _codes,
         "layout": _layout_table,
         "sizes": lambda _: _size_table(),
         "checkers": lambda _: _checkers(),
-        "example": lambda name: _example(small[name]),
-        "board": lambda _: frames["chips"][0]["board"],
+        "example": lambda name: _example(SMALL, small[name]),
+        "run": lambda name: _example(STREAMING, streaming[name]),
+        "board": lambda name: chips[name]["board"],
         "version": lambda _: str(frames["protocol_version"]),
         "waypoint": _waypoint,
         "unframe": lambda name: _unframe(small[name]["request"]),
@@ -175,17 +180,17 @@ def _check_texts(
             raise ValueError(f"Width of {name}.{base} must be {symbol}, not {width}")
 
 
-def _example(exchange: dict[str, Any]) -> str:
+def _example(config: Config, exchange: dict[str, Any]) -> str:
     request, reply = exchange["request"], exchange["reply"]
     parts = [f"*{exchange['about'][0].upper()}{exchange['about'][1:]}.*", ""]
     parts += [_frame("Request", request)]
     body = bytes.fromhex(request["body"])
     payload = body[BODY_HEADER_BYTES:]
     command = Command(request["code"])
-    parts += ["", _fields(body, f"{command.name}", split_request(SMALL, command, payload))]
+    parts += ["", _fields(body, f"{command.name}", split_request(config, command, payload))]
     parts += ["", _frame("Reply", reply)]
     answer = bytes.fromhex(reply["body"])
-    segments = split_reply(SMALL, command, payload, answer[BODY_HEADER_BYTES:])
+    segments = split_reply(config, command, payload, answer[BODY_HEADER_BYTES:])
     parts += ["", _fields(answer, reply["status"], segments)]
     return "\n".join(parts)
 

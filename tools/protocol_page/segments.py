@@ -29,6 +29,8 @@ from hdl.protocol import (
     survivors_reply,
     write_request,
 )
+from hdl.protocol.planner import no_fly_request, problem_request
+from hdl.protocol.runs import run_request
 
 
 __all__ = ["Segment", "split_reply", "split_request", "values_of", "waypoint_layout"]
@@ -41,7 +43,7 @@ class Segment:
     Attributes
     ----------
     kind : str
-        ``fields``, ``waypoint``, ``cells``, ``path``, ``hit`` or ``entry``.
+        ``fields``, ``waypoint``, ``cells``, ``path``, ``hit``, ``entry`` or ``key``.
     layout : Layout
     data : bytes
     """
@@ -64,6 +66,9 @@ _REQUESTS = {
     Command.CHECK: check_request,
     Command.CHECK_PATHS: check_paths_request,
     Command.RESULTS: results_request,
+    Command.PROBLEM: problem_request,
+    Command.RUN: run_request,
+    Command.BLOCK: no_fly_request,
 }
 _REPLIES = {
     Command.INFO: info_reply,
@@ -111,6 +116,8 @@ def split_reply(config: Config, command: Command, request: bytes, payload: bytes
         return list(_waypoints(config, payload))
     if command is Command.RESULTS:
         return list(_results(config, payload))
+    if command is Command.BEST:
+        return list(_best(config, payload))
     if command is Command.GENERATE:
         mode = LinkMode(request[0])
         if mode is LinkMode.POPULATION:
@@ -143,6 +150,17 @@ def _waypoints(config: Config, packed: bytes) -> Iterator[Segment]:
         yield Segment("waypoint", waypoint_layout(config), packed[at : at + size])
 
 
+def _best(config: Config, packed: bytes) -> Iterator[Segment]:
+    key = Layout((("key", 32),))
+    at, begins = 0, True
+    while at < len(packed):
+        kind, layout = ("key", key) if begins else ("waypoint", waypoint_layout(config))
+        segment = Segment(kind, layout, packed[at : at + layout.size])
+        yield segment
+        begins = not begins and segment.values["last"] == 1
+        at += layout.size
+
+
 def _results(config: Config, packed: bytes) -> Iterator[Segment]:
     at = 0
 
@@ -161,7 +179,7 @@ def _results(config: Config, packed: bytes) -> Iterator[Segment]:
 
 
 def values_of(segments: list[Segment]) -> dict[str, Any]:
-    """Return the ``fields``, ``paths``, ``cells`` and ``results`` in ``segments``, if present."""
+    """Return the ``fields``, ``paths``, ``keys``, ``cells`` and ``results`` in ``segments``."""
     said: dict[str, Any] = {}
     path: list[list[int]] = []
     for segment in segments:
@@ -177,6 +195,8 @@ def values_of(segments: list[Segment]) -> dict[str, Any]:
                 if last:
                     said.setdefault("paths", []).append(path)
                     path = []
+            case "key":
+                said.setdefault("keys", []).append(values["key"])
             case "path":
                 collision = bool(values["collision"])
                 said.setdefault("results", []).append({"collision": collision, "entries": []})

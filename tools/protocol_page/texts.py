@@ -34,7 +34,7 @@ from hdl.protocol import (
     survivors_reply,
     write_request,
 )
-from hdl.protocol.planner import problem_request
+from hdl.protocol.planner import no_fly_request, problem_request
 from hdl.protocol.runs import run_request
 from tools.protocol_page.segments import waypoint_layout
 
@@ -79,6 +79,7 @@ COMMANDS = {
     Command.RUN: ("begin a run", "fields", "none"),
     Command.STOP: ("end the run with its present generation", "none", "none"),
     Command.BEST: ("paths of the latest run", "none", "keys, paths"),
+    Command.BLOCK: ("block the corners in a shape", "fields", "none"),
 }
 
 CODES: Mapping[type[Enum], Mapping[Enum, str]] = {
@@ -90,6 +91,7 @@ CODES: Mapping[type[Enum], Mapping[Enum, str]] = {
         Status.UNKNOWN_COMMAND: "The chip has no such command.",
         Status.BAD_LENGTH: "The payload is too short or too long for the command.",
         Status.BAD_VALUE: "A field is outside its range.",
+        Status.BUSY: "A run goes on, and the command must wait for its end.",
     },
     LinkMode: {
         LinkMode.POPULATION: "The slots are sorted, best first. Reply: the whole new population.",
@@ -114,7 +116,7 @@ CODES: Mapping[type[Enum], Mapping[Enum, str]] = {
         StickyError.OVERRUN: "A frame was dropped: the receive buffer was full.",
         StickyError.CRC: "A frame was dropped: its CRC was wrong.",
         StickyError.MALFORMED: "A frame was dropped: too short, or a zero inside a COBS block.",
-        StickyError.REFUSED: "A command was refused: UNKNOWN_COMMAND, BAD_LENGTH or BAD_VALUE.",
+        StickyError.REFUSED: "A command was refused: UNKNOWN_COMMAND, BAD_LENGTH, BAD_VALUE, BUSY.",
     },
 }
 
@@ -131,7 +133,7 @@ _COUNTERS = {
     Counter.UPDATE: "Cycles of population updates",
     Counter.TRANSMIT: "Cycles in which a reply was made or sent",
     Counter.LONGEST: "Cycles of the longest generation since the latest START",
-    Counter.GENERATIONS: "Generations",
+    Counter.GENERATIONS: "Generations, those of runs included",
     Counter.REFUSED_MUTATIONS: "Mutations that a limit on the path's length forbade",
     Counter.BYTES_RECEIVED: "Bytes received, delimiters and damaged frames included",
     Counter.BYTES_SENT: "Bytes sent before this reply",
@@ -211,6 +213,11 @@ MESSAGES: Mapping[str, tuple[Callable[[Config], Layout], Mapping[str, Field]]] =
             "running": Field("0, 1", "1: the run is not over"),
             "cycles": Field("modulo 2³²", "Cycles of the latest run"),
             "key": Field("a key", "Key of the best path so far, class 3 if there is none"),
+            "breed": Field("modulo 2³²", "Cycles in which children were planned"),
+            "score": Field("modulo 2³²", "Cycles in which points were scored"),
+            "walk": Field("modulo 2³²", "Cycles in which segments and chords were walked"),
+            "sort": Field("modulo 2³²", "Cycles in which a population was collected and sorted"),
+            "wavefront": Field("modulo 2³²", "Cycles of scans, wavefronts and routes"),
         },
     ),
     "problem_request": (
@@ -259,11 +266,25 @@ MESSAGES: Mapping[str, tuple[Callable[[Config], Layout], Mapping[str, Field]]] =
             "generations": Field("any", "Or these, of all islands together"),
             "give_up_rank": Field(_SLOT, "A child not cheaper than this rank is not walked"),
             "seeds": Field("population or more", "Paths seeded along each route"),
-            "lifts": Field("0 … 4", "Passes that raise a seed out of the ground"),
-            "share": Field("0 … 16", "Sixteenths of the time that islands have together"),
-            "islands": Field("1, 2, 4, 8", "Islands"),
-            "mean": Field("0, 1", "Surface of an island: 1 mean ground, 0 least ground"),
-            "slope": Field("0 … 15", "Its steepest slope in halves of the climb limit; 0 any"),
+            "lifts": Field("0 … 4", "Passes that raise a first population out of the ground"),
+            "share": Field("0 … 16", "Sixteenths of the time that two islands have together"),
+            "warm": Field("0, 1", "1: the population of the run before is the first island"),
+            "islands": Field("1, 2; 0, 1 if warm", "Islands of fresh seeds"),
+            "slope": Field("0 … 15", "Steepest slope of each, in halves of the climb limit; 0 any"),
+        },
+    ),
+    "no_fly_request": (
+        no_fly_request,
+        {
+            "first_x": Field("0 … last_x", "First corner of the box", "coordinate_bits"),
+            "first_y": Field("0 … last_y", "The same northwards", "coordinate_bits"),
+            "last_x": Field("0 … map_size − 1", "Last corner of the box", "coordinate_bits"),
+            "last_y": Field("0 … map_size − 1", "The same northwards", "coordinate_bits"),
+            "bend_x": Field("any", "Bend of edge 0 eastwards"),
+            "bend_y": Field("any", "The same northwards"),
+            "at": Field("two's complement", "Value of an edge at the first corner"),
+            "east": Field("two's complement", "What it gains eastwards, from corner to corner"),
+            "north": Field("two's complement", "The same northwards"),
         },
     ),
     "start_request": (

@@ -19,7 +19,15 @@ from hdl.config import Config
 from sim.model.planner.compiled import compiled, inlined
 from sim.model.planner.evaluator_cycles import DECISION, KEY, PLACES, QUEUE
 from sim.model.planner.evolver_cycles import begun as child_begun
-from sim.model.planner.evolver_cycles import merging, opening, plan, planning, settling, storing
+from sim.model.planner.evolver_cycles import (
+    merging,
+    moving,
+    opening,
+    plan,
+    planning,
+    settling,
+    storing,
+)
 from sim.model.planner.evolver_cycles import offered as point_offered
 from sim.model.planner.first_paths_cycles import member_offered, seed_offered
 from sim.model.planner.run_control_cycles import (
@@ -182,6 +190,7 @@ def settle(delays: Integers, counters: Integers) -> None:
     """Go on to the step behind a first population, all of whose paths have keys."""
     store = counters[_KEY] + 1 + EVALUATED
     counters[CYCLES] = store + settling(delays[_POPULATION]) + POPULATION
+    counters[SORT] += moving(delays[_POPULATION])
 
 
 @compiled
@@ -207,7 +216,7 @@ def begin(delays: Integers, counters: Integers, pending: bool) -> int:
     begun: int = counters[CYCLES] + BEGIN
     planned = planning(delays[_CHILDREN])
     counters[GENERATIONS] += 1
-    counters[BREED] += planned
+    counters[BREED] += planned - 1
     if pending:
         _close(delays, counters, begun + planned + 1)
     else:
@@ -241,7 +250,7 @@ def collect(delays: Integers, counters: Integers) -> None:
     last = max(counters[_KEY], counters[_REOPENS] - 1)
     counters[_OPEN] = opening(last, delays[_POPULATION])
     counters[CYCLES] = last + storing(delays[_POPULATION])
-    counters[SORT] += delays[_POPULATION] + storing(delays[_POPULATION])
+    counters[SORT] += delays[_POPULATION] + moving(delays[_POPULATION])
 
 
 @compiled
@@ -254,6 +263,7 @@ def next_island(counters: Integers) -> None:
 def merge(delays: Integers, counters: Integers) -> None:
     """Go on to the first cycle of the population that two islands become."""
     merged = counters[CYCLES] + MERGED[0]
+    counters[SORT] += 2 * delays[_POPULATION] + moving(delays[_POPULATION])
     counters[CYCLES] = max(merged + MERGED[1] + AIMED, merged + merging(delays[_POPULATION]))
 
 

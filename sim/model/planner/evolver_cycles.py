@@ -35,6 +35,7 @@ __all__ = [
     "PLAN",
     "begun",
     "merging",
+    "moving",
     "offered",
     "opening",
     "passing",
@@ -122,6 +123,12 @@ def storing(population: int) -> int:
 def settling(population: int) -> int:
     """Return the cycles from the ``store`` of a first population to ``ready``."""
     return population + 3
+
+
+@inlined
+def moving(population: int) -> int:
+    """Return the cycles in which a population moves from the sorter to the memory of ranks."""
+    return population + 2
 
 
 @inlined

@@ -71,22 +71,34 @@ class Chip:
 
     def __init__(self, pauses=(0,), config=CONFIG):
         self.unit = CommandReceiver(config)
-        self.has_checker = config.checker is not CheckerBuild.NONE
+        self.has_map = config.checker is not CheckerBuild.NONE
+        self.has_checker = config.checks_paths
         self.has_core = config.parallel_core
+        self.has_runs = config.streaming_core
         self.pauses = pauses
         self.start_requests, self.writes, self.ranking = [], [], []
         self.cells, self.points = [], []
         self.checks = []
+        self.problems, self.runs, self.shapes = [], [], []
+        self.running, self.has_problem, self.has_population = 0, 1, 0
+        self.stops = 0
         self.forgotten = 0
         self.cycles = 0  # Most cycles from a last byte to done.
         self.outcomes = []
 
-    def run(self, bodies, line_errors=()):
+    def run(self, bodies, line_errors=(), states=None):
+        """Take all bodies; ``states`` has ``has_problem`` and ``has_population`` of each."""
+
         async def bench(ctx):
             unit = self.unit
             if self.has_core:
                 ctx.set(unit.ranked, 1)
-            for body, plain in bodies:
+            if self.has_runs:
+                for name in ("running", "has_problem", "has_population"):
+                    ctx.set(getattr(unit, name), getattr(self, name))
+            for number, (body, plain) in enumerate(bodies):
+                for name, value in (states[number] if states else {}).items():
+                    ctx.set(getattr(unit, name), value)
                 for error in line_errors:
                     ctx.set(unit.line_errors, error)
                     await ctx.tick()
@@ -114,11 +126,29 @@ class Chip:
                 _, _, forget = await ctx.tick().sample(self.unit.forget)
                 self.forgotten += forget
 
+        async def collect_problems(ctx):
+            await collect(ctx, self.unit.problems, self.problems, self.pauses)
+
+        async def collect_runs(ctx):
+            await collect(ctx, self.unit.runs, self.runs, self.pauses)
+
+        async def collect_shapes(ctx):
+            await collect(ctx, self.unit.shapes, self.shapes, self.pauses)
+
+        async def count_stops(ctx):
+            while True:
+                _, _, stop = await ctx.tick().sample(self.unit.stop)
+                self.stops += stop
+
         collectors = []
         if self.has_core:
             collectors += [collect_start_requests, collect_writes, collect_ranking]
+        if self.has_map:
+            collectors += [collect_cells]
         if self.has_checker:
-            collectors += [collect_cells, collect_points, count_forgotten]
+            collectors += [collect_points, count_forgotten]
+        if self.has_runs:
+            collectors += [collect_problems, collect_runs, collect_shapes, count_stops]
         simulate(self.unit, bench, background=collectors)
         return self.outcomes
 

@@ -48,13 +48,27 @@ def test_sizes_of_the_decoder():
 
 
 @pytest.mark.parametrize(
-    ("genetic", "checker"), [(True, "none"), (False, "parallel"), (True, "parallel")]
+    ("genetic", "checker"),
+    [
+        ("parallel", "none"),
+        ("none", "parallel"),
+        ("parallel", "parallel"),
+        ("streaming", "parallel"),
+    ],
 )
 def test_the_decoder_has_the_members_of_its_commands(genetic, checker):
     fields = request_fields(Config(genetic=genetic, checker=checker, lanes=1))
     members = set(FieldDecoder(**{**FIELDS, "fields": fields}).signature.members)
-    assert ({"start", "write_slot", "identity"} <= members) == genetic
-    assert ({"rectangle", "checks", "checked"} <= members) == (checker == "parallel")
+    common = {"code", "byte", "take", "ended", "status", "kind", "slot", "count"}
+    core, checks = {"start", "write_slot", "identity"}, {"checks", "checked"}
+    state = {"repeated", "running", "has_problem", "has_population"}
+    runs = {"problem", "run", "shape"} | state
+    assert members == common.union(
+        core if genetic == "parallel" else (),
+        ["rectangle"] if checker == "parallel" else (),
+        checks if genetic != "streaming" and checker == "parallel" else (),
+        runs if genetic == "streaming" else (),
+    )
 
 
 def test_the_dispatcher_takes_a_configuration():

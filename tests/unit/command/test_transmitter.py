@@ -235,3 +235,86 @@ def test_results_alone(pauses):
     body, _, reads = checked_answers(AnswerKind.RESULTS, checked=8, slot=5, count=3, pauses=pauses)
     assert body == HEADER + bytes((5, 0xEE, 6, 0xEE, 7, 0xEE))
     assert reads == [(5, 3)] * 2
+
+
+STREAMING = CONFIG.replace(genetic="streaming", checker=CheckerBuild.PARALLEL)
+
+
+def run_answers(kind, *, records=b"", pauses=(0,), ticking=False):
+    """Return two bodies sent for ``kind`` by a streaming chip, its registers, and the pulses.
+
+    With ``ticking``, the cycles of the run go on.
+    """
+    rng = random.Random(4)
+    unit = ReplyTransmitter(STREAMING)
+    status = random_fields(status_reply(STREAMING), rng)
+    if ticking:
+        status["cycles"] = 0xFFF8
+    replies, bodies, pulses = [], [], []
+
+    async def bench(ctx):
+        ctx.set(unit.status, status)
+        ctx.set(unit.has_best, len(records) > 0)
+        header = dict(zip(("session", "sequence", "status"), HEADER, strict=True))
+        ctx.set(unit.answer, {**header, "kind": kind, "plain": 0, "slot": 0, "count": 0})
+        for _ in range(2):
+            ctx.set(unit.on, 1)
+            await ctx.tick().until(unit.done)
+            ctx.set(unit.on, 0)
+            await ctx.tick().repeat(5)
+            assert [byte.last for byte in replies] == [0] * (len(replies) - 1) + [1]
+            bodies.append(bytes(byte.data for byte in replies))
+            replies.clear()
+
+    async def serve(ctx):
+        while True:
+            _, _, asked = await ctx.tick().sample(unit.best)
+            if not asked:
+                continue
+            pulses.append(len(bodies))
+            for _ in range(9):
+                _, _, again = await ctx.tick().sample(unit.best)
+                assert not again
+            for at, byte in enumerate(records):
+                await ctx.tick().repeat(rng.randrange(1, 3))
+                await put(ctx, unit.records, {"data": byte, "last": at == len(records) - 1})
+
+    async def tick_on(ctx):
+        while ticking:
+            await ctx.tick()
+            ctx.set(unit.status.cycles, ctx.get(unit.status.cycles) + 1)
+
+    async def collect_replies(ctx):
+        await collect(ctx, unit.replies, replies, pauses)
+
+    simulate(unit, bench, background=(serve, collect_replies, tick_on))
+    return bodies, status, pulses
+
+
+@PAUSES
+def test_best_paths(pauses):
+    records = bytes(range(40, 60))
+    bodies, _, pulses = run_answers(AnswerKind.BEST, records=records, pauses=pauses)
+    assert bodies == [HEADER + records] * 2
+    assert pulses == [0, 1]
+
+
+def test_without_paths_the_header_alone():
+    assert run_answers(AnswerKind.BEST)[::2] == ([HEADER] * 2, [])
+
+
+@PAUSES
+def test_status_of_a_run(pauses):
+    bodies, status, pulses = run_answers(AnswerKind.STATUS, pauses=pauses)
+    assert bodies == [HEADER + status_reply(STREAMING).pack(**status)] * 2
+    assert pulses == []
+
+
+def test_every_field_of_a_status_is_read_in_one_cycle():
+    """A count that goes on is one that it had, also where its lower half overflows."""
+    bodies, status, _ = run_answers(AnswerKind.STATUS, pauses=(3,), ticking=True)
+    first, second = (status_reply(STREAMING).unpack(body[len(HEADER) :]) for body in bodies)
+    assert 0xFFF8 < first.pop("cycles") < 0x10_100
+    assert 0x10_000 < second.pop("cycles") < 0x10_300
+    del status["cycles"]
+    assert first == second == status

@@ -7,18 +7,23 @@ import pytest
 
 from hdl.config import Config
 from hdl.protocol import Command, Status, StickyError
-from hdl.protocol.planner import VALUE_BITS, PathClass
-from hdl.protocol.runs import RunOptions, run_request
+from hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass
+from hdl.protocol.runs import RunOptions
 from host.device.chip import Chip, unpack_waypoints
 from host.device.link import Link, RefusedError
 from host.errors import InputError
+from sim.model import refusal
 from sim.model.chip import ChipModel
+from sim.model.planner.definition.no_fly import block
 from sim.model.planner.run import plan
 from sim.model.port import ModelPort
-from tests.planner_cases import SMALL, ground, record
+from tests.planner_cases import SMALL, ground, record, shape
+from tests.refusals import run_refusals
 
 
 OPTIONS = RunOptions(seed=7, generations=40, seeds=16, give_up_rank=3)
+WARM = dataclasses.replace(OPTIONS, seed=8, slopes=(3,), warm=True)
+UNITS = ("breed", "score", "walk", "sort", "wavefront")
 
 
 def opened(config):
@@ -53,6 +58,9 @@ def test_a_run_returns_what_the_model_plans(chip, problem):
     assert (status.running, status.generations, status.cycles, status.key) == (
         False, expected.generations, expected.cycles, expected.keys[0],
     )  # fmt: skip
+    units = [getattr(status, unit) for unit in UNITS]
+    assert units == [getattr(expected, unit) for unit in UNITS]
+    assert all(units)
     counters = chip.counters()
     assert counters["generations"] == expected.generations == 40
     assert counters["clocks"] > expected.cycles
@@ -67,8 +75,102 @@ def test_another_problem_voids_the_paths(chip, problem):
     chip.runs.set_problem(dataclasses.replace(task, goal_x=task.goal_x - 256))
     assert chip.runs.best().paths == []
     status = chip.runs.status()
-    assert (status.generations, status.cycles) == (0, 0)
-    assert status.key >> VALUE_BITS == PathClass.VOID
+    assert dataclasses.asdict(status) == {
+        **dict.fromkeys(("running", "generations", "cycles", *UNITS), 0),
+        "key": PathClass.VOID << VALUE_BITS,
+    }
+
+
+def test_a_warm_run_goes_on_from_the_latest_population(chip, problem):
+    heights, task = problem
+    chip.update_map(heights)
+    chip.runs.set_problem(task)
+    with pytest.raises(RefusedError, match="RUN with BAD_VALUE"):
+        chip.runs.start(WARM)
+    chip.runs.start(OPTIONS)
+    first = plan(SMALL, heights, task, OPTIONS)
+    moved = dataclasses.replace(task, start_x=task.start_x + 512)
+    chip.runs.set_problem(moved)
+    for options in (WARM, dataclasses.replace(WARM, slopes=())):
+        chip.runs.start(options)
+        # Nothing of the map has changed.
+        second = plan(SMALL, heights, moved, options, first.population, marked=0)
+        status = chip.runs.status()
+        assert (status.key, status.cycles) == (second.keys[0], second.cycles)
+        assert chip.runs.best().keys == second.keys
+        first = second
+
+
+def test_a_run_scans_the_blocks_that_have_changed(chip, problem):
+    heights, task = problem
+    chip.update_map(heights)
+    chip.runs.set_problem(task)
+    few = dataclasses.replace(OPTIONS, generations=0)
+
+    def scanned():
+        chip.runs.start(few)
+        return chip.runs.status().wavefront
+
+    def expected(marked):
+        return plan(SMALL, heights, task, few, marked=marked).wavefront
+
+    assert [scanned(), scanned()] == [expected(1024), expected(0)]
+    # On a map of 32 x 32 corners a block has one.
+    chip.upload_map(heights[3:5, 4:7], 4, 3)
+    assert [scanned(), scanned()] == [expected(6), expected(0)]
+    corner = NoFlyShape(first_x=9, first_y=9, last_x=10, last_y=9, edges=((0, -1, 0),))
+    chip.runs.block(corner)
+    heights[9, 9] = SMALL.blocked_altitude
+    assert [scanned(), scanned()] == [expected(1), expected(0)]
+
+
+def test_a_shape_is_blocked_and_an_upload_frees_it(problem):
+    heights, _ = problem
+    model = ChipModel(SMALL)
+    chip = Chip(Link(ModelPort(model), timeout_s=0.01, attempts=3))
+    chip.update_map(heights)
+    rng = np.random.default_rng(8)
+    for _ in range(20):
+        # Without an edge, the first one of zeros bends.
+        drawn = NoFlyShape.unpack(SMALL, shape(SMALL, rng).pack(SMALL))
+        blocked = heights.copy()
+        chip.runs.block(drawn)
+        block(blocked, SMALL.blocked_altitude, drawn)
+        assert np.array_equal(model.checking.terrain.heights, blocked)
+        coarse = blocked.reshape(8, 4, 8, 4).max(axis=(1, 3))
+        assert np.array_equal(model.checking.terrain.coarse, coarse)
+        chip.update_map(heights)
+        assert np.array_equal(model.checking.terrain.heights, heights)
+    empty = NoFlyShape(first_x=9, first_y=9, last_x=8, last_y=9, edges=())
+    with pytest.raises(ValueError, match=r"^The box of a shape must have a corner at least, not "):
+        chip.runs.block(empty)
+
+
+def test_a_repeated_block_is_not_drawn_again():
+    model = ChipModel(SMALL)
+    corner = NoFlyShape(first_x=9, first_y=9, last_x=9, last_y=9, edges=()).pack(SMALL)
+    model.checking.terrain.write(0, 0, np.zeros((32, 32), dtype=int))
+    assert model.running.block(corner, True) == b""
+    assert not model.checking.terrain.heights.any()
+    assert model.running.block(corner, False) == b""
+    assert model.checking.terrain.heights[9, 9] == SMALL.blocked_altitude
+
+
+def test_a_busy_board_is_named(chip, monkeypatch):
+    """The model's runs are over at once, so the refusal is made here."""
+
+    def busy(*_):
+        raise refusal.RefusedError(Status.BUSY)
+
+    model = chip.link._transport.chip
+    monkeypatch.setitem(model._commands, Command.BEST, busy)
+    sentence = (
+        r"^The board is busy with a run and refused the command BEST: wait for the end of the run, "
+        r"or stop it\.$"
+    )
+    with pytest.raises(RefusedError, match=sentence):
+        chip.runs.best()
+    chip.runs.stop()
 
 
 def test_a_repeated_run_is_not_run_again(problem):
@@ -90,22 +192,16 @@ def test_what_is_out_of_range_is_refused(chip, problem):
     heights, task = problem
     request = chip.link.request
 
-    def refusal(command, payload=b""):
-        with pytest.raises(RefusedError) as refused:
+    def refused(command, payload=b""):
+        with pytest.raises(RefusedError) as caught:
             request(command, payload)
-        return refused.value.status
+        return caught.value.status
 
-    assert refusal(Command.RUN, OPTIONS.pack(SMALL)) == Status.BAD_VALUE
+    assert refused(Command.RUN, OPTIONS.pack(SMALL)) == Status.BAD_VALUE
     chip.update_map(heights)
-    high = dataclasses.replace(task, altitude_limit=SMALL.blocked_altitude)
-    assert refusal(Command.PROBLEM, high.pack(SMALL)) == Status.BAD_VALUE
-    assert refusal(Command.PROBLEM, task.pack(SMALL) + b"\0") == Status.BAD_LENGTH
     chip.runs.set_problem(task)
-    fields = run_request(SMALL).unpack(OPTIONS.pack(SMALL)) | {"islands": 3}
-    assert refusal(Command.RUN, run_request(SMALL).pack(**fields)) == Status.BAD_VALUE
-    assert refusal(Command.RUN, b"") == Status.BAD_LENGTH
-    assert refusal(Command.BEST, b"\0") == Status.BAD_LENGTH
-    assert refusal(Command.STOP, b"\0") == Status.BAD_LENGTH
+    for command, payload, status in run_refusals(SMALL):
+        assert refused(command, payload) == status, (command, payload)
     assert chip.status()["errors"] == StickyError.REFUSED
     assert chip.runs.best().paths == []
 

@@ -125,7 +125,7 @@ def test_populations(islands):
     bench = Bench(islands, islands)
 
     async def run(ctx):
-        for _ in range(10):
+        for turn in range(10):
             held = [
                 await bench.fill(ctx, island, 8 + bench.rng.randrange(12))
                 for island in range(islands)
@@ -144,8 +144,10 @@ def test_populations(islands):
                 assert bench.freed == [slot for population in held for _, slot, _ in population[4:]]
                 held[0] = _sorted(held[0][:4] + held[1][:4])
                 await bench.compare(ctx, 0, held[0])
-                held[0] = await bench.generation(ctx, 0, held[0], 0)
-                await bench.compare(ctx, 0, held[0])
+                # Every other time the next first populations come at once.
+                if turn % 2:
+                    held[0] = await bench.generation(ctx, 0, held[0], 0)
+                    await bench.compare(ctx, 0, held[0])
 
     simulate(bench.dut, run, background=[bench.watch])
 

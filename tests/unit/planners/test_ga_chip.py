@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hdl.config import Config
-from hdl.protocol.runs import FIRST_ISLANDS, QUICK_ISLANDS
+from hdl.protocol.runs import RunOptions
 from host.device.boards import open_board, with_core
 from host.device.chip import Chip
 from host.device.link import Link, LinkError
@@ -180,10 +180,9 @@ def test_headings_at_both_ends_are_kept_by_the_strict_rule(make_evaluator, headi
     assert ahead @ way == pytest.approx(np.hypot(*ahead))
 
 
-def test_a_short_run_has_less_wavefronts():
-    short, usual = (run_options(CHIP, seed=0, chip_ms=ms, generations=5) for ms in (2, 3))
-    assert (short.islands, short.lifts, short.cycles) == (QUICK_ISLANDS, 0, 200_000)
-    assert (usual.islands, usual.lifts, usual.cycles) == (FIRST_ISLANDS, 4, 300_000)
+def test_a_run_has_the_default_options_but_its_own_limits():
+    options = run_options(CHIP, seed=9, chip_ms=2, generations=5)
+    assert options == RunOptions(seed=9, cycles=200_000, generations=5)
     small = CHIP.replace(population=8, children=4, elites=2, survivors=2, perturbs=1, inserts=1)
     unlimited = run_options(small, seed=0, generations=5)
     assert (unlimited.cycles, unlimited.generations, unlimited.give_up_rank) == (2**32 - 1, 5, 7)

@@ -119,3 +119,13 @@ def test_a_record_out_of_range_is_no_problem(changes):
     assert valid.is_valid(USUAL)
     assert not dataclasses.replace(valid, **changes).is_valid(USUAL)
     assert dataclasses.replace(valid, block_shift=3, x_limit=255, y_limit=255).is_valid(USUAL)
+
+
+@pytest.mark.parametrize(
+    ("box", "is_valid"), [((3, 4, 3, 4), True), ((3, 4, 2, 4), False), ((3, 4, 3, 3), False)]
+)
+def test_a_shape_has_a_box_of_a_corner_at_least(box, is_valid):
+    shape = NoFlyShape(
+        **dict(zip(("first_x", "first_y", "last_x", "last_y"), box, strict=True)), edges=()
+    )
+    assert shape.is_valid() == is_valid

@@ -22,6 +22,7 @@ from tests.planner_cases import LARGE, SMALL, USUAL
             "RunOptions.slopes must be at most one on a warm start, not (1, 2)",
         ),
         ({"slopes": (16,)}, "RunOptions.slopes must be from 0 to 15, not (16,)"),
+        ({"slopes": (-1,)}, "RunOptions.slopes must be from 0 to 15, not (-1,)"),
         ({"seeds": 31}, "RunOptions.seeds must be from the population to 65535, not 31"),
         ({"lifts": 5}, "RunOptions.lifts must be from 0 to 4, not 5"),
         ({"share": 17}, "RunOptions.share must be from 0 to 16, not 17"),
@@ -36,12 +37,12 @@ def test_a_wrong_option_names_its_rule(options, message):
 
 @pytest.mark.parametrize("config", [SMALL, USUAL, LARGE], ids=["small", "usual", "large"])
 @pytest.mark.parametrize(
-    ("slopes", "warm"), [((15,), False), ((1, 14), False), ((), True), ((3,), True)]
+    ("slopes", "warm"), [((15,), False), ((0, 15), False), ((), True), ((7,), True)]
 )
 def test_options_come_back_as_they_were_packed(config, slopes, warm):
     sent = RunOptions(
         seed=(1 << 64) - 2, cycles=123_456_789, generations=(1 << 32) - 1, give_up_rank=5,
-        slopes=slopes, warm=warm, seeds=65_535, lifts=3, share=16,
+        slopes=slopes, seeds=65_535, lifts=3, share=16, warm=warm,
     )  # fmt: skip
     payload = sent.pack(config)
     assert len(payload) == run_request(config).size
@@ -56,9 +57,17 @@ def test_options_out_of_range_are_refused_on_either_side():
         RunOptions.unpack(USUAL, run_request(USUAL).pack(**fields))
 
 
-def test_three_islands_are_refused():
-    fields = run_request(USUAL).unpack(RunOptions().pack(USUAL)) | {"islands": 3}
-    with pytest.raises(ValueError, match=r"^RunOptions.slopes must be at most 2, not 3$"):
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"islands": 3}, "slopes must be at most 2, not 3"),
+        ({"islands": 0}, "slopes must be one or two, not ()"),
+        ({"islands": 2, "warm": 1}, "slopes must be at most one on a warm start, not (3, 0)"),
+    ],
+)
+def test_a_number_of_islands_that_no_chip_has_is_refused(changes, sentence):
+    fields = run_request(USUAL).unpack(RunOptions().pack(USUAL)) | changes
+    with pytest.raises(ValueError, match=f"^{re.escape('RunOptions.' + sentence)}$"):
         RunOptions.unpack(USUAL, run_request(USUAL).pack(**fields))
 
 

@@ -7,6 +7,7 @@ import pytest
 from hdl.config import Config
 from hdl.protocol import Command, Status, StickyError
 from hdl.protocol.codec import FrameError, decode_frame, encode_frame
+from hdl.protocol.planner import VALUE_BITS
 from sim.model.chip import ChipModel
 from tools.protocol_page.files import FRAMES, contents
 from tools.protocol_page.segments import split_reply, split_request
@@ -43,17 +44,35 @@ def test_bodies_match_the_frames(chip):
 
 
 def test_every_command_and_every_status():
-    exchanges = CHIPS["small"]["exchanges"]
     done = {
-        exchange["request"]["command"]
-        for exchange in exchanges
-        if exchange["reply"] and exchange["reply"]["status"] == "OK"
+        name: {
+            exchange["request"]["command"]
+            for exchange in chip["exchanges"]
+            if exchange["reply"] and exchange["reply"]["status"] == "OK"
+        }
+        for name, chip in CHIPS.items()
     }
-    # Of the streaming core there is a model only; its frames come with its gateware.
-    streaming = {"PROBLEM", "RUN", "STOP", "BEST"}
-    assert done == {command.name for command in Command} - streaming
-    statuses = {exchange["reply"]["status"] for exchange in exchanges if exchange["reply"]}
-    assert statuses == {status.name for status in Status}
+    streaming = {"PROBLEM", "RUN", "STOP", "BEST", "BLOCK"}
+    assert done["small"] == {command.name for command in Command} - streaming
+    assert done["streaming"] > streaming
+    small = CHIPS["small"]["exchanges"]
+    statuses = {exchange["reply"]["status"] for exchange in small if exchange["reply"]}
+    # Runs of the model are over at once.
+    assert statuses == {status.name for status in Status} - {"BUSY"}
+
+
+def test_paths_of_a_run():
+    """Both runs find paths, the second one past the shape that has been blocked."""
+    best = {
+        exchange["name"]: exchange["reply"]
+        for exchange in CHIPS["streaming"]["exchanges"]
+        if exchange["request"].get("command") == "BEST"
+    }
+    assert "paths" not in best["BEST before"]
+    for name in ("BEST", "BEST warm"):
+        assert len(best[name]["paths"]) == len(best[name]["keys"]) > 1
+        assert best[name]["keys"] == sorted(set(best[name]["keys"]))
+        assert best[name]["keys"][0] < 1 << VALUE_BITS
 
 
 def test_damaged_frames():

@@ -12,10 +12,12 @@ from amaranth.lib.wiring import In
 from hdl.ga_core.random_source import RandomSource
 from hdl.planner.evolver import Evolver
 from hdl.protocol.planner import VALUE_BITS, PathClass
+from hdl.protocol.runs import RunOptions
 from sim.model import random_source
 from sim.model.planner.definition.breeder import Waypoint, breed
 from sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
 from sim.model.planner.definition.memo import Memo
+from sim.model.planner.definition.run import Run
 from tests import planner_cases
 from tests.planner_population import corner, waypoint
 from tests.streams import simulate
@@ -117,6 +119,9 @@ class Bench:
         self.record = planner_cases.record(config, rng)
         ground = planner_cases.ground(config, rng)
         self.evaluator = Evaluator(config, self.record, ground, Memo(config, 0))
+        options = RunOptions(seed=seed, give_up_rank=self.give_up_rank, memo=0)
+        self.run = Run(config, ground, self.record, options)
+        self.generation = None
         self.ends = self.evaluator.ends
         self.top = WithSource(config, islands)
         self.dut = self.top.evolver
@@ -178,16 +183,28 @@ class Bench:
             bred.append(member)
             self.lengths.append(len(points))
         self.survivors = survivors
-        self.collect(island)
+        earlier = self.generation
+        if not self.any_key:
+            self.generation = self.run.breed(population, pending=bool(self.pending))
+            assert (self.generation.children, self.generation.first) == (children, first)
+            assert self.generation.limit == (key if limited else NO_LIMIT)
+        self.collect(island, earlier)
         self.pending = bred
 
-    def collect(self, island):
+    def collect(self, island, generation):
         """Collect the generation that is pending, if there is one."""
         if self.pending:
             population, elites = self.islands[island], self.config.elites
-            kept = population[:elites] + [population[rank] for rank in sorted(self.survivors)]
+            ranks = [*range(elites), *sorted(self.survivors)]
+            kept = [population[rank] for rank in ranks]
             self.islands[island] = _sorted(kept + self.pending)
             self.pending = []
+            if not self.any_key:
+                assert self.generation.kept == ranks
+                collected = self.run.collect(population, ranks, generation)
+                assert [(each.path, each.key) for each in collected] == [
+                    (each.path, each.key) for each in self.islands[island]
+                ]
 
     # The evolver.
 
@@ -243,7 +260,7 @@ class Bench:
         assert ctx.get(self.dut.pending)
 
     async def finish(self, ctx, island):
-        self.collect(island)
+        self.collect(island, self.generation)
         await self.pulse(ctx, self.dut.finish, island)
         assert not ctx.get(self.dut.pending)
 

@@ -14,7 +14,7 @@ __all__ = [
     "head_layout",
     "kept_layout",
     "row_bits_of",
-    "row_layout",
+    "stored_layout",
     "taken_layout",
 ]
 
@@ -42,7 +42,7 @@ def taken_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
     return data.StructLayout({"valid": 1, "point": point_layout(coordinate_bits, altitude_bits)})
 
 
-def row_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
+def stored_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
     """Return the layout of a row: a point, and the chord there."""
     sizes = (coordinate_bits, altitude_bits)
     return data.StructLayout({"point": point_layout(*sizes), "chord": chord_layout(*sizes)})

@@ -10,7 +10,7 @@ from hdl.planner.evaluator.layouts import (
     head_layout,
     kept_layout,
     row_bits_of,
-    row_layout,
+    stored_layout,
     taken_layout,
 )
 from hdl.planner.scorer.scorer import chord_record_layout
@@ -57,7 +57,7 @@ class PathStore(wiring.Component):
     scored : In(1)
         The score of the path is there. At least 2 cycles after it was for the path before.
     read : In(read_layout)
-    row : Out(row_layout)
+    row : Out(stored_layout)
         The row read last, from the cycle after ``read.enable`` on.
 
     Raises
@@ -89,7 +89,7 @@ class PathStore(wiring.Component):
                 "path": Out(kept_layout(slot_bits, self.length_bits)),
                 "scored": In(1),
                 "read": In(read_layout(PLACE_BITS, self.row_bits)),
-                "row": Out(row_layout(*sizes)),
+                "row": Out(stored_layout(*sizes)),
             }
         )
 
@@ -97,9 +97,9 @@ class PathStore(wiring.Component):
         m = Module()
         taken, record = self.taken, self.record
 
-        def rows_of(name, row_layout):
+        def rows_of(name, stored_layout):
             m.submodules[name] = rows = memory.Memory(
-                shape=row_layout,
+                shape=stored_layout,
                 depth=PLACES << self.row_bits,
                 init=[],
                 attrs={"no_rw_check": 1},

@@ -134,6 +134,8 @@ class Route(wiring.Component):
             with m.State("STEP"):
                 m.d.sync += count.eq(count + 1)
                 with m.If((count == _READ) & is_stuck):
+                    # No neighbour stays on its way to the sum, which the next route would take.
+                    m.d.sync += count.eq(0)
                     m.next = "STRAIGHT"
                 with m.Elif(count == self.step_cycles - 1):
                     m.d.comb += write.en.eq(1)

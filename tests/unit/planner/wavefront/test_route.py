@@ -66,17 +66,24 @@ def test_random_costs(seed):
     rng, dut = np.random.default_rng(seed), Route(8)
 
     async def bench(ctx):
-        for number in range(3):
+        for number in range(5):
             heights = rng.integers(8, size=(BLOCKS, BLOCKS))
             blocked = rng.random((BLOCKS, BLOCKS)) < rng.choice([0, 0.3, 0.6])
             start, goal = (tuple(each) for each in rng.integers(BLOCKS, size=(2, 2)).tolist())
             if number == 2:
                 goal = start
+            if number == 3:
+                # A straight line, and behind it a route.
+                blocked[:] = True
             blocked[start[::-1]] = blocked[goal[::-1]] = False
             costs = settled(goal, heights, blocked)
             expected = expected_route(start, goal, costs, heights)
             for port, place in ((dut.start, start), (dut.goal, goal)):
                 ctx.set(port, {"x": place[0], "y": place[1]})
+            # Between routes, the blocks read and their steps may cost nothing.
+            for port in (dut.cost, *dut.prices):
+                ctx.set(port, 0)
+            await ctx.tick().repeat(dut.step_cycles)
             ctx.set(dut.launch, 1)
             await ctx.tick()
             ctx.set(dut.launch, 0)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from hdl.boards.board import Board, ChipKind
 
 
-__all__ = ["BOARDS", "find_board"]
+__all__ = ["BOARDS", "chips_of", "find_board"]
 
 #: Module of every board, by the name that `make bitstream BOARD=` takes.
 BOARDS: Mapping[str, str] = MappingProxyType(
@@ -32,6 +32,20 @@ BOARDS: Mapping[str, str] = MappingProxyType(
 )
 
 
+def chips_of(name: str) -> Sequence[Board]:
+    """Return the board of that name with each chip that it has room for, its default first.
+
+    Raises
+    ------
+    ValueError
+        If there is no such board.
+    """
+    if name not in BOARDS:
+        raise ValueError(f"Board must be one of {', '.join(BOARDS)}, not {name!r}")
+    chips: Sequence[Board] = importlib.import_module(BOARDS[name]).CHIPS
+    return chips
+
+
 def find_board(name: str, chip: ChipKind | str | None = None) -> Board:
     """Return the board of that name, with a chip of that kind, or else with its default chip.
 
@@ -40,9 +54,7 @@ def find_board(name: str, chip: ChipKind | str | None = None) -> Board:
     ValueError
         If there is no such board, or if it has no room for the chip.
     """
-    if name not in BOARDS:
-        raise ValueError(f"Board must be one of {', '.join(BOARDS)}, not {name!r}")
-    chips: Sequence[Board] = importlib.import_module(BOARDS[name]).CHIPS
+    chips = chips_of(name)
     for board in chips:
         if chip in (None, board.chip):
             return board

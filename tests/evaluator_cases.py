@@ -4,10 +4,10 @@ import dataclasses
 from dataclasses import dataclass, field
 
 from hdl.protocol.planner import POSITION_FRACTION, SLOPE_BITS, VALUE_BITS
+from sim.model.planner.cycles import counters_vector, delays_vector, enter, goal, vacate
 from sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
 from sim.model.planner.definition.memo import Memo
 from sim.model.planner.definition.score import score
-from sim.model.planner.evaluator_cycles import EvaluatorCycles
 from sim.model.planner.walker_cycles import cost
 from tests.planner_cases import path, record
 from tests.walker_cases import segments_of
@@ -147,13 +147,17 @@ def check_findings(found, expected):
 def check_cycles(evaluator, paths, found, expected):
     """Compare cycles of keys and goals with the model; return how many paths waited for room."""
     record = evaluator.record
-    cycles, late, model = EvaluatorCycles(evaluator.config), 0, []
+    delays, counters = delays_vector(evaluator.config), counters_vector()
+    late, model = 0, []
     for offer, each, offered in zip(paths, expected, found.offered, strict=True):
-        late += cycles.room > max(offered, cycles.launcher)
         points = len(offer.points) + record.has_entry + record.has_exit
-        is_walked, costs = each.costs is not None, sum(each.costs or ())
-        model.append(
-            cycles.accept(offered, points, is_walked, costs, has_exit=bool(record.has_exit))
-        )
+        entering = offered, points, sum(each.costs or ()), record.has_exit
+        # Where it would be if no place was taken.
+        free = counters.copy()
+        vacate(free)
+        enter(delays, free, *entering)
+        key = enter(delays, counters, *entering)
+        model.append((key, goal(counters)))
+        late += goal(counters) > goal(free)
     assert list(zip(found.keyed, found.goals, strict=True)) == model
     return late

@@ -40,7 +40,7 @@ class PathEvaluator(wiring.Component):
     later, or in the cycle after the key before it. If it is walked, its first segment is offered to
     the walker 3 cycles after the decision, and its key 3 cycles after the result of the walk, or in
     the cycle after the key before it. All cycles equal those of
-    :class:`sim.model.planner.evaluator_cycles.EvaluatorCycles`, the keys those of
+    :func:`sim.model.planner.cycles.enter`, the keys those of
     :meth:`sim.model.planner.definition.evaluation.Evaluator.evaluate`.
 
     Parameters

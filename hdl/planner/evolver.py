@@ -170,9 +170,8 @@ class Evolver(wiring.Component):
         m.submodules.breeder = breeder = self.breeder
         m.submodules.memory = memory = self.memory
         m.submodules.collector = collector = self.collector
-        # A population at least is not in the pool once a slot has been put back.
-        most_back = self.slot_count - self.config.population
-        m.submodules.pool = pool = SlotPool(self.slot_count, most_back)
+        # All slots but those of the members that stay may wait for children that are not yet built.
+        m.submodules.pool = pool = SlotPool(self.slot_count, self.slot_count)
         connect(m, flipped(self.words), breeder.words)
         connect(m, flipped(self.points), breeder.points)
         connect(m, flipped(self.margins), memory.margins)

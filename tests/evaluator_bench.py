@@ -126,10 +126,7 @@ async def _drive(ctx, dut, paths, pauses, reset_at):
 def _offer_head(ctx, dut, path):
     ctx.set(dut.paths.valid, path is not None)
     if path is not None:
-        limited = path.limit is not None
-        limit = path.limit if limited else 0
-        head = {"slot": path.slot, "first": path.first, "limited": limited, "limit": limit}
-        ctx.set(dut.paths.p, head)
+        ctx.set(dut.paths.p, path.head)
 
 
 def _pattern(pauses):

@@ -4,6 +4,7 @@ import dataclasses
 from dataclasses import dataclass, field
 
 from hdl.protocol.planner import POSITION_FRACTION, SLOPE_BITS, VALUE_BITS
+from sim.model.planner.cycles import counters_vector, delays_vector, enter, goal, vacate
 from sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
 from sim.model.planner.definition.memo import Memo
 from sim.model.planner.definition.score import score
@@ -14,6 +15,7 @@ from tests.walker_cases import segments_of
 
 __all__ = ["OfferedPath", "Outcome", "drawn_evaluator", "drawn_paths", "outcomes"]
 
+TOP = (1 << VALUE_BITS) - 1
 #: A margin that no path has: not given.
 MISSING = -1 << 20
 
@@ -40,6 +42,12 @@ class OfferedPath:
     limit: int | None
     gap: int = 0
     gaps: tuple = (0,)
+
+    @property
+    def head(self):
+        """What comes with it, as the fields of a signal."""
+        head = {"slot": self.slot, "first": self.first, "limited": self.limit is not None}
+        return head | {"limit": 0 if self.limit is None else self.limit}
 
 
 @dataclass
@@ -85,8 +93,10 @@ def drawn_paths(evaluator, rng, count, slots, *, repeat=0.4, gaps=False):
         else:
             points = [start, *path(config, rng)[1:-1], goal]
         value = score(record, points).cost >> record.key_shift
-        values = [*values[-20:], min(max(value, 0), (1 << VALUE_BITS) - 1)]
-        limit = int(rng.choice(values)) + int(rng.integers(2)) if rng.random() < 0.7 else None
+        # Also just above the value of a path: then it is walked.
+        values = [*values[-20:], min(max(value, 0), TOP)]
+        above = min(int(rng.choice(values)) + int(rng.integers(2)), TOP)
+        limit = above if rng.random() < 0.7 else None
         gap = int(rng.choice([0, 0, 0, 0, 1, 2, 3, 40, 150])) if gaps else 0
         # Two generations at a time are inside at most.
         first = bool(rng.random() < (0.2, 0.8, 0.5)[number // 20 % 3])
@@ -125,3 +135,29 @@ def _cost(config, memo, start, stop):
     known = memo.get(start, stop) is not None
     memo.put(start, stop, (0, 0))
     return cost(start, stop, known, config.lanes)
+
+
+def check_findings(found, expected):
+    """Compare keys, margins and cycles of walking with what the model makes of the paths."""
+    assert found.members == [(each.key, each.slot, each.length) for each in expected]
+    assert found.margins == [margin for each in expected for margin in each.margins]
+    assert found.walk == sum(sum(each.costs or ()) for each in expected)
+
+
+def check_cycles(evaluator, paths, found, expected):
+    """Compare cycles of keys and goals with the model; return how many paths waited for room."""
+    record = evaluator.record
+    delays, counters = delays_vector(evaluator.config), counters_vector()
+    late, model = 0, []
+    for offer, each, offered in zip(paths, expected, found.offered, strict=True):
+        points = len(offer.points) + record.has_entry + record.has_exit
+        entering = offered, points, sum(each.costs or ()), record.has_exit
+        # Where it would be if no place was taken.
+        free = counters.copy()
+        vacate(free)
+        enter(delays, free, *entering)
+        key = enter(delays, counters, *entering)
+        model.append((key, goal(counters)))
+        late += goal(counters) > goal(free)
+    assert list(zip(found.keyed, found.goals, strict=True)) == model
+    return late

@@ -54,14 +54,19 @@ _SCRIPT = (
     "read_verilog -icells design.v; hierarchy -top {top}; proc; flatten; opt_clean -purge; "
     "{passes}write_json flat.json"
 )
-#: Program that exports the chips of boards; it runs at the root of the tree to be exported.
+#: Program that exports the papers' chips of boards; it runs at the root of the tree to be exported,
+#: where a board may have that chip alone.
 _PREPARE = """
 import sys
 from pathlib import Path
 from hdl.boards import find_board
 from hdl.boards.build import prepare
 for name in sys.argv[2:]:
-    prepare(find_board(name), Path(sys.argv[1]) / name)
+    try:
+        board = find_board(name, "paper")
+    except TypeError:
+        board = find_board(name)
+    prepare(board, Path(sys.argv[1]) / name)
 """
 _ROOT = Path(__file__).parents[1]
 

@@ -13,8 +13,8 @@ from bench.feasibility import cells_per_cycle
 from bench.fpga.cells import CELLS, chip_clock, used
 from bench.fpga.job import LIMIT_S, Job, digest_of, without_names
 from bench.fpga.store import Table
-from hdl.boards import BOARDS, find_board
-from hdl.boards.board import Board
+from hdl.boards import BOARDS, chips_of, find_board
+from hdl.boards.board import Board, ChipKind
 from hdl.boards.build import prepare, try_seeds
 from hdl.boards.ecp5_floor_plan import floor_plan
 from hdl.boards.route import Routed
@@ -57,17 +57,20 @@ def device_of(platform: Any) -> str:
 
 @dataclass(frozen=True)
 class _BoardJob(_ChipJob):
-    """The chip of a board as ``make bitstream`` makes it; the row has the board's name."""
+    """A chip of a board as ``make bitstream`` makes it."""
+
+    name_of_board: str
+    chip: ChipKind
 
     @property
     def board(self) -> Board:
         """As its file says."""
-        return find_board(self.name)
+        return find_board(self.name_of_board, self.chip)
 
     @property
     def folder(self) -> str:
         """See :class:`~bench.fpga.job.Job`."""
-        return self.name
+        return self.name.replace(", ", "-")
 
     def measure(self, folder: Path) -> dict[str, Any]:
         """Route it; see :class:`~bench.fpga.job.Job`."""
@@ -92,7 +95,7 @@ class _LanesJob(_ChipJob):
     @property
     def board(self) -> Board:
         """With these lanes, and the floor plan of them."""
-        board = find_board(self.name_of_board)
+        board = find_board(self.name_of_board, ChipKind.PAPER)
         sizes = board.sizes.replace(lanes=self.lanes)
         overrides = {**board.overrides, "script_after_synth": floor_plan(sizes)}
         return replace(board, sizes=sizes, overrides=overrides)
@@ -100,7 +103,7 @@ class _LanesJob(_ChipJob):
     @property
     def folder(self) -> str:
         """See :class:`~bench.fpga.job.Job`."""
-        if self.lanes == find_board(self.name_of_board).sizes.lanes:
+        if self.lanes == find_board(self.name_of_board, ChipKind.PAPER).sizes.lanes:
             return self.name_of_board
         return f"{self.name_of_board}-{self.lanes}-lanes"
 
@@ -117,8 +120,10 @@ class _LanesJob(_ChipJob):
 
 
 def board_jobs() -> Iterator[Job]:
-    """Yield a row for each board whose tools come along."""
-    return (_BoardJob(BOARDS_TABLE.name, name) for name in BOARDS_TABLE.order)
+    """Yield a row for each chip of each board whose tools come along."""
+    return (
+        _BoardJob(BOARDS_TABLE.name, name, board.name, board.chip) for name, board in _CHIPS.items()
+    )
 
 
 def lanes_jobs() -> Iterator[Job]:
@@ -137,14 +142,28 @@ def _lanes_name(board: str, lanes: int) -> str:
     return f"{board}, {lanes} lanes"
 
 
+def _chip_name(board: Board) -> str:
+    """Return the name of a row: that of the board alone for the paper's chip."""
+    return board.name if board.chip is ChipKind.PAPER else f"{board.name}, {board.chip}"
+
+
 _ROUTED_BOARDS = [name for name in BOARDS if _family(find_board(name)) in _FAMILIES]
+#: The paper's chips first.
+_CHIPS = {
+    _chip_name(board): board
+    for kind in (ChipKind.PAPER, ChipKind.PLANNER)
+    for name in _ROUTED_BOARDS
+    for board in chips_of(name)
+    if board.chip is kind
+}
 BOARDS_TABLE = Table(
     name="boards",
     title="Boards",
-    columns=("board", "device", *CELLS, "asked, MHz", "routed, MHz", "seed"),
-    order=_ROUTED_BOARDS,
+    columns=("chip", "device", *CELLS, "asked, MHz", "routed, MHz", "seed"),
+    order=tuple(_CHIPS),
     notes=[
-        "The chip of `make bitstream BOARD=...` with the board's first seed. Block RAMs: of 18 "
+        "The chip of `make bitstream BOARD=... CHIP=planner`, or of `CHIP=paper` where the row has "
+        "the name of the board alone, with the first seed. Block RAMs: of 18 "
         "kbit on ECP5; of 4 and of 256 kbit, together, on iCE40, where the flip-flops are in the "
         "logic cells that are counted as LUTs. Build script only, as their tools "
         f"do not come along: {', '.join(name for name in BOARDS if name not in _ROUTED_BOARDS)}."
@@ -156,8 +175,8 @@ LANES_TABLE = Table(
     columns=("chip", *CELLS, "routed, MHz", "cells per cycle", "cells per microsecond"),
     order=[_lanes_name(board, lanes) for board, lanes in product(_LANES_BOARDS, _LANES)],
     notes=[
-        "The chip of `make bitstream`, with these lanes, one seed. Cells per cycle is the "
-        "sustained rate over open ground of `make bench BENCH=feasibility`. Paper: about 100 "
+        "The chip of `make bitstream CHIP=paper`, with these lanes, one seed. Cells per cycle is "
+        "the sustained rate over open ground of `make bench BENCH=feasibility`. Paper: about 100 "
         "cells per microsecond.",
     ],
 )

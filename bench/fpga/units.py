@@ -18,7 +18,8 @@ from hdl.boards.ecp5 import KEEP_FANOUT, PLACEMENT, SYNTHESIS
 from hdl.boards.harness import Harness
 from hdl.boards.route import route
 from hdl.boards.tools import run_tool
-from hdl.config import CheckerBuild, Config
+from hdl.config import CheckerBuild, Config, GeneticCore
+from hdl.protocol.runs import ISLANDS
 from hdl.verilog import strip_zero_init
 from tools.netlist import Netlist
 
@@ -27,6 +28,7 @@ __all__ = ["PAPERS_TABLE", "UNITS_TABLE", "paper_jobs", "unit_jobs"]
 
 _CORE, _CHECKER = "hdl.ga_core_top.GeneticCoreTop", "hdl.feasibility.checker.Checker"
 _PLAIN = Config(checker=CheckerBuild.NONE)
+_STREAMING = Config(genetic=GeneticCore.STREAMING)
 _TWO_TIER = _PLAIN.replace(checker=CheckerBuild.TWO_TIER, lanes=1)
 
 
@@ -80,6 +82,24 @@ _UNITS: Mapping[str, tuple[str, tuple[Any, ...], _Device]] = MappingProxyType(
         "checker, parallel, 16 lanes": (
             _CHECKER,
             (_PLAIN.replace(checker=CheckerBuild.PARALLEL, lanes=16),),
+            _ECP5,
+        ),
+        "evolver": ("hdl.planner.evolver.Evolver", (_STREAMING, ISLANDS), _ECP5),
+        "scorer": ("hdl.planner.scorer.scorer.Scorer", (_STREAMING,), _ECP5),
+        "walker with memo, 8 lanes": (
+            "hdl.planner.walker.path_walker.PathWalker",
+            (_STREAMING,),
+            _ECP5,
+        ),
+        "wavefront": ("hdl.planner.wavefront.wavefront.Wavefront", (_STREAMING,), _ECP5),
+        "drawer of shapes": (
+            "hdl.planner.shape_drawer.ShapeDrawer",
+            (_STREAMING.coordinate_bits, _STREAMING.altitude_bits),
+            _ECP5,
+        ),
+        "planner core, 8 lanes": (
+            "hdl.planner.core.PlannerCore",
+            (_STREAMING.replace(altitude_bits=11),),
             _ECP5,
         ),
     }

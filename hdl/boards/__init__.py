@@ -1,6 +1,7 @@
 """Real boards: pins, device, clock and configuration of each, one file a board.
 
-A board file holds one :class:`hdl.boards.board.Board` called ``BOARD`` and no logic;
+A board file holds ``CHIPS``, a :class:`hdl.boards.board.Board` for each kind of chip that the
+board has room for, its default first, and no logic;
 :mod:`hdl.boards.chip` puts the planner behind its pins, :mod:`hdl.boards.build` makes the
 bitstream.
 """
@@ -8,16 +9,16 @@ bitstream.
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 
 if TYPE_CHECKING:
-    from hdl.boards.board import Board
+    from hdl.boards.board import Board, ChipKind
 
 
-__all__ = ["BOARDS", "find_board"]
+__all__ = ["BOARDS", "chips_of", "find_board"]
 
 #: Module of every board, by the name that `make bitstream BOARD=` takes.
 BOARDS: Mapping[str, str] = MappingProxyType(
@@ -31,15 +32,31 @@ BOARDS: Mapping[str, str] = MappingProxyType(
 )
 
 
-def find_board(name: str) -> Board:
-    """Return the board of that name.
+def chips_of(name: str) -> Sequence[Board]:
+    """Return the board of that name with each chip that it has room for, its default first.
 
     Raises
     ------
     ValueError
-        If there is none.
+        If there is no such board.
     """
     if name not in BOARDS:
         raise ValueError(f"Board must be one of {', '.join(BOARDS)}, not {name!r}")
-    board: Board = importlib.import_module(BOARDS[name]).BOARD
-    return board
+    chips: Sequence[Board] = importlib.import_module(BOARDS[name]).CHIPS
+    return chips
+
+
+def find_board(name: str, chip: ChipKind | str | None = None) -> Board:
+    """Return the board of that name, with a chip of that kind, or else with its default chip.
+
+    Raises
+    ------
+    ValueError
+        If there is no such board, or if it has no room for the chip.
+    """
+    chips = chips_of(name)
+    for board in chips:
+        if chip in (None, board.chip):
+            return board
+    kinds = " or ".join(board.chip for board in chips)
+    raise ValueError(f"Chip of {name} must be {kinds}, for which it has room, not {chip}")

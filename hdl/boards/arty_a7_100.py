@@ -1,15 +1,17 @@
 """Digilent Arty A7-100: a build script for Vivado, which has to be there."""
 
+from dataclasses import replace
+
 from amaranth_boards.arty_a7 import ArtyA7_100Platform
 
 from hdl.boards.board import Board
 from hdl.boards.pll import Series7Pll
-from hdl.config import CheckerBuild, Config
+from hdl.config import CheckerBuild, Config, GeneticCore
 
 
-__all__ = ["BOARD"]
+__all__ = ["CHIPS"]
 
-BOARD = Board(
+_PAPER = Board(
     name="arty-a7-100",
     platform=ArtyA7_100Platform,
     # 100 MHz to 100 MHz; its USB bridge is an FT2232H.
@@ -17,3 +19,5 @@ BOARD = Board(
     reset=("button", 0),
     sizes=Config(checker=CheckerBuild.PARALLEL, lanes=8),
 )
+
+CHIPS = (replace(_PAPER, sizes=_PAPER.sizes.replace(genetic=GeneticCore.STREAMING)), _PAPER)

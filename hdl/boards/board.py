@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
@@ -11,17 +12,26 @@ from hdl.boards.pll import Pll
 from hdl.config import Config
 
 
-__all__ = ["Board"]
+__all__ = ["Board", "ChipKind"]
+
+
+class ChipKind(enum.StrEnum):
+    """Kind of a chip, as ``make bitstream CHIP=`` takes it."""
+
+    #: Plans by itself: the streaming core (:class:`hdl.planner.core.PlannerCore`).
+    PLANNER = "planner"
+    #: That of the papers: genetic core and checker, or on a small device the checker alone.
+    PAPER = "paper"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Board:
-    """A board and its chip.
+    """A board and one of its chips.
 
     Parameters
     ----------
     name : str
-        As in :data:`hdl.boards.BOARDS`.
+        As in :data:`hdl.boards.BOARDS`; the chips of a board share it.
     platform : callable
         Makes the Amaranth platform: device, package, speed grade, pins, default clock, and
         ``cells`` where the family has some (:class:`hdl.primitives.cells.Cells`).
@@ -63,6 +73,11 @@ class Board:
                 f"Board.baud must divide the clock of {self.clock_hz} Hz within "
                 f"{self.BAUD_TOLERANCE:.2%}, not {self.baud!r}"
             )
+
+    @property
+    def chip(self) -> ChipKind:
+        """Kind of the chip."""
+        return ChipKind.PLANNER if self.sizes.streaming_core else ChipKind.PAPER
 
     @property
     def reference_hz(self) -> int:

@@ -1,4 +1,4 @@
-"""Bitstreams of real boards: ``python -m hdl.boards.build BOARD``.
+"""Bitstreams of real boards: ``python -m hdl.boards.build BOARD [--chip planner|paper]``.
 
 Amaranth writes netlist, constraints and commands; this runs the commands with the tools of the
 package index, trying seeds of the placer until timing closes. Another program may be named in the
@@ -17,7 +17,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from hdl.boards import BOARDS, find_board
-from hdl.boards.board import Board
+from hdl.boards.board import Board, ChipKind
 from hdl.boards.chip import Chip
 from hdl.boards.route import MOST_JOBS, Routed, route
 from hdl.boards.tools import BuildError, Stamp, run_tool
@@ -95,7 +95,8 @@ def build(
         )
     for tool, *arguments in packing:
         run_tool(tool, arguments, folder)
-    report = {"board": board.name, "build_id": board.config.build_id, **asdict(routed)}
+    names = {"board": board.name, "chip": board.chip}
+    report = {**names, "build_id": board.config.build_id, **asdict(routed)}
     (folder / "report.json").write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
     return routed
 
@@ -153,6 +154,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Build the board that the command line names; return the exit status."""
     parser = argparse.ArgumentParser(prog="python -m hdl.boards.build", description=__doc__)
     parser.add_argument("board", metavar="BOARD", help=", ".join(BOARDS))
+    parser.add_argument(
+        "--chip", metavar="CHIP", help=f"{', '.join(ChipKind)} (default the first that fits)"
+    )
     parser.add_argument("--seeds", type=int, default=8, help="seeds to try (default 8)")
     parser.add_argument(
         "--jobs", type=int, help=f"seeds at a time (default one a core, at most {MOST_JOBS})"
@@ -173,15 +177,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.hours is not None and not options.hours > 0:
         sys.stderr.write(f"bitstream: --hours must be more than 0, not {options.hours:g}.\n")
         return 2
+    try:
+        board = find_board(options.board, options.chip or None)
+    except ValueError as error:
+        sys.stderr.write(f"bitstream: {error}.\n")
+        return 2
     limit_s = None if options.hours is None else 3600 * options.hours
-    folder = options.out / options.board
+    folder = options.out / board.name / board.chip
     if options.sources:
-        prepare(find_board(options.board), folder)
+        prepare(board, folder)
         sys.stdout.write(f"{folder / f'{NAME}.v'}\n")
         return 0
     try:
         routed = build(
-            find_board(options.board),
+            board,
             folder,
             seeds=options.seeds,
             jobs=options.jobs,

@@ -9,6 +9,10 @@ from hdl.primitives.cells import Cells
 
 __all__ = ["Ecp5Cells"]
 
+#: Most bits of a factor with which the product is left to logic: two or three additions are no
+#: slower than the way to a multiplier and back. Wide products have such parts.
+_NARROW = 3
+
 
 class Ecp5Cells(Cells):
     """Cells of an ECP5.
@@ -34,5 +38,6 @@ class Ecp5Cells(Cells):
     def multiplier(
         self, widths: tuple[int, int], signs: tuple[bool, bool]
     ) -> Ecp5Multiplier | None:
-        """Return a MULT18X18D; None if a factor is too wide for it."""
-        return Ecp5Multiplier(signs) if max(widths) <= FACTOR_BITS else None
+        """Return a MULT18X18D; None if a factor is too wide for it, or has three bits or less."""
+        fits = min(widths) > _NARROW and max(widths) <= FACTOR_BITS
+        return Ecp5Multiplier(signs) if fits else None

@@ -1,5 +1,7 @@
 """LambdaConcept ECPIX-5 with an LFE5UM5G-85F of speed grade 8: the full design, 16 lanes."""
 
+from dataclasses import replace
+
 from amaranth.build import Attrs, Pins, Resource
 from amaranth_boards.ecpix5 import ECPIX585Platform
 
@@ -8,10 +10,10 @@ from hdl.boards.ecp5 import OVERRIDES
 from hdl.boards.ecp5_cells import Ecp5Cells
 from hdl.boards.ecp5_floor_plan import MAP_SITES, floor_plan
 from hdl.boards.pll import Ecp5Pll
-from hdl.config import CheckerBuild, Config
+from hdl.config import CheckerBuild, Config, GeneticCore
 
 
-__all__ = ["BOARD"]
+__all__ = ["CHIPS"]
 
 _SIZES = Config(checker=CheckerBuild.PARALLEL, lanes=16)
 
@@ -32,7 +34,7 @@ class _Platform(ECPIX585Platform):
     ]
 
 
-BOARD = Board(
+_PAPER = Board(
     name="ecpix5-85f",
     platform=_Platform,
     # 100 MHz to 120 MHz; its USB bridge is an FT2232H.
@@ -41,3 +43,12 @@ BOARD = Board(
     sizes=_SIZES,
     overrides={**OVERRIDES, "script_after_synth": floor_plan(_SIZES)},
 )
+_PLANNER = replace(
+    _PAPER,
+    # 100 MHz to 110 MHz.
+    pll=Ecp5Pll(input_divider=10, feedback_divider=11, output_divider=5),
+    sizes=_SIZES.replace(genetic=GeneticCore.STREAMING),
+    overrides=OVERRIDES,
+)
+
+CHIPS = (_PLANNER, _PAPER)

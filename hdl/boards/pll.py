@@ -43,7 +43,10 @@ class Pll(ABC):
 
 @dataclass(frozen=True, kw_only=True)
 class Ecp5Pll(Pll):
-    """EHXPLLL of the ECP5, its feedback from its only output.
+    """EHXPLLL of the ECP5, its feedback from its output, or from a second one.
+
+    The oscillator runs ``output_divider`` times as fast as the output; with ``second_divider``, as
+    many times as fast as the feedback, and the output need not be a multiple of the detector.
 
     Source: Lattice FPGA-TN-02200 and the ECP5 data sheet: phase detector 10 to 400 MHz, oscillator
     400 to 800 MHz, dividers 1 to 128.
@@ -52,23 +55,38 @@ class Ecp5Pll(Pll):
     input_divider: int = 1
     feedback_divider: int
     output_divider: int
+    second_divider: int | None = None
 
     def output_hz(self, reference_hz: int) -> int:
         for each in fields(self):
-            self._check_range(each.name, getattr(self, each.name), 1, 128, "")
+            if (value := getattr(self, each.name)) is not None:
+                self._check_range(each.name, value, 1, 128, "")
         self._check_range("detector", reference_hz / self.input_divider / 1e6, 10, 400, "MHz")
-        output = self._whole(reference_hz * self.feedback_divider, self.input_divider)
-        self._check_range("oscillator", output * self.output_divider / 1e6, 400, 800, "MHz")
-        return output
+        fed_back = reference_hz * self.feedback_divider
+        second = self.second_divider or self.output_divider
+        oscillator = fed_back * second / self.input_divider
+        self._check_range("oscillator", oscillator / 1e6, 400, 800, "MHz")
+        return self._whole(fed_back * second, self.input_divider * self.output_divider)
 
     def connect(self, m, port, clock, locked):
         m.submodules.reference = reference = io.Buffer("i", port)
+        second = {}
+        fed_back = clock
+        if self.second_divider is not None:
+            fed_back = Signal()
+            second = {
+                "p_CLKOS_ENABLE": "ENABLED",
+                "p_CLKOS_DIV": self.second_divider,
+                "p_CLKOS_CPHASE": self.second_divider - 1,
+                "p_CLKOS_FPHASE": 0,
+                "o_CLKOS": fed_back,
+            }
         m.submodules.pll = Instance(
             "EHXPLLL",
             # Loop filter, as the vendor's tool sets it for this range.
             a_ICP_CURRENT="12",
             a_LPF_RESISTOR="8",
-            p_FEEDBK_PATH="CLKOP",
+            p_FEEDBK_PATH="CLKOS" if second else "CLKOP",
             p_CLKI_DIV=self.input_divider,
             p_CLKFB_DIV=self.feedback_divider,
             p_CLKOP_ENABLE="ENABLED",
@@ -76,7 +94,7 @@ class Ecp5Pll(Pll):
             p_CLKOP_CPHASE=self.output_divider - 1,
             p_CLKOP_FPHASE=0,
             i_CLKI=reference.i,
-            i_CLKFB=clock,
+            i_CLKFB=fed_back,
             i_RST=Const(0),
             i_STDBY=Const(0),
             i_ENCLKOP=Const(0),
@@ -88,6 +106,7 @@ class Ecp5Pll(Pll):
             i_PLLWAKESYNC=Const(0),
             o_CLKOP=clock,
             o_LOCK=locked,
+            **second,
         )
 
 

@@ -1,15 +1,17 @@
 """Radiona ULX3S with an LFE5U-45F of speed grade 6: a smaller map, in 108 block RAMs."""
 
+from dataclasses import replace
+
 from amaranth_boards.ulx3s import ULX3S_45F_Platform
 
 from hdl.boards.board import Board
 from hdl.boards.ecp5 import OVERRIDES
 from hdl.boards.ecp5_cells import Ecp5Cells
 from hdl.boards.pll import Ecp5Pll
-from hdl.config import CheckerBuild, Config
+from hdl.config import CheckerBuild, Config, GeneticCore
 
 
-__all__ = ["BOARD"]
+__all__ = ["CHIPS"]
 
 
 class _Platform(ULX3S_45F_Platform):
@@ -18,7 +20,7 @@ class _Platform(ULX3S_45F_Platform):
     cells = Ecp5Cells()
 
 
-BOARD = Board(
+_PAPER = Board(
     name="ulx3s-45f",
     platform=_Platform,
     # 25 MHz to 100 MHz; its USB bridge, an FT231X, goes up to 3 Mbaud.
@@ -27,3 +29,11 @@ BOARD = Board(
     sizes=Config(checker=CheckerBuild.PARALLEL, lanes=4, map_size=256),
     overrides=OVERRIDES,
 )
+_PLANNER = replace(
+    _PAPER,
+    # 25 MHz to 81.25 MHz.
+    pll=Ecp5Pll(feedback_divider=1, second_divider=26, output_divider=8),
+    sizes=_PAPER.sizes.replace(genetic=GeneticCore.STREAMING),
+)
+
+CHIPS = (_PLANNER, _PAPER)

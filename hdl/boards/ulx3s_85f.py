@@ -1,5 +1,7 @@
 """Radiona ULX3S with an LFE5U-85F of speed grade 6: the full design."""
 
+from dataclasses import replace
+
 from amaranth_boards.ulx3s import ULX3S_85F_Platform
 
 from hdl.boards.board import Board
@@ -7,10 +9,10 @@ from hdl.boards.ecp5 import OVERRIDES
 from hdl.boards.ecp5_cells import Ecp5Cells
 from hdl.boards.ecp5_floor_plan import MAP_SITES, floor_plan
 from hdl.boards.pll import Ecp5Pll
-from hdl.config import CheckerBuild, Config
+from hdl.config import CheckerBuild, Config, GeneticCore
 
 
-__all__ = ["BOARD"]
+__all__ = ["CHIPS"]
 
 _SIZES = Config(checker=CheckerBuild.PARALLEL, lanes=8)
 
@@ -21,7 +23,7 @@ class _Platform(ULX3S_85F_Platform):
     cells = Ecp5Cells(MAP_SITES)
 
 
-BOARD = Board(
+_PAPER = Board(
     name="ulx3s-85f",
     platform=_Platform,
     # 25 MHz to 100 MHz; its USB bridge, an FT231X, goes up to 3 Mbaud.
@@ -31,3 +33,13 @@ BOARD = Board(
     seed=2,
     overrides={**OVERRIDES, "script_after_synth": floor_plan(_SIZES)},
 )
+_PLANNER = replace(
+    _PAPER,
+    # The map takes 176 block RAMs; with altitudes of 12 bits it would take 192 of the 208, and the
+    # planner needs 24 beside it.
+    sizes=_SIZES.replace(genetic=GeneticCore.STREAMING, altitude_bits=11),
+    seed=1,
+    overrides=OVERRIDES,
+)
+
+CHIPS = (_PLANNER, _PAPER)

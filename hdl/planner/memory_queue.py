@@ -54,22 +54,19 @@ class MemoryQueue(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        m.submodules.rows = rows = memory.Memory(shape=self.shape, depth=self.depth, init=[])
+        # One row stays empty, so that the addresses alone tell an empty queue from a full one.
+        m.submodules.rows = rows = memory.Memory(shape=self.shape, depth=self.depth + 1, init=[])
         write, read = rows.write_port(), rows.read_port(domain="comb")
-        held = Signal(range(self.depth + 1))
-        leaves = Signal()
         m.d.comb += [
             write.data.eq(self.word),
             write.en.eq(self.put),
             self.words.payload.eq(read.data),
-            self.words.valid.eq(held != 0),
-            leaves.eq(self.words.valid & self.words.ready),
+            self.words.valid.eq(read.addr != write.addr),
         ]
-        m.d.sync += held.eq(held + self.put - leaves)
-        for port, moved in ((write, self.put), (read, leaves)):
+        for port, moved in ((write, self.put), (read, self.words.valid & self.words.ready)):
             with m.If(moved):
-                m.d.sync += port.addr.eq(Mux(port.addr == self.depth - 1, 0, port.addr + 1))
+                m.d.sync += port.addr.eq(Mux(port.addr == self.depth, 0, port.addr + 1))
         with m.If(self.clear):
-            m.d.sync += [held.eq(0), write.addr.eq(0), read.addr.eq(0)]
+            m.d.sync += [write.addr.eq(0), read.addr.eq(0)]
 
         return m

@@ -118,21 +118,19 @@ class Ranking(wiring.Component):
         with m.If(self.store):
             m.d.sync += [storing.eq(1), island.eq(self.island)]
 
+        # In LUTs on a target. The register is in front of them: ranks to be read come late.
         m.submodules.rows = rows = memory.Memory(
-            shape=self.member_layout,
-            depth=self.islands * self.population,
-            init=[],
-            attrs={"no_rw_check": 1},
+            shape=self.member_layout, depth=self.islands * self.population, init=[]
         )
-        write, read = rows.write_port(), rows.read_port()
+        write, read = rows.write_port(), rows.read_port(domain="comb")
         m.d.comb += [
             write.en.eq(writes),
             write.addr.eq(Cat(rank ^ self.keeps_best.replicate(rank_bits), island)),
             write.data.key.eq(sorter.left.key),
             write.data.slot.eq(tag.slot),
             write.data.length.eq(tag.length),
-            read.addr.eq(Cat(self.read.rank, self.read.island)),
             self.member.eq(read.data),
         ]
+        m.d.sync += read.addr.eq(Cat(self.read.rank, self.read.island))
 
         return m

@@ -12,11 +12,12 @@ __all__ = ["SlotPool"]
 
 
 class SlotPool(wiring.Component):
-    """Hands out free slots, one per cycle: unused ones, then those put back, the oldest first.
+    """Hands out free slots: unused ones first, then those put back, the oldest first.
 
     After ``clear`` all slots are unused, and handed out from 0 on. So no slot has to be written to
     start with, and a slot is handed out as late as possible after it was put back: whoever reads it
-    still has until then. A slot put back is offered 2 cycles later, if no other is free.
+    still has until then. A slot is offered 2 cycles after the one before is taken, and 2 cycles or
+    more after it is put back.
 
     Parameters
     ----------
@@ -63,7 +64,6 @@ class SlotPool(wiring.Component):
         # All slots from a number on are unused.
         unused = Signal(range(self.total + 1))
         is_unused = Signal()
-        moves = Signal()
         offered = Signal(self.slot.shape(), reset_less=True)
         m.d.comb += [
             self.slots.p.eq(offered),
@@ -71,10 +71,12 @@ class SlotPool(wiring.Component):
             queue.put.eq(self.put),
             queue.word.eq(self.slot),
             is_unused.eq(unused != self.total),
-            moves.eq(~self.slots.valid | self.slots.ready),
-            queue.words.ready.eq(moves & ~is_unused),
+            # Whether a slot is taken is known late: the next one follows a cycle later.
+            queue.words.ready.eq(~self.slots.valid & ~is_unused),
         ]
-        with m.If(moves):
+        with m.If(self.slots.ready):
+            m.d.sync += self.slots.valid.eq(0)
+        with m.If(~self.slots.valid):
             m.d.sync += [
                 self.slots.valid.eq(is_unused | queue.words.valid),
                 offered.eq(Mux(is_unused, unused, queue.words.p)),

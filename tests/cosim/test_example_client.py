@@ -212,8 +212,14 @@ def test_plans_over_a_bad_line(planner):
 
 
 @pytest.mark.cosim
-def test_with_the_simulated_board(client):
-    command = ["board", "serve", "--board", "sim:", "--listen", "127.0.0.1:0"]
+@pytest.mark.parametrize(
+    ("program", "config", "expected"),
+    [("client", DEFAULT_CONFIG, expected_line), ("planner", STREAMING, expected_paths)],
+    ids=["client", "planner"],
+)
+def test_with_the_simulated_board(request, program, config, expected):
+    client, board = request.getfixturevalue(program), board_url("sim", config)
+    command = ["board", "serve", "--board", board, "--listen", "127.0.0.1:0"]
     with subprocess.Popen(
         [sys.executable, "-m", "host", *command],
         cwd=ROOT,
@@ -223,6 +229,6 @@ def test_with_the_simulated_board(client):
     ) as server:
         try:
             url = server.stdout.readline().strip()
-            assert client(url.rpartition(":")[2]) == expected_line(DEFAULT_CONFIG)
+            assert client(url.rpartition(":")[2]) == expected(config)
         finally:
             server.send_signal(signal.SIGINT)

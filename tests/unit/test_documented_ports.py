@@ -12,18 +12,8 @@ from amaranth.hdl import Fragment, Shape
 from amaranth.lib import wiring
 
 from hdl.command.layouts import payload_members
-from hdl.command.receiver import CommandReceiver
-from hdl.command.transmitter import ReplyTransmitter
 from hdl.config import CheckerBuild, Config
-from hdl.control import Control
 from hdl.layouts import generation_signature
-from hdl.planner.evolver import Evolver
-from hdl.planner.first_paths import FirstPaths
-from hdl.planner.run_control import RunControl
-from hdl.planner.scorer.scorer import Scorer
-from hdl.planner.shape_drawer import ShapeDrawer
-from hdl.planner.walker.path_walker import PathWalker
-from hdl.planner.wavefront.seed_source import SeedSource
 from hdl.top import Planner
 from tests.chips import SMALL
 
@@ -33,8 +23,8 @@ CHIPS = (
     SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
     SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=4),
     Config(genetic=False),
+    SMALL.replace(genetic="streaming", checker=CheckerBuild.PARALLEL, lanes=4),
 )
-STREAMING = SMALL.replace(genetic="streaming", checker=CheckerBuild.PARALLEL, lanes=4)
 #: Names of ports, then the type of all of them, or one for each.
 ENTRY = re.compile(r"(?P<names>\w+(?:, \w+)*)(?: : (?P<types>\S.*))?")
 TYPE = re.compile(r"(?P<flow>In|Out)(?:\((?P<shape>.*)\))?")
@@ -53,18 +43,7 @@ def alive():
 def components():
     """Return the components of all chips by their class."""
     found = {}
-    # No chip has the units of the planner yet.
-    makers = (
-        *(partial(Planner, config) for config in CHIPS),
-        *(partial(unit, STREAMING) for unit in (CommandReceiver, ReplyTransmitter, Control)),
-        partial(PathWalker, CHIPS[0]),
-        partial(Scorer, SMALL),
-        partial(Evolver, SMALL, 2),
-        partial(ShapeDrawer, SMALL.coordinate_bits, SMALL.altitude_bits),
-        partial(SeedSource, SMALL, SMALL.lookup_latency),
-        partial(RunControl, SMALL),
-        partial(FirstPaths, 16, SMALL.population, SMALL.max_waypoints, 5, 8),
-    )
+    makers = [partial(Planner, config) for config in CHIPS]
     for maker in makers:
         others = alive()
         fragment = Fragment.get(maker(), None)

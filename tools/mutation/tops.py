@@ -45,7 +45,7 @@ _CHIPS: dict[str, Config] = {
     "lanes_1": SMALL.replace(checker=CheckerBuild.PARALLEL, lanes=1),
     "odd": SMALL.replace(max_waypoints=20, survivors=1, elites=1, children=6, deletes=3),
 }
-#: One board of each family.
+#: One board of each family, with the paper's chip.
 _BOARDS = ("ulx3s-85f", "arty-a7-100", "icebreaker")
 
 
@@ -58,7 +58,7 @@ def _planner(config: Config, stem: Path, verilog_too: bool) -> None:
 
 
 def _board(name: str, stem: Path, verilog_too: bool) -> None:
-    prepare(find_board(name), stem)
+    prepare(find_board(name, "paper"), stem)
     for file in sorted(stem.glob("*.v")):
         stem.with_suffix(".il").write_bytes(file.read_bytes())
         if verilog_too:

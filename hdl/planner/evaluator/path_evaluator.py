@@ -40,7 +40,7 @@ class PathEvaluator(wiring.Component):
     later, or in the cycle after the key before it. If it is walked, its first segment is offered to
     the walker 3 cycles after the decision, and its key 3 cycles after the result of the walk, or in
     the cycle after the key before it. All cycles equal those of
-    :class:`sim.model.planner.evaluator_cycles.EvaluatorCycles`, the keys those of
+    :func:`sim.model.planner.cycles.enter`, the keys those of
     :meth:`sim.model.planner.definition.evaluation.Evaluator.evaluate`.
 
     Parameters
@@ -56,20 +56,20 @@ class PathEvaluator(wiring.Component):
     problem : In(problem_layout)
         Steady while paths are inside.
     phase : In(1)
-        1 in the second cycle of every slot of the scorer, 0 in the first.
+        1 in the second cycle of every slot of the scorer: alternates in every cycle.
     paths : In(stream.Signature(head_layout))
         A head for each path, in order. Up to 8 wait for their points. The first point of a path is
         taken in a cycle after its head at the earliest.
     points : In(stream.Signature(point_layout))
         Points of the paths: start corner, waypoints, goal corner; ``last`` marks the goal. A path
-        has three points or more. All that are inside begin at the same corner.
+        has two points or more. All that are inside begin at the same corner.
     evaluated : Out(stream.Signature(member_layout))
         Key, slot and length of each path, in order.
     margins : Out(stream.Signature(margin_layout))
         Margins of the waypoints of paths that are walked, as far as they are known. Must be taken
         as :class:`hdl.planner.evaluator.margin_queue.MarginQueue` says.
     idle : Out(1)
-        No path is inside, and no margin waits.
+        No path is inside, and neither a head nor a margin waits.
     clear_counters : In(1)
         Pulse: set both counters to 0.
     score : Out(32)
@@ -79,7 +79,8 @@ class PathEvaluator(wiring.Component):
     clear : In(1)
         Void the memo: the map has changed. Only while no path is inside and ``busy`` is low.
     busy : Out(1)
-        The memo's rows are made void, and no path is walked.
+        The memo's rows are made void, and no path is walked: after a reset, and rarely after
+        ``clear``.
     writes : In(stream.Signature(cell_layout))
     row : In(row_layout)
     corners : Out(config.altitude_bits).array(config.lanes)

@@ -97,9 +97,9 @@ class PathStore(wiring.Component):
         m = Module()
         taken, record = self.taken, self.record
 
-        def rows_of(name, stored_layout):
+        def rows_of(name, shape):
             m.submodules[name] = rows = memory.Memory(
-                shape=stored_layout,
+                shape=shape,
                 depth=PLACES << self.row_bits,
                 init=[],
                 attrs={"no_rw_check": 1},

@@ -8,13 +8,16 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.boards import BOARDS, chip, find_board
-from hdl.boards.board import Board
+from hdl.boards import BOARDS, chip, chips_of, find_board
+from hdl.boards.board import Board, ChipKind
 from hdl.boards.build import prepare
 from hdl.boards.chip import Chip
 from hdl.boards.pll import Ecp5Pll, Ice40Pll, Series7Pll
-from hdl.config import CheckerBuild
+from hdl.config import CheckerBuild, GeneticCore
 
+
+#: Every board with each of its chips.
+CHIPS = [(board.name, board.chip) for name in BOARDS for board in chips_of(name)]
 
 #: Text about the device in the sources.
 DEVICES = {
@@ -44,10 +47,10 @@ class Wire(wiring.Component):
         return m
 
 
-@pytest.mark.parametrize("name", BOARDS)
-def test_clock_and_divisor(name):
-    board = find_board(name)
-    assert board.name == name
+@pytest.mark.parametrize(("name", "kind"), CHIPS)
+def test_clock_and_divisor(name, kind):
+    board = find_board(name, kind)
+    assert (board.name, board.chip) == (name, kind)
     config = board.config
     assert config.clock_hz == board.clock_hz
     assert abs(config.clock_hz / config.clocks_per_bit / board.baud - 1) < 0.0125
@@ -56,7 +59,7 @@ def test_clock_and_divisor(name):
 
 @pytest.mark.parametrize("name", ["ulx3s-85f", "ecpix5-85f"])
 def test_full_design(name):
-    config = find_board(name).config
+    config = find_board(name, "paper").config
     assert (config.checker, config.map_size, config.altitude_bits) == (
         CheckerBuild.PARALLEL,
         512,
@@ -70,10 +73,41 @@ def test_full_design(name):
     assert banks * (rows // 4096) * (config.altitude_bits // 4) == 192
 
 
-@pytest.mark.parametrize("name", BOARDS)
-def test_sources(name, tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("name", "lanes", "map_size", "clock_hz"),
+    [
+        ("ulx3s-85f", 8, 512, 100_000_000),
+        ("ulx3s-45f", 4, 256, 80_000_000),
+        ("ecpix5-85f", 16, 512, 110_000_000),
+    ],
+)
+def test_planners(name, lanes, map_size, clock_hz):
+    config = find_board(name).config
+    assert config.genetic is GeneticCore.STREAMING
+    assert (config.lanes, config.map_size) == (lanes, map_size)
+    assert config.clock_hz >= clock_hz
+
+
+def test_default_chip_is_the_planner_where_there_is_room():
+    defaults = {name: find_board(name).chip for name in BOARDS}
+    assert defaults.pop("icebreaker") is ChipKind.PAPER
+    assert set(defaults.values()) == {ChipKind.PLANNER}
+    for name in defaults:
+        assert [board.chip for board in chips_of(name)] == list(ChipKind)
+
+
+def test_refuses_a_chip_without_room():
+    with pytest.raises(
+        ValueError,
+        match=r"^Chip of icebreaker must be paper, for which it has room, not planner$",
+    ):
+        find_board("icebreaker", "planner")
+
+
+@pytest.mark.parametrize(("name", "kind"), CHIPS)
+def test_sources(name, kind, tmp_path, monkeypatch):
     monkeypatch.setattr(chip, "Planner", Wire)
-    board = find_board(name)
+    board = find_board(name, kind)
     commands = prepare(board, tmp_path)
     if name not in DEVICES:
         assert commands == [["vivado", "-mode", "batch", "-log", "chip.log", "-source", "chip.tcl"]]

@@ -20,7 +20,7 @@ from hdl.boards.tools import BuildError, tool_path
 
 
 # Whatever seed its file names.
-BOARD = replace(find_board("ulx3s-85f"), seed=1)
+BOARD = replace(find_board("ulx3s-85f", "paper"), seed=1)
 COMMANDS = [
     ["yosys", "-q", "chip.ys"],
     ["nextpnr-ecp5", "--json", "chip.json", "--textcfg", "chip.config"],
@@ -79,7 +79,7 @@ def tools(tmp_path, monkeypatch):
             return COMMANDS
 
         monkeypatch.setattr(flow, "prepare", prepare)
-        monkeypatch.setattr(flow, "find_board", lambda name: replace(find_board(name), seed=1))
+        monkeypatch.setattr(flow, "find_board", lambda *named: replace(find_board(*named), seed=1))
 
     return install
 
@@ -96,7 +96,7 @@ def test_seeds_until_timing_closes(tools, tmp_path):
     assert [call[0] for call in calls(tmp_path)] == ["yosys", *["nextpnr-ecp5"] * 3, "ecppack"]
     assert (folder / "chip.bit").read_text() == "3"
     report = json.loads((folder / "report.json").read_text())
-    assert report["board"] == "ulx3s-85f"
+    assert (report["board"], report["chip"]) == ("ulx3s-85f", "paper")
     assert report["build_id"] == BOARD.config.build_id
     assert report["seed"] == 3
     assert report["clocks"] == {"clock": [100, 100]}
@@ -105,7 +105,7 @@ def test_seeds_until_timing_closes(tools, tmp_path):
 def test_sources_alone_run_no_tool(tools, tmp_path, capsys):
     tools()
     assert main(["ulx3s-85f", "--sources", "--out", str(tmp_path)]) == 0
-    verilog = tmp_path / "ulx3s-85f" / "chip.v"
+    verilog = tmp_path / "ulx3s-85f" / "planner" / "chip.v"
     assert capsys.readouterr().out == f"{verilog}\n"
     assert verilog.read_text() == "module"
     assert not (tmp_path / "calls").exists()
@@ -234,13 +234,20 @@ def test_reports_a_missing_tool(monkeypatch):
 def test_command_line(tools, tmp_path, capsys):
     tools()
     assert main(["ulx3s-85f", "--jobs", "1", "--out", str(tmp_path)]) == 0
-    folder = tmp_path / "ulx3s-85f"
+    folder = tmp_path / "ulx3s-85f" / "planner"
     assert capsys.readouterr().out == textwrap.dedent(f"""\
         clock: 101.0 MHz, 100.0 asked, seed 1
         {folder / "chip.bit"}
     """)
     assert main(["ulx3s", "--out", str(tmp_path)]) == 2
     assert capsys.readouterr().err.startswith("bitstream: BOARD must be one of ulx3s-85f, ")
+    assert main(["ulx3s-85f", "--chip", "paper", "--jobs", "1", "--out", str(tmp_path)]) == 0
+    bitstream = tmp_path / "ulx3s-85f" / "paper" / "chip.bit"
+    assert capsys.readouterr().out.endswith(f"{bitstream}\n")
+    assert main(["icebreaker", "--chip", "planner", "--out", str(tmp_path)]) == 2
+    assert capsys.readouterr().err == (
+        "bitstream: Chip of icebreaker must be paper, for which it has room, not planner.\n"
+    )
     tools(achieved=(80,))
     assert main(["ulx3s-85f", "--seeds", "1", "--out", str(tmp_path)]) == 1
     assert "bitstream: No seed closes timing" in capsys.readouterr().err
@@ -266,12 +273,12 @@ def test_interrupted(tools, tmp_path, capsys, monkeypatch):
         assert main(arguments) == 130
     assert capsys.readouterr().err.splitlines()[-1].startswith("bitstream: interrupted. What has ")
     time.sleep(2.5)
-    assert not (tmp_path / "ulx3s-85f" / "seed-2" / "chip.config").exists()
+    assert not (tmp_path / "ulx3s-85f" / "planner" / "seed-2" / "chip.config").exists()
 
     (tmp_path / "calls").unlink()
     assert main(arguments) == 0
     assert [call[0] for call in calls(tmp_path)] == ["nextpnr-ecp5", "ecppack"]
-    assert (tmp_path / "ulx3s-85f" / "chip.bit").read_text() == "2"
+    assert (tmp_path / "ulx3s-85f" / "planner" / "chip.bit").read_text() == "2"
 
 
 def test_refuses_a_board_without_open_tools(monkeypatch, tmp_path):

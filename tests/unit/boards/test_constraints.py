@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hdl.boards import BOARDS, find_board
+from hdl.boards import BOARDS, chips_of, find_board
 from hdl.config import Config
 
 
@@ -84,24 +84,24 @@ def test_pins_and_clock(name):
 
 
 @pytest.mark.parametrize("name", BOARDS)
-def test_command_in_the_header_makes_verilog_for_the_board(name):
+def test_commands_in_the_header_make_verilog_for_the_board(name):
     (file,) = ROOT.glob(f"{name}.*")
-    board = find_board(name)
     header = " ".join(
         line.removeprefix("#").strip()
         for line in file.read_text(encoding="utf-8").splitlines()
         if line.startswith("#")
     )
-    assert "pathgene verilog --top planner" in header
-    options = dict(re.findall(r"--set (\w+)=(\S+)", header))
-    config = Config().replace(
-        **{name: int(value) if value.isdigit() else value for name, value in options.items()}
-    )
-    line = {name: getattr(config, name) for name in ("clock_hz", "clocks_per_bit")}
-    assert config == board.sizes.replace(**line)
-    assert config.clock_hz == board.reference_hz
-    (baud_m,) = re.findall(r"\((\d+) Mbaud\)", header)
-    assert config.clock_hz / config.clocks_per_bit == pytest.approx(int(baud_m) * 1e6, rel=0.02)
+    _, *commands = header.split("pathgene verilog --top planner")
+    for command, board in zip(commands, chips_of(name), strict=True):
+        options = dict(re.findall(r"--set (\w+)=(\S+)", command))
+        config = Config().replace(
+            **{name: int(value) if value.isdigit() else value for name, value in options.items()}
+        )
+        line = {name: getattr(config, name) for name in ("clock_hz", "clocks_per_bit")}
+        assert config == board.sizes.replace(**line)
+        assert config.clock_hz == board.reference_hz
+        (baud_m,) = re.findall(r"\((\d+) Mbaud\)", command)
+        assert config.clock_hz / config.clocks_per_bit == pytest.approx(int(baud_m) * 1e6, rel=0.02)
 
 
 def test_every_file_belongs_to_a_board():

@@ -81,7 +81,8 @@ def test_equals_the_simulated_product(bits, shift, signs, tmp_path, icarus):
     assert "MULT18X18D" not in simulated
 
 
-def test_wide_factors_use_the_generic_product():
-    built = verilog.convert(Multiplier((13, 19)), platform=ECP5, emit_src=False)
-    assert built == verilog.convert(Multiplier((13, 19)), emit_src=False)
+@pytest.mark.parametrize("bits", [(13, 19), (18, 3)], ids=["wide", "narrow"])
+def test_other_factors_use_the_generic_product(bits):
+    built = verilog.convert(Multiplier(bits), platform=ECP5, emit_src=False)
+    assert built == verilog.convert(Multiplier(bits), emit_src=False)
     assert "MULT18X18D" not in built

@@ -9,6 +9,7 @@ from hdl.boards.pll import Ecp5Pll, Ice40Pll, Series7Pll
     ("pll", "reference_mhz", "output_mhz"),
     [
         (Ecp5Pll(feedback_divider=4, output_divider=6), 25, 100),
+        (Ecp5Pll(feedback_divider=1, second_divider=26, output_divider=8), 25, 81.25),
         (Ecp5Pll(input_divider=5, feedback_divider=6, output_divider=5), 100, 120),
         # The settings of icepll for 12 to 24 MHz.
         (Ice40Pll(divf=63, divq=5), 12, 24),
@@ -25,6 +26,16 @@ def test_output(pll, reference_mhz, output_mhz):
     ("pll", "reference_mhz", "rule"),
     [
         (Ecp5Pll(feedback_divider=4, output_divider=0), 25, "output_divider must be from 1 to 128"),
+        (
+            Ecp5Pll(feedback_divider=1, second_divider=0, output_divider=8),
+            25,
+            "second_divider must be from 1 to 128",
+        ),
+        (
+            Ecp5Pll(feedback_divider=1, second_divider=33, output_divider=8),
+            25,
+            "oscillator must be from 400 to 800 MHz",
+        ),
         (
             Ecp5Pll(feedback_divider=4, output_divider=3),
             25,

@@ -34,7 +34,7 @@ def test_random_traffic(total, depth):
                     if ready:
                         used.append(offered)
                         offered = None
-                if offered is None:
+                else:
                     if unused < total:
                         offered, unused = unused, unused + 1
                     elif back:

@@ -222,10 +222,5 @@ def test_refuses_another_population(evaluator):
         ChipGeneticPlanner().plan(evaluator, Options(population=64))
 
 
-def test_a_simulated_board_has_no_streaming_core_yet(evaluator):
-    with pytest.raises(InputError, match=r"^The streaming core has no gateware yet, "):
-        ChipGeneticPlanner(board="sim:").plan(evaluator, GENERATIONS)
-
-
 def test_most_runs_are_stated():
     assert ga_chip.MOST_RUNS == 4

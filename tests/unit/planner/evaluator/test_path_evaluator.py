@@ -10,10 +10,15 @@ from hdl.planner.evaluator.path_decider import PathDecider
 from hdl.planner.evaluator.path_evaluator import PathEvaluator
 from hdl.planner.evaluator.path_store import PathStore
 from hdl.protocol.planner import VALUE_BITS, PathClass
-from sim.model.planner.cycles import counters_vector, delays_vector, enter, goal, vacate
 from sim.model.planner.evaluator_cycles import PLACES
 from tests.evaluator_bench import Pauses, run
-from tests.evaluator_cases import drawn_evaluator, drawn_paths, outcomes
+from tests.evaluator_cases import (
+    check_cycles,
+    check_findings,
+    drawn_evaluator,
+    drawn_paths,
+    outcomes,
+)
 from tests.planner_cases import SMALL, ground
 from tests.wrong_sizes import check_sizes
 
@@ -22,29 +27,9 @@ SLOTS = 20
 
 
 def check(found, expected):
-    """Compare what was found of the paths with what the model makes of them."""
-    assert found.members == [(each.key, each.slot, each.length) for each in expected]
-    assert found.margins == [margin for each in expected for margin in each.margins]
+    """Compare all that was found with what the model makes of the paths."""
+    check_findings(found, expected)
     assert found.idle == max(found.keyed[-1], *found.written) + 1
-    assert found.walk == sum(sum(each.costs or ()) for each in expected)
-
-
-def check_cycles(config, evaluator, paths, found, expected):
-    """Compare cycles of keys and goals with the model; return how many paths waited for room."""
-    record = evaluator.record
-    delays, counters, late = delays_vector(config), counters_vector(), 0
-    model = []
-    for path, each, offered in zip(paths, expected, found.offered, strict=True):
-        points = len(path.points) + record.has_entry + record.has_exit
-        entering = offered, points, sum(each.costs or ()), record.has_exit
-        free = counters.copy()
-        vacate(free)
-        enter(delays, free, *entering)
-        key = enter(delays, counters, *entering)
-        model.append((key, goal(counters)))
-        late += goal(counters) > goal(free)
-    assert list(zip(found.keyed, found.goals, strict=True)) == model
-    return late
 
 
 def case(config, rng, count, heading, **options):
@@ -69,7 +54,7 @@ def test_keys_margins_and_cycles(heading, rows, lanes):
         expected = outcomes(evaluator, rows, paths)
         found = run(PathEvaluator(config, SLOTS, rows), evaluator, paths)
         check(found, expected)
-        late += check_cycles(config, evaluator, paths, found, expected)
+        late += check_cycles(evaluator, paths, found, expected)
         keys |= {each.key >> VALUE_BITS for each in expected}
         assert 5 < sum(each.costs is not None for each in expected) < 35
     assert keys == {PathClass.FEASIBLE, PathClass.GIVEN_UP, PathClass.INFEASIBLE}

@@ -1,0 +1,144 @@
+"""The exported evaluator of paths in Verilator: keys, margins and cycles of many paths."""
+
+import itertools
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from amaranth.back import verilog
+
+from hdl.layouts import point_layout
+from hdl.planner.evaluator.layouts import head_layout
+from hdl.planner.evaluator.path_evaluator import PathEvaluator
+from hdl.planner.layouts import problem_layout
+from hdl.planner.population_layouts import member_layout
+from hdl.planner.population_memory import margin_layout
+from hdl.verilog import strip_zero_init
+from sim.cache import BuildCache, build_root
+from sim.exported import cached_verilog
+from sim.verilator import build_verilator
+from tests.evaluator_bench import Findings
+from tests.evaluator_cases import (
+    check_cycles,
+    check_findings,
+    drawn_evaluator,
+    drawn_paths,
+    outcomes,
+)
+from tests.planner_cases import SMALL, USUAL, ground
+from tests.scorer_cases import problem_fields
+from tests.walker_cases import corner
+
+
+pytestmark = pytest.mark.cosim
+
+SLOTS = 54
+
+
+class Layouts:
+    """Layouts of the payloads of one configuration."""
+
+    def __init__(self, config):
+        sizes = (config.coordinate_bits, config.altitude_bits)
+        slot_bits = (SLOTS - 1).bit_length()
+        self.problem = problem_layout(config)
+        self.point = point_layout(*sizes)
+        self.head = head_layout(slot_bits)
+        self.member = member_layout(slot_bits, config.length_bits)
+        self.margin = margin_layout(SLOTS, config.max_waypoints, config.altitude_bits)
+
+
+def program_of(config, rows):
+    def export():
+        dut = PathEvaluator(config, SLOTS, rows)
+        return strip_zero_init(verilog.convert(dut, name="path_evaluator", emit_src=False))
+
+    return build_verilator(
+        BuildCache(build_root() / "sim"),
+        cached_verilog(export, "path_evaluator", repr(config), str(rows)),
+        "path_evaluator",
+        main=Path(__file__).with_name("path_evaluator.cpp"),
+    )
+
+
+def orders(layouts, evaluator, paths, stall):
+    """Return the numbers that upload ground and problem, and have the paths evaluated."""
+    heights = evaluator.ground
+    cells = [
+        layouts.point.const(corner((x, y, int(heights[y, x])))).as_bits()
+        for y, x in itertools.product(*(range(size) for size in heights.shape))
+    ]
+    problem = layouts.problem.const(problem_fields(evaluator.record)).as_bits()
+    words = [problem >> 32 * i & 0xFFFFFFFF for i in range(-(-layouts.problem.size // 32))]
+    heads, points = [], []
+    for path in paths:
+        head = layouts.head.const(path.head).as_bits()
+        heads += [head, path.gap, len(path.points)]
+        points += [
+            layouts.point.const(corner(point) | {"last": i == len(path.points) - 1}).as_bits()
+            for i, point in enumerate(path.points)
+        ]
+    return [
+        *(1, len(cells), *cells),
+        *(2, len(words), *words),
+        *(3, stall, len(paths), *heads, len(points), *points),
+    ]
+
+
+def findings(layouts, numbers, count):
+    """Return the answer of an evaluation of so many paths, and the numbers behind it."""
+    each = numbers[: 4 * count].reshape(-1, 4).tolist()
+    walk, margins = numbers[4 * count : 4 * count + 2].tolist()
+    end = 4 * count + 2 + margins
+    found = Findings(walk=walk)
+    for bits, offered, goal, keyed in each:
+        member = layouts.member.from_bits(bits)
+        found.members.append((member.key, member.slot, member.length))
+        found.offered.append(offered)
+        found.goals.append(goal)
+        found.keyed.append(keyed)
+    for bits in numbers[4 * count + 2 : end].tolist():
+        margin = layouts.margin.from_bits(bits)
+        found.margins.append((margin.place.slot, margin.place.index, margin.margin))
+    return found, numbers[end:]
+
+
+@pytest.mark.parametrize("count", [300, pytest.param(20_000, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    ("config", "rows", "repeat"),
+    [
+        (SMALL.replace(memory_latency=1), 64, 0.8),
+        pytest.param(SMALL.replace(lanes=1), 0, 0.3, marks=pytest.mark.ci),
+        pytest.param(USUAL, 512, 0.9, marks=pytest.mark.ci),
+        pytest.param(USUAL.replace(lanes=16), 0, 0.9, marks=pytest.mark.ci),
+    ],
+    ids=["small", "one lane", "usual", "no memo"],
+)
+def test_keys_margins_and_cycles(config, rows, repeat, count):
+    """With and without entry and exit, freely and under back-pressure; long and short walks."""
+    rng = np.random.default_rng([rows, config.lanes])
+    layouts = Layouts(config)
+    cases, sent = [], []
+    for heading, stall in itertools.product(range(4), (0, 3)):
+        terrain = ground(config, rng, blocked=0.0005)
+        evaluator = drawn_evaluator(config, rng, terrain, heading, radius=200)
+        paths = drawn_paths(evaluator, rng, count, SLOTS, repeat=repeat, gaps=heading % 2 == 0)
+        cases.append((evaluator, paths, stall))
+        sent += orders(layouts, evaluator, paths, stall)
+    data = np.array(sent, dtype=np.uint64).tobytes()
+    done = subprocess.run(
+        [program_of(config, rows)], input=data, stdout=subprocess.PIPE, check=True
+    )
+    numbers = np.frombuffer(done.stdout, dtype=np.uint64).astype(np.int64)
+    late = walked = 0
+    for evaluator, paths, stall in cases:
+        expected = outcomes(evaluator, rows, paths)
+        found, numbers = findings(layouts, numbers, len(paths))
+        check_findings(found, expected)
+        walked += sum(each.costs is not None for each in expected)
+        if not stall:
+            late += check_cycles(evaluator, paths, found, expected)
+    assert numbers.size == 0
+    assert 2 * count < walked < 7 * count
+    assert 10 < late < 4 * count

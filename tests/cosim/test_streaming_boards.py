@@ -1,0 +1,62 @@
+"""Simulated boards with a streaming core against the software model of the same chip."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from hdl.protocol import Command, Status, StickyError, map_request, pack_cells
+from hdl.protocol.planner import PathClass
+from hdl.protocol.runs import RunOptions
+from host.device.boards import open_board
+from host.device.link import RefusedError
+from tests.chips import board_url
+from tests.fuzz import fuzz_simulated_board
+from tests.planner_cases import SMALL, ground, record, shape
+
+
+pytestmark = pytest.mark.cosim
+
+CHIP = SMALL.replace(clocks_per_bit=4, receive_buffer=512)
+
+
+@pytest.mark.parametrize("frames", [400, pytest.param(20_000, marks=pytest.mark.long)])
+def test_random_frames(frames):
+    """Frames whole and broken; of every run, its paths, and the cycles of all units."""
+    fuzz = fuzz_simulated_board(CHIP, seed=frames, frames=frames)
+    assert all(fuzz.statuses[status] for status in Status if status is not Status.BUSY)
+
+
+def test_a_run_makes_other_commands_wait():
+    rng = np.random.default_rng(3)
+    heights, problem, block = ground(CHIP, rng), record(CHIP, rng), shape(CHIP, rng)
+    corner = map_request(CHIP).pack(x=1, y=2, width=1, height=1) + pack_cells(CHIP, [3])
+    options = RunOptions(seed=5, cycles=(1 << 32) - 1, seeds=16, give_up_rank=3)
+    with open_board(board_url("sim", CHIP)) as chip:
+        chip.update_map(heights)
+        runs = chip.runs
+        runs.set_problem(problem)
+        runs.start(options)
+        for _ in range(2):
+            for ask in (
+                runs.best,
+                lambda: runs.set_problem(problem),
+                lambda: runs.block(block),
+                lambda: runs.start(options),
+                lambda: chip.link.request(Command.MAP, corner),
+            ):
+                with pytest.raises(RefusedError) as refused:
+                    ask()
+                assert refused.value.status == Status.BUSY
+        seen = list(itertools.islice(iter(runs.status, None), 20))
+        assert all(status.running for status in seen)
+        assert seen[0].cycles < seen[-1].cycles
+        assert chip.status()["errors"] == StickyError.REFUSED
+        chip.clear_errors()
+        runs.stop()
+        ended = next(status for status in iter(runs.status, None) if not status.running)
+        assert runs.status() == ended
+        assert chip.counters()["generations"] == ended.generations > 0
+        best = runs.best()
+        assert best.classes[0] is PathClass.FEASIBLE
+        assert best.keys[0] == ended.key

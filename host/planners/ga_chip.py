@@ -24,8 +24,10 @@ from host.problem.corner_map import CornerMap
 
 __all__ = ["MOST_CHIP_MS", "MOST_RUNS", "ChipGeneticPlanner", "run_options"]
 
-#: Runs of a plan at most: another seed where none of a run's paths is feasible.
-MOST_RUNS = 4
+#: Runs of a plan at most: other seeds, and other surfaces in turn, where none of a run's paths is
+#: feasible.
+MOST_RUNS = 8
+_SLOPES = RunOptions.slopes, (2, 5), (1, 8), (4, 0)
 #: Longest run, milliseconds.
 MOST_CHIP_MS = 20_000
 
@@ -35,8 +37,9 @@ class ChipGeneticPlanner:
 
     The host sends map and problem, starts a run, and reads up to eight paths. It evaluates them in
     full and reports the best that is feasible by the strict rule. Where none is, it starts another
-    run, with the next seed, up to four in all. docs/chip_planner.md defines a run; all random
-    numbers of it follow from the seed, so every board of the same sizes gives the same result.
+    run, with the next seed and other surfaces, up to eight in all. docs/chip_planner.md defines a
+    run; all random numbers of it follow from the seed, so every board of the same sizes gives the
+    same result.
 
     With ``polish``, each path read is also given the lowest altitudes that ground and limits allow
     (:func:`host.planners.altitudes.lowest_altitudes`), some 10 ms a path, which makes some paths
@@ -128,6 +131,7 @@ class ChipGeneticPlanner:
                             seed=(options.seed + number) % (1 << 64),
                             generations=options.generations,
                             chip_ms=self.chip_ms,
+                            slopes=_SLOPES[number % len(_SLOPES)],
                         )
                         for number in range(MOST_RUNS)
                     )
@@ -143,7 +147,12 @@ class ChipGeneticPlanner:
 
 
 def run_options(
-    config: Config, *, seed: int, generations: int, chip_ms: int | None = None
+    config: Config,
+    *,
+    seed: int,
+    generations: int,
+    chip_ms: int | None = None,
+    slopes: tuple[int, ...] = RunOptions.slopes,
 ) -> RunOptions:
     """Return the options of a run of so many generations, or milliseconds if they end it first."""
     most = (1 << 32) - 1
@@ -152,6 +161,7 @@ def run_options(
         cycles=most if chip_ms is None else min(chip_ms * config.clock_hz // 1000, most),
         generations=min(generations, most),
         give_up_rank=min(RunOptions.give_up_rank, config.population - 1),
+        slopes=slopes,
     )
 
 

@@ -228,4 +228,4 @@ def test_refuses_another_population(evaluator):
 
 
 def test_most_runs_are_stated():
-    assert ga_chip.MOST_RUNS == 4
+    assert ga_chip.MOST_RUNS == 8

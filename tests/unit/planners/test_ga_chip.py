@@ -89,7 +89,7 @@ def test_every_run_has_all_generations(make_evaluator):
     elevation = np.full((41, 61), 100.0)
     elevation[:, 30] = np.nan
     result = ChipGeneticPlanner().plan(make_evaluator(elevation), Options(generations=5, seed=3))
-    assert [run["generations"] for run in result.hardware["runs"]] == [5, 5, 5, 5]
+    assert [run["generations"] for run in result.hardware["runs"]] == [5] * 8
 
 
 def test_where_no_path_is_feasible_other_seeds_follow(make_evaluator):
@@ -97,9 +97,9 @@ def test_where_no_path_is_feasible_other_seeds_follow(make_evaluator):
     elevation[:, 30] = np.nan
     result = ChipGeneticPlanner(chip_ms=1).plan(make_evaluator(elevation), GENERATIONS)
     assert not result.evaluation.feasible
-    assert [run["seed"] for run in result.hardware["runs"]] == [3, 4, 5, 6]
+    assert [run["seed"] for run in result.hardware["runs"]] == list(range(3, 11))
     # The chip finds no way, so the map is lowered more and more beside the ends.
-    assert [run["ease"] for run in result.hardware["runs"]] == [0, 1, 2, 2]
+    assert [run["ease"] for run in result.hardware["runs"]] == [0, 1, *[2] * 6]
     assert result.generations == sum(run["generations"] for run in result.hardware["runs"])
 
 
@@ -121,7 +121,7 @@ def test_where_only_the_chip_believes_a_path_the_map_is_raised(make_evaluator, m
     monkeypatch.setattr(Runs, "set_problem", set_problem)
     evaluator = make_evaluator(elevation)
     result = ChipGeneticPlanner(chip_ms=1, open_board=opened).plan(evaluator, GENERATIONS)
-    assert [run["ease"] for run in result.hardware["runs"]] == [0, -1, -1, -1]
+    assert [run["ease"] for run in result.hardware["runs"]] == [0, *[-1] * 7]
     grid = CornerMap(CHIP, evaluator.problem)
     for heights, ease in zip(maps, (0, -1, -1, -1), strict=False):
         assert np.array_equal(heights, grid.corners(ends_of(evaluator), ease))

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from hdl.config import Config
-from hdl.protocol import LinkMode, StickyError
+from hdl.protocol import LinkMode, Status, StickyError
 from host.device.boards import open_board
 from host.device.chip import Chip
 from host.device.link import Link, LinkTimeoutError
@@ -103,7 +103,8 @@ def test_cycles_of_full_length_parents(pair, config, generations):
 def test_replies_to_random_frames_as_the_model():
     """Whole, broken, repeated and damaged frames, and garbage between them; byte for byte."""
     fuzz = fuzz_simulated_board(SMALL, seed=1, frames=3000)
-    assert min(fuzz.statuses.values()) > 20, fuzz.statuses
+    counts = {status: fuzz.statuses[status] for status in Status if status is not Status.BUSY}
+    assert min(counts.values()) > 20, counts
     assert fuzz.dropped == {StickyError.MALFORMED, StickyError.CRC, StickyError.OVERRUN}
 
 

@@ -5,7 +5,7 @@ import random
 import numpy as np
 import pytest
 
-from hdl.protocol import Command, LinkMode, StickyError
+from hdl.protocol import Command, LinkMode, Status, StickyError
 from host.device.link import RefusedError
 from host.planners.base import Options
 from host.planners.ga_fpga import FpgaGeneticPlanner
@@ -141,5 +141,6 @@ def test_icarus_agrees(pair, icarus):
 def test_replies_to_random_frames_as_the_model():
     """Whole, broken, repeated and damaged frames of every command; byte for byte."""
     fuzz = fuzz_simulated_board(CHECKERS["parallel"], seed=1, frames=3000)
-    assert min(fuzz.statuses.values()) > 20, fuzz.statuses
+    counts = {status: fuzz.statuses[status] for status in Status if status is not Status.BUSY}
+    assert min(counts.values()) > 20, counts
     assert StickyError.CRC in fuzz.dropped

@@ -127,7 +127,7 @@ def _plan(task: _Plan, generations: int | None = None) -> Outcome:
         result.evaluation.fitness,
         result.evaluation.feasible,
         result.generations,
-        (result.hardware or {}).get("cycles", {}).get("runs", 0),
+        (result.hardware or {}).get("cycles", {}).get("total", 0),
         time.process_time() - began,
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -13,13 +13,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from host.device.boards import url_of
 from host.errors import InputError
 from host.evaluation import Evaluation, Evaluator
-from host.numeric import integer
-from host.planners import DEFAULT, OPTIONS, PLANNERS, make
+from host.planners import DEFAULT, PLANNERS, make
+from host.planners.arguments import own_options
 from host.planners.base import Options, Progress, Result, Stop
 from host.planners.options import DEFAULT_BOARD
+from host.problem.changes import changed_problem
 from host.problem.problem import Problem
+from host.problem.zones import Zone
 from host.report.files import prepare_directory
 from host.report.summary import describe_problem, summarise, terms, version
 from host.report.via import Visit, visits
@@ -31,7 +34,7 @@ if TYPE_CHECKING:
 
     from host.diagnosis import Reason
 
-__all__ = ["FALLBACKS", "Check", "Plan", "Search", "check", "evaluator_of", "require_functions"]
+__all__ = ["FALLBACKS", "Check", "Plan", "Search", "check", "evaluator_of"]
 
 
 #: What may follow where a planner finds no feasible path.
@@ -60,6 +63,8 @@ class Plan:
         The reason why there is no feasible path; None if there is one, or it was not looked for.
     fallback : str or None
         The planner that found the path after this one found none that is feasible.
+    search : Search or None
+        The planner and its options, which :meth:`replan` uses.
     """
 
     evaluator: Evaluator
@@ -70,6 +75,7 @@ class Plan:
     source: Mapping[str, Any]
     reason: Reason | None = field(default=None, kw_only=True)
     fallback: str | None = field(default=None, kw_only=True)
+    search: Search | None = field(default=None, kw_only=True)
 
     @property
     def path(self) -> NDArray[np.float64]:
@@ -121,6 +127,47 @@ class Plan:
             f"<Plan by {self.planner}: {verdict}, fitness {self.evaluation.fitness:.4f}, "
             f"{self.evaluation.length_m / 1000:.2f} km, {len(self.path)} points>"
         )
+
+    def replan(
+        self,
+        zones: Iterable[Zone] = (),
+        start: Sequence[float] | None = None,
+        heading: float | None = None,
+    ) -> Plan:
+        """Plan the rest of a flight: zones have appeared, the aircraft has moved.
+
+        On a board that is still open, ``ga-chip`` has the chip draw the zones and go on from its
+        population, for a millisecond or two. All else is planned anew, with the same options. The
+        fallback is that of the plan.
+
+        Parameters
+        ----------
+        zones : iterable of Zone
+            Zones that have appeared; those of the problem stay.
+        start : (float, float, float), optional
+            x, y and altitude, metres, where the aircraft will be when it has the new path.
+        heading : float, optional
+            Heading there, degrees clockwise from the frame's north; free at a new start without it.
+
+        Returns
+        -------
+        Plan
+            The plan of the changed problem, which can be replanned in its turn.
+
+        Raises
+        ------
+        InputError
+            If they are no zones, no point or no heading, or the start is in the ground, in a zone
+            or off the map.
+        JobError
+            If the search fails before it has a path.
+        """
+        if self.search is None:
+            raise InputError(
+                "Only a plan that a planner has made here can be replanned; plan the problem first."
+            )
+        problem = changed_problem(self.evaluator.problem, zones, start, heading)
+        return self.search.replan(self, Evaluator(problem, threads=self.evaluator.threads))
 
     def plot(self) -> Figure:
         """Draw the map with the path, the altitudes along it, and the convergence.
@@ -218,13 +265,13 @@ class Search:
         if fallback is not None and fallback not in FALLBACKS:
             raise InputError(f"The fallback must be astar or none, not {fallback!r}.")
         self.fallback = fallback
-        own = _own_options(planner, options)
+        own = own_options(planner, options)
         self._planner = make(planner, **own)
         self.planner = planner
         entry = PLANNERS[planner]
         self.board: str | None = None
         if "board" in entry.options:
-            self.board = own.get("board", DEFAULT_BOARD)
+            self.board = url_of(own.get("board", DEFAULT_BOARD))
         self.options = Options(
             generations=entry.generations if generations is None else generations,
             time_limit_s=time_limit_s,
@@ -245,15 +292,28 @@ class Search:
         result = self._planner.plan(evaluator, self.options, progress, stop)
         if stop is not None:
             stop.heeded = True
-        plan = Plan(
+        if source is None:
+            source = evaluator.problem.terrain.loading
+        return self._settled(self._plan(evaluator, result, source), stop)
+
+    def replan(self, plan: Plan, evaluator: Evaluator) -> Plan:
+        """Plan the changed problem of ``evaluator``; see :meth:`Plan.replan`."""
+        replanner = plan.result.replanner
+        if replanner is None or not replanner.is_ready:
+            return self.run(evaluator, source=plan.source)
+        result = replanner.replan(evaluator, self.options)
+        return self._settled(self._plan(evaluator, result, plan.source), None)
+
+    def _plan(self, evaluator: Evaluator, result: Result, source: Mapping[str, Any]) -> Plan:
+        return Plan(
             evaluator,
             result,
             self.planner,
             self.board,
             self.options.seed,
-            evaluator.problem.terrain.loading if source is None else source,
+            source,
+            search=self,
         )
-        return self._settled(plan, stop)
 
     def _settled(self, plan: Plan, stop: Stop | None) -> Plan:
         """Return a plan without a feasible path with one of the fallback, or with the reason."""
@@ -327,19 +387,6 @@ class Check:
         return visits(self.evaluator, self.path)
 
 
-def require_functions(**callbacks: Any) -> None:
-    """Refuse a callback that is neither None nor a function.
-
-    Raises
-    ------
-    InputError
-        If there is one.
-    """
-    for name, callback in callbacks.items():
-        if callback is not None and not callable(callback):
-            raise InputError(f"The {name} must be a function, not {callback!r}.")
-
-
 def check(problem: Problem, path: ArrayLike, *, source: Mapping[str, Any] | None = None) -> Check:
     """Evaluate a path of a problem.
 
@@ -395,24 +442,3 @@ def _waypoints(path: ArrayLike) -> NDArray[np.float64]:
     except (TypeError, ValueError, OverflowError):
         pass
     raise InputError("The path must be rows of three real numbers: x, y and altitude.")
-
-
-def _own_options(planner: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options that are not None; refuse one that a planner of the registry lacks."""
-    own = {name: value for name, value in options.items() if value is not None}
-    if not isinstance(planner, str) or planner not in PLANNERS:
-        return own
-    having = PLANNERS[planner].options
-    for name in options:
-        if name not in having:
-            raise InputError(
-                f"The planner {planner} has no option {name!r}, only {', '.join(having)}."
-            )
-    for name, value in own.items():
-        option = OPTIONS[name]
-        if option.type is int:
-            own[name] = integer(f"option {name}", value)
-        elif not isinstance(value, str) or not value or value not in (option.choices or (value,)):
-            kinds = " or ".join(option.choices) or f"a {option.metavar}"
-            raise InputError(f"The option {name} must be {kinds}, not {value!r}.")
-    return own

@@ -12,7 +12,8 @@ from hdl.planner.evaluator.path_evaluator import PathEvaluator
 from hdl.planner.evolver import Evolver
 from hdl.planner.first_paths import FirstPaths
 from hdl.planner.layouts import problem_layout, shape_layout
-from hdl.planner.problem_ends import ProblemEnds
+from hdl.planner.nearest_corner import NearestCorner
+from hdl.planner.population_layouts import corner_layout
 from hdl.planner.run_control import RunControl
 from hdl.planner.run_status import RunStatus, run_status_layout
 from hdl.planner.shape_drawer import ShapeDrawer
@@ -117,17 +118,27 @@ class PlannerCore(wiring.Component):
         config, control = self.config, self._control
         problem = Signal(problem_layout(config))
         taken = Signal()
-        m.submodules.ends = ends = ProblemEnds(config)
+        # A run begins some cycles later: all of these are steady by then.
+        sizes = config.coordinate_bits, config.altitude_bits
+        limits = Signal(corner_layout(*sizes))
+        m.d.sync += [limits[axis].eq(problem[f"{axis}_limit"]) for axis in _AXES]
         m.d.comb += [
             self.problems.ready.eq(~control.running),
             taken.eq(self.problems.valid & self.problems.ready),
-            ends.problem.eq(problem),
             *(unit.problem.eq(problem) for unit in (self._seeds, self._evaluator)),
-            self._evolver.limits.eq(ends.limits),
-            self._first_paths.altitude_limit.eq(ends.limits.altitude),
+            self._evolver.limits.eq(limits),
+            self._first_paths.altitude_limit.eq(limits.altitude),
         ]
-        for unit in (self._evolver, self._seeds, self._first_paths):
-            m.d.comb += [unit.start.eq(ends.start), unit.goal.eq(ends.goal)]
+        for end in ("start", "goal"):
+            m.submodules[f"nearest_{end}"] = nearest = NearestCorner(*sizes)
+            m.d.comb += [
+                nearest.limits.eq(limits),
+                *(nearest.position[axis].eq(problem[f"{end}_{axis}"]) for axis in _AXES),
+                *(
+                    getattr(unit, end).eq(nearest.corner)
+                    for unit in (self._evolver, self._seeds, self._first_paths)
+                ),
+            ]
         with m.If(control.ends):
             m.d.sync += [self.has_population.eq(1), self.has_best.eq(1)]
         with m.If(taken):

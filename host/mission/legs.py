@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from host.errors import InputError
 from host.evaluation import Evaluation
 from host.mission.mission import Mission
 from host.planning import Plan
+from host.problem.zones import Zone
 from host.report.summary import finite
 from host.report.via import Visit, visits
 
@@ -122,6 +124,18 @@ class MissionPlan(Plan):
             "return": self.mission.return_to_start,
             "visits": [visit.to_dict() for visit in self.visits],
         }
+
+    def replan(
+        self,
+        zones: Iterable[Zone] = (),
+        start: Sequence[float] | None = None,
+        heading: float | None = None,
+    ) -> Plan:
+        """Refuse: a plan of several legs has no single search to go on from."""
+        raise InputError(
+            "A plan of several legs cannot be replanned as one; replan its leg, as in "
+            "plan.legs[0].plan.replan(...), and plan the legs behind it anew."
+        )
 
     @cached_property
     def visits(self) -> list[Visit]:

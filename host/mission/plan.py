@@ -8,8 +8,9 @@ from typing import Any
 from host.mission.mission import Mission
 from host.mission.planning import plan_mission
 from host.planners import DEFAULT
+from host.planners.arguments import require_functions
 from host.planners.base import Progress, Stop
-from host.planning import Plan, Search, evaluator_of, require_functions
+from host.planning import Plan, Search, evaluator_of
 from host.problem.problem import Problem
 
 
@@ -40,8 +41,8 @@ def plan(
         Terrain, ends, aircraft, zones and wind; a mission has several legs, and each is planned
         with the same options.
     planner : str
-        Name of a planner: ``ga-fpga``, ``ga-pc``, ``astar``, ``fpa``, ``fpa-2opt``, ``ga-dp`` or
-        ``ga-auv``.
+        Name of a planner: ``ga-fpga``, ``ga-chip``, ``ga-pc``, ``astar``, ``fpa``, ``fpa-2opt``,
+        ``ga-dp`` or ``ga-auv``.
     seed : int
         0 to 2**64 - 1. Everything random follows from it.
     generations : int, optional
@@ -65,7 +66,9 @@ def plan(
         that found it, ``plan.reason`` says why there is no path. Not with ``as_paper``.
     **options
         The planner's own options, ``board="sim:"`` for example: those of ``pathgene plan`` with
-        underscores. None is the default of each.
+        underscores. None is the default of each. A ``board`` may also be an open one, of
+        :func:`pathgene.open_board`; a plan of ``ga-chip`` on it is quick to change in flight: see
+        :meth:`Plan.replan`.
 
     Returns
     -------

@@ -17,7 +17,7 @@ from host.evaluation import Evaluation, Evaluator
 from host.numeric import integer, real
 
 
-__all__ = ["Options", "Planner", "Progress", "Result", "Run", "Stop", "choose"]
+__all__ = ["Options", "Planner", "Progress", "Replanner", "Result", "Run", "Stop", "choose"]
 
 Path = NDArray[np.float64]
 
@@ -122,6 +122,23 @@ class Stop:
 Progress = Callable[[int, float, float], object]
 
 
+class Replanner(Protocol):
+    """Plans a changed problem from where an earlier run has ended."""
+
+    @property
+    def is_ready(self) -> bool:
+        """False if what the earlier run has left is gone."""
+        ...
+
+    def replan(self, evaluator: Evaluator, options: Options) -> Result:
+        """Search for the best path of ``evaluator.problem``; see :meth:`Planner.plan`.
+
+        Terrain, goal, aircraft and rules are those of the earlier problem; the start may have
+        moved, and zones have come.
+        """
+        ...
+
+
 @dataclass(frozen=True)
 class Result:
     """The result of a planner, and its record.
@@ -151,6 +168,8 @@ class Result:
     cut_short : int
         Candidates, besides ``evaluations``, that were given up before the end of their evaluation:
         they could not be better than the paths they were to replace.
+    replanner : Replanner or None
+        Goes on from this run; None if nothing of it is left.
     """
 
     path: Path
@@ -165,6 +184,7 @@ class Result:
     archive: list[tuple[float, Path]]
     history_evaluations: list[int] = field(default_factory=list)
     cut_short: int = 0
+    replanner: Replanner | None = None
 
     @property
     def interrupted(self) -> bool:

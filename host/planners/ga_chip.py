@@ -2,41 +2,32 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hdl.protocol.planner import PathClass
+from hdl.config import Config, GeneticCore
 from hdl.protocol.runs import RunOptions
-from host.device.boards import known_config, open_board, with_core
-from host.device.chip import Chip, unpack_waypoints
-from host.device.runs import RunStatus
+from host.device.boards import entered, known_config, url_of, with_core
+from host.device.chip import Chip
 from host.errors import InputError, JobError
 from host.evaluation import Evaluator
 from host.planners.base import Options, Progress, Result, Run, Stop
-from host.planners.chip_problem import chip_ends, problem_record, whole_path
+from host.planners.chip_replanner import ChipReplanner
+from host.planners.chip_runs import ChipRuns
 from host.planners.options import DEFAULT_BOARD
-from host.problem.corner_map import EASES, CornerMap
+from host.planners.problem_on_chip import ProblemOnChip
+from host.problem.corner_map import CornerMap
 
-
-if TYPE_CHECKING:
-    from hdl.config import Config
 
 __all__ = ["MOST_CHIP_MS", "MOST_RUNS", "ChipGeneticPlanner", "run_options"]
-
-Path = NDArray[np.float64]
 
 #: Runs of a plan at most: another seed where none of a run's paths is feasible.
 MOST_RUNS = 4
 #: Longest run, milliseconds.
 MOST_CHIP_MS = 20_000
-#: Time between two looks at a run, seconds.
-_LOOK_S = 0.001
 
 
 class ChipGeneticPlanner:
@@ -53,9 +44,11 @@ class ChipGeneticPlanner:
 
     Parameters
     ----------
-    board : str
-        URL of the board; see :func:`host.device.boards.open_board`. A simulated one is built with
-        the streaming core unless the URL names a core.
+    board : str or Chip
+        URL of the board, see :func:`host.device.boards.open_board`, or an open one. A simulated one
+        is built with the streaming core unless the URL names a core. On a board that stays open, a
+        changed problem is planned from the population of the run before: see
+        :class:`host.planners.chip_replanner.ChipReplanner`.
     chip_ms : int, optional
         Most time of a run by the chip's clock, 1 to 20,000 milliseconds; by default only the
         generations limit it.
@@ -73,7 +66,7 @@ class ChipGeneticPlanner:
     def __init__(
         self,
         *,
-        board: str = DEFAULT_BOARD,
+        board: str | Chip = DEFAULT_BOARD,
         chip_ms: int | None = None,
         polish: str = "on",
         open_board: Callable[[str], AbstractContextManager[Chip]] | None = None,
@@ -114,26 +107,39 @@ class ChipGeneticPlanner:
         JobError
             If the board cannot be started, or is lost before anything was evaluated.
         """
-        board = with_core(self.board, "streaming")
         # If the URL says enough, refuse what is wrong before a simulated board is built.
-        known = known_config(board) if self._open_board is None else None
+        url = with_core(url_of(self.board), GeneticCore.STREAMING)
+        known = known_config(url) if self._open_board is None else None
         grid = None if known is None else _map_for(known, evaluator, options)
-        with (self._open_board or open_board)(board) as chip:
+        with entered(self.board, self._open_board, core=GeneticCore.STREAMING) as chip:
             if grid is None or chip.config != known:
                 grid = _map_for(chip.config, evaluator, options)
             run = Run(evaluator, options, progress, stop)
             problem = evaluator.problem
             run.record(0, run.fitness([np.array([problem.start, problem.goal])]))
-            runs = _Runs(chip, grid, run, self.chip_ms, self.polishes)
+            with run.phase("map"):
+                task = ProblemOnChip(chip, problem, grid)
+            runs = ChipRuns(task, run, polishes=self.polishes)
             try:
                 with run.search():
-                    runs.search()
+                    runs.search(
+                        run_options(
+                            chip.config,
+                            seed=(options.seed + number) % (1 << 64),
+                            generations=options.generations,
+                            chip_ms=self.chip_ms,
+                        )
+                        for number in range(MOST_RUNS)
+                    )
                 run.hardware = runs.hardware()
                 run.seconds["board"] = runs.cycles / chip.config.clock_hz
             except JobError as error:
                 # The best path from before the loss of the board is reported.
                 run.failure = str(error)
-            return run.result()
+            result = run.result()
+        if task.is_warm:
+            result = replace(result, replanner=ChipReplanner(task))
+        return result
 
 
 def run_options(
@@ -163,129 +169,3 @@ def _map_for(config: Config, evaluator: Evaluator, options: Options) -> CornerMa
             "use another board."
         )
     return CornerMap(config, evaluator.problem)
-
-
-class _Runs:
-    """The runs of one plan."""
-
-    def __init__(
-        self, chip: Chip, grid: CornerMap, run: Run, chip_ms: int | None, polishes: bool
-    ) -> None:
-        self._chip, self._grid, self._run = chip, grid, run
-        self._chip_ms, self._polishes = chip_ms, polishes
-        self._traffic_before = replace(chip.link.traffic)
-        self._done: list[dict[str, Any]] = []
-        self._eased = 0
-        with run.phase("map"):
-            self._record = problem_record(chip.config, run.evaluator.problem, grid)
-            self._ends = chip_ends(run.evaluator.problem)
-            corners = grid.corners(self._ends)
-        with run.phase("link"):
-            self._before = chip.counters()
-            chip.update_map(corners)
-            chip.runs.set_problem(self._record)
-
-    @property
-    def cycles(self) -> int:
-        """Cycles of all runs."""
-        return sum(done["cycles"] for done in self._done)
-
-    def search(self) -> None:
-        """Run until a path is feasible, a stop criterion is met, or all runs are done."""
-        run = self._run
-        generations = 0
-        for number in range(MOST_RUNS):
-            options = run_options(
-                self._chip.config,
-                seed=(run.options.seed + number) % (1 << 64),
-                chip_ms=self._chip_ms,
-                generations=run.options.generations,
-            )
-            with run.phase("link"):
-                self._chip.runs.start(options)
-                status = self._finished()
-                best = self._chip.runs.best()
-            generations += status.generations
-            self._done.append(
-                {
-                    "seed": options.seed,
-                    "generations": status.generations,
-                    "cycles": status.cycles,
-                    "ease": self._eased,
-                    "classes": [each.name.lower() for each in best.classes],
-                }
-            )
-            paths = [self._metres(path) for path in best.paths]
-            fitness = run.fitness(paths, strict=True)
-            if self._polishes:
-                fitness = np.concatenate((fitness, self._polished(paths)))
-            run.record(generations, fitness)
-            if fitness.max() > 1 or run.stopped_by() not in (None, "generations"):
-                return
-            # The chip found no way from end to end, or one that only it believes.
-            found = best.classes[0] is PathClass.FEASIBLE
-            with run.phase("link"):
-                self._ease(-1 if found else 1)
-
-    def _ease(self, change: int) -> None:
-        """Lower the corners of the map beside start and goal more, or less, if that is possible."""
-        self._eased = min(max(self._eased + change, min(EASES)), max(EASES))
-        corners = self._grid.corners(self._ends, self._eased)
-        for end in self._ends:
-            rows, columns = self._grid.around(end)
-            self._chip.upload_map(corners[rows, columns], columns.start, rows.start)
-        self._chip.runs.set_problem(self._record)
-
-    def _finished(self) -> RunStatus:
-        """Wait for the end of the run; return what it did."""
-        stop, stopped = self._run.stop, False
-        while (status := self._chip.runs.status()).running:
-            if not stopped and stop is not None and stop.requested:
-                self._chip.runs.stop()
-                stopped = True
-            time.sleep(_LOOK_S)
-        return status
-
-    def _metres(self, packed: list[int]) -> Path:
-        """Return a path in metres, start and goal included."""
-        corners = unpack_waypoints(self._chip.config, packed)
-        metres = self._grid.corners_to_metres(corners)
-        return whole_path(self._run.evaluator.problem, metres)
-
-    def _polished(self, paths: list[Path]) -> NDArray[np.float64]:
-        """Evaluate the paths with the lowest altitudes; return the fitness of each, (m,)."""
-        # They load SciPy.
-        from host.planners.altitudes import lowest_altitudes
-        from host.planners.grid_search import Prices
-
-        run = self._run
-        with run.phase("polish"):
-            prices = Prices(run.evaluator.problem)
-            lowest = [
-                lowest_altitudes(run.evaluator.problem, prices, path[:, :2]) for path in paths
-            ]
-        fitted = [path for path in lowest if path is not None]
-        return run.fitness(fitted, strict=True) if fitted else np.zeros(0)
-
-    def hardware(self) -> dict[str, Any]:
-        """Return the block ``hardware`` of a summary."""
-        chip, before = self._chip, self._traffic_before
-        with self._run.phase("link"):
-            after = chip.counters()
-        traffic = chip.link.traffic
-        return {
-            "clock_hz": chip.config.clock_hz,
-            "build_id": f"{chip.config.build_id:08x}",
-            "map": self._grid.report(),
-            "cycles": {"runs": self.cycles},
-            "bytes": {
-                "to_board": after["bytes_received"] - self._before["bytes_received"],
-                "from_board": after["bytes_sent"] - self._before["bytes_sent"],
-            },
-            "frames": {
-                "repeated": traffic.frames_repeated - before.frames_repeated,
-                "damaged": traffic.frames_damaged - before.frames_damaged,
-            },
-            "generations": sum(done["generations"] for done in self._done),
-            "runs": self._done,
-        }

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hdl.config import CheckerBuild
 from hdl.protocol import LinkMode
-from host.device.boards import known_config, open_board
+from host.device.boards import entered, known_config, url_of
 from host.device.chip import Chip, pack_waypoints, unpack_waypoints
 from host.errors import InputError, JobError
 from host.evaluation import Evaluator
@@ -59,8 +59,8 @@ class FpgaGeneticPlanner:
 
     Parameters
     ----------
-    board : str
-        URL of the board; see :func:`host.device.boards.open_board`.
+    board : str or Chip
+        URL of the board, see :func:`host.device.boards.open_board`, or an open one.
     link_mode : str
         ``rank``, ``population`` or ``recipe``: the data sent over the link. The result is the same.
     initial_draws : int
@@ -88,7 +88,7 @@ class FpgaGeneticPlanner:
     def __init__(
         self,
         *,
-        board: str = DEFAULT_BOARD,
+        board: str | Chip = DEFAULT_BOARD,
         link_mode: str = "rank",
         initial_draws: int = 4,
         feasibility: str = "host",
@@ -133,7 +133,7 @@ class FpgaGeneticPlanner:
             If the board cannot be started, or is lost before anything was evaluated.
         """
         # If the URL says enough, refuse what is wrong before a simulated board is built.
-        known = known_config(self.board) if self._open_board is None else None
+        known = known_config(url_of(self.board)) if self._open_board is None else None
         grid = None if known is None else _map_for(known, evaluator, options, self.on_board)
         with self._open() as chip:
             config = chip.config
@@ -168,7 +168,7 @@ class FpgaGeneticPlanner:
             return draw_paths(grid, config, rng, count)
 
     def _open(self) -> AbstractContextManager[Chip]:
-        return (self._open_board or open_board)(self.board)
+        return entered(self.board, self._open_board)
 
 
 def _map_for(config: Config, evaluator: Evaluator, options: Options, on_board: bool) -> ChipMap:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from hdl.protocol.planner import ALTITUDE_FRACTION, POSITION_FRACTION
 from host.problem.chip_map import ChipMap
 from host.problem.ends import Point
+from host.problem.problem import Problem
 from host.problem.zone_raster import blocked_cells
 from host.problem.zones import Zone
 
@@ -87,6 +89,18 @@ class CornerMap(ChipMap):
             slice(max(y - far, 0), min(y + far, rows) + 1),
             slice(max(x - far, 0), min(x + far, columns) + 1),
         )
+
+    def of_problem(self, problem: Problem) -> CornerMap | None:
+        """Return the map of another problem over the same terrain, on the same corners and steps.
+
+        None if the altitude of its start or goal is off these steps.
+        """
+        if not all(self.base_m <= z <= self.top_m for _, _, z in (problem.start, problem.goal)):
+            return None
+        moved = copy.copy(self)
+        moved._problem = problem
+        moved.__dict__.pop("heights", None)
+        return moved
 
     def place(self, point: Point) -> tuple[int, int, int]:
         """Return a point on the lattice, as in the record of a problem.

@@ -86,7 +86,7 @@ class Ends(Elaboratable):
         limit = any_constant(m, 8, "limit")
         before = Signal.like(state)
         age_before, age = Signal(9), Signal(9)
-        idle, starts = state == codes["IDLE"], state == codes["START"]
+        idle, launching = state == codes["IDLE"], state == codes["START"]
         waits = Cat(state == codes[name] for name in (*_WAITS,)).any()
         m.d.sync += [before.eq(state), age_before.eq(age)]
         m.d.comb += [
@@ -126,25 +126,25 @@ class Ends(Elaboratable):
                 with m.Case(codes[name]):
                     m.d.comb += rank.eq(left)
 
-        # It was over by the cycle before; then the state of that cycle knew.
-        over, knew = Signal(), Signal()
+        # By the cycle before nothing more was to be bred; then its state knew.
+        decided, knew = Signal(), Signal()
         first = Cat(state == codes[name] for name in ("START", *FIRST)).any()
         first_before = Signal()
         falls = Signal()
         m.d.sync += [
-            over.eq(~idle & (stopped | control.cycles.all())),
-            knew.eq(over & ~idle),
+            decided.eq(~idle & (stopped | control.cycles.all())),
+            knew.eq(decided & ~idle),
             first_before.eq(first),
             rank_before.eq(rank),
         ]
         m.d.comb += [
             falls.eq((knew | first_before) & (state != before)),
             Assert(state < _STATES),
-            Assert(~over | idle | reached),
+            Assert(~decided | idle | reached),
             Assert(~falls | (rank < rank_before)),
             Assert(~first | ~control.begin),
-            Assert(starts | ~first | control.fills),
-            Assert(starts | ~first | (control.island <= last_island)),
+            Assert(launching | ~first | control.fills),
+            Assert(launching | ~first | (control.island <= last_island)),
             Assert(first | idle | ~control.fills),
             Assert(first | idle | ~control.store),
             Assert(control.running == ~idle),
@@ -160,7 +160,7 @@ class Ends(Elaboratable):
         m.d.comb += [
             Assert(idle | (control.cycles == count)),
             Assert(idle | (stopped == asked)),
-            Assert(~starts | ((count == 0) & ~stopped)),
+            Assert(~launching | ((count == 0) & ~stopped)),
             Cover(control.ends & (control.generations == 1)),
             Cover(control.merge),
         ]

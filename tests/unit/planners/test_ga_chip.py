@@ -43,7 +43,12 @@ def test_finds_a_feasible_path_and_keeps_the_books(evaluator, planned):
     assert run["seed"] == 3
     assert 400_000 <= run["cycles"] < 410_000
     assert run["classes"][0] == "feasible"
-    assert planned.hardware["cycles"]["runs"] == run["cycles"]
+    cycles = planned.hardware["cycles"]
+    assert list(cycles) == ["breed", "score", "walk", "sort", "wavefront", "total"]
+    assert all(cycles.values())
+    assert cycles["total"] == run["cycles"] == planned.hardware["plan_us"] * 100
+    assert run["bytes"]["from_board"] > 8
+    assert planned.replanner is None
     assert planned.seconds["board"] == run["cycles"] / CHIP.clock_hz
     assert planned.generations == planned.hardware["generations"] == run["generations"]
     assert [generation for generation, _, _ in planned.history] == [0, run["generations"]]

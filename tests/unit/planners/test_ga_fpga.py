@@ -7,6 +7,7 @@ import pytest
 
 from hdl.config import Config
 from hdl.protocol import LinkMode
+from host.device import boards
 from host.device.boards import open_board
 from host.device.chip import unpack_waypoints
 from host.errors import InputError, JobError
@@ -296,7 +297,7 @@ def test_refuses_too_few_and_too_many_initial_draws(draws):
 def test_checks_the_url_before_a_board_is_opened(
     make_evaluator, monkeypatch, board, options, altitude, sentence
 ):
-    monkeypatch.setattr(ga_fpga, "open_board", lambda url: pytest.fail("was opened"))
+    monkeypatch.setattr(boards, "open_board", lambda url: pytest.fail("was opened"))
     with pytest.raises(InputError, match=f"^{re.escape(sentence)}"):
         FpgaGeneticPlanner(board=board).plan(
             make_evaluator(start=(500, 500, altitude), goal=(5500, 700, altitude)), options

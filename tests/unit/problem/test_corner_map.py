@@ -1,3 +1,4 @@
+import dataclasses
 import math
 
 import numpy as np
@@ -7,6 +8,7 @@ from hdl.config import Config
 from host.problem import Problem
 from host.problem.corner_map import EASES, CornerMap
 from host.problem.rules import Rules
+from host.problem.zones import Circle
 from host.terrain import Terrain
 
 
@@ -106,3 +108,20 @@ def test_corners_lie_half_a_cell_beyond_the_nodes():
         [5.0, 10.0, grid.base_m],
         [35.0, 50.0, grid.base_m + 100 * grid.step_m],
     ]
+
+
+def test_another_problem_has_the_same_corners_and_steps():
+    grid = corner_map((16, 16))
+    before = grid.heights
+    problem = grid._problem
+    # With less ground in the way of it, its own map would have other steps.
+    moved = dataclasses.replace(problem, start=(25.0, 45.0, 330.0), zones=[Circle(90, 160, 20)])
+    other = grid.of_problem(moved)
+    assert (other.scale_m, other.base_m, other.step_m) == (grid.scale_m, grid.base_m, grid.step_m)
+    blocked = other.heights == CONFIG.blocked_altitude
+    assert np.array_equal(other.heights[~blocked], before[~blocked])
+    assert (blocked & (before != CONFIG.blocked_altitude)).sum() > 0
+    assert other.nearest_corner(moved.start)[:2] == (2, 2)
+    assert np.array_equal(grid.heights, before)
+    high = dataclasses.replace(problem, goal=(*problem.goal[:2], grid.top_m + 1))
+    assert grid.of_problem(high) is None

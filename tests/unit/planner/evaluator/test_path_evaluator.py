@@ -34,7 +34,9 @@ def check(found, expected):
 
 def case(config, rng, count, heading, **options):
     """Return an evaluator over some ground, and paths for it."""
-    evaluator = drawn_evaluator(config, rng, ground(config, rng), heading, radius=200)
+    hills = ground(config, rng, blocked=0.002)
+    low = np.where(hills == config.blocked_altitude, hills, hills // 2)
+    evaluator = drawn_evaluator(config, rng, low, heading, radius=100)
     return evaluator, drawn_paths(evaluator, rng, count, SLOTS, **options)
 
 
@@ -58,7 +60,7 @@ def test_keys_margins_and_cycles(heading, rows, lanes):
         keys |= {each.key >> VALUE_BITS for each in expected}
         assert 5 < sum(each.costs is not None for each in expected) < 35
     assert keys == {PathClass.FEASIBLE, PathClass.GIVEN_UP, PathClass.INFEASIBLE}
-    assert late > 5
+    assert late > 0
 
 
 @pytest.mark.parametrize("stalled", [(0,), (1,), (2,), (0, 1, 2)], ids=str)

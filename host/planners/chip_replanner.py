@@ -1,0 +1,84 @@
+"""A changed problem on a chip that still has the population of the problem before."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from hdl.config import Config
+from hdl.protocol.runs import WARM_SLOPES, RunOptions
+from host.errors import JobError
+from host.evaluation import Evaluator
+from host.planners.base import Options, Result, Run
+from host.planners.chip_runs import ChipRuns
+from host.planners.problem_on_chip import ProblemOnChip
+
+
+__all__ = ["ChipReplanner", "replan_options"]
+
+#: Runs at most: another seed where none of a run's paths is feasible.
+_MOST_RUNS = 2
+#: Of each run.
+_USUAL = RunOptions(
+    cycles=175_000, generations=192, slopes=WARM_SLOPES, seeds=64, share=13, warm=True
+)
+
+
+def replan_options(config: Config, seed: int) -> RunOptions:
+    """Return the options of a run from the earlier population, and new seeds beside it."""
+    return replace(
+        _USUAL,
+        seed=seed % (1 << 64),
+        seeds=max(_USUAL.seeds, config.population),
+        give_up_rank=min(_USUAL.give_up_rank, config.population - 1),
+    )
+
+
+class ChipReplanner:
+    """Plans changed problems on a chip, from the population of the problem before.
+
+    The chip draws new zones on its map and runs for a millisecond or two: an island of the earlier
+    paths, less what lies behind the start, and one of new seeds. The host judges the paths by the
+    strict rule. Where none is feasible, one more run follows with the next seed.
+
+    Parameters
+    ----------
+    task : ProblemOnChip
+        The problem before, on a chip that is open.
+    """
+
+    def __init__(self, task: ProblemOnChip) -> None:
+        self._task = task
+
+    @property
+    def is_ready(self) -> bool:
+        """False once the board is closed, or another run has taken the population's place."""
+        return self._task.is_warm
+
+    def replan(self, evaluator: Evaluator, options: Options) -> Result:
+        """Search; see :class:`host.planners.base.Replanner`.
+
+        The generations of the options are left aside. ``hardware`` and ``seconds`` of the result
+        are as those of :meth:`host.planners.ga_chip.ChipGeneticPlanner.plan`.
+        """
+        run = Run(evaluator, options)
+        problem = evaluator.problem
+        run.record(0, run.fitness([np.array([problem.start, problem.goal])]))
+        try:
+            with run.phase("map"):
+                task = self._task.changed(problem)
+            with run.search():
+                runs = ChipRuns(task, run, polishes=False)
+                runs.search(self._runs(task.chip.config, options.seed))
+            run.hardware = runs.hardware()
+            run.seconds["board"] = runs.cycles / task.chip.config.clock_hz
+        except JobError as error:
+            run.failure = str(error)
+        result = run.result()
+        return replace(result, replanner=ChipReplanner(task)) if task.is_warm else result
+
+    def _runs(self, config: Config, seed: int) -> Iterator[RunOptions]:
+        for number in range(_MOST_RUNS):
+            yield replan_options(config, seed + number)

@@ -1,0 +1,144 @@
+"""A problem as a chip has it: map of corners, record, and runs on them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hdl.protocol.planner import NoFlyShape
+from hdl.protocol.runs import RunOptions
+from host.device.chip import Chip, unpack_waypoints
+from host.device.map_copy import drawn_corners
+from host.device.runs import BestPaths, RunStatus
+from host.planners.base import Stop
+from host.planners.chip_problem import chip_ends, problem_record, whole_path
+from host.problem.corner_map import EASES, CornerMap
+from host.problem.problem import Problem
+from host.problem.zones import Circle, Zone
+
+
+__all__ = ["ProblemOnChip"]
+
+#: Time between two looks at a run, seconds.
+_LOOK_S = 0.001
+#: Share of the corners drawn for a zone that may lie outside of it, before they are set free.
+_MOST_EXCESS = 0.05
+
+
+class ProblemOnChip:
+    """A problem on a chip: its corners with those lowered beside the ends, and its record.
+
+    Parameters
+    ----------
+    chip : Chip
+        An open chip with a streaming core.
+    problem : Problem
+        The problem.
+    grid : CornerMap
+        Its map.
+
+    Attributes
+    ----------
+    eased : int
+        The ease of the corners beside start and goal: a key of
+        :data:`host.problem.corner_map.EASES`.
+    """
+
+    def __init__(self, chip: Chip, problem: Problem, grid: CornerMap) -> None:
+        self.chip, self.problem, self.grid = chip, problem, grid
+        self.eased = 0
+        self._record = problem_record(chip.config, problem, grid)
+        self._ends = chip_ends(problem)
+        self._corners = grid.corners(self._ends)
+        self._shapes: list[NoFlyShape] = []
+        self._runs_before: int | None = None
+
+    @property
+    def is_warm(self) -> bool:
+        """True if the population on the chip is that of the latest run on this problem."""
+        return not self.chip.closed and self._runs_before == self.chip.runs.started
+
+    def changed(self, problem: Problem) -> ProblemOnChip:
+        """Return another problem over the same terrain, to go on from this one.
+
+        :meth:`send` has the chip draw each new zone, and uploads what a drawing cannot do: the
+        corners beside the ends, zones with heights or times, and dents and holes of a zone.
+        Elsewhere the chip keeps the map that it has.
+        """
+        grid = self.grid.of_problem(problem)
+        if grid is None:
+            return ProblemOnChip(self.chip, problem, CornerMap(self.chip.config, problem))
+        other = ProblemOnChip(self.chip, problem, grid)
+        exact, other._corners = other._corners, self._corners.copy()
+        for zone in problem.zones:
+            if zone not in self.problem.zones:
+                other._add(zone, exact)
+        for end in other._ends:
+            around = grid.around(end)
+            other._corners[around] = exact[around]
+        other._runs_before = self._runs_before
+        return other
+
+    def _add(self, zone: Zone, exact: NDArray[np.uint16]) -> None:
+        """Add a new zone; ``exact`` are the corners that an upload of the whole map would have."""
+        limits = (zone.lower_m, zone.upper_m, zone.t0_s, zone.t1_s)
+        inside = self.grid.corners_in(zone)
+        if any(limit is not None for limit in limits):
+            self._corners[inside] = exact[inside]
+            return
+        # Loads SciPy.
+        from host.problem.no_fly_shape import no_fly_shape
+
+        shape = no_fly_shape(self.grid, zone)
+        if shape is None:
+            return
+        self._shapes.append(shape)
+        rows = slice(shape.first_y, shape.last_y + 1)
+        columns = slice(shape.first_x, shape.last_x + 1)
+        drawn = drawn_corners(shape)
+        excess = drawn & ~inside[rows, columns]
+        # A disc is as good as its circle.
+        keeps = isinstance(zone, Circle) or excess.sum() <= _MOST_EXCESS * drawn.sum()
+        blocked = drawn if keeps else drawn & ~excess
+        self._corners[rows, columns][blocked] = self.chip.config.blocked_altitude
+
+    def send(self) -> None:
+        """Give the chip map and record."""
+        for shape in self._shapes:
+            self.chip.runs.block(shape)
+        self._shapes = []
+        self.chip.update_map(self._corners)
+        self.chip.runs.set_problem(self._record)
+
+    def ease(self, change: int) -> None:
+        """Lower the corners of the map beside start and goal more, or less, if that is possible."""
+        self.eased = min(max(self.eased + change, min(EASES)), max(EASES))
+        corners = self.grid.corners(self._ends, self.eased)
+        for end in self._ends:
+            around = self.grid.around(end)
+            self._corners[around] = corners[around]
+            rows, columns = around
+            self.chip.upload_map(corners[around], columns.start, rows.start)
+        self.chip.runs.set_problem(self._record)
+
+    def run(self, options: RunOptions, stop: Stop | None = None) -> tuple[RunStatus, BestPaths]:
+        """Do a run, which ``stop`` may end early; return what it did and found."""
+        runs = self.chip.runs
+        runs.start(options)
+        stopped = False
+        while (status := runs.status()).running:
+            if not stopped and stop is not None and stop.requested:
+                runs.stop()
+                stopped = True
+            time.sleep(_LOOK_S)
+        best = runs.best()
+        self._runs_before = runs.started
+        return status, best
+
+    def metres(self, packed: Iterable[int]) -> NDArray[np.float64]:
+        """Return a path of the chip in metres, (n, 3), start and goal included."""
+        corners = unpack_waypoints(self.chip.config, list(packed))
+        return whole_path(self.problem, self.grid.corners_to_metres(corners))

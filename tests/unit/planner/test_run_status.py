@@ -1,0 +1,55 @@
+# amaranth: UnusedElaboratable=no
+"""Status of runs: counters, and the key of the best path, cycle by cycle."""
+
+import random
+
+from hdl.planner.run_status import RunStatus
+from hdl.protocol.planner import VALUE_BITS, PathClass
+from tests.streams import simulate
+
+
+VOID = PathClass.VOID << VALUE_BITS
+COUNTED = {"breed": "planning", "sort": "sorting", "wavefront": "spreading"}
+PASSED = {"generation": "generations", "cycles": "cycles", "score": "score", "walk": "walk"}
+
+
+def test_counters_and_key():
+    dut, rng = RunStatus(), random.Random(5)
+    seen = set()
+
+    async def bench(ctx):
+        expected = dict.fromkeys(COUNTED, 0)
+        key, bred = VOID, [0, 0, 0]
+        for cycle in range(3000):
+            values = {name: rng.getrandbits(32) for name in PASSED.values()}
+            values |= {name: rng.randrange(2) for name in COUNTED.values()}
+            values |= {"launch": rng.random() < 0.01, "running": cycle % 500 < 400}
+            values |= {"bred": rng.random() < 0.1, "best": rng.getrandbits(30)}
+            values |= {"first": rng.getrandbits(30), "is_first": rng.random() < 0.1}
+            values["void"] = rng.random() < 0.02
+            for name, value in values.items():
+                ctx.set(getattr(dut, name), value)
+            status = ctx.get(dut.status)
+            assert {name: status[name] for name in COUNTED} == expected
+            assert {name: status[name] for name in PASSED} == {
+                name: values[source] for name, source in PASSED.items()
+            }
+            assert status.running == values["running"]
+            assert status.key == key
+            for name, source in COUNTED.items():
+                expected[name] += values[source] & values["running"]
+                if values["launch"]:
+                    expected[name] = 0
+            # The best of a generation, 3 cycles after it began.
+            if bred[-3]:
+                key = values["best"]
+            if values["is_first"]:
+                key = values["first"]
+            if values["launch"] or values["void"]:
+                key = VOID
+            seen.add(key == VOID)
+            bred.append(values["bred"])
+            await ctx.tick()
+
+    simulate(dut, bench)
+    assert seen == {False, True}

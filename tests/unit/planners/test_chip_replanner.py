@@ -1,0 +1,340 @@
+"""Replans on a board that is still open, on the software model."""
+
+import re
+
+import numpy as np
+import pytest
+
+from hdl.protocol.runs import RunOptions
+from host.device.boards import open_board
+from host.device.link import LinkError
+from host.device.map_copy import drawn_corners
+from host.device.runs import Runs
+from host.errors import InputError
+from host.planners.base import Options
+from host.planners.chip_problem import problem_record
+from host.planners.chip_replanner import replan_options
+from host.planners.ga_chip import ChipGeneticPlanner
+from host.planners.problem_on_chip import ProblemOnChip
+from host.planning import Plan, Search
+from host.problem.changes import changed_problem
+from host.problem.corner_map import CornerMap
+from host.problem.no_fly_shape import no_fly_shape
+from host.problem.rules import Rules
+from host.problem.zones import Zone
+from sim.model.planner.run import plan as model_plan
+
+
+#: In the gap of the ridge, and behind it.
+IN_THE_GAP = Zone.circle(3000, 3300, 250)
+BEHIND = Zone.circle(4300, 2600, 300)
+#: Across the whole map.
+WALL = Zone.polygon([(3400, -100), (3600, -100), (3600, 4100), (3400, 4100)])
+NO_MARGINS = Rules(clearance_m=0, corridor_m=0, zone_margin_m=0, reserve=0)
+
+
+@pytest.fixture
+def board():
+    """A chip with the streaming core, which stays open."""
+    with open_board("model:?genetic=streaming") as chip:
+        yield chip
+
+
+@pytest.fixture
+def search(board):
+    """The planner on it, unpolished."""
+    return Search("ga-chip", board=board, chip_ms=4, polish="off", seed=3, fallback="astar")
+
+
+def model_of(board):
+    return board.link._transport.chip
+
+
+def runs_of(plan):
+    return plan.result.hardware["runs"]
+
+
+def middle(plan):
+    """Return a point of the path, in the air."""
+    return 0.5 * (plan.path[0] + plan.path[1])
+
+
+@pytest.mark.parametrize(
+    ("zones", "moves"),
+    [((IN_THE_GAP,), True), ((BEHIND,), False), ((IN_THE_GAP, BEHIND), True), ((), True)],
+)
+def test_a_replan_goes_on_from_the_population(evaluator, search, zones, moves):
+    before = search.run(evaluator)
+    start = middle(before) if moves else None
+    after = before.replan(zones=zones, start=start)
+    assert after.evaluation.feasible
+    assert after.fallback is None
+    flight = after.evaluator.problem
+    assert flight.zones == (*evaluator.problem.zones, *zones)
+    assert after.path[0].tolist() == list(flight.start)
+    assert flight.start == (tuple(start) if moves else evaluator.problem.start)
+    assert all(run["warm"] for run in runs_of(after))
+    assert after.result.hardware["cycles"]["total"] < 400_000
+    # No map goes over the line.
+    assert sum(after.result.hardware["bytes"].values()) < 1_500 * len(runs_of(after))
+    assert after.summary["hardware"]["generations"] == 192 * len(runs_of(after))
+
+
+def test_the_paths_are_those_of_the_model(evaluator, board, search):
+    before = search.run(evaluator)
+    model = model_of(board)
+    population = model.running.latest.population
+    start = middle(before)
+    after = before.replan(zones=[BEHIND], start=start)
+    flight = changed_problem(evaluator.problem, [BEHIND], start)
+    # The map has the disc, and is exact beside the ends.
+    old, new = (CornerMap(board.config, each) for each in (evaluator.problem, flight))
+    corners = old.corners((evaluator.problem.start, flight.goal))
+    shape = no_fly_shape(old, BEHIND)
+    box = (
+        slice(shape.first_y, shape.last_y + 1),
+        slice(shape.first_x, shape.last_x + 1),
+    )
+    corners[box][drawn_corners(shape)] = board.config.blocked_altitude
+    around = old.around(flight.start)
+    corners[around] = new.corners((flight.start, flight.goal))[around]
+    assert np.array_equal(model.checking.terrain.heights, corners)
+    record = problem_record(board.config, flight, new)
+    outcome = model_plan(board.config, corners, record, replan_options(board.config, 3), population)
+    assert runs_of(after)[0]["waypoints"] == [len(path) for path in outcome.paths]
+    paths = [
+        np.vstack((flight.start, old.corners_to_metres(np.array(path)), flight.goal)).tolist()
+        for path in outcome.paths
+    ]
+    assert after.path.tolist() in paths
+
+
+def test_a_replan_is_replanned_in_its_turn(evaluator, search):
+    plan = search.run(evaluator)
+    for number, start in enumerate([(900, 900, 220), (1400, 1500, 240), (1900, 2200, 260)]):
+        zone = Zone.circle(3700 + 600 * number, 3000 - 700 * number, 150)
+        plan = plan.replan(zones=[zone], start=start)
+        assert plan.evaluation.feasible
+        assert all(run["warm"] for run in runs_of(plan))
+    assert len(plan.evaluator.problem.zones) == 4
+    # A zone that the problem has already is not drawn again.
+    again = plan.replan(zones=plan.evaluator.problem.zones)
+    assert again.evaluator.problem.zones == plan.evaluator.problem.zones
+
+
+@pytest.mark.parametrize(
+    "zone",
+    [
+        # A dent, a hole, heights that are flown over, and times.
+        Zone.polygon(
+            [(3600, 1800), (4600, 1800), (4600, 3800), (4300, 3800), (4300, 2100), (3600, 2100)]
+        ),
+        Zone.polygon(
+            [(3600, 1800), (5000, 1800), (5000, 3400), (3600, 3400)],
+            [[(3900, 2100), (4700, 2100), (4700, 3100), (3900, 3100)]],
+        ),
+        Zone.circle(4300, 2600, 400, upper_m=320),
+        Zone.circle(4300, 2600, 400, t0_s=5, t1_s=60),
+        # It meets no corner.
+        Zone.circle(90_000, 2600, 400),
+    ],
+    ids=["dent", "hole", "heights", "times", "away"],
+)
+def test_what_is_no_disc_is_exact(make_evaluator, board, search, zone):
+    evaluator = make_evaluator(rules=NO_MARGINS)
+    before = search.run(evaluator)
+    after = before.replan(zones=[zone])
+    ends = evaluator.problem.start, evaluator.problem.goal
+    exact = CornerMap(board.config, after.evaluator.problem).corners(ends)
+    assert np.array_equal(model_of(board).checking.terrain.heights, exact)
+    assert after.evaluation.feasible
+
+
+def test_a_heading_is_kept(make_evaluator, search):
+    evaluator = make_evaluator(rules=NO_MARGINS)
+    before = search.run(evaluator)
+    way = before.path[1] - before.path[0]
+    heading = float(np.degrees(np.arctan2(way[0], way[1])))
+    after = before.replan(zones=[BEHIND], start=middle(before), heading=heading)
+    assert after.evaluation.feasible
+    assert after.evaluator.problem.start_heading_deg == pytest.approx(heading % 360)
+    assert all(run["warm"] for run in runs_of(after))
+    ahead = after.path[1] - after.path[0]
+    assert ahead[0] * way[1] == pytest.approx(ahead[1] * way[0])
+    # A new start without a heading has none; the same start keeps it.
+    assert after.replan().evaluator.problem.start_heading_deg == pytest.approx(heading % 360)
+    assert after.replan(start=middle(after)).evaluator.problem.start_heading_deg is None
+
+
+def test_where_there_is_no_way_one_more_run_follows_and_the_reason(make_evaluator, search):
+    before = search.run(make_evaluator(rules=NO_MARGINS))
+    after = before.replan(zones=[WALL])
+    assert not after.evaluation.feasible
+    assert [run["seed"] for run in runs_of(after)] == [3, 4]
+    assert [run["ease"] for run in runs_of(after)] == [0, 1]
+    assert after.reason.proven
+    # The chip is as ready as before.
+    assert after.result.replanner.is_ready
+
+
+def test_where_the_chip_finds_none_the_fallback_does(make_evaluator, search, monkeypatch):
+    before = search.run(make_evaluator(rules=NO_MARGINS))
+    flight = before.evaluator.problem
+    straight = np.array([flight.start, flight.goal])
+    monkeypatch.setattr(ProblemOnChip, "metres", lambda task, packed: straight)
+    after = before.replan(zones=[BEHIND])
+    assert len(runs_of(after)) == 2
+    assert after.evaluation.feasible
+    assert after.fallback == after.summary["fallback"] == "astar"
+    monkeypatch.undo()
+    assert after.replan(zones=[IN_THE_GAP]).evaluation.feasible
+
+
+def test_the_retry_may_find_one(evaluator, search, monkeypatch):
+    before = search.run(evaluator)
+    straight = np.array([evaluator.problem.start, evaluator.problem.goal])
+    run, metres, seeds = ProblemOnChip.run, ProblemOnChip.metres, []
+
+    def noted(task, options, stop):
+        seeds.append(options.seed)
+        return run(task, options, stop)
+
+    # All paths of the first run are the straight line.
+    monkeypatch.setattr(ProblemOnChip, "run", noted)
+    monkeypatch.setattr(
+        ProblemOnChip,
+        "metres",
+        lambda task, packed: straight if len(seeds) == 1 else metres(task, packed),
+    )
+    after = before.replan(zones=[BEHIND])
+    assert seeds == [3, 4]
+    assert after.evaluation.feasible
+    assert after.fallback is None
+
+
+def test_without_the_population_the_problem_is_planned_anew(evaluator, make_evaluator, search):
+    before = search.run(evaluator)
+    assert before.result.replanner.is_ready
+    search.run(make_evaluator(goal=(5500, 3500, 220)))
+    assert not before.result.replanner.is_ready
+    after = before.replan(zones=[BEHIND])
+    assert after.evaluation.feasible
+    assert [run["warm"] for run in runs_of(after)] == [False]
+    # That run has left its own.
+    assert after.replan(zones=[IN_THE_GAP]).result.hardware["runs"][0]["warm"]
+
+
+def test_a_closed_board_is_opened_anew(evaluator):
+    with open_board("model:?genetic=streaming") as board:
+        before = Search("ga-chip", board=board, chip_ms=4).run(evaluator)
+        assert before.board == "model:?genetic=streaming"
+    assert not before.result.replanner.is_ready
+    after = before.replan(zones=[BEHIND])
+    assert after.evaluation.feasible
+    assert [run["warm"] for run in runs_of(after)] == [False]
+
+
+def test_a_board_of_a_url_is_opened_for_each_plan(evaluator):
+    before = Search("ga-chip", chip_ms=4).run(evaluator)
+    assert before.result.replanner is None
+    after = before.replan(zones=[BEHIND])
+    assert after.evaluation.feasible
+    assert [run["warm"] for run in runs_of(after)] == [False]
+
+
+def test_another_planner_plans_anew(evaluator):
+    before = Search("astar").run(evaluator)
+    after = before.replan(zones=[BEHIND], start=middle(before))
+    assert (after.planner, after.source) == ("astar", before.source)
+    assert after.evaluation.feasible
+    assert after.evaluator.problem.zones[-1] == BEHIND
+
+
+def test_a_lost_board_costs_no_path(evaluator, search, monkeypatch):
+    before = search.run(evaluator)
+
+    def lost(runs):
+        raise LinkError("The board was lost: unplugged.")
+
+    monkeypatch.setattr(Runs, "best", lost)
+    after = before.replan(zones=[BEHIND])
+    assert after.failure == "The board was lost: unplugged."
+    assert after.result.replanner is None
+    monkeypatch.undo()
+    # The map has arrived, the population is not that of the plan.
+    assert after.replan().evaluation.feasible
+
+
+def test_a_board_has_the_core_that_the_planner_needs(evaluator):
+    with open_board("model:") as board:
+        assert not board.config.streaming_core
+        before = Search("ga-chip", board=board, chip_ms=4).run(evaluator)
+        assert before.board == "model:"
+        after = before.replan(zones=[BEHIND])
+        assert [run["warm"] for run in runs_of(after)] == [True]
+        # The board itself still has the other core.
+        found = Search("ga-fpga", board=board, generations=2).run(evaluator)
+        assert found.result.hardware["bytes"]["to_board"] > 0
+        assert after.result.replanner.is_ready
+    assert not after.result.replanner.is_ready
+
+
+def test_an_open_board_that_lacks_the_core_is_refused(evaluator):
+    with (
+        open_board("model:?genetic=parallel") as board,
+        pytest.raises(InputError, match=r"^This board has no streaming genetic core, "),
+    ):
+        ChipGeneticPlanner(board=board).plan(evaluator, Options())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ({"zones": 3}, "The zones must be a list of no-fly zones, not 3."),
+        ({"zones": [(1, 2, 3)]}, "The zones must be a list of no-fly zones, not [(1, 2, 3)]."),
+        ({"start": (1, 2)}, "The start must be 3 finite numbers, not (1, 2)."),
+        ({"start": "here"}, "The start must be 3 finite numbers, not 'here'."),
+        (
+            {"start": (900, -1, 200)},
+            "The start at (900, -1) is outside the map, which reaches from (0, 0) to (6000, 4000) "
+            "m.",
+        ),
+        (
+            {"start": (3000, 500, 200)},
+            "The start at an altitude of 200 m is inside the ground, which is at 600 m there; "
+            "raise it, or give --agl if 200 m is its height above the ground.",
+        ),
+        (
+            {"zones": [Zone.circle(600, 500, 200)]},
+            "The start at (500, 500) is inside a no-fly zone; move it or the zone.",
+        ),
+        (
+            {"heading": 90},
+            "The evaluation of the papers knows no headings; leave the heading out.",
+        ),
+    ],
+)
+def test_wrong_uses(evaluator, search, arguments, sentence):
+    before = search.run(evaluator)
+    with pytest.raises(InputError, match=f"^{re.escape(sentence)}$"):
+        before.replan(**arguments)
+    # Nothing has reached the chip.
+    assert before.replan(zones=[BEHIND]).result.hardware["runs"][0]["warm"]
+
+
+def test_a_plan_from_elsewhere_is_refused(evaluator, search):
+    made = search.run(evaluator)
+    plan = Plan(evaluator, made.result, "ga-chip", None, 0, {})
+    sentence = r"^Only a plan that a planner has made here can be replanned; "
+    with pytest.raises(InputError, match=sentence):
+        plan.replan()
+
+
+def test_options_fit_the_chip(board):
+    assert replan_options(board.config, (1 << 64) + 5) == RunOptions(
+        cycles=175_000, generations=192, slopes=(3,), seeds=64, share=13, warm=True, seed=5
+    )
+    small = board.config.replace(
+        population=8, children=4, elites=2, survivors=2, perturbs=1, inserts=1
+    )
+    assert replan_options(small, 0).give_up_rank == 7

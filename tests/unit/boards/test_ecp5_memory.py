@@ -92,7 +92,15 @@ endmodule
 
 @pytest.mark.parametrize(
     ("rows", "width", "ports"),
-    [(16384, 3, 2), (8192, 3, 2), (4096, 12, 2), (2048, 12, 1), (1024, 20, 2), (64, 12, 1)],
+    [
+        (16384, 3, 2),
+        (8192, 3, 2),
+        (4096, 12, 2),
+        (4096, 9, 2),
+        (2048, 12, 1),
+        (1024, 20, 2),
+        (64, 12, 1),
+    ],
 )
 def test_equals_the_simulated_memory(rows, width, ports, tmp_path, icarus):
     bench = BENCH.format(
@@ -119,6 +127,24 @@ def test_registers_are_those_of_the_primitive():
     assert "always @(posedge" not in text
     quick = MapMemory(rows=4096, width=12, latency=1, ports=2)
     assert "DP16KD" not in verilog.convert(quick, platform=ECP5, emit_src=False)
+
+
+def test_halves_save_primitives():
+    """Halves of other memories would take as many primitives, or more."""
+
+    def count(rows, width):
+        memory = Ecp5Memory(rows=rows, width=width, ports=2, sites=MAP_SITES)
+        text = verilog.convert(memory, emit_src=False)
+        sites = re.findall(r'BEL = "(.*?)"', text)
+        assert sites == list(MAP_SITES[: text.count("DP16KD #")])
+        assert len(sites) == Ecp5Memory.primitives(rows=rows, width=width)
+        return len(sites), "lower" in text
+
+    assert count(4096, 9) == (2, True)
+    assert count(2048, 18) == (2, False)
+    assert count(2048, 10) == (2, False)
+    assert count(16384, 9) == (9, False)
+    assert count(4096, 12) == (3, False)
 
 
 def test_blocks_of_a_map_have_different_sites():

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from urllib.parse import parse_qsl
 
-from hdl.config import Config
+from hdl.config import Config, GeneticCore
 from host.device.chip import Chip
 from host.device.link import Link, LinkTimeoutError
 from host.device.schemes import BoardScheme, registered_scheme
@@ -12,7 +14,7 @@ from host.device.serial_scheme import SerialScheme
 from host.errors import InputError
 
 
-__all__ = ["board_scheme", "known_config", "open_board", "with_core"]
+__all__ = ["board_scheme", "entered", "known_config", "open_board", "url_of", "with_core"]
 
 _SERIAL = SerialScheme()
 
@@ -51,7 +53,8 @@ def open_board(url: str) -> Chip:
     """
     opened = board_scheme(url).open(url)
     try:
-        return Chip(Link(opened.port, timeout_s=opened.timeout_s, attempts=opened.attempts))
+        link = Link(opened.port, timeout_s=opened.timeout_s, attempts=opened.attempts)
+        return Chip(link, url=url)
     except LinkTimeoutError:
         opened.port.close()
         raise InputError(
@@ -61,6 +64,35 @@ def open_board(url: str) -> Chip:
     except BaseException:
         opened.port.close()
         raise
+
+
+def url_of(board: str | Chip) -> str:
+    """Return the URL of a board that is given by it, or as an open one."""
+    return board.url if isinstance(board, Chip) else board
+
+
+def entered(
+    board: str | Chip,
+    opener: Callable[[str], AbstractContextManager[Chip]] | None = None,
+    *,
+    core: GeneticCore | None = None,
+) -> AbstractContextManager[Chip]:
+    """Return a context manager of a board.
+
+    An open board stays open. One that has been closed, and a URL, are opened by ``opener``,
+    :func:`open_board` by default. A simulated board gets the ``core`` that a planner needs unless
+    its URL names one: an open one has a second chip beside it then, which is closed with it.
+
+    Raises
+    ------
+    InputError, JobError
+        As :func:`open_board`; a board that is not simulated may lack the core.
+    """
+    url = url_of(board)
+    if not isinstance(board, Chip) or board.closed:
+        return (opener or open_board)(url if core is None else with_core(url, core))
+    needed = url if core in (None, board.config.genetic) else with_core(url, str(core))
+    return nullcontext(board if needed == url else board.beside(lambda: open_board(needed)))
 
 
 def known_config(url: str) -> Config | None:

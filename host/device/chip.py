@@ -91,6 +91,8 @@ class Chip:
     ----------
     link : Link
         Closed with the chip.
+    url : str
+        Address of the board; empty for none.
     verify_every : int
         In recipe mode, generations between full reads of the population.
 
@@ -100,6 +102,8 @@ class Chip:
         Configuration that the chip was built from, as the chip reports it.
     info : dict
         Fields of the chip's reply to ``INFO``.
+    closed : bool
+        The chip has been closed.
 
     Raises
     ------
@@ -109,8 +113,8 @@ class Chip:
         If the board is of another protocol version, or of a build that this release does not know.
     """
 
-    def __init__(self, link: Link, *, verify_every: int = 256) -> None:
-        self.link = link
+    def __init__(self, link: Link, *, verify_every: int = 256, url: str = "") -> None:
+        self.link, self.url = link, url
         self._verify_every = verify_every
         # The host's copy of the population; None while the population is unknown.
         self._paths: list[list[int]] | None = None
@@ -118,6 +122,9 @@ class Chip:
         self.info = request_info(link)
         self.config = built_config(self.info)
         self._map = MapCopy(self.config, link)
+        self._runs = Runs(self.config, link, self._map)
+        self._beside: Chip | None = None
+        self.closed = False
         link.open(self.info["session"], credit=self.config.receive_buffer)
 
     def __enter__(self) -> Self:
@@ -141,8 +148,17 @@ class Chip:
         return [list(path) for path in self._known()]
 
     def close(self) -> None:
-        """Close the link, and end a simulated board behind it."""
+        """Close the link, end a simulated board behind it, and close the chip beside this one."""
+        self.closed = True
         self.link.close()
+        if self._beside is not None:
+            self._beside.close()
+
+    def beside(self, opened: Callable[[], Chip]) -> Chip:
+        """Return a chip that is closed with this one; ``opened`` makes it at the first call."""
+        if self._beside is None:
+            self._beside = opened()
+        return self._beside
 
     def _known(self) -> list[list[int]]:
         if self._paths is None:
@@ -345,7 +361,7 @@ class Chip:
                 "The board has no streaming genetic core: use one that was built with "
                 "genetic=streaming."
             )
-        return Runs(self.config, self.link, self._map)
+        return self._runs
 
     def _require_core(self) -> None:
         if self.config.streaming_core:

@@ -2,23 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hdl.config import Config
 from hdl.protocol import Command
+from hdl.protocol.planner import NoFlyShape
 from host.device.link import Link
 from host.device.map_frames import map_frames
 
 
-__all__ = ["MapCopy"]
+__all__ = ["MapCopy", "drawn_corners"]
 
 #: Height of a cell whose value on the chip is unknown.
 _UNKNOWN = -1
 #: Frames of the map between two reports of progress.
 _FRAMES_PER_REPORT = 64
+
+
+def drawn_corners(shape: NoFlyShape) -> NDArray[np.bool_]:
+    """Return which corners of the box of a shape lie in it, (rows, columns) bool."""
+    u = np.arange(shape.last_x - shape.first_x + 1)
+    v = np.arange(shape.last_y - shape.first_y + 1)[:, None]
+    drawn = np.ones((len(v), len(u)), dtype=bool)
+    for number, (at, east, north) in enumerate(shape.edges):
+        value = at + east * u + north * v
+        if number == 0:
+            value = value - shape.bend_x * u**2 - shape.bend_y * v**2
+        drawn &= value >= 0
+    return drawn
 
 
 class MapCopy:
@@ -62,9 +77,17 @@ class MapCopy:
             if progress:
                 progress(done, heights.size)
 
-    def forget(self, x: int, y: int, columns: int, rows: int) -> None:
-        """Take a rectangle as unknown: a later :meth:`update` sends it again."""
-        self._heights[y : y + rows, x : x + columns] = _UNKNOWN
+    @contextmanager
+    def blocking(self, shape: NoFlyShape) -> Iterator[None]:
+        """Take the corners of a shape as blocked after the block, which has the chip draw them.
+
+        If the block fails, the box of the shape is unknown: a later :meth:`update` sends it again.
+        """
+        box = self._heights[shape.first_y : shape.last_y + 1, shape.first_x : shape.last_x + 1]
+        after = np.where(drawn_corners(shape), self._config.blocked_altitude, box)
+        box[:] = _UNKNOWN
+        yield
+        box[:] = after
 
     def update(
         self,

@@ -78,6 +78,11 @@ class Runs:
     map_copy : MapCopy
         The host's copy of its map.
 
+    Attributes
+    ----------
+    started : int
+        Runs begun so far: as long as it stays the same, so does the population.
+
     Raises
     ------
     RefusedError
@@ -86,6 +91,7 @@ class Runs:
 
     def __init__(self, config: Config, link: Link, map_copy: MapCopy) -> None:
         self._config, self._link, self._map = config, link, map_copy
+        self.started = 0
 
     def set_problem(self, record: ProblemRecord) -> None:
         """Give the chip a problem on its map of corners.
@@ -102,8 +108,7 @@ class Runs:
     def block(self, shape: NoFlyShape) -> None:
         """Block the corners in a shape; the chip draws it.
 
-        A later :meth:`host.device.chip.Chip.update_map` sends the box of the shape again, so that
-        the map becomes what it says.
+        A later :meth:`host.device.chip.Chip.update_map` takes them as blocked.
 
         Raises
         ------
@@ -113,9 +118,8 @@ class Runs:
         if not shape.is_valid():
             raise ValueError(f"The box of a shape must have a corner at least, not as in {shape}")
         payload = shape.pack(self._config)
-        columns, rows = shape.last_x - shape.first_x + 1, shape.last_y - shape.first_y + 1
-        self._map.forget(shape.first_x, shape.first_y, columns, rows)
-        self._link.request(Command.BLOCK, payload)
+        with self._map.blocking(shape):
+            self._link.request(Command.BLOCK, payload)
 
     def start(self, options: RunOptions) -> None:
         """Begin a run on the problem; :meth:`status` says when it is over.
@@ -128,7 +132,10 @@ class Runs:
         ValueError
             If an option is out of its range.
         """
-        self._link.request(Command.RUN, options.pack(self._config))
+        payload = options.pack(self._config)
+        # Whatever the answer, the population may be another one from here on.
+        self.started += 1
+        self._link.request(Command.RUN, payload)
 
     def status(self) -> RunStatus:
         """Return the progress of the latest run."""

@@ -10,9 +10,9 @@ import tty
 
 import pytest
 
-from hdl.config import Config, SurvivorSelection
+from hdl.config import Config, GeneticCore, SurvivorSelection
 from host.device import boards
-from host.device.boards import known_config, open_board
+from host.device.boards import entered, known_config, open_board, url_of
 from host.device.link import LinkError
 from host.device.schemes import split_config
 from host.device.serial_scheme import SerialScheme
@@ -251,3 +251,41 @@ def test_reports_a_board_that_closes(listener):
     url = listener(lambda peer: peer.recv(4096))
     with pytest.raises(LinkError, match=r"^The board was lost: \S.*\.$"):
         open_board(url)
+
+
+def test_an_open_board_stays_open():
+    with open_board("model:") as board:
+        assert url_of(board) == board.url == "model:"
+        with entered(board) as same:
+            assert same is board
+        with entered(board, core=GeneticCore.PARALLEL) as same:
+            assert same is board
+        assert not board.closed
+    assert board.closed
+
+
+def test_a_board_is_opened_by_its_url_with_the_core():
+    with entered("model:", core=GeneticCore.STREAMING) as board:
+        assert board.config.streaming_core
+    assert board.closed
+    asked = []
+    with entered("model:", lambda url: asked.append(url) or open_board(url)):
+        pass
+    # A board that was closed is opened anew.
+    with entered(board) as again:
+        assert again.config.streaming_core
+    assert asked == ["model:"]
+
+
+def test_another_core_is_built_beside_an_open_simulated_board():
+    with open_board("model:") as board:
+        with entered(board, core=GeneticCore.STREAMING) as other:
+            assert other.config.streaming_core
+        with entered(board, core=GeneticCore.STREAMING) as again:
+            assert again is other
+        assert not other.closed
+        assert board.link.session is not None
+    assert other.closed
+    with open_board("model:?genetic=parallel") as named:
+        with entered(named, core=GeneticCore.STREAMING) as same:
+            assert same is named

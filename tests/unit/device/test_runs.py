@@ -10,7 +10,7 @@ from hdl.protocol import Command, Status, StickyError
 from hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass
 from hdl.protocol.runs import RunOptions
 from host.device.chip import Chip, unpack_waypoints
-from host.device.link import Link, RefusedError
+from host.device.link import Link, LinkError, RefusedError
 from host.device.runs import RunStatus
 from host.errors import InputError
 from sim.model import refusal
@@ -139,11 +139,46 @@ def test_a_shape_is_blocked_and_an_upload_frees_it(problem):
         assert np.array_equal(model.checking.terrain.heights, blocked)
         coarse = blocked.reshape(8, 4, 8, 4).max(axis=(1, 3))
         assert np.array_equal(model.checking.terrain.coarse, coarse)
+        # What the chip has drawn is known: nothing is sent again.
+        frames = chip.link.traffic.frames_to_board
+        chip.update_map(blocked)
+        assert chip.link.traffic.frames_to_board == frames
         chip.update_map(heights)
         assert np.array_equal(model.checking.terrain.heights, heights)
     empty = NoFlyShape(first_x=9, first_y=9, last_x=8, last_y=9, edges=())
     with pytest.raises(ValueError, match=r"^The box of a shape must have a corner at least, not "):
         chip.runs.block(empty)
+
+
+def test_after_a_block_that_failed_its_box_is_sent_again(problem, monkeypatch):
+    heights, _ = problem
+    model = ChipModel(SMALL)
+    chip = Chip(Link(ModelPort(model), timeout_s=0.01, attempts=3))
+    chip.update_map(heights)
+    corner = NoFlyShape(first_x=9, first_y=9, last_x=11, last_y=9, edges=((0, -1, 0),))
+    real = chip.link.request
+
+    def lost(command, payload=b""):
+        real(command, payload)
+        raise LinkError("The board was lost: unplugged.")
+
+    monkeypatch.setattr(chip.link, "request", lost)
+    with pytest.raises(LinkError):
+        chip.runs.block(corner)
+    monkeypatch.undo()
+    assert model.checking.terrain.heights[9, 9] == SMALL.blocked_altitude
+    chip.update_map(heights)
+    assert np.array_equal(model.checking.terrain.heights, heights)
+
+
+def test_runs_are_counted(chip, problem):
+    heights, task = problem
+    chip.update_map(heights)
+    chip.runs.set_problem(task)
+    assert chip.runs.started == 0
+    chip.runs.start(OPTIONS)
+    chip.runs.start(WARM)
+    assert chip.runs.started == 2
 
 
 def test_a_repeated_block_is_not_drawn_again():

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS, PathClass
-from sim.model.planner.compiled import compiled, inlined
+from sim.model.planner.compiled import compiled
 from sim.model.planner.cycles import WALK
-from sim.model.planner.memo import HITS, MARGIN, find
+from sim.model.planner.memo import HITS, MARGIN, START, STOP, packed, row_of
 from sim.model.planner.problem import (
     BLOCKED,
     COORDINATE_BITS,
@@ -53,60 +53,49 @@ def evaluate(
         return _INFEASIBLE | min(penalty, _TOP)
     if first and value >= limit:
         return GIVEN_UP | value
-    hits, before, counts = 0, sizes[BLOCKED], True
-    for k in range(points):
-        if k:
-            found, margin = _segment(
-                sizes, ground, memo, counters, counts,
-                path[k - 1, 0], path[k - 1, 1], path[k - 1, 2], path[k, 0], path[k, 1], path[k, 2],
-            )  # fmt: skip
-            if counts:
-                hits += found
-                path[k - 1, 3] = min(before, margin)
-            before = margin
-            counts &= not (first and found > 0)
-        if (k or has_entry) and (k + 1 < points or has_exit) and work[CHORD + 6, k + has_entry]:
-            chord = work[CHORD : CHORD + 6, k + has_entry]
-            found, margin = _segment(
-                sizes, ground, memo, counters, counts,
-                chord[0], chord[1], chord[2], chord[3], chord[4], chord[5],
-            )  # fmt: skip
-            if counts:
-                hits += found
+    bits, width, rows = sizes[COORDINATE_BITS], sizes[MEMO_BITS], len(memo)
+    blocked, lanes = sizes[BLOCKED], sizes[LANES]
+    first_chord = 1 - has_entry
+    last_chord = points - 2 + has_exit
+    hits, before, counts, cycles = 0, blocked, True, 0
+    # Each segment in order, then the chord at its end; there is none at an end of the path.
+    for place in range(1, 2 * points):
+        k = place >> 1
+        if place & 1:
+            at = k + has_entry
+            if k < first_chord or k > last_chord or not work[CHORD + 6, at]:
+                continue
+            x0, y0, z0 = work[CHORD, at], work[CHORD + 1, at], work[CHORD + 2, at]
+            x1, y1, z1 = work[CHORD + 3, at], work[CHORD + 4, at], work[CHORD + 5, at]
+        else:
+            x0, y0, z0 = path[k - 1, 0], path[k - 1, 1], path[k - 1, 2]
+            x1, y1, z1 = path[k, 0], path[k, 1], path[k, 2]
+        start, stop = packed(bits, x0, y0, z0), packed(bits, x1, y1, z1)
+        row = row_of(rows, width, start, stop)
+        found, margin = -1, 0
+        if row >= 0 and memo[row, START] == start and memo[row, STOP] == stop:
+            cycles += MEMO_HIT
+            found, margin = memo[row, HITS], memo[row, MARGIN]
+        else:
+            cycles += walking(max(abs(x1 - x0), abs(y1 - y0)) + 1, lanes)
+            if row >= 0:
+                memo[row, START], memo[row, STOP], memo[row, HITS] = start, stop, -1
+        # Where nothing counts any more, only the cycles do: a row of the memo that gets the segment
+        # then is filled in by the next look-up that needs it.
+        if not counts:
+            continue
+        if found < 0:
+            found, margin = walk(ground, blocked, x0, y0, z0, x1, y1, z1)
+            if row >= 0:
+                memo[row, HITS], memo[row, MARGIN] = found, margin
+        hits += found
+        if place & 1:
             before = min(before, margin)
-            counts &= not (first and found > 0)
+        else:
+            path[k - 1, 3] = min(before, margin)
+            before = margin
+        counts = not (first and found > 0)
+    counters[WALK] += cycles
     if hits or penalty:
         return _INFEASIBLE | min(penalty + hits * _UNITS_PER_HIT, _TOP)
     return value
-
-
-@inlined
-def _segment(
-    sizes: Integers,
-    ground: Ground,
-    memo: Integers,
-    counters: Integers,
-    counts: bool,
-    x0: int,
-    y0: int,
-    z0: int,
-    x1: int,
-    y1: int,
-    z1: int,
-) -> tuple[int, int]:
-    """Return hits and margin of a segment, from the memo or by a walk.
-
-    Where nothing ``counts`` any more, only the cycles do: a row of the memo that gets the segment
-    then is filled in by the next look-up that needs it.
-    """
-    row, known = find(memo, sizes[MEMO_BITS], sizes[COORDINATE_BITS], x0, y0, z0, x1, y1, z1)
-    corners = max(abs(x1 - x0), abs(y1 - y0)) + 1
-    counters[WALK] += MEMO_HIT if known else walking(corners, sizes[LANES])
-    if known and memo[row, HITS] >= 0:
-        return memo[row, HITS], memo[row, MARGIN]
-    hits, margin = -1, 0
-    if counts:
-        hits, margin = walk(ground, sizes[BLOCKED], x0, y0, z0, x1, y1, z1)
-    if row >= 0:
-        memo[row, HITS], memo[row, MARGIN] = hits, margin
-    return hits, margin

@@ -8,10 +8,10 @@ from sim.model.planner.compiled import inlined
 from sim.model.planner.walk import Integers
 
 
-__all__ = ["HITS", "MARGIN", "NO_ROW", "empty_memo", "find"]
+__all__ = ["HITS", "MARGIN", "NO_ROW", "START", "STOP", "empty_memo", "packed", "row_of"]
 
 #: Columns of a row: the two ends packed, hits, margin.
-_START, _STOP, HITS, MARGIN = range(4)
+START, STOP, HITS, MARGIN = range(4)
 #: Row of a memo of size 0.
 NO_ROW = -1
 
@@ -22,25 +22,24 @@ def empty_memo(size: int) -> Integers:
 
 
 @inlined
-def find(
-    memo: Integers, width: int, bits: int, x0: int, y0: int, z0: int, x1: int, y1: int, z1: int
-) -> tuple[int, bool]:
-    """Return the row of a segment, and whether the row is the segment's; else it becomes so.
+def packed(bits: int, x: int, y: int, z: int) -> int:
+    """Return an end of a segment in one number; ``bits`` is the width of a coordinate."""
+    return x | y << bits | z << 2 * bits
 
-    The caller fills in hits and margin then. ``width`` and ``bits`` are the widths of a row's
-    number and of a coordinate.
+
+@inlined
+def row_of(rows: int, width: int, start: int, stop: int) -> int:
+    """Return the row of a segment in a memo of so many rows; :data:`NO_ROW` if it has none.
+
+    ``width`` is that of a row's number, ``start`` and ``stop`` are the ends, :func:`packed`. The
+    row is the segment's if its first two columns are these.
     """
-    size = len(memo)
-    if size == 0:
-        return NO_ROW, False
-    start = x0 | y0 << bits | z0 << 2 * bits
-    stop = x1 | y1 << bits | z1 << 2 * bits
-    mixed = start ^ stop << 3
-    row = 0
-    while mixed:
-        row ^= mixed & size - 1
-        mixed >>= width
-    if memo[row, _START] == start and memo[row, _STOP] == stop:
-        return row, True
-    memo[row, _START], memo[row, _STOP] = start, stop
-    return row, False
+    if rows == 0:
+        return NO_ROW
+    row = start ^ stop << 3
+    # The exclusive or of parts of ``width`` bits: the upper half on the lower one, and again.
+    for halving in range(5, -1, -1):
+        shift = width << halving
+        if shift < 63:
+            row ^= row >> shift
+    return row & rows - 1

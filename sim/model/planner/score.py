@@ -11,6 +11,8 @@ than 2**63.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from hdl.protocol.planner import (
@@ -52,18 +54,17 @@ from sim.model.planner.problem import (
     Y_SCALE,
 )
 from sim.model.planner.problem import RISE as RISE_FIELD
-from sim.model.planner.root import root
 from sim.model.planner.walk import Integers
 
 
 __all__ = ["CELL", "CHORD", "WORK_ROWS", "piece_cost", "scaled", "score"]
 
 #: Rows of the work space of :func:`score`; a column is a point, or the segment that begins there.
-_LENGTH, _RISE, _HALF_TURN, _TANGENT, _USED, _ALTITUDE = range(6)
+_LENGTH, _RISE, _HALF_TURN, _USED, _ALTITUDE = range(5)
 #: First of six rows with the ends of the chord at a point, x, y and step each, and a row that is 1
 #: where there is a chord.
-CHORD = 6
-WORK_ROWS = 13
+CHORD = 5
+WORK_ROWS = 12
 
 CELL = 1 << POSITION_FRACTION
 _EXCESS_SHIFT = 2
@@ -71,24 +72,43 @@ _SHARPEST = 16
 _INFINITE = 1 << 24
 _SHARE_BITS = 16
 _HALF_SHARE = 1 << _SHARE_BITS - 1
+_HALF_SCALE = 1 << SCALE_FRACTION - 1
+_ALMOST_ONE = (1 << TURN_FRACTION) - 1
 _TURNS = np.array(turn_table(), dtype=np.int64)
 
 
 @inlined
 def scaled(difference: int, scale: int) -> int:
     """Return a difference of positions in units of length, halves away from 0."""
-    size = abs(difference) * scale + (1 << SCALE_FRACTION - 1) >> SCALE_FRACTION
-    return -size if difference < 0 else size
+    # The shift of a negative number by 63 bits is -1.
+    return difference * scale + _HALF_SCALE + (difference >> 63) >> SCALE_FRACTION
+
+
+@inlined
+def _root(square: int) -> int:
+    """Return the square root of ``square``, 0..2**52 - 1, rounded down.
+
+    See :func:`sim.model.planner.root.root`.
+    """
+    return int(math.sqrt(square))
 
 
 @inlined
 def piece_cost(problem: Integers, before: int, after: int, length: int) -> int:
     """Return the cost of a straight piece or an arc between two altitudes."""
-    pull: int = problem[DRAG] * length + problem[RISE_FIELD] * (after - before)
-    cost: int = (before + after + problem[BASE]) * length
-    if pull > 0:
-        cost += pull * problem[FUEL] >> problem[FUEL_SHIFT]
+    burnt = _burnt(
+        problem[DRAG] * length + problem[RISE_FIELD] * (after - before),
+        problem[FUEL],
+        problem[FUEL_SHIFT],
+    )
+    cost: int = (before + after + problem[BASE]) * length + burnt
     return cost
+
+
+@inlined
+def _burnt(pull: int, fuel: int, fuel_shift: int) -> int:
+    """Return the part of a cost that is fuel."""
+    return max(pull, 0) * fuel >> fuel_shift
 
 
 @compiled
@@ -105,39 +125,50 @@ def score(
         path = _extended(problem, path, points)
         points = len(path)
     last = points - 1
-    penalty, total = _measure_segments(problem, path, last, work)
-    lengths, tangents, used = work[_LENGTH], work[_TANGENT], work[_USED]
-    sharp = 0
-    for k in range(1, last):
-        tangent = tangents[k]
-        fits = (
-            tangents[k - 1] + tangent <= lengths[k - 1] and tangent + tangents[k + 1] <= lengths[k]
-        )
-        sharp += not fits
-        used[k] = tangent if fits else 0
-    penalty += sharp * total >> 3
+    penalty = _measure_segments(problem, path, last, work)
     if first and penalty:
         return 0, penalty
 
+    # An inlined function gets numbers: an array would cost two counts of references.
+    climb, descent, radius = problem[CLIMB], problem[DESCENT], problem[RADIUS]
+    drag, weight, base = problem[DRAG], problem[RISE_FIELD], problem[BASE]
+    fuel, fuel_shift = problem[FUEL], problem[FUEL_SHIFT]
     cost = steep_arcs = 0
     # Where the piece before ends: altitude, and length of its segment that an arc has taken.
     altitude, taken = work[_ALTITUDE, 0], 0
     for k in range(1, points):
         before = after = work[_ALTITUDE, k]
-        tangent = used[k]
+        tangent = work[_USED, k]
         work[CHORD + 6, k] = 0
         if tangent:
-            before, after, rise = _lay_arc(path, work, k, before)
+            # The quotients have so few bits that rounding them before they are cut changes none.
+            back = int((tangent << _SHARE_BITS) / work[_LENGTH, k - 1])
+            on = int((tangent << _SHARE_BITS) / work[_LENGTH, k])
+            fall, rise = work[_RISE, k - 1] * back, work[_RISE, k] * on
+            before -= fall >> _SHARE_BITS
+            after += rise >> _SHARE_BITS
+            if tangent > CELL:
+                for axis in range(2):
+                    at = path[k, axis]
+                    away = (path[k - 1, axis] - at) * back + _HALF_SHARE >> _SHARE_BITS
+                    work[CHORD + axis, k] = at + away
+                    away = (path[k + 1, axis] - at) * on + _HALF_SHARE >> _SHARE_BITS
+                    work[CHORD + 3 + axis, k] = at + away
+                work[CHORD + 2, k] = before >> ALTITUDE_FRACTION
+                work[CHORD + 5, k] = after >> ALTITUDE_FRACTION
+                work[CHORD + 6, k] = 1
             half = min(work[_HALF_TURN, k], MAX_HALF_TURN << TURN_FRACTION)
-            at = half >> 6
-            turn = _TURNS[at] + ((_TURNS[at + 1] - _TURNS[at]) * (half & 63) >> 6)
-            length = problem[RADIUS] * turn >> TURN_FRACTION
-            if _excess(problem, length << _SHARE_BITS, rise) > 0:
+            entry = half >> 6
+            turn = _TURNS[entry] + ((_TURNS[entry + 1] - _TURNS[entry]) * (half & 63) >> 6)
+            length = radius * turn >> TURN_FRACTION
+            if _excess(climb, descent, length << _SHARE_BITS, fall + rise) > 0:
                 steep_arcs += max(length, CELL)
-            cost += piece_cost(problem, before, after, _flown(problem, length, after - before))
-        straight = lengths[k - 1] - taken - tangent
-        flown = _flown(problem, straight, before - altitude)
-        cost += piece_cost(problem, altitude, before, flown)
+            flown = _flown(weight, length, after - before)
+            cost += (before + after + base) * flown
+            cost += _burnt(drag * flown + weight * (after - before), fuel, fuel_shift)
+        flown = _flown(weight, work[_LENGTH, k - 1] - taken - tangent, before - altitude)
+        cost += (altitude + before + base) * flown
+        cost += _burnt(drag * flown + weight * (before - altitude), fuel, fuel_shift)
         altitude, taken = after, tangent
     return cost, penalty if penalty else steep_arcs
 
@@ -179,75 +210,71 @@ def _place(problem: Integers, path: Integers, k: int, last: int) -> tuple[int, i
 
 
 @compiled
-def _measure_segments(
-    problem: Integers, path: Integers, last: int, work: Integers
-) -> tuple[int, int]:
-    """Write altitudes, lengths, rises, half turns, tangents; return penalty and length."""
-    lengths, rises, tangents = work[_LENGTH], work[_RISE], work[_TANGENT]
-    x_scale, y_scale = problem[X_SCALE], problem[Y_SCALE]
+def _measure_segments(problem: Integers, path: Integers, last: int, work: Integers) -> int:
+    """Write altitudes, lengths, rises, half turns and the tangents that fit; return the penalty."""
+    x_scale, y_scale, radius = problem[X_SCALE], problem[Y_SCALE], problem[RADIUS]
+    climb, descent = problem[CLIMB], problem[DESCENT]
+    # Points between start and goal.
+    inner_first, inner_last = problem[HAS_ENTRY] + 1, last - problem[HAS_EXIT] - 1
     x, y, altitude = _place(problem, path, 0, last)
     work[_ALTITUDE, 0] = altitude
-    steep = total = dx = dy = length = 0
+    steep = total = sharp = 0
+    # Of the segment before, and of the point at its end.
+    dx = dy = length = tangent = 0
+    has_room = True
     for k in range(last):
-        next_x, next_y, next_altitude = _place(problem, path, k + 1, last)
+        if inner_first <= k + 1 <= inner_last:
+            next_x = path[k + 1, 0] << POSITION_FRACTION
+            next_y = path[k + 1, 1] << POSITION_FRACTION
+            next_altitude = path[k + 1, 2] << ALTITUDE_FRACTION
+        else:
+            next_x, next_y, next_altitude = _place(problem, path, k + 1, last)
         work[_ALTITUDE, k + 1] = next_altitude
         next_dx, next_dy = scaled(next_x - x, x_scale), scaled(next_y - y, y_scale)
-        next_length = root(next_dx * next_dx + next_dy * next_dy)
+        next_length = _root(next_dx * next_dx + next_dy * next_dy)
         rise = next_altitude - altitude
-        lengths[k], rises[k] = next_length, rise
+        work[_LENGTH, k], work[_RISE, k] = next_length, rise
         total += next_length
-        excess = _excess(problem, next_length, rise)
+        excess = _excess(climb, descent, next_length, rise)
         if excess > 0:
             steep += CELL + (excess >> SLOPE_FRACTION - _EXCESS_SHIFT)
-        tangents[k] = 0
         if k:
+            next_tangent = 0
             cross = abs(dx * next_dy - dy * next_dx)
             along = length * next_length + dx * next_dx + dy * next_dy
             if along <= 0 or cross >= _SHARPEST * along:
-                tangents[k] = _INFINITE
+                next_tangent = _INFINITE
             elif cross:
-                half = (cross << TURN_FRACTION) // along + 1
+                # Neither is negative, which the compiler does not know.
+                half = int(np.uint64(cross << TURN_FRACTION) // np.uint64(along)) + 1
                 work[_HALF_TURN, k] = half
-                rounding = (1 << TURN_FRACTION) - 1
-                tangents[k] = problem[RADIUS] * half + rounding >> TURN_FRACTION
+                next_tangent = radius * half + _ALMOST_ONE >> TURN_FRACTION
+            # The arcs at both ends of the segment before leave it a length of 0 or more.
+            still_has_room = tangent + next_tangent <= length
+            if k > 1:
+                fits = has_room and still_has_room
+                sharp += not fits
+                work[_USED, k - 1] = tangent if fits else 0
+            has_room, tangent = still_has_room, next_tangent
         x, y, altitude = next_x, next_y, next_altitude
         dx, dy, length = next_dx, next_dy, next_length
-    tangents[last] = work[_USED, last] = 0
-    return steep, total
+    if last > 1:
+        fits = has_room and tangent <= length
+        sharp += not fits
+        work[_USED, last - 1] = tangent if fits else 0
+    work[_USED, last] = 0
+    return steep + (sharp * total >> 3)
 
 
 @inlined
-def _excess(problem: Integers, length: int, rise: int) -> int:
+def _excess(climb: int, descent: int, length: int, rise: int) -> int:
     """Return by how many parts, with SLOPE_FRACTION bits below, a rise exceeds its limit."""
-    limit = problem[CLIMB] if rise > 0 else problem[DESCENT]
-    excess: int = (abs(rise) << SLOPE_FRACTION) - limit * length
-    return excess
+    limit = climb if rise > 0 else descent
+    return (abs(rise) << SLOPE_FRACTION) - limit * length
 
 
 @inlined
-def _flown(problem: Integers, length: int, rise: int) -> int:
+def _flown(weight: int, length: int, rise: int) -> int:
     """Return the length of a piece in three dimensions, to the nearest."""
-    up = rise * problem[RISE_FIELD] >> RISE_FRACTION
-    return root(4 * (length * length + up * up)) + 1 >> 1
-
-
-@inlined
-def _lay_arc(path: Integers, work: Integers, k: int, altitude: int) -> tuple[int, int, int]:
-    """Return both altitudes and the rise of the arc at point ``k``, and write its chord."""
-    tangent = work[_USED, k]
-    back = (tangent << _SHARE_BITS) // work[_LENGTH, k - 1]
-    on = (tangent << _SHARE_BITS) // work[_LENGTH, k]
-    fall, rise = work[_RISE, k - 1] * back, work[_RISE, k] * on
-    before = altitude - (fall >> _SHARE_BITS)
-    after = altitude + (rise >> _SHARE_BITS)
-    if tangent > CELL:
-        for axis in range(2):
-            at = path[k, axis]
-            away = (path[k - 1, axis] - at) * back + _HALF_SHARE >> _SHARE_BITS
-            work[CHORD + axis, k] = at + away
-            away = (path[k + 1, axis] - at) * on + _HALF_SHARE >> _SHARE_BITS
-            work[CHORD + 3 + axis, k] = at + away
-        work[CHORD + 2, k] = before >> ALTITUDE_FRACTION
-        work[CHORD + 5, k] = after >> ALTITUDE_FRACTION
-        work[CHORD + 6, k] = 1
-    return before, after, fall + rise
+    up = rise * weight >> RISE_FRACTION
+    return _root(4 * (length * length + up * up)) + 1 >> 1

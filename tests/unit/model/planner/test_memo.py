@@ -3,7 +3,7 @@ import pytest
 
 from hdl.config import Config
 from sim.model.planner.definition.memo import Memo
-from sim.model.planner.memo import HITS, MARGIN, NO_ROW, empty_memo, find
+from sim.model.planner.memo import HITS, MARGIN, NO_ROW, START, STOP, empty_memo, packed, row_of
 from tests.planner_cases import SMALL, USUAL, path
 
 
@@ -19,7 +19,9 @@ def test_both_memos_answer_for_the_same_segments(config: Config, size):
     hits = 0
     for number in range(3000):
         start, stop = (points[i] for i in rng.integers(len(points), size=2))
-        row, is_known = find(compiled, width, config.coordinate_bits, *start, *stop)
+        ends = [packed(config.coordinate_bits, *end) for end in (start, stop)]
+        row = row_of(size, width, *ends)
+        is_known = row != NO_ROW and compiled[row, [START, STOP]].tolist() == ends
         walked = plain.get(start, stop)
         assert is_known == (walked is not None)
         if is_known:
@@ -29,5 +31,5 @@ def test_both_memos_answer_for_the_same_segments(config: Config, size):
             known[start, stop] = number, -number
             plain.put(start, stop, known[start, stop])
             if row != NO_ROW:
-                compiled[row, HITS], compiled[row, MARGIN] = known[start, stop]
+                compiled[row, [START, STOP, HITS, MARGIN]] = *ends, *known[start, stop]
     assert (hits > 0) == (size > 0)

@@ -22,7 +22,7 @@ class BestReader(wiring.Component):
     The bytes are those of :func:`hdl.protocol.runs.pack_best`: of each path its key, then its
     waypoints. Members are read by their ranks, so that those of one key follow each other; of these
     the first is sent. Bytes follow each other in consecutive cycles, but for a cycle before each
-    key and 3 before each waypoint, 3 for each member after the first that is read, and 2 more.
+    key and 3 before each waypoint, 4 for each member after the first that is read, and 2 more.
 
     Parameters
     ----------
@@ -105,6 +105,8 @@ class BestReader(wiring.Component):
             self.records.p.data.eq(word[:8]),
         ]
 
+        differs = Signal(reset_less=True)
+        m.d.sync += differs.eq(self.member.key != path.key)
         with m.FSM() as states:
             with m.State("IDLE"):
                 m.d.sync += [sent.eq(0), is_final.eq(0)]
@@ -124,8 +126,10 @@ class BestReader(wiring.Component):
             with m.State("READ"):
                 m.next = "COMPARE"
             with m.State("COMPARE"):
+                m.next = "DECIDE"
+            with m.State("DECIDE"):
                 m.next = "SEEK"
-                with m.If(self.member.key != path.key):
+                with m.If(differs):
                     m.next = "KEY"
 
             with m.State("KEY"):

@@ -17,7 +17,7 @@ _KEY_BYTES = 4
 
 
 class BestReader(wiring.Component):
-    """Sends up to 8 paths of different keys as bytes, the best first.
+    """Sends paths of different keys as bytes, the best first.
 
     The bytes are those of :func:`hdl.protocol.runs.pack_best`: of each path its key, then its
     waypoints. Members are read by their ranks, so that those of one key follow each other; of these
@@ -37,6 +37,8 @@ class BestReader(wiring.Component):
 
     Members
     -------
+    count : In(range(9))
+        Paths sent at most, 1..8. Steady while ``busy``.
     best : In(1)
         Pulse: send the paths. Not while ``busy``.
     busy : Out(1)
@@ -72,6 +74,7 @@ class BestReader(wiring.Component):
         member = member_layout((slots - 1).bit_length(), max_waypoints.bit_length())
         super().__init__(
             {
+                "count": In(range(RETURNED + 1)),
                 "best": In(1),
                 "busy": Out(1),
                 "rank": Out(range(population)),
@@ -120,7 +123,7 @@ class BestReader(wiring.Component):
             with m.State("SEEK"):
                 m.d.sync += [self.rank.eq(self.rank + 1), is_final.eq(last_rank)]
                 m.next = "READ"
-                with m.If(last_rank | (sent == RETURNED - 1)):
+                with m.If(last_rank | (sent == self.count - 1)):
                     m.d.sync += [self.rank.eq(self.rank), is_final.eq(1)]
                     m.next = "KEY"
             with m.State("READ"):

@@ -260,6 +260,7 @@ class PlannerCore(wiring.Component):
         connect(m, reader.records, flipped(self.records))
         m.d.comb += [
             reader.best.eq(self.best),
+            reader.count.eq(control.options.paths),
             status.launch.eq(control.launch),
             status.running.eq(control.running),
             status.generations.eq(control.generations),

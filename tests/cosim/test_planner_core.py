@@ -15,7 +15,7 @@ from hdl.planner.core import PlannerCore
 from hdl.planner.layouts import problem_layout, shape_layout
 from hdl.planner.run_status import run_status_layout
 from hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass
-from hdl.protocol.runs import ISLANDS, RunOptions, pack_best, run_request
+from hdl.protocol.runs import ISLANDS, RETURNED, RunOptions, pack_best, run_request
 from hdl.verilog import strip_zero_init
 from sim.cache import BuildCache, build_root
 from sim.exported import cached_verilog
@@ -205,6 +205,7 @@ class Flight:
             seeds=self.config.population + int(rng.integers(40)),
             lifts=int(rng.integers(5)),
             share=int(rng.integers(17)),
+            paths=int(rng.integers(1, RETURNED + 1)),
             warm=warm,
             memo=self.rows,
         )

@@ -6,7 +6,7 @@ import numpy as np
 
 from hdl.config import Config
 from hdl.protocol.planner import BLOCKS, ProblemRecord
-from hdl.protocol.runs import ISLANDS, RETURNED, Outcome, Population, RunOptions
+from hdl.protocol.runs import ISLANDS, Outcome, Population, RunOptions
 from sim.model.planner import cycles
 from sim.model.planner.breeder import breed
 from sim.model.planner.compiled import compiled
@@ -116,7 +116,7 @@ def plan(
         waypoints = paths[0, slot, 1 : points[0, slot] - 1, :3].tolist()
         last.append([(x, y, z) for x, y, z in waypoints])
         best.setdefault(int(keys[0, slot]), last[-1])
-    returned = list(best.values())[:RETURNED], list(best)[:RETURNED]
+    returned = list(best.values())[: options.paths], list(best)[: options.paths]
     return Outcome(*returned, last, **cycles.totals(counters))
 
 

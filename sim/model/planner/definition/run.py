@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from hdl.config import Config
 from hdl.protocol.planner import BLOCKS, VALUE_BITS, PathClass, ProblemRecord
-from hdl.protocol.runs import ISLANDS, RETURNED, Outcome, Population, RunOptions
+from hdl.protocol.runs import ISLANDS, Outcome, Population, RunOptions
 from sim.model.planner import cycles
 from sim.model.planner.definition.breeder import Waypoint, breed
 from sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
@@ -159,7 +159,7 @@ class Run:
         best: dict[int, Member] = {}
         for member in members:
             best.setdefault(member.key, member)
-        returned = list(best.values())[:RETURNED]
+        returned = list(best.values())[: options.paths]
         return Outcome(
             [[waypoint[:3] for waypoint in member.path] for member in returned],
             [member.key for member in returned],

@@ -24,7 +24,16 @@ from host.problem.rules import Rules
 from sim.model.planner.run import plan
 
 
-__all__ = ["CHIP", "Outcome", "Task", "run_all", "share", "terrains", "through_terrains"]
+__all__ = [
+    "CHIP",
+    "Outcome",
+    "Task",
+    "judged_run",
+    "run_all",
+    "share",
+    "terrains",
+    "through_terrains",
+]
 
 #: The chip that is modelled: 8 lanes, 100 MHz.
 CHIP = Config(genetic=GeneticCore.STREAMING)
@@ -102,11 +111,15 @@ def _prepared(terrain: str, clearance_m: float | None) -> tuple[Evaluator, Corne
 
 
 def _run(task: Task) -> Outcome:
-    evaluator, grid = _prepared(task.terrain, task.clearance_m)
+    return judged_run(*_prepared(task.terrain, task.clearance_m), task.options)
+
+
+def judged_run(evaluator: Evaluator, grid: CornerMap, options: RunOptions) -> Outcome:
+    """Do a run on the model, and judge its paths as the host does."""
     record = problem_record(CHIP, evaluator.problem, grid)
     corners = grid.corners(chip_ends(evaluator.problem))
     began = time.process_time()
-    found = plan(CHIP, corners, record, task.options)
+    found = plan(CHIP, corners, record, options)
     seconds = time.process_time() - began
     archive: list[tuple[float, NDArray[np.float64]]] = []
     for path in found.paths:

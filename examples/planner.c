@@ -98,6 +98,7 @@ static void run(struct link *link, const struct chip *chip, bool warm)
     field(&options, warm ? 1 : 2, 3);           /* Islands, and their slopes. */
     field(&options, 3, 4);
     field(&options, 0, 4);
+    field(&options, 8, 4);                      /* Paths. */
     send_fields(link, RUN, &options);
 
     size_t size;

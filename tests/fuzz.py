@@ -77,7 +77,15 @@ _RUN_WEIGHTS = {
     **_COMMON_WEIGHTS,
 }
 #: Values that a RUN may not have, whatever the chip.
-_WRONG_RUNS = ({"islands": 3}, {"islands": 0, "warm": 0}, {"lifts": 5}, {"share": 17}, {"seeds": 1})
+_WRONG_RUNS = (
+    {"islands": 3},
+    {"islands": 0, "warm": 0},
+    {"lifts": 5},
+    {"share": 17},
+    {"seeds": 1},
+    {"paths": 0},
+    {"paths": 9},
+)
 #: Looks at a run until it is over.
 _LOOKS = 10_000
 
@@ -306,6 +314,7 @@ class Fuzz:
                 seeds=config.population + rng.randrange(config.population),
                 lifts=rng.randrange(5),
                 share=rng.randrange(17),
+                paths=rng.randrange(1, 9),
                 warm=warm,
             )
             layout = run_request(config)

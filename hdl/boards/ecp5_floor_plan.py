@@ -2,7 +2,8 @@
 
 A map takes nearly all block RAMs. By default, the placer spreads the block RAMs of a bank, all of
 which each row address has to reach, over the whole die, and uses leftover sites for the others; it
-lines the multipliers up along the whole width of the die.
+lines the multipliers up along the whole width of the die. A planner has units of its own in the
+middle of the die: its map leaves the block RAMs there free, and the placer chooses for the rest.
 """
 
 import json
@@ -13,7 +14,7 @@ from types import MappingProxyType
 from hdl.config import Config
 
 
-__all__ = ["MAP_SITES", "OTHER_SITES", "floor_plan"]
+__all__ = ["MAP_SITES", "OTHER_SITES", "PLANNER_MAP_SITES", "floor_plan"]
 
 #: First columns of the groups of four block RAMs or multipliers of a row.
 _GROUPS = (*range(4, 59, 9), *range(69, 115, 9))
@@ -42,6 +43,27 @@ _TAKEN, _LEFT = _strips()
 
 #: Sites in the order in which the blocks of a map take them.
 MAP_SITES = tuple(_TAKEN)
+
+
+def _ring() -> list[str]:
+    """Return all sites, those around the middle of the die first, neighbours in sequence.
+
+    A quadrant has 44 of these, which blocks of 4 or 11 share without a gap. The 32 in the middle
+    are the 16 of each inner row.
+    """
+    columns = [(x + 2 * number, number) for x in _GROUPS for number in range(4)]
+    around, middle = [], []
+    for outer, inner in ((22, 46), (82, 70)):
+        for half in (columns[:26], columns[:25:-1]):
+            left, free = half[:18], half[18:]
+            strip = [*((outer, *site) for site in half), *((inner, *site) for site in left[::-1])]
+            around += [f"X{x}/Y{y}/EBR{number}" for y, x, number in strip]
+            middle += [f"X{x}/Y{inner}/EBR{number}" for x, number in free]
+    return [*around, *middle]
+
+
+#: Sites in the order in which the blocks of a planner's map take them.
+PLANNER_MAP_SITES = tuple(_ring())
 
 #: Sites of the other block RAMs by the names of their cells: the link's at the edge with its pins,
 #: the checker's in the middle.

@@ -8,7 +8,7 @@ from amaranth_boards.ecpix5 import ECPIX585Platform
 from hdl.boards.board import Board
 from hdl.boards.ecp5 import OVERRIDES
 from hdl.boards.ecp5_cells import Ecp5Cells
-from hdl.boards.ecp5_floor_plan import MAP_SITES, floor_plan
+from hdl.boards.ecp5_floor_plan import MAP_SITES, PLANNER_MAP_SITES, floor_plan
 from hdl.boards.pll import Ecp5Pll
 from hdl.config import CheckerBuild, Config, GeneticCore
 
@@ -34,6 +34,12 @@ class _Platform(ECPIX585Platform):
     ]
 
 
+class _PlannerPlatform(_Platform):
+    """With the map's block RAMs around the middle of the die."""
+
+    cells = Ecp5Cells(PLANNER_MAP_SITES)
+
+
 _PAPER = Board(
     name="ecpix5-85f",
     platform=_Platform,
@@ -45,6 +51,7 @@ _PAPER = Board(
 )
 _PLANNER = replace(
     _PAPER,
+    platform=_PlannerPlatform,
     # 100 MHz to 110 MHz.
     pll=Ecp5Pll(input_divider=10, feedback_divider=11, output_divider=5),
     # Banks of 4096 rows take three block RAMs each with altitudes of 10 to 13 bits, 192 in all of

@@ -7,7 +7,7 @@ from amaranth_boards.ulx3s import ULX3S_85F_Platform
 from hdl.boards.board import Board
 from hdl.boards.ecp5 import OVERRIDES
 from hdl.boards.ecp5_cells import Ecp5Cells
-from hdl.boards.ecp5_floor_plan import MAP_SITES, floor_plan
+from hdl.boards.ecp5_floor_plan import MAP_SITES, PLANNER_MAP_SITES, floor_plan
 from hdl.boards.pll import Ecp5Pll
 from hdl.config import CheckerBuild, Config, GeneticCore
 
@@ -23,6 +23,12 @@ class _Platform(ULX3S_85F_Platform):
     cells = Ecp5Cells(MAP_SITES)
 
 
+class _PlannerPlatform(_Platform):
+    """With the map's block RAMs around the middle of the die."""
+
+    cells = Ecp5Cells(PLANNER_MAP_SITES)
+
+
 _PAPER = Board(
     name="ulx3s-85f",
     platform=_Platform,
@@ -35,6 +41,7 @@ _PAPER = Board(
 )
 _PLANNER = replace(
     _PAPER,
+    platform=_PlannerPlatform,
     # The map takes 176 block RAMs; with altitudes of 12 bits it would take 192 of the 208, and the
     # planner needs 24 beside it.
     sizes=_SIZES.replace(genetic=GeneticCore.STREAMING, altitude_bits=11),

@@ -24,7 +24,7 @@ from hdl.protocol import (
     write_request,
 )
 from hdl.protocol.planner import BLOCKS, SCALE_FRACTION, no_fly_request, problem_request
-from hdl.protocol.runs import ISLANDS, LIFTS, run_request
+from hdl.protocol.runs import ISLANDS, LIFTS, RETURNED, run_request
 
 
 __all__ = ["FieldDecoder", "payload_commands", "request_fields"]
@@ -391,6 +391,8 @@ class FieldDecoder(wiring.Component):
             | (run.give_up_rank >= self.population)
             | (run.seeds < self.population)
             | (run.lifts > LIFTS)
+            | (run.paths == 0)
+            | (run.paths > RETURNED)
             | (run.share > _MOST_SHARE)
             | (run.islands + run.warm == 0)
             | (run.islands + run.warm > ISLANDS)

@@ -17,12 +17,12 @@ _KEY_BYTES = 4
 
 
 class BestReader(wiring.Component):
-    """Sends up to 8 paths of different keys as bytes, the best first.
+    """Sends paths of different keys as bytes, the best first.
 
     The bytes are those of :func:`hdl.protocol.runs.pack_best`: of each path its key, then its
     waypoints. Members are read by their ranks, so that those of one key follow each other; of these
     the first is sent. Bytes follow each other in consecutive cycles, but for a cycle before each
-    key and 3 before each waypoint, 3 for each member after the first that is read, and 2 more.
+    key and 3 before each waypoint, 4 for each member after the first that is read, and 2 more.
 
     Parameters
     ----------
@@ -37,6 +37,8 @@ class BestReader(wiring.Component):
 
     Members
     -------
+    count : In(range(9))
+        Paths sent at most, 1..8. Steady while ``busy``.
     best : In(1)
         Pulse: send the paths. Not while ``busy``.
     busy : Out(1)
@@ -72,6 +74,7 @@ class BestReader(wiring.Component):
         member = member_layout((slots - 1).bit_length(), max_waypoints.bit_length())
         super().__init__(
             {
+                "count": In(range(RETURNED + 1)),
                 "best": In(1),
                 "busy": Out(1),
                 "rank": Out(range(population)),
@@ -105,6 +108,8 @@ class BestReader(wiring.Component):
             self.records.p.data.eq(word[:8]),
         ]
 
+        differs = Signal(reset_less=True)
+        m.d.sync += differs.eq(self.member.key != path.key)
         with m.FSM() as states:
             with m.State("IDLE"):
                 m.d.sync += [sent.eq(0), is_final.eq(0)]
@@ -118,14 +123,16 @@ class BestReader(wiring.Component):
             with m.State("SEEK"):
                 m.d.sync += [self.rank.eq(self.rank + 1), is_final.eq(last_rank)]
                 m.next = "READ"
-                with m.If(last_rank | (sent == RETURNED - 1)):
+                with m.If(last_rank | (sent == self.count - 1)):
                     m.d.sync += [self.rank.eq(self.rank), is_final.eq(1)]
                     m.next = "KEY"
             with m.State("READ"):
                 m.next = "COMPARE"
             with m.State("COMPARE"):
+                m.next = "DECIDE"
+            with m.State("DECIDE"):
                 m.next = "SEEK"
-                with m.If(self.member.key != path.key):
+                with m.If(differs):
                     m.next = "KEY"
 
             with m.State("KEY"):

@@ -18,6 +18,7 @@ from hdl.planner.run_control import RunControl
 from hdl.planner.run_status import RunStatus, run_status_layout
 from hdl.planner.shape_drawer import ShapeDrawer
 from hdl.planner.wavefront.seed_source import SeedSource
+from hdl.primitives.fanout import fanout
 from hdl.protocol.runs import ISLANDS, run_request
 
 
@@ -171,6 +172,8 @@ class PlannerCore(wiring.Component):
         control, source, seeds = self._control, self._source, self._seeds
         evolver, evaluator = self._evolver, self._evaluator
         options = control.options
+        # The scorer's own: it lies far from the control unit.
+        (phase,) = fanout(m, ~control.phase, name="scorer_phase")
         m.d.comb += [
             # The memo is made void after a reset.
             control.runs.p.eq(self.runs.p),
@@ -188,7 +191,7 @@ class PlannerCore(wiring.Component):
             evolver.words.valid.eq(source.ready),
             evaluator.clear.eq(control.launch),
             evaluator.clear_counters.eq(control.launch),
-            evaluator.phase.eq(control.phase),
+            evaluator.phase.eq(phase),
             control.source_ready.eq(source.ready),
             control.memo_busy.eq(evaluator.busy),
             control.seeds_busy.eq(seeds.busy),
@@ -257,6 +260,7 @@ class PlannerCore(wiring.Component):
         connect(m, reader.records, flipped(self.records))
         m.d.comb += [
             reader.best.eq(self.best),
+            reader.count.eq(control.options.paths),
             status.launch.eq(control.launch),
             status.running.eq(control.running),
             status.generations.eq(control.generations),

@@ -69,6 +69,8 @@ class RunOptions:
         Sixteenths of the time after the first populations that the islands have together.
     warm : bool
         Go on from the population of the run before.
+    paths : int
+        Paths returned at most, 1..8.
     memo : int
         Rows of the memo of segments: 0, or a power of two. Changes nothing but cycles. Built into a
         chip.
@@ -83,6 +85,7 @@ class RunOptions:
     lifts: int = 2
     share: int = 8
     warm: bool = False
+    paths: int = RETURNED
     memo: int = 512
 
     def check(self, config: Config) -> None:
@@ -108,6 +111,7 @@ class RunOptions:
             ("seeds", "from the population to 65535", config.population <= self.seeds < 1 << 16),
             ("lifts", f"from 0 to {LIFTS}", 0 <= self.lifts <= LIFTS),
             ("share", "from 0 to 16", 0 <= self.share <= 16),
+            ("paths", f"from 1 to {RETURNED}", 1 <= self.paths <= RETURNED),
             (
                 "memo",
                 "0, or a power of two up to 65536",
@@ -162,8 +166,8 @@ class Outcome:
     Attributes
     ----------
     paths : list of list of (int, int, int)
-        Up to 8 paths of different keys, the best first: corners and steps of their waypoints, start
-        and goal left out.
+        Paths of different keys, at most as many as the options ask for, the best first: corners
+        and steps of their waypoints, start and goal left out.
     keys : list of int
         Their keys.
     population : list of list of (int, int, int)
@@ -212,6 +216,7 @@ def run_request(config: Config) -> Layout:
             ("warm", 1),
             ("islands", 3),
             *numbered("slope", ISLANDS, SLOPE_BITS),
+            ("paths", 4),
         )
     )
 

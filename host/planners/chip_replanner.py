@@ -22,7 +22,7 @@ __all__ = ["ChipReplanner", "replan_options"]
 _MOST_RUNS = 2
 #: Of each run.
 _USUAL = RunOptions(
-    cycles=175_000, generations=192, slopes=WARM_SLOPES, seeds=64, share=13, warm=True
+    cycles=175_000, generations=192, slopes=WARM_SLOPES, seeds=64, share=13, warm=True, paths=4
 )
 
 

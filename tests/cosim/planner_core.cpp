@@ -9,6 +9,8 @@
 //   5                 answers: has_problem, has_population, has_best, then the words of `status`
 //   6 stall           reads the best paths; with a stall s above 0, records move only in about one
 //                     cycle of s; answers: number of bytes, and the bytes
+//   7 cycles word*    starts a run, and resets the chip so many cycles later
+//   8                 stops, where there is no run
 //
 // Verilator spells the double underscore of a port ___05F.
 
@@ -44,9 +46,19 @@ void write_numbers(const Numbers& numbers) {
 class Planner {
 public:
     Planner() {
-        top_.rst = 1;
-        for (int i = 0; i < 4; ++i) clock();
-        top_.rst = 0;
+        reset();
+    }
+
+    void stop() {
+        top_.stop = 1;
+        clock();
+        top_.stop = 0;
+    }
+
+    void reset_in_run(Number cycles) {
+        offer(top_.runs___05Fpayload, top_.runs___05Fvalid, top_.runs___05Fready);
+        for (Number i = 0; i < cycles; ++i) clock();
+        reset();
     }
 
     void write(const Numbers& corners) {
@@ -117,6 +129,12 @@ public:
     }
 
 private:
+    void reset() {
+        top_.rst = 1;
+        for (int i = 0; i < 4; ++i) clock();
+        top_.rst = 0;
+    }
+
     void clock() {
         top_.clk = 0;
         top_.eval();
@@ -167,6 +185,10 @@ int main() {
             planner.tell();
         } else if (order == 6) {
             planner.read_best(read_number());
+        } else if (order == 7) {
+            planner.reset_in_run(read_number());
+        } else if (order == 8) {
+            planner.stop();
         } else {
             return 3;
         }

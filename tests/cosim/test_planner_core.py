@@ -1,6 +1,7 @@
 """The exported planner in Verilator: whole runs against the model, all they report included."""
 
 import dataclasses
+import shutil
 import struct
 import subprocess
 from pathlib import Path
@@ -14,7 +15,7 @@ from hdl.planner.core import PlannerCore
 from hdl.planner.layouts import problem_layout, shape_layout
 from hdl.planner.run_status import run_status_layout
 from hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass
-from hdl.protocol.runs import ISLANDS, RunOptions, pack_best, run_request
+from hdl.protocol.runs import ISLANDS, RETURNED, RunOptions, pack_best, run_request
 from hdl.verilog import strip_zero_init
 from sim.cache import BuildCache, build_root
 from sim.exported import cached_verilog
@@ -38,18 +39,23 @@ COUNTERS = "breed", "score", "walk", "sort", "wavefront"
 
 
 class VerilatedPlanner:
-    """The planner, simulated by Verilator in another process, and its map."""
+    """The planner, simulated by Verilator in another process, and its map.
 
-    def __init__(self, config, rows):
+    With ``builds`` of its own, its build is quick instead of fast.
+    """
+
+    def __init__(self, config, rows, builds=None):
         def export():
             dut = PlannerCore(config, rows)
             return strip_zero_init(verilog.convert(dut, name="planner_core", emit_src=False))
 
+        kept = builds is None
         program = build_verilator(
-            BuildCache(build_root() / "sim"),
-            cached_verilog(export, "planner_core", repr(config), str(rows)),
+            BuildCache(build_root() / "sim") if kept else builds,
+            cached_verilog(export, "planner_core", repr(config), str(rows)) if kept else export(),
             "planner_core",
             main=Path(__file__).with_name("planner_core.cpp"),
+            optimize="-O1" if kept else "-O0",
         )
         self.config = config
         self.status_layout = run_status_layout()
@@ -90,6 +96,16 @@ class VerilatedPlanner:
         values = request.unpack(options.pack(self.config))
         self._send(4, gap, stop, *self._words(struct_of(request), values))
         return tuple(self._receive(2))
+
+    def stop(self):
+        """Stop, where there is no run."""
+        self._send(8)
+
+    def reset_in_run(self, options, cycles):
+        """Start a run, and reset the chip so many cycles later."""
+        request = run_request(self.config)
+        values = request.unpack(options.pack(self.config))
+        self._send(7, cycles, *self._words(struct_of(request), values))
 
     def status(self):
         """Return what there is, and the fields of the status."""
@@ -189,6 +205,7 @@ class Flight:
             seeds=self.config.population + int(rng.integers(40)),
             lifts=int(rng.integers(5)),
             share=int(rng.integers(17)),
+            paths=int(rng.integers(1, RETURNED + 1)),
             warm=warm,
             memo=self.rows,
         )
@@ -223,9 +240,9 @@ class Flight:
         assert self.chip.best(stall) == pack_best(self.config, packed, out.keys), note
 
 
-def fly(config, rows, seed, runs, generations):
+def fly(config, rows, seed, runs, generations, builds=None):
     """Do runs on changing maps and problems; return the kinds of runs."""
-    with VerilatedPlanner(config, rows) as chip:
+    with VerilatedPlanner(config, rows, builds) as chip:
         flight = Flight(config, rows, seed, chip)
         assert chip.status()[0] == [0, 0, 0]
         for number in range(runs):
@@ -266,19 +283,105 @@ def test_runs_equal_the_model(config, rows, runs, generations):
         assert {kind[2:] for kind in kinds} == {(0, 0), (0, 1), (1, 0), (1, 1)}
 
 
-def test_a_stop_ends_a_run_with_its_present_generation():
-    """As if the run had a limit of so many; a stop in its first cycles leaves no generation."""
+@pytest.mark.long
+def test_ten_thousand_generations_of_the_usual_chip():
+    with VerilatedPlanner(USUAL, 512) as chip:
+        flight = Flight(USUAL, 512, 10, chip)
+        flight.upload()
+        flight.pose()
+        options = RunOptions(seed=1, cycles=10**9, generations=10_000, slopes=(3, 0))
+        flight.run(options)
+        assert flight.outcome.generations == 10_000
+
+
+@pytest.mark.parametrize("slopes", [(3,), (3, 0)], ids=["one-island", "two-islands"])
+@pytest.mark.parametrize("step", [97, pytest.param(1, marks=pytest.mark.long)])
+def test_a_stop_in_any_cycle_of_a_run(slopes, step):
+    """Nothing is bred from the next cycle on, in whatever part of the run."""
     with VerilatedPlanner(SMALL, 64) as chip:
         flight = Flight(SMALL, 64, 7, chip)
         flight.upload()
         flight.pose()
-        options = dataclasses.replace(
-            flight.options(2), slopes=(3,), warm=False, cycles=10**9, generations=10**6
-        )
-        for stop in (1, 2_000, 30_000, 31_000, 60_001):
-            marked = flight.marks.scan()
-            _, generations = chip.run(options, stop=stop)
-            assert (generations > 0) == (stop > 2_000)
-            as_many = dataclasses.replace(options, generations=generations)
-            flight.outcome = plan(SMALL, flight.ground, flight.record, as_many, marked=marked)
+        options = RunOptions(
+            seed=5, cycles=10**9, generations=12, give_up_rank=3, slopes=slopes, seeds=10, lifts=1,
+            share=8, memo=64,
+        )  # fmt: skip
+        flight.run(options)
+        end = plan(SMALL, flight.ground, flight.record, options, marked=0).cycles
+        told = []
+        for stop in range(1, end, step):
+            flight.outcome = out = plan(
+                SMALL, flight.ground, flight.record, options, marked=0, stop=stop
+            )
+            assert chip.run(options, stop=stop) == (out.cycles, out.generations)
             flight.compare(stop)
+            told.append(out.generations)
+        assert told == sorted(told)
+        assert (told[0], told[-1]) == (0, 12)
+        assert step > 1 or set(told) == set(range(13))
+
+
+def test_a_stop_without_a_run_means_nothing():
+    with VerilatedPlanner(SMALL, 64) as chip:
+        flight = Flight(SMALL, 64, 8, chip)
+        flight.upload()
+        flight.pose()
+        chip.stop()
+        flight.run(flight.options(20))
+        before = chip.status()
+        chip.stop()
+        assert chip.status() == before
+        flight.run(flight.options(20))
+
+
+@pytest.mark.parametrize("runs", [12, pytest.param(300, marks=pytest.mark.long)])
+def test_a_reset_in_the_middle_of_a_run_leaves_a_new_chip(runs):
+    """It has neither problem, population nor paths; the map stays, and is scanned anew."""
+    with VerilatedPlanner(SMALL, 64) as chip:
+        flight = Flight(SMALL, 64, 9, chip)
+        flight.upload()
+        flight.pose()
+        for number in range(runs):
+            options = flight.options(40)
+            flight.run(options)
+            cold = dataclasses.replace(options, warm=False, slopes=(3,), seed=number)
+            chip.reset_in_run(cold, int(flight.rng.integers(flight.outcome.cycles + 100)))
+            flags, status = chip.status()
+            assert flags == [0, 0, 0]
+            assert status["running"] == 0
+            assert status["generation"] == status["cycles"] == 0
+            assert status["key"] >> VALUE_BITS == PathClass.VOID
+            flight.marks, flight.outcome = BlockMarks(), None
+            flight.pose()
+
+
+def a_config(rng):
+    """A small chip of random sizes."""
+    population = int(rng.choice([8, 16]))
+    survivors = int(rng.integers(1, population // 4 + 1))
+    elites = int(rng.integers(1, population // 4 + 1))
+    elites += (population - survivors - elites) % 2
+    size = int(rng.choice([16, 32, 64, 128]))
+    return SMALL.replace(
+        population=population,
+        survivors=survivors,
+        elites=elites,
+        children=population - survivors - elites,
+        max_waypoints=int(rng.integers(3, 18)),
+        map_size=size,
+        altitude_bits=int(rng.integers(5, 13)),
+        box_percent=int(rng.integers(5, 40)),
+        lanes=int(rng.choice([1, 2, 4, 8, 16])),
+        memory_latency=int(rng.integers(1, 3)),
+    )
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("first", range(0, 1000, 25))
+def test_random_configurations(first, tmp_path):
+    """Six runs each on 25 chips of random sizes; their builds are not kept."""
+    for seed in range(first, first + 25):
+        rng = np.random.default_rng(seed)
+        config, rows = a_config(rng), int(rng.choice([0, 2, 16, 64, 256]))
+        fly(config, rows, seed, 6, 60, BuildCache(tmp_path))
+        shutil.rmtree(tmp_path)

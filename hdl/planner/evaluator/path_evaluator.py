@@ -189,11 +189,12 @@ class PathEvaluator(wiring.Component):
         inside = Signal(range(PLACES + 1))
         begins, may_pass = Signal(init=1), Signal()
         first, taken = Signal(), Signal()
+        left = Signal()  # The head of a path has left: a path has two points, so there is time.
         m.d.comb += [
             paths.ready.eq(waiting != _HEADS),
             heads.put.eq(paths.valid & paths.ready),
             heads.word.eq(paths.p),
-            heads.words.ready.eq(first),
+            heads.words.ready.eq(left),
             may_pass.eq(~begins | (heads.words.valid & (inside != PLACES))),
             scorer.problem.eq(self.problem),
             scorer.phase.eq(self.phase),
@@ -209,7 +210,8 @@ class PathEvaluator(wiring.Component):
             self.idle.eq((waiting == 0) & (inside == 0) & self.queue.idle),
         ]
         m.d.sync += [
-            waiting.eq(waiting + heads.put - first),
+            left.eq(first),
+            waiting.eq(waiting + heads.put - left),
             inside.eq(inside + first - (self.evaluated.valid & self.evaluated.ready)),
         ]
         with m.If(taken):

@@ -60,7 +60,7 @@ class ArcFitter(wiring.Component):
     always in time: the first two slots of a path have nothing to send.
 
     Slots without ``valid`` hold nothing up: what is inside moves on with the next valid slot. The
-    second slot of a path must follow the first at once.
+    second slot of a path must follow the first at once. Inputs are steady in both cycles of a slot.
 
     Source: step 2 of the score in ``docs/chip_planner.md``.
 
@@ -117,16 +117,17 @@ class ArcFitter(wiring.Component):
         tangent = Signal(self.widths.tangent)
         # What the tangent of the turn into the segment before leaves of it.
         left = Signal(signed(self.widths.tangent + 1), reset_less=True)
-        room, room_before = Signal(), Signal(reset_less=True)
+        # Whether it leaves enough: found in the first cycle of a slot, for the second.
+        room, room_before = Signal(reset_less=True), Signal(reset_less=True)
         fits = Signal()
         fitted = Signal(fitted_layout(self.widths), reset_less=True)
         m.d.comb += [
             self.fitted.eq(fitted),
             self.moves.eq(self.valid | draining.any()),
             tangent.eq(Mux(self.valid, turn.tangent, 0)),
-            room.eq(tangent <= left),
             fits.eq(room & room_before & ~second.last),
         ]
+        m.d.sync += room.eq(tangent <= left)
         with m.If(self.phase):
             with m.If(self.valid & turn.last):
                 m.d.sync += draining.eq(2)

@@ -125,11 +125,15 @@ class BlockMap(wiring.Component):
         left = Signal(BLOCKS, reset_less=True)
         corner_y = Signal(max(1, most), reset_less=True)
         group = Signal(max(1, most), reset_less=True)
-        edge = Signal(most + 1)
-        groups = Signal(most + 1)
-        m.d.comb += [edge.eq(1 << shift), groups.eq(edge >> exact_log2(self.lanes))]
-        last_group = (groups == 0) | (group == groups - 1)
-        last = last_group & (corner_y == edge - 1)
+        # Steady long before a scan.
+        last_y, final_group = Signal.like(corner_y), Signal.like(group)
+        edge = (1 << shift)[: most + 1]
+        m.d.sync += [
+            last_y.eq(edge - 1),
+            final_group.eq((edge - 1) >> exact_log2(self.lanes)),
+        ]
+        last_group = group == final_group
+        last = last_group & (corner_y == last_y)
         reads, drained = Signal(), Signal(range(drain))
         with m.FSM() as states:
             with m.State("IDLE"):

@@ -125,12 +125,18 @@ class Relaxer(wiring.Component):
             m.d.sync += [self.busy.eq(1), count.eq(0)]
         number = count[:INDEX_BITS]
 
+        def register(value, name):
+            return delay_line(m, value, 1, name)
+
         def block_of(number):
             return number ^ self.backwards.replicate(INDEX_BITS)
 
         def later(cycles):
-            """Return the number of the block that is ``cycles`` behind its first cycle."""
-            return (number - cycles)[:INDEX_BITS]
+            """Return the number of the block that is ``cycles`` behind its first cycle, 1 or more.
+
+            A register: LUT RAMs follow. Valid while ``busy``.
+            """
+            return register((number - (cycles - 1))[:INDEX_BITS], f"number_{cycles}")
 
         m.d.comb += [
             self.surface_block.eq(block_of(number)),
@@ -141,15 +147,12 @@ class Relaxer(wiring.Component):
         costs = self._step_costs(m, later)
 
         # The row before, from north-east on.
-        column = later(_READ)[:BLOCK_BITS]
+        column = later(_READ - 1)[:BLOCK_BITS]
         done = Signal(COST_BITS, reset_less=True)
         written = later(_WRITTEN)
         north_east = _ring(m, "upper_costs", done, written[:BLOCK_BITS], column)
         north = delay_line(m, north_east, 1, "north")
         north_west = delay_line(m, north, 1, "north_west")
-
-        def register(value, name):
-            return delay_line(m, value, 1, name)
 
         def least(a, b, name):
             return register(Mux(a < b, a, b), name)
@@ -191,8 +194,8 @@ class Relaxer(wiring.Component):
     def _step_costs(self, m, later):
         """Return the costs of the steps to the four neighbours, in registers."""
         altitude = self.surface.altitude
-        column = later(2)[:BLOCK_BITS]
-        north_east = _ring(m, "upper_altitudes", altitude, column, column)
+        column, next_column = later(2)[:BLOCK_BITS], later(1)[:BLOCK_BITS]
+        north_east = _ring(m, "upper_altitudes", altitude, column, next_column)
         here = delay_line(m, altitude, 1, "altitude")
         north = delay_line(m, north_east, 1, "altitude_north")
         north_west = delay_line(m, north, 1, "altitude_north_west")
@@ -234,7 +237,7 @@ class Relaxer(wiring.Component):
 
 
 def _ring(m, name, value, written, read):
-    """Return the value of the row before, one column on from ``read``, a cycle later.
+    """Return the value of the row before in column ``read``, a cycle later.
 
     ``value`` belongs to column ``written`` of the present row.
     """
@@ -244,6 +247,6 @@ def _ring(m, name, value, written, read):
         write.addr.eq(written),
         write.data.eq(value),
         write.en.eq(1),
-        port.addr.eq(read + 1),
+        port.addr.eq(read),
     ]
     return delay_line(m, port.data, 1, f"{name}_north_east")

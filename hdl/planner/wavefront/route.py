@@ -116,11 +116,13 @@ class Route(wiring.Component):
 
         best_place, is_stuck = self._best(m, here, count)
 
-        # The straight line: differences times the number of the block, summed up.
-        moved = {
-            axis: Signal(signed(BLOCK_BITS + _STRAIGHT_BITS + 1), name=f"moved_{axis}")
+        # The straight line: the start, and the differences times the number of the block.
+        line = {
+            axis: Signal(BLOCK_BITS + _STRAIGHT_BITS, name=f"line_{axis}", reset_less=True)
             for axis in "xy"
         }
+        way = {axis: Signal(signed(BLOCK_BITS + 1), name=f"way_{axis}") for axis in "xy"}
+        m.d.sync += [way[axis].eq(self.goal[axis] - self.start[axis]) for axis in "xy"]
         with m.FSM() as states:
             with m.State("IDLE"):
                 with m.If(self.launch):
@@ -128,7 +130,7 @@ class Route(wiring.Component):
                         here.eq(self.start),
                         self.length.eq(0),
                         count.eq(0),
-                        *(each.eq(0) for each in moved.values()),
+                        *(line[axis].eq(self.start[axis] << _STRAIGHT_BITS) for axis in "xy"),
                     ]
                     m.next = "STEP"
             with m.State("STEP"):
@@ -149,12 +151,9 @@ class Route(wiring.Component):
             with m.State("STRAIGHT"):
                 m.d.comb += write.en.eq(1)
                 m.d.sync += self.length.eq(self.length + 1)
-                for axis, each in moved.items():
-                    further = each + (self.goal[axis] - self.start[axis])
-                    m.d.sync += [
-                        each.eq(further),
-                        here[axis].eq(self.start[axis] + (further >> _STRAIGHT_BITS)),
-                    ]
+                for axis, each in line.items():
+                    further = (each + way[axis])[: len(each)]
+                    m.d.sync += [each.eq(further), here[axis].eq(further >> _STRAIGHT_BITS)]
                 with m.If(self.length == _STRAIGHT - 1):
                     m.next = "IDLE"
         m.d.comb += self.busy.eq(~states.ongoing("IDLE"))

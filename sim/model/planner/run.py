@@ -6,12 +6,12 @@ import numpy as np
 
 from hdl.config import Config
 from hdl.protocol.planner import BLOCKS, ProblemRecord
-from hdl.protocol.runs import ISLANDS, RETURNED, Outcome, Population, RunOptions
+from hdl.protocol.runs import ISLANDS, Outcome, Population, RunOptions
 from sim.model.planner import cycles
 from sim.model.planner.breeder import breed
 from sim.model.planner.compiled import compiled
 from sim.model.planner.cycles import CYCLES, GENERATIONS, WALK
-from sim.model.planner.definition.run import check_population
+from sim.model.planner.definition.run import NEVER, check_population
 from sim.model.planner.definition.score import corner_of
 from sim.model.planner.definition.warm import ahead
 from sim.model.planner.evaluation import GIVEN_UP, NO_LIMIT, evaluate
@@ -48,7 +48,7 @@ from sim.model.planner.wavefront_cycles import launched, scanned
 __all__ = ["plan"]
 
 #: Places of the options.
-_CYCLES, _GENERATIONS, _GIVE_UP_RANK, _SEEDS, _LIFTS, _SHARE = range(6)
+_CYCLES, _GENERATIONS, _GIVE_UP_RANK, _SEEDS, _LIFTS, _SHARE, _STOP = range(7)
 #: Rows of the work space of a generation: free slots, survivors, ranks left, members that stay,
 #: and of the children that wait to be collected their slots and the cycles of their points.
 _FREE, _SURVIVORS, _OTHERS, _KEPT, _PENDING, _OFFERED, _NEXT_OFFERED = range(7)
@@ -62,6 +62,7 @@ def plan(
     population: Population | None = None,
     *,
     marked: int = BLOCKS**2,
+    stop: int = NEVER,
 ) -> Outcome:
     """Plan a path: see :func:`sim.model.planner.definition.run.plan`."""
     options.check(config)
@@ -73,6 +74,7 @@ def plan(
         options.seeds,
         options.lifts,
         options.share,
+        stop,
     )
     # Room for two generations of children beside the population, and for a seed beside the best.
     slots = config.population + 2 * config.children
@@ -114,7 +116,7 @@ def plan(
         waypoints = paths[0, slot, 1 : points[0, slot] - 1, :3].tolist()
         last.append([(x, y, z) for x, y, z in waypoints])
         best.setdefault(int(keys[0, slot]), last[-1])
-    returned = list(best.values())[:RETURNED], list(best)[:RETURNED]
+    returned = list(best.values())[: options.paths], list(best)[: options.paths]
     return Outcome(*returned, last, **cycles.totals(counters))
 
 
@@ -263,6 +265,7 @@ def _evolve(
     free, survivors, kept, pending = spare[_FREE], spare[_SURVIVORS], spare[_KEPT], spare[_PENDING]
     offered, next_offered = spare[_OFFERED], spare[_NEXT_OFFERED]
     has_pending, pending_first, pending_limit = False, False, NO_LIMIT
+    time = min(time, options[_STOP] + 1)
     while True:
         breeds = counters[CYCLES] < time and counters[GENERATIONS] < generations
         first, limit = False, NO_LIMIT

@@ -7,7 +7,7 @@ import pytest
 from hdl.boards import BOARDS, chips_of, find_board
 from hdl.boards.board import ChipKind
 from hdl.boards.build import prepare
-from hdl.boards.ecp5_floor_plan import MAP_SITES, OTHER_SITES, floor_plan
+from hdl.boards.ecp5_floor_plan import MAP_SITES, OTHER_SITES, PLANNER_MAP_SITES, floor_plan
 from hdl.config import CheckerBuild, Config
 
 
@@ -62,3 +62,18 @@ def test_other_chips(other):
     with pytest.raises(ValueError, match=r"^Floor plan must be that of the default configuration"):
         floor_plan(Config(**other))
     assert floor_plan(Config(lanes=16)).count("MULT18_") == 68
+
+
+def test_a_planners_map_lies_around_the_middle():
+    """All sites, those of a map of 11 bits outside the middle of the inner rows."""
+    assert set(PLANNER_MAP_SITES) >= {*MAP_SITES, *OTHER_SITES.values()}
+    assert len(PLANNER_MAP_SITES) == len(set(PLANNER_MAP_SITES)) == 208
+    for site in PLANNER_MAP_SITES[176:]:
+        x, y = map(int, re.fullmatch(r"X(\d+)/Y(\d+)/EBR\d", site).groups())
+        assert 42 < x < 82
+        assert y in (46, 70)
+    for name in ("ulx3s-85f", "ecpix5-85f"):
+        for board in chips_of(name):
+            is_planner = board.chip is ChipKind.PLANNER
+            sites = PLANNER_MAP_SITES if is_planner else MAP_SITES
+            assert board.platform().cells.sites == sites

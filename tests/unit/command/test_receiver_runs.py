@@ -45,7 +45,7 @@ def bits_of(payload, layout):
 def test_every_command(config, pauses):
     rng = np.random.default_rng(4)
     problem, block = headed(config, rng, any_record(config, rng)), shape(config, rng)
-    options = dataclasses.replace(OPTIONS, warm=True, slopes=(7,), lifts=4, share=16)
+    options = dataclasses.replace(OPTIONS, warm=True, slopes=(7,), lifts=4, share=16, paths=1)
     chip = Chip(pauses, config)
     chip.has_population = 1
     outcomes = chip.run(

@@ -22,7 +22,8 @@ def packed(config, waypoint):
     ("config", "keys"),
     [(SMALL, 8), (SMALL, 3), (SMALL, 1), (USUAL, 20), (USUAL, 9), (USUAL, 8), (LARGE, 5)],
 )
-def test_bytes_of_the_best(config, keys, pauses):
+@pytest.mark.parametrize("count", [RETURNED, 2, 1])
+def test_bytes_of_the_best(config, keys, pauses, count):
     """Twice: what is read stays."""
     rng = np.random.default_rng(keys)
     slots = config.population + 5
@@ -38,11 +39,11 @@ def test_bytes_of_the_best(config, keys, pauses):
     different = sorted(rng.choice(1 << 30, keys, replace=False).tolist())
     # Every one occurs, the first and the last often more than once.
     ranks = sorted([*range(keys), *rng.integers(keys, size=config.population - keys).tolist()])
-    firsts = [ranks.index(number) for number in range(keys)][:RETURNED]
+    firsts = [ranks.index(number) for number in range(keys)][:count]
     expected = pack_best(
         config,
         [[packed(config, waypoint) for waypoint in paths[rank]] for rank in firsts],
-        different[:RETURNED],
+        different[:count],
     )
     rows = dict(zip(order, paths, strict=True))
     records, cycles = [], []
@@ -68,6 +69,7 @@ def test_bytes_of_the_best(config, keys, pauses):
         await collect(ctx, dut.records, records, pauses)
 
     async def bench(ctx):
+        ctx.set(dut.count, count)
         await ctx.tick().repeat(3)
         for _ in range(2):
             records.clear()
@@ -88,9 +90,9 @@ def test_bytes_of_the_best(config, keys, pauses):
     simulate(dut, bench, background=[memory, taker])
     if pauses == (0,):
         # All members are read, unless there are enough paths.
-        seen = firsts[-1] if len(firsts) == RETURNED else config.population - 1
+        seen = firsts[-1] if len(firsts) == count else config.population - 1
         waypoints = sum(len(paths[rank]) for rank in firsts)
-        assert cycles == [len(expected) + len(firsts) + 3 * waypoints + 3 * seen + 2] * 2
+        assert cycles == [len(expected) + len(firsts) + 3 * waypoints + 4 * seen + 2] * 2
 
 
 def test_sizes():

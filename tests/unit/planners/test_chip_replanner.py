@@ -332,7 +332,7 @@ def test_a_plan_from_elsewhere_is_refused(evaluator, search):
 
 def test_options_fit_the_chip(board):
     assert replan_options(board.config, (1 << 64) + 5) == RunOptions(
-        cycles=175_000, generations=192, slopes=(3,), seeds=64, share=13, warm=True, seed=5
+        cycles=175_000, generations=192, slopes=(3,), seeds=64, share=13, warm=True, paths=4, seed=5
     )
     small = board.config.replace(
         population=8, children=4, elites=2, survivors=2, perturbs=1, inserts=1

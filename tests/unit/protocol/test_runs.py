@@ -26,6 +26,8 @@ from tests.planner_cases import LARGE, SMALL, USUAL
         ({"seeds": 31}, "RunOptions.seeds must be from the population to 65535, not 31"),
         ({"lifts": 5}, "RunOptions.lifts must be from 0 to 4, not 5"),
         ({"share": 17}, "RunOptions.share must be from 0 to 16, not 17"),
+        ({"paths": 0}, "RunOptions.paths must be from 1 to 8, not 0"),
+        ({"paths": 9}, "RunOptions.paths must be from 1 to 8, not 9"),
         ({"memo": 1}, "RunOptions.memo must be 0, or a power of two up to 65536, not 1"),
         ({"memo": 24}, "RunOptions.memo must be 0, or a power of two up to 65536, not 24"),
     ],
@@ -42,7 +44,7 @@ def test_a_wrong_option_names_its_rule(options, message):
 def test_options_come_back_as_they_were_packed(config, slopes, warm):
     sent = RunOptions(
         seed=(1 << 64) - 2, cycles=123_456_789, generations=(1 << 32) - 1, give_up_rank=5,
-        slopes=slopes, seeds=65_535, lifts=3, share=16, warm=warm,
+        slopes=slopes, seeds=65_535, lifts=3, share=16, warm=warm, paths=3,
     )  # fmt: skip
     payload = sent.pack(config)
     assert len(payload) == run_request(config).size

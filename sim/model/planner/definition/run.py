@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from hdl.config import Config
 from hdl.protocol.planner import BLOCKS, VALUE_BITS, PathClass, ProblemRecord
-from hdl.protocol.runs import ISLANDS, RETURNED, Outcome, Population, RunOptions
+from hdl.protocol.runs import ISLANDS, Outcome, Population, RunOptions
 from sim.model.planner import cycles
 from sim.model.planner.definition.breeder import Waypoint, breed
 from sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
@@ -26,7 +26,7 @@ from sim.model.planner.wavefront_cycles import launched, scanned
 from sim.model.random_source import RandomSource
 
 
-__all__ = ["Generation", "Member", "Run", "check_population", "plan"]
+__all__ = ["NEVER", "Generation", "Member", "Run", "check_population", "plan"]
 
 
 @dataclass(frozen=True)
@@ -61,6 +61,10 @@ class Generation:
     kept: list[int]
 
 
+#: Cycle of a stop that does not come: the counter of cycles ends before.
+NEVER = 1 << 32
+
+
 def plan(
     config: Config,
     ground: Ground,
@@ -69,6 +73,7 @@ def plan(
     population: Population | None = None,
     *,
     marked: int = BLOCKS**2,
+    stop: int = NEVER,
 ) -> Outcome:
     """Plan a path.
 
@@ -84,6 +89,8 @@ def plan(
     marked : int
         Blocks of the map that have changed since the run before, by default all. Changes nothing
         but cycles.
+    stop : int
+        Cycle in which the run is stopped: no further generation is bred from the next one on.
 
     Raises
     ------
@@ -93,7 +100,7 @@ def plan(
     options.check(config)
     record.pack(config)
     check_population(config, options, population)
-    return Run(config, ground, record, options).plan(population, marked)
+    return Run(config, ground, record, options, stop).plan(population, marked)
 
 
 def check_population(config: Config, options: RunOptions, population: Population | None) -> None:
@@ -110,9 +117,14 @@ class Run:
     """State of a run; see :func:`plan`."""
 
     def __init__(
-        self, config: Config, ground: Ground, record: ProblemRecord, options: RunOptions
+        self,
+        config: Config,
+        ground: Ground,
+        record: ProblemRecord,
+        options: RunOptions,
+        stop: int = NEVER,
     ) -> None:
-        self.config, self.record, self.options = config, record, options
+        self.config, self.record, self.options, self._stop = config, record, options, stop
         self._blocks = blocks_of(record, ground, config.blocked_altitude)
         self._evaluator = Evaluator(config, record, ground, Memo(config, options.memo))
         self._source = RandomSource(options.seed)
@@ -147,7 +159,7 @@ class Run:
         best: dict[int, Member] = {}
         for member in members:
             best.setdefault(member.key, member)
-        returned = list(best.values())[:RETURNED]
+        returned = list(best.values())[: options.paths]
         return Outcome(
             [[waypoint[:3] for waypoint in member.path] for member in returned],
             [member.key for member in returned],
@@ -200,6 +212,7 @@ class Run:
         """Return ``population`` after so many cycles or generations of the run."""
         counters = self._counters
         pending = None
+        time = min(time, self._stop + 1)
         while counters[cycles.CYCLES] < time and counters[cycles.GENERATIONS] < generations:
             latest = self.breed(population, pending=pending is not None)
             if pending is not None:

@@ -23,7 +23,7 @@ def problem(config, seed):
 @pytest.mark.parametrize(
     "options",
     [
-        RunOptions(cycles=60_000, lifts=0, seeds=16),
+        RunOptions(cycles=60_000, lifts=0, seeds=16, paths=3),
         RunOptions(cycles=10**9, generations=60, seeds=10, memo=16, share=4),
         RunOptions(cycles=10**9, generations=30, seeds=9, memo=0, give_up_rank=0, lifts=1),
         RunOptions(cycles=0, seeds=8, slopes=(3,)),

@@ -195,13 +195,13 @@ class Relaxer(wiring.Component):
         north_west = delay_line(m, north, 1, "altitude_north_west")
         neighbours = delay_line(m, here, 1, "altitude_west"), north_west, north, north_east
 
-        # The last register of a cost. Between passes all steps lead.
-        at = later(StepPricer.latency + 2)
-        free = delay_line(m, self.surface.free, StepPricer.latency, "free")
-        leads = Signal(4)
+        # For the last register of a cost. Between passes all steps lead.
+        at = later(StepPricer.latency + 1)
+        free = delay_line(m, self.surface.free, StepPricer.latency - 1, "free")
+        leads = Signal(4, reset_less=True)
         is_first, is_last = at[:BLOCK_BITS] == 0, at[:BLOCK_BITS].all()
         upper = at[BLOCK_BITS:].any()
-        m.d.comb += leads.eq(
+        m.d.sync += leads.eq(
             Cat(~is_first, ~is_first & upper, upper, ~is_last & upper) & free.replicate(4)
             | (~self.busy).replicate(4)
         )

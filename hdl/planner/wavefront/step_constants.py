@@ -16,6 +16,7 @@ from hdl.planner.wavefront.widths import (
     least_unit,
 )
 from hdl.primitives.arguments import check_integer
+from hdl.primitives.delay_line import delay_line
 from hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     POSITION_FRACTION,
@@ -135,7 +136,7 @@ class StepConstants(wiring.Component):
         }
         if falls:
             shifts[_Kind.LEVEL] = _FALL_SHIFT
-        return 1 + sum(ways * (_FACTOR_BITS + 2 + shifts[kind]) for kind, ways in _WAYS.items())
+        return 1 + sum(ways * (_FACTOR_BITS + 3 + shifts[kind]) for kind, ways in _WAYS.items())
 
     def elaborate(self, platform):
         m = Module()
@@ -145,23 +146,22 @@ class StepConstants(wiring.Component):
 
         width = distance_bits(self.coordinate_bits)
         sides = [Signal(width, name=f"side_{axis}", reset_less=True) for axis in "xy"]
-        # Weight, slope, or climb: a factor of products that follow.
-        part = Signal(PART_BITS, reset_less=True)
 
         kind, way = Signal(range(len(_Kind))), Signal(range(3))
-        # The product moves right through both registers, from the adder's on.
-        adds = Signal(signed(PART_BITS + 1), reset_less=True)
+        # Both factors; the first one stays where its products follow. The product moves right
+        # through both its registers, from the adder's on.
+        factor = Signal(signed(PART_BITS + 1), reset_less=True)
         left = Signal(_FACTOR_BITS, reset_less=True)
-        high, low = Signal.like(adds, name="high"), Signal.like(left, name="low")
+        high, low = Signal.like(factor, name="high"), Signal.like(left, name="low")
         product = Cat(low, high)
         total = Signal(signed(len(high) + 1))
-        m.d.comb += total.eq(high + Mux(left[0], adds, 0))
+        m.d.comb += total.eq(high + Mux(left[0], factor, 0))
         count = Signal(range(_FACTOR_BITS + (1 << len(self.problem.key_shift))))
 
         keeps, squares_end = Signal(), Signal()
         across = self._root(m, keeps & (kind == _Kind.SQUARE), squares_end, product)
         distance = Mux(way[1], across, Mux(way[0], sides[1], sides[0]))
-        first, second, shift = self._operands(m, kind, way, distance, part)
+        first, stays, second, shift = self._operands(m, kind, way, distance)
 
         with m.FSM() as states:
             with m.State("IDLE"):
@@ -170,8 +170,9 @@ class StepConstants(wiring.Component):
                     m.next = "LOAD"
             with m.State("LOAD"):
                 rounding = Mux(kind == _Kind.SIDE, 1 << _SIDE_SHIFT - 1, 0)
+                with m.If(~stays):
+                    m.d.sync += factor.eq(first)
                 m.d.sync += [
-                    adds.eq(first),
                     left.eq(second),
                     high.eq(rounding),
                     count.eq(shift + _FACTOR_BITS - 1),
@@ -184,7 +185,9 @@ class StepConstants(wiring.Component):
                     count.eq(count - 1),
                 ]
                 with m.If(count == 0):
-                    m.next = "KEEP"
+                    m.next = "CHECK"
+            with m.State("CHECK"):
+                m.next = "KEEP"
             with m.State("KEEP"):
                 m.d.comb += keeps.eq(1)
                 m.d.sync += way.eq(way + 1)
@@ -202,9 +205,9 @@ class StepConstants(wiring.Component):
 
         # Numbers beyond the greatest part become it, and those below the least one likewise.
         negative, top = product[-1], product[PART_BITS:]
-        beyond = top.any() & ~top.all()
+        beyond = delay_line(m, top.any() & ~top.all(), 1, "beyond")
         result = Mux(beyond, (~negative).replicate(PART_BITS), product[:PART_BITS])
-        beyond_factor = result[FACTOR_BITS:].any().replicate(FACTOR_BITS)
+        beyond_factor = delay_line(m, product[FACTOR_BITS:].any(), 1, "beyond_factor")
 
         def keep(register, value, of, number=0):
             with m.If(keeps & (kind == of) & (way == number)):
@@ -212,9 +215,10 @@ class StepConstants(wiring.Component):
 
         for i, side in enumerate(sides):
             keep(side, result, _Kind.SIDE, i)
-        keep(part, result, _Kind.WEIGHT)
-        keep(part, result, _Kind.LIFT)
-        keep(constants.climb, result[:FACTOR_BITS] | beyond_factor, _Kind.CLIMB)
+        keep(factor, result, _Kind.WEIGHT)
+        keep(factor, result, _Kind.LIFT)
+        climb = product[:FACTOR_BITS] | beyond_factor.replicate(FACTOR_BITS)
+        keep(constants.climb, climb, _Kind.CLIMB)
         for i, each in enumerate(constants.ways):
             keep(each.pull, result, _Kind.PULL, i)
             keep(each.level, Cat(result, negative).as_signed(), _Kind.LEVEL, i)
@@ -222,45 +226,45 @@ class StepConstants(wiring.Component):
 
         return m
 
-    def _operands(self, m, kind, way, distance, part):
-        """Return both factors of a product, and its shift."""
-        problem, z = self.problem, self.altitude_bits
+    def _operands(self, m, kind, way, distance):
+        """Return the first factor of a product, whether it is there, the second, and the shift."""
+        problem, z, falls = self.problem, self.altitude_bits, self.falls
         least = least_unit(self.coordinate_bits, z)
         unit = Mux(problem.key_shift > least, problem.key_shift, least)
         # Of falls, what is not wanted becomes 0.
-        wanted = Mux(self.falls, 0, distance)
+        wanted = Mux(falls, 0, distance)
         one = 1 << ALTITUDE_FRACTION
         table = {
             _Kind.SIDE: (
-                Mux(way[0], problem.y_scale, problem.x_scale),
                 1 << problem.block_shift,
+                Mux(way[0], problem.y_scale, problem.x_scale),
                 _SIDE_SHIFT,
             ),
             _Kind.SQUARE: (distance, distance, 0),
             _Kind.WEIGHT: (
-                Mux(self.falls, problem.climb, problem.drag),
-                Mux(self.falls, self.limit, problem.fuel),
-                Mux(self.falls, 0, problem.fuel_shift),
+                Mux(falls, problem.climb, problem.drag),
+                Mux(falls, self.limit, problem.fuel),
+                Mux(falls, 0, problem.fuel_shift),
             ),
-            _Kind.PULL: (part, wanted, unit),
-            _Kind.LEVEL: (
-                Mux(self.falls, part, problem.base),
-                distance,
-                Mux(self.falls, _FALL_SHIFT, unit),
-            ),
+            _Kind.PULL: (None, wanted, unit),
+            _Kind.LEVEL: (problem.base, distance, Mux(falls, _FALL_SHIFT, unit)),
             _Kind.FACTOR: (Const(one << factor_fraction(z)), wanted, unit),
             _Kind.LIFT: (problem.rise, problem.fuel, problem.fuel_shift),
-            _Kind.CLIMB: (part, Mux(self.falls, 0, one << climb_fraction(z)), unit),
+            _Kind.CLIMB: (None, Mux(falls, 0, one << climb_fraction(z)), unit),
         }
-        first = Signal(signed(PART_BITS + 1))
-        second = Signal(_FACTOR_BITS)
-        shift = Signal(len(problem.key_shift))
+        first, stays = Signal(signed(PART_BITS + 1)), Signal()
+        second, shift = Signal(_FACTOR_BITS), Signal(len(problem.key_shift))
         with m.Switch(kind):
-            for each, values in table.items():
+            for each, (factor, *others) in table.items():
                 with m.Case(each):
-                    for operand, value in zip((first, second, shift), values, strict=True):
-                        m.d.comb += operand.eq(value)
-        return first, second, shift
+                    if factor is None:
+                        m.d.comb += stays.eq(1)
+                    else:
+                        m.d.comb += first.eq(factor)
+                    if each == _Kind.LEVEL:
+                        m.d.comb += stays.eq(falls)
+                    m.d.comb += [second.eq(others[0]), shift.eq(others[1])]
+        return first, stays, second, shift
 
     def _root(self, m, adds, begins, product):
         """Return the root of the sum of two squares, a bit in a cycle from the second one on."""

@@ -8,9 +8,9 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.planner.wavefront.layouts import step_constants_layout
 from hdl.planner.wavefront.widths import (
+    CLIMB_SHIFT,
     FACTOR_BITS,
     PART_BITS,
-    climb_fraction,
     distance_bits,
     factor_fraction,
     least_unit,
@@ -133,10 +133,20 @@ class StepConstants(wiring.Component):
             _Kind.SQUARE: 0,
             _Kind.WEIGHT: 0 if falls else fuel_shift,
             _Kind.LIFT: fuel_shift,
+            _Kind.CLIMB: unit + self._climb_scale()[1],
         }
         if falls:
             shifts[_Kind.LEVEL] = _FALL_SHIFT
         return 1 + sum(ways * (_FACTOR_BITS + 3 + shifts[kind]) for kind, ways in _WAYS.items())
+
+    @property
+    def _most_shift(self):
+        return 63 + self._climb_scale()[1]
+
+    def _climb_scale(self):
+        """Return the second factor of the climb's last product, and its shift beyond the unit."""
+        scale = ALTITUDE_FRACTION + factor_fraction(self.altitude_bits) - CLIMB_SHIFT
+        return 1 << max(scale, 0), max(-scale, 0)
 
     def elaborate(self, platform):
         m = Module()
@@ -156,7 +166,7 @@ class StepConstants(wiring.Component):
         product = Cat(low, high)
         total = Signal(signed(len(high) + 1))
         m.d.comb += total.eq(high + Mux(left[0], factor, 0))
-        count = Signal(range(_FACTOR_BITS + (1 << len(self.problem.key_shift))))
+        count = Signal(range(_FACTOR_BITS + self._most_shift))
 
         keeps, squares_end = Signal(), Signal()
         across = self._root(m, keeps & (kind == _Kind.SQUARE), squares_end, product)
@@ -233,7 +243,8 @@ class StepConstants(wiring.Component):
         unit = Mux(problem.key_shift > least, problem.key_shift, least)
         # Of falls, what is not wanted becomes 0.
         wanted = Mux(falls, 0, distance)
-        one = 1 << ALTITUDE_FRACTION
+        one = 1 << ALTITUDE_FRACTION + factor_fraction(z)
+        climb_one, climb_further = self._climb_scale()
         table = {
             _Kind.SIDE: (
                 1 << problem.block_shift,
@@ -248,12 +259,12 @@ class StepConstants(wiring.Component):
             ),
             _Kind.PULL: (None, wanted, unit),
             _Kind.LEVEL: (problem.base, distance, Mux(falls, _FALL_SHIFT, unit)),
-            _Kind.FACTOR: (Const(one << factor_fraction(z)), wanted, unit),
+            _Kind.FACTOR: (Const(one), wanted, unit),
             _Kind.LIFT: (problem.rise, problem.fuel, problem.fuel_shift),
-            _Kind.CLIMB: (None, Mux(falls, 0, one << climb_fraction(z)), unit),
+            _Kind.CLIMB: (None, Mux(falls, 0, climb_one), unit + climb_further),
         }
         first, stays = Signal(signed(PART_BITS + 1)), Signal()
-        second, shift = Signal(_FACTOR_BITS), Signal(len(problem.key_shift))
+        second, shift = Signal(_FACTOR_BITS), Signal(range(self._most_shift + 1))
         with m.Switch(kind):
             for each, (factor, *others) in table.items():
                 with m.Case(each):

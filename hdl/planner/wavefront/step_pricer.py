@@ -6,9 +6,9 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.planner.wavefront.layouts import way_layout
 from hdl.planner.wavefront.widths import (
+    CLIMB_SHIFT,
     COST_BITS,
     FACTOR_BITS,
-    climb_fraction,
     factor_fraction,
 )
 from hdl.primitives.arguments import check_integer
@@ -77,12 +77,10 @@ class StepPricer(wiring.Component):
         def register(value, name):
             return delay_line(m, value, 1, name)
 
-        m.submodules.height = height = Multiplier(
-            (FACTOR_BITS, z + 1), factor_fraction(z), (False, False)
-        )
-        m.submodules.lift = lift = Multiplier(
-            (FACTOR_BITS, z + 1), climb_fraction(z), (False, True)
-        )
+        widths, fraction = (FACTOR_BITS, z + 1), factor_fraction(z)
+        m.submodules.height = height = Multiplier(widths, fraction, (False, False))
+        further = fraction - CLIMB_SHIFT
+        m.submodules.lift = lift = Multiplier(widths, max(further, 0), (False, True))
         m.d.comb += [
             height.first.eq(way.factor),
             height.second.eq(register(self.after + self.before, "altitudes")),
@@ -91,7 +89,7 @@ class StepPricer(wiring.Component):
         ]
 
         level = register(height.product + way.level, "level")
-        burnt = register(lift.product + way.pull, "burnt")
+        burnt = register((lift.product << max(-further, 0)) + way.pull, "burnt")
         total = register(level + Mux(burnt < 0, 0, burnt.as_unsigned()[:-1]), "total")
 
         most = COST_BITS - 1

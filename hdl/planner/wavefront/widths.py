@@ -5,12 +5,12 @@ from hdl.protocol.planner import ALTITUDE_FRACTION, BLOCKS, POSITION_FRACTION, V
 
 __all__ = [
     "BLOCK_BITS",
+    "CLIMB_SHIFT",
     "COST_BITS",
     "FACTOR_BITS",
     "FAR",
     "INDEX_BITS",
     "PART_BITS",
-    "climb_fraction",
     "distance_bits",
     "factor_fraction",
     "least_unit",
@@ -26,6 +26,8 @@ FAR = 1 << 30
 COST_BITS = 31
 #: Width of a factor of altitudes: a multiplier cell takes no more.
 FACTOR_BITS = 18
+#: Fraction bits that the factor of a climb has less than the others: it costs less than 2**28.
+CLIMB_SHIFT = 6
 #: Width of a part of the cost of a step that does not depend on altitudes, its sign left out.
 PART_BITS = VALUE_BITS
 
@@ -43,11 +45,6 @@ def distance_bits(coordinate_bits: int) -> int:
 def factor_fraction(altitude_bits: int) -> int:
     """Return the fraction bits of an altitude's factor: all altitudes cost less than 2**23."""
     return max(altitude_bits - 4, 0)
-
-
-def climb_fraction(altitude_bits: int) -> int:
-    """Return the fraction bits of a climb's factor: a climb costs less than 2**28."""
-    return max(altitude_bits + FACTOR_BITS - PART_BITS, 0)
 
 
 def least_unit(coordinate_bits: int, altitude_bits: int) -> int:

@@ -50,10 +50,10 @@ LEAST, LOWEST_X, LOWEST_Y = range(3)
 _NONE = -1
 _SWEEPS = 64
 FAR = 1 << 30
-#: Places of the constants of the costs of steps: three of each but the last three.
-_FACTOR, _LEVEL, _PULL, _CLIMB, _FRACTION, _CLIMB_FRACTION = 0, 3, 6, 9, 10, 11
-PRICES = 12
-_FACTOR_BITS = 18
+#: Places of the constants of the costs of steps: three of each but the last two.
+_FACTOR, _LEVEL, _PULL, _CLIMB, _FRACTION = 0, 3, 6, 9, 10
+PRICES = 11
+_FACTOR_BITS, _CLIMB_SHIFT = 18, 6
 _MOST = (1 << VALUE_BITS) - 1
 
 
@@ -70,25 +70,24 @@ def measure_distances(problem: Integers, distances: Integers) -> None:
 def measure_prices(
     problem: Integers, sizes: Integers, distances: Integers, prices: Integers
 ) -> None:
-    """Write the constants of the costs of steps, (12,) int64.
+    """Write the constants of the costs of steps, (11,) int64.
 
     See :class:`sim.model.planner.definition.wavefront.Prices`.
     """
     fraction = sizes[ALTITUDE_BITS] - 4
-    climb_fraction = max(sizes[ALTITUDE_BITS] - 10, 0)
     distance_bits = max(sizes[COORDINATE_BITS] - 5, 0) + POSITION_FRACTION + 1
     least_unit = distance_bits + ALTITUDE_FRACTION + fraction - _FACTOR_BITS
     unit = max(problem[KEY_SHIFT], least_unit)
     weight = min(problem[DRAG] * problem[FUEL] >> problem[FUEL_SHIFT], _MOST)
     climb = min(problem[RISE] * problem[FUEL] >> problem[FUEL_SHIFT], _MOST)
-    climb = climb << ALTITUDE_FRACTION + climb_fraction >> unit
+    climb = climb << ALTITUDE_FRACTION + fraction >> min(unit + _CLIMB_SHIFT, 63)
     for way in range(3):
         distance = distances[way]
         prices[_FACTOR + way] = distance << ALTITUDE_FRACTION + fraction >> unit
         prices[_LEVEL + way] = min(max(problem[BASE] * distance >> unit, ~_MOST), _MOST)
         prices[_PULL + way] = min(weight * distance >> unit, _MOST)
     prices[_CLIMB] = min(climb, (1 << _FACTOR_BITS) - 1)
-    prices[_FRACTION], prices[_CLIMB_FRACTION] = fraction, climb_fraction
+    prices[_FRACTION] = fraction
 
 
 @compiled
@@ -224,6 +223,6 @@ def _neighbour(x: int, y: int, step: int, number: int) -> tuple[int, int, int]:
 def _step_cost(prices: Integers, before: int, after: int, way: int) -> int:
     """Return the cost of a step between two altitudes, 1 or more."""
     height = prices[_FACTOR + way] * (before + after) >> prices[_FRACTION]
-    burnt = prices[_CLIMB] * (after - before) >> prices[_CLIMB_FRACTION]
+    burnt = prices[_CLIMB] * (after - before) << _CLIMB_SHIFT >> prices[_FRACTION]
     cost: int = height + prices[_LEVEL + way] + max(burnt + prices[_PULL + way], 0)
     return max(cost, 1)

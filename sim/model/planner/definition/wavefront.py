@@ -47,6 +47,8 @@ SWEEPS = 64
 FAR = 1 << 30
 #: Width of the factors of altitudes in the cost of a step.
 _FACTOR_BITS = 18
+#: Fraction bits that the factor of a climb has less than those.
+_CLIMB_SHIFT = 6
 #: Greatest value of a key: a part of the cost of a step ends there.
 _MOST = (1 << VALUE_BITS) - 1
 
@@ -82,9 +84,9 @@ class Prices:
 
     Attributes
     ----------
-    fraction, climb_fraction : int
-        Fraction bits of ``factors`` and of ``climb``. All altitudes there are cost less than 2**23,
-        and a climb over them less than 2**28.
+    fraction : int
+        Fraction bits of ``factors``; ``climb`` has 6 less. All altitudes there are cost less than
+        2**23, and a climb over them less than 2**28.
     factors : (int, int, int)
         Cost of a step of altitude of the block and of its neighbour, in x, in y, and across.
     levels : (int, int, int)
@@ -96,7 +98,6 @@ class Prices:
     """
 
     fraction: int
-    climb_fraction: int
     factors: tuple[int, ...]
     levels: tuple[int, ...]
     pulls: tuple[int, ...]
@@ -105,7 +106,7 @@ class Prices:
     def cost(self, before: int, after: int, way: int) -> int:
         """Return the cost of a step between two altitudes, 1 or more and less than :data:`FAR`."""
         height = (self.factors[way] * (before + after) >> self.fraction) + self.levels[way]
-        burnt = (self.climb * (after - before) >> self.climb_fraction) + self.pulls[way]
+        burnt = (self.climb * (after - before) << _CLIMB_SHIFT >> self.fraction) + self.pulls[way]
         return max(height + max(burnt, 0), 1)
 
 
@@ -115,18 +116,16 @@ def prices_of(config: Config, record: ProblemRecord, distances: tuple[int, int, 
     Their costs are those of :func:`sim.model.planner.definition.score.piece_cost` but for rounding,
     as long as nothing ends at its greatest value.
     """
-    z = config.altitude_bits
-    fraction, climb_fraction = z - 4, max(z - 10, 0)
+    fraction = config.altitude_bits - 4
     # Width of the greatest distance: across the largest blocks that the map needs.
     distance_bits = max(config.coordinate_bits - 5, 0) + POSITION_FRACTION + 1
     least_unit = max(distance_bits + ALTITUDE_FRACTION + fraction - _FACTOR_BITS, 0)
     unit = max(record.key_shift, least_unit)
     weight = min(record.drag * record.fuel >> record.fuel_shift, _MOST)
     climb = min(record.rise * record.fuel >> record.fuel_shift, _MOST)
-    climb = climb << ALTITUDE_FRACTION + climb_fraction >> unit
+    climb = climb << ALTITUDE_FRACTION + fraction >> unit + _CLIMB_SHIFT
     return Prices(
         fraction,
-        climb_fraction,
         tuple(each << ALTITUDE_FRACTION + fraction >> unit for each in distances),
         tuple(min(max(record.base * each >> unit, ~_MOST), _MOST) for each in distances),
         tuple(min(weight * each >> unit, _MOST) for each in distances),

@@ -49,7 +49,6 @@ def vector_of(prices):
         *prices.pulls,
         prices.climb,
         prices.fraction,
-        prices.climb_fraction,
     ]
 
 
@@ -105,7 +104,7 @@ def test_constants_of_any_problem(config):
         assert prices.tolist() == vector_of(expected)
         assert max(expected.factors) < 1 << 18
         assert 2 * top * max(expected.factors) >> expected.fraction < 1 << 23
-        assert expected.climb * top >> expected.climb_fraction < 1 << 28
+        assert expected.climb * top << 6 >> expected.fraction < 1 << 28
         for way in range(3):
             for step in ((0, 0), (0, top), (top, 0), (top, top)):
                 assert 1 <= expected.cost(*step, way) < plain.FAR
@@ -126,7 +125,7 @@ def test_costs_are_those_of_pieces(config):
                 exact = max(piece_cost(problem, *ends, distance) >> problem.key_shift, 1)
                 # Of both factors, of weight and climb, and of the sums.
                 rise = abs(after - before)
-                lost = (before + after >> prices.fraction) + (rise >> prices.climb_fraction)
+                lost = (before + after >> prices.fraction) + (rise << 6 >> prices.fraction)
                 lost += (distance + (rise << ALTITUDE_FRACTION) >> problem.key_shift) + 6
                 assert abs(prices.cost(before, after, way) - exact) <= lost
 

@@ -187,7 +187,7 @@ def test_extremes(config):
         prices, costs = found["dear"]
         assert set(prices.pulls) == {most}
         assert prices.climb == (1 << 18) - 1
-        assert prices.climb * top >> prices.climb_fraction < 1 << 28
+        assert prices.climb * top << 6 >> prices.fraction < 1 << 28
         assert 2 * top * max(prices.factors) >> prices.fraction < 1 << 23
         assert costs.max() < FAR
         assert np.array_equal(costs.argmax(0), [1] * 3)

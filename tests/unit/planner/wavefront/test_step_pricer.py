@@ -204,6 +204,13 @@ def test_extremes(config):
     simulate(dut, bench)
 
 
+def test_cycles_of_the_page():
+    """The longest constants follow while the memories are filled, in 1,026 cycles."""
+    dut = Pricing(USUAL)
+    assert dut.constants.most_cycles == 1009
+    assert StepPricer.latency == 5
+
+
 def test_sizes():
     check_sizes(
         StepConstants,

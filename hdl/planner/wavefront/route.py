@@ -26,7 +26,7 @@ _STEPS = (
 )
 #: Cycles from the address of a neighbour to its surface and cost, and to the cost by way of it.
 _READ = 2
-_PRICED = _READ + 1 + StepPricer.latency + 1
+_PRICED = _READ + 1 + StepPricer.latency
 _SUMMED = _PRICED + 1
 
 
@@ -60,7 +60,7 @@ class Route(wiring.Component):
     before, after : Out(altitude_bits)
         Altitudes of a step to be priced.
     prices : In(31).array(3)
-        Its cost in x, in y, and across, 13 cycles later.
+        Its cost in x, in y, and across, 5 cycles later.
     number : In(10)
         Number of a block of the route, to be read while not ``busy``.
     place : Out(place_layout)

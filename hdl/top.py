@@ -12,7 +12,9 @@ from hdl.feasibility.check_controller import CheckController
 from hdl.feasibility.checker import Checker
 from hdl.ga_core.core import Core
 from hdl.link.line import Line
+from hdl.planner.core import PlannerCore
 from hdl.primitives.skid_buffer import SkidBuffer
+from hdl.primitives.stream_register import StreamRegister
 from hdl.protocol import Counter
 
 
@@ -82,7 +84,13 @@ class Planner(wiring.Component):
 
         m.d.comb += [line.rx.eq(self.rx), self.tx.eq(line.tx)]
         connect(m, line.requests, receiver.requests)
-        connect(m, transmitter.replies, line.replies)
+        if self.config.streaming_core:
+            # A large chip lies between the transmitter and the line.
+            m.submodules.replies = replies = StreamRegister(transmitter.replies.payload.shape())
+            connect(m, transmitter.replies, replies.words)
+            connect(m, replies.passed, line.replies)
+        else:
+            connect(m, transmitter.replies, line.replies)
         m.d.comb += [
             control.line_busy.eq(line.busy),
             control.line_sending.eq(line.sending),
@@ -157,8 +165,6 @@ class Planner(wiring.Component):
 
     def _add_planner_core(self, m, control, receiver, transmitter):
         """Add the streaming core, which has the map, too."""
-        from hdl.planner.core import PlannerCore  # Other chips have none of its units.
-
         core = PlannerCore(self.config)
         m.submodules.core = DomainRenamer("core")(core)
 

@@ -10,18 +10,10 @@ from tests.streams import simulate
 from tests.walker_cases import corner, upload
 
 
-__all__ = ["Findings", "Pauses", "run"]
+__all__ = ["Findings", "run"]
 
 #: Cycles in which only heads are offered.
 AHEAD = 3
-
-
-@dataclass(frozen=True)
-class Pauses:
-    """Cycles before keys, and margins, are taken, each repeated."""
-
-    keys: tuple = (0,)
-    margins: tuple = (0,)
 
 
 @dataclass
@@ -31,30 +23,34 @@ class Findings:
     Attributes
     ----------
     members : list of (key, slot, length)
+    decisions : list of (slot, walked)
     margins : list of (slot, index, margin)
     offered, goals, keyed : list of int
         Of each path: cycle in which its first point is offered, its goal taken, its key taken.
-    written : list of int
-        Of each margin: cycle in which it is taken.
+    decided, written : list of int
+        Cycles of the decisions and of the margins.
     idle : int
         First cycle in which the evaluator was idle again.
     walk : int
     """
 
     members: list = field(default_factory=list)
+    decisions: list = field(default_factory=list)
     margins: list = field(default_factory=list)
     offered: list = field(default_factory=list)
     goals: list = field(default_factory=list)
     keyed: list = field(default_factory=list)
+    decided: list = field(default_factory=list)
     written: list = field(default_factory=list)
     idle: int = 0
     walk: int = 0
 
 
-def run(dut, evaluator, paths, pauses=Pauses(), *, resets=()):
+def run(dut, evaluator, paths, pauses=(0,), *, resets=()):
     """Return what an evaluator finds of paths, after it has been reset in each cycle of ``resets``.
 
-    The paths are offered anew after a reset.
+    The paths are offered anew after a reset. ``pauses`` are the cycles before keys are taken,
+    repeated.
     """
     reset = Signal()
     found = None
@@ -84,10 +80,9 @@ def run(dut, evaluator, paths, pauses=Pauses(), *, resets=()):
 async def _drive(ctx, dut, paths, pauses, reset_at):
     """Offer paths, and take what comes until the evaluator is idle, or until a reset."""
     found, heads, offers = Findings(), iter(paths), _offers(paths)
-    keys, margins = _pattern(pauses.keys), _pattern(pauses.margins)
-    moved = Cat(each.valid & each.ready for each in (dut.paths, dut.points))
-    came = Cat(each.valid & each.ready for each in (dut.evaluated, dut.margins))
-    seen = moved, came, dut.evaluated.p, dut.margins.p, dut.idle, dut.walk
+    keys = _pattern(pauses)
+    moved = Cat(each.valid & each.ready for each in (dut.paths, dut.points, dut.evaluated))
+    seen = moved, dut.evaluated.p, dut.decided, dut.margin, dut.idle, dut.walk
     _offer_head(ctx, dut, next(heads))
     wait, point = next(offers)
     for cycle in range(200_000):
@@ -100,9 +95,8 @@ async def _drive(ctx, dut, paths, pauses, reset_at):
             if point[0]:
                 found.offered.append(cycle)
         ctx.set(dut.evaluated.ready, next(keys))
-        ctx.set(dut.margins.ready, next(margins))
 
-        *_, moves, comes, member, margin, idle, walk = await ctx.tick().sample(*seen)
+        *_, moves, member, decision, margin, idle, walk = await ctx.tick().sample(*seen)
         if moves & 1:
             _offer_head(ctx, dut, next(heads, None))
         wait -= 1
@@ -111,10 +105,13 @@ async def _drive(ctx, dut, paths, pauses, reset_at):
                 found.goals.append(cycle)
             wait, point = next(offers, (0, None))
             ctx.set(dut.points.valid, 0)
-        if comes & 1:
+        if moves & 4:
             found.members.append((member.key, member.slot, member.length))
             found.keyed.append(cycle)
-        if comes & 2:
+        if decision.valid:
+            found.decisions.append((decision.slot, decision.walked))
+            found.decided.append(cycle)
+        if margin.valid:
             found.margins.append((margin.place.slot, margin.place.index, margin.margin))
             found.written.append(cycle)
         if cycle and idle:

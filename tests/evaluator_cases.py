@@ -16,8 +16,6 @@ from tests.walker_cases import segments_of
 __all__ = ["OfferedPath", "Outcome", "drawn_evaluator", "drawn_paths", "outcomes"]
 
 TOP = (1 << VALUE_BITS) - 1
-#: A margin that no path has: not given.
-MISSING = -1 << 20
 
 
 @dataclass
@@ -109,18 +107,16 @@ def outcomes(evaluator, rows, paths):
     results = []
     memo = Memo(evaluator.config, rows)
     for each in paths:
-        found = [MISSING] * len(each.points)
+        margins = [0] * len(each.points)
         limit = NO_LIMIT if each.limit is None else each.limit
-        key = evaluator.evaluate(each.points, found, limit, first=each.first)
-        margins = [
-            (each.slot, i, margin) for i, margin in enumerate(found[1:-1]) if margin != MISSING
-        ]
-        outcome = Outcome(key, each.slot, len(each.points) - 2, margins)
+        key = evaluator.evaluate(each.points, margins, limit, first=each.first)
+        outcome = Outcome(key, each.slot, len(each.points) - 2)
         results.append(outcome)
         scored = score(evaluator.record, each.points)
         value = scored.cost >> evaluator.record.key_shift
         if each.first and (scored.penalty or max(value, 0) >= limit):
             continue
+        outcome.margins = [(each.slot, *margin) for margin in enumerate(margins[1:-1])]
         arcs = [None if arc is None else arc.chord for arc in scored.arcs]
         record = evaluator.record
         chords = [*[None] * (1 - record.has_entry), *arcs, *[None] * (1 - record.has_exit)]
@@ -138,10 +134,20 @@ def _cost(config, memo, start, stop):
 
 
 def check_findings(found, expected):
-    """Compare keys, margins and cycles of walking with what the model makes of the paths."""
+    """Compare keys, margins and cycles of walking with what the model makes of the paths.
+
+    Return how many cycles before its key a path is decided on and has all its margins, at least.
+    """
     assert found.members == [(each.key, each.slot, each.length) for each in expected]
+    assert found.decisions == [(each.slot, each.costs is not None) for each in expected]
     assert found.margins == [margin for each in expected for margin in each.margins]
+    written, ahead = iter(found.written), []
+    for each, decided, keyed in zip(expected, found.decided, found.keyed, strict=True):
+        margins = [next(written) for _ in each.margins]
+        assert each.costs is None or len(margins) == each.length
+        ahead.append(keyed - max([decided, *margins]))
     assert found.walk == sum(sum(each.costs or ()) for each in expected)
+    return min(ahead)
 
 
 def check_cycles(evaluator, paths, found, expected):

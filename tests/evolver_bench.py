@@ -65,13 +65,14 @@ class Member:
 class Child:
     """A child as it is to come, and as it is once evaluated.
 
-    ``others`` are the paths whose slots must not be its own.
+    ``margins`` are None if it is not walked; ``others`` are the paths whose slots must not be its
+    own.
     """
 
     points: list
     head: tuple
     member: Member
-    margins: list
+    margins: list | None
     others: list
     taken: list = field(default_factory=list)
 
@@ -134,34 +135,33 @@ class Bench:
         self.source = random_source.RandomSource(self.seed)
         self.islands, self.pending, self.survivors = {}, [], []
         self.coming, self.built, self.due = deque(), deque(), deque()
-        self.margins = deque()
+        self.decisions, self.margins = deque(), deque()
         self.lengths = []
 
     # The definition.
 
     def evaluate(self, path, limit, *, first):
-        """Return the key of a path, and its margins, None for those that are not known."""
+        """Return the key of a path, and its margins, None if it is not walked."""
         if self.any_key:
             value = int(self.rng.choice([0, 1, 2, (1 << VALUE_BITS) - 1]))
             key = int(self.rng.choice(list(PathClass))) << VALUE_BITS | value
             top = self.config.blocked_altitude
-            known = int(self.rng.integers(len(path) + 1)) if first else len(path)
-            margins = [int(margin) for margin in self.rng.integers(-top, top + 1, size=known)]
-            return key, margins + [None] * (len(path) - known)
+            if first and self.rng.random() < 0.5:
+                return key, None
+            return key, self.rng.integers(-top, top + 1, size=len(path)).tolist()
         points = [self.ends[0], *(each[:3] for each in path), self.ends[1]]
         margins = [None] * len(points)
         key = self.evaluator.evaluate(points, margins, limit, first=first)
-        return key, margins[1:-1]
+        return key, None if None in margins[1:-1] else margins[1:-1]
 
     def evaluated(self, path, limit=NO_LIMIT, *, first=False):
         """Return a path with its key and new margins, and these margins."""
         key, margins = self.evaluate(path, limit, first=first)
         self.keys.append(key)
-        measured = [
-            each if margin is None else each._replace(margin=margin)
-            for each, margin in zip(path, margins, strict=True)
-        ]
-        return Member(measured, key), margins
+        if margins is not None:
+            both = zip(path, margins, strict=True)
+            path = [each._replace(margin=margin) for each, margin in both]
+        return Member(path, key), margins
 
     def breed(self, island):
         """Breed a generation, and collect the one that is pending."""
@@ -307,13 +307,11 @@ class Bench:
         return path
 
     async def place(self, ctx, slot, path):
-        """Write a first path, whose margins are no good, and have it evaluated; return it."""
+        """Write a first path, which has no margins, and have it evaluated; return it."""
         dut = self.dut
         for index, each in enumerate(path):
             place = {"slot": slot, "index": index}
-            margin = int(self.rng.integers(-3, 4))
-            point = {**corner(each[:3]), "margin": margin}
-            ctx.set(dut.write, {"valid": 1, "place": place, "waypoint": point})
+            ctx.set(dut.write, {"valid": 1, "place": place, "waypoint": corner(each[:3])})
             await ctx.tick()
         ctx.set(dut.write.valid, 0)
         member, margins = self.evaluated(path)
@@ -322,10 +320,9 @@ class Bench:
         return member
 
     def give(self, member, margins):
-        """Give the margins and the key of a path."""
-        for index, margin in enumerate(margins):
-            if margin is not None:
-                self.margins.append((member.slot, index, margin))
+        """Give the decision on a path, its margins and its key."""
+        self.decisions.append((member.slot, margins is not None))
+        self.margins += [(member.slot, *each) for each in enumerate(margins or ())]
         self.due.append((len(self.cycles) + self.pause(self.latency), member))
 
     async def store(self, ctx, members):
@@ -383,21 +380,27 @@ class Bench:
         return int(self.rng.integers(2 * least + 30)) if self.pace == "stalled" else least
 
     async def around(self, ctx):
-        """Take children and points; give margins and keys; note what happens in each cycle."""
+        """Take children and points, give what an evaluator does, note events of each cycle."""
         dut, rng = self.dut, self.rng
         while True:
-            stalls = rng.random(4) < (0.4 if self.pace == "stalled" else 0)
+            stalls = rng.random(5) < (0.4 if self.pace == "stalled" else 0)
             now = len(self.cycles)
             ctx.set(dut.children.ready, not stalls[0])
             is_turn = self.pace != "scorer" or now % 2 == 0
             ctx.set(dut.points.ready, bool(self.built) and is_turn and not stalls[1])
-            margins = bool(self.margins) and not stalls[2]
-            ctx.set(dut.margins.valid, margins)
-            if margins:
-                slot, index, margin = self.margins[0]
+            # A key comes behind all margins and decisions.
+            known = not self.margins and not self.decisions
+            margin, decision = {"valid": 0}, {"valid": 0}
+            if self.margins and not stalls[2]:
+                slot, index, least = self.margins.popleft()
                 place = {"slot": slot, "index": index}
-                ctx.set(dut.margins.payload, {"place": place, "margin": margin})
-            gives = bool(self.due) and not self.margins and now >= self.due[0][0]
+                margin = {"valid": 1, "place": place, "margin": least}
+            if self.decisions and not stalls[4]:
+                slot, is_walked = self.decisions.popleft()
+                decision = {"valid": 1, "slot": slot, "walked": is_walked}
+            ctx.set(dut.margin, margin)
+            ctx.set(dut.decided, decision)
+            gives = bool(self.due) and known and now >= self.due[0][0]
             # What is on offer stays.
             gives &= not stalls[3] or ctx.get(dut.evaluated.valid)
             ctx.set(dut.evaluated.valid, gives)
@@ -410,21 +413,17 @@ class Bench:
     async def tick(self, ctx):
         dut = self.dut
         children, points, keys = dut.children, dut.points, dut.evaluated
-        _, _, reset, *events, child, point, margins, margins_ready = await ctx.tick().sample(
+        _, _, reset, *events, child, point = await ctx.tick().sample(
             self.top.reset,
             *(dut.begin, dut.finish, dut.merge, dut.store, dut.fills, dut.ready, dut.pending),
             *(keys.ready, keys.valid & keys.ready),
             *(points.valid, points.valid & points.ready, children.valid & children.ready),
             *(children.payload, points.payload),
-            *(dut.margins.valid & dut.margins.ready, dut.margins.ready),
         )
         if reset:
             return
-        assert margins_ready or not events[4]
         cycle = Cycle(*map(bool, events))
         self.cycles.append(cycle)
-        if margins:
-            self.margins.popleft()
         if cycle.keys:
             self.due.popleft()
         if cycle.points:

@@ -22,7 +22,7 @@ class BestReader(wiring.Component):
     The bytes are those of :func:`hdl.protocol.runs.pack_best`: of each path its key, then its
     waypoints. Members are read by their ranks, so that those of one key follow each other; of these
     the first is sent. Bytes follow each other in consecutive cycles, but for a cycle before each
-    key and 3 before each waypoint, 4 for each member after the first that is read, and 2 more.
+    key and 3 before each waypoint, 5 for each member after the first that is read, and 2 more.
 
     Parameters
     ----------
@@ -108,8 +108,8 @@ class BestReader(wiring.Component):
             self.records.p.data.eq(word[:8]),
         ]
 
-        differs = Signal(reset_less=True)
-        m.d.sync += differs.eq(self.member.key != path.key)
+        key, differs = Signal.like(self.member.key, reset_less=True), Signal(reset_less=True)
+        m.d.sync += [key.eq(self.member.key), differs.eq(key != path.key)]
         with m.FSM() as states:
             with m.State("IDLE"):
                 m.d.sync += [sent.eq(0), is_final.eq(0)]
@@ -127,6 +127,8 @@ class BestReader(wiring.Component):
                     m.d.sync += [self.rank.eq(self.rank), is_final.eq(1)]
                     m.next = "KEY"
             with m.State("READ"):
+                m.next = "HOLD"
+            with m.State("HOLD"):
                 m.next = "COMPARE"
             with m.State("COMPARE"):
                 m.next = "DECIDE"

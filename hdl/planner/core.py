@@ -219,9 +219,7 @@ class PlannerCore(wiring.Component):
             seeds.begin.eq(first_paths.begin_seed),
             first_paths.seed_busy.eq(seeds.busy),
             first_paths.seed.eq(seeds.found),
-            evolver.write.valid.eq(first_paths.write.valid),
-            evolver.write.place.eq(first_paths.write.place),
-            *(evolver.write.waypoint[axis].eq(first_paths.write.waypoint[axis]) for axis in _AXES),
+            evolver.write.eq(first_paths.write),
             evolver.rank.eq(Mux(control.running, first_paths.rank, reader.rank)),
             evolver.read.eq(Mux(control.running, first_paths.read, reader.read)),
         ]
@@ -251,7 +249,10 @@ class PlannerCore(wiring.Component):
                 paths.p.limited.eq(0),
             ]
         connect(m, evaluator.evaluated, evolver.evaluated)
-        connect(m, evaluator.margins, evolver.margins)
+        m.d.comb += [
+            evolver.decided.eq(evaluator.decided),
+            evolver.margin.eq(evaluator.margin),
+        ]
 
     def _report(self, m):
         """Give the status of the run, and its best paths."""

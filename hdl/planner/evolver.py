@@ -6,8 +6,8 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 
 from hdl.planner.breeder import Breeder
 from hdl.planner.collector import Collector
-from hdl.planner.population_layouts import KEY_BITS, head_layout, slot_count
-from hdl.planner.population_memory import PopulationMemory
+from hdl.planner.population_layouts import KEY_BITS, corner_layout, head_layout, slot_count
+from hdl.planner.population_memory import PopulationMemory, write_layout
 from hdl.planner.slot_pool import SlotPool
 from hdl.primitives.arguments import check_integer
 from hdl.protocol.planner import VALUE_BITS, PathClass
@@ -15,6 +15,8 @@ from hdl.protocol.random_words import LANES, WORD_BITS
 
 
 __all__ = ["Evolver"]
+
+_AXES = ("x", "y", "altitude")
 
 
 class Evolver(wiring.Component):
@@ -86,15 +88,17 @@ class Evolver(wiring.Component):
         With ``fills``: free slots. At most ``max(2 * config.children, 18)`` are taken that have not
         come back in ``evaluated``.
     write : In(write_layout)
-        With ``fills``: a waypoint to be written; its margin stays as it was.
+        With ``fills``: corner and altitude of a waypoint to be written.
     children : Out(stream.Signature(head_layout))
         Slot and limit of each child. Taken not later than its first point.
     points : Out(stream.Signature(point_layout))
         Points of the children, start and goal included; ``last`` marks the goal.
-    margins : In(stream.Signature(margin_layout))
-        Margins to be written. Always ready with ``fills``, else in cycles in which no waypoint of a
-        child is written: of each ``T`` in a row in ``T / 2 - 16`` or more if a point is taken every
-        two cycles at most. Those of a generation come before it is collected and ``ready``.
+    decided : In(decided_layout)
+        ``valid``: the path of ``slot``, whose points have been taken, is ``walked`` or not. Comes
+        before its key. Paths of first populations are all walked.
+    margin : In(margin_layout)
+        ``valid``: the margin of a waypoint of a path that is walked. Those of all waypoints of the
+        path come before its key, in any cycles behind its points.
     evaluated : In(stream.Signature(member_layout))
         Paths with their keys, in the order of ``children``.
     rank : In(config.slot_bits)
@@ -134,6 +138,7 @@ class Evolver(wiring.Component):
         self.member_layout = self.collector.member_layout
         self.head_layout = head_layout(self.slot_bits)
         bred = self.breeder.signature.members
+        corner = corner_layout(config.coordinate_bits, config.altitude_bits)
         super().__init__(
             {
                 "clear": In(1),
@@ -152,10 +157,11 @@ class Evolver(wiring.Component):
                 "words": In(stream.Signature(data.ArrayLayout(WORD_BITS, LANES))),
                 **{name: bred[name] for name in ("limits", "start", "goal")},
                 "slots": Out(stream.Signature(range(self.slot_count))),
-                "write": In(self.memory.write_layout),
+                "write": In(write_layout(self.slot_count, config.max_waypoints, corner)),
                 "children": Out(stream.Signature(self.head_layout)),
                 "points": bred["points"],
-                "margins": In(stream.Signature(self.memory.margin_layout)),
+                "decided": In(self.memory.decided_layout),
+                "margin": In(self.memory.margin_layout),
                 "evaluated": In(stream.Signature(self.member_layout)),
                 "rank": In(config.slot_bits),
                 "member": Out(self.member_layout),
@@ -174,7 +180,6 @@ class Evolver(wiring.Component):
         m.submodules.pool = pool = SlotPool(self.slot_count, self.slot_count)
         connect(m, flipped(self.words), breeder.words)
         connect(m, flipped(self.points), breeder.points)
-        connect(m, flipped(self.margins), memory.margins)
         connect(m, flipped(self.evaluated), collector.evaluated)
         m.d.comb += [
             *(
@@ -188,8 +193,9 @@ class Evolver(wiring.Component):
             self.member.eq(collector.member),
             # Waypoints are read as long as children may be built.
             memory.read.eq(Mux(self.pending, breeder.read, self.read)),
-            memory.write.eq(Mux(self.fills, self.write, breeder.write)),
-            memory.corners_only.eq(self.fills),
+            memory.decided.eq(self.decided),
+            memory.margin.eq(self.margin),
+            memory.write.eq(breeder.write),
             pool.clear.eq(self.clear),
             pool.put.eq(collector.freed.valid),
             pool.slot.eq(collector.freed.slot),
@@ -205,6 +211,13 @@ class Evolver(wiring.Component):
             collector.stay.eq(breeder.survivors),
             self.sorting.eq(collector.sorting),
         ]
+        # A first path inherits no margins that count, since it is walked.
+        with m.If(self.fills):
+            m.d.comb += [
+                memory.write.valid.eq(self.write.valid),
+                memory.write.place.eq(self.write.place),
+                *(memory.write.waypoint[axis].eq(self.write.waypoint[axis]) for axis in _AXES),
+            ]
         self._limit(m, *self._generate(m))
 
         return m

@@ -54,19 +54,32 @@ class MemoryQueue(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        # One row stays empty, so that the addresses alone tell an empty queue from a full one.
-        m.submodules.rows = rows = memory.Memory(shape=self.shape, depth=self.depth + 1, init=[])
+        m.submodules.rows = rows = memory.Memory(shape=self.shape, depth=self.depth, init=[])
         write, read = rows.write_port(), rows.read_port(domain="comb")
         m.d.comb += [
             write.data.eq(self.word),
             write.en.eq(self.put),
             self.words.payload.eq(read.data),
-            self.words.valid.eq(read.addr != write.addr),
         ]
-        for port, moved in ((write, self.put), (read, self.words.valid & self.words.ready)):
+        takes = self.words.valid & self.words.ready
+        for port, moved in ((write, self.put), (read, takes)):
             with m.If(moved):
-                m.d.sync += port.addr.eq(Mux(port.addr == self.depth, 0, port.addr + 1))
+                m.d.sync += port.addr.eq(Mux(port.addr == self.depth - 1, 0, port.addr + 1))
+        # A register, since who takes a word often decides late.
+        left, is_single = Signal(range(self.depth + 1)), Signal()
+        with m.If(self.put & ~takes):
+            m.d.sync += [left.eq(left + 1), is_single.eq(left == 0), self.words.valid.eq(1)]
+        with m.Elif(takes & ~self.put):
+            m.d.sync += [
+                left.eq(left - 1),
+                is_single.eq(left == 2),
+                self.words.valid.eq(~is_single),
+            ]
         with m.If(self.clear):
-            m.d.sync += [write.addr.eq(0), read.addr.eq(0)]
+            m.d.sync += [
+                *(port.addr.eq(0) for port in (write, read)),
+                left.eq(0),
+                self.words.valid.eq(0),
+            ]
 
         return m

@@ -1,23 +1,31 @@
 """Memory of the waypoints of all paths."""
 
 from amaranth import *
-from amaranth.lib import data, memory, stream, wiring
+from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from hdl.planner.population_layouts import corner_layout, waypoint_layout
+from hdl.planner.population_layouts import waypoint_layout
 from hdl.primitives.arguments import check_integer
 
 
-__all__ = ["PopulationMemory", "margin_layout", "place_layout", "write_layout"]
+__all__ = ["PopulationMemory", "decided_layout", "margin_layout", "place_layout", "write_layout"]
 
 
 class PopulationMemory(wiring.Component):
-    """Waypoints by slot and place, with the least margin of the segments at each.
+    """Waypoints by slot and place, each with the margin that counts.
 
-    Corners and margins are two memories of the same rows: a write of a waypoint goes to both, and a
-    margin alone is written in a cycle without. With ``corners_only`` writes leave the margins as
-    they are, and the two do not meet. Each memory has one port for writes and one for reads, so
-    block RAMs take all of it. A row must not be read in the cycle in which it is written.
+    A waypoint is written with the margin that it inherits. The margins that the walk of a path
+    finds go to a memory of their own. Of each slot a flag says which of the two count: those of the
+    walk, or those inherited. So writes of waypoints and of margins never wait for each other.
+
+    A row must not be read in the cycle in which it is written. The flag of a slot and its margins
+    of a walk are written only while nobody reads the slot: while its path is being evaluated,
+    behind the last read of the path that was there, and before the path's key is known. A path that
+    is walked gets the margins of all its waypoints.
+
+    Each of the two memories has one port for writes and one for reads, so block RAMs take both: on
+    an ECP5, with 108 slots of 16 waypoints, corners of 9 bits and altitudes of 11 or 12, five for
+    waypoints and two for margins. Flags are LUT RAM.
 
     Parameters
     ----------
@@ -34,12 +42,13 @@ class PopulationMemory(wiring.Component):
         ``slot`` and ``index`` of a waypoint. Read in every cycle.
     waypoint : Out(waypoint_layout)
         The waypoint there, 2 cycles later. A register.
-    corners_only : In(1)
-        A write leaves the margin as it is.
     write : In(write_layout)
-        ``valid``: write ``waypoint`` to ``place``.
-    margins : In(stream.Signature(margin_layout))
-        Margins to be written: ``place`` and ``margin``. Not ready in a cycle with a write of both.
+        ``valid``: write ``waypoint`` to ``place``, with the margin that it inherits.
+    decided : In(decided_layout)
+        ``valid``: the margins of ``slot`` that count are those of the walk if the path there is
+        ``walked``, else those inherited.
+    margin : In(margin_layout)
+        ``valid``: the walk of a path finds this ``margin`` at ``place``.
 
     Raises
     ------
@@ -57,58 +66,61 @@ class PopulationMemory(wiring.Component):
         self.max_waypoints = max_waypoints
         self.coordinate_bits = coordinate_bits
         self.altitude_bits = altitude_bits
-        self.corner_layout = corner_layout(coordinate_bits, altitude_bits)
         self.waypoint_layout = waypoint_layout(coordinate_bits, altitude_bits)
         self.place_layout = place_layout(slots, max_waypoints)
         self.write_layout = write_layout(slots, max_waypoints, self.waypoint_layout)
+        self.decided_layout = decided_layout(slots)
         self.margin_layout = margin_layout(slots, max_waypoints, altitude_bits)
         super().__init__(
             {
                 "read": In(self.place_layout),
                 "waypoint": Out(self.waypoint_layout),
-                "corners_only": In(1),
                 "write": In(self.write_layout),
-                "margins": In(stream.Signature(self.margin_layout)),
+                "decided": In(self.decided_layout),
+                "margin": In(self.margin_layout),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
 
-        index_bits = len(self.read.index)
-        rows = self.slots << index_bits
-
-        def memory_of(shape):
-            return memory.Memory(shape=shape, depth=rows, init=[], attrs={"no_rw_check": 1})
-
-        m.submodules.corners = corners = memory_of(self.corner_layout)
-        m.submodules.margin_rows = margin_rows = memory_of(self.waypoint_layout["margin"].shape)
-
         def row_of(place):
             return Cat(place.index, place.slot)
 
-        write, margin = self.write, self.margins
-        corner_write, corner_read = corners.write_port(), corners.read_port()
-        margin_write, margin_read = margin_rows.write_port(), margin_rows.read_port()
-        writes_both = Signal()
-        m.d.comb += [
-            corner_read.addr.eq(row_of(self.read)),
-            corner_write.addr.eq(row_of(write.place)),
-            corner_write.en.eq(write.valid),
-            *(corner_write.data[axis].eq(write.waypoint[axis]) for axis in ("x", "y", "altitude")),
-            margin_read.addr.eq(row_of(self.read)),
-            writes_both.eq(write.valid & ~self.corners_only),
-            margin_write.addr.eq(Mux(writes_both, row_of(write.place), row_of(margin.p.place))),
-            margin_write.en.eq(writes_both | margin.valid),
-            margin_write.data.eq(Mux(writes_both, write.waypoint.margin, margin.p.margin)),
-            margin.ready.eq(~writes_both),
-        ]
+        def memory_of(name, shape, write, word):
+            """Return what was at the place that was read in the cycle before."""
+            rows = self.slots << len(self.read.index)
+            m.submodules[name] = held = memory.Memory(
+                shape=shape, depth=rows, init=[], attrs={"no_rw_check": 1}
+            )
+            write_port, read_port = held.write_port(), held.read_port()
+            m.d.comb += [
+                write_port.en.eq(write.valid),
+                write_port.addr.eq(row_of(write.place)),
+                write_port.data.eq(word),
+                read_port.addr.eq(row_of(self.read)),
+            ]
+            return read_port.data
+
         waypoint = Signal(self.waypoint_layout, reset_less=True)
-        m.d.comb += self.waypoint.eq(waypoint)
-        m.d.sync += [
-            *(waypoint[axis].eq(corner_read.data[axis]) for axis in ("x", "y", "altitude")),
-            waypoint.margin.eq(margin_read.data),
+        held = memory_of("waypoints", waypoint.shape(), self.write, self.write.waypoint)
+        found = memory_of("margins", waypoint.margin.shape(), self.margin, self.margin.margin)
+
+        m.submodules.flags = flags = memory.Memory(shape=1, depth=self.slots, init=[])
+        flag_write, flag_read = flags.write_port(), flags.read_port(domain="comb")
+        was_walked = Signal(reset_less=True)
+        m.d.comb += [
+            flag_write.en.eq(self.decided.valid),
+            flag_write.addr.eq(self.decided.slot),
+            flag_write.data.eq(self.decided.walked),
+            flag_read.addr.eq(self.read.slot),
         ]
+        m.d.sync += was_walked.eq(flag_read.data)
+
+        m.d.comb += self.waypoint.eq(waypoint)
+        m.d.sync += waypoint.eq(held)
+        with m.If(was_walked):
+            m.d.sync += waypoint.margin.eq(found)
 
         return m
 
@@ -118,11 +130,15 @@ def place_layout(slots, max_waypoints):
     return data.StructLayout({"slot": range(slots), "index": range(max_waypoints)})
 
 
+def decided_layout(slots):
+    """Return the layout of a decision on the path in a slot: it is ``walked`` or not."""
+    return data.StructLayout({"valid": 1, "slot": range(slots), "walked": 1})
+
+
 def margin_layout(slots, max_waypoints, altitude_bits):
     """Return the layout of a margin and the place of its waypoint."""
-    return data.StructLayout(
-        {"place": place_layout(slots, max_waypoints), "margin": signed(altitude_bits + 1)}
-    )
+    place = place_layout(slots, max_waypoints)
+    return data.StructLayout({"valid": 1, "place": place, "margin": signed(altitude_bits + 1)})
 
 
 def write_layout(slots, max_waypoints, waypoint):

@@ -73,13 +73,20 @@ class ShapeDrawer(wiring.Component):
         *draws, drawing = fanout(m, *[draws_next] * (EDGES + 1), name="draws")
         *turns, turning = fanout(m, *[turns_next] * (EDGES + 1), name="turns")
         negates = fanout(m, *[negates_next] * (EDGES - 1), name="negates")
+        # The next corner is the last of its row, if it is not the first.
+        after_first, before_last = (
+            Signal(self.coordinate_bits, name=name, reset_less=True)
+            for name in ("after_first", "before_last")
+        )
+        ends = Mux(back, x == after_first, x == before_last)
+        m.d.sync += [after_first.eq(shape.first_x + 1), before_last.eq(shape.last_x - 1)]
         is_last = Signal()
         begins = self.shapes.valid & ~self.shapes.ready
         m.d.comb += [
             is_last.eq(turning & (y == shape.last_y)),
             draws_next.eq(Mux(drawing, ~is_last, begins)),
             next_back.eq(drawing & (back ^ turning)),
-            turns_next.eq(Mux(next_back, next_x == shape.first_x, next_x == shape.last_x)),
+            turns_next.eq(Mux(drawing & ~turning, ends, shape.first_x == shape.last_x)),
             negates_next.eq(next_back & ~turns_next),
         ]
         with m.If(~drawing):

@@ -6,11 +6,10 @@
 //   3 stall p (head gap points)*p  n word*n
 //                     evaluates p paths: payload of each head, cycles to wait before its first
 //                     point is offered, its number of points; then the payloads of all points. With
-//                     a stall s above 0, points and keys move only in about one cycle of s, and
-//                     margins in every other cycle.
+//                     a stall s above 0, points and keys move only in about one cycle of s.
 //       answers: p * (payload of the key, cycles in which the first point was offered, the goal
-//                taken, the key taken), the cycles of walking, the number of margins, and their
-//                payloads
+//                taken, the key taken), the cycles of walking, the number of margins, p * (bits of
+//                the decision, its cycle), and of each margin its bits and its cycle
 //
 // A slot of the scorer begins with an even cycle. Verilator spells the double underscore of a port
 // ___05F.
@@ -73,7 +72,7 @@ public:
 
     void evaluate(Number stall, const Numbers& paths, const Numbers& points) {
         const std::size_t count = paths.size() / 3;
-        Numbers keys, offers, goals, keyed, margins;
+        Numbers keys, offers, goals, keyed, decided, margins;
         std::size_t head = 0, path = 0, point = 0;
         Number wait = paths[1] + 3, left = paths[2], random = 88172645463325252ULL;
         bool held = false;
@@ -92,7 +91,6 @@ public:
                 if (offers.size() == path) offers.push_back(cycle);
             }
             top_->evaluated___05Fready = stall == 0 || (random >> 20) % stall == 0;
-            top_->margins___05Fready = stall == 0 || (cycle & 1);
             top_->eval();
             held = may && !top_->points___05Fready;
             if (wait > 0) --wait;
@@ -104,20 +102,20 @@ public:
                 }
             }
             if (head < count && top_->paths___05Fready) ++head;
-            if (top_->margins___05Fvalid && top_->margins___05Fready) {
-                margins.push_back(top_->margins___05Fpayload);
-            }
+            if (top_->decided & 1) decided.insert(decided.end(), {top_->decided, cycle});
+            if (top_->margin & 1) margins.insert(margins.end(), {top_->margin, cycle});
             if (top_->evaluated___05Fvalid && top_->evaluated___05Fready) {
                 keys.push_back(top_->evaluated___05Fpayload);
                 keyed.push_back(cycle);
             }
             clock();
         }
-        if (point != points.size()) std::exit(5);
+        if (point != points.size() || decided.size() != 2 * count) std::exit(5);
         for (std::size_t i = 0; i < count; ++i) {
             write_numbers({keys[i], offers[i], goals[i], keyed[i]});
         }
-        write_numbers({top_->walk, margins.size()});
+        write_numbers({top_->walk, margins.size() / 2});
+        write_numbers(decided);
         write_numbers(margins);
     }
 

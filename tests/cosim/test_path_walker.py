@@ -129,15 +129,14 @@ def check(chip, heights, paths, *, stall=0):
                 memo.put(a, b, found)
             asked, known_ones = asked + 1, known_ones + (known is not None)
             costs.append(cost(a, b, known is not None, config.lanes))
-            if stopped:
-                continue
-            count += found[0]
+            if not stopped:
+                count += found[0]
+                stopped = bool(path.first and found[0])
             if not marks["chord"]:
                 if index >= 0:
                     expected.append((index, min(before, found[1])))
                 index, before = index + 1, found[1]
             before = min(before, found[1])
-            stopped = bool(path.first and found[0])
         assert hits == count, path.points
         total += count
         cycles += sum(costs)

@@ -152,8 +152,9 @@ def expected_of(config, job, rng):
     surface, limit_passes = dict(blocks.least), 0
     if job.limit:
         limit_passes = wavefront.limit_slopes(job.problem, blocks, surface, job.limit)
-    field, passes = wavefront.spread(job.problem, blocks, surface)
-    route = wavefront.descend(job.problem, blocks, surface, field)
+    prices = wavefront.prices_of(config, job.problem, blocks.distances)
+    field, passes = wavefront.spread(prices, blocks, surface)
+    route = wavefront.descend(prices, blocks, surface, field)
     source = Words(rng)
     paths = [
         seed_path(config, job.problem, blocks, surface, route, source) for _ in range(job.paths)

@@ -60,3 +60,28 @@ def test_a_run_makes_other_commands_wait():
         best = runs.best()
         assert best.classes[0] is PathClass.FEASIBLE
         assert best.keys[0] == ended.key
+
+
+@pytest.mark.ci
+def test_a_run_is_the_same_on_every_board(icarus):
+    """The model, Verilator and Icarus, on which a map takes long: a ridge on flat ground."""
+    rng = np.random.default_rng(4)
+    ridge = pack_cells(CHIP, rng.integers(CHIP.blocked_altitude, size=3 * 12).tolist())
+    corners = map_request(CHIP).pack(x=14, y=6, width=3, height=12) + ridge
+    problem, block = record(CHIP, rng), shape(CHIP, rng)
+    options = RunOptions(
+        seed=5, cycles=10**6, generations=3, slopes=(0,), seeds=8, lifts=0, give_up_rank=3
+    )
+    told = []
+    for scheme, query in (("model", {}), ("sim", {}), ("sim", {"sim": "icarus"})):
+        with open_board(board_url(scheme, CHIP, **query)) as chip:
+            chip.link.request(Command.MAP, corners)
+            chip.runs.set_problem(problem)
+            chip.runs.block(block)
+            chip.runs.start(options)
+            ended = next(status for status in iter(chip.runs.status, None) if not status.running)
+            best = chip.runs.best()
+            told.append((ended, best.keys, best.paths))
+    assert told[0][0].generations == 3
+    assert told[1] == told[0]
+    assert told[2] == told[0]

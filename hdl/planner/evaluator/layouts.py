@@ -3,6 +3,7 @@
 from amaranth.lib import data
 
 from hdl.layouts import point_layout
+from hdl.planner.population_layouts import head_layout
 from hdl.planner.walker.layouts import chord_layout
 from hdl.protocol.planner import VALUE_BITS
 
@@ -11,7 +12,6 @@ __all__ = [
     "PLACES",
     "PLACE_BITS",
     "decision_layout",
-    "head_layout",
     "kept_layout",
     "row_bits_of",
     "stored_layout",
@@ -26,15 +26,6 @@ PLACE_BITS = 4
 def row_bits_of(max_waypoints: int) -> int:
     """Return the width of a row of a path: its points from the start on, and its exit."""
     return (max_waypoints + 2).bit_length()
-
-
-def head_layout(slot_bits: int) -> data.StructLayout:
-    """Return the layout of what comes with a path.
-
-    ``first``: the best path of its population is feasible. ``limited``: then the path is given up
-    unless its value is below ``limit``.
-    """
-    return data.StructLayout({"slot": slot_bits, "first": 1, "limited": 1, "limit": VALUE_BITS})
 
 
 def taken_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:

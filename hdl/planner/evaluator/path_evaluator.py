@@ -8,12 +8,12 @@ from hdl.config import Config
 from hdl.feasibility.result_queue import ResultQueue
 from hdl.layouts import point_layout
 from hdl.planner.evaluator.key_maker import KeyMaker
-from hdl.planner.evaluator.layouts import PLACE_BITS, PLACES, head_layout
-from hdl.planner.evaluator.margin_queue import MarginQueue
+from hdl.planner.evaluator.layouts import PLACE_BITS, PLACES
 from hdl.planner.evaluator.path_decider import PathDecider
 from hdl.planner.evaluator.path_store import PathStore
 from hdl.planner.layouts import problem_layout
-from hdl.planner.population_layouts import member_layout
+from hdl.planner.population_layouts import head_layout, member_layout
+from hdl.planner.population_memory import decided_layout, margin_layout
 from hdl.planner.scorer.scorer import Scorer
 from hdl.planner.walker.path_walker import PathWalker
 from hdl.planner.walker.segment_source import SegmentSource, queued_layout
@@ -43,6 +43,9 @@ class PathEvaluator(wiring.Component):
     :func:`sim.model.planner.cycles.enter`, the keys those of
     :meth:`sim.model.planner.definition.evaluation.Evaluator.evaluate`.
 
+    3 cycles before the key of a path is offered, or earlier, the path is ``decided``, and its last
+    ``margin`` is given if it is walked.
+
     Parameters
     ----------
     config : Config
@@ -65,11 +68,12 @@ class PathEvaluator(wiring.Component):
         has two points or more. All that are inside begin at the same corner.
     evaluated : Out(stream.Signature(member_layout))
         Key, slot and length of each path, in order.
-    margins : Out(stream.Signature(margin_layout))
-        Margins of the waypoints of paths that are walked, as far as they are known. Must be taken
-        as :class:`hdl.planner.evaluator.margin_queue.MarginQueue` says.
+    decided : Out(decided_layout)
+        ``valid``: the path of ``slot`` is decided on, and ``walked`` or not. In the order of paths.
+    margin : Out(margin_layout)
+        ``valid``: the margin of a waypoint. Of all waypoints of each path that is walked, in order.
     idle : Out(1)
-        No path is inside, and neither a head nor a margin waits.
+        No path is inside, and no head waits.
     clear_counters : In(1)
         Pulse: set both counters to 0.
     score : Out(32)
@@ -100,7 +104,6 @@ class PathEvaluator(wiring.Component):
         self.slot_bits = (slots - 1).bit_length()
         self.walker = PathWalker(config, memo_rows)
         self.scorer = Scorer(config)
-        self.queue = MarginQueue(slots, config.max_waypoints, config.altitude_bits)
         sizes = (config.coordinate_bits, config.altitude_bits)
         member = member_layout(self.slot_bits, config.length_bits)
         passed = self.walker.signature.members
@@ -111,7 +114,8 @@ class PathEvaluator(wiring.Component):
                 "paths": In(stream.Signature(head_layout(self.slot_bits))),
                 "points": In(stream.Signature(point_layout(*sizes))),
                 "evaluated": Out(stream.Signature(member)),
-                "margins": Out(stream.Signature(self.queue.layout)),
+                "decided": Out(decided_layout(slots)),
+                "margin": Out(margin_layout(slots, config.max_waypoints, config.altitude_bits)),
                 "idle": Out(1),
                 "clear_counters": In(1),
                 "score": Out(32),
@@ -158,9 +162,7 @@ class PathEvaluator(wiring.Component):
         goes = decision.valid & decision.walked
         m.submodules.walks = walks = ResultQueue(queued_layout(PLACE_BITS, store.row_bits), PLACES)
         m.submodules.walked_slots = slots = ResultQueue(self.slot_bits, PLACES)
-        m.submodules.margin_queue = margins = self.queue
         connect(m, walks.words, source.paths)
-        connect(m, margins.margins, flipped(self.margins))
         m.d.comb += [
             walks.put.eq(goes),
             walks.word.place.eq(decision.path.place),
@@ -170,8 +172,13 @@ class PathEvaluator(wiring.Component):
             slots.put.eq(goes),
             slots.word.eq(decision.path.head.slot),
             slots.words.ready.eq(walker.result.valid),
-            margins.slot.eq(slots.words.p),
-            margins.margin.eq(walker.margin),
+            self.decided.valid.eq(decision.valid),
+            self.decided.slot.eq(decision.path.head.slot),
+            self.decided.walked.eq(decision.walked),
+            self.margin.valid.eq(walker.margin.valid),
+            self.margin.place.slot.eq(slots.words.p),
+            self.margin.place.index.eq(walker.margin.index),
+            self.margin.margin.eq(walker.margin.margin),
         ]
 
         counted = ((self.score, self.scorer.launcher.valid), (self.walk, walker.launching))
@@ -207,7 +214,7 @@ class PathEvaluator(wiring.Component):
             store.head.eq(heads.words.p),
             store.taken.valid.eq(taken),
             store.taken.point.eq(points.p),
-            self.idle.eq((waiting == 0) & (inside == 0) & self.queue.idle),
+            self.idle.eq((waiting == 0) & (inside == 0)),
         ]
         m.d.sync += [
             left.eq(first),

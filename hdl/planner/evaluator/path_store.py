@@ -7,12 +7,12 @@ from amaranth.lib.wiring import In, Out
 from hdl.planner.evaluator.layouts import (
     PLACE_BITS,
     PLACES,
-    head_layout,
     kept_layout,
     row_bits_of,
     stored_layout,
     taken_layout,
 )
+from hdl.planner.population_layouts import head_layout
 from hdl.planner.scorer.scorer import chord_record_layout
 from hdl.planner.walker.segment_source import read_layout
 from hdl.primitives.arguments import check_integer

@@ -14,7 +14,7 @@ __all__ = [
 ]
 
 #: Place of a segment or chord in its path: ``begins`` and ``last``, ``chord``, and ``first`` (the
-#: path's count ends with its first segment or chord that collides).
+#: path's hits end with its first segment or chord that collides).
 MARKS = data.StructLayout({"begins": 1, "last": 1, "chord": 1, "first": 1})
 
 

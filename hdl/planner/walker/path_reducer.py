@@ -31,9 +31,8 @@ class PathReducer(wiring.Component):
     """Adds up the hits of a path, and gives the margin of each of its waypoints.
 
     The margin of a waypoint is the least of its two segments and its chord; it is given with the
-    segment behind it. Of a path that is walked up to its ``first`` collision, neither hits nor
-    margins behind that segment or chord count; a waypoint whose margin is not known then has none
-    given. Outputs follow ``walked`` by a cycle.
+    segment behind it. With ``first``, hits behind the first segment or chord that collides do not
+    count; margins always do. Outputs follow ``walked`` by a cycle.
 
     Parameters
     ----------
@@ -50,7 +49,7 @@ class PathReducer(wiring.Component):
         Segments and chords of the paths in order, with their marks.
     margin : Out(margin_layout)
     result : Out(result_layout)
-        Of each path, with its last margin.
+        Of each path, with its last margin or later.
 
     Raises
     ------
@@ -99,7 +98,7 @@ class PathReducer(wiring.Component):
         ]
         m.d.sync += [
             self.result.valid.eq(walked.valid & marks.last),
-            self.margin.valid.eq(walked.valid & is_behind & ~stopped),
+            self.margin.valid.eq(walked.valid & is_behind),
             margin.eq(least),
         ]
         with m.If(walked.valid):

@@ -22,8 +22,8 @@ class PathWalker(wiring.Component):
 
     A segment or chord takes a cycle if the memo answers for it, else n / ``config.lanes`` cycles
     for n corners, rounded up; the next one follows right behind, and so does the next path. A path
-    with ``first`` is walked to its end, too, so that the memo does not depend on how many cycles a
-    result takes; nothing behind its first collision counts.
+    with ``first`` is walked to its end, too: no hits behind its first collision count, but margins
+    do, and the memo does not depend on how many cycles a result takes.
 
     A segment is launched 5 cycles after it is offered, or later if segments before it are still
     launched. ``result`` follows the last group of a path by ``latency`` cycles. See
@@ -48,9 +48,9 @@ class PathWalker(wiring.Component):
     segments : In(stream.Signature(segment_request_layout))
         Segments of the paths in order, each followed by the chord at its end, with their marks.
     margin : Out(margin_layout)
-        Margins of the waypoints, path by path, as far as they are known.
+        Margins of all waypoints, path by path.
     result : Out(result_layout)
-        Of each path, in order, with its last margin.
+        Of each path, in order, with its last margin or later.
     launching : Out(1)
         A group of corners, or an answer of the memo, was launched, some cycles ago: as many cycles
         are high as the segments cost.

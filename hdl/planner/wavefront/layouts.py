@@ -3,8 +3,7 @@
 from amaranth import signed
 from amaranth.lib import data
 
-from hdl.planner.wavefront.widths import BLOCK_BITS, COST_BITS, distance_bits
-from hdl.protocol.planner import BASE_BITS, DRAG_FRACTION, FUEL_BITS, RISE_BITS
+from hdl.planner.wavefront.widths import BLOCK_BITS, FACTOR_BITS, PART_BITS
 
 
 __all__ = [
@@ -17,6 +16,18 @@ __all__ = [
 
 #: x and y of a block.
 place_layout = data.StructLayout({"x": BLOCK_BITS, "y": BLOCK_BITS})
+
+#: Constants of a step that depend on its direction: ``factor``, of the sum of both altitudes;
+#: ``level``, cost of the base; ``pull``, cost of fuel in level flight. See
+#: :class:`sim.model.planner.definition.wavefront.Prices`.
+way_layout = data.StructLayout(
+    {"factor": FACTOR_BITS, "level": signed(PART_BITS + 1), "pull": PART_BITS}
+)
+
+#: Constants of all steps: ``ways`` in x, in y, and across; ``climb``, factor of the rise.
+step_constants_layout = data.StructLayout(
+    {"ways": data.ArrayLayout(way_layout, 3), "climb": FACTOR_BITS}
+)
 
 
 def block_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
@@ -42,35 +53,5 @@ def found_layout(coordinate_bits: int, altitude_bits: int) -> data.StructLayout:
             "x": coordinate_bits,
             "y": coordinate_bits,
             "altitude": altitude_bits,
-        }
-    )
-
-
-def way_layout(coordinate_bits: int) -> data.StructLayout:
-    """Return the layout of what depends on the direction of a step.
-
-    ``distance`` : length of the step. ``pull`` : distance times drag times fuel. ``level`` :
-    distance times base. ``fall`` : of the surface, at most 2**30.
-    """
-    distance = distance_bits(coordinate_bits)
-    return data.StructLayout(
-        {
-            "distance": distance,
-            "pull": distance + DRAG_FRACTION + FUEL_BITS,
-            "level": signed(distance + BASE_BITS),
-            "fall": COST_BITS,
-        }
-    )
-
-
-def step_constants_layout(coordinate_bits: int) -> data.StructLayout:
-    """Return the layout of the constants of all steps.
-
-    ``ways`` : in x, in y, and across. ``climb`` : rise times fuel.
-    """
-    return data.StructLayout(
-        {
-            "ways": data.ArrayLayout(way_layout(coordinate_bits), 3),
-            "climb": RISE_BITS + FUEL_BITS,
         }
     )

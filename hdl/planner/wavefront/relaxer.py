@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 
 from hdl.planner.wavefront.layouts import step_constants_layout
 from hdl.planner.wavefront.step_pricer import StepPricer
-from hdl.planner.wavefront.widths import BLOCK_BITS, COST_BITS, FAR, INDEX_BITS
+from hdl.planner.wavefront.widths import BLOCK_BITS, COST_BITS, INDEX_BITS
 from hdl.primitives.arguments import check_integer
 from hdl.primitives.delay_line import delay_line
 from hdl.protocol.planner import BLOCKS
@@ -23,7 +23,7 @@ __all__ = ["Relaxer", "cost_write_layout", "surface_layout"]
 #: forwards; to the opposite ones for a pass backwards.
 _WAYS = (0, 2, 1, 2)
 #: The cycle after a block's first in which its costs are read, and in which the new one is written.
-_READ, _WRITTEN = StepPricer.latency + 3, StepPricer.latency + 9
+_READ, _WRITTEN = StepPricer.latency + 2, StepPricer.latency + 8
 
 #: Cost to be written to a block.
 cost_write_layout = data.StructLayout({"valid": 1, "block": INDEX_BITS, "cost": COST_BITS})
@@ -43,21 +43,20 @@ class Relaxer(wiring.Component):
     cost of a block exceeds 2**30, that of one without a way.
 
     Equals half a sweep of ``spread`` of :mod:`sim.model.planner.definition.wavefront`; and of
-    ``limit_slopes``, where costs are depths below the top altitude, and steps cost the falls.
+    ``limit_slopes``, where costs are depths below the top altitude, and each step costs its fall.
 
     Parameters
     ----------
-    coordinate_bits, altitude_bits : int
-        Widths of a coordinate of the map and of an altitude, 1 or more.
+    altitude_bits : int
+        Width of an altitude, 1 or more.
 
     Members
     -------
     launch : In(1)
         Pulse: begin a pass. Not while ``busy``.
-    backwards, falls : In(1)
-        Direction of the pass; steps cost the falls. Steady from ``launch`` to the end.
+    backwards : In(1)
+        Direction of the pass. Steady from ``launch`` to the end.
     constants : In(step_constants_layout)
-    fuel_shift, key_shift : In
         Steady.
     surface_block : Out(10)
         Block to be read from the surface.
@@ -74,31 +73,26 @@ class Relaxer(wiring.Component):
     before, after : In(altitude_bits)
         Altitudes of a step to be priced between passes.
     prices : Out(31).array(3)
-        Its cost in x, in y, and across, ``StepPricer.latency + 1`` cycles later.
+        Its cost in x, in y, and across, ``StepPricer.latency`` cycles later.
 
     Raises
     ------
     TypeError, ValueError
-        If a width is not an integer, or less than 1.
+        If the width is not an integer, or less than 1.
     """
 
     #: Cycles from one ``launch`` to the next.
     pass_cycles = BLOCKS**2 + _WRITTEN + 2
 
-    def __init__(self, coordinate_bits, altitude_bits):
-        check_integer("Coordinate width", coordinate_bits, 1)
+    def __init__(self, altitude_bits):
         check_integer("Altitude width", altitude_bits, 1)
 
-        self.coordinate_bits = coordinate_bits
         self.altitude_bits = altitude_bits
         super().__init__(
             {
                 "launch": In(1),
                 "backwards": In(1),
-                "falls": In(1),
-                "constants": In(step_constants_layout(coordinate_bits)),
-                "fuel_shift": In(5),
-                "key_shift": In(6),
+                "constants": In(step_constants_layout),
                 "surface_block": Out(INDEX_BITS),
                 "surface": In(surface_layout(altitude_bits)),
                 "cost_block": Out(INDEX_BITS),
@@ -143,7 +137,7 @@ class Relaxer(wiring.Component):
             self.cost_block.eq(block_of(later(_READ))),
         ]
 
-        # Step costs, or falls; 2**30 where no step leads.
+        # 2**30 where no step leads.
         costs = self._step_costs(m, later)
 
         # The row before, from north-east on.
@@ -192,7 +186,7 @@ class Relaxer(wiring.Component):
         return m
 
     def _step_costs(self, m, later):
-        """Return the costs of the steps to the four neighbours, in registers."""
+        """Return the costs of the steps to the four neighbours, registers."""
         altitude = self.surface.altitude
         column, next_column = later(2)[:BLOCK_BITS], later(1)[:BLOCK_BITS]
         north_east = _ring(m, "upper_altitudes", altitude, column, next_column)
@@ -201,38 +195,34 @@ class Relaxer(wiring.Component):
         north_west = delay_line(m, north, 1, "altitude_north_west")
         neighbours = delay_line(m, here, 1, "altitude_west"), north_west, north, north_east
 
-        at = later(StepPricer.latency + 3)
-        free = delay_line(m, self.surface.free, StepPricer.latency + 1, "free")
-        leads = Signal(4)
+        # For the last register of a cost. Between passes all steps lead.
+        at = later(StepPricer.latency + 1)
+        free = delay_line(m, self.surface.free, StepPricer.latency - 1, "free")
+        leads = Signal(4, reset_less=True)
         is_first, is_last = at[:BLOCK_BITS] == 0, at[:BLOCK_BITS].all()
         upper = at[BLOCK_BITS:].any()
-        m.d.comb += leads.eq(
+        m.d.sync += leads.eq(
             Cat(~is_first, ~is_first & upper, upper, ~is_last & upper) & free.replicate(4)
+            | (~self.busy).replicate(4)
         )
 
         costs = []
         for i, (way, neighbour) in enumerate(zip(_WAYS, neighbours, strict=True)):
-            m.submodules[f"pricer_{i}"] = pricer = StepPricer(
-                self.coordinate_bits, self.altitude_bits
-            )
-            constants = self.constants.ways[way]
+            m.submodules[f"pricer_{i}"] = pricer = StepPricer(self.altitude_bits)
             before, after = here, neighbour
             # The three first serve the others, too.
             if i < 3:
                 before = Mux(self.busy, here, self.before)
                 after = Mux(self.busy, neighbour, self.after)
+                m.d.comb += self.prices[way].eq(pricer.cost)
             m.d.comb += [
-                pricer.way.eq(constants),
+                pricer.way.eq(self.constants.ways[way]),
                 pricer.climb.eq(self.constants.climb),
-                pricer.fuel_shift.eq(self.fuel_shift),
-                pricer.key_shift.eq(self.key_shift),
                 pricer.before.eq(before),
                 pricer.after.eq(after),
+                pricer.leads.eq(leads[i]),
             ]
-            if i < 3:
-                m.d.sync += self.prices[way].eq(pricer.cost)
-            cost = Mux(leads[i], Mux(self.falls, constants.fall, pricer.cost), FAR)
-            costs.append(delay_line(m, cost, 1, f"step_{i}"))
+            costs.append(pricer.cost)
         return costs
 
 

@@ -24,9 +24,9 @@ _STEPS = (
     (0, 0, 0),
     *((x, y, 2 if x and y else int(x == 0)) for y in (-1, 0, 1) for x in (-1, 0, 1) if x or y),
 )
-#: Cycles from the address of a neighbour to its surface and cost, and to the cost by way of it.
-_READ = 2
-_PRICED = _READ + 1 + StepPricer.latency + 1
+#: Cycles from the step of a neighbour to its surface and cost, and to the cost by way of it.
+_READ = 3
+_PRICED = _READ + 1 + StepPricer.latency
 _SUMMED = _PRICED + 1
 
 
@@ -60,7 +60,7 @@ class Route(wiring.Component):
     before, after : Out(altitude_bits)
         Altitudes of a step to be priced.
     prices : In(31).array(3)
-        Its cost in x, in y, and across, 13 cycles later.
+        Its cost in x, in y, and across, 5 cycles later.
     number : In(10)
         Number of a block of the route, to be read while not ``busy``.
     place : Out(place_layout)
@@ -162,15 +162,16 @@ class Route(wiring.Component):
 
     def _best(self, m, here, count):
         """Return the best neighbour so far, and whether the block just read has no way."""
-        # The step of this cycle: its neighbour, whether there is one, and its way.
-        place = Signal(place_layout)
+        # The step of the cycle before: its neighbour, whether there is one, and its way.
+        place = Signal(place_layout, reset_less=True)
         exists = Signal()
-        way = Signal(2)
+        way = Signal(2, reset_less=True)
         inside = [{-1: at.any(), 0: Const(1), 1: ~at.all()} for at in (here.x, here.y)]
+        m.d.sync += exists.eq(0)
         with m.Switch(count):
             for i, (x, y, index) in enumerate(_STEPS):
                 with m.Case(i):
-                    m.d.comb += [
+                    m.d.sync += [
                         place.x.eq(here.x + x),
                         place.y.eq(here.y + y),
                         exists.eq(inside[0][x] & inside[1][y] & int(i > 0)),
@@ -188,14 +189,14 @@ class Route(wiring.Component):
 
         # Where there is no neighbour, the cost is out of reach.
         price = Signal(COST_BITS)
-        with m.Switch(delay_line(m, way, _PRICED, "way")):
+        with m.Switch(delay_line(m, way, _PRICED - 1, "way")):
             for index in range(3):
                 with m.Case(index):
                     m.d.comb += price.eq(self.prices[index])
         cost = delay_line(m, self.cost, _PRICED - _READ, "cost")
         total = delay_line(m, price + cost, 1, "total")
-        counts = delay_line(m, exists, _SUMMED, "exists")
-        at = delay_line(m, place, _SUMMED, "at")
+        counts = delay_line(m, exists, _SUMMED - 1, "exists")
+        at = delay_line(m, place, _SUMMED - 1, "at")
 
         best = Signal(range(FAR + 1), reset_less=True)
         best_place = Signal(place_layout, reset_less=True)

@@ -1,17 +1,26 @@
 """Constants of the wavefront's steps."""
 
+import enum
+
 from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.planner.wavefront.layouts import step_constants_layout
-from hdl.planner.wavefront.widths import FAR, distance_bits
+from hdl.planner.wavefront.widths import (
+    CLIMB_SHIFT,
+    FACTOR_BITS,
+    PART_BITS,
+    distance_bits,
+    factor_fraction,
+    least_unit,
+)
 from hdl.primitives.arguments import check_integer
+from hdl.primitives.delay_line import delay_line
 from hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     POSITION_FRACTION,
     SCALE_FRACTION,
-    SLOPE_BITS,
     SLOPE_FRACTION,
 )
 
@@ -22,27 +31,60 @@ __all__ = ["StepConstants"]
 LIMIT_BITS = 4
 #: Bits of the second factor of every product, one for each cycle.
 _FACTOR_BITS = 16
-_PRODUCTS = 16
+#: Shifts of a side of a block, which is rounded, and of a fall.
+_SIDE_SHIFT = SCALE_FRACTION - POSITION_FRACTION
+_FALL_SHIFT = SLOPE_FRACTION + ALTITUDE_FRACTION + 1
+
+
+class _Kind(enum.IntEnum):
+    """Products in their order."""
+
+    SIDE = 0
+    SQUARE = 1
+    #: Drag and fuel; of falls, the slope.
+    WEIGHT = 2
+    PULL = 3
+    #: Base and distance; of falls, slope and distance.
+    LEVEL = 4
+    FACTOR = 5
+    #: Rise and fuel, then in the unit of a cost.
+    LIFT = 6
+    CLIMB = 7
+
+
+#: How many products there are of each kind.
+_WAYS = {
+    _Kind.SIDE: 2,
+    _Kind.SQUARE: 2,
+    _Kind.WEIGHT: 1,
+    _Kind.PULL: 3,
+    _Kind.LEVEL: 3,
+    _Kind.FACTOR: 3,
+    _Kind.LIFT: 1,
+    _Kind.CLIMB: 1,
+}
 
 
 class StepConstants(wiring.Component):
-    """Distances, falls and factors of costs between blocks, one after another.
+    """Constants of the costs of steps between blocks, or their falls, one after another.
 
-    One adder makes all products, a bit of a factor in a cycle; another one the root meanwhile.
-    ``done`` follows :attr:`cycles` cycles after ``launch``. Equals what
-    :mod:`sim.model.planner.definition.wavefront` has of ``distances`` and ``falls``.
+    One adder makes all products, a bit of a factor in a cycle, from the lowest on; so each cycle
+    more shifts a product right. Another adder makes the root meanwhile. ``done`` follows
+    :meth:`cycles` cycles after ``launch``. Equals ``prices_of`` of
+    :mod:`sim.model.planner.definition.wavefront`; with ``falls``, levels are the falls of
+    ``limit_slopes``, except that a fall may be 0, and all other constants are 0.
 
     Parameters
     ----------
     problem_layout : StructLayout
         Layout of the problem: see :func:`hdl.planner.layouts.problem_layout`.
-    coordinate_bits : int
-        Width of a coordinate of the map, 1 or more.
+    coordinate_bits, altitude_bits : int
+        Widths of a coordinate of the map and of an altitude, 1 or more.
 
     Attributes
     ----------
-    cycles : int
-        Cycles from ``launch`` to the first one of ``done``.
+    most_cycles : int
+        The most that :meth:`cycles` returns.
 
     Members
     -------
@@ -50,8 +92,10 @@ class StepConstants(wiring.Component):
         Steady.
     limit : In(4)
         Slope limit of the surface, in halves of the climb limit. Steady.
+    falls : In(1)
+        Falls are wanted. Steady from ``launch`` to ``done``.
     launch : In(1)
-        Pulse.
+        Pulse. Not before ``done``.
     done : Out(1)
         The constants are those of the latest ``launch``.
     constants : Out(step_constants_layout)
@@ -59,122 +103,203 @@ class StepConstants(wiring.Component):
     Raises
     ------
     TypeError, ValueError
-        If the width is not an integer, or less than 1.
+        If a width is not an integer, or less than 1.
     """
 
-    def __init__(self, problem_layout, coordinate_bits):
+    def __init__(self, problem_layout, coordinate_bits, altitude_bits):
         check_integer("Coordinate width", coordinate_bits, 1)
+        check_integer("Altitude width", altitude_bits, 1)
 
         self.problem_layout = problem_layout
         self.coordinate_bits = coordinate_bits
-        self.constants_layout = step_constants_layout(coordinate_bits)
-        self.cycles = 3 + _PRODUCTS * (_FACTOR_BITS + 2)
+        self.altitude_bits = altitude_bits
+        self.most_cycles = self.cycles(falls=False, fuel_shift=31, key_shift=63)
         super().__init__(
             {
                 "problem": In(self.problem_layout),
                 "limit": In(LIMIT_BITS),
+                "falls": In(1),
                 "launch": In(1),
                 "done": Out(1),
-                "constants": Out(self.constants_layout),
+                "constants": Out(step_constants_layout),
             }
         )
+
+    def cycles(self, *, falls, fuel_shift, key_shift):
+        """Return the cycles from ``launch`` to the first one of ``done``."""
+        unit = max(key_shift, least_unit(self.coordinate_bits, self.altitude_bits))
+        shifts = dict.fromkeys(_Kind, unit) | {
+            _Kind.SIDE: _SIDE_SHIFT,
+            _Kind.SQUARE: 0,
+            _Kind.WEIGHT: 0 if falls else fuel_shift,
+            _Kind.LIFT: fuel_shift,
+            _Kind.CLIMB: unit + self._climb_scale()[1],
+        }
+        if falls:
+            shifts[_Kind.LEVEL] = _FALL_SHIFT
+        return 1 + sum(ways * (_FACTOR_BITS + 3 + shifts[kind]) for kind, ways in _WAYS.items())
+
+    @property
+    def _most_shift(self):
+        return 63 + self._climb_scale()[1]
+
+    def _climb_scale(self):
+        """Return the second factor of the climb's last product, and its shift beyond the unit."""
+        scale = ALTITUDE_FRACTION + factor_fraction(self.altitude_bits) - CLIMB_SHIFT
+        return 1 << max(scale, 0), max(-scale, 0)
 
     def elaborate(self, platform):
         m = Module()
 
-        problem = self.problem
-        constants = Signal(self.constants_layout, reset_less=True)
+        constants = Signal(step_constants_layout, reset_less=True)
         m.d.comb += self.constants.eq(constants)
-        ways = constants.ways
+
         width = distance_bits(self.coordinate_bits)
+        sides = [Signal(width, name=f"side_{axis}", reset_less=True) for axis in "xy"]
 
-        # Products in their order: two factors, then what becomes of the product.
-        weight = Signal(len(problem.drag) + len(problem.fuel), reset_less=True)
-        slope = Signal(SLOPE_BITS + width, reset_less=True)
-        squares = Signal(2 * width, reset_less=True)
-        product = Signal(signed(len(slope) + LIMIT_BITS + 2), reset_less=True)
-        fall = product.as_unsigned()[SLOPE_FRACTION + ALTITUDE_FRACTION + 1 :]
-        steps = [
-            (ways[0].distance, ways[0].distance, squares.eq(product)),
-            (ways[1].distance, ways[1].distance, squares.eq(squares + product)),
-            (problem.rise, problem.fuel, constants.climb.eq(product)),
-            (problem.drag, problem.fuel, weight.eq(product)),
-        ]
-        for way in ways:
-            steps += [
-                (problem.climb, way.distance, slope.eq(product)),
-                (slope, self.limit, way.fall.eq(Mux(fall > FAR, FAR, fall))),
-                (weight, way.distance, way.pull.eq(product)),
-                (problem.base, way.distance, way.level.eq(product)),
-            ]
-        assert len(steps) == _PRODUCTS
-        assert all(len(factor) <= _FACTOR_BITS for _, factor, _ in steps)
-
-        busy = Signal()
-        opening = Signal(2)
-        number = Signal(range(_PRODUCTS))
-        bit = Signal(range(_FACTOR_BITS + 2))
-        adds = Signal(signed(len(slope) + 1), reset_less=True)
+        kind, way = Signal(range(len(_Kind))), Signal(range(3))
+        # Both factors; the first one stays where its products follow. The product moves right
+        # through both its registers, from the adder's on.
+        factor = Signal(signed(PART_BITS + 1), reset_less=True)
         left = Signal(_FACTOR_BITS, reset_less=True)
-        m.d.comb += self.done.eq(~busy)
+        high, low = Signal.like(factor, name="high"), Signal.like(left, name="low")
+        product = Cat(low, high)
+        total = Signal(signed(len(high) + 1))
+        m.d.comb += total.eq(high + Mux(left[0], factor, 0))
+        count = Signal(range(_FACTOR_BITS + self._most_shift))
 
-        # Sides of a block, halves rounded up.
-        below = SCALE_FRACTION - POSITION_FRACTION
-        sides = []
-        for axis, way in zip("xy", ways, strict=False):
-            side = Signal(width + below, name=f"side_{axis}", reset_less=True)
-            m.d.sync += side.eq(problem[f"{axis}_scale"] << problem.block_shift)
-            sides.append(way.distance.eq((side + (1 << below - 1)) >> below))
+        keeps, squares_end = Signal(), Signal()
+        across = self._root(m, keeps & (kind == _Kind.SQUARE), squares_end, product)
+        distance = Mux(way[1], across, Mux(way[0], sides[1], sides[0]))
+        first, stays, second, shift = self._operands(m, kind, way, distance)
 
-        root_begins = Signal()
-        with m.If(opening.any()):
-            m.d.sync += [opening.eq(opening << 1), bit.eq(0), number.eq(0), *sides]
-        with m.Elif(busy):
-            m.d.sync += [
-                bit.eq(bit + 1),
-                product.eq((product << 1) + Mux(left[-1], adds, 0)),
-                left.eq(left << 1),
-            ]
-            with m.If(bit == 0):
-                m.d.sync += product.eq(0)
-                with m.Switch(number):
-                    for i, (first, second, _) in enumerate(steps):
-                        with m.Case(i):
-                            m.d.sync += [adds.eq(first), left.eq(second)]
-            with m.If(bit == _FACTOR_BITS + 1):
-                m.d.sync += [bit.eq(0), number.eq(number + 1), busy.eq(number != _PRODUCTS - 1)]
-                m.d.comb += root_begins.eq(number == 1)
-                with m.Switch(number):
-                    for i, (_, _, use) in enumerate(steps):
-                        with m.Case(i):
-                            m.d.sync += use
-        with m.If(self.launch):
-            m.d.sync += [busy.eq(1), opening.eq(1)]
+        with m.FSM() as states:
+            with m.State("IDLE"):
+                m.d.sync += [kind.eq(0), way.eq(0)]
+                with m.If(self.launch):
+                    m.next = "LOAD"
+            with m.State("LOAD"):
+                rounding = Mux(kind == _Kind.SIDE, 1 << _SIDE_SHIFT - 1, 0)
+                with m.If(~stays):
+                    m.d.sync += factor.eq(first)
+                m.d.sync += [
+                    left.eq(second),
+                    high.eq(rounding),
+                    count.eq(shift + _FACTOR_BITS - 1),
+                ]
+                m.next = "ADD"
+            with m.State("ADD"):
+                m.d.sync += [
+                    Cat(low, high).eq(Cat(low[1:], total)),
+                    left.eq(left >> 1),
+                    count.eq(count - 1),
+                ]
+                with m.If(count == 0):
+                    m.next = "CHECK"
+            with m.State("CHECK"):
+                m.next = "KEEP"
+            with m.State("KEEP"):
+                m.d.comb += keeps.eq(1)
+                m.d.sync += way.eq(way + 1)
+                m.next = "LOAD"
+                with m.Switch(kind):
+                    for each, ways in _WAYS.items():
+                        with m.Case(each):
+                            with m.If(way == ways - 1):
+                                m.d.sync += [kind.eq(kind + 1), way.eq(0)]
+                                if each == _Kind.SQUARE:
+                                    m.d.comb += squares_end.eq(1)
+                                if each == _Kind.CLIMB:
+                                    m.next = "IDLE"
+        m.d.comb += self.done.eq(states.ongoing("IDLE"))
 
-        # The root of the squares: a bit in a cycle, done before its first product.
-        assert width + 2 < 2 * (_FACTOR_BITS + 2)
+        # Numbers beyond the greatest part become it, and those below the least one likewise.
+        negative, top = product[-1], product[PART_BITS:]
+        beyond = delay_line(m, top.any() & ~top.all(), 1, "beyond")
+        result = Mux(beyond, (~negative).replicate(PART_BITS), product[:PART_BITS])
+        beyond_factor = delay_line(m, product[FACTOR_BITS:].any(), 1, "beyond_factor")
+
+        def keep(register, value, of, number=0):
+            with m.If(keeps & (kind == of) & (way == number)):
+                m.d.sync += register.eq(value)
+
+        for i, side in enumerate(sides):
+            keep(side, result, _Kind.SIDE, i)
+        keep(factor, result, _Kind.WEIGHT)
+        keep(factor, result, _Kind.LIFT)
+        climb = product[:FACTOR_BITS] | beyond_factor.replicate(FACTOR_BITS)
+        keep(constants.climb, climb, _Kind.CLIMB)
+        for i, each in enumerate(constants.ways):
+            keep(each.pull, result, _Kind.PULL, i)
+            keep(each.level, Cat(result, negative).as_signed(), _Kind.LEVEL, i)
+            keep(each.factor, result, _Kind.FACTOR, i)
+
+        return m
+
+    def _operands(self, m, kind, way, distance):
+        """Return the first factor of a product, whether it is there, the second, and the shift."""
+        problem, z, falls = self.problem, self.altitude_bits, self.falls
+        least = least_unit(self.coordinate_bits, z)
+        unit = Mux(problem.key_shift > least, problem.key_shift, least)
+        # Of falls, what is not wanted becomes 0.
+        wanted = Mux(falls, 0, distance)
+        one = 1 << ALTITUDE_FRACTION + factor_fraction(z)
+        climb_one, climb_further = self._climb_scale()
+        table = {
+            _Kind.SIDE: (
+                1 << problem.block_shift,
+                Mux(way[0], problem.y_scale, problem.x_scale),
+                _SIDE_SHIFT,
+            ),
+            _Kind.SQUARE: (distance, distance, 0),
+            _Kind.WEIGHT: (
+                Mux(falls, problem.climb, problem.drag),
+                Mux(falls, self.limit, problem.fuel),
+                Mux(falls, 0, problem.fuel_shift),
+            ),
+            _Kind.PULL: (None, wanted, unit),
+            _Kind.LEVEL: (problem.base, distance, Mux(falls, _FALL_SHIFT, unit)),
+            _Kind.FACTOR: (Const(one), wanted, unit),
+            _Kind.LIFT: (problem.rise, problem.fuel, problem.fuel_shift),
+            _Kind.CLIMB: (None, Mux(falls, 0, climb_one), unit + climb_further),
+        }
+        first, stays = Signal(signed(PART_BITS + 1)), Signal()
+        second, shift = Signal(_FACTOR_BITS), Signal(range(self._most_shift + 1))
+        with m.Switch(kind):
+            for each, (factor, *others) in table.items():
+                with m.Case(each):
+                    if factor is None:
+                        m.d.comb += stays.eq(1)
+                    else:
+                        m.d.comb += first.eq(factor)
+                    if each == _Kind.LEVEL:
+                        m.d.comb += stays.eq(falls)
+                    m.d.comb += [second.eq(others[0]), shift.eq(others[1])]
+        return first, stays, second, shift
+
+    def _root(self, m, adds, begins, product):
+        """Return the root of the sum of two squares, a bit in a cycle from the second one on."""
+        width = distance_bits(self.coordinate_bits)
+        # Within the first product behind the squares.
+        assert width <= _FACTOR_BITS
         left_digits = Signal(range(width + 1))
         rest = Signal(2 * width, reset_less=True)
         remainder = Signal(width + 2, reset_less=True)
-        root_loads = Signal()
-        m.d.sync += root_loads.eq(root_begins)
-        diagonal = ways[2].distance
+        root = Signal(width, reset_less=True)
         raised = Cat(rest[-2:], remainder)
         beyond = Signal(signed(len(raised) + 1))
-        m.d.comb += beyond.eq(raised - Cat(C(1, 2), diagonal))
-        with m.If(root_loads):
-            m.d.sync += [
-                rest.eq(squares),
-                remainder.eq(0),
-                diagonal.eq(0),
-                left_digits.eq(width),
-            ]
+        m.d.comb += beyond.eq(raised - Cat(C(1, 2), root))
+        with m.If(self.launch):
+            m.d.sync += [rest.eq(0), remainder.eq(0), root.eq(0)]
+        with m.Elif(adds):
+            m.d.sync += rest.eq(rest + product)
+        with m.If(begins):
+            m.d.sync += left_digits.eq(width)
         with m.Elif(left_digits.any()):
             m.d.sync += [
                 left_digits.eq(left_digits - 1),
                 rest.eq(rest << 2),
                 remainder.eq(Mux(beyond < 0, raised, beyond)),
-                diagonal.eq(Cat(beyond >= 0, diagonal)),
+                root.eq(Cat(beyond >= 0, root)),
             ]
-
-        return m
+        return root

@@ -23,9 +23,10 @@ _PASSES = 128
 class Wavefront(wiring.Component):
     """Makes a surface of the least ground, limits its slopes, and spreads costs from the goal.
 
-    1. Every block is read and written to the surface. Meanwhile, the constants of the steps follow.
+    1. Every block is read and written to the surface. Meanwhile, the falls of the steps follow.
     2. If ``limit`` is not 0, the slopes are limited: passes over the depths of the blocks.
-    3. The depths become the surface, and the costs begin: 0 at the goal.
+    3. The depths become the surface, and the costs begin: 0 at the goal. Meanwhile, the constants
+       of the steps' costs follow.
     4. The costs spread.
 
     2 and 4 end with the first two passes that change nothing, forwards and backwards, or with 128.
@@ -97,19 +98,14 @@ class Wavefront(wiring.Component):
         m = Module()
 
         m.submodules.constants = constants = StepConstants(
-            self.problem.shape(), self.config.coordinate_bits
+            self.problem.shape(), self.config.coordinate_bits, self.config.altitude_bits
         )
-        m.submodules.relaxer = relaxer = Relaxer(
-            self.config.coordinate_bits, self.config.altitude_bits
-        )
-        assert constants.cycles < self.fill_cycles
+        m.submodules.relaxer = relaxer = Relaxer(self.config.altitude_bits)
+        assert constants.most_cycles < self.fill_cycles
         m.d.comb += [
             constants.problem.eq(self.problem),
             constants.limit.eq(self.limit),
-            constants.launch.eq(self.launch),
             relaxer.constants.eq(constants.constants),
-            relaxer.fuel_shift.eq(self.problem.fuel_shift),
-            relaxer.key_shift.eq(self.problem.key_shift),
             relaxer.before.eq(self.before),
             relaxer.after.eq(self.after),
             *(own.eq(price) for own, price in zip(self.prices, relaxer.prices, strict=True)),
@@ -121,7 +117,7 @@ class Wavefront(wiring.Component):
         first, unchanged, spreads = Signal(), Signal(), Signal()
         filled = delay_line(m, number, 2, "filled")
         fills = Signal()
-        m.d.comb += relaxer.falls.eq(~spreads)
+        m.d.comb += constants.falls.eq(~spreads)
         with m.FSM() as states:
             with m.State("IDLE"):
                 m.d.sync += number.eq(0)
@@ -129,7 +125,7 @@ class Wavefront(wiring.Component):
                     m.d.sync += [self.passes.eq(0), spreads.eq(0)]
                     m.next = "FILL"
             with m.State("FILL"):
-                m.d.comb += fills.eq(number >= 2)
+                m.d.comb += [fills.eq(number >= 2), constants.launch.eq(number == 0)]
                 m.d.sync += [number.eq(number + 1), first.eq(1), passes.eq(0)]
                 with m.If(number == self.fill_cycles - 1):
                     m.d.sync += number.eq(0)

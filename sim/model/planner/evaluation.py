@@ -44,7 +44,7 @@ def evaluate(
 ) -> int:
     """Return the key of the first ``points`` rows x, y, step, margin of ``path``.
 
-    The margins are written as far as the path is walked.
+    The margins of a path that is walked are written.
     """
     has_entry, has_exit = problem[HAS_ENTRY], problem[HAS_EXIT]
     cost, penalty = score(problem, path, points, work, first)
@@ -72,29 +72,23 @@ def evaluate(
             x1, y1, z1 = path[k, 0], path[k, 1], path[k, 2]
         start, stop = packed(bits, x0, y0, z0), packed(bits, x1, y1, z1)
         row = row_of(rows, width, start, stop)
-        found, margin = -1, 0
         if row >= 0 and memo[row, START] == start and memo[row, STOP] == stop:
             cycles += MEMO_HIT
             found, margin = memo[row, HITS], memo[row, MARGIN]
         else:
             cycles += walking(max(abs(x1 - x0), abs(y1 - y0)) + 1, lanes)
-            if row >= 0:
-                memo[row, START], memo[row, STOP], memo[row, HITS] = start, stop, -1
-        # Where nothing counts any more, only the cycles do: a row of the memo that gets the segment
-        # then is filled in by the next look-up that needs it.
-        if not counts:
-            continue
-        if found < 0:
             found, margin = walk(ground, blocked, x0, y0, z0, x1, y1, z1)
             if row >= 0:
+                memo[row, START], memo[row, STOP] = start, stop
                 memo[row, HITS], memo[row, MARGIN] = found, margin
-        hits += found
+        if counts:
+            hits += found
+            counts = not (first and found > 0)
         if place & 1:
             before = min(before, margin)
         else:
             path[k - 1, 3] = min(before, margin)
             before = margin
-        counts = not (first and found > 0)
     counters[WALK] += cycles
     if hits or penalty:
         return _INFEASIBLE | min(penalty + hits * _UNITS_PER_HIT, _TOP)

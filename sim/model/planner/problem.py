@@ -60,8 +60,9 @@ __all__ = ["problem_vector", "sizes_vector"]
     BLOCKED,
     LANES,
     COORDINATE_BITS,
+    ALTITUDE_BITS,
     MEMO_BITS,
-) = range(13)
+) = range(14)
 
 
 def problem_vector(config: Config, record: ProblemRecord) -> Integers:
@@ -77,7 +78,7 @@ def problem_vector(config: Config, record: ProblemRecord) -> Integers:
 
 
 def sizes_vector(config: Config, memo: int) -> Integers:
-    """Return the sizes of ``config`` and of a memo of so many rows, (13,) int64."""
+    """Return the sizes of ``config`` and of a memo of so many rows, (14,) int64."""
     sizes = (
         config.population,
         config.children,
@@ -91,6 +92,7 @@ def sizes_vector(config: Config, memo: int) -> Integers:
         config.blocked_altitude,
         config.lanes,
         config.coordinate_bits,
+        config.altitude_bits,
         max(memo.bit_length() - 1, 0),
     )
     return np.array(sizes, dtype=np.int64)

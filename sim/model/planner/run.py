@@ -36,10 +36,12 @@ from sim.model.planner.walk import Ground, Integers
 from sim.model.planner.wavefront import (
     FAR,
     LEAST,
+    PRICES,
     descend,
     limit_slopes,
     measure_blocks,
     measure_distances,
+    measure_prices,
     spread,
 )
 from sim.model.planner.wavefront_cycles import launched, scanned
@@ -163,6 +165,8 @@ def _run(
     route = np.zeros((BLOCKS * BLOCKS, 2), dtype=np.int64)
     distances = np.zeros(3, dtype=np.int64)
     measure_distances(problem, distances)
+    prices = np.zeros(PRICES, dtype=np.int64)
+    measure_prices(problem, sizes, distances, prices)
     measure_blocks(problem, ground, sizes[BLOCKED], ends, blocks)
     shift = problem[BLOCK_SHIFT]
     start = (ends[1] >> shift) * BLOCKS + (ends[0] >> shift)
@@ -184,8 +188,8 @@ def _run(
         limit_passes, slope = 0, slopes[i - warm]
         if slope:
             limit_passes = limit_slopes(problem, distances, surface, slope)
-        passes = spread(problem, distances, surface, goal, field)
-        length = descend(problem, distances, surface, field, start, goal, route)
+        passes = spread(prices, surface, goal, field)
+        length = descend(prices, surface, field, start, goal, route)
         is_straight = field[start // BLOCKS, start % BLOCKS] == FAR
         spent = launched(limit_passes, passes, length, is_straight)
         cycles.spread(counters, spent, ROUTED)

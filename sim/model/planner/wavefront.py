@@ -4,17 +4,30 @@ from __future__ import annotations
 
 import numpy as np
 
-from hdl.protocol.planner import ALTITUDE_FRACTION, BLOCKS, POSITION_FRACTION, SLOPE_FRACTION
-from sim.model.planner.compiled import compiled
+from hdl.protocol.planner import (
+    ALTITUDE_FRACTION,
+    BLOCKS,
+    POSITION_FRACTION,
+    SLOPE_FRACTION,
+    VALUE_BITS,
+)
+from sim.model.planner.compiled import compiled, inlined
 from sim.model.planner.problem import (
+    ALTITUDE_BITS,
+    BASE,
     BLOCK_SHIFT,
     CLIMB,
+    COORDINATE_BITS,
+    DRAG,
+    FUEL,
+    FUEL_SHIFT,
     KEY_SHIFT,
+    RISE,
     X_SCALE,
     Y_SCALE,
 )
 from sim.model.planner.root import root
-from sim.model.planner.score import piece_cost, scaled
+from sim.model.planner.score import scaled
 from sim.model.planner.walk import Ground, Integers
 
 
@@ -23,10 +36,12 @@ __all__ = [
     "LEAST",
     "LOWEST_X",
     "LOWEST_Y",
+    "PRICES",
     "descend",
     "limit_slopes",
     "measure_blocks",
     "measure_distances",
+    "measure_prices",
     "spread",
 ]
 
@@ -35,6 +50,11 @@ LEAST, LOWEST_X, LOWEST_Y = range(3)
 _NONE = -1
 _SWEEPS = 64
 FAR = 1 << 30
+#: Places of the constants of the costs of steps: three of each but the last two.
+_FACTOR, _LEVEL, _PULL, _CLIMB, _FRACTION = 0, 3, 6, 9, 10
+PRICES = 11
+_FACTOR_BITS, _CLIMB_SHIFT = 18, 6
+_MOST = (1 << VALUE_BITS) - 1
 
 
 @compiled
@@ -44,6 +64,30 @@ def measure_distances(problem: Integers, distances: Integers) -> None:
     east, north = scaled(side, problem[X_SCALE]), scaled(side, problem[Y_SCALE])
     distances[0], distances[1] = east, north
     distances[2] = root(east * east + north * north)
+
+
+@compiled
+def measure_prices(
+    problem: Integers, sizes: Integers, distances: Integers, prices: Integers
+) -> None:
+    """Write the constants of the costs of steps, (11,) int64.
+
+    See :class:`sim.model.planner.definition.wavefront.Prices`.
+    """
+    fraction = sizes[ALTITUDE_BITS] - 4
+    distance_bits = max(sizes[COORDINATE_BITS] - 5, 0) + POSITION_FRACTION + 1
+    least_unit = distance_bits + ALTITUDE_FRACTION + fraction - _FACTOR_BITS
+    unit = max(problem[KEY_SHIFT], least_unit)
+    weight = min(problem[DRAG] * problem[FUEL] >> problem[FUEL_SHIFT], _MOST)
+    climb = min(problem[RISE] * problem[FUEL] >> problem[FUEL_SHIFT], _MOST)
+    climb = climb << ALTITUDE_FRACTION + fraction >> min(unit + _CLIMB_SHIFT, 63)
+    for way in range(3):
+        distance = distances[way]
+        prices[_FACTOR + way] = distance << ALTITUDE_FRACTION + fraction >> unit
+        prices[_LEVEL + way] = min(max(problem[BASE] * distance >> unit, ~_MOST), _MOST)
+        prices[_PULL + way] = min(weight * distance >> unit, _MOST)
+    prices[_CLIMB] = min(climb, (1 << _FACTOR_BITS) - 1)
+    prices[_FRACTION] = fraction
 
 
 @compiled
@@ -73,7 +117,7 @@ def measure_blocks(
 
 @compiled
 def limit_slopes(problem: Integers, distances: Integers, surface: Integers, limit: int) -> int:
-    """Raise ``surface``, (32, 32), to slopes of ``limit`` halves of the climb limit.
+    """Raise ``surface``, (32, 32), to slopes of ``limit`` halves of the climb limit, or a step.
 
     Returns the passes taken.
     """
@@ -90,7 +134,8 @@ def limit_slopes(problem: Integers, distances: Integers, surface: Integers, limi
                 for n in range(4):
                     u, v, way = _neighbour(x, y, step, n)
                     if 0 <= u < BLOCKS and 0 <= v < BLOCKS and surface[v, u] != _NONE:
-                        least = surface[v, u] - (problem[CLIMB] * distances[way] * limit >> shift)
+                        fall = max(problem[CLIMB] * limit * distances[way] >> shift, 1)
+                        least = surface[v, u] - fall
                         if least > surface[y, x]:
                             surface[y, x] = least
                             changed = True
@@ -101,9 +146,7 @@ def limit_slopes(problem: Integers, distances: Integers, surface: Integers, limi
 
 
 @compiled
-def spread(
-    problem: Integers, distances: Integers, surface: Integers, goal: int, field: Integers
-) -> int:
+def spread(prices: Integers, surface: Integers, goal: int, field: Integers) -> int:
     """Write the cost from each block to the goal, (32, 32); return the passes taken.
 
     ``goal`` is 32 y + x. A block without a way has 2**30.
@@ -122,9 +165,8 @@ def spread(
                 for n in range(4):
                     u, v, way = _neighbour(x, y, step, n)
                     if 0 <= u < BLOCKS and 0 <= v < BLOCKS and field[v, u] < FAR:
-                        cost = field[v, u] + _step_cost(
-                            problem, distances, surface, x, y, u, v, way
-                        )
+                        step_cost = _step_cost(prices, surface[y, x], surface[v, u], way)
+                        cost = field[v, u] + step_cost
                         if cost < field[y, x]:
                             field[y, x] = cost
                             changed = True
@@ -136,8 +178,7 @@ def spread(
 
 @compiled
 def descend(
-    problem: Integers,
-    distances: Integers,
+    prices: Integers,
     surface: Integers,
     field: Integers,
     start: int,
@@ -164,7 +205,7 @@ def descend(
                 if (u == x and v == y) or field[v, u] == FAR:
                     continue
                 way = 2 if u != x and v != y else int(u == x)
-                cost = field[v, u] + _step_cost(problem, distances, surface, x, y, u, v, way)
+                cost = field[v, u] + _step_cost(prices, surface[y, x], surface[v, u], way)
                 if cost < best:
                     best, best_x, best_y = cost, u, v
         x, y = best_x, best_y
@@ -178,18 +219,10 @@ def _neighbour(x: int, y: int, step: int, number: int) -> tuple[int, int, int]:
     return x + number - 2, y + step, 1 if number == 2 else 2
 
 
-@compiled
-def _step_cost(
-    problem: Integers,
-    distances: Integers,
-    surface: Integers,
-    x: int,
-    y: int,
-    u: int,
-    v: int,
-    way: int,
-) -> int:
-    """Return the cost of a step from (x, y) to (u, v) as a value, 1 or more."""
-    before, after = surface[y, x] << ALTITUDE_FRACTION, surface[v, u] << ALTITUDE_FRACTION
-    cost: int = piece_cost(problem, before, after, distances[way]) >> problem[KEY_SHIFT]
+@inlined
+def _step_cost(prices: Integers, before: int, after: int, way: int) -> int:
+    """Return the cost of a step between two altitudes, 1 or more."""
+    height = prices[_FACTOR + way] * (before + after) >> prices[_FRACTION]
+    burnt = prices[_CLIMB] * (after - before) << _CLIMB_SHIFT >> prices[_FRACTION]
+    cost: int = height + prices[_LEVEL + way] + max(burnt + prices[_PULL + way], 0)
     return max(cost, 1)

@@ -19,11 +19,11 @@ __all__ = [
 ]
 
 #: Cycles of a pass over the blocks: a block a cycle, and the pipeline.
-PASS = BLOCKS**2 + 23
+PASS = BLOCKS**2 + 15
 #: Cycles to fill the memories of surface and costs.
 _FILL = BLOCKS**2 + 2
 #: Cycles for a block of a route, and for a straight line.
-_ROUTE_STEP, _STRAIGHT = 27, 3 + 64
+_ROUTE_STEP, _STRAIGHT = 20, 4 + 64
 #: Cycles from the word of a waypoint of a seed to the waypoint.
 WAYPOINT = 18
 

@@ -92,7 +92,7 @@ def test_bytes_of_the_best(config, keys, pauses, count):
         # All members are read, unless there are enough paths.
         seen = firsts[-1] if len(firsts) == count else config.population - 1
         waypoints = sum(len(paths[rank]) for rank in firsts)
-        assert cycles == [len(expected) + len(firsts) + 3 * waypoints + 4 * seen + 2] * 2
+        assert cycles == [len(expected) + len(firsts) + 3 * waypoints + 5 * seen + 2] * 2
 
 
 def test_sizes():

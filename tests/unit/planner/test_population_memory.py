@@ -9,67 +9,74 @@ from tests.wrong_sizes import check_sizes
 
 
 SIZES = {"slots": 11, "max_waypoints": 5, "coordinate_bits": 5, "altitude_bits": 8}
+AXES = ("x", "y", "altitude")
 
 
 def test_random_traffic():
-    """A write, a margin and a read in each cycle; a row is not read while it is written."""
+    """In each cycle a read, and writes of waypoints, margins and flags of other slots."""
     dut = PopulationMemory(**SIZES)
     rng = random.Random(1)
     places = [(slot, index) for slot in range(11) for index in range(5)]
-    held = {}
-    margins_written = 0
+    waypoints, margins, walked = {}, {}, {}
+    compared = {True: 0, False: 0}
+
+    def held(place):
+        """The waypoint with the margin that counts; None as long as there is none."""
+        was_walked = walked.get(place[0])
+        if place not in waypoints or was_walked is None or (was_walked and place not in margins):
+            return None
+        compared[was_walked] += 1
+        *corner, inherited = waypoints[place]
+        return *corner, margins[place] if was_walked else inherited
 
     async def bench(ctx):
-        nonlocal margins_written
         reads = [None, None]
         for _ in range(4000):
             expected = reads.pop(0)
             if expected is not None:
                 waypoint = ctx.get(dut.waypoint)
-                assert (waypoint.x, waypoint.y, waypoint.altitude, waypoint.margin) == expected
+                assert (*(waypoint[axis] for axis in AXES), waypoint.margin) == expected
             slot, index = rng.choice(places)
             ctx.set(dut.read, {"slot": slot, "index": index})
-            reads.append(held.get((slot, index)))
-            others = [place for place in places if place != (slot, index)]
+            reads.append(held((slot, index)))
+            others = [place for place in places if place[0] != slot]
 
-            writes = rng.random() < 0.5
-            place = rng.choice(others)
+            place, valid = rng.choice(others), rng.random() < 0.5
             corner = [rng.getrandbits(bits) for bits in (5, 5, 8)]
             margin = rng.choice((-255, 255, rng.randint(-255, 255)))
-            x, y, altitude = corner
-            # Those of a place that has no margin yet write both.
-            corners_only = place in held and rng.random() < 0.5
-            ctx.set(dut.corners_only, corners_only)
             ctx.set(
                 dut.write,
                 {
-                    "valid": writes,
+                    "valid": valid,
                     "place": {"slot": place[0], "index": place[1]},
-                    "waypoint": {"x": x, "y": y, "altitude": altitude, "margin": margin},
+                    "waypoint": {**dict(zip(AXES, corner, strict=True)), "margin": margin},
                 },
             )
-            writes_both = writes and not corners_only
-            if writes:
-                held[place] = (*corner, margin if writes_both else held[place][3])
+            if valid:
+                waypoints[place] = *corner, margin
 
-            known = [place for place in others if place in held]
-            gives = bool(known) and rng.random() < 0.5
-            place = rng.choice(known or others)
-            margin = rng.randint(-255, 255)
-            ctx.set(dut.margins.valid, gives)
+            place, valid = rng.choice(others), rng.random() < 0.5
+            margin = rng.choice((-255, 255, rng.randint(-255, 255)))
             ctx.set(
-                dut.margins.payload,
-                {"place": {"slot": place[0], "index": place[1]}, "margin": margin},
+                dut.margin,
+                {
+                    "valid": valid,
+                    "place": {"slot": place[0], "index": place[1]},
+                    "margin": margin,
+                },
             )
-            assert ctx.get(dut.margins.ready) == (not writes_both)
-            if gives and not writes_both:
-                held[place] = (*held[place][:3], margin)
-                margins_written += 1
+            if valid:
+                margins[place] = margin
+
+            slot, valid, is_walked = rng.choice(others)[0], rng.random() < 0.5, rng.random() < 0.5
+            ctx.set(dut.decided, {"valid": valid, "slot": slot, "walked": is_walked})
+            if valid:
+                walked[slot] = is_walked
             await ctx.tick()
 
     simulate(dut, bench)
-    assert len(held) == len(places)
-    assert margins_written > 500
+    assert len(waypoints) == len(margins) == len(places)
+    assert min(compared.values()) > 1000
 
 
 def test_sizes():

@@ -49,10 +49,10 @@ class Evaluator:
         """Return the key of ``path``, ends included.
 
         With ``first``, the best path is feasible: a path that is infeasible by its score, or whose
-        value is not below ``limit``, is not walked. Other paths are walked to their end, but with
-        ``first`` nothing counts behind the first segment or chord that collides. ``margins``, one
-        for each point, get the least margin of the segments and chords at the point, as far as they
-        count; the margin of a waypoint is known after the segment behind it.
+        value is not below ``limit``, is not walked, and ``margins`` stay. Other paths are walked to
+        their end, but with ``first`` no collision counts behind the first segment or chord that
+        collides. ``margins``, one for each point, get at each waypoint the least margin of its two
+        segments and its chord.
         """
         has_entry, has_exit = self.record.has_entry, self.record.has_exit
         scored = score(self.record, path)
@@ -67,9 +67,8 @@ class Evaluator:
         for i, arc in enumerate(arcs):
             if i:
                 found, margin = self.segment(path[i - 1], path[i])
-                if counts:
-                    hits += found
-                    margins[i - 1] = min(before, margin)
+                hits += found if counts else 0
+                margins[i - 1] = min(before, margin)
                 before = margin
                 counts &= not (first and found)
             if arc is not None and arc.chord is not None:

@@ -20,7 +20,13 @@ from sim.model.planner.definition.memo import Memo
 from sim.model.planner.definition.seeds import lifted, seed_path
 from sim.model.planner.definition.walk import Ground
 from sim.model.planner.definition.warm import ahead
-from sim.model.planner.definition.wavefront import blocks_of, descend, limit_slopes, spread
+from sim.model.planner.definition.wavefront import (
+    blocks_of,
+    descend,
+    limit_slopes,
+    prices_of,
+    spread,
+)
 from sim.model.planner.run_control_cycles import ROUTED, SCANNED
 from sim.model.planner.wavefront_cycles import launched, scanned
 from sim.model.random_source import RandomSource
@@ -183,8 +189,9 @@ class Run:
         record, blocks, options = self.record, self._blocks, self.options
         surface = dict(blocks.least)
         limit_passes = limit_slopes(record, blocks, surface, slope) if slope else 0
-        field, passes = spread(record, blocks, surface)
-        route = descend(record, blocks, surface, field)
+        prices = prices_of(self.config, record, blocks.distances)
+        field, passes = spread(prices, blocks, surface)
+        route = descend(prices, blocks, surface, field)
         spent = launched(limit_passes, passes, len(route), blocks.start not in field)
         cycles.spread(self._counters, spent, ROUTED)
         members = []

@@ -11,18 +11,30 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import isqrt
 
+from hdl.config import Config
 from hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     BLOCKS,
     POSITION_FRACTION,
     SLOPE_FRACTION,
+    VALUE_BITS,
     ProblemRecord,
 )
-from sim.model.planner.definition.score import corner_of, piece_cost, scaled
+from sim.model.planner.definition.score import corner_of, scaled
 from sim.model.planner.definition.walk import Corner, Ground
 
 
-__all__ = ["Block", "Blocks", "Surface", "blocks_of", "descend", "limit_slopes", "spread"]
+__all__ = [
+    "Block",
+    "Blocks",
+    "Prices",
+    "Surface",
+    "blocks_of",
+    "descend",
+    "limit_slopes",
+    "prices_of",
+    "spread",
+]
 
 #: x and y in blocks.
 Block = tuple[int, int]
@@ -33,6 +45,12 @@ Surface = dict[Block, int]
 SWEEPS = 64
 #: A cost to the goal from which a route is none, 30 bits.
 FAR = 1 << 30
+#: Width of the factors of altitudes in the cost of a step.
+_FACTOR_BITS = 18
+#: Fraction bits that the factor of a climb has less than those.
+_CLIMB_SHIFT = 6
+#: Greatest value of a key: a part of the cost of a step ends there.
+_MOST = (1 << VALUE_BITS) - 1
 
 
 @dataclass(frozen=True)
@@ -55,6 +73,64 @@ class Blocks:
     start: Block
     goal: Block
     distances: tuple[int, int, int]
+
+
+@dataclass(frozen=True)
+class Prices:
+    """Constants of the costs of steps, rounded down.
+
+    The unit of a cost is ``2**unit``: that of a key's value, or a greater one if the factors would
+    not fit in 18 bits.
+
+    Attributes
+    ----------
+    fraction : int
+        Fraction bits of ``factors``; ``climb`` has 6 less. All altitudes there are cost less than
+        2**23, and a climb over them less than 2**28.
+    factors : (int, int, int)
+        Cost of a step of altitude of the block and of its neighbour, in x, in y, and across.
+    levels : (int, int, int)
+        Cost of the base, which may be negative. It ends at -2**28 and 2**28 - 1.
+    pulls : (int, int, int)
+        Cost of fuel in level flight. It ends at 2**28 - 1.
+    climb : int
+        Cost of the fuel for a step of climb. It ends at 2**18 - 1.
+    """
+
+    fraction: int
+    factors: tuple[int, ...]
+    levels: tuple[int, ...]
+    pulls: tuple[int, ...]
+    climb: int
+
+    def cost(self, before: int, after: int, way: int) -> int:
+        """Return the cost of a step between two altitudes, 1 or more and less than :data:`FAR`."""
+        height = (self.factors[way] * (before + after) >> self.fraction) + self.levels[way]
+        burnt = (self.climb * (after - before) << _CLIMB_SHIFT >> self.fraction) + self.pulls[way]
+        return max(height + max(burnt, 0), 1)
+
+
+def prices_of(config: Config, record: ProblemRecord, distances: tuple[int, int, int]) -> Prices:
+    """Return the constants of the costs of steps over so many units of length.
+
+    Their costs are those of :func:`sim.model.planner.definition.score.piece_cost` but for rounding,
+    as long as nothing ends at its greatest value.
+    """
+    fraction = config.altitude_bits - 4
+    # Width of the greatest distance: across the largest blocks that the map needs.
+    distance_bits = max(config.coordinate_bits - 5, 0) + POSITION_FRACTION + 1
+    least_unit = max(distance_bits + ALTITUDE_FRACTION + fraction - _FACTOR_BITS, 0)
+    unit = max(record.key_shift, least_unit)
+    weight = min(record.drag * record.fuel >> record.fuel_shift, _MOST)
+    climb = min(record.rise * record.fuel >> record.fuel_shift, _MOST)
+    climb = climb << ALTITUDE_FRACTION + fraction >> unit + _CLIMB_SHIFT
+    return Prices(
+        fraction,
+        tuple(each << ALTITUDE_FRACTION + fraction >> unit for each in distances),
+        tuple(min(max(record.base * each >> unit, ~_MOST), _MOST) for each in distances),
+        tuple(min(weight * each >> unit, _MOST) for each in distances),
+        min(climb, (1 << _FACTOR_BITS) - 1),
+    )
 
 
 def blocks_of(record: ProblemRecord, ground: Ground, blocked: int) -> Blocks:
@@ -88,14 +164,12 @@ def blocks_of(record: ProblemRecord, ground: Ground, blocked: int) -> Blocks:
 
 
 def limit_slopes(record: ProblemRecord, blocks: Blocks, surface: Surface, limit: int) -> int:
-    """Raise ``surface`` until no slope exceeds ``limit`` halves of the climb limit.
+    """Raise ``surface`` until no slope exceeds ``limit`` halves of the climb limit, or a step.
 
     Returns the passes taken.
     """
-    falls = [
-        record.climb * distance * limit >> SLOPE_FRACTION + ALTITUDE_FRACTION + 1
-        for distance in blocks.distances
-    ]
+    shift = SLOPE_FRACTION + ALTITUDE_FRACTION + 1
+    falls = [max(record.climb * limit * distance >> shift, 1) for distance in blocks.distances]
     passes = 0
     for _ in range(SWEEPS):
         changed = False
@@ -113,7 +187,7 @@ def limit_slopes(record: ProblemRecord, blocks: Blocks, surface: Surface, limit:
     return passes
 
 
-def spread(record: ProblemRecord, blocks: Blocks, surface: Surface) -> tuple[dict[Block, int], int]:
+def spread(prices: Prices, blocks: Blocks, surface: Surface) -> tuple[dict[Block, int], int]:
     """Return the cost from each block to the goal, where there is a way, and the passes taken."""
     field = {blocks.goal: 0}
     passes = 0
@@ -123,7 +197,7 @@ def spread(record: ProblemRecord, blocks: Blocks, surface: Surface) -> tuple[dic
             if block not in surface:
                 continue
             costs = [
-                field[other] + _step_cost(record, blocks, surface, block, other, way)
+                field[other] + prices.cost(surface[block], surface[other], way)
                 for way, other in neighbours
                 if other in field
             ]
@@ -138,7 +212,7 @@ def spread(record: ProblemRecord, blocks: Blocks, surface: Surface) -> tuple[dic
 
 
 def descend(
-    record: ProblemRecord, blocks: Blocks, surface: Surface, field: dict[Block, int]
+    prices: Prices, blocks: Blocks, surface: Surface, field: dict[Block, int]
 ) -> list[Block]:
     """Return the route from start to goal; a straight line of 64 blocks where there is none.
 
@@ -155,20 +229,11 @@ def descend(
             for u in (x - 1, x, x + 1):
                 if (u, v) != (x, y) and (u, v) in field:
                     way = 2 if u != x and v != y else int(u == x)
-                    cost = _step_cost(record, blocks, surface, (x, y), (u, v), way)
+                    cost = prices.cost(surface[x, y], surface[u, v], way)
                     costs.append((field[u, v] + cost, v, u))
         _, v, u = min(costs)
         route.append((u, v))
     return route
-
-
-def _step_cost(
-    record: ProblemRecord, blocks: Blocks, surface: Surface, block: Block, other: Block, way: int
-) -> int:
-    """Return the cost of a step between neighbours as a value, 1 or more."""
-    before, after = (surface[each] << ALTITUDE_FRACTION for each in (block, other))
-    cost = piece_cost(record, before, after, blocks.distances[way])
-    return max(cost >> record.key_shift, 1)
 
 
 def _visits() -> Iterator[tuple[Block, list[tuple[int, Block]]]]:

@@ -100,21 +100,22 @@ def test_keys_sort_by_class_then_value():
     assert keys[2] == greatest
 
 
-def test_a_walk_goes_on_behind_a_collision_and_nothing_there_counts():
-    """The memo knows the segments behind it; the key, and the margins, do not."""
+def test_a_walk_goes_on_behind_a_collision():
+    """Its margins are those of a whole walk, and the memo knows all; the key has fewer hits."""
     rng = np.random.default_rng(12)
     steepest = (1 << 24) - 1
     both = Both(SMALL, rng, 64, climb=steepest, descent=steepest, radius=64)
     both.ground[:] = 0
-    both.ground[8, 8] = SMALL.blocked_altitude
+    both.ground[8, 8] = both.ground[9, 20] = SMALL.blocked_altitude
     start, goal = both.plain.ends
     points = [start, (8, 8, 100), (9, 20, 100), (20, 20, 100), goal]
-    margins = [0, 7, 7, 7, 0]
-    both.plain.evaluate(points, margins, NO_LIMIT, first=True)
-    assert margins[2:4] == [7, 7]
-    both.evaluate(points, NO_LIMIT, first=True)
+    margins, expected = [0, 7, 7, 7, 0], [0] * 5
+    key = both.plain.evaluate(points, margins, NO_LIMIT, first=True)
+    assert both.evaluate(points, NO_LIMIT, first=True) == key
     whole = both.plain.walk
     # Again, all of it from the memo: a cycle a segment.
-    both.evaluate(points, NO_LIMIT, first=False)
+    assert both.evaluate(points, NO_LIMIT, first=False) > key
     assert both.plain.walk - whole == 4
+    both.plain.evaluate(points, expected, NO_LIMIT, first=False)
+    assert margins == expected
     assert both.counters[WALK] > 0

@@ -5,21 +5,23 @@ import heapq
 import numpy as np
 import pytest
 
-from hdl.protocol.planner import BLOCKS
+from hdl.protocol.planner import ALTITUDE_FRACTION, BLOCKS
 from sim.model.planner.definition import wavefront as plain
-from sim.model.planner.definition.score import corner_of
-from sim.model.planner.problem import problem_vector
+from sim.model.planner.definition.score import corner_of, piece_cost
+from sim.model.planner.problem import problem_vector, sizes_vector
 from sim.model.planner.wavefront import (
     LEAST,
     LOWEST_X,
     LOWEST_Y,
+    PRICES,
     descend,
     limit_slopes,
     measure_blocks,
     measure_distances,
+    measure_prices,
     spread,
 )
-from tests.planner_cases import SMALL, USUAL, ground, record
+from tests.planner_cases import LARGE, SMALL, USUAL, any_record, ground, record
 
 
 CASES = [(SMALL, 0.0, 0), (SMALL, 0.3, 1), (USUAL, 0.0, 2), (USUAL, 0.002, 3)]
@@ -37,6 +39,17 @@ def array(values, none):
     for (x, y), value in values.items():
         layer[y, x] = value
     return layer
+
+
+def vector_of(prices):
+    """Constants of steps as the compiled kernels have them."""
+    return [
+        *prices.factors,
+        *prices.levels,
+        *prices.pulls,
+        prices.climb,
+        prices.fraction,
+    ]
 
 
 @pytest.mark.parametrize("slope", [0, 1, 3])
@@ -63,19 +76,65 @@ def test_compiled_wavefront_is_the_defined_one(case, slope):
         assert np.array_equal(surface, array(expected, -1))
     field = np.zeros((BLOCKS, BLOCKS), dtype=np.int64)
     start, goal = (y * BLOCKS + x for x, y in (blocks.start, blocks.goal))
-    costs, passes = plain.spread(problem, blocks, expected)
-    assert spread(vector, distances, surface, goal, field) == passes
+    prices = np.zeros(PRICES, dtype=np.int64)
+    measure_prices(vector, sizes_vector(config, 0), distances, prices)
+    expected_prices = plain.prices_of(config, problem, blocks.distances)
+    assert prices.tolist() == vector_of(expected_prices)
+    costs, passes = plain.spread(expected_prices, blocks, expected)
+    assert spread(prices, surface, goal, field) == passes
     assert np.array_equal(field, array(costs, plain.FAR))
     route = np.zeros((BLOCKS * BLOCKS, 2), dtype=np.int64)
-    length = descend(vector, distances, surface, field, start, goal, route)
-    expected_route = plain.descend(problem, blocks, expected, costs)
+    length = descend(prices, surface, field, start, goal, route)
+    expected_route = plain.descend(expected_prices, blocks, expected, costs)
     assert [tuple(block) for block in route[:length].tolist()] == expected_route
+
+
+@pytest.mark.parametrize("config", [SMALL, USUAL, LARGE], ids=["small", "usual", "large"])
+def test_constants_of_any_problem(config):
+    """The compiled constants, and the bounds of the costs, whatever is in the fields."""
+    rng = np.random.default_rng(config.map_size)
+    top = config.blocked_altitude
+    for _ in range(300):
+        problem = any_record(config, rng)
+        vector, distances = problem_vector(config, problem), np.zeros(3, dtype=np.int64)
+        measure_distances(vector, distances)
+        expected = plain.prices_of(config, problem, tuple(distances.tolist()))
+        prices = np.zeros(PRICES, dtype=np.int64)
+        measure_prices(vector, sizes_vector(config, 0), distances, prices)
+        assert prices.tolist() == vector_of(expected)
+        assert max(expected.factors) < 1 << 18
+        assert 2 * top * max(expected.factors) >> expected.fraction < 1 << 23
+        assert expected.climb * top << 6 >> expected.fraction < 1 << 28
+        for way in range(3):
+            for step in ((0, 0), (0, top), (top, 0), (top, top)):
+                assert 1 <= expected.cost(*step, way) < plain.FAR
+
+
+@pytest.mark.parametrize("config", [USUAL, LARGE], ids=["usual", "large"])
+def test_costs_are_those_of_pieces(config):
+    """Where nothing ends at its greatest value: within the rounding of the constants."""
+    rng = np.random.default_rng(config.map_size)
+    for _ in range(20):
+        problem = record(config, rng, key_shift=10 + (config is LARGE) * 7)
+        distances = np.zeros(3, dtype=np.int64)
+        measure_distances(problem_vector(config, problem), distances)
+        prices = plain.prices_of(config, problem, tuple(distances.tolist()))
+        for before, after in rng.integers(config.blocked_altitude, size=(50, 2)).tolist():
+            for way, distance in enumerate(distances.tolist()):
+                ends = before << ALTITUDE_FRACTION, after << ALTITUDE_FRACTION
+                exact = max(piece_cost(problem, *ends, distance) >> problem.key_shift, 1)
+                # Of both factors, of weight and climb, and of the sums.
+                rise = abs(after - before)
+                lost = (before + after >> prices.fraction) + (rise << 6 >> prices.fraction)
+                lost += (distance + (rise << ALTITUDE_FRACTION) >> problem.key_shift) + 6
+                assert abs(prices.cost(before, after, way) - exact) <= lost
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_costs_are_the_least(case):
     problem, _, blocks = cases(*case)
-    field, _ = plain.spread(problem, blocks, blocks.least)
+    prices = plain.prices_of(case[0], problem, blocks.distances)
+    field, _ = plain.spread(prices, blocks, blocks.least)
     least, queue = {}, [(0, blocks.goal)]
     while queue:
         cost, (x, y) = heapq.heappop(queue)
@@ -85,7 +144,7 @@ def test_costs_are_the_least(case):
         for u, v in ((x + i, y + j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j):
             if (u, v) in blocks.least and (u, v) not in least:
                 way = 2 if u != x and v != y else int(u == x)
-                step = plain._step_cost(problem, blocks, blocks.least, (u, v), (x, y), way)
+                step = prices.cost(blocks.least[u, v], blocks.least[x, y], way)
                 heapq.heappush(queue, (cost + step, (u, v)))
     assert field == least
 
@@ -94,7 +153,7 @@ def test_slopes_are_limited():
     problem, _, blocks = cases(*CASES[2])
     surface = dict(blocks.least)
     plain.limit_slopes(problem, blocks, surface, 2)
-    falls = [problem.climb * distance >> 16 for distance in blocks.distances]
+    falls = [max(problem.climb * distance >> 16, 1) for distance in blocks.distances]
     for (x, y), height in surface.items():
         assert height >= blocks.least[x, y]
         for other, fall in (
@@ -111,8 +170,9 @@ def test_a_goal_behind_a_wall_is_approached_in_a_straight_line():
     problem, heights = record(SMALL, rng), ground(SMALL, rng, blocked=0)
     heights[12] = SMALL.blocked_altitude
     blocks = plain.blocks_of(problem, heights, SMALL.blocked_altitude)
-    field, _ = plain.spread(problem, blocks, blocks.least)
-    route = plain.descend(problem, blocks, blocks.least, field)
+    prices = plain.prices_of(SMALL, problem, blocks.distances)
+    field, _ = plain.spread(prices, blocks, blocks.least)
+    route = plain.descend(prices, blocks, blocks.least, field)
     assert len(route) == 64
     assert route[0] == blocks.start
     assert np.abs(np.diff(route, axis=0)).max() <= 1

@@ -5,13 +5,12 @@ import numpy as np
 import pytest
 
 from hdl.planner.evaluator.key_maker import KeyMaker
-from hdl.planner.evaluator.margin_queue import MarginQueue
 from hdl.planner.evaluator.path_decider import PathDecider
 from hdl.planner.evaluator.path_evaluator import PathEvaluator
 from hdl.planner.evaluator.path_store import PathStore
 from hdl.protocol.planner import VALUE_BITS, PathClass
 from sim.model.planner.evaluator_cycles import PLACES
-from tests.evaluator_bench import Pauses, run
+from tests.evaluator_bench import run
 from tests.evaluator_cases import (
     check_cycles,
     check_findings,
@@ -27,9 +26,9 @@ SLOTS = 20
 
 
 def check(found, expected):
-    """Compare all that was found with what the model makes of the paths."""
-    check_findings(found, expected)
-    assert found.idle == max(found.keyed[-1], *found.written) + 1
+    """Compare all that was found with the model; return how far keys are behind margins."""
+    assert found.idle == found.keyed[-1] + 1
+    return check_findings(found, expected)
 
 
 def case(config, rng, count, heading, **options):
@@ -55,7 +54,7 @@ def test_keys_margins_and_cycles(heading, rows, lanes):
         evaluator, paths = case(config, rng, 40, heading, gaps=gaps)
         expected = outcomes(evaluator, rows, paths)
         found = run(PathEvaluator(config, SLOTS, rows), evaluator, paths)
-        check(found, expected)
+        assert check(found, expected) == 3
         late += check_cycles(evaluator, paths, found, expected)
         keys |= {each.key >> VALUE_BITS for each in expected}
         assert 5 < sum(each.costs is not None for each in expected) < 35
@@ -63,9 +62,9 @@ def test_keys_margins_and_cycles(heading, rows, lanes):
     assert late > 0
 
 
-@pytest.mark.parametrize("stalled", [(0,), (1,), (2,), (0, 1, 2)], ids=str)
+@pytest.mark.parametrize("stalled", [(0,), (1,), (0, 1)], ids=str)
 def test_back_pressure(stalled):
-    """With pauses in some of the streams: points, keys, margins; for these half of all cycles."""
+    """With pauses in some of the streams: points, keys."""
     rng = np.random.default_rng(5)
     evaluator, paths = case(SMALL, rng, 40, len(stalled))
     expected = outcomes(evaluator, 64, paths)
@@ -73,9 +72,7 @@ def test_back_pressure(stalled):
         for path in paths:
             path.gaps = tuple(rng.choice([0, 0, 1, 2, 15], 20).tolist())
     keys = rng.choice([0, 0, 1, 70], 200).tolist() if 1 in stalled else (0,)
-    margins = [40, *[1] * 50, *[0] * 40] if 2 in stalled else (0,)
-    pauses = Pauses(keys=keys, margins=margins)
-    check(run(PathEvaluator(SMALL, SLOTS, 64), evaluator, paths, pauses), expected)
+    assert check(run(PathEvaluator(SMALL, SLOTS, 64), evaluator, paths, keys), expected) >= 3
 
 
 def test_reset_discards_all_paths():
@@ -98,15 +95,6 @@ def test_sizes():
         KeyMaker,
         {"slot_bits": 5, "length_bits": 3, "hits_bits": 9},
         {**widths, "hits_bits": ("Hits width", 1)},
-    )
-    check_sizes(
-        MarginQueue,
-        {"slots": 5, "max_waypoints": 3, "altitude_bits": 4},
-        {
-            "slots": ("Slots", 2),
-            "max_waypoints": ("Max waypoints", 2),
-            "altitude_bits": ("Altitude width", 1),
-        },
     )
     check_sizes(
         PathStore,

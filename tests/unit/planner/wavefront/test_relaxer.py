@@ -5,31 +5,28 @@ import numpy as np
 import pytest
 
 from hdl.planner.wavefront.relaxer import Relaxer
+from hdl.planner.wavefront.step_pricer import StepPricer
 from hdl.planner.wavefront.wavefront import Wavefront
-from hdl.protocol.planner import ALTITUDE_FRACTION, BLOCKS
+from hdl.protocol.planner import BLOCKS, VALUE_BITS
 from sim.model.planner import wavefront_cycles
-from sim.model.planner.definition.score import piece_cost
+from sim.model.planner.definition.wavefront import prices_of
 from tests.planner_cases import USUAL
 from tests.planner_wavefront import FAR, distances_of, problem
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 
 
-def constants_of(record, distances, falls):
+def constants_of(prices, falls):
     """Return the constants as their layout takes them."""
-    ways = [
-        {
-            "distance": distance,
-            "pull": distance * record.drag * record.fuel,
-            "level": distance * record.base,
-            "fall": fall,
-        }
-        for distance, fall in zip(distances, falls, strict=True)
-    ]
-    return {"ways": ways, "climb": record.rise * record.fuel}
+    if falls is not None:
+        ways = [{"factor": 0, "level": fall, "pull": 0} for fall in falls]
+        return {"ways": ways, "climb": 0}
+    columns = zip(prices.factors, prices.levels, prices.pulls, strict=True)
+    ways = [{"factor": factor, "level": level, "pull": pull} for factor, level, pull in columns]
+    return {"ways": ways, "climb": prices.climb}
 
 
-def relaxed(record, distances, falls, free, heights, costs, backwards):
+def relaxed(prices, falls, free, heights, costs, backwards):
     """Return the costs after a pass; ``falls`` is None where steps cost what they do."""
     costs = costs.copy()
     step = 1 if backwards else -1
@@ -41,40 +38,36 @@ def relaxed(record, distances, falls, free, heights, costs, backwards):
             if not (0 <= u < BLOCKS and 0 <= v < BLOCKS):
                 continue
             if falls is None:
-                ends = (int(each) << ALTITUDE_FRACTION for each in (heights[y, x], heights[v, u]))
-                cost = max(piece_cost(record, *ends, distances[way]) >> record.key_shift, 1)
+                cost = prices.cost(int(heights[y, x]), int(heights[v, u]), way)
             else:
-                cost = falls[way]
-            costs[y, x] = min(costs[y, x], costs[v, u] + min(cost, FAR))
+                cost = max(falls[way], 1)
+            costs[y, x] = min(costs[y, x], costs[v, u] + cost)
     return costs
 
 
 @pytest.mark.parametrize("config", [USUAL], ids=["usual"])
 def test_passes(config):
     rng = np.random.default_rng(config.map_size)
-    dut = Relaxer(config.coordinate_bits, config.altitude_bits)
+    dut = Relaxer(config.altitude_bits)
     top = config.blocked_altitude
     changes = []
 
     async def bench(ctx):
         for number in range(8):
             record = problem(config, rng, any_field=number % 4 == 3)
-            distances = distances_of(config, record)
-            falls = None if number % 2 else [int(each) for each in rng.choice([0, 3, 90, FAR], 3)]
+            prices = prices_of(config, record, distances_of(config, record))
+            most = (1 << VALUE_BITS) - 1
+            falls = None if number % 2 else [int(each) for each in rng.choice([0, 3, 90, most], 3)]
             backwards = bool(number // 2 % 2)
             free = rng.random((BLOCKS, BLOCKS)) < rng.choice([0.5, 0.95, 1])
             heights = rng.integers(top + 1, size=free.shape)
             kinds = rng.random(free.shape)
             costs = rng.integers(rng.choice([100, FAR]), size=free.shape)
             costs[~free | (kinds < rng.choice([0, 0.99, 1]))] = FAR
-            expected = relaxed(record, distances, falls, free, heights, costs, backwards)
+            expected = relaxed(prices, falls, free, heights, costs, backwards)
             changes.append(not np.array_equal(expected, costs))
 
-            used = [0] * 3 if falls is None else falls
-            ctx.set(dut.constants, constants_of(record, distances, used))
-            ctx.set(dut.fuel_shift, record.fuel_shift)
-            ctx.set(dut.key_shift, record.key_shift)
-            ctx.set(dut.falls, falls is not None)
+            ctx.set(dut.constants, constants_of(prices, falls))
             ctx.set(dut.backwards, backwards)
             ctx.set(dut.launch, 1)
             await ctx.tick()
@@ -100,6 +93,19 @@ def test_passes(config):
             assert ctx.get(dut.changed) == changes[-1]
             assert cycles == Relaxer.pass_cycles == wavefront_cycles.PASS
 
+            # Steps between passes, with the constants that are there.
+            steps = rng.integers(top + 1, size=(20, 2)).tolist()
+            for cycle, (before, after) in enumerate(steps):
+                ctx.set(dut.before, before)
+                ctx.set(dut.after, after)
+                if cycle >= StepPricer.latency:
+                    step = steps[cycle - StepPricer.latency]
+                    assert [ctx.get(each) for each in dut.prices] == [
+                        prices.cost(*step, way) if falls is None else max(falls[way], 1)
+                        for way in range(3)
+                    ]
+                await ctx.tick()
+
     simulate(dut, bench)
     assert any(changes)
     assert not all(changes)
@@ -111,8 +117,4 @@ def test_cycles_are_those_of_the_model():
 
 
 def test_sizes():
-    check_sizes(
-        Relaxer,
-        {"coordinate_bits": 9, "altitude_bits": 12},
-        {"coordinate_bits": ("Coordinate width", 1), "altitude_bits": ("Altitude width", 1)},
-    )
+    check_sizes(Relaxer, {"altitude_bits": 12}, {"altitude_bits": ("Altitude width", 1)})

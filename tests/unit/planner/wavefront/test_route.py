@@ -87,7 +87,7 @@ def test_random_costs(seed):
             ctx.set(dut.launch, 1)
             await ctx.tick()
             ctx.set(dut.launch, 0)
-            asked, steps, cycles = [0] * 2, [(0, 0)] * (StepPricer.latency + 1), 0
+            asked, steps, cycles = [0] * 2, [(0, 0)] * StepPricer.latency, 0
             while ctx.get(dut.busy):
                 asked.append(ctx.get(dut.read_block))
                 steps.append((ctx.get(dut.before), ctx.get(dut.after)))
@@ -97,7 +97,7 @@ def test_random_costs(seed):
                 ctx.set(dut.surface, {"free": not blocked[at], "altitude": int(heights[at])})
                 ctx.set(dut.cost, int(costs[at]))
                 for way, port in enumerate(dut.prices):
-                    ctx.set(port, price(*steps[-StepPricer.latency - 1], way))
+                    ctx.set(port, price(*steps[-StepPricer.latency], way))
             assert cycles == routing(len(expected), bool(costs[start[::-1]] == FAR))
             assert ctx.get(dut.length) == len(expected)
             for i, place in enumerate(expected):

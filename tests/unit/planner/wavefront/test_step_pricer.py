@@ -1,6 +1,8 @@
 # amaranth: UnusedElaboratable=no
 """Costs of steps, and the constants that they take, against the definition."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from amaranth.hdl import Module
@@ -11,25 +13,41 @@ from hdl.planner.layouts import problem_layout
 from hdl.planner.wavefront.step_constants import StepConstants
 from hdl.planner.wavefront.step_pricer import StepPricer
 from hdl.planner.wavefront.widths import COST_BITS
-from hdl.protocol.planner import ALTITUDE_FRACTION, SLOPE_FRACTION
-from sim.model.planner.definition.score import piece_cost
+from hdl.protocol.planner import (
+    ALTITUDE_FRACTION,
+    BASE_BITS,
+    DRAG_FRACTION,
+    FUEL_BITS,
+    RISE_BITS,
+    SLOPE_BITS,
+    SLOPE_FRACTION,
+    VALUE_BITS,
+)
+from sim.model.planner.definition.wavefront import prices_of
 from tests.planner_cases import LARGE, SMALL, USUAL
 from tests.planner_wavefront import FAR, distances_of, problem
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 
 
+#: The smallest map and altitude.
+TINY = SMALL.replace(map_size=8, coarse_factor=2, altitude_bits=4)
+
+
 class Pricing(wiring.Component):
     """Constants of a problem, and a pricer for each way."""
 
     def __init__(self, config):
-        self.constants = StepConstants(problem_layout(config), config.coordinate_bits)
-        self.pricers = [StepPricer(config.coordinate_bits, config.altitude_bits) for _ in range(3)]
+        self.constants = StepConstants(
+            problem_layout(config), config.coordinate_bits, config.altitude_bits
+        )
+        self.pricers = [StepPricer(config.altitude_bits) for _ in range(3)]
         super().__init__(
             {
                 "problem": In(problem_layout(config)),
                 "before": In(config.altitude_bits),
                 "after": In(config.altitude_bits),
+                "leads": In(1),
                 "costs": Out(COST_BITS).array(3),
             }
         )
@@ -43,82 +61,164 @@ class Pricing(wiring.Component):
             m.d.comb += [
                 pricer.way.eq(self.constants.constants.ways[i]),
                 pricer.climb.eq(self.constants.constants.climb),
-                pricer.fuel_shift.eq(self.problem.fuel_shift),
-                pricer.key_shift.eq(self.problem.key_shift),
                 pricer.before.eq(self.before),
                 pricer.after.eq(self.after),
+                pricer.leads.eq(self.leads),
                 self.costs[i].eq(pricer.cost),
             ]
         return m
 
 
-@pytest.mark.parametrize("config", [SMALL, USUAL, LARGE], ids=["small", "usual", "large"])
+async def measure(ctx, dut, record, *, falls, limit=0):
+    """Let the constants of ``record`` follow, in as many cycles as they say."""
+    constants = dut.constants
+    ctx.set(dut.problem, vars(record))
+    ctx.set(constants.falls, falls)
+    ctx.set(constants.limit, limit)
+    ctx.set(constants.launch, 1)
+    await ctx.tick()
+    ctx.set(constants.launch, 0)
+    cycles = constants.cycles(falls=falls, fuel_shift=record.fuel_shift, key_shift=record.key_shift)
+    assert cycles <= constants.most_cycles
+    for _ in range(cycles - 1):
+        assert not ctx.get(constants.done)
+        await ctx.tick()
+    assert ctx.get(constants.done)
+    return ctx.get(constants.constants)
+
+
+async def price(ctx, dut, steps, leads):
+    """Return the costs of ``steps`` in the three ways, one step in every cycle."""
+    costs = []
+    last = len(steps) - 1
+    for cycle in range(len(steps) + StepPricer.latency):
+        before, after = steps[min(cycle, last)]
+        ctx.set(dut.before, before)
+        ctx.set(dut.after, after)
+        ctx.set(dut.leads, leads[min(max(cycle - StepPricer.latency + 1, 0), last)])
+        if cycle >= StepPricer.latency:
+            costs.append([ctx.get(cost) for cost in dut.costs])
+        await ctx.tick()
+    return costs
+
+
+@pytest.mark.parametrize(
+    "config", [TINY, SMALL, USUAL, LARGE], ids=["tiny", "small", "usual", "large"]
+)
 def test_matches_the_definition(config):
-    """A step in every cycle, ``latency`` cycles each; the constants after ``cycles``."""
+    """A step in every cycle, ``latency`` cycles each; falls, then constants."""
     rng = np.random.default_rng(config.map_size)
     dut = Pricing(config)
     top = config.blocked_altitude
     seen = set()
 
     async def bench(ctx):
-        for number in range(12):
+        for number in range(15):
             record = problem(config, rng, any_field=number % 3 > 0)
-            limit = int(rng.integers(16))
             distances = distances_of(config, record)
-            ctx.set(dut.problem, vars(record))
-            ctx.set(dut.constants.limit, limit)
-            ctx.set(dut.constants.launch, 1)
-            await ctx.tick()
-            ctx.set(dut.constants.launch, 0)
-            for _ in range(dut.constants.cycles - 1):
-                assert not ctx.get(dut.constants.done)
-                await ctx.tick()
-            assert ctx.get(dut.constants.done)
-            for way, distance in zip(dut.constants.constants.ways, distances, strict=True):
-                assert ctx.get(way.distance) == distance
-                fall = record.climb * distance * limit >> SLOPE_FRACTION + ALTITUDE_FRACTION + 1
-                assert ctx.get(way.fall) == min(fall, FAR)
+            limit = int(rng.integers(16))
+            found = await measure(ctx, dut, record, falls=True, limit=limit)
+            shift = SLOPE_FRACTION + ALTITUDE_FRACTION + 1
+            falls = [record.climb * limit * each >> shift for each in distances]
+            assert [each.level for each in found.ways] == falls
+            steps = rng.integers(top + 1, size=(4, 2)).tolist()
+            least = [max(each, 1) for each in falls]
+            assert await price(ctx, dut, steps, [1] * 4) == [least] * 4
+
+            found = await measure(ctx, dut, record, falls=False, limit=limit)
+            prices = prices_of(config, record, distances)
+            assert tuple(each.factor for each in found.ways) == prices.factors
+            assert tuple(each.level for each in found.ways) == prices.levels
+            assert tuple(each.pull for each in found.ways) == prices.pulls
+            assert found.climb == prices.climb
 
             steps = rng.integers(top + 1, size=(60, 2))
             steps[rng.random(steps.shape) < 0.2] = top
             steps[rng.random(steps.shape) < 0.2] = 0
-            expected = [
-                [
-                    min(
-                        max(
-                            piece_cost(record, a << ALTITUDE_FRACTION, b << ALTITUDE_FRACTION, d)
-                            >> record.key_shift,
-                            1,
-                        ),
-                        FAR,
-                    )
-                    for d in distances
-                ]
-                for a, b in steps.tolist()
+            steps, leads = steps.tolist(), (rng.random(60) < 0.9).astype(int).tolist()
+            costs = await price(ctx, dut, steps, leads)
+            assert costs == [
+                [prices.cost(*step, way) if leads[i] else FAR for way in range(3)]
+                for i, step in enumerate(steps)
             ]
-            costs = []
-            for cycle in range(len(steps) + StepPricer.latency):
-                before, after = steps[min(cycle, len(steps) - 1)].tolist()
-                ctx.set(dut.before, before)
-                ctx.set(dut.after, after)
-                if cycle >= StepPricer.latency:
-                    costs.append([ctx.get(cost) for cost in dut.costs])
-                await ctx.tick()
-            assert costs == expected
             seen.update(min(cost, 2) if cost < FAR else FAR for row in costs for cost in row)
 
     simulate(dut, bench)
     assert seen == {1, 2, FAR}
 
 
+@pytest.mark.parametrize("config", [SMALL, USUAL, LARGE], ids=["small", "usual", "large"])
+def test_extremes(config):
+    """The greatest and the least constants: each part ends at its greatest, and no sum wraps."""
+    rng = np.random.default_rng(1)
+    dut = Pricing(config)
+    top = config.blocked_altitude
+    most = (1 << VALUE_BITS) - 1
+    usual = dataclasses.replace(
+        problem(config, rng), x_scale=1 << 14, y_scale=1 << 14, fuel_shift=0, key_shift=0
+    )
+    dear = dataclasses.replace(
+        usual,
+        base=(1 << BASE_BITS - 1) - 1,
+        drag=(1 << DRAG_FRACTION) - 1,
+        fuel=(1 << FUEL_BITS) - 1,
+        rise=(1 << RISE_BITS) - 1,
+        climb=(1 << SLOPE_BITS) - 1,
+        block_shift=max(config.coordinate_bits - 5, 0),
+    )
+    low = dataclasses.replace(dear, base=-1 << BASE_BITS - 1, drag=0)
+    small = dataclasses.replace(low, block_shift=0, x_scale=0, y_scale=0, rise=0)
+    coarse = dataclasses.replace(dear, fuel_shift=31, key_shift=63)
+
+    async def bench(ctx):
+        steps = [(top, top), (0, top), (top, 0), (0, 0)]
+        found = {}
+        for name, record in (("dear", dear), ("low", low), ("small", small), ("coarse", coarse)):
+            prices = prices_of(config, record, distances_of(config, record))
+            await measure(ctx, dut, record, falls=False)
+            costs = await price(ctx, dut, steps, [1] * 4)
+            assert costs == [[prices.cost(*step, way) for way in range(3)] for step in steps]
+            found[name] = prices, np.array(costs)
+        constants = await measure(ctx, dut, dear, falls=True, limit=15)
+        assert max(each.level for each in constants.ways) <= most
+
+        # The dearest: fuel ends at the greatest value of a key, a climb over all altitudes at the
+        # greatest factor.
+        prices, costs = found["dear"]
+        assert set(prices.pulls) == {most}
+        assert prices.climb == (1 << 18) - 1
+        assert prices.climb * top << 6 >> prices.fraction < 1 << 28
+        assert 2 * top * max(prices.factors) >> prices.fraction < 1 << 23
+        assert costs.max() < FAR
+        assert np.array_equal(costs.argmax(0), [1] * 3)
+        # Below the datum, a level step costs the least; a climb still costs its fuel.
+        prices, costs = found["low"]
+        assert max(prices.levels) <= -(1 << 25)
+        if config is not LARGE:
+            assert set(prices.levels) == {-most - 1}
+        assert np.array_equal(costs[[0, 2, 3]], np.ones((3, 3)))
+        # Without a length, or where the unit is greater than any cost, every step costs as much.
+        assert np.array_equal(found["small"][1], np.ones((4, 3)))
+        assert np.array_equal(found["coarse"][1], np.ones((4, 3)))
+
+    simulate(dut, bench)
+
+
+def test_cycles_of_the_page():
+    """The longest constants follow while the memories are filled, in 1,026 cycles."""
+    dut = Pricing(USUAL)
+    assert dut.constants.most_cycles == 1009
+    assert StepPricer.latency == 5
+
+
 def test_sizes():
     check_sizes(
         StepConstants,
-        {"problem_layout": problem_layout(SMALL), "coordinate_bits": SMALL.coordinate_bits},
-        {"coordinate_bits": ("Coordinate width", 1)},
-    )
-    check_sizes(
-        StepPricer,
-        {"coordinate_bits": 9, "altitude_bits": 12},
+        {
+            "problem_layout": problem_layout(SMALL),
+            "coordinate_bits": SMALL.coordinate_bits,
+            "altitude_bits": SMALL.altitude_bits,
+        },
         {"coordinate_bits": ("Coordinate width", 1), "altitude_bits": ("Altitude width", 1)},
     )
+    check_sizes(StepPricer, {"altitude_bits": 12}, {"altitude_bits": ("Altitude width", 1)})

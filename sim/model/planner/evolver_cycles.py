@@ -1,16 +1,17 @@
 """Cycles of the evolver, equal to those of the gateware.
 
 Those of a plan depend on nothing that is drawn, those of the sorter on its members. A member that
-is taken in cycle t and passes n others is inserted in the cycles up to t + 1 + n; from t + 2 + n on
+is taken in cycle t and passes k others is inserted in the cycles up to t + 1 + k; from t + 2 + k on
 the sorter is *free*, and can take the next one. In a first population the worst member is dropped
-for each one too many, and is passed, too, unless the new one is worse.
+for each better one too many, and is passed, too. After a ``store`` in cycle s such a population is
+there, and keys are taken again, N cycles from s + 1 on, or from when the sorter is free.
 
 A generation of n children begins in cycle b, with populations of N members. ::
 
     planned   b + 8 n + 6    ready, if none was pending
     first     b + 8 n + 7    keys are not taken from here on
-    passed    the later of `first` and the cycle from which the sorter is free; and N, and 1 + n for
-              each member that stays and passes n children: keys are taken again
+    passed    the later of `first` and the cycle from which the sorter is free; and N, and 1 + k for
+              each member that stays and passes k children: keys are taken again
     sorted    `passed`, or the cycle from which the sorter is free of the last child if it is later
     ready     sorted + N + 1: from the last child's key on none is taken until then
 

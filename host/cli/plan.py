@@ -16,6 +16,7 @@ from host.cli.options import own_options
 from host.cli.output import note, print_json, print_pairs, term_pairs
 from host.cli.problem import complete_options, make_mission, save_options, source_of
 from host.errors import JobError
+from host.mission.build import planner_of
 from host.mission.files.export import FORMATS, check_formats, export, parse_formats
 from host.mission.legs import shortcoming
 from host.mission.planning import plan_mission
@@ -31,6 +32,7 @@ __all__ = ["run"]
 def run(args: argparse.Namespace) -> int:
     """Plan, write the files and print the summary."""
     complete_options(args)
+    args.planner = planner_of(vars(args))
     search = Search(
         args.planner,
         generations=args.generations,

@@ -6,8 +6,8 @@ import argparse
 
 from host.cli.arguments.base import Commands, add_command, complete_by_file
 from host.cli.arguments.problem import add_problem
-from host.cli.arguments.search import add_fallback, add_own_options, add_search
-from host.planners import DEFAULT, PLANNERS
+from host.cli.arguments.search import DEFAULT_PLANNER, add_fallback, add_own_options, add_search
+from host.planners import PLANNERS
 
 
 __all__ = ["add_plan"]
@@ -30,8 +30,7 @@ def add_plan(commands: Commands) -> None:
     group.add_argument(
         "--planner",
         metavar="NAME",
-        default=DEFAULT,
-        help=f"one of {', '.join(PLANNERS)} (default %(default)s)",
+        help=f"one of {', '.join(PLANNERS)} ({DEFAULT_PLANNER})",
     )
     add_search(group)
     group.add_argument(

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from host import interrupts
+from host.cli.beside import plan_beside, print_beside, row_of, searches_beside
 from host.cli.compiling import note_compiling
 from host.cli.ending import ending
 from host.cli.options import own_options
@@ -43,6 +44,7 @@ def run(args: argparse.Namespace) -> int:
         fallback=args.fallback,
         **own_options(args, args.planner),
     )
+    searches = searches_beside(args)
     formats = parse_formats(args.write) if args.write else ()
     mission = make_mission(args)
     check_formats(formats, mission.problem.terrain)
@@ -62,10 +64,20 @@ def run(args: argparse.Namespace) -> int:
             )
         written = plan.save(directory, picture=args.picture, grid=args.grid, warn=note)
         written += _export(plan, formats, directory)
-    if args.json:
-        print_json(plan.summary)
-    else:
+    if not args.json:
         _print(plan.summary, written)
+    rows = []
+    if searches and not plan.interrupted:
+        try:
+            rows = [row_of(plan), *plan_beside(args, mission, searches)]
+        except KeyboardInterrupt:
+            note("Interrupted; the plan is written.")
+            return interrupts.status()
+    if args.json:
+        print_json({**plan.summary, "beside": rows} if rows else plan.summary)
+    elif rows:
+        print()
+        print_beside(rows)
     return _status(plan)
 
 

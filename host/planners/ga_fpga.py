@@ -173,6 +173,11 @@ class FpgaGeneticPlanner:
 
 def _map_for(config: Config, evaluator: Evaluator, options: Options, on_board: bool) -> ChipMap:
     """Return the map of a chip of ``config``, or refuse what that chip cannot do."""
+    if config.streaming_core:
+        raise InputError(
+            "This board has the streaming genetic core, which breeds without the host; use another "
+            "board, or the planner ga-chip."
+        )
     if not config.parallel_core:
         raise InputError(
             "This board has no genetic core, it only checks paths; use another board, "

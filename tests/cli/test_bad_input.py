@@ -112,7 +112,11 @@ def refused(capsys, *arguments):
         ),
         (
             [*ENDS, "--planner", "a-star"],
-            "There is no planner 'a-star'; the planners are ga-fpga, ",
+            "There is no planner 'a-star'; the planners are ga-chip, ",
+        ),
+        (
+            [*ENDS, "--link-mode", "recipe"],
+            "The default planner, ga-chip, has no option link_mode (--link-mode); name a planner ",
         ),
         ([*ENDS, "--uav", "kite"], "There is no UAV 'kite'; give one of "),
         ([*ENDS, "--wind", "-30,0"], "A wind of 30 m/s is not below the airspeed of "),

@@ -6,16 +6,13 @@ import pytest
 
 from host.cli import main
 
-from .conftest import ENDS, FILES, WALL, assert_check_agrees, plan, summary_in
+from .conftest import ENDS, FILES, PAPER, WALL, assert_check_agrees, plan, summary_in
 
 
 def test_same_seed_same_path_in_every_link_mode(planned, hills, tmp_path, capsys):
     _, _, summary = planned
     for mode in ("population", "recipe"):
-        assert (
-            plan(hills, tmp_path / mode, "--generations", "60", "--seed", "1", "--link-mode", mode)
-            == 0
-        )
+        assert plan(hills, tmp_path / mode, *PAPER, "--link-mode", mode) == 0
         other = summary_in(tmp_path / mode)
         assert other["waypoints"] == summary["waypoints"]
         assert other["history"] == summary["history"]
@@ -24,12 +21,10 @@ def test_same_seed_same_path_in_every_link_mode(planned, hills, tmp_path, capsys
 
 
 def test_collisions_counted_by_the_board(hills, tmp_path, capsys):
-    assert (
-        plan(hills, tmp_path, "--generations", "40", "--seed", "1", "--feasibility", "board") == 0
-    )
+    assert plan(hills, tmp_path, *PAPER, "--feasibility", "board") == 0
     summary, said = summary_in(tmp_path), capsys.readouterr().out
     counted = summary["hardware"]["feasibility"]
-    assert 0 < counted["evaluated_in_full"] < counted["counted_on_board"] == 128 + 40 * 22
+    assert 0 < counted["evaluated_in_full"] < counted["counted_on_board"] == 128 + 60 * 22
     assert f"{counted['counted_on_board']} paths" in said
     assert_check_agrees(tmp_path, summary, capsys)
 

@@ -34,6 +34,12 @@ def add_plan(commands: Commands) -> None:
     )
     add_search(group)
     group.add_argument(
+        "--beside",
+        metavar="NAME,...",
+        help="planners to run afterwards on the same problem, for a table of all; nothing of "
+        "theirs is written",
+    )
+    group.add_argument(
         "--seed",
         type=int,
         metavar="N",
@@ -71,4 +77,4 @@ def add_plan(commands: Commands) -> None:
         metavar="FILE",
         help="write a problem file, .toml, of these options before planning",
     )
-    complete_by_file(parser, besides=("save_problem",))
+    complete_by_file(parser, besides=("beside", "save_problem"))

@@ -45,7 +45,12 @@ from sim.model.planner.wavefront import (
 from sim.model.planner.wavefront_cycles import launched, scanned
 
 
-__all__ = ["plan"]
+__all__ = ["WATCHED", "WATCHED_CYCLES", "WATCHED_GENERATIONS", "WATCHED_STOP", "plan"]
+
+#: Places of what another thread sees of a run, and of the stop that it may ask for by writing 1.
+WATCHED_STOP, WATCHED_GENERATIONS, WATCHED_CYCLES = range(3)
+#: Their number.
+WATCHED = 3
 
 #: Places of the options.
 _CYCLES, _GENERATIONS, _GIVE_UP_RANK, _SEEDS, _LIFTS, _SHARE = range(6)
@@ -62,8 +67,13 @@ def plan(
     population: Population | None = None,
     *,
     marked: int = BLOCKS**2,
+    watched: Integers | None = None,
 ) -> Outcome:
-    """Plan a path: see :func:`sim.model.planner.definition.run.plan`."""
+    """Plan a path: see :func:`sim.model.planner.definition.run.plan`.
+
+    ``watched``, (WATCHED,) int64 zeros, lets another thread see generations and cycles, and end
+    each island with its present generation.
+    """
     options.check(config)
     check_population(config, options, population)
     numbers = (
@@ -102,6 +112,7 @@ def plan(
         empty_memo(options.memo),
         delays,
         counters,
+        np.zeros(WATCHED, dtype=np.int64) if watched is None else watched,
         dropped,
         paths,
         points,
@@ -130,6 +141,7 @@ def _run(
     memo: Integers,
     delays: Integers,
     counters: Integers,
+    watched: Integers,
     dropped: Integers,
     paths: Integers,
     points: Integers,
@@ -140,7 +152,7 @@ def _run(
 
     Parameters
     ----------
-    problem, sizes, options, ends, delays, counters : (n,) int64
+    problem, sizes, options, ends, delays, counters, watched : (n,) int64
     slopes : (islands,) int64
         Of each island that is seeded. There is an island more in ``paths`` on a warm start, the
         first, whose paths are there.
@@ -225,16 +237,16 @@ def _run(
             most: int = counters[GENERATIONS] + generations
             cycles.aim(counters)
             _evolve(
-                problem, sizes, options, ground, words, memo, delays, counters, work, spare,
-                paths[i], points[i], keys[i], order[i], until, most,
+                problem, sizes, options, ground, words, memo, delays, counters, watched, work,
+                spare, paths[i], points[i], keys[i], order[i], until, most,
             )  # fmt: skip
         _merge(paths, points, keys, order, population)
         cycles.merge(delays, counters)
     else:
         cycles.aim(counters)
     _evolve(
-        problem, sizes, options, ground, words, memo, delays, counters, work, spare,
-        paths[0], points[0], keys[0], order[0], options[_CYCLES], options[_GENERATIONS],
+        problem, sizes, options, ground, words, memo, delays, counters, watched, work,
+        spare, paths[0], points[0], keys[0], order[0], options[_CYCLES], options[_GENERATIONS],
     )  # fmt: skip
     cycles.end(counters)
 
@@ -249,6 +261,7 @@ def _evolve(
     memo: Integers,
     delays: Integers,
     counters: Integers,
+    watched: Integers,
     work: Integers,
     spare: Integers,
     paths: Integers,
@@ -264,7 +277,10 @@ def _evolve(
     offered, next_offered = spare[_OFFERED], spare[_NEXT_OFFERED]
     has_pending, pending_first, pending_limit = False, False, NO_LIMIT
     while True:
+        watched[WATCHED_GENERATIONS] = counters[GENERATIONS]
+        watched[WATCHED_CYCLES] = counters[CYCLES]
         breeds = counters[CYCLES] < time and counters[GENERATIONS] < generations
+        breeds &= watched[WATCHED_STOP] == 0
         first, limit = False, NO_LIMIT
         if breeds:
             begun = cycles.begin(delays, counters, has_pending)

@@ -26,8 +26,6 @@ _UNITS = ("breed", "score", "walk", "sort", "wavefront")
 class ChipRuns:
     """The runs of one plan; see :class:`host.planners.ga_chip.ChipGeneticPlanner`.
 
-    The problem is sent to the chip when this is made.
-
     Parameters
     ----------
     task : ProblemOnChip
@@ -43,8 +41,6 @@ class ChipRuns:
         self._traffic_before = self._traffic_noted = replace(task.chip.link.traffic)
         self._done: list[dict[str, Any]] = []
         self._cycles = dict.fromkeys((*_UNITS, "total"), 0)
-        with run.phase("link"):
-            task.send()
 
     @property
     def cycles(self) -> int:
@@ -52,8 +48,10 @@ class ChipRuns:
         return self._cycles["total"]
 
     def search(self, runs: Iterable[RunOptions]) -> None:
-        """Do one run after the other until a path is feasible or a stop criterion is met."""
+        """Send the problem; do runs until a path is feasible or a stop criterion is met."""
         run, task = self._run, self._task
+        with run.phase("link"):
+            task.send()
         generations = change = 0
         for number, options in enumerate(runs):
             with run.phase("link"):

@@ -18,6 +18,7 @@ from host.evaluation import Evaluator
 from host.planners.base import Options, Progress, Result, Run, Stop
 from host.planners.chip_replanner import ChipReplanner
 from host.planners.chip_runs import ChipRuns
+from host.planners.cores import require_chip
 from host.planners.options import DEFAULT_BOARD
 from host.planners.problem_on_chip import ProblemOnChip
 from host.problem.corner_map import CornerMap
@@ -175,15 +176,5 @@ def _least_ms(chip_ms: int | None, time_limit_s: float | None) -> float | None:
 
 def _map_for(config: Config, evaluator: Evaluator, options: Options) -> CornerMap:
     """Return the map of a chip of ``config``, or refuse what that chip cannot do."""
-    if not config.streaming_core:
-        raise InputError(
-            "This board has no streaming genetic core, so it does not plan by itself; use another "
-            f"board, or the planner {'ga-fpga' if config.parallel_core else 'ga-pc'}."
-        )
-    if options.population not in (None, config.population):
-        raise InputError(
-            f"The population of this board is {config.population}, not "
-            f"{options.population}; leave the population out (--population) or "
-            "use another board."
-        )
+    require_chip(config, GeneticCore.STREAMING, options.population)
     return CornerMap(config, evaluator.problem)

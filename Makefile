@@ -17,9 +17,6 @@ START ?= 2300,2500,100
 GOAL ?= 26900,28400,100
 NOFLY_CIRCLES ?= 10900,11600,2100 18300,19400,2100
 BOARD ?= sim:
-# Most milliseconds that the planner ga-chip runs by the chip's clock; Verilator simulates one in four
-# seconds. BOARD=sim:?genetic=parallel, the paper's chip, takes none (CHIP_MS=).
-CHIP_MS ?= $(if $(filter sim:%,$(BOARD)),10)
 # Planners to compare with, on the same problem.
 BESIDE ?= ga-fpga,astar
 SEED ?= 1
@@ -59,7 +56,7 @@ endef
 help:
 	@echo "make plan       plan over real terrain by the planner on the chip, in the simulated board,"
 	@echo "                and with the paper's ga-fpga and with astar beside it"
-	@echo "                (TERRAIN= START= GOAL= NOFLY_CIRCLES= BOARD= CHIP_MS= BESIDE= SEED= OUT=)"
+	@echo "                (TERRAIN= START= GOAL= NOFLY_CIRCLES= BOARD= BESIDE= SEED= OUT=)"
 	@echo "make fly        the same, then fly the path in a flight-dynamics model (and GUSTS=)"
 	@echo "make setup      install what the tests need, once"
 	@echo "make test       the tests of minutes (WORKERS= PYTEST_ARGS=)"
@@ -87,8 +84,8 @@ setup-plan:
 plan: setup-plan
 	@$(IN_ROOT) "$(BIN)/pathgene" plan --terrain "$(TERRAIN)" --agl --start "$(START)" --goal "$(GOAL)" \
 		$(foreach circle,$(NOFLY_CIRCLES),--nofly-circle "$(circle)") \
-		--board "$(BOARD)" $(if $(CHIP_MS),--chip-ms "$(CHIP_MS)") --seed "$(SEED)" \
-		$(if $(BESIDE),--beside "$(BESIDE)") --write plan,kml --out "$(OUT)"
+		--board "$(BOARD)" --seed "$(SEED)" $(if $(BESIDE),--beside "$(BESIDE)") \
+		--write plan,kml --out "$(OUT)"
 
 .PHONY: fly
 fly: setup plan

@@ -20,6 +20,40 @@ def test_same_seed_same_path_in_every_link_mode(planned, hills, tmp_path, capsys
     assert "fitness" in capsys.readouterr().out
 
 
+def test_plans_by_other_planners_beside_it(hills, tmp_path, capsys):
+    options = ["--chip-ms", 2, "--seed", 1, "--beside", "ga-fpga, ga-chip,astar"]
+    assert plan(hills, tmp_path, *options) == 0
+    output = capsys.readouterr()
+    assert "pathgene: Beside it, ga-fpga on model:." in output.err.splitlines()
+    lines = output.out.splitlines()
+    (first,) = [number for number, line in enumerate(lines) if line.startswith("planner  board ")]
+    rows = [line.split() for line in lines[first + 1 : first + 4]]
+    summary = summary_in(tmp_path)
+    chip_us = f"{summary['hardware']['plan_us']:,.0f}"
+    assert rows[0][:4] == ["ga-chip", "model:", "yes", f"{summary['fitness']:.4f}"]
+    assert rows[0][4:8] == [chip_us, "us", "at", "100"]
+    assert [row[:3] for row in rows[1:]] == [
+        ["ga-fpga", "model:", "yes"],
+        ["astar", "none", "yes"],
+    ]
+    assert [row[4] for row in rows[1:]] == ["-", "-"]
+
+    assert plan(hills, tmp_path, *options[:5], "astar", "--json") == 0
+    printed = json.loads(capsys.readouterr().out)
+    beside = printed.pop("beside")
+    assert printed == summary_in(tmp_path)
+    assert [row["planner"] for row in beside] == ["ga-chip", "astar"]
+    assert beside[1]["plan_us"] is None
+
+
+def test_a_board_of_one_core_leaves_the_model_to_the_planner_beside_it(hills, tmp_path, capsys):
+    board = ["--board", "model:?genetic=streaming", "--chip-ms", "1"]
+    assert plan(hills, tmp_path, *board, "--beside", "ga-fpga", "--generations", "200") == 0
+    assert "pathgene: Beside it, ga-fpga on model:." in capsys.readouterr().err.splitlines()
+    assert plan(hills, tmp_path, *board, "--beside", "gafpga") == 2
+    assert "There is no planner 'gafpga'" in capsys.readouterr().err
+
+
 def test_collisions_counted_by_the_board(hills, tmp_path, capsys):
     assert plan(hills, tmp_path, *PAPER, "--feasibility", "board") == 0
     summary, said = summary_in(tmp_path), capsys.readouterr().out

@@ -49,7 +49,7 @@ def plan_actions():
     return {
         action.dest: action.option_strings
         for action in commands.choices["plan"]._actions
-        if action.dest not in ("help", "json", "debug", "problem", "save_problem")
+        if action.dest not in ("help", "json", "debug", "problem", "beside", "save_problem")
     }
 
 

@@ -47,7 +47,12 @@ from sim.model.planner.wavefront import (
 from sim.model.planner.wavefront_cycles import launched, scanned
 
 
-__all__ = ["plan"]
+__all__ = ["WATCHED", "WATCHED_CYCLES", "WATCHED_GENERATIONS", "WATCHED_STOP", "plan"]
+
+#: Places of what another thread sees of a run, and of the stop that it may ask for by writing 1.
+WATCHED_STOP, WATCHED_GENERATIONS, WATCHED_CYCLES = range(3)
+#: Their number.
+WATCHED = 3
 
 #: Places of the options.
 _CYCLES, _GENERATIONS, _GIVE_UP_RANK, _SEEDS, _LIFTS, _SHARE, _STOP = range(7)
@@ -65,8 +70,13 @@ def plan(
     *,
     marked: int = BLOCKS**2,
     stop: int = NEVER,
+    watched: Integers | None = None,
 ) -> Outcome:
-    """Plan a path: see :func:`sim.model.planner.definition.run.plan`."""
+    """Plan a path: see :func:`sim.model.planner.definition.run.plan`.
+
+    ``watched``, (WATCHED,) int64 zeros, lets another thread see generations and cycles, and end
+    each island with its present generation.
+    """
     options.check(config)
     check_population(config, options, population)
     numbers = (
@@ -106,6 +116,7 @@ def plan(
         empty_memo(options.memo),
         delays,
         counters,
+        np.zeros(WATCHED, dtype=np.int64) if watched is None else watched,
         dropped,
         paths,
         points,
@@ -134,6 +145,7 @@ def _run(
     memo: Integers,
     delays: Integers,
     counters: Integers,
+    watched: Integers,
     dropped: Integers,
     paths: Integers,
     points: Integers,
@@ -144,7 +156,7 @@ def _run(
 
     Parameters
     ----------
-    problem, sizes, options, ends, delays, counters : (n,) int64
+    problem, sizes, options, ends, delays, counters, watched : (n,) int64
     slopes : (islands,) int64
         Of each island that is seeded. There is an island more in ``paths`` on a warm start, the
         first, whose paths are there.
@@ -231,16 +243,16 @@ def _run(
             most: int = counters[GENERATIONS] + generations
             cycles.aim(counters)
             _evolve(
-                problem, sizes, options, ground, words, memo, delays, counters, work, spare,
-                paths[i], points[i], keys[i], order[i], until, most,
+                problem, sizes, options, ground, words, memo, delays, counters, watched, work,
+                spare, paths[i], points[i], keys[i], order[i], until, most,
             )  # fmt: skip
         passed = _merge(paths, points, keys, order, population)
         cycles.merge(delays, counters, passed)
     else:
         cycles.aim(counters)
     _evolve(
-        problem, sizes, options, ground, words, memo, delays, counters, work, spare,
-        paths[0], points[0], keys[0], order[0], options[_CYCLES], options[_GENERATIONS],
+        problem, sizes, options, ground, words, memo, delays, counters, watched, work,
+        spare, paths[0], points[0], keys[0], order[0], options[_CYCLES], options[_GENERATIONS],
     )  # fmt: skip
     cycles.end(counters)
 
@@ -255,6 +267,7 @@ def _evolve(
     memo: Integers,
     delays: Integers,
     counters: Integers,
+    watched: Integers,
     work: Integers,
     spare: Integers,
     paths: Integers,
@@ -272,7 +285,10 @@ def _evolve(
     has_pending, pending_first, pending_limit = False, False, NO_LIMIT
     time = min(time, options[_STOP] + 1)
     while True:
+        watched[WATCHED_GENERATIONS] = counters[GENERATIONS]
+        watched[WATCHED_CYCLES] = counters[CYCLES]
         breeds = counters[CYCLES] < time and counters[GENERATIONS] < generations
+        breeds &= watched[WATCHED_STOP] == 0
         first, limit = False, NO_LIMIT
         if breeds:
             begun = cycles.begin(delays, counters, has_pending)

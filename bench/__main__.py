@@ -28,7 +28,7 @@ NAMES = {
     "safety": "what clearances cost every planner, by the rules; long, so only if named",
     "chip": "the planner on the chip: F by chip time beside the other planners, and clearances",
     "chip-ablation": "choices of the planner on the chip, one changed at a time",
-    "chip-replans": "replans on the chip: a zone pops up on the path, nine terrains",
+    "chip-replans": "replans on the chip beside astar: a disc appears ahead, the aircraft flies on",
     "onboard": "plans whose collisions the board counts, beside the host's",
     "allaire-table1": "ga-pc and ga-fpga per phase, beside table 1 of allaire-2008",
     "cheng-table4": "ga-dp and ga-auv on the AUV problem, beside the paper's table IV",
@@ -50,8 +50,8 @@ def main() -> int:
         "--only",
         metavar="TEXT",
         default="",
-        help="of chip-ablation, chip-replans, fpga, flight, quality and safety, the rows, or of "
-        "chip the tables, with this in their names",
+        help="of chip, chip-ablation, chip-replans, fpga, flight, quality and safety, the rows, "
+        "or of chip the tables, with this in their names",
     )
     parser.add_argument("--out", type=Path, default=Path("build/bench"), help="folder of the JSON")
     arguments = parser.parse_args()

@@ -3,15 +3,28 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
 from statistics import mean
+from typing import Any
 
-from bench.chip_runs import CHIP, Outcome, Task, run_all, share, terrains, through_terrains
+from bench.chip_runs import (
+    CHIP,
+    UNITS,
+    Outcome,
+    Task,
+    run_all,
+    share,
+    terrains,
+    through_terrains,
+)
 from bench.report import Options, Report
-from bench.scenarios import SYNTHETIC, missing, problem
+from bench.scenarios import SYNTHETIC, UNTUNED, missing, problem
+from host.cores import available_cores
 from host.errors import InputError
 from host.evaluation import Evaluator
 from host.planners import PLANNERS, make
@@ -20,93 +33,162 @@ from host.planners.ga_chip import run_options
 from host.problem.rules import Rules
 
 
-__all__ = ["CLEARANCES", "OTHERS", "TIMES_MS", "run"]
+__all__ = ["OTHERS", "TABLES", "TIMES_MS", "Other", "Table", "run"]
 
 #: Milliseconds of chip time.
 TIMES_MS = (1, 2, 5, 10, 20, 50, 100)
-#: As paper, then clearances in metres.
-CLEARANCES = (None, 30.0, 100.0)
-#: Planners beside it, and their options.
-OTHERS = {
-    "ga-fpga": ("ga-fpga", {}),
-    "ga-pc": ("ga-pc", {}),
-    "fpa-2opt": ("fpa-2opt", {}),
-    "astar": ("astar", {}),
-    "ga-pc from astar": ("ga-pc", {"init": "astar"}),
-    "ga-chip, whole": ("ga-chip", {}),
-}
 _MOST_SEEDS = 10
+#: The run that cycles are told of, milliseconds.
+_COUNTED_MS = 50
+_YARDSTICK = "astar"
+
+
+@dataclass(frozen=True)
+class Other:
+    """A planner beside the chip, with its options and its seeds at most."""
+
+    planner: str
+    seeds: int = _MOST_SEEDS
+    options: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+
+
+#: Planners beside the chip; the slow ones have fewer seeds, and astar draws nothing.
+OTHERS = {
+    "ga-chip, 50 ms and polish": Other("ga-chip", options={"chip_ms": 50, "polish": "on"}),
+    "ga-fpga": Other("ga-fpga", seeds=3),
+    "ga-pc": Other("ga-pc", seeds=3),
+    "fpa-2opt": Other("fpa-2opt", seeds=1),
+    _YARDSTICK: Other("astar", seeds=1),
+    "ga-pc from astar": Other("ga-pc", seeds=3, options={"init": "astar"}),
+}
+
+
+@dataclass(frozen=True)
+class Table:
+    """Terrains and a clearance in metres, None as paper; ``others`` are beside the chip."""
+
+    clearance_m: float | None = None
+    untuned: bool = False
+
+    def terrains(self) -> list[str]:
+        """Return the names of its terrains."""
+        return list(UNTUNED) if self.untuned else terrains()
+
+    def others(self) -> dict[str, Other]:
+        """Return the planners beside the chip: on untuned ground, the yardstick alone."""
+        wanted = (_YARDSTICK,) if self.untuned else OTHERS
+        return {title: OTHERS[title] for title in wanted if title in OTHERS}
+
+
+#: Every table of F.
+TABLES = {
+    "as paper": Table(),
+    "clearance 30 m": Table(30.0),
+    "clearance 100 m": Table(100.0),
+    "untuned ground": Table(untuned=True),
+}
 
 _Plan = tuple[str, str, float | None, int]
+#: Outcomes of each row: of each terrain, in the order of the seeds.
+_Measured = dict[str, list[list[Outcome]]]
 
 
 def run(options: Options) -> Report:
-    """Measure the tables whose clearance has ``only`` in its name, all by default."""
-    wanted = [each for each in CLEARANCES if options.only in _rules(each)]
+    """Measure the tables with ``only`` in their names, all by default."""
+    wanted = {name: table for name, table in TABLES.items() if options.only in name}
     if not wanted:
         raise InputError(
-            f"No table has {options.only!r} in its name; there are "
-            f"{', '.join(map(_rules, CLEARANCES))}."
+            f"No table has {options.only!r} in its name; there are {', '.join(TABLES)}."
         )
     seeds = min(options.seeds, _MOST_SEEDS)
-    first, *further = (_table(clearance_m, seeds) for clearance_m in wanted)
-    return dataclasses.replace(first, further=[*further, _speed(seeds)])
+    reports: list[Report] = []
+    for name, table in wanted.items():
+        measured = _measured(name, table, seeds)
+        reports.append(_fitness(name, table, measured, seeds))
+        if table == Table():
+            reports += [_cycles(measured), _race(measured)]
+    return dataclasses.replace(reports[0], further=reports[1:])
 
 
-def _rules(clearance_m: float | None) -> str:
-    return "as paper" if clearance_m is None else f"clearance {clearance_m:g} m"
-
-
-def _table(clearance_m: float | None, seeds: int) -> Report:
-    """Return F by chip time, then that of the other planners with their seconds."""
-    report = Report(
-        f"Mean F, {_rules(clearance_m)}, {seeds} seeds",
-        ("planner", *terrains(), "mean", "feasible", "chip ms", "CPU seconds"),
-        notes=[
-            "A row of the chip is one run of its model, unpolished, at 100 MHz with 8 lanes; its",
-            "CPU seconds are those of the model. Whole: the planner ga-chip, with polish, further",
-            "seeds where none of a run's paths is feasible, and the map's upload. F is the mean of",
-            "the feasible paths; CPU seconds of a plan are of all threads, without compiling.",
-            *missing(),
-        ],
-    )
+def _measured(name: str, table: Table, seeds: int) -> _Measured:
+    """Do all runs and plans of a table."""
+    measured: _Measured = {}
     for chip_ms in TIMES_MS:
         tasks = [
             Task(
                 terrain,
-                clearance_m,
+                table.clearance_m,
                 run_options(CHIP, seed=seed, chip_ms=chip_ms, generations=(1 << 32) - 1),
             )
-            for terrain in terrains()
+            for terrain in table.terrains()
             for seed in range(seeds)
         ]
-        outcomes = run_all(tasks)
-        report.rows.append(_row(f"chip, {chip_ms} ms", outcomes, seeds))
-        print(f"chip: {_rules(clearance_m)}, {chip_ms} ms done", file=sys.stderr, flush=True)
-    with ProcessPoolExecutor(initializer=_compile) as pool:
-        for title in OTHERS:
+        measured[_title(chip_ms)] = _by_terrain(run_all(tasks), seeds)
+        print(f"chip: {name}, {chip_ms} ms done", file=sys.stderr, flush=True)
+    with ProcessPoolExecutor(available_cores(), initializer=_compile) as pool:
+        for title, other in table.others().items():
+            own = min(seeds, other.seeds)
             plans = [
-                (title, terrain, clearance_m, seed)
-                for terrain in terrains()
-                for seed in range(seeds)
+                (title, terrain, table.clearance_m, seed)
+                for terrain in table.terrains()
+                for seed in range(own)
             ]
-            report.rows.append(_row(title, list(pool.map(_plan, plans)), seeds))
-            print(f"chip: {_rules(clearance_m)}, {title} done", file=sys.stderr, flush=True)
-    return report
+            measured[title] = _by_terrain(list(pool.map(_plan, plans)), own)
+            print(f"chip: {name}, {title} done", file=sys.stderr, flush=True)
+    return measured
 
 
-def _row(title: str, outcomes: Sequence[Outcome], seeds: int) -> tuple[object, ...]:
-    by_terrain = [outcomes[at : at + seeds] for at in range(0, len(outcomes), seeds)]
-    means, all_means = through_terrains(by_terrain)
-    cycles = mean(outcome.cycles for outcome in outcomes)
-    return (
-        title,
-        *means,
-        all_means,
-        share(outcomes),
-        f"{1000 * cycles / CHIP.clock_hz:.2f}" if cycles else "-",
-        mean(outcome.seconds for outcome in outcomes),
+def _title(chip_ms: int) -> str:
+    return f"chip, {chip_ms} ms"
+
+
+def _by_terrain(outcomes: Sequence[Outcome], seeds: int) -> list[list[Outcome]]:
+    return [list(outcomes[at : at + seeds]) for at in range(0, len(outcomes), seeds)]
+
+
+def _fitness(name: str, table: Table, measured: _Measured, seeds: int) -> Report:
+    """Return F by chip time, then that of the other planners with their seconds."""
+    fewer = [
+        f"{title} {other.seeds}" for title, other in table.others().items() if other.seeds < seeds
+    ]
+    report = Report(
+        f"Mean F, {name}, {seeds} seeds",
+        (
+            "planner",
+            *table.terrains(),
+            "mean",
+            "feasible",
+            "chip ms",
+            "CPU seconds",
+            "host's share",
+        ),
+        notes=[
+            "A row of the chip is one run of its model, unpolished, at 100 MHz with 8 lanes; its",
+            "CPU seconds are those of the model. ga-chip is the whole planner: with further seeds",
+            "where none of a run's paths is feasible, and the map's upload. F is the mean of the",
+            "feasible paths; CPU seconds of a plan are of all threads, without compiling. Host's",
+            "share: of the seconds of a plan, those that do not wait for a board.",
+            *([f"Seeds: {', '.join(fewer)}."] if fewer else []),
+            *missing(),
+        ],
     )
+    for title, by_terrain in measured.items():
+        means, all_means = through_terrains(by_terrain)
+        every = [outcome for some in by_terrain for outcome in some]
+        cycles = mean(outcome.cycles for outcome in every)
+        host = mean(outcome.host_share for outcome in every)
+        report.rows.append(
+            (
+                title,
+                *means,
+                all_means,
+                share(every),
+                f"{1000 * cycles / CHIP.clock_hz:.2f}" if cycles else "-",
+                mean(outcome.seconds for outcome in every),
+                "-" if math.isnan(host) else f"{100 * host:.0f} %",
+            )
+        )
+    return report
 
 
 def _compile() -> None:
@@ -116,7 +198,7 @@ def _compile() -> None:
 
 def _plan(task: _Plan, generations: int | None = None) -> Outcome:
     title, terrain, clearance_m, seed = task
-    name, own = OTHERS[title]
+    name, own = OTHERS[title].planner, OTHERS[title].options
     rules = None if clearance_m is None else Rules(clearance_m=clearance_m)
     evaluator = Evaluator(dataclasses.replace(problem(terrain), rules=rules), threads=1)
     options = planners.Options(seed=seed, generations=generations or PLANNERS[name].generations)
@@ -129,28 +211,71 @@ def _plan(task: _Plan, generations: int | None = None) -> Outcome:
         result.generations,
         (result.hardware or {}).get("cycles", {}).get("total", 0),
         time.process_time() - began,
+        host_share=1 - result.seconds.get("link", 0.0) / result.seconds["total"],
     )
 
 
-def _speed(seeds: int) -> Report:
+def _cycles(measured: _Measured) -> Report:
     """Return the generations that the compiled model runs in a second, and their cycles."""
+    chip_ms = _COUNTED_MS if _COUNTED_MS in TIMES_MS else TIMES_MS[-1]
     report = Report(
-        "Speed of the compiled model: runs of 50 ms as paper",
-        ("terrain", "generations", "cycles per generation", "generations per second of a core"),
+        f"Cycles of a generation, and speed of the compiled model: runs of {chip_ms} ms as paper",
+        (
+            "terrain",
+            "generations",
+            "cycles per generation",
+            *UNITS,
+            "wait",
+            "generations per second of a core",
+        ),
+        notes=[
+            "Cycles of all first populations are shared out to the generations. The units overlap;",
+            "wait: cycles in which nothing is walked and no wavefront spreads.",
+        ],
     )
-    for terrain in terrains():
-        tasks = [
-            Task(terrain, None, run_options(CHIP, seed=seed, chip_ms=50, generations=1 << 31))
-            for seed in range(seeds)
-        ]
-        outcomes = run_all(tasks)
+    for terrain, outcomes in zip(terrains(), measured[_title(chip_ms)], strict=True):
         generations = sum(outcome.generations for outcome in outcomes)
+        cycles = sum(outcome.cycles for outcome in outcomes)
+        units = {unit: sum(outcome.units[unit] for outcome in outcomes) for unit in UNITS}
+        units["wait"] = cycles - units["walk"] - units["wavefront"]
         report.rows.append(
             (
                 terrain,
                 round(generations / len(outcomes)),
-                round(sum(outcome.cycles for outcome in outcomes) / generations),
+                round(cycles / generations),
+                *(round(spent / generations) for spent in units.values()),
                 round(generations / sum(outcome.seconds for outcome in outcomes)),
             )
         )
     return report
+
+
+def _race(measured: _Measured) -> Report:
+    """Return the seconds of the model until its mean F is that of the yardstick."""
+    report = Report(
+        "Seconds of a processor core until astar's F: the compiled model, and astar itself",
+        ("terrain", "astar's F", "astar, seconds", "chip's F", "chip ms", "model, seconds"),
+        notes=["The shortest of the runs above whose mean F is that of astar or more."],
+    )
+    if _YARDSTICK not in measured:
+        return report
+    slower = measured[_YARDSTICK]
+    for at, terrain in enumerate([*terrains(), "mean"]):
+        places = range(len(slower)) if terrain == "mean" else (at,)
+        own = _mean_of(slower, places)
+        found: tuple[object, ...] = ("-", "-", "-")
+        for chip_ms in TIMES_MS:
+            fitness, seconds = _mean_of(measured[_title(chip_ms)], places)
+            if fitness >= own[0]:
+                found = f"{fitness:.4f}", chip_ms, seconds
+                break
+        report.rows.append((terrain, f"{own[0]:.4f}", own[1], *found))
+    return report
+
+
+def _mean_of(by_terrain: Sequence[Sequence[Outcome]], places: Sequence[int]) -> tuple[float, float]:
+    """Return the mean over terrains of the mean F of feasible paths, and of the seconds."""
+    fitness = [
+        mean([each.fitness for each in by_terrain[at] if each.feasible] or [0.0]) for at in places
+    ]
+    return mean(fitness), mean(each.seconds for at in places for each in by_terrain[at])

@@ -1,11 +1,11 @@
-"""Replans on the planner on the chip: a zone pops up on the path ahead of the aircraft."""
+"""Replanning on the chip: a disc appears ahead of the aircraft; its model goes on from there."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from statistics import mean
@@ -13,238 +13,336 @@ from statistics import mean
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.chip_runs import CHIP, judged_run, terrains
+from bench.chip_runs import CHIP, terrains
 from bench.report import Options, Report
-from bench.scenarios import SYNTHETIC, missing, problem
+from bench.scenarios import missing, problem
+from host.cores import available_cores
 from host.device.boards import open_board
+from host.device.chip import Chip
 from host.errors import InputError
 from host.evaluation import Evaluator
+from host.planners import PLANNERS, make
 from host.planners import base as planners
-from host.planners.astar import AstarPlanner
-from host.planners.ga_chip import ChipGeneticPlanner, run_options
 from host.problem.changes import changed_problem
 from host.problem.corner_map import CornerMap
 from host.problem.no_fly_shape import no_fly_shape
 from host.problem.problem import Problem
 from host.problem.rules import Rules
-from host.problem.zones import Circle
+from host.problem.zones import Zone
 from sim.model.planner.drawing_cycles import drawing
 
 
-__all__ = ["FLOWN", "SCENARIOS", "Replan", "Scenario", "run"]
+__all__ = ["ROWS", "SCENARIOS", "Row", "Scenario", "run", "scenario"]
 
-#: Scenarios of a terrain and seed.
+#: Scenarios of each terrain.
 SCENARIOS = 23
-#: Rules of the rows, and whether the aircraft's heading is kept. As paper there are none; with a
-#: heading there are no distances, since the evaluation as paper knows no headings.
-_FREE = Rules(clearance_m=0, corridor_m=0, zone_margin_m=0, reserve=0)
-FLOWN: dict[str, tuple[Rules | None, bool]] = {
-    "as paper": (None, False),
-    "by the rules": (Rules(), False),
-    "with a heading": (_FREE, True),
-}
-#: Milliseconds of the runs from new seeds beside them.
-_COLD_MS = (2, 5)
-_MOST_SEEDS = 2
-_PLAN_MS = 10
-#: Radius of the zone as a part of the straight line; part of the path that has been flown.
-_RADIUS = 0.02, 0.08
-_PLACE = 0.05, 0.6
-#: Turning radii between the centre of the zone and aircraft or goal, beside its own radius.
-_TURNS = 2
-_DRAWS = 200
-#: A byte has ten bits on the line.
-_BYTES_PER_MS = 3_000_000 / 10 / 1000
+#: The line: bits of a second, and bits of a byte.
+_BAUD, _LINE_BITS = 3_000_000, 10
+_FLIGHT_MS = 10
+# Shares: the place of the aircraft along its path, the radius of the straight line.
+_PLACES, _RADII = (0.05, 0.6), (0.02, 0.08)
+_CLEAR_RADII = 2.0
+_TRIES = 1000
+_STEPS = 512
+#: The retry takes the next seed, so the seeds of a row are apart.
+_SEEDS_APART = 1000
 
-_BOARD = "model:?genetic=streaming"
+
+@dataclass(frozen=True)
+class Setting:
+    """Rules of the problem; with a heading, the aircraft flies on as its path does."""
+
+    rules: Rules | None
+    heading: bool = False
+
+
+#: As the evaluation as paper knows no headings, their problems have rules that demand nothing.
+SETTINGS = {
+    "as paper": Setting(None),
+    "by the rules": Setting(Rules()),
+    "with a heading": Setting(
+        Rules(clearance_m=0, corridor_m=0, zone_margin_m=0, reserve=0), heading=True
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of the table.
+
+    Parameters
+    ----------
+    setting : str
+        A key of the settings.
+    seeds : int
+        Seeds of the replan, each in all scenarios.
+    retries : bool
+        The second run counts that follows where no path of the first is feasible.
+    cold_ms : int
+        Milliseconds of a run from new seeds; 0 is a replan.
+    """
+
+    setting: str
+    seeds: int = 1
+    retries: bool = False
+    cold_ms: int = 0
+
+
+#: The rows of the table.
+ROWS = {
+    "as paper, two seeds": Row("as paper", seeds=2),
+    "as paper, and a retry": Row("as paper", seeds=2, retries=True),
+    "by the rules": Row("by the rules"),
+    "with a heading, two seeds": Row("with a heading", seeds=2),
+    "with a heading, and a retry": Row("with a heading", seeds=2, retries=True),
+    "as paper from new seeds, 2 ms": Row("as paper", cold_ms=2),
+    "as paper from new seeds, 5 ms": Row("as paper", cold_ms=5),
+}
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """A changed problem.
+    """A flight that goes on otherwise: the aircraft's place, its heading, and a new disc."""
 
-    Attributes
-    ----------
-    problem : Problem
-        The rest of the flight, with the zone.
-    zone : Circle
-        The zone that has appeared.
-    astar : float
-        F of ``astar`` for it, by the host's full evaluation; 0 where ``astar`` finds no path.
-    """
-
-    problem: Problem
-    zone: Circle
-    astar: float
+    start: tuple[float, float, float]
+    heading_deg: float
+    disc: Zone
 
 
 @dataclass(frozen=True)
-class Replan:
-    """A replan of a scenario.
+class Outcome:
+    """Runs of one plan: ``feasible`` by the strict rule; ``fitness`` beside it.
 
-    Attributes
-    ----------
-    astar : float
-        As in the scenario.
-    fitness : tuple of float
-        F of the feasible path after the first run and after a retry; 0 where there is none.
-    cycles : tuple of int
-        The chip's counter at the end of the first run and of all runs.
-    drawing : int
-        Cycles of BLOCK on the chip.
-    line : tuple of int
-        Bytes of both directions at the same ends, from BLOCK to BEST.
-    cold : tuple of float
-        F of a run from new seeds for each of the times.
+    ``cycles`` are those of the runs, ``drawing`` those of the disc; ``bytes`` of both directions.
     """
 
-    astar: float
-    fitness: tuple[float, float]
-    cycles: tuple[int, int]
+    fitness: float
+    feasible: bool
+    cycles: int
     drawing: int
-    line: tuple[int, int]
-    cold: tuple[float, ...]
+    bytes: int
 
-    def ms(self, runs: int) -> float:
-        """Return the time of BLOCK, runs and line, one after the other, milliseconds."""
-        chip = (self.drawing + self.cycles[runs]) / (CHIP.clock_hz / 1000)
-        return chip + self.line[runs] / _BYTES_PER_MS
+    @property
+    def whole_ms(self) -> float:
+        """Milliseconds of runs and drawing, and of the bytes on the line one after the other."""
+        chip = (self.cycles + self.drawing) / CHIP.clock_hz
+        return 1000 * (chip + self.bytes * _LINE_BITS / _BAUD)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scenario measured: F of ``astar``, None if it finds no path, and an outcome a row."""
+
+    astar: float | None
+    outcomes: dict[str, list[Outcome]]
 
 
 def run(options: Options) -> Report:
     """Measure the rows with ``only`` in their names, all by default."""
-    wanted = [name for name in FLOWN if options.only in name]
-    if not wanted:
-        raise InputError(f"No row has {options.only!r} in its name; there are {', '.join(FLOWN)}.")
-    seeds = min(options.seeds, _MOST_SEEDS)
-    columns = ("feasible", "share", "mean F against astar")
+    rows = {name: row for name, row in ROWS.items() if options.only in name}
+    if not rows:
+        raise InputError(f"No row has {options.only!r} in its name; there are {', '.join(ROWS)}.")
+    count = min(options.seeds, SCENARIOS)
+    tasks = [
+        (
+            setting,
+            terrain,
+            count,
+            {name: row for name, row in rows.items() if row.setting == setting},
+        )
+        for setting in dict.fromkeys(row.setting for row in rows.values())
+        for terrain in terrains()
+    ]
+    cases: list[Case] = []
+    with ProcessPoolExecutor(available_cores()) as pool:
+        for task, found in zip(tasks, pool.map(_measure, tasks), strict=True):
+            cases += found
+            print(f"chip-replans: {task[0]}, {task[1]} done", file=sys.stderr, flush=True)
     report = Report(
-        f"Replans on two islands, {SCENARIOS} scenarios on each terrain, {seeds} seeds",
-        ("rules", *columns, "cycles, mean", "p99", "ms from BLOCK to BEST, mean", "p99"),
+        f"Replanning on the chip: {count} scenarios of each terrain, 100 MHz, 8 lanes",
+        (
+            "replan",
+            "feasible of those that astar finds",
+            "mean F against astar",
+            "kilocycles, mean",
+            "p99",
+            "drawing, mean",
+            "drawing, most",
+            "ms with drawing and line, mean",
+            "p99",
+        ),
         notes=[
-            "Feasible by the strict rule, of the scenarios where astar finds a path. Cycles are",
-            "the chip's, from PROBLEM to BEST. From BLOCK to BEST: drawing, runs and the bytes of",
-            "all frames at 3 Mbaud, one after the other; the host's own time is not in it.",
+            "A path of 10 ms is flown. At a random place between 5 and 60 % of it a disc of 2 to",
+            "8 % of the straight line appears around a point of the path ahead, its edge at least",
+            "two turning radii from aircraft and goal, and the start moves to the aircraft. Cycles",
+            "from PROBLEM to BEST by the chip's counter. In the last columns with BLOCK, and all",
+            "bytes of both directions at 3 Mbaud: MAP beside the ends, PROBLEM, RUN, one STATUS,",
+            "BEST. From new seeds the map is uploaded, which is not counted. A retry takes the",
+            "next seed.",
             *missing(),
         ],
     )
-    cold = Report("The same from new seeds", ("rules", "run", *columns))
-    with ProcessPoolExecutor(initializer=_compile) as pool:
-        for name in wanted:
-            tasks = [(name, terrain, seed) for terrain in terrains() for seed in range(seeds)]
-            replans = [each for some in pool.map(_replans, tasks) for each in some]
-            for runs, title in enumerate((name, f"{name}, and a retry")):
-                cycles = [each.cycles[runs] for each in replans]
-                times = [each.ms(runs) for each in replans]
-                report.rows.append(
-                    (
-                        title,
-                        *_found([(each.fitness[runs], each.astar) for each in replans]),
-                        round(mean(cycles)),
-                        round(_p99(cycles)),
-                        f"{mean(times):.2f}",
-                        f"{_p99(times):.2f}",
-                    )
-                )
-            for number, chip_ms in enumerate(_COLD_MS):
-                found = _found([(each.cold[number], each.astar) for each in replans])
-                cold.rows.append((name, f"{chip_ms} ms", *found))
-            print(f"chip-replans: {name} done", file=sys.stderr, flush=True)
-    return dataclasses.replace(report, further=[cold])
+    for name in rows:
+        measured = [(case.astar, each) for case in cases for each in case.outcomes.get(name, [])]
+        report.rows.append((name, *_cells(measured, warm=not rows[name].cold_ms)))
+        report.data[name] = [
+            {"astar": astar, **dataclasses.asdict(each)} for astar, each in measured
+        ]
+    return report
 
 
-def _found(pairs: Sequence[tuple[float, float]]) -> tuple[str, str, str]:
-    """Return how many are feasible of those that ``astar`` finds, their share, and the gain."""
-    solvable = [(own, other) for own, other in pairs if other]
-    gains = [own - other for own, other in solvable if own]
-    count = f"{len(gains)} of {len(solvable)}"
-    return count, f"{len(gains) / len(solvable):.1%}", f"{mean(gains):+.4f}"
-
-
-def _p99(values: Sequence[float]) -> float:
-    return float(np.percentile(values, 99, method="higher"))
-
-
-def _compile() -> None:
-    _replans(("as paper", SYNTHETIC[0], 0), scenarios=1)
-
-
-def _replans(task: tuple[str, str, int], scenarios: int = SCENARIOS) -> list[Replan]:
-    name, terrain, seed = task
-    rules, has_heading = FLOWN[name]
-    evaluator = Evaluator(dataclasses.replace(problem(terrain), rules=rules), threads=1)
-    with open_board(_BOARD) as chip:
-        planner = ChipGeneticPlanner(board=chip, chip_ms=_PLAN_MS, polish="off")
-        search = planners.Options(seed=seed, generations=(1 << 32) - 1)
-        path = planner.plan(evaluator, search).path
-        replans = []
-        for scenario in _scenarios(evaluator.problem, path, seed, scenarios, has_heading):
-            # The population of a scenario is that of the path that is flown.
-            before = planner.plan(evaluator, search)
-            assert before.replanner is not None
-            replans.append(_replan(before.replanner, scenario, seed))
-    return replans
-
-
-def _scenarios(
-    task: Problem, path: NDArray[np.float64], seed: int, count: int, has_heading: bool
-) -> Iterator[Scenario]:
-    """Yield so many scenarios on a path; draws that leave no problem are drawn anew."""
-    rng = np.random.default_rng(seed)
-    steps = np.diff(path, axis=0)
-    along = np.concatenate(([0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))))
-    straight = math.dist(task.start[:2], task.goal[:2])
-    made = 0
-    for _ in range(_DRAWS * count):
-        if made == count:
-            return
-        place = along[-1] * rng.uniform(*_PLACE)
-        radius = straight * rng.uniform(*_RADIUS)
-        away = radius + _TURNS * task.limits.turn_radius_m
-        if along[-1] - place < 2 * away:
-            continue
-        start, centre = (
-            tuple(float(np.interp(at, along, path[:, axis])) for axis in range(3))
-            for at in (place, place + rng.uniform(away, along[-1] - place - away))
-        )
-        segment = min(int(np.searchsorted(along, place, "right")) - 1, len(steps) - 1)
-        east, north = steps[segment, :2]
-        heading = math.degrees(math.atan2(east, north)) % 360 if has_heading else None
-        if min(math.dist(centre[:2], end[:2]) for end in (start, task.goal)) < away:
-            continue
-        zone = Circle(centre[0], centre[1], radius)
-        try:
-            changed = changed_problem(task, [zone], start, heading)
-        except InputError:
-            continue
-        made += 1
-        found = AstarPlanner().plan(Evaluator(changed, threads=1), planners.Options(seed=seed))
-        feasible = found.evaluation.feasible
-        yield Scenario(changed, zone, found.evaluation.fitness if feasible else 0)
-    raise InputError(f"Only {made} of {count} scenarios were found on a path.")
-
-
-def _replan(replanner: planners.Replanner, scenario: Scenario, seed: int) -> Replan:
-    evaluator = Evaluator(scenario.problem, threads=1)
-    result = replanner.replan(evaluator, planners.Options(seed=seed))
-    hardware = result.hardware
-    assert hardware is not None
-    done = hardware["runs"]
-    fitness = result.evaluation.fitness if result.evaluation.feasible else 0.0
-    sent = [sum(each["bytes"].values()) for each in done]
-    grid = CornerMap(CHIP, scenario.problem)
-    shape = no_fly_shape(grid, scenario.zone)
-    return Replan(
-        scenario.astar,
-        (fitness if len(done) == 1 else 0.0, fitness),
-        (done[0]["cycles"], sum(each["cycles"] for each in done)),
-        0 if shape is None else drawing(shape),
-        (sent[0], sum(sent)),
-        tuple(_cold(evaluator, grid, seed, chip_ms) for chip_ms in _COLD_MS),
+def _cells(measured: Sequence[tuple[float | None, Outcome]], *, warm: bool) -> tuple[object, ...]:
+    """Return the cells of a row: of all outcomes, with F of ``astar`` beside each."""
+    known = [(astar, each) for astar, each in measured if astar is not None]
+    gains = [each.fitness - astar for astar, each in known if each.feasible]
+    every = [each for _, each in measured]
+    kilocycles = [each.cycles / 1000 for each in every]
+    whole = [each.whole_ms for each in every]
+    drawn = [each.drawing / 1000 for each in every]
+    share = f" ({100 * len(gains) / len(known):.1f} %)" if known else ""
+    return (
+        f"{len(gains)} of {len(known)}{share}",
+        f"{mean(gains):+.4f}" if gains else "-",
+        f"{mean(kilocycles):.1f}",
+        f"{np.percentile(kilocycles, 99):.1f}",
+        *((f"{mean(drawn):.1f}", f"{max(drawn):.1f}") if warm else ("-", "-")),
+        *((f"{mean(whole):.2f}", f"{np.percentile(whole, 99):.2f}") if warm else ("-", "-")),
     )
 
 
-def _cold(evaluator: Evaluator, grid: CornerMap, seed: int, chip_ms: int) -> float:
-    most = run_options(CHIP, seed=seed, chip_ms=chip_ms, generations=(1 << 32) - 1)
-    outcome = judged_run(evaluator, grid, most)
-    return outcome.fitness if outcome.feasible else 0.0
+def scenario(flown: Problem, path: NDArray[np.float64], seed: Sequence[int]) -> Scenario:
+    """Draw the scenario of a flight.
+
+    Parameters
+    ----------
+    flown : Problem
+    path : ndarray
+        Its path, (n, 3) metres, start and goal included.
+    seed : sequence of int
+        All draws follow from it.
+
+    Raises
+    ------
+    InputError
+        If the path leaves no room for a disc.
+    """
+    source = np.random.default_rng(list(seed))
+    straight_m = math.dist(flown.start[:2], flown.goal[:2])
+    along = np.concatenate(([0.0], np.hypot(*np.diff(path[:, :2], axis=0).T).cumsum()))
+    reason: InputError | None = None
+    for _ in range(_TRIES):
+        place_m = source.uniform(*_PLACES) * along[-1]
+        radius_m = source.uniform(*_RADII) * straight_m
+        start = _point(path, along, place_m)
+        ahead = np.array(
+            [_point(path, along, at) for at in np.linspace(place_m, along[-1], _STEPS)]
+        )
+        clear_m = radius_m + _CLEAR_RADII * flown.limits.turn_radius_m
+        is_clear = np.logical_and.reduce(
+            [
+                np.hypot(*(ahead[:, :2] - np.array(end[:2])).T) >= clear_m
+                for end in (start, flown.goal)
+            ]
+        )
+        if not is_clear.any():
+            continue
+        x, y, _ = source.choice(ahead[is_clear]).tolist()
+        segment = min(int(np.searchsorted(along, place_m, "right")), len(path) - 1)
+        east, north, _ = path[segment] - path[segment - 1]
+        found = Scenario(start, math.degrees(math.atan2(east, north)), Zone.circle(x, y, radius_m))
+        try:
+            # Where a turn cuts a corner of the path, the ground may be above it.
+            changed_problem(flown, [found.disc], found.start)
+        except InputError as error:
+            reason = error
+            continue
+        return found
+    raise reason or InputError("The path leaves no room for a disc.")
+
+
+def _point(
+    path: NDArray[np.float64], along: NDArray[np.float64], at: float
+) -> tuple[float, float, float]:
+    x, y, z = (float(np.interp(at, along, path[:, axis])) for axis in range(3))
+    return x, y, z
+
+
+def _measure(task: tuple[str, str, int, dict[str, Row]]) -> list[Case]:
+    """Measure the scenarios of a terrain, on one open board."""
+    setting, terrain, count, rows = task
+    of_setting = SETTINGS[setting]
+    flown = Evaluator(dataclasses.replace(problem(terrain), rules=of_setting.rules), threads=1)
+    cases = []
+    with open_board("model:?genetic=streaming") as chip:
+        for number in range(count):
+            flight = _fly(chip, flown, number)
+            if not flight.evaluation.feasible:
+                continue  # Nobody flies it.
+            drawn = scenario(flown.problem, flight.path, (number, *terrain.encode()))
+            heading = drawn.heading_deg if of_setting.heading else None
+            changed = changed_problem(flown.problem, [drawn.disc], drawn.start, heading)
+            evaluator = Evaluator(changed, threads=1)
+            found = make("astar").plan(
+                evaluator, planners.Options(generations=PLANNERS["astar"].generations)
+            )
+            outcomes = _outcomes(chip, rows, flown, evaluator, drawn.disc, number)
+            cases.append(
+                Case(found.evaluation.fitness if found.evaluation.feasible else None, outcomes)
+            )
+    return cases
+
+
+def _outcomes(
+    chip: Chip,
+    rows: Mapping[str, Row],
+    flown: Evaluator,
+    evaluator: Evaluator,
+    disc: Zone,
+    number: int,
+) -> dict[str, list[Outcome]]:
+    """Plan a scenario by every row."""
+    outcomes: dict[str, list[Outcome]] = {name: [] for name in rows}
+    shape = no_fly_shape(CornerMap(chip.config, flown.problem), disc)
+    cycles = 0 if shape is None else drawing(shape)
+    for seed in range(max((row.seeds for row in rows.values() if not row.cold_ms), default=0)):
+        # The flight again: a replan goes on from its map and its population.
+        replanner = _fly(chip, flown, number).replanner
+        assert replanner is not None
+        result = replanner.replan(evaluator, planners.Options(seed=_SEEDS_APART * seed))
+        for name, row in rows.items():
+            if not row.cold_ms and seed < row.seeds:
+                outcomes[name].append(_outcome(result, cycles, retries=row.retries))
+    for name, row in rows.items():
+        if row.cold_ms:
+            result = _on_chip(chip, evaluator, row.cold_ms, number)
+            outcomes[name].append(_outcome(result, 0, retries=False))
+    return outcomes
+
+
+def _fly(chip: Chip, flown: Evaluator, number: int) -> planners.Result:
+    """Plan a flight: the same path and population whatever map the chip has before."""
+    # The first run looks at the blocks that differ, which takes time from its generations.
+    _on_chip(chip, flown, 1, number)
+    return _on_chip(chip, flown, _FLIGHT_MS, number)
+
+
+def _on_chip(chip: Chip, evaluator: Evaluator, chip_ms: int, seed: int) -> planners.Result:
+    """Plan from new seeds by runs of some milliseconds."""
+    planner = make("ga-chip", board=chip, chip_ms=chip_ms, polish="off")
+    generations = PLANNERS["ga-chip"].generations
+    return planner.plan(evaluator, planners.Options(seed=seed, generations=generations))
+
+
+def _outcome(result: planners.Result, cycles: int, *, retries: bool) -> Outcome:
+    """Return the outcome of the first run alone, or of all; ``cycles`` are those of the disc."""
+    assert result.hardware is not None
+    runs = result.hardware["runs"]
+    counted = runs if retries else runs[:1]
+    return Outcome(
+        result.evaluation.fitness,
+        # A run follows only where the one before has found nothing.
+        result.evaluation.feasible and len(counted) == len(runs),
+        sum(done["cycles"] for done in counted),
+        cycles,
+        sum(sum(done["bytes"].values()) for done in counted),
+    )

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from statistics import mean
 
 import numpy as np
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from bench.scenarios import SYNTHETIC, names, problem
 from hdl.config import Config, GeneticCore
 from hdl.protocol.runs import RunOptions
+from host.cores import available_cores
 from host.evaluation import Evaluator
 from host.planners.base import choose
 from host.planners.chip_problem import chip_ends, problem_record, whole_path
@@ -24,19 +26,12 @@ from host.problem.rules import Rules
 from sim.model.planner.run import plan
 
 
-__all__ = [
-    "CHIP",
-    "Outcome",
-    "Task",
-    "judged_run",
-    "run_all",
-    "share",
-    "terrains",
-    "through_terrains",
-]
+__all__ = ["CHIP", "UNITS", "Outcome", "Task", "run_all", "share", "terrains", "through_terrains"]
 
 #: The chip that is modelled: 8 lanes, 100 MHz.
 CHIP = Config(genetic=GeneticCore.STREAMING)
+#: Units whose cycles a run counts.
+UNITS = ("breed", "score", "walk", "sort", "wavefront")
 
 
 @dataclass(frozen=True)
@@ -61,7 +56,11 @@ class Outcome:
     generations, cycles : int
         Of the run.
     seconds : float
-        Processor time of the model.
+        Processor time of the model, or of the plan.
+    units : mapping
+        Cycles of the chip's units, which overlap; empty without a chip that counts them.
+    host_share : float
+        Share of the seconds in which the host works and no board; NaN for a run of the model.
     """
 
     fitness: float
@@ -69,6 +68,8 @@ class Outcome:
     generations: int
     cycles: int
     seconds: float
+    units: Mapping[str, int] = field(default_factory=dict)
+    host_share: float = math.nan
 
 
 def terrains() -> list[str]:
@@ -78,7 +79,7 @@ def terrains() -> list[str]:
 
 def run_all(tasks: Sequence[Task]) -> list[Outcome]:
     """Do all runs, in as many processes as there are cores."""
-    with ProcessPoolExecutor(initializer=_compile) as pool:
+    with ProcessPoolExecutor(available_cores(), initializer=_compile) as pool:
         return list(pool.map(_run, tasks))
 
 
@@ -111,15 +112,11 @@ def _prepared(terrain: str, clearance_m: float | None) -> tuple[Evaluator, Corne
 
 
 def _run(task: Task) -> Outcome:
-    return judged_run(*_prepared(task.terrain, task.clearance_m), task.options)
-
-
-def judged_run(evaluator: Evaluator, grid: CornerMap, options: RunOptions) -> Outcome:
-    """Do a run on the model, and judge its paths as the host does."""
+    evaluator, grid = _prepared(task.terrain, task.clearance_m)
     record = problem_record(CHIP, evaluator.problem, grid)
     corners = grid.corners(chip_ends(evaluator.problem))
     began = time.process_time()
-    found = plan(CHIP, corners, record, options)
+    found = plan(CHIP, corners, record, task.options)
     seconds = time.process_time() - began
     archive: list[tuple[float, NDArray[np.float64]]] = []
     for path in found.paths:
@@ -129,5 +126,10 @@ def judged_run(evaluator: Evaluator, grid: CornerMap, options: RunOptions) -> Ou
     archive.sort(key=lambda kept: -kept[0])
     _, evaluation = choose(evaluator, archive)
     return Outcome(
-        evaluation.fitness, evaluation.feasible, found.generations, found.cycles, seconds
+        evaluation.fitness,
+        evaluation.feasible,
+        found.generations,
+        found.cycles,
+        seconds,
+        {unit: getattr(found, unit) for unit in UNITS},
     )

@@ -12,7 +12,7 @@ from host.errors import InputError
 from host.problem import aircraft
 from host.problem.problem import Problem
 from host.problem.zones import Circle
-from host.terrain import Terrain, load
+from host.terrain import Terrain, load, synthetic
 
 
 __all__ = [
@@ -21,6 +21,7 @@ __all__ = [
     "SYNTHETIC",
     "TABLE_4",
     "TILES",
+    "UNTUNED",
     "missing",
     "names",
     "names_of",
@@ -33,6 +34,8 @@ __all__ = [
 EMBEDDED = "jacksboro"
 #: The kinds of synthetic land of *roberge*, 25 km2 at 10 m, of seed 0.
 SYNTHETIC = ("canyon", "river")
+#: The same kinds of other seeds, on which nothing has been tuned.
+UNTUNED = tuple(f"{kind}-{seed}" for kind in SYNTHETIC for seed in (101, 102))
 #: The kind of land that *allaire-2008* measures on, 80 x 80 km, of seed 0.
 LARGE = "large-canyon"
 #: Elevation tiles beside the repository, if available.
@@ -79,6 +82,10 @@ def source_of(name: str) -> str:
 
 @cache
 def _terrain(name: str) -> Terrain:
+    if name in UNTUNED:
+        kind, _, seed = name.partition("-")
+        land: Terrain = getattr(synthetic, kind)(seed=int(seed))
+        return land
     source = source_of(name)
     if source == name:
         return load(name)
@@ -99,7 +106,7 @@ def problem(name: str) -> Problem:
         tuple(share * size for share in _ENDS) for size in (terrain.width_m, terrain.height_m)
     )
     height_m = _HEIGHT_M
-    if name in SYNTHETIC:
+    if name in (*SYNTHETIC, *UNTUNED):
         (x0, x1), height_m = (_valley(terrain, y) for y in (y0, y1)), _VALLEY_HEIGHT_M
     radius = _RADIUS * math.hypot(x1 - x0, y1 - y0)
     zones = tuple(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,8 +15,10 @@ from host.planners.airspace import Airspace
 __all__ = ["PLANNERS", "solve"]
 
 #: Names of the planners in ``ompl.geometric``.
-PLANNERS = ("RRTConnect", "RRTstar", "BITstar")
+PLANNERS = ("RRTConnect", "AORRTC", "RRTstar", "BITstar")
 
+# OMPL's unit: AORRTC of OMPL 2.0.1 breaks down at costs of thousands.
+_UNIT_M = 1000.0
 # Margin over the ground and beside zones: the checker tests points, the evaluation whole segments.
 _CLEARANCE_M = 5.0
 
@@ -48,20 +52,24 @@ def solve(
     space = base.RealVectorStateSpace(3)
     bounds = base.RealVectorBounds(3)
     for axis in range(3):
-        bounds.setLow(axis, float(airspace.low[axis]))
-        bounds.setHigh(axis, float(airspace.high[axis]))
+        bounds.setLow(axis, float(airspace.low[axis]) / _UNIT_M)
+        bounds.setHigh(axis, float(airspace.high[axis]) / _UNIT_M)
     space.setBounds(bounds)
     setup = geometric.SimpleSetup(space)
-    setup.setStateValidityChecker(
-        lambda state: _is_free(floor, dx, dy, state[0], state[1], state[2] - _CLEARANCE_M)
-    )
+
+    def is_free(state: Sequence[float]) -> bool:
+        x, y, z = (_UNIT_M * state[axis] for axis in range(3))
+        return _is_free(floor, dx, dy, x, y, z - _CLEARANCE_M)
+
+    setup.setStateValidityChecker(is_free)
     information = setup.getSpaceInformation()
-    information.setStateValidityCheckingResolution(evaluator.ds_m / space.getMaximumExtent())
+    step = evaluator.ds_m / _UNIT_M / space.getMaximumExtent()
+    information.setStateValidityCheckingResolution(step)
     ends = []
     for point in (problem.start, problem.goal):
         end = space.allocState()
         for axis in range(3):
-            end[axis] = float(point[axis])
+            end[axis] = float(point[axis]) / _UNIT_M
         ends.append(end)
     setup.setStartAndGoalStates(*ends)
     setup.setPlanner(getattr(geometric, planner)(information))
@@ -72,4 +80,4 @@ def solve(
     if left > 0:
         setup.simplifySolution(left)
     states = setup.getSolutionPath().getStates()
-    return np.array([[state[axis] for axis in range(3)] for state in states])
+    return _UNIT_M * np.array([[state[axis] for axis in range(3)] for state in states])

@@ -21,6 +21,8 @@ __all__ = ["MapCopy", "drawn_corners"]
 _UNKNOWN = -1
 #: Frames of the map between two reports of progress.
 _FRAMES_PER_REPORT = 64
+#: Changes with more unchanged rows between them are sent as rectangles of their own.
+_ROWS_APART = 16
 
 
 def drawn_corners(shape: NoFlyShape) -> NDArray[np.bool_]:
@@ -95,14 +97,32 @@ class MapCopy:
         *,
         progress: Callable[[int, int], object] | None = None,
     ) -> None:
-        """Write the rectangle with all changes: see :meth:`host.device.chip.Chip.update_map`."""
+        """Write the rectangles with all changes: see :meth:`host.device.chip.Chip.update_map`."""
         heights = np.asarray(heights)
         if heights.shape != self._heights.shape:
             raise ValueError(
                 f"Heights must be a whole map of {self._heights.shape}, not of {heights.shape}"
             )
-        rows, columns = np.nonzero(self._heights != heights)
-        if len(rows):
-            south, west = int(rows.min()), int(columns.min())
-            changed = heights[south : rows.max() + 1, west : columns.max() + 1]
-            self.upload(changed, west, south, progress=progress)
+        rows = np.flatnonzero((self._heights != heights).any(axis=1))
+        bands = np.split(rows, np.flatnonzero(np.diff(rows) > _ROWS_APART) + 1)
+        parts = [self._changed(heights, band) for band in bands if len(band)]
+        total = sum(heights[part].size for part in parts)
+        done = 0
+        for part in parts:
+            south, west = part[0].start, part[1].start
+            report = None if progress is None else _shifted(progress, done, total)
+            self.upload(heights[part], west, south, progress=report)
+            done += heights[part].size
+
+    def _changed(self, heights: NDArray[np.integer], band: NDArray[np.intp]) -> tuple[slice, slice]:
+        """Return rows and columns of the rectangle with the changes in the rows of a band."""
+        rows = slice(int(band[0]), int(band[-1]) + 1)
+        columns = np.flatnonzero((self._heights[rows] != heights[rows]).any(axis=0))
+        return rows, slice(int(columns[0]), int(columns[-1]) + 1)
+
+
+def _shifted(
+    progress: Callable[[int, int], object], before: int, total: int
+) -> Callable[[int, int], object]:
+    """Return a progress of a part that reports the cells of the whole."""
+    return lambda done, _: progress(before + done, total)

@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from bench import chip, chip_ablation, chip_runs
+from bench import chip, chip_ablation, chip_replans, chip_runs
 from bench.chip_runs import Outcome, share, through_terrains
 from bench.report import Options
 from hdl.protocol.runs import RunOptions
@@ -52,21 +52,43 @@ def test_a_row_of_the_ablation_is_a_run_of_each_clearance(monkeypatch):
 @pytest.mark.usefixtures("canyon_alone")
 def test_the_chip_is_beside_the_other_planners(monkeypatch):
     monkeypatch.setattr(chip, "TIMES_MS", (1, 2))
-    monkeypatch.setattr(chip, "OTHERS", {"astar": ("astar", {})})
+    monkeypatch.setattr(chip, "OTHERS", {"astar": chip.Other("astar", seeds=1)})
     monkeypatch.setattr(chip, "ProcessPoolExecutor", Pool)
-    report = chip.run(Options(seeds=1, only="as paper"))
+    report = chip.run(Options(seeds=2, only="as paper"))
     assert [row[0] for row in report.rows] == ["chip, 1 ms", "chip, 2 ms", "astar"]
-    assert [float(row[-2]) for row in report.rows[:2]] == pytest.approx([1, 2], abs=0.1)
-    assert report.rows[2][-2] == "-"
-    [speed] = report.further
-    assert speed.rows[0][0] == "canyon"
-    assert speed.rows[0][3] > 1000
+    assert [row[3] for row in report.rows[:2]] == ["2 of 2", "2 of 2"]
+    assert [float(row[4]) for row in report.rows[:2]] == pytest.approx([1, 2], abs=0.1)
+    assert report.rows[2][3:5] == ("1 of 1", "-")
+    assert [row[-1] for row in report.rows] == ["-", "-", "100 %"]
+    cycles, race = report.further
+    [row] = cycles.rows
+    assert row[0] == "canyon"
+    _, breed, score, walk, _, wavefront, wait = row[2:9]
+    assert 100 < breed < row[2]
+    assert score > 0
+    # Each number is rounded.
+    assert walk + wavefront + wait == pytest.approx(row[2], abs=2)
+    assert row[-1] > 1000
+    assert [row[0] for row in race.rows] == ["canyon", "mean"]
+    assert race.rows[0][1:] == race.rows[1][1:]
+
+
+@pytest.mark.usefixtures("canyon_alone")
+def test_untuned_ground_is_beside_astar_alone(monkeypatch):
+    monkeypatch.setattr(chip, "TIMES_MS", (1,))
+    monkeypatch.setattr(chip, "UNTUNED", ("river-102",))
+    monkeypatch.setattr(chip, "ProcessPoolExecutor", Pool)
+    monkeypatch.setattr(chip, "_compile", lambda: None)
+    report = chip.run(Options(seeds=1, only="untuned"))
+    assert report.columns[1] == "river-102"
+    assert [row[0] for row in report.rows] == ["chip, 1 ms", "astar"]
+    assert report.further == []
 
 
 class Pool:
     """The pool of processes, in this process."""
 
-    def __init__(self, initializer=None):
+    def __init__(self, workers=None, initializer=None):
         pass
 
     def __enter__(self):
@@ -79,7 +101,7 @@ class Pool:
         return map(function, tasks)
 
 
-@pytest.mark.parametrize("bench", [chip, chip_ablation])
+@pytest.mark.parametrize("bench", [chip, chip_ablation, chip_replans])
 def test_unknown_rows_are_named(bench):
     with pytest.raises(InputError, match=r"^No (row|table) has 'x' in its name; there are "):
         bench.run(dataclasses.replace(Options(), only="x"))

@@ -8,6 +8,7 @@ import pytest
 from bench import peers
 from bench.peers.objective import BudgetSpentError, Objective
 from bench.peers.optimizers import OPTIMIZERS, POPULATION
+from bench.peers.rrt import PLANNERS, solve
 from bench.report import Options
 from bench.scenarios import problem_at_one_cell
 from host.evaluation import Evaluator
@@ -70,3 +71,15 @@ def test_a_peer_uses_its_budget_of_evaluations(evaluator, name):
     outcome = peers._optimized(optimizer, evaluator, 0, granted, 1.0)
     assert granted <= outcome.evaluations <= 2 * granted
     assert 0 < outcome.fitness < 2
+
+
+@pytest.mark.parametrize("name", PLANNERS)
+def test_a_planner_of_ompl_flies_free_straight_lines(evaluator, name):
+    pytest.importorskip("ompl", reason="ompl is of the extra 'peers'")
+    path = solve(evaluator, name, 1, 2.0)
+    if path is None:
+        return  # Nothing within the time of a busy machine.
+    ends = evaluator.problem.start, evaluator.problem.goal
+    assert path[[0, -1]] == pytest.approx(np.array(ends))
+    assert path.shape[1] == 3
+    assert evaluator.evaluate(path).length_m < 8_000

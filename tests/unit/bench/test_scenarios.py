@@ -1,7 +1,9 @@
 """The scenarios of the benchmarks, and the message about missing tiles."""
 
+import pytest
+
 from bench import scenarios
-from bench.scenarios import EMBEDDED, SYNTHETIC, TILES, missing, names, names_of
+from bench.scenarios import EMBEDDED, SYNTHETIC, TILES, UNTUNED, missing, names, names_of, problem
 
 
 def test_names_missing_tiles(tmp_path, monkeypatch):
@@ -17,3 +19,13 @@ def test_names_missing_tiles(tmp_path, monkeypatch):
     assert names_of(wanted) == [*SYNTHETIC, "himalaya"]
     assert missing(wanted) == ["Not beside the repository, so left out: alps."]
     assert missing(SYNTHETIC) == []
+
+
+def test_untuned_ground_is_of_other_seeds():
+    assert UNTUNED == ("canyon-101", "canyon-102", "river-101", "river-102")
+    for name in UNTUNED:
+        scenario = problem(name)
+        assert scenario.terrain.source == f"synthetic, seed {name.rpartition('-')[2]}"
+        usual = problem(name.partition("-")[0])
+        assert scenario.terrain.elevation.shape == usual.terrain.elevation.shape
+        assert scenario.terrain.ground(*scenario.start[:2]) == pytest.approx(scenario.start[2] - 60)

@@ -149,6 +149,26 @@ def test_sends_only_changed_cells(south, west, rows, columns):
     assert sum(tile["width"] * tile["height"] for tile in sent) == rows * columns
 
 
+def test_changes_far_apart_are_sent_by_themselves():
+    config = CHECKING.replace(map_size=64)
+    chip, port = opened(config)
+    heights = heights_of(config, np.random.default_rng(7), 64, 64)
+    chip.upload_map(heights)
+    port.commands.clear()
+    heights[2:5, 3:9] ^= 1
+    heights[8, 40] ^= 1
+    heights[60:63, 50:54] ^= 1
+    told = []
+    chip.update_map(heights, progress=lambda done, cells: told.append((done, cells)))
+    assert (port.chip.checking.terrain.heights == heights).all()
+    layout = map_request(config)
+    sent = [layout.unpack(payload[: layout.size]) for _, payload in port.commands]
+    # The changes in rows 2 to 8 are in one rectangle.
+    near, far = 7 * 38, 3 * 4
+    assert sum(tile["width"] * tile["height"] for tile in sent) == near + far
+    assert told == [(near, near + far), (near + far, near + far)]
+
+
 def test_resumes_a_failed_upload():
     """The line breaks halfway; the resumed upload sends only unacknowledged cells."""
     config = CHECKING.replace(map_size=128)

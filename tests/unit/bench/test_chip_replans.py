@@ -1,0 +1,85 @@
+"""The table of replans, of a few scenarios, and the scenarios."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from bench import chip_replans
+from bench.chip_replans import ROWS, Outcome, scenario
+from bench.report import Options
+from bench.scenarios import problem
+from host.errors import InputError
+
+
+class Pool:
+    """The pool of processes, in this process."""
+
+    def __init__(self, workers):
+        pass
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        pass
+
+    def map(self, function, tasks):
+        return map(function, tasks)
+
+
+def test_replans_are_beside_astar(monkeypatch):
+    monkeypatch.setattr(chip_replans, "terrains", lambda: ["canyon"])
+    monkeypatch.setattr(chip_replans, "ProcessPoolExecutor", Pool)
+    report = chip_replans.run(Options(seeds=2, only="as paper"))
+    names = [name for name in ROWS if "as paper" in name]
+    assert [row[0] for row in report.rows] == names
+    two, retried, *cold = report.rows
+    assert two[1].split(" of ")[1].startswith("4")
+    # What the first run finds, the retry leaves as it is.
+    assert [each["cycles"] for each in report.data[names[0]] if each["feasible"]] == [
+        own["cycles"]
+        for own, first in zip(report.data[names[1]], report.data[names[0]], strict=True)
+        if first["feasible"]
+    ]
+    assert float(two[3]) <= float(two[4]) < 180
+    assert float(retried[3]) >= float(two[3])
+    assert [float(row[3]) for row in cold] == pytest.approx([200, 500], abs=2)
+    assert [row[5:] for row in cold] == [("-",) * 4] * 2
+    for each in report.data[names[0]]:
+        whole = Outcome(**{name: value for name, value in each.items() if name != "astar"})
+        # No map goes over the line.
+        assert 200 < whole.bytes < 700
+        assert whole.whole_ms == pytest.approx(
+            (whole.cycles + whole.drawing) / 1e5 + whole.bytes / 300
+        )
+
+
+@pytest.mark.parametrize("number", range(8))
+def test_a_disc_is_on_the_path_ahead_and_clear_of_both_ends(number):
+    flown = problem("canyon")
+    (x0, y0, z0), (x1, y1, _) = flown.start, flown.goal
+    path = np.array([(x0, y0, z0), (x0, 0.5 * (y0 + y1), z0 + 300), (x1, y1, z0 + 300)])
+    drawn = scenario(flown, path, (number,))
+    straight_m = math.hypot(x1 - x0, y1 - y0)
+    assert 0.02 * straight_m <= drawn.disc.radius_m <= 0.08 * straight_m
+    centre = drawn.disc.x_m, drawn.disc.y_m
+    clear_m = drawn.disc.radius_m + 2 * flown.limits.turn_radius_m
+    assert math.dist(centre, drawn.start[:2]) >= clear_m
+    assert math.dist(centre, flown.goal[:2]) >= clear_m
+    assert centre[1] > drawn.start[1]
+    assert drawn.start[2] >= z0
+    if drawn.start[1] < path[1, 1]:
+        assert drawn.heading_deg == pytest.approx(0)
+        assert drawn.start[0] == pytest.approx(x0)
+    assert drawn == scenario(flown, path, (number,))
+    assert drawn != scenario(flown, path, (number + 1,))
+
+
+def test_a_path_without_room_is_refused():
+    flown = problem("canyon")
+    near = dataclasses.replace(flown, goal=(flown.start[0] + 30, *flown.start[1:]))
+    path = np.array([near.start, near.goal])
+    with pytest.raises(InputError, match=r"^The path leaves no room for a disc\.$"):
+        scenario(near, path, (0,))

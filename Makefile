@@ -17,6 +17,8 @@ START ?= 2300,2500,100
 GOAL ?= 26900,28400,100
 NOFLY_CIRCLES ?= 10900,11600,2100 18300,19400,2100
 BOARD ?= sim:
+# Planners to compare with, on the same problem.
+BESIDE ?= ga-fpga,astar
 SEED ?= 1
 OUT ?= out/plan
 
@@ -52,8 +54,9 @@ endef
 
 .PHONY: help
 help:
-	@echo "make plan       plan over real terrain, the GA running in the simulated board"
-	@echo "                (TERRAIN= START= GOAL= NOFLY_CIRCLES= BOARD= SEED= OUT=)"
+	@echo "make plan       plan over real terrain by the planner on the chip, in the simulated board,"
+	@echo "                and with the paper's ga-fpga and with astar beside it"
+	@echo "                (TERRAIN= START= GOAL= NOFLY_CIRCLES= BOARD= BESIDE= SEED= OUT=)"
 	@echo "make fly        the same, then fly the path in a flight-dynamics model (and GUSTS=)"
 	@echo "make setup      install what the tests need, once"
 	@echo "make test       the tests of minutes (WORKERS= PYTEST_ARGS=)"
@@ -81,7 +84,8 @@ setup-plan:
 plan: setup-plan
 	@$(IN_ROOT) "$(BIN)/pathgene" plan --terrain "$(TERRAIN)" --agl --start "$(START)" --goal "$(GOAL)" \
 		$(foreach circle,$(NOFLY_CIRCLES),--nofly-circle "$(circle)") \
-		--board "$(BOARD)" --seed "$(SEED)" --write plan,kml --out "$(OUT)"
+		--board "$(BOARD)" --seed "$(SEED)" $(if $(BESIDE),--beside "$(BESIDE)") \
+		--write plan,kml --out "$(OUT)"
 
 .PHONY: fly
 fly: setup plan

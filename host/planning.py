@@ -16,9 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 from host.device.boards import url_of
 from host.errors import InputError
 from host.evaluation import Evaluation, Evaluator
-from host.planners import DEFAULT, PLANNERS, make
+from host.planners import PLANNERS, make
 from host.planners.arguments import own_options
 from host.planners.base import Options, Progress, Result, Stop
+from host.planners.default import named_or_default
 from host.planners.options import DEFAULT_BOARD
 from host.problem.changes import changed_problem
 from host.problem.problem import Problem
@@ -230,8 +231,9 @@ class Search:
 
     Parameters
     ----------
-    planner : str
-        A name in :data:`host.planners.PLANNERS`.
+    planner : str, optional
+        A name in :data:`host.planners.PLANNERS`; by default the one that the board has the core
+        for: see :func:`host.planners.default.default_planner`.
     generations : int, optional
         Most generations; the planner's own number by default.
     time_limit_s, target_fitness, population, seed
@@ -252,7 +254,7 @@ class Search:
 
     def __init__(
         self,
-        planner: str = DEFAULT,
+        planner: str | None = None,
         *,
         generations: int | None = None,
         time_limit_s: float | None = None,
@@ -265,6 +267,7 @@ class Search:
         if fallback is not None and fallback not in FALLBACKS:
             raise InputError(f"The fallback must be astar or none, not {fallback!r}.")
         self.fallback = fallback
+        planner = named_or_default(planner, options)
         own = own_options(planner, options)
         self._planner = make(planner, **own)
         self.planner = planner

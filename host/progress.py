@@ -88,7 +88,6 @@ class Progress(Bar):
 
     def update(self, generation: int, best: float, mean: float) -> None:
         """Show a finished generation, or hold it back shortly after the previous one."""
-        self.show(
-            generation,
-            f"generation {generation}/{self._generations}  best {best:.4f}  mean {mean:.4f}",
-        )
+        # Some planners run again where they find nothing.
+        of = f"/{self._generations}" if generation <= self._generations else ""
+        self.show(generation, f"generation {generation}{of}  best {best:.4f}  mean {mean:.4f}")

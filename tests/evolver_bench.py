@@ -79,7 +79,7 @@ class Child:
 
 @dataclass
 class Cycle:
-    """Events of a cycle, by the names of the evolver's members."""
+    """Events of a cycle, by the names of the evolver's members, and the key taken, if any."""
 
     begin: bool
     finish: bool
@@ -93,6 +93,7 @@ class Cycle:
     offers: bool
     points: bool
     children: bool
+    key: int | None = None
 
 
 class Bench:
@@ -137,6 +138,8 @@ class Bench:
         self.coming, self.built, self.due = deque(), deque(), deque()
         self.decisions, self.margins = deque(), deque()
         self.lengths = []
+        # Keys of the members that stay, of each pass.
+        self.stays = []
 
     # The definition.
 
@@ -197,6 +200,7 @@ class Bench:
             population, elites = self.islands[island], self.config.elites
             ranks = [*range(elites), *sorted(self.survivors)]
             kept = [population[rank] for rank in ranks]
+            self.stays.append([member.key for member in kept])
             self.islands[island] = _sorted(kept + self.pending)
             self.pending = []
             if not self.any_key:
@@ -266,7 +270,9 @@ class Bench:
 
     async def merge(self, ctx):
         each = self.config.population // 2
-        self.islands = {0: _sorted(self.islands[0][:each] + self.islands[1][:each])}
+        best = self.islands[0][:each] + self.islands[1][:each]
+        self.stays.append([member.key for member in best])
+        self.islands = {0: _sorted(best)}
         await self.pulse(ctx, self.dut.merge, 0)
 
     async def fill(self, ctx, island, count):
@@ -425,7 +431,7 @@ class Bench:
         cycle = Cycle(*map(bool, events))
         self.cycles.append(cycle)
         if cycle.keys:
-            self.due.popleft()
+            cycle.key = self.due.popleft()[1].key
         if cycle.points:
             built = self.built[0]
             built.taken.append((point.x, point.y, point.altitude))

@@ -16,20 +16,24 @@ class Collector(wiring.Component):
     """Collects populations, sorts them, and holds those of every island by their ranks.
 
     A generation is collected in a pass over the population and by the children that come. The pass
-    reads a rank in each cycle, from the best on: elites and survivors go to the sorter, and the
-    slots of all others become free. Children come before or after it. With the pass and the last
-    child the new population is complete and takes the place of the present one. Of equal keys those
-    that stay come first, in the order of their ranks, then the children in that in which they come.
+    goes through the ranks from the best on: elites and survivors go to the sorter, and the slots of
+    all others become free. Children come before or after it. With the pass and the last child the
+    new population is complete and takes the place of the present one. Of equal keys those that stay
+    come first, in the order of their ranks, then the children in that in which they come.
 
-    With N members of a population, the pass takes N cycles from the one after ``collect`` on, and
-    ``evaluated`` is not ready in the N cycles from the second one after ``collect`` on. ``stored``
-    is high in the cycle after these, or in the cycle after the last child, if that is later.
-    ``evaluated`` is not ready from the last child until N + 1 cycles after ``stored``, and ``busy``
-    falls N + 3 cycles after it. The same holds for ``merge``, which passes over 2 N ranks.
+    A member that goes in front of n others, as far as the sorter holds them then, keeps the sorter
+    until 2 + n cycles after it was taken: ``evaluated`` is not ready in between.
+
+    With N members of a population, the pass begins 2 cycles after ``collect``, or when the sorter
+    is free, if that is later. A rank takes a cycle, and one that stays 1 + n more. ``evaluated`` is
+    not ready from the second cycle after ``collect`` until the pass is over. ``stored`` is high in
+    the first cycle in which it is, the last child has come, and the sorter is free. ``evaluated``
+    is not ready from the last child until N + 1 cycles after ``stored``, when ``busy`` falls. The
+    same holds for ``merge``, which passes over 2 N ranks.
 
     First populations come from ``evaluated`` too. The best of them stay; a slot becomes free 2
-    cycles after one too many is taken. ``store`` ends them: ``evaluated`` is not ready in the N
-    cycles after it, and ``busy`` is high in the N + 2 cycles after it.
+    cycles after one too many is taken. ``store`` ends them: N cycles from the one after it on, or
+    from that in which the sorter is free, ``evaluated`` is ready again, and ``busy`` falls.
 
     Parameters
     ----------
@@ -62,9 +66,9 @@ class Collector(wiring.Component):
     busy : Out(1)
         A population is collected or moved: from the cycle after ``collect`` or ``merge`` on.
     sorting : Out(1)
-        A pass goes on, or a population is moved.
+        A pass goes on, a member is inserted, or a population is moved.
     stored : Out(1)
-        Pulse: the last child has come, and the pass is over.
+        Pulse: the last child has come, the pass is over, and all are sorted.
     evaluated : In(stream.Signature(member_layout))
         Seeds or children with their keys.
     freed : Out(freed_layout)
@@ -126,15 +130,22 @@ class Collector(wiring.Component):
         collecting = Signal()
         merging = Signal()
         passing = Signal()
+        # The member of the rank is there: it is passed once the sorter is free.
+        there = Signal()
+        passes = Signal()
         number = Signal(range(self.islands * self.population))
+        following = Signal.like(number)
         rank = number[: len(self.rank)]
         stays = Signal()
         ends = Signal()
+        members = ranking.members
         m.d.comb += [
             stays.eq((rank < self.elites) | Cat(rank == each for each in self.stay).any()),
             ends.eq(rank.all()),
+            passes.eq(there & members.ready),
+            following.eq(number + passes),
         ]
-        m.d.sync += number.eq(Mux(passing, number + 1, 0))
+        m.d.sync += [there.eq(passing), number.eq(following)]
         with m.If(self.collect):
             m.d.sync += [collecting.eq(1), passing.eq(1), merging.eq(0)]
         if self.islands > 1:
@@ -142,13 +153,8 @@ class Collector(wiring.Component):
                 m.d.sync += [collecting.eq(1), passing.eq(1), merging.eq(1)]
             with m.If(merging):
                 m.d.comb += [stays.eq(~rank[-1]), ends.eq(number.all())]
-        with m.If(passing & ends):
-            m.d.sync += passing.eq(0)
-
-        # The member read in the cycle before.
-        passed = Signal()
-        kept = Signal()
-        m.d.sync += [passed.eq(passing), kept.eq(stays)]
+        with m.If(passes & ends):
+            m.d.sync += [passing.eq(0), there.eq(0), number.eq(0)]
 
         # Children that have come.
         came = Signal(range(self.children))
@@ -157,26 +163,24 @@ class Collector(wiring.Component):
             m.d.sync += [came.eq(came + 1), complete.eq(came == self.children - 1)]
         with m.If(self.stored):
             m.d.sync += [collecting.eq(0), merging.eq(0), came.eq(0), complete.eq(0)]
-        members = ranking.members
         m.d.comb += [
-            self.stored.eq(collecting & ~passing & ~passed & (complete | merging)),
+            self.stored.eq(collecting & ~passing & members.ready & (complete | merging)),
             self.busy.eq(collecting | ranking.busy),
-            self.sorting.eq(passing | ranking.busy),
-            self.evaluated.ready.eq(members.ready & ~passed & ~complete),
-            members.valid.eq(Mux(passed, kept, self.evaluated.valid & ~complete)),
-            members.p.member.eq(Mux(passed, ranking.member, self.evaluated.p)),
-            members.p.late.eq(~passed & ~self.fills),
-            ranking.keeps_best.eq(self.fills),
+            self.sorting.eq(there | ~members.ready),
+            self.evaluated.ready.eq(members.ready & ~there & ~complete),
+            members.valid.eq(Mux(there, stays, self.evaluated.valid & ~complete)),
+            members.p.member.eq(Mux(there, ranking.member, self.evaluated.p)),
+            members.p.late.eq(~there),
             ranking.store.eq(self.stored | self.store),
             ranking.island.eq(Mux(merging, 0, self.island)),
-            ranking.read.rank.eq(Mux(passing, rank, self.rank)),
+            ranking.read.rank.eq(Mux(passing, following, self.rank)),
             ranking.read.island.eq(self.island),
             self.member.eq(ranking.member),
-            self.freed.valid.eq((passed & ~kept) | ranking.dropped.valid),
-            self.freed.slot.eq(Mux(passed, ranking.member.slot, ranking.dropped.slot)),
+            self.freed.valid.eq((passes & ~stays) | ranking.dropped.valid),
+            self.freed.slot.eq(Mux(there, ranking.member.slot, ranking.dropped.slot)),
         ]
         if self.islands > 1:
             with m.If(merging & passing):
-                m.d.comb += ranking.read.island.eq(number[-1])
+                m.d.comb += ranking.read.island.eq(following[-1])
 
         return m

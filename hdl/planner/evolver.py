@@ -28,9 +28,10 @@ class Evolver(wiring.Component):
     and the slots of the others become free. ``finish`` collects a generation without planning
     another one. Equals :meth:`sim.model.planner.definition.run.Run.evolve`, evaluation apart.
 
-    Planning, passes over the ranks and sorting take constant numbers of cycles, whatever is drawn:
-    :mod:`sim.model.planner.evolver_cycles` has them. It also says when the points of a child are
-    there. The builder may be ahead of them by 5 children; ``children`` should be taken that early.
+    Planning takes a constant number of cycles, whatever is drawn; passes over the ranks and sorting
+    take more, the more members are passed by others. :mod:`sim.model.planner.evolver_cycles` has
+    all cycles. It also says when the points of a child are there. The builder may be ahead of them
+    by 5 children; ``children`` should be taken that early.
 
     Slots are not bound to an island. So the best members of two islands become one population by
     their ranks alone; no waypoint moves. A slot that becomes free may still be that of a parent of
@@ -74,7 +75,7 @@ class Evolver(wiring.Component):
     pending : Out(1)
         A generation is bred and not collected.
     planning, sorting : Out(1)
-        Children are planned; members are passed over or moved.
+        Children are planned; members are passed over, inserted or moved.
     give_up_rank : In(config.slot_bits)
         Steady while not ``ready``.
     best : Out(KEY_BITS)
@@ -100,7 +101,7 @@ class Evolver(wiring.Component):
         ``valid``: the margin of a waypoint of a path that is walked. Those of all waypoints of the
         path come before its key, in any cycles behind its points.
     evaluated : In(stream.Signature(member_layout))
-        Paths with their keys, in the order of ``children``.
+        Paths with their keys, in the order of ``children``. Not ready while members are sorted.
     rank : In(config.slot_bits)
         While ``ready``: member of ``island`` to be read.
     member : Out(member_layout)

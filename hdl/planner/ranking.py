@@ -3,7 +3,6 @@
 from amaranth import *
 from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
-from amaranth.utils import exact_log2
 
 from hdl.planner.population_layouts import KEY_BITS, member_layout, path_layout
 from hdl.planner.sorter import Sorter
@@ -17,8 +16,9 @@ class Ranking(wiring.Component):
     """Sorts the members of a population, and holds those of every island by their ranks.
 
     The sorter receives the next population of an island while the present one is read from a
-    memory, from which its parents are drawn. ``store`` moves the next one there and takes
-    ``population + 2`` cycles: ``busy``. Members enter again after ``population`` of them.
+    memory, from which its parents are drawn. ``store`` moves the next one there. That takes
+    ``population`` cycles, from the one after ``store`` on, or from that in which the last member is
+    inserted, if this is later. Then members enter again, and ``busy`` falls.
 
     Parameters
     ----------
@@ -31,21 +31,19 @@ class Ranking(wiring.Component):
 
     Members
     -------
-    keeps_best : In(1)
-        The members are those of a first population, of which the best stay: see
-        :class:`hdl.planner.sorter.Sorter`. Changes only while the sorter is empty and not ``busy``.
     members : In(stream.Signature(sorted_layout))
-        ``member``, and ``late``: it is behind those of its key that are not.
-        Not ready in the ``population`` cycles after ``store``.
+        ``member``, and ``late``: it is behind those of its key that are not. Not ready while
+        ``busy``, and after a member as in :class:`hdl.planner.sorter.Sorter`.
     store : In(1)
-        Pulse: move the population to the memory. Only after its last member is taken, of
-        ``population`` or more.
+        Pulse: move the population to the memory. In a cycle after its last member is taken, of
+        ``population`` or more; the best of them are the population.
     island : In(range(islands))
         Island that it becomes, with ``store``.
     busy : Out(1)
-        It is being moved.
+        It is being moved: from the cycle after ``store`` on.
     dropped : Out(dropped_layout)
-        ``valid``: a member too many has left the sorter, and ``slot`` is free.
+        ``valid``: a member too many has left the sorter, and ``slot`` is free: 2 cycles after one
+        was taken.
     read : In(read_layout)
         ``island`` and ``rank``, while not ``busy``.
     member : Out(member_layout)
@@ -73,7 +71,6 @@ class Ranking(wiring.Component):
         self.dropped_layout = data.StructLayout({"valid": 1, "slot": slot_bits})
         super().__init__(
             {
-                "keeps_best": In(1),
                 "members": In(stream.Signature(self.sorted_layout)),
                 "store": In(1),
                 "island": In(range(islands)),
@@ -89,34 +86,22 @@ class Ranking(wiring.Component):
 
         tag_layout = path_layout(self.slot_bits, self.length_bits)
         m.submodules.sorter = sorter = Sorter(self.population, KEY_BITS, tag_layout.size)
-        tag = tag_layout(sorter.left.tag)
+        tag, dropped = tag_layout(sorter.left.tag), tag_layout(sorter.dropped.tag)
         member = self.members.p.member
-        # A member leaves the sorter two cycles after it is asked for, and is written.
-        storing = Signal()
-        leaves = Signal()
-        writes = Signal()
+        island = Signal(range(self.islands), reset_less=True)
         m.d.comb += [
-            sorter.keeps_best.eq(self.keeps_best),
             sorter.members.valid.eq(self.members.valid),
             sorter.members.p.key.eq(member.key),
             sorter.members.p.late.eq(self.members.p.late),
             sorter.members.p.tag.eq(Cat(member.slot, member.length)),
             self.members.ready.eq(sorter.members.ready),
-            sorter.drain.eq(storing),
-            self.dropped.valid.eq(sorter.left.valid & ~writes),
-            self.dropped.slot.eq(tag.slot),
+            sorter.empty.eq(self.store),
+            self.busy.eq(sorter.emptying),
+            self.dropped.valid.eq(sorter.dropped.valid),
+            self.dropped.slot.eq(dropped.slot),
         ]
-
-        rank_bits = exact_log2(self.population)
-        island = Signal(range(self.islands), reset_less=True)
-        rank = Signal(rank_bits)
-        m.d.comb += self.busy.eq(storing | leaves | writes)
-        m.d.sync += [leaves.eq(storing), writes.eq(leaves), rank.eq(rank + writes)]
-        drained = Signal(rank_bits)
-        with m.If(storing):
-            m.d.sync += [drained.eq(drained + 1), storing.eq(~drained.all())]
         with m.If(self.store):
-            m.d.sync += [storing.eq(1), island.eq(self.island)]
+            m.d.sync += island.eq(self.island)
 
         # In LUTs on a target. The register is in front of them: ranks to be read come late.
         m.submodules.rows = rows = memory.Memory(
@@ -124,8 +109,8 @@ class Ranking(wiring.Component):
         )
         write, read = rows.write_port(), rows.read_port(domain="comb")
         m.d.comb += [
-            write.en.eq(writes),
-            write.addr.eq(Cat(rank ^ self.keeps_best.replicate(rank_bits), island)),
+            write.en.eq(sorter.left.valid),
+            write.addr.eq(Cat(sorter.left.rank, island)),
             write.data.key.eq(sorter.left.key),
             write.data.slot.eq(tag.slot),
             write.data.length.eq(tag.length),

@@ -1,17 +1,7 @@
-"""Sorter: the members of a population in the order of their keys.
-
-The cells are a row of registers, from the entrance to the exit. A new member is compared with all
-of them at once; those that are not above it move on by a cell, and it takes the place they leave.
-An empty cell has the lowest of all keys. So after as many members as there are cells the least key
-is next to the exit. Then the row moves on as a whole: the best member leaves first, and can be read
-while the others are still inside.
-
-A first population has more members than cells, and the worst must leave. Its keys are inverted on
-their way in and out: the greatest key is next to the exit, and each further member pushes one out.
-"""
+"""Sorter: the members of a population in the order of their keys."""
 
 from amaranth import *
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.primitives.arguments import check_integer
@@ -21,19 +11,20 @@ __all__ = ["Sorter"]
 
 
 class Sorter(wiring.Component):
-    """Sorts members by their keys, one per cycle; of equals, the earlier stays first.
+    """Sorts members by their keys, by insertion, and keeps the best of them.
 
-    Without ``keeps_best``, ``capacity`` members enter and leave from the best to the worst. Of
-    equal keys, those that are not ``late`` come first, even if they enter after others that are.
+    Members lie in a memory by their ranks, the best in row 0. A new one is compared with the worst
+    first. It passes those that it is above, a row in a cycle, and each of them moves on by a row.
+    If it passes n members, the next one is taken 2 + n cycles after it, or later.
 
-    With ``keeps_best``, ``capacity`` members or more enter. From the first one too many on, the
-    worst leaves for each, a new one behind its equals; in the end the others leave from the worst
-    to the best. ``keeps_best`` changes only while the sorter is empty, and ``late`` is 0 with it.
+    Of equal keys, those that are not ``late`` come first; of equals in that, too, the earlier. Once
+    ``capacity`` members are inside, the worst is dropped for each further one, or that one itself
+    if it passes none. A worst one that is dropped is passed, too.
 
     Parameters
     ----------
     capacity : int
-        Cells, 2 or more.
+        Members inside, 2 or more.
     key_bits : int
         Width of a key, 1 or more.
     tag_bits : int
@@ -41,17 +32,18 @@ class Sorter(wiring.Component):
 
     Members
     -------
-    keeps_best : In(1)
     members : In(stream.Signature(member_layout))
-        ``key``, ``late`` and ``tag``. Ready while ``drain`` is low.
-    full : Out(1)
-        ``capacity`` members are inside.
-    drain : In(1)
-        Let a member leave. Once ``full``, ``capacity`` cycles of it empty the sorter, and no member
-        enters before the last of them.
+        ``key``, ``late`` and ``tag``. Ready unless a member is being inserted, or ``emptying``.
+    empty : In(1)
+        Pulse: let all leave. In a cycle after the last member was taken, of ``capacity`` or more.
+    emptying : Out(1)
+        From the cycle after ``empty`` until the last row has been read: ``capacity`` cycles, and
+        those before in which the last member is inserted.
     left : Out(left_layout)
-        ``valid``: a member has left, 2 cycles after that of ``drain`` or after the one too many was
-        taken. ``key`` and ``tag`` are its own.
+        ``valid``: a member has left, from the best to the worst, in the ``capacity`` cycles that
+        end with the one after ``emptying``. ``rank``, ``key`` and ``tag`` are its own.
+    dropped : Out(dropped_layout)
+        ``valid``: a member too many has left, 2 cycles after one was taken. ``tag`` is its own.
 
     Raises
     ------
@@ -67,75 +59,84 @@ class Sorter(wiring.Component):
         self.capacity = capacity
         self.key_bits = key_bits
         self.tag_bits = tag_bits
-        self.member_layout = data.StructLayout({"key": key_bits, "late": 1, "tag": tag_bits})
-        self.left_layout = data.StructLayout({"valid": 1, "key": key_bits, "tag": tag_bits})
-        self.cell_layout = data.StructLayout(
-            {"late": 1, "key": key_bits, "there": 1, "tag": tag_bits}
+        self.member_layout = data.StructLayout({"late": 1, "key": key_bits, "tag": tag_bits})
+        self.left_layout = data.StructLayout(
+            {"valid": 1, "rank": range(capacity), "key": key_bits, "tag": tag_bits}
         )
+        self.dropped_layout = data.StructLayout({"valid": 1, "tag": tag_bits})
         super().__init__(
             {
-                "keeps_best": In(1),
                 "members": In(stream.Signature(self.member_layout)),
-                "full": Out(1),
-                "drain": In(1),
+                "empty": In(1),
+                "emptying": Out(1),
                 "left": Out(self.left_layout),
+                "dropped": Out(self.dropped_layout),
             }
         )
 
     def elaborate(self, platform):
         m = Module()
+        last = self.capacity - 1
 
-        # The order, from the lowest bit: `late`, key, and whether there is a member at all. With
-        # `keeps_best` a new member has 0 in `late`, below its equals, which got a 1 in their cells.
-        order_bits = 2 + self.key_bits
-        entering = Signal(self.cell_layout)
-        drains = Signal()
-        inverted = self.keeps_best.replicate(self.key_bits)
-        member = self.members.p
-        m.d.comb += self.members.ready.eq(~self.drain)
-        m.d.sync += [drains.eq(self.drain), entering.eq(0)]
-        with m.If(self.drain):
-            # Above all, so that every cell moves on. It is not placed.
-            m.d.sync += entering.eq((1 << order_bits) - 1)
-        with m.Elif(self.members.valid):
-            m.d.sync += [
-                entering.late.eq(member.late),
-                entering.key.eq(member.key ^ inverted),
-                entering.there.eq(1),
-                entering.tag.eq(member.tag),
-            ]
-        enters = Signal()
-        placed = Signal(self.cell_layout)
+        # In LUTs on a target. The register is behind them, in front of the comparison.
+        m.submodules.rows = rows = memory.Memory(
+            shape=self.member_layout, depth=self.capacity, init=[]
+        )
+        write, read = rows.write_port(), rows.read_port(domain="comb")
+        # The row of the worst member, the one that is read, and the one in the register; -1 where
+        # there is none.
+        worst, row, at = (
+            Signal(range(-1, self.capacity), init=-1, name=name) for name in ("worst", "row", "at")
+        )
+        held = Signal(self.member_layout, reset_less=True)
+        entering = Signal(self.member_layout, reset_less=True)
+        inserting = Signal()
+        passes = Signal()
+        # The order, from the lowest bit: `late`, then the key.
+        order_bits = 1 + self.key_bits
+        new, old = (each.as_value()[:order_bits] for each in (entering, held))
         m.d.comb += [
-            enters.eq(entering.there & ~drains),
-            placed.eq(Mux(drains, 0, entering)),
-            placed.late.eq(enters & (entering.late | self.keeps_best)),
-        ]
-
-        # Where nothing enters, empty cells move on alone: nothing changes.
-        cells = [Signal(self.cell_layout, name=f"cell_{i}") for i in range(self.capacity)]
-        moves = Signal(self.capacity)
-        new = entering.as_value()[:order_bits]
-        for i, cell in enumerate(cells):
-            # Not `<=`, which synthesis makes of two comparisons.
-            m.d.comb += moves[i].eq(~(new < cell.as_value()[:order_bits]))
-            with m.If(moves[i]):
-                m.d.sync += cell.eq(Mux(moves[i - 1], cells[i - 1], placed) if i else placed)
-
-        # Members inside.
-        count = Signal(range(self.capacity + 1))
-        with m.If(drains):
-            m.d.sync += [count.eq(count - 1), self.full.eq(0)]
-        with m.Elif(enters & ~self.full):
-            m.d.sync += [count.eq(count + 1), self.full.eq(count == self.capacity - 1)]
-
-        leaving = Signal(self.cell_layout)
-        held = Signal(self.cell_layout, reset_less=True)
-        m.d.comb += [
-            leaving.eq(Mux(moves[-1], cells[-1], entering)),
-            self.left.key.eq(held.key ^ inverted),
+            self.members.ready.eq(~inserting & ~self.emptying),
+            passes.eq((at >= 0) & (new < old)),
+            read.addr.eq(row),
+            write.en.eq(inserting & (at != last)),
+            write.addr.eq(at + 1),
+            write.data.eq(Mux(passes, held, entering)),
+            self.left.rank.eq(at),
+            self.left.key.eq(held.key),
             self.left.tag.eq(held.tag),
         ]
-        m.d.sync += [self.left.valid.eq(leaving.there), held.eq(leaving)]
+        m.d.sync += [
+            at.eq(row),
+            held.eq(read.data),
+            self.left.valid.eq(self.emptying & ~inserting),
+            self.dropped.valid.eq(inserting & (at == last)),
+            self.dropped.tag.eq(Mux(passes, held.tag, entering.tag)),
+        ]
+
+        # Whether there is a member is known late.
+        with m.If(self.members.ready):
+            m.d.sync += entering.eq(self.members.p)
+        # A member that stops is in the row behind the one compared; the worst is read next.
+        stopped = Signal(worst.shape())
+        m.d.comb += stopped.eq(Mux(worst == last, last, worst + 1))
+        with m.If(self.empty):
+            m.d.sync += self.emptying.eq(1)
+        with m.If(inserting):
+            m.d.sync += row.eq(row - 1)
+            with m.If(~passes):
+                m.d.sync += [
+                    inserting.eq(0),
+                    worst.eq(stopped),
+                    row.eq(Mux(self.empty | self.emptying, 0, stopped)),
+                ]
+        with m.Elif(self.emptying):
+            m.d.sync += row.eq(row + 1)
+            with m.If(row == last):
+                m.d.sync += [self.emptying.eq(0), worst.eq(-1), row.eq(-1)]
+        with m.Elif(self.empty):
+            m.d.sync += row.eq(0)
+        with m.Elif(self.members.valid):
+            m.d.sync += [inserting.eq(1), row.eq(row - 1)]
 
         return m

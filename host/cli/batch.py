@@ -19,8 +19,8 @@ from host.cores import available_cores
 from host.device.boards import known_config
 from host.errors import InputError, JobError
 from host.mission.batch import Job, Outcome, execute, kept_summary, names_of, save
+from host.mission.build import planner_of
 from host.mission.legs import shortcoming
-from host.planners import DEFAULT
 from host.progress import Bar
 from host.report.files import prepare_directory, write_json, writing_into
 from host.report.summary import version
@@ -79,10 +79,11 @@ def _job(args: argparse.Namespace, name: str, file: str) -> Job:
     own.problem = file
     given = {name: getattr(args, name) for name in args.option_defaults if name in vars(args)}
     values = {**file_values(own), **given}
-    planner = values.get("planner") or DEFAULT
+    planner = planner_of(values)
     for option in ignored_options(values, planner):
         note(f"{name}: {option} means nothing to {planner} and is ignored.")
-    return Job(name, file, values)
+    # Its board need not be asked again, and results of another default are not taken for these.
+    return Job(name, file, {**values, "planner": planner})
 
 
 def _plan(

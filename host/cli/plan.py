@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from host import interrupts
+from host.cli.beside import plan_beside, print_beside, row_of, searches_beside
 from host.cli.compiling import note_compiling
 from host.cli.ending import ending
 from host.cli.options import own_options
 from host.cli.output import note, print_json, print_pairs, term_pairs
 from host.cli.problem import complete_options, make_mission, save_options, source_of
 from host.errors import JobError
+from host.mission.build import planner_of
 from host.mission.files.export import FORMATS, check_formats, export, parse_formats
 from host.mission.legs import shortcoming
 from host.mission.planning import plan_mission
@@ -31,6 +33,7 @@ __all__ = ["run"]
 def run(args: argparse.Namespace) -> int:
     """Plan, write the files and print the summary."""
     complete_options(args)
+    args.planner = planner_of(vars(args))
     search = Search(
         args.planner,
         generations=args.generations,
@@ -41,6 +44,7 @@ def run(args: argparse.Namespace) -> int:
         fallback=args.fallback,
         **own_options(args, args.planner),
     )
+    searches = searches_beside(args)
     formats = parse_formats(args.write) if args.write else ()
     mission = make_mission(args)
     check_formats(formats, mission.problem.terrain)
@@ -60,10 +64,20 @@ def run(args: argparse.Namespace) -> int:
             )
         written = plan.save(directory, picture=args.picture, grid=args.grid, warn=note)
         written += _export(plan, formats, directory)
-    if args.json:
-        print_json(plan.summary)
-    else:
+    if not args.json:
         _print(plan.summary, written)
+    rows = []
+    if searches and not plan.interrupted:
+        try:
+            rows = [row_of(plan), *plan_beside(args, mission, searches)]
+        except KeyboardInterrupt:
+            note("Interrupted; the plan is written.")
+            return interrupts.status()
+    if args.json:
+        print_json({**plan.summary, "beside": rows} if rows else plan.summary)
+    elif rows:
+        print()
+        print_beside(rows)
     return _status(plan)
 
 

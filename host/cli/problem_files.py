@@ -7,9 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from host.cli.output import print_json, print_pairs
+from host.device.boards import known_config
 from host.errors import InputError
 from host.mission.build import mission_of, search_of
 from host.mission.problem_file import read_problem, template
+from host.planners import DEFAULT
 from host.report.files import is_special, output_file, prepare_file
 
 
@@ -34,7 +36,10 @@ def new(args: argparse.Namespace) -> int:
 def check(args: argparse.Namespace) -> int:
     """Read a problem file, build what it describes, and describe that."""
     values = read_problem(Path(args.file))
-    search = search_of(values)
+    board = values.get("board")
+    # Hardware need not be there yet.
+    is_asked = values.get("planner") is None and board is not None and known_config(board) is None
+    search = search_of({**values, "planner": DEFAULT, "board": None} if is_asked else values)
     mission = mission_of(values)
     problem = mission.problem
     report: dict[str, Any] = {
@@ -47,8 +52,8 @@ def check(args: argparse.Namespace) -> int:
         "straight_m": mission.straight_m,
         "as_paper": problem.as_paper,
         "rules": None if problem.rules is None else problem.rules.to_dict(),
-        "planner": search.planner,
-        "generations": search.options.generations,
+        "planner": None if is_asked else search.planner,
+        "generations": values.get("generations") if is_asked else search.options.generations,
         "seed": search.options.seed,
     }
     if args.json:
@@ -66,7 +71,7 @@ def check(args: argparse.Namespace) -> int:
                 *((name, f"{x:.1f}, {y:.1f}, altitude {z:.1f} m") for name, (x, y, z) in names),
                 ("straight lines", f"{report['straight_m']:.1f} m"),
                 ("rules", rules),
-                ("planner", search.planner),
+                ("planner", "the board's" if is_asked else search.planner),
             ]
         )
     return 0

@@ -10,8 +10,8 @@ from host.errors import InputError
 from host.mission.keys import RULES
 from host.mission.mission import Mission
 from host.mission.problem_file import read_problem
-from host.planners import DEFAULT as DEFAULT_PLANNER
-from host.planners import PLANNERS
+from host.planners import OPTIONS, PLANNERS
+from host.planners.default import named_or_default
 from host.planning import Search
 from host.problem.aircraft import DEFAULT, Aircraft
 from host.problem.aircraft import load as load_aircraft
@@ -29,6 +29,7 @@ __all__ = [
     "load_mission",
     "mission_of",
     "placed_at",
+    "planner_of",
     "rules_of",
     "search_of",
     "terrain_of",
@@ -85,14 +86,14 @@ def mission_of(values: Values) -> Mission:
 
 
 def search_of(values: Values) -> Search:
-    """Return the planner with its options; those that it does not have are left out.
+    """Return the planner with its options; those that a named planner does not have are left out.
 
     Raises
     ------
     InputError
-        If there is no such planner, or a value is bad.
+        If there is no such planner, or a value is bad; also as :func:`planner_of`.
     """
-    planner = values.get("planner") or DEFAULT_PLANNER
+    planner = planner_of(values)
     having = PLANNERS[planner].options if planner in PLANNERS else ()
     return Search(
         planner,
@@ -104,6 +105,18 @@ def search_of(values: Values) -> Search:
         fallback=values.get("fallback") or "astar",
         **{name: values[name] for name in having if values.get(name) is not None},
     )
+
+
+def planner_of(values: Values) -> str:
+    """Return the planner that is named, or the default one for the board and the options.
+
+    Raises
+    ------
+    InputError, JobError
+        As :func:`host.planners.default.named_or_default`.
+    """
+    own = {name: values.get(name) for name in OPTIONS}
+    return named_or_default(values.get("planner"), own)
 
 
 def terrain_of(values: Values) -> Terrain:

@@ -7,7 +7,6 @@ from typing import Any
 
 from host.mission.mission import Mission
 from host.mission.planning import plan_mission
-from host.planners import DEFAULT
 from host.planners.arguments import require_functions
 from host.planners.base import Progress, Stop
 from host.planning import Plan, Search, evaluator_of
@@ -19,7 +18,7 @@ __all__ = ["plan"]
 
 def plan(
     problem: Problem | Mission,
-    planner: str = DEFAULT,
+    planner: str | None = None,
     *,
     seed: int = 0,
     generations: int | None = None,
@@ -40,9 +39,11 @@ def plan(
     problem : Problem or Mission
         Terrain, ends, aircraft, zones and wind; a mission has several legs, and each is planned
         with the same options.
-    planner : str
-        Name of a planner: ``ga-fpga``, ``ga-chip``, ``ga-pc``, ``astar``, ``fpa``, ``fpa-2opt``,
-        ``ga-dp`` or ``ga-auv``.
+    planner : str, optional
+        Name of a planner: ``ga-chip``, ``ga-fpga``, ``ga-pc``, ``astar``, ``fpa``, ``fpa-2opt``,
+        ``ga-dp`` or ``ga-auv``. By default ``ga-chip``, but ``ga-fpga`` on a board that has the
+        parallel core of the paper, as an open one of ``model:`` has, unless its URL says
+        ``genetic=streaming``.
     seed : int
         0 to 2**64 - 1. Everything random follows from it.
     generations : int, optional

@@ -286,7 +286,8 @@ def _combined(legs: list[Leg], evaluation: Evaluation) -> Result:
     evaluations: list[int] = []
     seconds: dict[str, float] = {}
     for result in results:
-        first = len(history)
+        # Of some planners not every generation has a row.
+        first = int(history[-1][0]) + 1 if history else 0
         done = evaluations[-1] if evaluations else 0
         history += [[first + row[0], *row[1:]] for row in result.history]
         evaluations += [done + count for count in result.history_evaluations]

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 __all__ = ["DEFAULT", "ENGINES", "OPTIONS", "PLANNERS", "Entry", "Option", "make"]
 
-#: The planner of ``pathgene plan`` where none is named.
-DEFAULT = "ga-fpga"
+#: The planner where none is named: :mod:`host.planners.default` has the exception.
+DEFAULT = "ga-chip"
 
 
 @dataclass(frozen=True)
@@ -97,20 +97,20 @@ def _ga_auv(**options: Any) -> Planner:
 
 #: Every planner, the default first.
 PLANNERS: Mapping[str, Entry] = {
-    "ga-fpga": Entry(
-        description="Genetic algorithm on the chip; the host evaluates and sorts",
-        paper="Allaire, Tarbouchi, Labonte and Fusina 2008, section 4",
-        generations=300,
-        options=("board", "link_mode", "feasibility", "initial_draws", "init"),
-        constructor=_ga_fpga,
-        engines=("chip",),
-    ),
     "ga-chip": Entry(
         description="Genetic algorithm that runs on the chip alone; the host has the last word",
         paper="none: the chip's loop as Allaire and others 2008 hope for it",
         generations=10_000,
         options=("board", "chip_ms", "polish"),
         constructor=_ga_chip,
+        engines=("chip",),
+    ),
+    "ga-fpga": Entry(
+        description="Genetic algorithm on the chip; the host evaluates and sorts",
+        paper="Allaire, Tarbouchi, Labonte and Fusina 2008, section 4",
+        generations=300,
+        options=("board", "link_mode", "feasibility", "initial_draws", "init"),
+        constructor=_ga_fpga,
         engines=("chip",),
     ),
     "ga-pc": Entry(

@@ -320,6 +320,11 @@ class Run:
         if self.progress is not None:
             self.progress(generation, self._best, mean)
 
+    def show(self, generation: int) -> None:
+        """Tell the progress after ``generation``, of which nothing is recorded."""
+        if self.progress is not None:
+            self.progress(generation, *self.history[-1][1:])
+
     def stopped_by(self) -> str | None:
         """Return the first stop criterion met, or None to continue."""
         options = self.options
@@ -331,10 +336,13 @@ class Run:
             return "target-fitness"
         if self.history and self.history[-1][0] >= options.generations:
             return "generations"
-        limit = options.time_limit_s
-        if limit is not None and time.perf_counter() - self._started >= limit:
-            return "time-limit"
-        return None
+        return "time-limit" if self.out_of_time else None
+
+    @property
+    def out_of_time(self) -> bool:
+        """True once the time limit has passed."""
+        limit = self.options.time_limit_s
+        return limit is not None and time.perf_counter() - self._started >= limit
 
     @contextlib.contextmanager
     def search(self) -> Iterator[None]:

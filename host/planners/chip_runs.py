@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from hdl.protocol.planner import PathClass
 from hdl.protocol.runs import RunOptions
 from host.device.link import Traffic
+from host.device.runs import RunStatus
 from host.planners.base import Run
 from host.planners.problem_on_chip import ProblemOnChip
 
@@ -23,8 +25,6 @@ _UNITS = ("breed", "score", "walk", "sort", "wavefront")
 
 class ChipRuns:
     """The runs of one plan; see :class:`host.planners.ga_chip.ChipGeneticPlanner`.
-
-    The problem is sent to the chip when this is made.
 
     Parameters
     ----------
@@ -41,8 +41,6 @@ class ChipRuns:
         self._traffic_before = self._traffic_noted = replace(task.chip.link.traffic)
         self._done: list[dict[str, Any]] = []
         self._cycles = dict.fromkeys((*_UNITS, "total"), 0)
-        with run.phase("link"):
-            task.send()
 
     @property
     def cycles(self) -> int:
@@ -50,14 +48,16 @@ class ChipRuns:
         return self._cycles["total"]
 
     def search(self, runs: Iterable[RunOptions]) -> None:
-        """Do one run after the other until a path is feasible or a stop criterion is met."""
+        """Send the problem; do runs until a path is feasible or a stop criterion is met."""
         run, task = self._run, self._task
+        with run.phase("link"):
+            task.send()
         generations = change = 0
         for number, options in enumerate(runs):
             with run.phase("link"):
                 if number:
                     task.ease(change)
-                status, best = task.run(options, run.stop)
+                status, best = task.run(options, functools.partial(self._ends, generations))
             generations += status.generations
             for unit in _UNITS:
                 self._cycles[unit] += getattr(status, unit)
@@ -85,6 +85,12 @@ class ChipRuns:
             # The chip found no way from end to end, or one that only it believes.
             found = best.classes[0] is PathClass.FEASIBLE
             change = -1 if found else 1
+
+    def _ends(self, before: int, status: RunStatus) -> bool:
+        """Tell the progress of a run; return True if a stop criterion ends it."""
+        self._run.show(before + status.generations)
+        stop = self._run.stop
+        return (stop is not None and stop.requested) or self._run.out_of_time
 
     def _polished(self, paths: list[NDArray[np.float64]]) -> NDArray[np.float64]:
         """Evaluate the paths with the lowest altitudes; return the fitness of each, (m,)."""

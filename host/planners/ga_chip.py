@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import replace
@@ -17,6 +18,7 @@ from host.evaluation import Evaluator
 from host.planners.base import Options, Progress, Result, Run, Stop
 from host.planners.chip_replanner import ChipReplanner
 from host.planners.chip_runs import ChipRuns
+from host.planners.cores import require_chip
 from host.planners.options import DEFAULT_BOARD
 from host.planners.problem_on_chip import ProblemOnChip
 from host.problem.corner_map import CornerMap
@@ -95,8 +97,9 @@ class ChipGeneticPlanner:
         """Search; see :class:`host.planners.base.Planner`.
 
         Generation 0 is the straight line; a record follows after each run. The generations of the
-        options are those of one run. A time limit ends the search after a run; an interrupt ends
-        the run.
+        options are those of one run; it ends earlier at a time limit, which is also taken as the
+        longest time by the chip's clock, and at an interrupt. The target fitness counts between
+        runs, as the chip knows no fitness.
 
         ``hardware`` of the result has the cycles and generations of each run, the map from metres
         to corners, and the bytes of both directions. ``seconds`` has ``link``, the time spent
@@ -130,7 +133,7 @@ class ChipGeneticPlanner:
                             chip.config,
                             seed=(options.seed + number) % (1 << 64),
                             generations=options.generations,
-                            chip_ms=self.chip_ms,
+                            chip_ms=_least_ms(self.chip_ms, options.time_limit_s),
                             slopes=_SLOPES[number % len(_SLOPES)],
                         )
                         for number in range(MOST_RUNS)
@@ -151,31 +154,27 @@ def run_options(
     *,
     seed: int,
     generations: int,
-    chip_ms: int | None = None,
+    chip_ms: float | None = None,
     slopes: tuple[int, ...] = RunOptions.slopes,
 ) -> RunOptions:
     """Return the options of a run of so many generations, or milliseconds if they end it first."""
     most = (1 << 32) - 1
     return RunOptions(
         seed=seed,
-        cycles=most if chip_ms is None else min(chip_ms * config.clock_hz // 1000, most),
+        cycles=most if chip_ms is None else min(math.ceil(chip_ms * config.clock_hz / 1000), most),
         generations=min(generations, most),
         give_up_rank=min(RunOptions.give_up_rank, config.population - 1),
         slopes=slopes,
     )
 
 
+def _least_ms(chip_ms: int | None, time_limit_s: float | None) -> float | None:
+    """Return the shorter of two limits, milliseconds; None without a limit."""
+    limits = [chip_ms, None if time_limit_s is None else 1000 * time_limit_s]
+    return min((limit for limit in limits if limit is not None), default=None)
+
+
 def _map_for(config: Config, evaluator: Evaluator, options: Options) -> CornerMap:
     """Return the map of a chip of ``config``, or refuse what that chip cannot do."""
-    if not config.streaming_core:
-        raise InputError(
-            "This board has no streaming genetic core, so it does not plan by itself; use another "
-            "board, or the planner ga-fpga."
-        )
-    if options.population not in (None, config.population):
-        raise InputError(
-            f"The population of this board is {config.population}, not "
-            f"{options.population}; leave the population out (--population) or "
-            "use another board."
-        )
+    require_chip(config, GeneticCore.STREAMING, options.population)
     return CornerMap(config, evaluator.problem)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hdl.config import CheckerBuild
+from hdl.config import CheckerBuild, GeneticCore
 from hdl.protocol import LinkMode
 from host.device.boards import entered, known_config, url_of
 from host.device.chip import Chip, pack_waypoints, unpack_waypoints
@@ -18,6 +18,7 @@ from host.errors import InputError, JobError
 from host.evaluation import Evaluator
 from host.planners.airspace import NO_FLYABLE_CELL
 from host.planners.base import Options, Progress, Result, Run, Stop
+from host.planners.cores import require_chip
 from host.planners.counting import BoardCollisionCounter
 from host.planners.initial import astar_paths, check_init
 from host.planners.options import DEFAULT_BOARD
@@ -173,21 +174,11 @@ class FpgaGeneticPlanner:
 
 def _map_for(config: Config, evaluator: Evaluator, options: Options, on_board: bool) -> ChipMap:
     """Return the map of a chip of ``config``, or refuse what that chip cannot do."""
-    if not config.parallel_core:
-        raise InputError(
-            "This board has no genetic core, it only checks paths; use another board, "
-            "or the planner ga-pc."
-        )
+    require_chip(config, GeneticCore.PARALLEL, options.population)
     if on_board and config.checker is CheckerBuild.NONE:
         raise InputError(
             "This board has no collision checker; count on the host (--feasibility host), or "
             "use one that was built with a checker."
-        )
-    if options.population not in (None, config.population):
-        raise InputError(
-            f"The population of this board is {config.population}, not "
-            f"{options.population}; leave the population out (--population) or "
-            "use another board."
         )
     return ChipMap(config, evaluator.problem)
 

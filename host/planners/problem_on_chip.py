@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,6 @@ from hdl.protocol.runs import RunOptions
 from host.device.chip import Chip, unpack_waypoints
 from host.device.map_copy import drawn_corners
 from host.device.runs import BestPaths, RunStatus
-from host.planners.base import Stop
 from host.planners.chip_problem import chip_ends, problem_record, whole_path
 from host.problem.corner_map import EASES, CornerMap
 from host.problem.problem import Problem
@@ -124,13 +123,18 @@ class ProblemOnChip:
             self.chip.upload_map(corners[around], columns.start, rows.start)
         self.chip.runs.set_problem(self._record)
 
-    def run(self, options: RunOptions, stop: Stop | None = None) -> tuple[RunStatus, BestPaths]:
-        """Do a run, which ``stop`` may end early; return what it did and found."""
+    def run(
+        self, options: RunOptions, ends: Callable[[RunStatus], bool]
+    ) -> tuple[RunStatus, BestPaths]:
+        """Do a run; return what it did and found.
+
+        ``ends`` is asked at each look at a run that goes on, and stops it by returning True.
+        """
         runs = self.chip.runs
         runs.start(options)
         stopped = False
         while (status := runs.status()).running:
-            if not stopped and stop is not None and stop.requested:
+            if not stopped and ends(status):
                 runs.stop()
                 stopped = True
             time.sleep(_LOOK_S)

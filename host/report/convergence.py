@@ -59,9 +59,10 @@ def draw(
 
 
 def _lines(axes: Axes, rows: NDArray[np.float64], *, named: bool) -> None:
-    """Draw the two lines of a search; a single generation, which has no line, as points."""
+    """Draw the two lines of a search; with points where not every generation has a row."""
     generation, best, mean = rows.T
-    style: dict[str, Any] = {"marker": "o", "markersize": 4} if len(rows) == 1 else {}
+    is_whole = 1 < len(rows) > generation[-1] - generation[0]
+    style: dict[str, Any] = {} if is_whole else {"marker": "o", "markersize": 4}
     axes.plot(
         generation,
         mean,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bisect
 import itertools
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -140,8 +141,12 @@ def _legs(summary: Mapping[str, Any]) -> list[tuple[int, float]]:
     """Return the first row of the history, and the fitness, of each leg of a mission."""
     # A leg that was not planned has no rows.
     legs = [leg for leg in summary.get("legs", ()) if leg["planned"]]
-    rows = itertools.accumulate((leg["generations"] + 1 for leg in legs), initial=0)
-    return [(first, leg["fitness"]) for first, leg in zip(rows, legs, strict=False)]
+    first = itertools.accumulate((leg["generations"] + 1 for leg in legs), initial=0)
+    generations = [row[0] for row in summary["history"]] if legs else []
+    return [
+        (bisect.bisect_left(generations, generation), leg["fitness"])
+        for generation, leg in zip(first, legs, strict=False)
+    ]
 
 
 def _captions(summary: Mapping[str, Any]) -> tuple[str, str]:

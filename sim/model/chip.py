@@ -93,7 +93,7 @@ class ChipModel:
         if self.running:
             self._commands |= {
                 Command.PROBLEM: self.running.set_problem,
-                Command.RUN: self._run_on_chip,
+                Command.RUN: self.running.run,
                 Command.STOP: self.running.stop,
                 Command.BEST: self.running.best,
                 Command.BLOCK: self.running.block,
@@ -118,6 +118,11 @@ class ChipModel:
                 answers += sent
             self._enter(ChipState.LISTEN)
         return bytes(answers)
+
+    def close(self) -> None:
+        """End a run that goes on: nobody will ask for it."""
+        if self.running:
+            self.running.end()
 
     def _pass_time(self, counter: Counter, line_bytes: int) -> None:
         cycles = line_bytes * LINE_BITS * self.config.clocks_per_bit
@@ -150,6 +155,8 @@ class ChipModel:
             execute = self._commands.get(code)
             if execute is None:
                 raise RefusedError(Status.UNKNOWN_COMMAND)
+            if self.running and code not in (Command.STATUS, Command.STOP):
+                self.running.settle()
             reply = execute(payload, ahead == 255)
         except RefusedError as refused:
             self._errors |= StickyError.REFUSED
@@ -237,14 +244,6 @@ class ChipModel:
         named = {f"survivor_{i}": slot for i, slot in enumerate(survivors)}
         return survivors_reply(self.config).pack(**named) + pack_paths(self.config, children)
 
-    def _run_on_chip(self, payload: bytes, repeated: bool) -> bytes:
-        assert self.running is not None
-        reply = self.running.run(payload, repeated)
-        if not repeated:
-            self._counters[Counter.CYCLES] += self.running.latest.cycles
-            self._counters[Counter.GENERATIONS] += self.running.latest.generations
-        return reply
-
     def _running(self) -> RunningModel | None:
         if not self.config.streaming_core:
             return None
@@ -302,7 +301,11 @@ class ChipModel:
 
     def _count(self, payload: bytes, repeated: bool) -> bytes:
         expect(not payload, Status.BAD_LENGTH)
-        wrapped = {name.value: count & ((1 << 48) - 1) for name, count in self._counters.items()}
+        counters = dict(self._counters)
+        if self.running:
+            counters[Counter.CYCLES] += self.running.cycles
+            counters[Counter.GENERATIONS] += self.running.generations
+        wrapped = {name.value: count & ((1 << 48) - 1) for name, count in counters.items()}
         return counters_reply(self.config).pack(**wrapped)
 
     def _clear(self, payload: bytes, repeated: bool) -> bytes:

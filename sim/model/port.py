@@ -44,4 +44,5 @@ class ModelPort:
         """Do nothing: all written bytes have arrived."""
 
     def close(self) -> None:
-        """Do nothing: a model holds no resources."""
+        """End what the model is doing."""
+        self.chip.close()

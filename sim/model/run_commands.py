@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+import threading
+from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hdl.config import Config
 from hdl.protocol import Status
@@ -20,19 +24,31 @@ from hdl.protocol.runs import Outcome, RunOptions, pack_best, run_request
 from sim.model.block_marks import BlockMarks
 from sim.model.checker import TerrainModel
 from sim.model.planner import no_fly
-from sim.model.planner.run import plan
+from sim.model.planner.run import (
+    WATCHED,
+    WATCHED_CYCLES,
+    WATCHED_GENERATIONS,
+    WATCHED_STOP,
+    plan,
+)
 from sim.model.refusal import expect
 
 
 __all__ = ["RunningModel"]
 
 _NONE = Outcome([], [], [])
+#: Generations that a run breeds at least before RUN is answered, unless it is over.
+_BRED_FIRST = 4000
+#: Seconds that a STATUS waits for the end of a run.
+_LOOK_S = 0.1
 
 
 class RunningModel:
     """Executes PROBLEM, RUN, STOP, BEST and BLOCK.
 
-    A run is over when RUN is answered, so there is never one to stop or to wait for.
+    A run of up to 4,000 generations is over when RUN is answered. A longer one goes on in a thread:
+    STATUS reports it, STOP ends it, and before all else the caller waits for its end by
+    :meth:`settle`, where the chip refuses the command.
 
     Parameters
     ----------
@@ -45,8 +61,8 @@ class RunningModel:
     ----------
     record : ProblemRecord or None
         The problem, if there is one.
-    latest : Outcome
-        Result of the latest run; without paths after a PROBLEM, but with its population.
+    cycles, generations : int
+        Of all runs.
     """
 
     def __init__(self, config: Config, terrain: TerrainModel) -> None:
@@ -55,7 +71,28 @@ class RunningModel:
         self._marks = BlockMarks()
         terrain.observer = self._mark
         self.record: ProblemRecord | None = None
-        self.latest = _NONE
+        self._latest = _NONE
+        self.cycles = self.generations = 0
+        self._run: _Run | None = None
+
+    @property
+    def latest(self) -> Outcome:
+        """Result of the latest run; without paths after a PROBLEM, but with its population."""
+        self.settle()
+        return self._latest
+
+    def settle(self) -> None:
+        """Wait for the end of a run that goes on."""
+        if self._run is not None:
+            self._latest = self._run.result()
+            self._run = None
+            self.cycles += self._latest.cycles
+            self.generations += self._latest.generations
+
+    def end(self) -> None:
+        """Let a run that goes on end with its present generation."""
+        if self._run is not None:
+            self._run.watched[WATCHED_STOP] = 1
 
     def _mark(self, x: int, y: int, columns: int, rows: int) -> None:
         self._marks.write(np.arange(x, x + columns), np.arange(y, y + rows)[:, None])
@@ -68,7 +105,7 @@ class RunningModel:
         if not repeated:
             self.record = record
             self._marks.shift = record.block_shift
-            self.latest = dataclasses.replace(self.latest, paths=[], keys=[])
+            self._latest = dataclasses.replace(self.latest, paths=[], keys=[])
         return b""
 
     def run(self, payload: bytes, repeated: bool) -> bytes:
@@ -86,19 +123,25 @@ class RunningModel:
         assert self.record is not None
         population = self.latest.population if options.warm else None
         expect(population is None or len(population) > 0, Status.BAD_VALUE)
-        self.latest = plan(
-            self.config,
-            self._terrain.heights,
-            self.record,
-            options,
-            population,
-            marked=self._marks.scan(),
+        self._run = _Run(
+            functools.partial(
+                plan,
+                self.config,
+                self._terrain.heights,
+                self.record,
+                options,
+                population,
+                marked=self._marks.scan(),
+            )
         )
+        while self._run.goes_on and self._run.watched[WATCHED_GENERATIONS] < _BRED_FIRST:
+            self._run.wait(_LOOK_S)
         return b""
 
     def stop(self, payload: bytes, repeated: bool) -> bytes:
         """Execute a STOP."""
         expect(not payload, Status.BAD_LENGTH)
+        self.end()
         return b""
 
     def best(self, payload: bytes, repeated: bool) -> bytes:
@@ -132,11 +175,67 @@ class RunningModel:
 
     def status(self) -> dict[str, int]:
         """Return the fields of a STATUS that belong to the run."""
+        counted = ("cycles", "breed", "score", "walk", "sort", "wavefront")
+        run = self._run
+        if run is not None:
+            run.wait(_LOOK_S)
+        if run is not None and run.goes_on:
+            return dict.fromkeys(counted, 0) | {
+                "generation": int(run.watched[WATCHED_GENERATIONS]) & 0xFFFFFFFF,
+                "cycles": int(run.watched[WATCHED_CYCLES]) & 0xFFFFFFFF,
+                "running": 1,
+                "key": PathClass.VOID << VALUE_BITS,
+            }
         latest = self.latest
         told = {
             "generation": latest.generations,
             "running": 0,
             "key": latest.keys[0] if latest.keys else PathClass.VOID << VALUE_BITS,
         }
-        counted = ("cycles", "breed", "score", "walk", "sort", "wavefront")
         return told | {name: getattr(latest, name) & 0xFFFFFFFF for name in counted}
+
+
+class _Run:
+    """A run in a thread of its own.
+
+    Parameters
+    ----------
+    work : callable
+        Does the run; takes what is ``watched`` of it.
+
+    Attributes
+    ----------
+    watched : ndarray
+        See :func:`sim.model.planner.run.plan`.
+    """
+
+    def __init__(self, work: Callable[..., Outcome]) -> None:
+        self.watched: NDArray[np.int64] = np.zeros(WATCHED, dtype=np.int64)
+        self._work = work
+        self._outcome: Outcome | None = None
+        self._error: BaseException | None = None
+        self._thread = threading.Thread(target=self._do, daemon=True)
+        self._thread.start()
+
+    def _do(self) -> None:
+        try:
+            self._outcome = self._work(watched=self.watched)
+        except BaseException as error:
+            self._error = error
+
+    @property
+    def goes_on(self) -> bool:
+        """The run is not over."""
+        return self._thread.is_alive()
+
+    def wait(self, seconds: float) -> None:
+        """Wait for the end, so long at most."""
+        self._thread.join(seconds)
+
+    def result(self) -> Outcome:
+        """Wait for the end; return the result, or raise what the run has raised."""
+        self._thread.join()
+        if self._error is not None:
+            raise self._error
+        assert self._outcome is not None
+        return self._outcome

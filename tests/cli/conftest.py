@@ -28,6 +28,8 @@ ENDS = (
 )
 #: No-fly zones that block the map from edge to edge.
 WALL = [part for y in range(0, 4001, 400) for part in ("--nofly-circle", f"3000,{y},300")]
+#: A plan by the planner of the paper's chip.
+PAPER = ("--planner", "ga-fpga", "--generations", "60", "--seed", "1")
 #: Files of a plan.
 FILES = ["path.geojson", "path.png", "summary.json", "terrain.npz"]
 
@@ -119,9 +121,7 @@ def pathgene():
 
 @pytest.fixture(scope="session")
 def planned(hills, pathgene, tmp_path_factory):
-    """Directory, process and summary of a plan."""
+    """Directory, process and summary of a plan by ``PAPER``."""
     out = tmp_path_factory.mktemp("plan") / "out"
-    done = pathgene(
-        "plan", "--terrain", hills, *ENDS, "--generations", 60, "--seed", 1, "--out", out, "--json"
-    )
+    done = pathgene("plan", "--terrain", hills, *ENDS, *PAPER, "--out", out, "--json")
     return out, done, json.loads(done.stdout) if done.returncode == 0 else None

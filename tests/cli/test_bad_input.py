@@ -112,7 +112,11 @@ def refused(capsys, *arguments):
         ),
         (
             [*ENDS, "--planner", "a-star"],
-            "There is no planner 'a-star'; the planners are ga-fpga, ",
+            "There is no planner 'a-star'; the planners are ga-chip, ",
+        ),
+        (
+            [*ENDS, "--link-mode", "recipe"],
+            "The default planner, ga-chip, has no option link_mode (--link-mode); name a planner ",
         ),
         ([*ENDS, "--uav", "kite"], "There is no UAV 'kite'; give one of "),
         ([*ENDS, "--wind", "-30,0"], "A wind of 30 m/s is not below the airspeed of "),
@@ -146,13 +150,21 @@ def refused(capsys, *arguments):
             "The population of ga-pc must be from 8 to 100000, not 1000000000.",
         ),
         (
-            [*ENDS, "--initial-draws", "1000000000"],
+            [*ENDS, "--planner", "ga-fpga", "--initial-draws", "1000000000"],
             "The initial draws must be from 1 to 1000, not 1000000000.",
         ),
         ([*ENDS, "--uav", __file__], "The name of a UAV file must end in .toml, unlike "),
         ([*ENDS, "--board", "/dev/nowhere"], "No board can be opened at '/dev/nowhere' ("),
         ([*ENDS, "--board", "model:?population=33"], "Config.population must be a power of two "),
         ([*ENDS, "--board", "model:?genetic=0"], "This board has no genetic core, "),
+        (
+            [*ENDS, "--board", "model:?genetic=1", "--planner", "ga-chip"],
+            "This board has no streaming genetic core, so it does not plan by itself; ",
+        ),
+        (
+            [*ENDS, "--board", "model:?genetic=streaming", "--planner", "ga-fpga"],
+            "This board has the streaming genetic core, which breeds without the host; ",
+        ),
         (
             [*ENDS, "--board", "model:?speed=9"],
             "The model takes only fields of the configuration, ",

@@ -227,7 +227,7 @@ def test_reports_a_failed_planner_and_completes_the_others(hills, tmp_path, caps
 @pytest.mark.parametrize(
     ("planners", "options", "sentence"),
     [
-        ("a-star", [], "There is no planner 'a-star'; the planners are ga-fpga, "),
+        ("a-star", [], "There is no planner 'a-star'; the planners are ga-chip, "),
         ("ga-pc,ga-pc", [], "ga-pc and ga-pc are the same planner with the same options; "),
         ("ga-pc", ["--runs", "0"], "The number of runs must be 1 or more, not 0."),
         ("ga-pc", ["--jobs", "0"], "The number of jobs must be 1 or more, not 0."),

@@ -44,6 +44,18 @@ def test_writes_all_files(planned):
     assert document["features"][0]["geometry"]["coordinates"] == summary["waypoints"]
 
 
+def test_plans_on_the_chip_where_neither_planner_nor_board_is_named(hills, tmp_path, capsys):
+    assert plan(hills, tmp_path, "--chip-ms", 2, "--seed", 1) == 0
+    summary = summary_in(tmp_path)
+    assert (summary["planner"], summary["board"], summary["feasible"]) == (
+        "ga-chip",
+        "model:",
+        True,
+    )
+    assert 2000 <= summary["hardware"]["plan_us"] < 2100
+    assert_check_agrees(tmp_path, summary, capsys)
+
+
 def test_check_agrees_with_the_summary(planned, pathgene, hills):
     out, _, summary = planned
     by_summary = json.loads(pathgene("check", "--path", out / "summary.json", "--json").stdout)
@@ -213,6 +225,8 @@ def test_stop_criteria(hills, tmp_path, capsys):
         *ENDS,
         "--out",
         str(tmp_path),
+        "--planner",
+        "ga-fpga",
         "--generations",
         "100000",
         "--json",
@@ -230,6 +244,7 @@ def test_stop_criteria(hills, tmp_path, capsys):
 @pytest.mark.parametrize(
     "planner",
     [
+        "ga-chip",
         "ga-fpga",
         "ga-pc",
         *(

@@ -6,16 +6,13 @@ import pytest
 
 from host.cli import main
 
-from .conftest import ENDS, FILES, WALL, assert_check_agrees, plan, summary_in
+from .conftest import ENDS, FILES, PAPER, WALL, assert_check_agrees, plan, summary_in
 
 
 def test_same_seed_same_path_in_every_link_mode(planned, hills, tmp_path, capsys):
     _, _, summary = planned
     for mode in ("population", "recipe"):
-        assert (
-            plan(hills, tmp_path / mode, "--generations", "60", "--seed", "1", "--link-mode", mode)
-            == 0
-        )
+        assert plan(hills, tmp_path / mode, *PAPER, "--link-mode", mode) == 0
         other = summary_in(tmp_path / mode)
         assert other["waypoints"] == summary["waypoints"]
         assert other["history"] == summary["history"]
@@ -23,13 +20,45 @@ def test_same_seed_same_path_in_every_link_mode(planned, hills, tmp_path, capsys
     assert "fitness" in capsys.readouterr().out
 
 
+def test_plans_by_other_planners_beside_it(hills, tmp_path, capsys):
+    options = ["--chip-ms", 2, "--seed", 1, "--beside", "ga-fpga, ga-chip,astar"]
+    assert plan(hills, tmp_path, *options) == 0
+    output = capsys.readouterr()
+    assert "pathgene: Beside it, ga-fpga on model:." in output.err.splitlines()
+    lines = output.out.splitlines()
+    (first,) = [number for number, line in enumerate(lines) if line.startswith("planner  board ")]
+    rows = [line.split() for line in lines[first + 1 : first + 4]]
+    summary = summary_in(tmp_path)
+    chip_us = f"{summary['hardware']['plan_us']:,.0f}"
+    assert rows[0][:4] == ["ga-chip", "model:", "yes", f"{summary['fitness']:.4f}"]
+    assert rows[0][4:8] == [chip_us, "us", "at", "100"]
+    assert [row[:3] for row in rows[1:]] == [
+        ["ga-fpga", "model:", "yes"],
+        ["astar", "none", "yes"],
+    ]
+    assert [row[4] for row in rows[1:]] == ["-", "-"]
+
+    assert plan(hills, tmp_path, *options[:5], "astar", "--json") == 0
+    printed = json.loads(capsys.readouterr().out)
+    beside = printed.pop("beside")
+    assert printed == summary_in(tmp_path)
+    assert [row["planner"] for row in beside] == ["ga-chip", "astar"]
+    assert beside[1]["plan_us"] is None
+
+
+def test_a_board_of_one_core_leaves_the_model_to_the_planner_beside_it(hills, tmp_path, capsys):
+    board = ["--board", "model:?genetic=streaming", "--chip-ms", "1"]
+    assert plan(hills, tmp_path, *board, "--beside", "ga-fpga", "--generations", "200") == 0
+    assert "pathgene: Beside it, ga-fpga on model:." in capsys.readouterr().err.splitlines()
+    assert plan(hills, tmp_path, *board, "--beside", "gafpga") == 2
+    assert "There is no planner 'gafpga'" in capsys.readouterr().err
+
+
 def test_collisions_counted_by_the_board(hills, tmp_path, capsys):
-    assert (
-        plan(hills, tmp_path, "--generations", "40", "--seed", "1", "--feasibility", "board") == 0
-    )
+    assert plan(hills, tmp_path, *PAPER, "--feasibility", "board") == 0
     summary, said = summary_in(tmp_path), capsys.readouterr().out
     counted = summary["hardware"]["feasibility"]
-    assert 0 < counted["evaluated_in_full"] < counted["counted_on_board"] == 128 + 40 * 22
+    assert 0 < counted["evaluated_in_full"] < counted["counted_on_board"] == 128 + 60 * 22
     assert f"{counted['counted_on_board']} paths" in said
     assert_check_agrees(tmp_path, summary, capsys)
 

@@ -1,6 +1,7 @@
 """Problem files and missions on the command line."""
 
 import json
+import re
 import tomllib
 
 import numpy as np
@@ -206,6 +207,16 @@ def test_problem_check_reports_what_the_file_describes(file, capsys):
     )
     assert main(["problem", "check", str(file)]) == 0
     assert "via point 1" in capsys.readouterr().out
+
+
+def test_problem_check_needs_no_board(file, capsys):
+    text = re.sub(r"\[planner\].*?(?=\n\[|\Z)", "", file.read_text(), flags=re.DOTALL)
+    file.write_text(f'{text}\n[planner]\nboard = "/dev/nowhere"\n')
+    assert main(["problem", "check", str(file), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert (report["planner"], report["generations"]) == (None, None)
+    assert main(["problem", "check", str(file)]) == 0
+    assert "the board's" in capsys.readouterr().out
 
 
 def test_problem_new_replaces_no_file(file, tmp_path, capsys):

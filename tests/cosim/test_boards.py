@@ -156,7 +156,8 @@ def test_ctrl_c_does_not_wait_for_a_stopped_board(tmp_path):
     np.savez(terrain, elevation=np.zeros((21, 21)), dx_m=100.0, dy_m=100.0)
     command = [sys.executable, "-m", "host", "plan", "--terrain", terrain, "--agl", "--start",
                "100,100,50", "--goal", "1900,1900,50", "--board", board_url("sim", SMALL),
-               "--generations", "1000000", "--out", tmp_path / "out"]  # fmt: skip
+               "--planner", "ga-fpga", "--generations", "1000000",
+               "--out", tmp_path / "out"]  # fmt: skip
     with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
         while not process.stderr.readline().startswith("generation 0/"):
             assert process.poll() is None

@@ -1,4 +1,4 @@
-"""The sorter keeps its members in order, and loses and invents none."""
+"""The sorter keeps its members in order, drops the worst, and loses and invents none."""
 
 import itertools
 
@@ -14,12 +14,13 @@ from tools.formal import Proof
 class Sorted(Elaboratable):
     """Proved for all time, by induction, for 3 members of 2 bits of key; the source is free.
 
-    Assumed of the user: members leave in a row of 3, once that many are inside, and none enters
-    meanwhile; ``keeps_best`` changes only while the sorter is empty, and then no member is late.
+    Assumed of the user: all are let go only once 3 members or more were taken, in a cycle after the
+    last of them, and not again meanwhile.
 
-    - The cells are in order: what leaves next is the least, or with ``keeps_best`` the greatest.
-      Of equals that entered one after another, with numbers for tags, the earlier is better.
-    - Any one member, watched by key and number, is inside as often as it entered and has not left.
+    - The rows are in order, those that leave too, from the best on. Of equals, with numbers for
+      tags, the earlier comes first.
+    - Any one member, watched by its number, is inside as often as it entered and has not left, with
+      its key. If it is dropped, none inside is worse.
     """
 
     CAPACITY, KEY_BITS, TAG_BITS = 3, 2, 3
@@ -29,131 +30,126 @@ class Sorted(Elaboratable):
 
     def elaborate(self, platform):
         m = Module()
-        sorter, capacity = self.dut, self.CAPACITY
+        sorter, last = self.dut, self.CAPACITY - 1
         m.submodules.dut = dut = Opened(sorter)
-        *cells, entering = (
-            data.View(sorter.cell_layout, dut.signal(name))
-            for name in (*(f"cell_{i}" for i in range(capacity)), "entering")
+        rows = [data.View(sorter.member_layout, dut.memory(m, "rows", i)) for i in range(last + 1)]
+        held, entering = (
+            data.View(sorter.member_layout, dut.signal(name)) for name in ("held", "entering")
         )
-        enters, drains, count = map(dut.signal, ("enters", "drains", "count"))
-        keeps_best, members = sorter.keeps_best, sorter.members
-        free(m, members.valid, members.payload, sorter.drain)
-
-        # `keeps_best` is chosen anew where nothing is inside or has just left. Once the sorter is
-        # full its members leave, in `asked` steps, of which `drains` is the last.
-        choice = Signal()
-        mode = Signal()
-        earlier = Signal()
-        asked = Signal(range(capacity))
-        draining = Signal()
-        m.d.comb += [
-            mode.eq(Mux((count == 0) & ~enters & ~sorter.left.valid, choice, earlier)),
-            keeps_best.eq(mode),
-            draining.eq(asked != 0),
-            Assume(~members.valid | ~members.p.late | ~mode),
-            Assume(~sorter.drain | draining | (sorter.full & ~drains)),
-            Assume(~members.valid | ~(draining | sorter.drain)),
-        ]
-        free(m, choice)
-        m.d.sync += earlier.eq(mode)
-        with m.If(sorter.drain):
-            m.d.sync += asked.eq(Mux(asked == capacity - 1, 0, asked + 1))
+        worst, row, at, inserting = map(dut.signal, ("worst", "row", "at", "inserting"))
+        members, left, dropped = sorter.members, sorter.left, sorter.dropped
+        takes = members.valid & members.ready
+        emptying = sorter.emptying & ~inserting
+        free(m, members.valid, members.payload, sorter.empty)
         # Tags are numbers of the order of entrance, as far as they go.
         number = Signal(self.TAG_BITS)
         m.d.comb += [
+            Assume(~sorter.empty | (~sorter.emptying & ~takes & (worst + inserting >= last))),
             Assume(~members.valid | (members.p.tag == number)),
             Assume(~number.all()),
         ]
-        with m.If(members.valid & members.ready):
-            m.d.sync += number.eq(number + 1)
+        m.d.sync += number.eq(number + takes)
 
-        # What is inside: from the entrance on while members enter, before the exit afterwards.
-        inside = Signal(capacity)
-        leaving = Signal()
-        m.d.comb += leaving.eq((count != capacity) & (draining | drains))
-        with m.If(leaving):
-            m.d.comb += inside.eq(Cat(i + count >= capacity for i in range(capacity)))
-        with m.Else():
-            m.d.comb += inside.eq(Cat(i < count for i in range(capacity)))
-        order = 2 + self.KEY_BITS
+        # Rows of members inside: while one is inserted, the row behind the one compared is void.
+        inside = Signal(last + 1)
+        for i in range(last + 1):
+            with m.If(inserting):
+                m.d.comb += inside[i].eq((i <= at) | ((i >= at + 2) & (i <= worst + 1)))
+            with m.Elif(emptying):
+                m.d.comb += inside[i].eq(i >= row)
+            with m.Else():
+                m.d.comb += inside[i].eq(i <= worst)
+        there = [inside[i] | (left.valid & (at == i)) for i in range(last + 1)]
+
+        # What induction has to know of rows and phases.
         m.d.comb += [
-            Assert((count <= capacity) & (asked < capacity)),
-            Assert(sorter.full == (count == capacity)),
-            Assert(~draining | (count == capacity - asked + drains)),
-            Assert(draining | ~drains | (count == 1)),
-            Assert(~drains | Value.cast(entering)[:order].all()),
-            Assert(~enters | (entering.tag + 1 == number)),
-            Assert(~enters | ~mode | ~entering.late),
-            Assert(enters | drains | (Value.cast(entering) == 0)),
-            Assert(enters == (entering.there & ~drains)),
-            Assert(~enters | ~draining),
+            Assert((worst >= -1) & (worst <= last)),
+            Assert(members.ready == ~(inserting | sorter.emptying)),
+            Assert(members.ready.implies(row == worst)),
+            Assert(inserting.implies((at >= -1) & (at <= worst) & (row == at - 1))),
+            Assert(inserting.implies(entering.tag + 1 == number)),
+            Assert(sorter.emptying.implies(worst + inserting >= last)),
+            Assert(emptying.implies((row >= 0) & (row <= last) & (worst == last))),
+            Assert(emptying.implies(left.valid == (row != 0))),
+            Assert(left.valid.implies(~inserting & (at == Mux(emptying, row - 1, last)))),
+            Assert((left.valid & ~emptying).implies(worst == -1)),
+            Assert(dropped.valid.implies((worst == last) & ~left.valid)),
         ]
-        newest = Mux(enters, entering.tag, number)
-        for i, cell in enumerate(cells):
-            m.d.comb += [
-                Assert(inside[i] == cell.there),
-                Assert(inside[i] | (Value.cast(cell) == 0)),
-                Assert(~inside[i] | (cell.tag < newest)),
-                Assert(~inside[i] | ~mode | cell.late),
-            ]
-        for i, (cell, after) in enumerate(itertools.pairwise(cells)):
-            place, place_after = (Value.cast(each)[:order] for each in (cell, after))
-            with m.If(inside[i] & inside[i + 1]):
-                m.d.comb += Assert(place >= place_after)
-                with m.If(place == place_after):
-                    m.d.comb += Assert(Mux(mode, cell.tag < after.tag, cell.tag > after.tag))
+        newest = Mux(inserting, entering.tag, number)
+        for i, each in enumerate(rows):
+            with m.If(there[i]):
+                m.d.comb += Assert(each.tag < newest)
+            with m.If((at == i) & (inserting | left.valid)):
+                m.d.comb += Assert(Value.cast(held) == Value.cast(each))
+            with m.If(inserting & inside[i] & (i > at)):
+                m.d.comb += Assert(self._order(entering) < self._order(each))
+
+        for (i, before), (j, behind) in itertools.combinations(enumerate(rows), 2):
+            with m.If(there[i] & there[j]):
+                m.d.comb += Assert(self._order(before) <= self._order(behind))
+                with m.If(self._order(before) == self._order(behind)):
+                    m.d.comb += Assert(before.tag < behind.tag)
 
         # The watched member.
-        key = any_constant(m, self.KEY_BITS, "watched_key")
         tag = any_constant(m, self.TAG_BITS, "watched_tag")
-        stored = key ^ mode.replicate(self.KEY_BITS)
-        entered = Signal(2)
+        watched = Signal(sorter.member_layout)
+        entered = Signal()
         gone = Signal(2)
-        present = Signal(range(capacity + 2))
-        m.d.comb += present.eq(
-            sum(
-                (inside[i] & (cell.key == stored) & (cell.tag == tag))
-                for i, cell in enumerate(cells)
-            )
-            + (enters & (entering.key == stored) & (entering.tag == tag))
-        )
-        comes = members.valid & members.ready & (members.p.key == key) & (members.p.tag == tag)
-        goes = sorter.left.valid & (sorter.left.key == key) & (sorter.left.tag == tag)
-        m.d.sync += [entered.eq(entered + comes), gone.eq(gone + goes)]
+        present = Signal(range(self.CAPACITY + 2))
+        matches = [inside[i] & (each.tag == tag) for i, each in enumerate(rows)]
+        matches.append(inserting & (entering.tag == tag))
+        drops = dropped.valid & (dropped.tag == tag)
+        leaves = left.valid & (left.tag == tag)
+        m.d.comb += present.eq(sum(matches))
+        with m.If(takes & (members.p.tag == tag)):
+            m.d.sync += [entered.eq(1), watched.eq(members.p)]
+        m.d.sync += gone.eq(gone + drops + leaves)
         m.d.comb += [
-            Assert(entered == gone + present + goes),
-            Assert(entered <= 1),
-            Assert((entered == 0) | (tag < number)),
-            Cover((gone == 1) & mode),
-            Cover((gone == 1) & ~mode & (tag == 2)),
+            Assert(entered == gone + present + drops + leaves),
+            Assert(entered == (tag < number)),
+            Assert(leaves.implies(left.key == watched.key)),
+            Cover((gone == 1) & (tag == 2) & ~sorter.emptying),
+            Cover(drops & (tag == 0)),
+            Cover(drops & (tag == 3)),
         ]
+        for i, each in enumerate([*rows, entering]):
+            with m.If(matches[i]):
+                m.d.comb += Assert(Value.cast(each) == Value.cast(watched))
+            with m.If(drops & (inside[i] if i <= last else inserting)):
+                m.d.comb += Assert(self._order(each) <= self._order(watched))
         return m
+
+    def _order(self, member):
+        """Return what members are sorted by."""
+        return Cat(member.late, member.key)
 
 
 PROOF = Proof(
     claim=Sorted,
-    depth=8,
-    induction=2,
+    depth=13,
+    induction=1,
     faults={
-        "a member overtakes its equals": (
+        "a member overtakes its equals": (Sorter, ("(new < old)", "(new <= old)")),
+        "a late member does not give way to its equals": (
             Sorter,
-            ("~(new < cell.as_value()[:order_bits])", "cell.as_value()[:order_bits] < new"),
+            ("each.as_value()[:order_bits]", "each.as_value()[1:order_bits]"),
         ),
-        "a new member does not give way to its equals": (
+        "the worst stays where one is inserted in front of it": (
             Sorter,
-            ("enters & (entering.late | self.keeps_best)", "enters & entering.late"),
+            ("Mux(passes, held, entering)", "entering"),
         ),
-        "what is pushed out is lost": (
+        "a member in front of all goes on": (Sorter, ("(at >= 0) & (new < old)", "new < old")),
+        "one too many drops the worst although it is worse": (
             Sorter,
-            ("self.left.valid.eq(leaving.there)", "self.left.valid.eq(drains)"),
+            ("Mux(passes, held.tag, entering.tag)", "held.tag"),
         ),
-        "what drives the members out takes a place": (
+        "members are let go while the last is inserted, from the wrong row on": (
             Sorter,
-            ("placed.eq(Mux(drains, 0, entering))", "placed.eq(entering)"),
+            ("Mux(self.empty | self.emptying, 0, stopped)", "Mux(self.emptying, 0, stopped)"),
         ),
-        "a member that is worse than all is taken for another": (
+        "a member is taken before those that leave are read": (
             Sorter,
-            ("Mux(moves[-1], cells[-1], entering)", "cells[-1]"),
+            ("eq(~inserting & ~self.emptying)", "eq(~inserting)"),
         ),
     },
 )

@@ -43,7 +43,7 @@ def test_plans_without_output(capsys):
 
 def test_default_planner_names_its_board():
     done = plan(PROBLEM, generations=2)
-    assert (done.planner, done.board) == ("ga-fpga", "model:")
+    assert (done.planner, done.board) == ("ga-chip", "model:")
     assert done.summary["hardware"]["generations"] == 2
 
 
@@ -54,8 +54,8 @@ def test_none_is_the_default_of_an_option():
 
 
 def test_numbers_of_numpy_plan_the_same():
-    done = plan(PROBLEM, seed=np.int64(3), generations=np.int32(2), initial_draws=np.int64(1))
-    again = plan(PROBLEM, seed=3, generations=2, initial_draws=1)
+    done = plan(PROBLEM, seed=np.int64(3), generations=np.int32(2), chip_ms=np.int64(1))
+    again = plan(PROBLEM, seed=3, generations=2, chip_ms=1)
     assert np.array_equal(done.path, again.path)
     assert json.dumps(done.summary["history"]) == json.dumps(again.summary["history"])
 
@@ -120,7 +120,7 @@ def test_check_reports_plain_numbers():
             {},
             f"There is no planner 'a-star'; the planners are {', '.join(PLANNERS)}.",
         ),
-        (None, {}, f"There is no planner None; the planners are {', '.join(PLANNERS)}."),
+        (7, {}, f"There is no planner 7; the planners are {', '.join(PLANNERS)}."),
         ("ga-pc", {"generations": 0}, "The number of generations must be 1 or more, not 0."),
         (
             "ga-pc",

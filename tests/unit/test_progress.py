@@ -56,7 +56,7 @@ def test_terminal_redraws_a_line():
 
 def test_terminal_bar_does_not_overflow():
     text = run(Terminal(), [0, 1, 2, 3], generations=2)
-    assert f"[{'#' * 30}] generation 3/2" in text
+    assert f"[{'#' * 30}] generation 3  best " in text
 
 
 def test_shows_nothing_without_generations():

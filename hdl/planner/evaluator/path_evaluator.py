@@ -39,7 +39,7 @@ class PathEvaluator(wiring.Component):
     A path is decided on a cycle after its score. If it is not walked, its key is offered 3 cycles
     later, or in the cycle after the key before it. If it is walked, its first segment is offered to
     the walker 3 cycles after the decision, and its key 3 cycles after the result of the walk, or in
-    the cycle after the key before it. All cycles equal those of
+    the cycle after the key before it is taken. All cycles equal those of
     :func:`sim.model.planner.cycles.enter`, the keys those of
     :meth:`sim.model.planner.definition.evaluation.Evaluator.evaluate`.
 

@@ -6,8 +6,8 @@ import argparse
 
 from host.cli.arguments.base import Commands, add_command, leave_unset
 from host.cli.arguments.rules import add_as_paper
-from host.cli.arguments.search import add_fallback, add_own_options, add_search
-from host.planners import DEFAULT, PLANNERS
+from host.cli.arguments.search import DEFAULT_PLANNER, add_fallback, add_own_options, add_search
+from host.planners import PLANNERS
 from host.workers import LOCAL
 
 
@@ -31,7 +31,7 @@ def add_batch(commands: Commands) -> None:
     )
     group = parser.add_argument_group("planning, in place of what the files say")
     group.add_argument(
-        "--planner", metavar="NAME", help=f"one of {', '.join(PLANNERS)} (default {DEFAULT})"
+        "--planner", metavar="NAME", help=f"one of {', '.join(PLANNERS)} ({DEFAULT_PLANNER})"
     )
     add_search(group)
     group.add_argument("--seed", type=int, metavar="N", help="seed of all random draws (default 0)")

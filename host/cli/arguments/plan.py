@@ -6,8 +6,8 @@ import argparse
 
 from host.cli.arguments.base import Commands, add_command, complete_by_file
 from host.cli.arguments.problem import add_problem
-from host.cli.arguments.search import add_fallback, add_own_options, add_search
-from host.planners import DEFAULT, PLANNERS
+from host.cli.arguments.search import DEFAULT_PLANNER, add_fallback, add_own_options, add_search
+from host.planners import PLANNERS
 
 
 __all__ = ["add_plan"]
@@ -30,10 +30,15 @@ def add_plan(commands: Commands) -> None:
     group.add_argument(
         "--planner",
         metavar="NAME",
-        default=DEFAULT,
-        help=f"one of {', '.join(PLANNERS)} (default %(default)s)",
+        help=f"one of {', '.join(PLANNERS)} ({DEFAULT_PLANNER})",
     )
     add_search(group)
+    group.add_argument(
+        "--beside",
+        metavar="NAME,...",
+        help="planners to run afterwards on the same problem, for a table of all; nothing of "
+        "theirs is written",
+    )
     group.add_argument(
         "--seed",
         type=int,
@@ -72,4 +77,4 @@ def add_plan(commands: Commands) -> None:
         metavar="FILE",
         help="write a problem file, .toml, of these options before planning",
     )
-    complete_by_file(parser, besides=("save_problem",))
+    complete_by_file(parser, besides=("beside", "save_problem"))

@@ -4,7 +4,8 @@ Cycles are counted from the first one of a run. A path passes scorer, decision a
 order in which paths come. The scorer takes a point in every slot of two cycles and never waits
 inside a path; the decision follows a fixed time behind, and the walker takes the paths that are to
 be walked one right after the other. So the cycle of a path's key follows from the cycle in which
-its points are there, the number of its points, the cycles of its walk, and the paths before it.
+its points are there, the number of its points, the cycles of its walk, the paths before it, and how
+many of those in the sorter each of them passes.
 
 Kernels of the compiled model and the plain definition both call these functions.
 """
@@ -20,13 +21,15 @@ from sim.model.planner.compiled import compiled, inlined
 from sim.model.planner.evaluator_cycles import DECISION, KEY, PLACES, QUEUE
 from sim.model.planner.evolver_cycles import begun as child_begun
 from sim.model.planner.evolver_cycles import (
+    inserted,
+    inserting,
     merging,
-    moving,
-    opening,
+    passing,
+    passing_over,
     plan,
     planning,
-    settling,
-    storing,
+    ready,
+    settled,
 )
 from sim.model.planner.evolver_cycles import offered as point_offered
 from sim.model.planner.first_paths_cycles import member_offered, seed_offered
@@ -67,11 +70,14 @@ __all__ = [
     "goal",
     "merge",
     "next_island",
+    "pass_over",
+    "passes",
     "revised",
     "seeded",
     "settle",
     "share_out",
     "spread",
+    "take",
     "totals",
     "vacate",
 ]
@@ -83,10 +89,10 @@ CYCLES, GENERATIONS, BREED, SCORE, WALK, SORT, WAVEFRONT = range(7)
 #: and in which the walker is; cycles of the latest key, and in which the scorer takes the latest
 #: goal; paths that have entered, and points of the latest child with the cycle of its begin.
 _LAUNCHER, _SLOTS, _WALKER, _KEY, _GOAL, _ENTERED, _BEGUN, _POINTS = range(7, 15)
-#: Keys pass from _OPEN on, but not from _CLOSES to before _REOPENS.
-_OPEN, _CLOSES, _REOPENS = range(15, 18)
+#: Keys are taken from _FREE on; the next pass begins in _PASS, or when the sorter is free.
+_FREE, _PASS = range(15, 17)
 #: Cycles of the latest keys, of as many paths as can be inside at once.
-_KEYS = 18
+_KEYS = 17
 
 #: Places of the delays that depend on the sizes of a chip.
 _SCORED, _WALKED, ROW, _POPULATION, _CHILDREN, _LONGEST = range(6)
@@ -106,7 +112,7 @@ def delays_vector(config: Config) -> Integers:
 
 
 def counters_vector() -> Integers:
-    """Return the counters at the beginning of a run, (34,) int64."""
+    """Return the counters at the beginning of a run, (33,) int64."""
     counters = np.zeros(_KEYS + PLACES, dtype=np.int64)
     counters[_KEY] = counters[_KEYS:] = -1
     return counters
@@ -116,7 +122,7 @@ def counters_vector() -> Integers:
 def enter(
     delays: Integers, counters: Integers, offered: int, points: int, walk: int, has_exit: int
 ) -> int:
-    """Return the cycle of the key of the next path.
+    """Return the cycle in which the key of the next path is made; :func:`take` follows.
 
     Parameters
     ----------
@@ -142,12 +148,37 @@ def enter(
     if walk:
         counters[_WALKER] = max(decided + QUEUE + FRONT, counters[_WALKER]) + walk
         key = counters[_WALKER] + delays[_WALKED] + KEY
-    key = max(key, counters[_KEY] + 1, counters[_OPEN])
-    if counters[_CLOSES] <= key < counters[_REOPENS]:
-        key = counters[_REOPENS]
-    counters[_KEY] = counters[place] = key
-    counters[_ENTERED] += 1
     return key
+
+
+@inlined
+def passes(counters: Integers, key: int) -> bool:
+    """Return whether the next pass comes before a key that is made in cycle ``key``."""
+    comes: bool = max(key, counters[_FREE]) >= counters[_PASS]
+    return comes
+
+
+@inlined
+def pass_over(delays: Integers, counters: Integers, passed: int) -> None:
+    """Pass over the population; what stays passes so many members in the sorter, all together."""
+    population = delays[_POPULATION]
+    spent = passing_over(population, population - delays[_CHILDREN], passed)
+    counters[_FREE] = max(counters[_PASS], counters[_FREE]) + spent
+    counters[SORT] += spent
+
+
+@inlined
+def take(counters: Integers, key: int, passed: int) -> int:
+    """Return the cycle in which the latest path's key is taken, made in cycle ``key``.
+
+    ``passed``: how many members of the sorter it passes.
+    """
+    taken: int = max(key, counters[_FREE])
+    counters[_KEY] = counters[_KEYS + counters[_ENTERED] % PLACES] = taken
+    counters[_ENTERED] += 1
+    counters[_FREE] = inserted(taken, passed)
+    counters[SORT] += inserting(passed)
+    return taken
 
 
 def goal(counters: Integers) -> int:
@@ -189,8 +220,9 @@ def revised(counters: Integers, number: int, dropped: int) -> int:
 def settle(delays: Integers, counters: Integers) -> None:
     """Go on to the step behind a first population, all of whose paths have keys."""
     store = counters[_KEY] + 1 + EVALUATED
-    counters[CYCLES] = store + settling(delays[_POPULATION]) + POPULATION
-    counters[SORT] += moving(delays[_POPULATION])
+    counters[_FREE] = settled(store, counters[_FREE], delays[_POPULATION])
+    counters[CYCLES] = counters[_FREE] + POPULATION
+    counters[SORT] += delays[_POPULATION]
 
 
 @compiled
@@ -210,15 +242,15 @@ def aim(counters: Integers) -> None:
 def begin(delays: Integers, counters: Integers, pending: bool) -> int:
     """Begin a generation; return the cycle.
 
-    With ``pending``, keys do not pass while the members of the population are gone through. Without
-    it the next generation may begin when this one is planned.
+    With ``pending``, a pass over the population follows. Without it the next generation may begin
+    when this one is planned.
     """
     begun: int = counters[CYCLES] + BEGIN
     planned = planning(delays[_CHILDREN])
     counters[GENERATIONS] += 1
     counters[BREED] += planned - 1
     if pending:
-        _close(delays, counters, begun + planned + 1)
+        counters[_PASS] = passing(begun, delays[_CHILDREN])
     else:
         counters[CYCLES] = begun + planned
     return begun
@@ -233,24 +265,16 @@ def bred(counters: Integers, begun: int, number: int, points: int) -> int:
 
 
 @compiled
-def finish(delays: Integers, counters: Integers) -> None:
+def finish(counters: Integers) -> None:
     """Begin to collect the last generation."""
-    _close(delays, counters, counters[CYCLES] + BEGIN + 2)
-
-
-@inlined
-def _close(delays: Integers, counters: Integers, first: int) -> None:
-    """Let no key pass in as many cycles as a population has members."""
-    counters[_CLOSES], counters[_REOPENS] = first, first + delays[_POPULATION]
+    counters[_PASS] = passing(counters[CYCLES] + BEGIN, 0)
 
 
 @compiled
 def collect(delays: Integers, counters: Integers) -> None:
-    """Go on to the cycle in which a population can be read, all of whose children have keys."""
-    last = max(counters[_KEY], counters[_REOPENS] - 1)
-    counters[_OPEN] = opening(last, delays[_POPULATION])
-    counters[CYCLES] = last + storing(delays[_POPULATION])
-    counters[SORT] += delays[_POPULATION] + moving(delays[_POPULATION])
+    """Go on to the cycle in which a population can be read, all of whose members are sorted."""
+    counters[_FREE] = counters[CYCLES] = ready(counters[_FREE], delays[_POPULATION])
+    counters[SORT] += delays[_POPULATION]
 
 
 @compiled
@@ -260,11 +284,16 @@ def next_island(counters: Integers) -> None:
 
 
 @compiled
-def merge(delays: Integers, counters: Integers) -> None:
-    """Go on to the first cycle of the population that two islands become."""
+def merge(delays: Integers, counters: Integers, passed: int) -> None:
+    """Go on to the first cycle of the population that two islands become.
+
+    ``passed``: how many members the second island's pass in the sorter, all together.
+    """
+    population = delays[_POPULATION]
     merged = counters[CYCLES] + MERGED[0]
-    counters[SORT] += 2 * delays[_POPULATION] + moving(delays[_POPULATION])
-    counters[CYCLES] = max(merged + MERGED[1] + AIMED, merged + merging(delays[_POPULATION]))
+    counters[SORT] += passing_over(2 * population, population, passed) + population
+    counters[_FREE] = merged + merging(population, passed)
+    counters[CYCLES] = max(merged + MERGED[1] + AIMED, counters[_FREE])
 
 
 @compiled

@@ -1,15 +1,23 @@
-"""Cycles of the evolver, equal to those of the gateware; none depends on what is drawn.
+"""Cycles of the evolver, equal to those of the gateware.
+
+Those of a plan depend on nothing that is drawn, those of the sorter on its members. A member that
+is taken in cycle t and passes k others is inserted in the cycles up to t + 1 + k; from t + 2 + k on
+the sorter is *free*, and can take the next one. In a first population the worst member is dropped
+for each better one too many, and is passed, too. After a ``store`` in cycle s such a population is
+there, and keys are taken again, N cycles from s + 1 on, or from when the sorter is free.
 
 A generation of n children begins in cycle b, with populations of N members. ::
 
     planned   b + 8 n + 6    ready, if none was pending
-    passing   b + 8 n + 7    first of N cycles in which keys are not taken
-    last                     last of these, or that of the last pending child's key if it is later
-    opens     last + N + 2   keys are taken again; from that last key on they were not
-    ready     last + N + 4
+    first     b + 8 n + 7    keys are not taken from here on
+    passed    the later of `first` and the cycle from which the sorter is free; and N, and 1 + k for
+              each member that stays and passes k children: keys are taken again
+    sorted    `passed`, or the cycle from which the sorter is free of the last child if it is later
+    ready     sorted + N + 1: from the last child's key on none is taken until then
 
-After a ``finish`` in cycle f the first of the N cycles is f + 2; the rest is the same. The cycle of
-a key is the one in which ``evaluated`` transfers.
+After a ``finish`` in cycle f, ``first`` is f + 2, as after a ``merge``, which passes over 2 N
+ranks, of which N stay; the rest is the same. The cycle of a key is the one in which ``evaluated``
+transfers.
 
 Points. Child j can be begun from b + 13 + 8 j on, and a child takes a cycle for each point, start
 and goal included; the next one follows at once. So, with T(i) the cycle in which child i is begun,
@@ -34,15 +42,16 @@ from sim.model.planner.compiled import inlined
 __all__ = [
     "PLAN",
     "begun",
+    "inserted",
+    "inserting",
     "merging",
-    "moving",
     "offered",
-    "opening",
     "passing",
+    "passing_over",
     "plan",
     "planning",
-    "settling",
-    "storing",
+    "ready",
+    "settled",
 ]
 
 #: Cycles of a plan.
@@ -85,53 +94,66 @@ def planning(children: int) -> int:
     return PLAN * children + 6
 
 
-def passing(since: int, population: int, children: int | None = None) -> tuple[int, int]:
-    """Return the first and the last cycle of a pass, in which keys are not taken.
+@inlined
+def inserting(passed: int) -> int:
+    """Return the cycles in which a member is inserted that passes so many others."""
+    return 1 + passed
+
+
+@inlined
+def inserted(taken: int, passed: int) -> int:
+    """Return the cycle from which the sorter is free of a member taken in cycle ``taken``."""
+    return taken + 1 + inserting(passed)
+
+
+@inlined
+def passing(since: int, children: int) -> int:
+    """Return the first cycle of a pass, from which on keys are not taken.
 
     Parameters
     ----------
     since : int
-        Cycle of ``begin``, or of ``finish``.
-    population : int
-    children : int, optional
-        Those planned before the pass; none after ``finish``.
+        Cycle of ``begin``, or of ``finish`` or ``merge``.
+    children : int
+        Those planned before the pass; none after ``finish`` and ``merge``.
     """
-    first = since + 2 if children is None else since + planning(children) + 1
-    return first, first + population - 1
+    return since + (planning(children) + 1 if children else 2)
 
 
 @inlined
-def opening(last: int, population: int) -> int:
-    """Return the cycle from which on keys are taken again.
+def passing_over(ranks: int, stay: int, passed: int) -> int:
+    """Return the cycles of a pass, from that on in which it has begun and the sorter is free.
 
     Parameters
     ----------
-    last : int
-        The last cycle of the pass, or the cycle of the last child's key if that is later.
+    ranks, stay : int
+        Those that are passed over, and how many of them stay.
+    passed : int
+        How many members these pass in the sorter, all together.
+    """
+    return ranks + stay * inserting(0) + passed
+
+
+@inlined
+def ready(is_sorted: int, population: int) -> int:
+    """Return the cycle of ``ready``, from which on keys are taken again.
+
+    Parameters
+    ----------
+    is_sorted : int
+        The first cycle behind the pass in which the sorter is free of the last child.
     population : int
     """
-    return last + population + 2
+    return is_sorted + population + 1
 
 
 @inlined
-def storing(population: int) -> int:
-    """Return the cycles from ``last``, as in :func:`opening`, to ``ready``."""
-    return population + 4
+def settled(store: int, free: int, population: int) -> int:
+    """Return the cycle of ``ready`` after ``store``, where the sorter is free from ``free`` on."""
+    return max(store + 1, free) + population
 
 
 @inlined
-def settling(population: int) -> int:
-    """Return the cycles from the ``store`` of a first population to ``ready``."""
-    return population + 3
-
-
-@inlined
-def moving(population: int) -> int:
-    """Return the cycles in which a population moves from the sorter to the memory of ranks."""
-    return population + 2
-
-
-@inlined
-def merging(population: int) -> int:
-    """Return the cycles from ``merge`` to ``ready``."""
-    return 2 * population + 1 + storing(population)
+def merging(population: int, passed: int) -> int:
+    """Return the cycles from ``merge`` to ``ready``; ``passed`` as for :func:`passing_over`."""
+    return ready(passing(0, 0) + passing_over(2 * population, population, passed), population)

@@ -47,7 +47,12 @@ from sim.model.planner.wavefront import (
 from sim.model.planner.wavefront_cycles import launched, scanned
 
 
-__all__ = ["plan"]
+__all__ = ["WATCHED", "WATCHED_CYCLES", "WATCHED_GENERATIONS", "WATCHED_STOP", "plan"]
+
+#: Places of what another thread sees of a run, and of the stop that it may ask for by writing 1.
+WATCHED_STOP, WATCHED_GENERATIONS, WATCHED_CYCLES = range(3)
+#: Their number.
+WATCHED = 3
 
 #: Places of the options.
 _CYCLES, _GENERATIONS, _GIVE_UP_RANK, _SEEDS, _LIFTS, _SHARE, _STOP = range(7)
@@ -65,8 +70,13 @@ def plan(
     *,
     marked: int = BLOCKS**2,
     stop: int = NEVER,
+    watched: Integers | None = None,
 ) -> Outcome:
-    """Plan a path: see :func:`sim.model.planner.definition.run.plan`."""
+    """Plan a path: see :func:`sim.model.planner.definition.run.plan`.
+
+    ``watched``, (WATCHED,) int64 zeros, lets another thread see generations and cycles, and end
+    each island with its present generation.
+    """
     options.check(config)
     check_population(config, options, population)
     numbers = (
@@ -106,6 +116,7 @@ def plan(
         empty_memo(options.memo),
         delays,
         counters,
+        np.zeros(WATCHED, dtype=np.int64) if watched is None else watched,
         dropped,
         paths,
         points,
@@ -134,6 +145,7 @@ def _run(
     memo: Integers,
     delays: Integers,
     counters: Integers,
+    watched: Integers,
     dropped: Integers,
     paths: Integers,
     points: Integers,
@@ -144,7 +156,7 @@ def _run(
 
     Parameters
     ----------
-    problem, sizes, options, ends, delays, counters : (n,) int64
+    problem, sizes, options, ends, delays, counters, watched : (n,) int64
     slopes : (islands,) int64
         Of each island that is seeded. There is an island more in ``paths`` on a warm start, the
         first, whose paths are there.
@@ -177,11 +189,11 @@ def _run(
     if warm:
         for slot in range(population):
             offered = cycles.revised(counters, slot, dropped[slot])
-            keys[0, slot] = _evaluate(
+            keys[0, slot], made = _evaluate(
                 problem, sizes, ground, memo, delays, counters, work, paths[0, slot],
                 points[0, slot], offered, NO_LIMIT, False,
             )  # fmt: skip
-            _place(order[0], keys[0], slot, slot)
+            cycles.take(counters, made, _place(order[0], keys[0], slot, slot))
         cycles.settle(delays, counters)
     for i in range(warm, count):
         surface[:] = blocks[LEAST]
@@ -193,7 +205,6 @@ def _run(
         is_straight = field[start // BLOCKS, start % BLOCKS] == FAR
         spent = launched(limit_passes, passes, length, is_straight)
         cycles.spread(counters, spent, ROUTED)
-        used = 0
         for seed in range(options[_SEEDS]):
             # The slot of the worst path but the first seeds' own.
             slot = seed if seed <= population else order[i, population]
@@ -201,11 +212,12 @@ def _run(
             points[i, slot] = seed_path(
                 problem, sizes, ends, blocks, surface, route, length, words, path
             )
-            keys[i, slot] = _evaluate(
+            keys[i, slot], made = _evaluate(
                 problem, sizes, ground, memo, delays, counters, work, path, points[i, slot],
                 cycles.seeded(delays, counters, seed), NO_LIMIT, False,
             )  # fmt: skip
-            used = _place(order[i], keys[i], slot, min(used, population))
+            rank = min(seed, population)
+            cycles.take(counters, made, _place(order[i], keys[i], slot, rank))
         cycles.settle(delays, counters)
         for _ in range(options[_LIFTS]):
             ranked = spare[0]
@@ -213,11 +225,11 @@ def _run(
             for rank in range(population):
                 slot = ranked[rank]
                 lift(problem, paths[i, slot], points[i, slot])
-                keys[i, slot] = _evaluate(
+                keys[i, slot], made = _evaluate(
                     problem, sizes, ground, memo, delays, counters, work, paths[i, slot],
                     points[i, slot], cycles.revised(counters, rank, 0), NO_LIMIT, False,
                 )  # fmt: skip
-                _place(order[i], keys[i], slot, rank)
+                cycles.take(counters, made, _place(order[i], keys[i], slot, rank))
             cycles.settle(delays, counters)
 
     if count == ISLANDS:
@@ -231,16 +243,16 @@ def _run(
             most: int = counters[GENERATIONS] + generations
             cycles.aim(counters)
             _evolve(
-                problem, sizes, options, ground, words, memo, delays, counters, work, spare,
-                paths[i], points[i], keys[i], order[i], until, most,
+                problem, sizes, options, ground, words, memo, delays, counters, watched, work,
+                spare, paths[i], points[i], keys[i], order[i], until, most,
             )  # fmt: skip
-        _merge(paths, points, keys, order, population)
-        cycles.merge(delays, counters)
+        passed = _merge(paths, points, keys, order, population)
+        cycles.merge(delays, counters, passed)
     else:
         cycles.aim(counters)
     _evolve(
-        problem, sizes, options, ground, words, memo, delays, counters, work, spare,
-        paths[0], points[0], keys[0], order[0], options[_CYCLES], options[_GENERATIONS],
+        problem, sizes, options, ground, words, memo, delays, counters, watched, work,
+        spare, paths[0], points[0], keys[0], order[0], options[_CYCLES], options[_GENERATIONS],
     )  # fmt: skip
     cycles.end(counters)
 
@@ -255,6 +267,7 @@ def _evolve(
     memo: Integers,
     delays: Integers,
     counters: Integers,
+    watched: Integers,
     work: Integers,
     spare: Integers,
     paths: Integers,
@@ -266,12 +279,16 @@ def _evolve(
 ) -> None:
     """Breed one population until the run has taken so many cycles or generations."""
     population, children = sizes[POPULATION], sizes[CHILDREN]
+    stay = population - children
     free, survivors, kept, pending = spare[_FREE], spare[_SURVIVORS], spare[_KEPT], spare[_PENDING]
     offered, next_offered = spare[_OFFERED], spare[_NEXT_OFFERED]
     has_pending, pending_first, pending_limit = False, False, NO_LIMIT
     time = min(time, options[_STOP] + 1)
     while True:
+        watched[WATCHED_GENERATIONS] = counters[GENERATIONS]
+        watched[WATCHED_CYCLES] = counters[CYCLES]
         breeds = counters[CYCLES] < time and counters[GENERATIONS] < generations
+        breeds &= watched[WATCHED_STOP] == 0
         first, limit = False, NO_LIMIT
         if breeds:
             begun = cycles.begin(delays, counters, has_pending)
@@ -284,21 +301,25 @@ def _evolve(
             if limit >= GIVEN_UP:
                 limit = NO_LIMIT
         elif has_pending:
-            cycles.finish(delays, counters)
+            cycles.finish(counters)
         if has_pending:
+            _keep(sizes, survivors, order, kept)
+            # Those in the sorter: more than children once the pass has come.
+            used = 0
             for i in range(children):
                 slot = pending[i]
-                keys[slot] = _evaluate(
+                keys[slot], made = _evaluate(
                     problem, sizes, ground, memo, delays, counters, work, paths[slot],
                     points[slot], offered[i], pending_limit, pending_first,
                 )  # fmt: skip
+                if used == i and cycles.passes(counters, made):
+                    used += stay
+                    cycles.pass_over(delays, counters, _join(order, keys, kept, i, stay))
+                cycles.take(counters, made, _place(order, keys, slot, used))
+                used += 1
+            if used == children:
+                cycles.pass_over(delays, counters, _join(order, keys, kept, children, stay))
             cycles.collect(delays, counters)
-            _keep(sizes, survivors, order, kept)
-            used = 0
-            for i in range(population - children):
-                used = _place(order, keys, kept[i], used)
-            for i in range(children):
-                used = _place(order, keys, pending[i], used)
         if not breeds:
             break
         has_pending, pending_first, pending_limit = True, first, limit
@@ -320,13 +341,13 @@ def _evaluate(
     offered: int,
     limit: int,
     first: bool,
-) -> int:
-    """Return the key of a path whose points are there in cycle ``offered``."""
+) -> tuple[int, int]:
+    """Return the key of a path, and its cycle, if points are there in cycle ``offered``."""
     before = counters[WALK]
     key = evaluate(problem, sizes, ground, memo, counters, work, path, points, limit, first)
     count = points + problem[HAS_ENTRY] + problem[HAS_EXIT]
-    cycles.enter(delays, counters, offered, count, counters[WALK] - before, problem[HAS_EXIT])
-    return key
+    walk = counters[WALK] - before
+    return key, cycles.enter(delays, counters, offered, count, walk, problem[HAS_EXIT])
 
 
 @compiled
@@ -370,20 +391,39 @@ def _keep(sizes: Integers, survivors: Integers, order: Integers, kept: Integers)
 
 @compiled
 def _place(order: Integers, keys: Integers, slot: int, used: int) -> int:
-    """Insert a slot behind its equals in the first ``used`` of ``order``; return ``used + 1``."""
+    """Insert a slot behind its equals in the first ``used`` ones; return how many follow it."""
     rank = used
     while rank > 0 and keys[order[rank - 1]] > keys[slot]:
         order[rank] = order[rank - 1]
         rank -= 1
     order[rank] = slot
-    return used + 1
+    return used - rank
+
+
+@compiled
+def _join(order: Integers, keys: Integers, kept: Integers, used: int, stay: int) -> int:
+    """Insert the slots that stay, sorted, in front of their equals in the first ``used`` ones.
+
+    Return how many of these follow each of them, summed up.
+    """
+    passed, other = 0, used - 1
+    for i in range(stay - 1, -1, -1):
+        while other >= 0 and keys[order[other]] >= keys[kept[i]]:
+            order[other + i + 1] = order[other]
+            other -= 1
+        order[other + i + 1] = kept[i]
+        passed += used - 1 - other
+    return passed
 
 
 @compiled
 def _merge(
     paths: Integers, points: Integers, keys: Integers, order: Integers, population: int
-) -> None:
-    """Make the population of island 0 the best of all islands, an equal number of each."""
+) -> int:
+    """Make the population of island 0 the best of all islands, an equal number of each.
+
+    Return how many of those before it each of them passes, summed up.
+    """
     islands = len(paths)
     each = population // islands
     merged = np.zeros((population, paths.shape[2], 4), dtype=np.int64)
@@ -392,6 +432,8 @@ def _merge(
         for rank in range(each):
             to, slot = i * each + rank, order[i, rank]
             merged[to], lengths[to], values[to] = paths[i, slot], points[i, slot], keys[i, slot]
+    passed = 0
     for slot in range(population):
         paths[0, slot], points[0, slot], keys[0, slot] = merged[slot], lengths[slot], values[slot]
-        _place(order[0], keys[0], slot, slot)
+        passed += _place(order[0], keys[0], slot, slot)
+    return passed

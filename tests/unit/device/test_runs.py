@@ -101,6 +101,28 @@ def test_a_warm_run_goes_on_from_the_latest_population(chip, problem):
         first = second
 
 
+def test_a_long_run_of_the_model_goes_on_until_it_is_stopped(chip, problem):
+    heights, task = problem
+    chip.update_map(heights)
+    chip.runs.set_problem(task)
+    endless = {"cycles": (1 << 32) - 1, "generations": (1 << 32) - 1}
+    chip.runs.start(dataclasses.replace(OPTIONS, **endless))
+    status = chip.runs.status()
+    assert status.running
+    assert status.generations >= 4000
+    assert status.cycles > 0
+    chip.runs.stop()
+    last = next(status for status in iter(chip.runs.status, None) if not status.running)
+    assert last.generations >= status.generations
+    assert chip.runs.best().keys[0] == last.key
+    assert chip.counters()["generations"] == last.generations
+    # The next run is as ever.
+    chip.runs.start(OPTIONS)
+    outcome = plan(SMALL, heights, task, OPTIONS, marked=0)
+    assert chip.runs.status().cycles == outcome.cycles
+    assert chip.runs.best().keys == outcome.keys
+
+
 def test_a_run_scans_the_blocks_that_have_changed(chip, problem):
     heights, task = problem
     chip.update_map(heights)

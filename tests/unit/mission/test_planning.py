@@ -14,6 +14,7 @@ from host.planners.base import Stop
 from host.planning import Plan, Search
 from host.problem import Circle, Problem
 from host.report.read import read_run
+from host.report.write import scene
 from host.terrain import Terrain, load
 
 
@@ -124,6 +125,18 @@ def test_saves_and_draws_all_legs(planned, tmp_path):
     run = read_run(tmp_path / "summary.json")
     assert run.problem.way == plan.mission.way
     assert Evaluator(run.problem).evaluate(run.path) == plan.evaluation
+
+
+def test_legs_of_few_rows_are_counted_and_drawn(terrain, tmp_path):
+    """Not every generation of ga-chip has a row."""
+    plan = plan_mission(mission(terrain), Search("ga-chip", generations=200, polish="off"))
+    assert [row[0] for row in plan.history] == [0, 200, 201, 401]
+    assert [file.name for file in plan.save(tmp_path, warn=pytest.fail)][-1] == "path.png"
+    legs = scene(plan.evaluator, plan.result, plan.summary).legs
+    assert legs == [
+        (0, plan.summary["legs"][0]["fitness"]),
+        (2, plan.summary["legs"][1]["fitness"]),
+    ]
 
 
 def test_the_same_seed_gives_the_same_path(terrain):

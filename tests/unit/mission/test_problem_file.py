@@ -49,7 +49,7 @@ def plan_actions():
     return {
         action.dest: action.option_strings
         for action in commands.choices["plan"]._actions
-        if action.dest not in ("help", "json", "debug", "problem", "save_problem")
+        if action.dest not in ("help", "json", "debug", "problem", "beside", "save_problem")
     }
 
 
@@ -81,7 +81,7 @@ def test_the_template_plans_as_it_is(written):
     mission = mission_of(values)
     assert mission.problem.terrain.name == "canyon"
     assert mission.legs == 1
-    assert search_of(values).planner == "ga-fpga"
+    assert search_of(values).planner == "ga-chip"
 
 
 def test_the_template_states_one_default_of_a_key():
@@ -233,7 +233,7 @@ polygon = [[2000, 2000], [2100, 2000], [2100, 2100]]
          "three numbers, not [1, 2, 3]."),
         ("[rules]\nclearance = nan", "clearance in [rules] must be a number, not nan."),
         ("[planner]\nseed = 1.5", "seed in [planner] must be a whole number, not 1.5."),
-        ("[planner]\nname = 'best'", "name in [planner] must be one of ga-fpga, "),
+        ("[planner]\nname = 'best'", "name in [planner] must be one of ga-chip, ga-fpga, "),
         ("[mission]\nstart = [1, 2, 3]\nstart_geo = [1, 2, 3]",
          "[mission] has both start and start_geo; leave one out."),
         ("[zones]\ncircle = [1, 2, 3]", "zones must be tables, [[zones]] once for each."),

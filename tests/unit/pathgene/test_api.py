@@ -171,10 +171,10 @@ def test_an_error_of_a_callback_propagates(problem):
 @pytest.mark.parametrize(
     ("arguments", "options", "message"),
     [
-        (["ga"], {}, r"^There is no planner 'ga'; the planners are ga-fpga, "),
+        (["ga"], {}, r"^There is no planner 'ga'; the planners are ga-chip, ga-fpga, "),
         (["ga-pc"], {"board": "sim:"}, r"^The planner ga-pc has no option 'board', only "),
         (
-            [],
+            ["ga-fpga"],
             {"link_mode": "rank2"},
             r"^The option link_mode must be rank or population or recipe, not 'rank2'\.$",
         ),
@@ -213,7 +213,7 @@ def test_errors_are_those_of_the_command_line():
 
 def test_planners():
     planners = pathgene.planners()
-    assert next(iter(planners)) == "ga-fpga"
+    assert next(iter(planners)) == "ga-chip"
     assert planners["fpa"].generations == 500
     assert "Roberge" in planners["fpa"].paper
     planners.clear()

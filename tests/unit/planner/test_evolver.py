@@ -3,13 +3,13 @@
 
 import itertools
 
-import numpy as np
 import pytest
 
 from hdl.planner.evolver import Evolver
 from hdl.planner.population_layouts import slot_count
 from hdl.protocol.planner import VALUE_BITS, PathClass
 from sim.model.planner import evolver_cycles
+from sim.model.planner.definition.sorting import Sorting
 from tests.evolver_bench import Bench
 from tests.planner_cases import SMALL, USUAL
 from tests.planner_population import TINY
@@ -21,32 +21,39 @@ TIGHT = SMALL.replace(population=16, children=10, elites=2, survivors=4)
 
 def check_ready(bench):
     """Compare ``ready``, and where keys are taken, with the model's cycles."""
-    cycles, size, children = bench.cycles, bench.config.population, bench.config.children
-    count = len(cycles)
-    keys = [i for i, cycle in enumerate(cycles) if cycle.keys and not cycle.fills]
-    ready, accepts = np.ones(count + 999, bool), np.ones(count + 999, bool)
-    collected = 0
-    for now, cycle in enumerate(cycles):
+    size, children = bench.config.population, bench.config.children
+    passes = iter(bench.stays)
+    sorting, free, ready = Sorting(size), 0, 0
+    # First cycle and ranks of the pass to come; children that have come.
+    first, ranks, came = None, 0, 0
+    collecting = merging = False
+    for now, cycle in enumerate(bench.cycles):
+        if first is not None and now >= max(first, free):
+            stay = next(passes)
+            passed = sum(sorting.insert(key, late=False) for key in stay)
+            free = now + evolver_cycles.passing_over(ranks, len(stay), passed)
+            first = None
+        assert cycle.ready == (not collecting and now >= ready), now
+        assert cycle.accepts == (now >= free and came < children), now
+        if cycle.key is not None:
+            passed = sorting.insert(cycle.key, late=True)
+            free = evolver_cycles.inserted(now, passed)
+            came += not cycle.fills
         if cycle.store:
-            accepts[now + 1 : now + size + 1] = False
-            ready[now + 1 : now + evolver_cycles.settling(size)] = False
+            ready = free = evolver_cycles.settled(now, free, size)
+            sorting = Sorting(size)
         elif cycle.merge:
-            until = now + evolver_cycles.merging(size)
-            ready[now + 1 : until] = False
-            accepts[now + 1 : until] = [each.accepts for each in cycles[now + 1 : until]]
+            first, ranks = evolver_cycles.passing(now, 0), 2 * size
+            collecting = merging = True
         elif (cycle.begin or cycle.finish) and cycle.pending:
-            planned = children if cycle.begin else None
-            first, last = evolver_cycles.passing(now, size, planned)
-            accepts[first : last + 1] = False
-            collected += children
-            key = keys[collected - 1] if len(keys) >= collected else count
-            last = max(last, key)
-            accepts[key + 1 : evolver_cycles.opening(last, size)] = False
-            ready[now + 1 : last + evolver_cycles.storing(size)] = False
+            first, ranks = evolver_cycles.passing(now, children if cycle.begin else 0), size
+            collecting = True
         elif cycle.begin:
-            ready[now + 1 : now + evolver_cycles.planning(children)] = False
-    assert [cycle.ready for cycle in cycles] == ready[:count].tolist()
-    assert [cycle.accepts for cycle in cycles] == accepts[:count].tolist()
+            ready = now + evolver_cycles.planning(children)
+        elif collecting and first is None and now >= free and (came == children or merging):
+            ready = free = evolver_cycles.ready(now, size)
+            sorting, came, collecting, merging = Sorting(size), 0, False, False
+    assert not any(passes)
 
 
 def begun(bench):

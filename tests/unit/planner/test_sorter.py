@@ -1,134 +1,166 @@
 # amaranth: UnusedElaboratable=no
-"""The sorter against Python's stable sort."""
+"""The sorter against Python's stable sort, and its cycles."""
 
+import bisect
 import itertools
 import random
 
 import pytest
 
 from hdl.planner.sorter import Sorter
-from tests.streams import put, simulate
+from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 
 
 SIZES = {"capacity": 5, "key_bits": 4, "tag_bits": 8}
 
 
+class Bench:
+    """A sorter, what it holds as it should, and the cycle in which it should take a member."""
+
+    def __init__(self, dut, pauses=(0,)):
+        self.dut, self.gaps = dut, itertools.cycle(pauses)
+        self.now = self.free = 0
+        self.inside = []
+        # By cycles, as they should be and as they are.
+        self.drops, self.leaves, self.dropped, self.left = {}, {}, {}, {}
+
+    async def tick(self, ctx):
+        dut = self.dut
+        emptying = ctx.get(dut.emptying)
+        assert ctx.get(dut.members.ready) == (self.now >= self.free and not emptying)
+        dropped, left = ctx.get(dut.dropped), ctx.get(dut.left)
+        if dropped.valid:
+            self.dropped[self.now] = dropped.tag
+        if left.valid:
+            self.left[self.now] = left.rank, left.key, left.tag
+        await ctx.tick()
+        self.now += 1
+
+    async def put(self, ctx, key, late, tag):
+        """Give a member as soon as it should be taken, or some cycles later."""
+        members = self.dut.members
+        ctx.set(members.payload, {"key": key, "late": late, "tag": tag})
+        for _ in range(next(self.gaps)):
+            await self.tick(ctx)
+        ctx.set(members.valid, 1)
+        while self.now < self.free:
+            await self.tick(ctx)
+        taken = self.now
+        await self.tick(ctx)
+        ctx.set(members.valid, 0)
+        place = bisect.bisect_right(self.inside, (key, late), key=lambda member: member[:2])
+        self.free = taken + 2 + len(self.inside) - place
+        self.inside.insert(place, (key, late, tag))
+        for _, _, gone in self.inside[self.dut.capacity :]:
+            self.drops[taken + 2] = gone
+        del self.inside[self.dut.capacity :]
+
+    async def empty(self, ctx):
+        """Let all leave."""
+        dut = self.dut
+        for _ in range(next(self.gaps)):
+            await self.tick(ctx)
+        first = max(self.now + 1, self.free)
+        ctx.set(dut.empty, 1)
+        await self.tick(ctx)
+        ctx.set(dut.empty, 0)
+        self.free = first + dut.capacity
+        while self.now < self.free:
+            assert ctx.get(dut.emptying)
+            await self.tick(ctx)
+        assert not ctx.get(dut.emptying)
+        for rank, (key, _, tag) in enumerate(self.inside):
+            self.leaves[first + 1 + rank] = rank, key, tag
+        self.inside = []
+
+
 def run(dut, rounds, pauses=(0,)):
-    """Sort each of ``rounds``: ``keeps_best`` and members; return what leaves in each, in order."""
-    seen = []
+    """Sort the members of each of ``rounds``, and compare all that leaves, and when."""
+    bench = Bench(dut, pauses)
 
-    async def watch(ctx):
-        async for _, _, left in ctx.tick().sample(dut.left):
-            if left.valid:
-                seen[-1].append((left.key, left.tag))
+    async def drive(ctx):
+        for members in rounds:
+            for member in members:
+                await bench.put(ctx, *member)
+            await bench.empty(ctx)
+        for _ in range(3):
+            await bench.tick(ctx)
 
-    async def bench(ctx):
-        gaps = itertools.cycle(pauses)
-        for keeps_best, members in rounds:
-            seen.append([])
-            ctx.set(dut.keeps_best, keeps_best)
-            for key, late, tag in members:
-                for _ in range(next(gaps)):
-                    await ctx.tick()
-                await put(ctx, dut.members, {"key": key, "late": late, "tag": tag}, limit=1)
-            assert not ctx.get(dut.full) or len(members) > dut.capacity
-            await ctx.tick()
-            assert ctx.get(dut.full)
-            for _ in range(dut.capacity):
-                for _ in range(next(gaps)):
-                    await ctx.tick()
-                ctx.set(dut.drain, 1)
-                await ctx.tick()
-                ctx.set(dut.drain, 0)
-            # The last one leaves, and the watcher sees it after this bench.
-            await ctx.tick().repeat(3)
-            assert not ctx.get(dut.full)
-
-    simulate(dut, bench, background=[watch])
-    return seen
-
-
-def expected(capacity, keeps_best, members):
-    """Return what leaves, in order."""
-    if not keeps_best:
-        return [(key, tag) for key, _, tag in sorted(members, key=lambda member: member[:2])]
-    inside, gone = [], []
-    for key, _, tag in members:
-        inside = sorted([*inside, (key, tag)], key=lambda member: member[0])
-        gone += inside[capacity:]
-        inside = inside[:capacity]
-    return gone + inside[::-1]
+    simulate(dut, drive)
+    assert bench.left == bench.leaves
+    assert bench.dropped == bench.drops
+    ranked = [sorted(each, key=lambda member: member[:2])[: dut.capacity] for each in rounds]
+    assert [(key, tag) for _, key, tag in bench.left.values()] == [
+        (key, tag) for key, _, tag in itertools.chain(*ranked)
+    ]
 
 
 def random_rounds(rng, capacity, key_bits, count):
-    """Generations and first populations; few keys or many, with the least and greatest."""
+    """Generations, and first populations of more members; few keys or many, with both ends."""
+    top = (1 << key_bits) - 1
     for _ in range(count):
-        keeps_best = rng.random() < 0.4
-        total = capacity + (rng.randrange(3 * capacity) if keeps_best else 0)
-        top = (1 << key_bits) - 1
+        is_first = rng.random() < 0.4
+        total = capacity + (rng.randrange(3 * capacity) if is_first else 0)
         keys = [
             rng.choice((0, top, rng.randint(0, top)))
             for _ in range(3 if rng.random() < 0.5 else 99)
         ]
-        yield (
-            keeps_best,
-            [
-                (rng.choice(keys), 0 if keeps_best else rng.getrandbits(1), rng.getrandbits(8))
-                for _ in range(total)
-            ],
-        )
+        yield [
+            (rng.choice(keys), 1 if is_first else rng.getrandbits(1), rng.getrandbits(8))
+            for _ in range(total)
+        ]
 
 
-@pytest.mark.parametrize("pauses", [(0,), (0, 1, 0, 3)], ids=["steady", "stalled"])
+@pytest.mark.parametrize("pauses", [(0,), (0, 1, 0, 3, 9)], ids=["steady", "stalled"])
 @pytest.mark.parametrize(("capacity", "key_bits"), [(2, 1), (5, 4), (32, 30)])
 def test_random_members(capacity, key_bits, pauses):
     rounds = list(random_rounds(random.Random(capacity), capacity, key_bits, 640 // capacity))
-    assert {keeps_best for keeps_best, _ in rounds} == {False, True}
-    seen = run(Sorter(capacity, key_bits, 8), rounds, pauses)
-    assert seen == [expected(capacity, *each) for each in rounds]
+    assert {len(members) > capacity for members in rounds} == {False, True}
+    run(Sorter(capacity, key_bits, 8), rounds, pauses)
 
 
 def test_every_generation_of_three_members():
     """All keys and lateness of 2 bits and 1, the tags in the order of entrance."""
     members = list(itertools.product(range(4), range(2)))
     rounds = [
-        (False, [(*member, tag) for tag, member in enumerate(three)])
+        [(*member, tag) for tag, member in enumerate(three)]
         for three in itertools.product(members, repeat=3)
     ]
-    seen = run(Sorter(3, 2, 2), rounds)
-    assert seen == [expected(3, *each) for each in rounds]
+    run(Sorter(3, 2, 2), rounds)
+
+
+def test_worst_and_best_of_many():
+    """Four times as many as there is room for, from the best to the worst, and back; and equals."""
+    run(
+        Sorter(**SIZES),
+        [
+            [(key, 0, key) for key in range(16)],
+            [(key, 0, key) for key in reversed(range(16))],
+            [(7, 0, tag) for tag in range(16)],
+            [(7, tag % 2, tag) for tag in range(5)],
+        ],
+    )
 
 
 def test_cycles():
-    """A member leaves 2 cycles after it is let go, and after the one that pushes it out."""
+    """The cycles as the docstring says: 2 and 1 for each that is passed, from taken to taken."""
     dut = Sorter(2, 4, 8)
+    bench = Bench(dut)
+    taken = []
 
-    async def bench(ctx):
-        ctx.set(dut.keeps_best, 1)
-        for key in (5, 4, 3):
-            assert not ctx.get(dut.full)
-            await put(ctx, dut.members, {"key": key, "late": 0, "tag": key})
-        assert ctx.get(dut.full)
-        for drain, valid, key in ((1, 0, None), (1, 1, 5), (0, 1, 4), (0, 1, 3), (0, 0, None)):
-            left = ctx.get(dut.left)
-            assert (left.valid, left.key if valid else None) == (valid, key)
-            ctx.set(dut.drain, drain)
-            await ctx.tick()
+    async def drive(ctx):
+        for key in (5, 4, 3, 6):
+            await bench.put(ctx, key, 0, key)
+            taken.append(bench.now - 1)
+        await bench.empty(ctx)
+        await bench.tick(ctx)
 
-    simulate(dut, bench)
-
-
-def test_nothing_is_taken_while_members_leave():
-    dut = Sorter(**SIZES)
-
-    async def bench(ctx):
-        for drain in (0, 1, 0):
-            ctx.set(dut.drain, drain)
-            assert ctx.get(dut.members.ready) == (not drain)
-            await ctx.tick()
-
-    simulate(dut, bench)
+    simulate(dut, drive)
+    # 4 passes 5, 3 passes 5 and 4, 6 passes none and is dropped.
+    assert taken == [0, 2, 5, 9]
+    assert bench.dropped == {7: 5, 11: 6}
+    assert bench.left == {12: (0, 3, 3), 13: (1, 4, 4)}
 
 
 def test_sizes():

@@ -136,6 +136,32 @@ def test_a_time_limit_ends_the_search_after_a_run(make_evaluator):
     assert result.stopped_by == "time-limit"
 
 
+def test_a_time_limit_ends_a_run(evaluator):
+    options = Options(generations=1_000_000, time_limit_s=0.004)
+    result = ChipGeneticPlanner(polish="off").plan(evaluator, options)
+    assert 400_000 <= result.hardware["cycles"]["total"] < 410_000
+    longer = Options(generations=1_000_000, time_limit_s=1000)
+    result = ChipGeneticPlanner(chip_ms=1).plan(evaluator, longer)
+    assert 100_000 <= result.hardware["runs"][0]["cycles"] < 110_000
+
+
+def test_progress_and_limits_are_looked_at_during_a_run(evaluator, monkeypatch):
+    """The model's runs are over at once, so the status is that of a run which goes on."""
+    said, seen = [], []
+    real = Runs.status
+
+    def status(runs):
+        said.append("status")
+        return real(runs) if "stop" in said else RunStatus(True, 10 * len(said), 0, 0)
+
+    monkeypatch.setattr(Runs, "status", status)
+    monkeypatch.setattr(Runs, "stop", lambda runs: said.append("stop"))
+    options = Options(generations=1_000_000, time_limit_s=0.5)
+    ChipGeneticPlanner(chip_ms=1).plan(evaluator, options, lambda *row: seen.append(row))
+    assert said.count("stop") == 1
+    assert [generation for generation, _, _ in seen[:3]] == [0, 10, 20]
+
+
 def test_an_interrupt_stops_the_run(evaluator, monkeypatch):
     """The model's runs are over at once, so the status is that of a run which goes on."""
     said = []

@@ -10,7 +10,7 @@ from host.planners import DEFAULT, PLANNERS, make
 
 
 def test_every_planner_is_made_and_described():
-    assert DEFAULT == next(iter(PLANNERS)) == "ga-fpga"
+    assert DEFAULT == next(iter(PLANNERS)) == "ga-chip"
     for name, entry in PLANNERS.items():
         assert callable(make(name).plan)
         assert entry.description

@@ -268,6 +268,15 @@ def test_the_legs_of_a_mission_converge_one_by_one(make_run):
     assert shown.count("best") == 1
 
 
+def test_generations_without_a_row_lie_between_points(make_run):
+    evaluator, result = make_run()
+    history = [[0, 0.5, 0.1], [10_000, 1.5, 1.25]]
+    figure = draw(Scene(evaluator, result.path, result.evaluation, history, "", ""))
+    lines = [line for line in figure.axes[3].get_lines() if len(line.get_xdata()) == 2]
+    drawn = {line.get_color(): line.get_marker() for line in lines}
+    assert (drawn[palette.BEST], drawn[palette.MEAN]) == ("o", "o")
+
+
 def test_png(make_run, tmp_path):
     evaluator, result = make_run()
     file = tmp_path / "path.png"

@@ -7,7 +7,7 @@ children of the generation before that.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from hdl.config import Config
@@ -18,6 +18,7 @@ from sim.model.planner.definition.breeder import Waypoint, breed
 from sim.model.planner.definition.evaluation import NO_LIMIT, Evaluator
 from sim.model.planner.definition.memo import Memo
 from sim.model.planner.definition.seeds import lifted, seed_path
+from sim.model.planner.definition.sorting import Sorting
 from sim.model.planner.definition.walk import Ground
 from sim.model.planner.definition.warm import ahead
 from sim.model.planner.definition.wavefront import (
@@ -41,6 +42,14 @@ class Member:
 
     path: list[Waypoint]
     key: int
+
+
+@dataclass(frozen=True)
+class Evaluated:
+    """A member, and the cycle in which its key is made."""
+
+    member: Member
+    made: int
 
 
 @dataclass(frozen=True)
@@ -156,8 +165,9 @@ class Run:
                 cycles.aim(counters)
                 islands[number] = self.evolve(island, ends, most)
             each = self.config.population // ISLANDS
-            islands = [_sorted([member for island in islands for member in island[:each]])]
-            cycles.merge(self._delays, counters)
+            stay = [member for island in islands for member in island[:each]]
+            cycles.merge(self._delays, counters, _passed(self._sorting(), stay))
+            islands = [_sorted(stay)]
         else:
             cycles.aim(counters)
         members = self.evolve(islands[0], options.cycles, options.generations)
@@ -175,12 +185,12 @@ class Run:
 
     def revive(self, population: Population) -> list[Member]:
         """Return an earlier population as it is now, from the new start on, sorted."""
-        members = []
+        members, sorting = [], self._sorting()
         for number, path in enumerate(population):
             left = [Waypoint(*point) for point in ahead(self.config, self.record, path)]
             dropped = len(path) - len(left)
             offered = cycles.revised(self._counters, number, dropped)
-            members.append(self._evaluated(left, offered))
+            members.append(self._sorted_in(sorting, self._evaluated(left, offered)))
         cycles.settle(self._delays, self._counters)
         return _sorted(members)
 
@@ -194,12 +204,11 @@ class Run:
         route = descend(prices, blocks, surface, field)
         spent = launched(limit_passes, passes, len(route), blocks.start not in field)
         cycles.spread(self._counters, spent, ROUTED)
-        members = []
+        members, sorting = [], self._sorting()
         for number in range(options.seeds):
             path = seed_path(self.config, record, blocks, surface, route, self._source)
-            members.append(
-                self._evaluated(path, cycles.seeded(self._delays, self._counters, number))
-            )
+            offered = cycles.seeded(self._delays, self._counters, number)
+            members.append(self._sorted_in(sorting, self._evaluated(path, offered)))
         cycles.settle(self._delays, self._counters)
         members = _sorted(members)[: self.config.population]
         for _ in range(options.lifts):
@@ -208,10 +217,11 @@ class Run:
 
     def lift(self, population: list[Member]) -> list[Member]:
         """Return a population out of the ground, as far as one pass raises it."""
-        members = []
+        members, sorting = [], self._sorting()
         for number, member in enumerate(population):
             path = lifted(self.record, member.path)
-            members.append(self._evaluated(path, cycles.revised(self._counters, number, 0)))
+            offered = cycles.revised(self._counters, number, 0)
+            members.append(self._sorted_in(sorting, self._evaluated(path, offered)))
         cycles.settle(self._delays, self._counters)
         return _sorted(members)
 
@@ -226,7 +236,7 @@ class Run:
                 population = self.collect(population, latest.kept, pending)
             pending = latest
         if pending is not None:
-            cycles.finish(self._delays, counters)
+            cycles.finish(counters)
             population = self.collect(population, pending.kept, pending)
         return population
 
@@ -251,15 +261,34 @@ class Run:
         )
 
     def collect(
-        self, population: list[Member], kept: Sequence[int], pending: Generation
+        self, population: list[Member], kept: Iterable[int], pending: Generation
     ) -> list[Member]:
         """Return the next population, sorted; of equals, the members that stay come first."""
-        children = [
-            self._evaluated(child, offered, pending.limit, first=pending.first)
-            for child, offered in zip(pending.children, pending.offered, strict=True)
-        ]
+        stay = [population[rank] for rank in kept]
+        children: list[Member] = []
+        sorting, passes = self._sorting(), False
+        for path, offered in zip(pending.children, pending.offered, strict=True):
+            evaluated = self._evaluated(path, offered, pending.limit, first=pending.first)
+            if not passes and cycles.passes(self._counters, evaluated.made):
+                passes = True
+                self._pass_over(sorting, stay)
+            children.append(self._sorted_in(sorting, evaluated))
+        if not passes:
+            self._pass_over(sorting, stay)
         cycles.collect(self._delays, self._counters)
-        return _sorted([*(population[rank] for rank in kept), *children])
+        return _sorted([*stay, *children])
+
+    def _pass_over(self, sorting: Sorting, stay: list[Member]) -> None:
+        cycles.pass_over(self._delays, self._counters, _passed(sorting, stay))
+
+    def _sorted_in(self, sorting: Sorting, evaluated: Evaluated) -> Member:
+        """Let the sorter take the key of the latest path; return the member."""
+        passed = sorting.insert(evaluated.member.key, late=True)
+        cycles.take(self._counters, evaluated.made, passed)
+        return evaluated.member
+
+    def _sorting(self) -> Sorting:
+        return Sorting(self.config.population)
 
     def _scan(self, marked: int) -> None:
         latency = int(self._delays[cycles.ROW])
@@ -268,7 +297,7 @@ class Run:
 
     def _evaluated(
         self, path: list[Waypoint], offered: int, limit: int = NO_LIMIT, *, first: bool = False
-    ) -> Member:
+    ) -> Evaluated:
         evaluator, record = self._evaluator, self.record
         start, goal = evaluator.ends
         points = [start, *(waypoint[:3] for waypoint in path), goal]
@@ -278,12 +307,18 @@ class Run:
         walk = evaluator.walk - before
         self._counters[cycles.WALK] += walk
         count = len(points) + record.has_entry + record.has_exit
-        cycles.enter(self._delays, self._counters, offered, count, walk, record.has_exit)
+        exits = record.has_exit
+        made = cycles.enter(self._delays, self._counters, offered, count, walk, exits)
         measured = [
             waypoint._replace(margin=margin)
             for waypoint, margin in zip(path, margins[1:-1], strict=True)
         ]
-        return Member(measured, key)
+        return Evaluated(Member(measured, key), made)
+
+
+def _passed(sorting: Sorting, stay: list[Member]) -> int:
+    """Insert members that stay; return how many others they pass, all together."""
+    return sum(sorting.insert(member.key, late=False) for member in stay)
 
 
 def _sorted(members: list[Member]) -> list[Member]:

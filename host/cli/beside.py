@@ -1,0 +1,137 @@
+"""Planners that ``pathgene plan --beside`` runs on the same problem, and the table of all."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from hdl.config import GeneticCore
+from host.cli.ending import ending
+from host.cli.output import note, print_table
+from host.cli.problem import source_of
+from host.device.boards import with_core
+from host.errors import PathgeneError
+from host.mission.mission import Mission
+from host.mission.planning import plan_mission
+from host.planners import OPTIONS, PLANNERS
+from host.planners.base import Stop
+from host.planners.options import DEFAULT_BOARD
+from host.planning import Plan, Search
+from host.progress import Progress
+
+
+__all__ = ["plan_beside", "print_beside", "row_of", "searches_beside"]
+
+
+def searches_beside(args: argparse.Namespace) -> list[Search]:
+    """Return a search for each planner of ``--beside`` but the one that plans anyway.
+
+    They have the options of the command that they know, and no fallback. On a board that only
+    serves the planner of the command, they use the software model.
+
+    Raises
+    ------
+    InputError
+        If there is no such planner, or an option is bad.
+    """
+    names = [name.strip() for name in (args.beside or "").split(",")]
+    return [_search(args, name) for name in dict.fromkeys(names) if name not in ("", args.planner)]
+
+
+def _search(args: argparse.Namespace, name: str) -> Search:
+    having = PLANNERS[name].options if name in PLANNERS else ()
+    own = {option: getattr(args, option) for option in OPTIONS if option in having}
+    # Hardware, and a board whose core is named, have that core alone.
+    if args.board is not None and with_core(args.board, GeneticCore.PARALLEL) == args.board:
+        own = {option: DEFAULT_BOARD if option == "board" else own[option] for option in own}
+    return Search(
+        name,
+        generations=args.generations,
+        time_limit_s=args.time_limit,
+        target_fitness=args.target_fitness,
+        population=args.population,
+        seed=args.seed,
+        **own,
+    )
+
+
+def plan_beside(
+    args: argparse.Namespace, mission: Mission, searches: Sequence[Search]
+) -> list[dict[str, Any]]:
+    """Plan with each search, one after the other; return a row of each, see :func:`row_of`.
+
+    A failure is noted, and has no row.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If the user interrupts it.
+    """
+    rows = []
+    for search in searches:
+        where = "" if search.board is None else f" on {search.board}"
+        note(f"Beside it, {search.planner}{where}.")
+        stop = Stop()
+        generations = mission.legs * (search.options.generations + 1) - 1
+        try:
+            with (
+                ending(stop),
+                contextlib.closing(Progress(sys.stderr, generations)) as progress,
+            ):
+                plan = plan_mission(
+                    mission, search, progress=progress.update, stop=stop, source=source_of(args)
+                )
+        except PathgeneError as error:
+            note(f"{search.planner}: {error}")
+            continue
+        if plan.interrupted:
+            raise KeyboardInterrupt
+        if plan.failure is not None:
+            note(f"{search.planner}: {plan.failure}")
+        rows.append(row_of(plan))
+    return rows
+
+
+def row_of(plan: Plan) -> dict[str, Any]:
+    """Return what the table says of a plan; ``plan_us`` is None unless the chip alone planned."""
+    summary = plan.summary
+    legs = [leg for leg in summary.get("legs", ()) if leg["planned"]]
+    parts = [part["hardware"] or {} for part in legs or (summary,)]
+    return {
+        "planner": summary["planner"],
+        "fallback": summary["fallback"],
+        "board": summary["board"],
+        "feasible": summary["feasible"],
+        "fitness": summary["fitness"],
+        "plan_us": sum(part["plan_us"] for part in parts)
+        if parts and all("plan_us" in part for part in parts)
+        else None,
+        "clock_hz": parts[0].get("clock_hz") if parts else None,
+        "seconds": summary["seconds"]["total"],
+    }
+
+
+def print_beside(rows: Sequence[Mapping[str, Any]]) -> None:
+    """Print the table."""
+    print_table(
+        [
+            ("planner", "board", "feasible", "fitness", "time of the chip", "seconds"),
+            *(
+                (
+                    row["planner"] + (f", {row['fallback']}" if row["fallback"] else ""),
+                    row["board"] or "none",
+                    "yes" if row["feasible"] else "no",
+                    f"{row['fitness']:.4f}",
+                    "-"
+                    if row["plan_us"] is None
+                    else f"{row['plan_us']:,.0f} us at {row['clock_hz'] / 1e6:g} MHz",
+                    f"{row['seconds']:.2f}",
+                )
+                for row in rows
+            ),
+        ]
+    )
+    print("The seconds are those of this computer, the simulation of a board included.")

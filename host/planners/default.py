@@ -1,0 +1,88 @@
+"""The planner of a search for which none is named: the one that its board has the core for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from hdl.config import GeneticCore
+from host.device.boards import known_config, open_board, with_core
+from host.device.chip import Chip
+from host.errors import InputError
+from host.planners import DEFAULT, PLANNERS
+
+
+__all__ = ["default_planner", "named_or_default"]
+
+#: Planner of a chip with the parallel core.
+_PARALLEL = "ga-fpga"
+
+
+def default_planner(board: str | Chip | None = None) -> str:
+    """Return the planner that a board has the core for: ``ga-fpga`` on the parallel core.
+
+    All else is ``ga-chip``: no board, the streaming core, and a simulated board, which is built as
+    its planner needs it. A simulated board whose URL has parameters that only the parallel core
+    takes has that one.
+
+    Parameters
+    ----------
+    board : str or Chip, optional
+        URL of the board, or an open one. Hardware is opened and asked.
+
+    Raises
+    ------
+    InputError, JobError
+        If hardware does not answer: as :func:`host.device.boards.open_board`.
+    """
+    if board is None:
+        return DEFAULT
+    if isinstance(board, Chip):
+        config = board.config
+    else:
+        url = with_core(board, GeneticCore.STREAMING)
+        try:
+            known = known_config(url)
+        except InputError:
+            # What is wrong with both cores is reported when the board is opened.
+            return _PARALLEL
+        if known is None:
+            with open_board(url) as chip:
+                known = chip.config
+        config = known
+    return _PARALLEL if config.parallel_core else DEFAULT
+
+
+def named_or_default(planner: str | None, options: Mapping[str, Any]) -> str:
+    """Return ``planner``, or where that is None, the default one for the board in ``options``.
+
+    Parameters
+    ----------
+    planner : str or None
+        Name of a planner.
+    options : mapping
+        Options in :data:`host.planners.OPTIONS`; None is the default of each.
+
+    Raises
+    ------
+    InputError
+        If the default planner lacks an option that is given; so does :func:`default_planner`.
+    JobError
+        As :func:`default_planner`.
+    """
+    if planner is not None:
+        return planner
+    board = options.get("board")
+    name = default_planner(board)
+    for option, value in options.items():
+        if value is None or option in PLANNERS[name].options:
+            continue
+        having = [other for other, entry in PLANNERS.items() if option in entry.options]
+        if having:
+            where = "" if board is None else " of this board"
+            raise InputError(
+                f"The default planner{where}, {name}, has no option {option} "
+                f"(--{option.replace('_', '-')}); name a planner that has it (--planner): "
+                f"{', '.join(having)}."
+            )
+    return name

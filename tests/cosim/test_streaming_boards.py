@@ -62,7 +62,7 @@ def test_a_run_makes_other_commands_wait():
         assert best.keys[0] == ended.key
 
 
-@pytest.mark.ci
+@pytest.mark.long
 def test_a_run_is_the_same_on_every_board(icarus):
     """The model, Verilator and Icarus, on which a map takes long: a ridge on flat ground."""
     rng = np.random.default_rng(4)

@@ -44,6 +44,7 @@ _PLACES, _RADII = (0.05, 0.6), (0.02, 0.08)
 _CLEAR_RADII = 2.0
 _TRIES = 1000
 _STEPS = 512
+_TRACK_STEP_M = 10.0
 #: The retry takes the next seed, so the seeds of a row are apart.
 _SEEDS_APART = 1000
 
@@ -177,8 +178,8 @@ def run(options: Options) -> Report:
             "two turning radii from aircraft and goal, and the start moves to the aircraft. Cycles",
             "from PROBLEM to BEST by the chip's counter. In the last columns with BLOCK, and all",
             "bytes of both directions at 3 Mbaud: MAP beside the ends, PROBLEM, RUN, one STATUS,",
-            "BEST. From new seeds the map is uploaded, which is not counted. A retry takes the",
-            "next seed.",
+            "BEST. From new seeds the map is uploaded, which is not counted. The retry is of",
+            "5 ms from new seeds.",
             *missing(),
         ],
     )
@@ -217,7 +218,7 @@ def scenario(flown: Problem, path: NDArray[np.float64], seed: Sequence[int]) -> 
     ----------
     flown : Problem
     path : ndarray
-        Its path, (n, 3) metres, start and goal included.
+        Points of its track, (n, 3) metres, from start to goal.
     seed : sequence of int
         All draws follow from it.
 
@@ -251,7 +252,7 @@ def scenario(flown: Problem, path: NDArray[np.float64], seed: Sequence[int]) -> 
         east, north, _ = path[segment] - path[segment - 1]
         found = Scenario(start, math.degrees(math.atan2(east, north)), Zone.circle(x, y, radius_m))
         try:
-            # Where a turn cuts a corner of the path, the ground may be above it.
+            # The aircraft may be in the margin of a zone.
             changed_problem(flown, [found.disc], found.start)
         except InputError as error:
             reason = error
@@ -278,7 +279,9 @@ def _measure(task: tuple[str, str, int, dict[str, Row]]) -> list[Case]:
             flight = _fly(chip, flown, number)
             if not flight.evaluation.feasible:
                 continue  # Nobody flies it.
-            drawn = scenario(flown.problem, flight.path, (number, *terrain.encode()))
+            track = flown.track(flight.path).sample(_TRACK_STEP_M)
+            points = np.column_stack((track.x, track.y, track.z))
+            drawn = scenario(flown.problem, points, (number, *terrain.encode()))
             heading = drawn.heading_deg if of_setting.heading else None
             changed = changed_problem(flown.problem, [drawn.disc], drawn.start, heading)
             evaluator = Evaluator(changed, threads=1)

@@ -37,7 +37,7 @@ RETURNED = 8
 #: Width of the slope of a surface.
 SLOPE_BITS = 4
 #: Slope for the island of fresh seeds beside the population of a warm start.
-WARM_SLOPES = (3,)
+WARM_SLOPES = (0,)
 #: Bytes of a key on the link.
 _KEY_BYTES = 4
 

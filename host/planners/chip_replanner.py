@@ -18,21 +18,26 @@ from host.planners.problem_on_chip import ProblemOnChip
 
 __all__ = ["ChipReplanner", "replan_options"]
 
-#: Runs at most: another seed where none of a run's paths is feasible.
-_MOST_RUNS = 2
-#: Of each run.
-_USUAL = RunOptions(
-    cycles=175_000, generations=192, slopes=WARM_SLOPES, seeds=64, share=13, warm=True, paths=4
+#: Of the first run. Where one of its paths is feasible, the first nearly always is.
+_WARM = RunOptions(
+    cycles=175_000, generations=200, slopes=WARM_SLOPES, seeds=64, share=13, warm=True, paths=2
 )
+#: Of the run that follows where none of its paths is feasible: from new seeds alone, longer, and on
+#: other surfaces.
+_COLD = RunOptions(cycles=500_000, slopes=(2, 5), paths=4)
 
 
-def replan_options(config: Config, seed: int) -> RunOptions:
-    """Return the options of a run from the earlier population, and new seeds beside it."""
+def replan_options(config: Config, seed: int, *, again: bool = False) -> RunOptions:
+    """Return the options of a run from the earlier population, and new seeds beside it.
+
+    The run ``again`` is from new seeds alone.
+    """
+    usual = _COLD if again else _WARM
     return replace(
-        _USUAL,
+        usual,
         seed=seed % (1 << 64),
-        seeds=max(_USUAL.seeds, config.population),
-        give_up_rank=min(_USUAL.give_up_rank, config.population - 1),
+        seeds=max(usual.seeds, config.population),
+        give_up_rank=min(usual.give_up_rank, config.population - 1),
     )
 
 
@@ -41,7 +46,7 @@ class ChipReplanner:
 
     The chip draws new zones on its map and runs for a millisecond or two: an island of the earlier
     paths, less what lies behind the start, and one of new seeds. The host judges the paths by the
-    strict rule. Where none is feasible, one more run follows with the next seed.
+    strict rule. Where none is feasible, one more run follows, of 5 ms from new seeds alone.
 
     Parameters
     ----------
@@ -80,5 +85,5 @@ class ChipReplanner:
         return replace(result, replanner=ChipReplanner(task)) if task.is_warm else result
 
     def _runs(self, config: Config, seed: int) -> Iterator[RunOptions]:
-        for number in range(_MOST_RUNS):
-            yield replan_options(config, seed + number)
+        yield replan_options(config, seed)
+        yield replan_options(config, seed + 1, again=True)

@@ -77,7 +77,7 @@ def test_a_replan_goes_on_from_the_population(evaluator, search, zones, moves):
     assert after.result.hardware["cycles"]["total"] < 400_000
     # No map goes over the line.
     assert sum(after.result.hardware["bytes"].values()) < 1_500 * len(runs_of(after))
-    assert after.summary["hardware"]["generations"] == 192 * len(runs_of(after))
+    assert after.summary["hardware"]["generations"] == 200 * len(runs_of(after))
 
 
 def test_the_paths_are_those_of_the_model(evaluator, board, search):
@@ -193,10 +193,11 @@ def test_where_the_chip_finds_none_the_fallback_does(make_evaluator, search, mon
 def test_the_retry_may_find_one(evaluator, search, monkeypatch):
     before = search.run(evaluator)
     straight = np.array([evaluator.problem.start, evaluator.problem.goal])
-    run, metres, seeds = ProblemOnChip.run, ProblemOnChip.metres, []
+    run, metres, seeds, warm = ProblemOnChip.run, ProblemOnChip.metres, [], []
 
     def noted(task, options, stop):
         seeds.append(options.seed)
+        warm.append(options.warm)
         return run(task, options, stop)
 
     # All paths of the first run are the straight line.
@@ -208,6 +209,7 @@ def test_the_retry_may_find_one(evaluator, search, monkeypatch):
     )
     after = before.replan(zones=[BEHIND])
     assert seeds == [3, 4]
+    assert warm == [True, False]
     assert after.evaluation.feasible
     assert after.fallback is None
 
@@ -332,7 +334,10 @@ def test_a_plan_from_elsewhere_is_refused(evaluator, search):
 
 def test_options_fit_the_chip(board):
     assert replan_options(board.config, (1 << 64) + 5) == RunOptions(
-        cycles=175_000, generations=192, slopes=(3,), seeds=64, share=13, warm=True, paths=4, seed=5
+        cycles=175_000, generations=200, slopes=(0,), seeds=64, share=13, warm=True, paths=2, seed=5
+    )
+    assert replan_options(board.config, 6, again=True) == RunOptions(
+        cycles=500_000, slopes=(2, 5), paths=4, seed=6
     )
     small = board.config.replace(
         population=8, children=4, elites=2, survivors=2, perturbs=1, inserts=1

@@ -166,11 +166,11 @@ def run(options: Options) -> Report:
             "feasible of those that astar finds",
             "mean F against astar",
             "kilocycles, mean",
-            "p99",
+            "kilocycles, p99",
             "drawing, mean",
             "drawing, most",
             "ms with drawing and line, mean",
-            "p99",
+            "ms, p99",
         ),
         notes=[
             "A path of 10 ms is flown. At a random place between 5 and 60 % of it a disc of 2 to",

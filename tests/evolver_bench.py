@@ -89,11 +89,9 @@ class Cycle:
     ready: bool
     pending: bool
     accepts: bool
-    keys: bool
-    offers: bool
     points: bool
     children: bool
-    key: int | None = None
+    key: int | None
 
 
 class Bench:
@@ -137,9 +135,8 @@ class Bench:
         self.islands, self.pending, self.survivors = {}, [], []
         self.coming, self.built, self.due = deque(), deque(), deque()
         self.decisions, self.margins = deque(), deque()
-        self.lengths = []
-        # Keys of the members that stay, of each pass.
-        self.stays = []
+        # Points of each child, and of each pass the keys of the members that stay.
+        self.lengths, self.stays = [], []
 
     # The definition.
 
@@ -419,19 +416,16 @@ class Bench:
     async def tick(self, ctx):
         dut = self.dut
         children, points, keys = dut.children, dut.points, dut.evaluated
-        _, _, reset, *events, child, point = await ctx.tick().sample(
+        _, _, reset, *events, taken, child, point = await ctx.tick().sample(
             self.top.reset,
             *(dut.begin, dut.finish, dut.merge, dut.store, dut.fills, dut.ready, dut.pending),
-            *(keys.ready, keys.valid & keys.ready),
-            *(points.valid, points.valid & points.ready, children.valid & children.ready),
-            *(children.payload, points.payload),
+            *(keys.ready, points.valid & points.ready, children.valid & children.ready),
+            *(keys.valid & keys.ready, children.payload, points.payload),
         )
         if reset:
             return
-        cycle = Cycle(*map(bool, events))
+        cycle = Cycle(*map(bool, events), self.due.popleft()[1].key if taken else None)
         self.cycles.append(cycle)
-        if cycle.keys:
-            cycle.key = self.due.popleft()[1].key
         if cycle.points:
             built = self.built[0]
             built.taken.append((point.x, point.y, point.altitude))

@@ -101,10 +101,12 @@ class BestReader(wiring.Component):
         left = Signal(range(most), reset_less=True)
         index = Signal(range(self.max_waypoints), reset_less=True)
         is_key, ends = Signal(), Signal()
+        last_index = Signal.like(index)  # Steady when the first waypoint is sent.
+        m.d.sync += last_index.eq(path.length - 1)
         m.d.comb += [
             self.read.slot.eq(path.slot),
             self.read.index.eq(index),
-            ends.eq(index == path.length - 1),
+            ends.eq(index == last_index),
             self.records.p.data.eq(word[:8]),
         ]
 

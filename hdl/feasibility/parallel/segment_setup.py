@@ -137,11 +137,17 @@ class SegmentShaper(wiring.Component):
             if self.half_steps:
                 gain, loss = point.altitude - before.altitude, before.altitude - point.altitude
                 m.d.sync += half.eq(Mux(gain < 0, gain, loss))
-        return _Sides(ends, gains, sides, rise, half, steep)
+        start, descending = Signal(exact_log2(self.lanes)), Signal()
+        if self.half_steps:
+            is_steep = turns[0] == turns[1]
+            with m.If(load):
+                m.d.sync += start.eq(Mux(is_steep, before.y, before.x))
+                m.d.sync += descending.eq(Mux(is_steep, *differences[::-1]) < 0)
+        return _Sides(ends, gains, sides, rise, half, steep, start, descending)
 
     def _shape(self, m, move_on, measured):
         """Add the second stage; return what it holds of a segment but the reciprocal."""
-        ends, gains, sides, rise, half, steep = measured
+        ends, gains, sides, rise, half, steep, *turned = measured
         lanes, lane_bits = self.lanes, exact_log2(self.lanes)
         across, descending = Signal(signed(self.coordinate_bits + 1)), Signal()
         start = Signal(lane_bits)
@@ -151,11 +157,12 @@ class SegmentShaper(wiring.Component):
             ),
             reset_less=True,
         )
-        m.d.comb += [
-            across.eq(Mux(steep, gains[0], gains[1])),
-            descending.eq(Mux(steep, gains[1], gains[0]) < 0),
-            start.eq(Mux(steep, ends[0].y, ends[0].x)),
-        ]
+        m.d.comb += across.eq(Mux(steep, gains[0], gains[1]))
+        if self.half_steps:
+            m.d.comb += [start.eq(turned[0]), descending.eq(turned[1])]
+        else:
+            m.d.comb += descending.eq(Mux(steep, gains[1], gains[0]) < 0)
+            m.d.comb += start.eq(Mux(steep, ends[0].y, ends[0].x))
         with m.If(move_on):
             m.d.sync += [
                 shape.steep.eq(steep),
@@ -416,6 +423,7 @@ class _Sides(NamedTuple):
     """A measured segment: its ends, and the differences between them.
 
     ``half`` is the rise, or its negative if the segment rises: twice what half a step takes off.
+    With half steps, ``start`` is the first lane; ``descending``: against the major axis.
     """
 
     ends: Value
@@ -424,6 +432,8 @@ class _Sides(NamedTuple):
     rise: Value
     half: Value
     steep: Value
+    start: Value
+    descending: Value
 
 
 def _multiple(value, factor):

@@ -19,6 +19,7 @@ from hdl.planner.scorer.slope_comparator import SlopeComparator
 from hdl.planner.scorer.turn_measurer import TurnMeasurer
 from hdl.planner.scorer.widths import SHARE_BITS, Widths
 from hdl.planner.walker.layouts import corner_layout
+from hdl.primitives.fanout import fanout
 from hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS
 
 
@@ -105,7 +106,7 @@ class Scorer(wiring.Component):
         Steady from the cycle in which a path's first point is taken until its score. No scale is
         above 1.
     phase : In(1)
-        1 in the second cycle of every slot: alternates in every cycle.
+        1 in the second cycle of every slot: alternates in every cycle, from 0 after a reset.
     room : In(1)
         A path may begin with the slot after this one. Counts in the first cycle of a slot.
     points : In(stream.Signature(point_layout))
@@ -153,9 +154,11 @@ class Scorer(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        for name in UNITS:
+        # A register for each unit: one for all would lie far from most of them.
+        phases = fanout(m, *[~self.phase] * len(UNITS), name="phase")
+        for name, phase in zip(UNITS, phases, strict=True):
             m.submodules[name] = getattr(self, name)
-            m.d.comb += getattr(self, name).phase.eq(self.phase)
+            m.d.comb += getattr(self, name).phase.eq(phase)
         stages = Schedule(m, self.phase)
         fields = {
             self.launcher: ("has_entry", "has_exit", "x_limit", "y_limit"),

@@ -9,6 +9,7 @@ from bench.chip_runs import Outcome, share, through_terrains
 from bench.report import Options
 from hdl.protocol.runs import RunOptions
 from host.errors import InputError
+from tests.pool import Pool
 
 
 @pytest.fixture
@@ -83,22 +84,6 @@ def test_untuned_ground_is_beside_astar_alone(monkeypatch):
     assert report.columns[1] == "river-102"
     assert [row[0] for row in report.rows] == ["chip, 1 ms", "astar"]
     assert report.further == []
-
-
-class Pool:
-    """The pool of processes, in this process."""
-
-    def __init__(self, workers=None, initializer=None):
-        pass
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *error):
-        pass
-
-    def map(self, function, tasks):
-        return map(function, tasks)
 
 
 @pytest.mark.parametrize("bench", [chip, chip_ablation, chip_replans])

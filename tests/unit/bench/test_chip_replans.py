@@ -11,22 +11,7 @@ from bench.chip_replans import ROWS, Outcome, scenario
 from bench.report import Options
 from bench.scenarios import problem
 from host.errors import InputError
-
-
-class Pool:
-    """The pool of processes, in this process."""
-
-    def __init__(self, workers):
-        pass
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *error):
-        pass
-
-    def map(self, function, tasks):
-        return map(function, tasks)
+from tests.pool import Pool
 
 
 def test_replans_are_beside_astar(monkeypatch):

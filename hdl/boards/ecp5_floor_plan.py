@@ -2,8 +2,8 @@
 
 A map takes nearly all block RAMs. By default, the placer spreads the block RAMs of a bank, all of
 which each row address has to reach, over the whole die, and uses leftover sites for the others; it
-lines the multipliers up along the whole width of the die. A planner has units of its own in the
-middle of the die: its map leaves the block RAMs there free, and the placer chooses for the rest.
+lines the multipliers up along the whole width of the die. The planner's own units lie in
+the middle of the die: its map leaves the block RAMs there free, and the placer assigns them.
 """
 
 import json

@@ -196,7 +196,7 @@ class RunningModel:
 
 
 class _Run:
-    """A run in a thread of its own.
+    """A run in its own thread.
 
     Parameters
     ----------

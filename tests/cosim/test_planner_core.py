@@ -41,7 +41,7 @@ COUNTERS = "breed", "score", "walk", "sort", "wavefront"
 class VerilatedPlanner:
     """The planner, simulated by Verilator in another process, and its map.
 
-    With ``builds`` of its own, its build is quick instead of fast.
+    With ``builds``, it compiles quickly and simulates slowly.
     """
 
     def __init__(self, config, rows, builds=None):

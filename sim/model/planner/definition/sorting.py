@@ -1,4 +1,4 @@
-"""What the sorter holds, and how many members a further one passes."""
+"""Model of the sorter: its members, and how many of them a new one passes."""
 
 from __future__ import annotations
 

@@ -113,8 +113,8 @@ class Prices:
 def prices_of(config: Config, record: ProblemRecord, distances: tuple[int, int, int]) -> Prices:
     """Return the constants of the costs of steps over so many units of length.
 
-    Their costs are those of :func:`sim.model.planner.definition.score.piece_cost` but for rounding,
-    as long as nothing ends at its greatest value.
+    Their costs are those of :func:`sim.model.planner.definition.score.piece_cost` except for
+    rounding, as long as nothing ends at its greatest value.
     """
     fraction = config.altitude_bits - 4
     # Width of the greatest distance: across the largest blocks that the map needs.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -14,7 +14,7 @@ from bench.fpga.cells import CELLS, XILINX, chip_clock, used
 from bench.fpga.job import LIMIT_S, Job, digest_of
 from bench.fpga.store import Table
 from hdl.boards import find_board
-from hdl.boards.ecp5 import KEEP_FANOUT, PLACEMENT, SYNTHESIS
+from hdl.boards.ecp5 import KEEP_FANOUT, PLACEMENT, PLANNER_OVERRIDES, SYNTHESIS
 from hdl.boards.harness import Harness
 from hdl.boards.route import route
 from hdl.boards.tools import run_tool
@@ -44,6 +44,8 @@ class _Device:
     synthesis: str
     routing: tuple[str, ...]
     asked_mhz: int
+    #: Commands behind synthesis. Not in a row's digest: they come with those of ``synthesis``.
+    finish: str = field(default="", repr=False)
 
 
 _ECP5 = _Device(
@@ -56,6 +58,13 @@ _ECP5 = _Device(
         *PLACEMENT.split(),
     ),
     150,
+)
+_PLANNER = replace(
+    _ECP5,
+    synthesis=(
+        f"{PLANNER_OVERRIDES['script_after_read']}\nsynth_ecp5 {PLANNER_OVERRIDES['synth_opts']}"
+    ),
+    finish=PLANNER_OVERRIDES["script_after_synth"],
 )
 # With 150 MHz requested, routing did not terminate within hours.
 _LESS_ASKED = replace(_ECP5, asked_mhz=100)
@@ -84,23 +93,23 @@ _UNITS: Mapping[str, tuple[str, tuple[Any, ...], _Device]] = MappingProxyType(
             (_PLAIN.replace(checker=CheckerBuild.PARALLEL, lanes=16),),
             _ECP5,
         ),
-        "evolver": ("hdl.planner.evolver.Evolver", (_STREAMING, ISLANDS), _ECP5),
-        "scorer": ("hdl.planner.scorer.scorer.Scorer", (_STREAMING,), _ECP5),
+        "evolver": ("hdl.planner.evolver.Evolver", (_STREAMING, ISLANDS), _PLANNER),
+        "scorer": ("hdl.planner.scorer.scorer.Scorer", (_STREAMING,), _PLANNER),
         "walker with memo, 8 lanes": (
             "hdl.planner.walker.path_walker.PathWalker",
             (_STREAMING,),
-            _ECP5,
+            _PLANNER,
         ),
-        "wavefront": ("hdl.planner.wavefront.wavefront.Wavefront", (_STREAMING,), _ECP5),
+        "wavefront": ("hdl.planner.wavefront.wavefront.Wavefront", (_STREAMING,), _PLANNER),
         "drawer of shapes": (
             "hdl.planner.shape_drawer.ShapeDrawer",
             (_STREAMING.coordinate_bits, _STREAMING.altitude_bits),
-            _ECP5,
+            _PLANNER,
         ),
         "planner core, 8 lanes": (
             "hdl.planner.core.PlannerCore",
             (_STREAMING.replace(altitude_bits=11),),
-            _ECP5,
+            _PLANNER,
         ),
     }
 )
@@ -154,7 +163,7 @@ class _UnitJob(Job):
     def measure(self, folder: Path) -> dict[str, Any]:
         """Route it; see :class:`~bench.fpga.job.Job`."""
         device = _UNITS[self.name][2]
-        _synthesize(folder, device.synthesis, "-json unit.json")
+        _synthesize(folder, device.synthesis, device.finish, "write_json unit.json")
         asked = ("--json", "unit.json", "--freq", str(device.asked_mhz))
         routed = route([*device.routing, "--quiet", *asked], folder, [1], limit_s=LIMIT_S)
         return {**used(routed, device.family), "routed, MHz": chip_clock(routed)[0]}
@@ -217,9 +226,12 @@ def _write(unit: Any, folder: Path, platform: Any = None) -> None:
     (folder / "unit.v").write_text(text, encoding="utf-8")
 
 
-def _synthesize(folder: Path, command: str, outputs: str = "") -> None:
-    script = f"read_verilog unit.v; {command} -top unit {outputs}; tee -q -o cells.json stat -json"
-    run_tool("yosys", ["-q", "-p", script], folder)
+def _synthesize(folder: Path, command: str, *further: str) -> None:
+    """Synthesize the unit by ``command``, do what follows, and count its cells."""
+    script = ["read_verilog unit.v", f"{command} -top unit", *further]
+    script.append("tee -q -o cells.json stat -json")
+    (folder / "unit.ys").write_text("\n".join(script) + "\n", encoding="utf-8")
+    run_tool("yosys", ["-q", "unit.ys"], folder)
 
 
 UNITS_TABLE = Table(

@@ -6,7 +6,7 @@ from amaranth.build import Attrs, Pins, Resource
 from amaranth_boards.ecpix5 import ECPIX585Platform
 
 from hdl.boards.board import Board
-from hdl.boards.ecp5 import OVERRIDES
+from hdl.boards.ecp5 import OVERRIDES, PLANNER_OVERRIDES
 from hdl.boards.ecp5_cells import Ecp5Cells
 from hdl.boards.ecp5_floor_plan import MAP_SITES, PLANNER_MAP_SITES, floor_plan
 from hdl.boards.pll import Ecp5Pll
@@ -57,7 +57,7 @@ _PLANNER = replace(
     # Banks of 4096 rows take three block RAMs each with altitudes of 10 to 13 bits, 192 in all of
     # the 208, and the planner needs 24 beside them. With 9 bits they take two each.
     sizes=_SIZES.replace(genetic=GeneticCore.STREAMING, altitude_bits=9),
-    overrides=OVERRIDES,
+    overrides=PLANNER_OVERRIDES,
 )
 
 CHIPS = (_PLANNER, _PAPER)

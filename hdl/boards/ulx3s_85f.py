@@ -5,7 +5,7 @@ from dataclasses import replace
 from amaranth_boards.ulx3s import ULX3S_85F_Platform
 
 from hdl.boards.board import Board
-from hdl.boards.ecp5 import OVERRIDES
+from hdl.boards.ecp5 import OVERRIDES, PLANNER_OVERRIDES
 from hdl.boards.ecp5_cells import Ecp5Cells
 from hdl.boards.ecp5_floor_plan import MAP_SITES, PLANNER_MAP_SITES, floor_plan
 from hdl.boards.pll import Ecp5Pll
@@ -46,7 +46,7 @@ _PLANNER = replace(
     # planner needs 24 beside it.
     sizes=_SIZES.replace(genetic=GeneticCore.STREAMING, altitude_bits=11),
     seed=1,
-    overrides=OVERRIDES,
+    overrides=PLANNER_OVERRIDES,
 )
 
 CHIPS = (_PLANNER, _PAPER)

@@ -16,7 +16,15 @@ __all__ = ["Cells", "cells_of"]
 
 
 class Cells:
-    """Cells of a device about which nothing is known: none. Families override the methods."""
+    """Cells of a device about which nothing is known: none. Families override the methods.
+
+    Attributes
+    ----------
+    ram_style : str
+        Memories that long delays and tables take, ``"distributed"`` or ``"block"``.
+    """
+
+    ram_style = "distributed"
 
     def memory(
         self, *, rows: int, width: int, ports: int, number: int | None
@@ -44,6 +52,16 @@ class Cells:
             shift.
         signs : (bool, bool)
             The factors that have a sign.
+        """
+        return None
+
+    def add_subtract(self, width: int) -> wiring.Component | None:
+        """Return a component with the members of an adder that subtracts, or None.
+
+        Parameters
+        ----------
+        width : int
+            As of :class:`hdl.primitives.add_subtract.AddSubtract`.
         """
         return None
 

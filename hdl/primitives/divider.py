@@ -4,6 +4,7 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from hdl.primitives.add_subtract import AddSubtract
 from hdl.primitives.arguments import check_integer
 
 
@@ -13,7 +14,8 @@ __all__ = ["Divider"]
 class Divider(wiring.Component):
     """Quotient of two unsigned numbers in every cycle, rounded down.
 
-    A stage subtracts the divisor once and yields one bit. ``quotient`` follows ``quotient_bits``
+    A stage adds or subtracts the divisor once and yields one bit (non-restoring division).
+    ``quotient`` follows ``quotient_bits``
     cycles after its dividend. It is undefined where it has more bits, or the divisor is 0.
 
     Parameters
@@ -58,23 +60,24 @@ class Divider(wiring.Component):
         width, bits = self.divisor_bits, self.quotient_bits
         divisor = self.divisor
         # The lowest bits hold those of the dividend that are still to come, then the quotient's.
-        rest, remainder = self.dividend[:bits], self.dividend[bits:]
+        # A remainder may be negative: then the next stage adds, and need not restore it. It is at
+        # least -divisor and less than divisor, so that it fits in a bit more.
+        rest, remainder = self.dividend[:bits], Cat(self.dividend[bits:], C(0))
         for stage in range(1, bits + 1):
-            raised = Cat(rest[-1], remainder)
-            beyond = Signal(signed(width + 2), name=f"beyond_{stage}")
-            fits = Signal(name=f"fits_{stage}")
-            next_rest = Signal(bits, name=f"rest_{stage}", reset_less=True)
-            next_remainder = Signal(width, name=f"remainder_{stage}", reset_less=True)
-            m.d.comb += [beyond.eq(raised - divisor), fits.eq(beyond >= 0)]
-            m.d.sync += [
-                next_rest.eq(Cat(fits, rest)),
-                next_remainder.eq(Mux(fits, beyond, raised)),
+            m.submodules[f"stage_{stage}"] = chain = AddSubtract(width + 1)
+            m.d.comb += [
+                chain.first.eq(Cat(rest[-1], remainder)),
+                chain.second.eq(divisor),
+                chain.subtracts.eq(~remainder[-1]),
             ]
+            next_rest = Signal(bits, name=f"rest_{stage}", reset_less=True)
+            m.d.sync += next_rest.eq(Cat(~chain.total[-1], rest))
+            rest = next_rest
             if stage < bits:
+                next_remainder = Signal(width + 1, name=f"remainder_{stage}", reset_less=True)
                 next_divisor = Signal(width, name=f"divisor_{stage}", reset_less=True)
-                m.d.sync += next_divisor.eq(divisor)
-                divisor = next_divisor
-            rest, remainder = next_rest, next_remainder
+                m.d.sync += [next_remainder.eq(chain.total), next_divisor.eq(divisor)]
+                remainder, divisor = next_remainder, next_divisor
         m.d.comb += self.quotient.eq(rest)
 
         return m

@@ -4,6 +4,7 @@ from amaranth import *
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from hdl.primitives.add_subtract import AddSubtract
 from hdl.primitives.arguments import check_integer
 
 
@@ -46,28 +47,27 @@ class SquareRoot(wiring.Component):
         m = Module()
 
         # Of the bits taken: their root, and what they are above its square, at most twice the root.
-        # Root and remainder of the first stage begin without bits.
-        root, remainder, rest = Const(0, 0), Const(0, 0), self.radicand
+        # Where that is negative, the root's last bit is 0; the next digit adds what this one took
+        # too much, and need not restore it. Root and remainder of the first begin without bits.
+        root, remainder, rest = Const(0, 0), Const(0, 1), self.radicand
         for digit in range(1, self.width + 1):
             following = 2 * (self.width - digit)
-            raised = Cat(rest[following:], remainder)
-            beyond = Signal(signed(digit + 3), name=f"beyond_{digit}")
-            fits = Signal(name=f"fits_{digit}")
-            next_root = Signal(digit, name=f"root_{digit}", reset_less=True)
-            next_remainder = Signal(digit + 1, name=f"remainder_{digit}", reset_less=True)
+            negative = remainder[-1]
+            m.submodules[f"digit_{digit}"] = chain = AddSubtract(digit + 2)
             m.d.comb += [
-                beyond.eq(raised - Cat(C(1, 2), root)),
-                fits.eq(beyond >= 0),
+                chain.first.eq(Cat(rest[following:], remainder)),
+                # 4 root + 1 is to be taken; where twice 2 root + 1 was, 4 root + 3 comes back.
+                chain.second.eq(Cat(C(1, 1), negative, root)),
+                chain.subtracts.eq(~negative),
             ]
-            m.d.sync += [
-                next_root.eq(Cat(fits, root)),
-                next_remainder.eq(Mux(fits, beyond, raised)),
-            ]
+            next_root = Signal(digit, name=f"root_{digit}", reset_less=True)
+            m.d.sync += next_root.eq(Cat(~chain.total[-1], root))
+            root = next_root
             if following:
+                next_remainder = Signal(digit + 2, name=f"remainder_{digit}", reset_less=True)
                 next_rest = Signal(following, name=f"rest_{digit}", reset_less=True)
-                m.d.sync += next_rest.eq(rest)
-                rest = next_rest
-            root, remainder = next_root, next_remainder
+                m.d.sync += [next_remainder.eq(chain.total), next_rest.eq(rest)]
+                remainder, rest = next_remainder, next_rest
         m.d.comb += self.root.eq(root)
 
         return m

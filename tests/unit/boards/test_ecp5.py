@@ -9,7 +9,8 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.boards import BOARDS, find_board
-from hdl.boards.ecp5 import KEEP_FANOUT, OVERRIDES, SYNTHESIS
+from hdl.boards.board import ChipKind
+from hdl.boards.ecp5 import KEEP_FANOUT, OVERRIDES, PLANNER_OVERRIDES, SYNTHESIS
 from hdl.boards.tools import run_tool
 from hdl.primitives.fanout import fanout
 
@@ -39,4 +40,6 @@ def test_copies_stay_separate(before, registers, tmp_path):
 
 @pytest.mark.parametrize("name", [name for name in BOARDS if "ecp" in name or "ulx" in name])
 def test_boards_use_it(name):
-    assert OVERRIDES.items() <= find_board(name).overrides.items()
+    paper = find_board(name, ChipKind.PAPER)
+    assert OVERRIDES.items() <= paper.overrides.items()
+    assert find_board(name, ChipKind.PLANNER).overrides == PLANNER_OVERRIDES

@@ -5,7 +5,7 @@ from dataclasses import replace
 from amaranth_boards.ulx3s import ULX3S_45F_Platform
 
 from hdl.boards.board import Board
-from hdl.boards.ecp5 import OVERRIDES
+from hdl.boards.ecp5 import OVERRIDES, PLANNER_OVERRIDES
 from hdl.boards.ecp5_cells import Ecp5Cells
 from hdl.boards.pll import Ecp5Pll
 from hdl.config import CheckerBuild, Config, GeneticCore
@@ -20,6 +20,12 @@ class _Platform(ULX3S_45F_Platform):
     cells = Ecp5Cells()
 
 
+class _PlannerPlatform(_Platform):
+    """With multipliers and block RAMs instead of logic, of which most is taken."""
+
+    cells = Ecp5Cells(saves_logic=True)
+
+
 _PAPER = Board(
     name="ulx3s-45f",
     platform=_Platform,
@@ -31,9 +37,11 @@ _PAPER = Board(
 )
 _PLANNER = replace(
     _PAPER,
+    platform=_PlannerPlatform,
     # 25 MHz to 81.25 MHz.
     pll=Ecp5Pll(feedback_divider=1, second_divider=26, output_divider=8),
-    sizes=_PAPER.sizes.replace(genetic=GeneticCore.STREAMING),
+    sizes=_PAPER.sizes.replace(genetic=GeneticCore.STREAMING, altitude_bits=9),
+    overrides=PLANNER_OVERRIDES,
 )
 
 CHIPS = (_PLANNER, _PAPER)

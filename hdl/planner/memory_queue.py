@@ -1,19 +1,23 @@
-"""Queue in a memory without registers at its output."""
+"""Queue in a memory."""
 
 from amaranth import *
 from amaranth.lib import memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.primitives.arguments import check_integer
+from hdl.primitives.cells import cells_of
 
 
 __all__ = ["MemoryQueue"]
+
+#: Rows of LUTs beside each other.
+_SHALLOW = 16
 
 
 class MemoryQueue(wiring.Component):
     """First-in, first-out queue; a word is offered in the cycle after it is put in.
 
-    The memory is read within a cycle: on a target it consists of LUTs.
+    On a target the memory consists of LUTs, unless it is deep and the platform prefers block RAMs.
 
     Parameters
     ----------
@@ -54,17 +58,30 @@ class MemoryQueue(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        m.submodules.rows = rows = memory.Memory(shape=self.shape, depth=self.depth, init=[])
-        write, read = rows.write_port(), rows.read_port(domain="comb")
+        # Only a deep queue has more words than LUTs beside each other hold.
+        style = cells_of(platform).ram_style if self.depth > _SHALLOW else "distributed"
+        m.submodules.rows = rows = memory.Memory(
+            shape=self.shape, depth=self.depth, init=[], attrs={"ram_style": style}
+        )
+        write = rows.write_port()
+        # With `transparent_for` the register of a memory of LUTs is that of the address.
+        read = rows.read_port(transparent_for=(write,))
+        takes = self.words.valid & self.words.ready
+        following = []
+        for name, moved in (("put", self.put), ("taken", takes)):
+            at, to = (Signal(range(self.depth), name=f"{each}_{name}") for each in ("at", "to"))
+            m.d.comb += to.eq(Mux(moved, Mux(at == self.depth - 1, 0, at + 1), at))
+            m.d.sync += at.eq(to)
+            with m.If(self.clear):
+                m.d.sync += at.eq(0)
+            following.append((at, to))
         m.d.comb += [
+            write.addr.eq(following[0][0]),
             write.data.eq(self.word),
             write.en.eq(self.put),
+            read.addr.eq(following[1][1]),
             self.words.payload.eq(read.data),
         ]
-        takes = self.words.valid & self.words.ready
-        for port, moved in ((write, self.put), (read, takes)):
-            with m.If(moved):
-                m.d.sync += port.addr.eq(Mux(port.addr == self.depth - 1, 0, port.addr + 1))
         # A register, since who takes a word often decides late.
         left, is_single = Signal(range(self.depth + 1)), Signal()
         with m.If(self.put & ~takes):
@@ -76,10 +93,6 @@ class MemoryQueue(wiring.Component):
                 self.words.valid.eq(~is_single),
             ]
         with m.If(self.clear):
-            m.d.sync += [
-                *(port.addr.eq(0) for port in (write, read)),
-                left.eq(0),
-                self.words.valid.eq(0),
-            ]
+            m.d.sync += [left.eq(0), self.words.valid.eq(0)]
 
         return m

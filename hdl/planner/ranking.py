@@ -7,6 +7,7 @@ from amaranth.lib.wiring import In, Out
 from hdl.planner.population_layouts import KEY_BITS, member_layout, path_layout
 from hdl.planner.sorter import Sorter
 from hdl.primitives.arguments import check_integer, check_power_of_two
+from hdl.primitives.cells import cells_of
 
 
 __all__ = ["Ranking"]
@@ -103,19 +104,23 @@ class Ranking(wiring.Component):
         with m.If(self.store):
             m.d.sync += island.eq(self.island)
 
-        # In LUTs on a target. The register is in front of them: ranks to be read come late.
         m.submodules.rows = rows = memory.Memory(
-            shape=self.member_layout, depth=self.islands * self.population, init=[]
+            shape=self.member_layout,
+            depth=self.islands * self.population,
+            init=[],
+            attrs={"ram_style": cells_of(platform).ram_style},
         )
-        write, read = rows.write_port(), rows.read_port(domain="comb")
+        write = rows.write_port()
+        # With `transparent_for` the register is in front of LUTs: ranks to be read come late.
+        read = rows.read_port(transparent_for=(write,))
         m.d.comb += [
             write.en.eq(sorter.left.valid),
             write.addr.eq(Cat(sorter.left.rank, island)),
             write.data.key.eq(sorter.left.key),
             write.data.slot.eq(tag.slot),
             write.data.length.eq(tag.length),
+            read.addr.eq(Cat(self.read.rank, self.read.island)),
             self.member.eq(read.data),
         ]
-        m.d.sync += read.addr.eq(Cat(self.read.rank, self.read.island))
 
         return m

@@ -5,6 +5,7 @@ from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.primitives.arguments import check_integer
+from hdl.primitives.cells import cells_of
 
 
 __all__ = ["MemoryDelay"]
@@ -13,8 +14,8 @@ __all__ = ["MemoryDelay"]
 class MemoryDelay(wiring.Component):
     """Delays a word by a number of steps.
 
-    A ring of rows, read at once and written at the end of a step; a family's small memories take
-    it, at a bit for every row where registers would take a flip-flop.
+    A ring of rows, read and written at the end of a step: a bit of a memory for every row where
+    registers would take a flip-flop.
 
     Parameters
     ----------
@@ -47,22 +48,26 @@ class MemoryDelay(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        # The register of the output is one of the steps.
-        rows = self.steps - 1
+        # The word of the next row is that of `steps` steps ago once this one is written: no row is
+        # read and written in the same cycle.
         m.submodules.rows = ring = memory.Memory(
-            shape=self.shape, depth=rows, init=[], attrs={"ram_style": "distributed"}
+            shape=self.shape,
+            depth=self.steps,
+            init=[],
+            attrs={"ram_style": cells_of(platform).ram_style, "no_rw_check": 1},
         )
-        write, read = ring.write_port(), ring.read_port(domain="comb")
-        at = Signal(range(rows))
-        delayed = Signal(self.shape, reset_less=True)
+        write, read = ring.write_port(), ring.read_port()
+        at, following = Signal(range(self.steps)), Signal(range(self.steps))
         m.d.comb += [
-            read.addr.eq(at),
+            following.eq(Mux(at == self.steps - 1, 0, at + 1)),
+            read.addr.eq(following),
+            read.en.eq(self.step),
             write.addr.eq(at),
             write.data.eq(self.word),
             write.en.eq(self.step),
-            self.delayed.eq(delayed),
+            self.delayed.eq(read.data),
         ]
         with m.If(self.step):
-            m.d.sync += [delayed.eq(read.data), at.eq(Mux(at == rows - 1, 0, at + 1))]
+            m.d.sync += at.eq(following)
 
         return m

@@ -4,6 +4,8 @@ from amaranth import *
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
+from hdl.primitives.multiplier import Multiplier
+
 
 __all__ = ["DistinctDraw"]
 
@@ -32,6 +34,8 @@ class DistinctDraw(wiring.Component):
         The lowest number, 0 or more; the highest is ``first + total - 1``.
     best_of : int
         Raw draws for one number, 1 or 2: the smaller ``d`` counts.
+    multiplies : bool
+        The platform's multiplier cells make the products, if it has some; otherwise logic does.
 
     Members
     -------
@@ -53,7 +57,7 @@ class DistinctDraw(wiring.Component):
     #: Cycles from a draw to its number.
     LATENCY = 5
 
-    def __init__(self, *, total, count, draw_bits, first=0, best_of=1):
+    def __init__(self, *, total, count, draw_bits, first=0, best_of=1, multiplies=False):
         if total < 2:
             raise ValueError(f"Total must be 2 or more, not {total!r}")
         if not 1 <= count <= total:
@@ -70,6 +74,7 @@ class DistinctDraw(wiring.Component):
         self.draw_bits = draw_bits
         self.first = first
         self.best_of = best_of
+        self.multiplies = multiplies
         super().__init__(
             {
                 "clear": In(1),
@@ -97,14 +102,10 @@ class DistinctDraw(wiring.Component):
         high_bits = self.draw_bits - low_bits
         draws = []
         for i in range(self.best_of):
-            low = Signal(len(left), name=f"low_{i}", reset_less=True)
-            high = Signal(high_bits + len(left), name=f"high_{i}", reset_less=True)
+            low = self._product(m, self.bits[i][:low_bits], left, low_bits, f"low_{i}")
+            high = self._product(m, self.bits[i][low_bits:], left, 0, f"high_{i}")
             draw = Signal(range(self.total), name=f"draw_{i}", reset_less=True)
-            m.d.sync += [
-                low.eq(self.bits[i][:low_bits] * left >> low_bits),
-                high.eq(self.bits[i][low_bits:] * left),
-                draw.eq((high + low) >> high_bits),
-            ]
+            m.d.sync += draw.eq((high + low) >> high_bits)
             draws.append(draw)
 
         # Stage 3.
@@ -147,3 +148,15 @@ class DistinctDraw(wiring.Component):
             m.d.sync += numbers.eq(Cat(numbers.as_value()[len(number) :], number))
 
         return m
+
+    def _product(self, m, bits, left, shift, name):
+        """Return ``bits * left >> shift``, a cycle later."""
+        if self.multiplies:
+            m.submodules[name] = multiplier = Multiplier(
+                (len(bits), len(left)), shift, (False, False)
+            )
+            m.d.comb += [multiplier.first.eq(bits), multiplier.second.eq(left)]
+            return multiplier.product
+        product = Signal(len(bits) + len(left) - shift, name=name, reset_less=True)
+        m.d.sync += product.eq(bits * left >> shift)
+        return product

@@ -155,6 +155,7 @@ class Breeder(wiring.Component):
             count=config.survivors,
             draw_bits=SURVIVOR_BITS,
             first=config.elites,
+            multiplies=True,
         )
         survives = Signal()
         m.d.sync += survives.eq(drawn < config.survivors)

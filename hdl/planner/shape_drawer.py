@@ -73,12 +73,13 @@ class ShapeDrawer(wiring.Component):
         *draws, drawing = fanout(m, *[draws_next] * (EDGES + 1), name="draws")
         *turns, turning = fanout(m, *[turns_next] * (EDGES + 1), name="turns")
         negates = fanout(m, *[negates_next] * (EDGES - 1), name="negates")
-        # The next corner is the last of its row, if it is not the first.
         after_first, before_last = (
             Signal(self.coordinate_bits, name=name, reset_less=True)
             for name in ("after_first", "before_last")
         )
-        ends = Mux(back, x == after_first, x == before_last)
+        # The next corner is the last of its row, if it is not the first. A register, as wires lead
+        # from the next signals to every edge.
+        ends = Signal()
         m.d.sync += [after_first.eq(shape.first_x + 1), before_last.eq(shape.last_x - 1)]
         is_last = Signal()
         begins = self.shapes.valid & ~self.shapes.ready
@@ -91,8 +92,10 @@ class ShapeDrawer(wiring.Component):
         ]
         with m.If(~drawing):
             m.d.comb += next_x.eq(shape.first_x)
+            m.d.sync += ends.eq(shape.first_x == (shape.last_x - 1)[: self.coordinate_bits])
         with m.Else():
             m.d.comb += next_x.eq(Mux(turning, x, Mux(back, x - 1, x + 1)))
+            m.d.sync += ends.eq(Mux(next_back, next_x == after_first, next_x == before_last))
         m.d.sync += [
             x.eq(next_x),
             y.eq(Mux(drawing, y + turning, shape.first_y)),

@@ -138,6 +138,8 @@ def shape(config, rng, *, span=None):
         at = -east * u - north * v + (bend[0] * u * u + bend[1] * v * v) * (i == 0)
         half = 1 << config.coordinate_bits + EDGE_BITS
         edges.append((min(max(at, -half), half - 1), east, north))
+    # No edge, no bend.
+    bend = bend if edges else [0, 0]
     return NoFlyShape(
         first_x=x0,
         first_y=y0,

@@ -229,10 +229,12 @@ class NoFlyShape:
         Raises
         ------
         ValueError
-            If a field does not fit, or there are too many edges.
+            If a field does not fit, there are too many edges, or a bend without an edge.
         """
         if len(self.edges) > EDGES:
             raise ValueError(f"A shape must have at most {EDGES} edges, not {len(self.edges)}")
+        if (self.bend_x or self.bend_y) and not self.edges:
+            raise ValueError("A shape with a bend must have an edge, which bends")
         widths = dict(no_fly_request(config).fields)
         values = {name: getattr(self, name) for name in widths if hasattr(self, name)}
         # An edge of zeros has all corners on its inner side.

@@ -97,6 +97,13 @@ def test_a_shape_that_does_not_fit_is_refused(edges, message):
         NoFlyShape(first_x=0, first_y=0, last_x=1, last_y=1, edges=edges).pack(USUAL)
 
 
+@pytest.mark.parametrize("bend", ["bend_x", "bend_y"])
+def test_a_bend_without_an_edge_is_refused(bend):
+    shape = NoFlyShape(first_x=0, first_y=0, last_x=1, last_y=1, edges=(), **{bend: 1})
+    with pytest.raises(ValueError, match=r"^A shape with a bend must have an edge, which bends$"):
+        shape.pack(USUAL)
+
+
 @pytest.mark.parametrize("base", [1 << BASE_BITS - 1, -(1 << BASE_BITS - 1) - 1])
 def test_a_base_that_does_not_fit_is_refused(base):
     with pytest.raises(ValueError, match=rf"^base must fit in 25 bits with its sign, not {base}$"):

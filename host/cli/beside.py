@@ -13,7 +13,7 @@ from host.cli.ending import ending
 from host.cli.output import note, print_table
 from host.cli.problem import source_of
 from host.device.boards import with_core
-from host.errors import PathgeneError
+from host.errors import InputError, PathgeneError
 from host.mission.mission import Mission
 from host.mission.planning import plan_mission
 from host.planners import OPTIONS, PLANNERS
@@ -35,10 +35,16 @@ def searches_beside(args: argparse.Namespace) -> list[Search]:
     Raises
     ------
     InputError
-        If there is no such planner, or an option is bad.
+        If there is no such planner, a name is empty, or an option is bad.
     """
-    names = [name.strip() for name in (args.beside or "").split(",")]
-    return [_search(args, name) for name in dict.fromkeys(names) if name not in ("", args.planner)]
+    if not args.beside:
+        return []
+    names = [name.strip() for name in args.beside.split(",")]
+    if "" in names:
+        raise InputError(
+            f"--beside has an empty name in {args.beside!r}; put one comma between two planners."
+        )
+    return [_search(args, name) for name in dict.fromkeys(names) if name != args.planner]
 
 
 def _search(args: argparse.Namespace, name: str) -> Search:

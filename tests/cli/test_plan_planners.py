@@ -52,6 +52,8 @@ def test_a_board_of_one_core_leaves_the_model_to_the_planner_beside_it(hills, tm
     assert "pathgene: Beside it, ga-fpga on model:." in capsys.readouterr().err.splitlines()
     assert plan(hills, tmp_path, *board, "--beside", "gafpga") == 2
     assert "There is no planner 'gafpga'" in capsys.readouterr().err
+    assert plan(hills, tmp_path, *board, "--beside", "ga-fpga,,astar") == 2
+    assert "--beside has an empty name in 'ga-fpga,,astar'" in capsys.readouterr().err
 
 
 def test_collisions_counted_by_the_board(hills, tmp_path, capsys):

@@ -14,6 +14,7 @@ from bench.fpga.cells import CELLS, XILINX, chip_clock, used
 from bench.fpga.job import LIMIT_S, Job, digest_of
 from bench.fpga.store import Table
 from hdl.boards import find_board
+from hdl.boards.board import ChipKind
 from hdl.boards.ecp5 import KEEP_FANOUT, PLACEMENT, PLANNER_OVERRIDES, SYNTHESIS
 from hdl.boards.harness import Harness
 from hdl.boards.route import route
@@ -44,8 +45,10 @@ class _Device:
     synthesis: str
     routing: tuple[str, ...]
     asked_mhz: int
-    #: Commands behind synthesis. Not in a row's digest: they come with those of ``synthesis``.
+    #: Commands behind synthesis, and the chip whose cells it takes. Not in a row's digest: they come
+    #: with those of ``synthesis``.
     finish: str = field(default="", repr=False)
+    chip: ChipKind = field(default=ChipKind.PAPER, repr=False)
 
 
 _ECP5 = _Device(
@@ -65,6 +68,7 @@ _PLANNER = replace(
         f"{PLANNER_OVERRIDES['script_after_read']}\nsynth_ecp5 {PLANNER_OVERRIDES['synth_opts']}"
     ),
     finish=PLANNER_OVERRIDES["script_after_synth"],
+    chip=ChipKind.PLANNER,
 )
 # With 150 MHz requested, routing did not terminate within hours.
 _LESS_ASKED = replace(_ECP5, asked_mhz=100)
@@ -157,7 +161,8 @@ class _UnitJob(Job):
         """Write the sources; see :class:`~bench.fpga.job.Job`."""
         top, arguments, device = _UNITS[self.name]
         # With the device's own cells.
-        _write(Harness(_component(top, *arguments)), folder, find_board(device.board).platform())
+        platform = find_board(device.board, device.chip).platform()
+        _write(Harness(_component(top, *arguments)), folder, platform)
         return digest_of(Netlist.read(folder / "unit.v", "unit"), device)
 
     def measure(self, folder: Path) -> dict[str, Any]:

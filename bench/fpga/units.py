@@ -45,8 +45,8 @@ class _Device:
     synthesis: str
     routing: tuple[str, ...]
     asked_mhz: int
-    #: Commands behind synthesis, and the chip whose cells it takes. Not in a row's digest: they come
-    #: with those of ``synthesis``.
+    #: Commands behind synthesis, and the chip whose cells it takes. Not in a row's digest, which
+    #: has ``synthesis``: they come with it.
     finish: str = field(default="", repr=False)
     chip: ChipKind = field(default=ChipKind.PAPER, repr=False)
 

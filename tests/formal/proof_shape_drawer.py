@@ -89,6 +89,14 @@ class Drawn(Elaboratable):
                 Assert(age == number_of(x, y) + 1),
                 Assert(back == (y - shape.first_y)[0]),
                 Assert(turning == Mux(back, x == shape.first_x, x == shape.last_x)),
+                Assert(
+                    dut.signal("ends")
+                    == Mux(
+                        back,
+                        x == (shape.first_x + 1)[: len(x)],
+                        x == (shape.last_x - 1)[: len(x)],
+                    )
+                ),
             ]
         for number in range(EDGES):
             m.d.comb += Assert(dut.signal(f"draws_{number}") == drawing)

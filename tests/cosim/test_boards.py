@@ -31,7 +31,10 @@ DEFAULT = Config(clocks_per_bit=4)
 LONG_PATHS = SMALL.replace(max_waypoints=20)
 
 
-@pytest.mark.parametrize("generations", [10, pytest.param(60, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "generations",
+    [pytest.param(10, marks=pytest.mark.ci), pytest.param(60, marks=pytest.mark.long)],
+)
 def test_default_chip_generation_by_generation(pair, generations):
     """Every generation matches, and the counters are those of the model."""
     chips = pair(DEFAULT)

@@ -214,8 +214,10 @@ def test_plans_over_a_bad_line(planner):
 @pytest.mark.cosim
 @pytest.mark.parametrize(
     ("program", "config", "expected"),
-    [("client", DEFAULT_CONFIG, expected_line), ("planner", STREAMING, expected_paths)],
-    ids=["client", "planner"],
+    [
+        pytest.param("client", DEFAULT_CONFIG, expected_line, id="client"),
+        pytest.param("planner", STREAMING, expected_paths, id="planner", marks=pytest.mark.ci),
+    ],
 )
 def test_with_the_simulated_board(request, program, config, expected):
     client, board = request.getfixturevalue(program), board_url("sim", config)

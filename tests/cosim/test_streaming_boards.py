@@ -20,7 +20,10 @@ pytestmark = pytest.mark.cosim
 CHIP = SMALL.replace(clocks_per_bit=4, receive_buffer=512)
 
 
-@pytest.mark.parametrize("frames", [400, pytest.param(20_000, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "frames",
+    [pytest.param(400, marks=pytest.mark.ci), pytest.param(20_000, marks=pytest.mark.long)],
+)
 def test_random_frames(frames):
     """Frames whole and broken; of every run, its paths, and the cycles of all units."""
     fuzz = fuzz_simulated_board(CHIP, seed=frames, frames=frames)

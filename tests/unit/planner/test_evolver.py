@@ -102,7 +102,10 @@ PACES = {
 
 
 @pytest.mark.parametrize("pace", PACES)
-@pytest.mark.parametrize("config", [TINY, SMALL], ids=["tiny", "small"])
+@pytest.mark.parametrize(
+    "config",
+    [pytest.param(TINY, id="tiny"), pytest.param(SMALL, id="small", marks=pytest.mark.ci)],
+)
 def test_generations(config, pace):
     """Two islands in turn, then one population of the best of both; equal keys are frequent."""
     bench = Bench(config, 7, **PACES[pace])
@@ -158,7 +161,14 @@ def test_evaluated_by_the_definition(config, generations):
 
 
 @pytest.mark.parametrize("pace", ["fast", "stalled"])
-@pytest.mark.parametrize("config", [TINY, SMALL, TIGHT], ids=["tiny", "small", "tight"])
+@pytest.mark.parametrize(
+    "config",
+    [
+        pytest.param(TINY, id="tiny"),
+        pytest.param(SMALL, id="small", marks=pytest.mark.ci),
+        pytest.param(TIGHT, id="tight", marks=pytest.mark.ci),
+    ],
+)
 def test_runs_go_on(config, pace):
     """Populations revised in place, and runs without ``clear``: no slot is lost or used twice."""
     bench = Bench(config, 3, pace=pace, latency=20)

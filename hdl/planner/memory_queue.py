@@ -64,8 +64,6 @@ class MemoryQueue(wiring.Component):
             shape=self.shape, depth=self.depth, init=[], attrs={"ram_style": style}
         )
         write = rows.write_port()
-        # With `transparent_for` the register of a memory of LUTs is that of the address.
-        read = rows.read_port(transparent_for=(write,))
         takes = self.words.valid & self.words.ready
         following = []
         for name, moved in (("put", self.put), ("taken", takes)):
@@ -79,9 +77,15 @@ class MemoryQueue(wiring.Component):
             write.addr.eq(following[0][0]),
             write.data.eq(self.word),
             write.en.eq(self.put),
-            read.addr.eq(following[1][1]),
-            self.words.payload.eq(read.data),
         ]
+        # The same word, either way: LUTs are read behind the register of the address.
+        if style == "block":
+            read = rows.read_port(transparent_for=(write,))
+            m.d.comb += read.addr.eq(following[1][1])
+        else:
+            read = rows.read_port(domain="comb")
+            m.d.comb += read.addr.eq(following[1][0])
+        m.d.comb += self.words.payload.eq(read.data)
         # A register, since who takes a word often decides late.
         left, is_single = Signal(range(self.depth + 1)), Signal()
         with m.If(self.put & ~takes):

@@ -42,7 +42,7 @@ class RunStatus(wiring.Component):
         Pulse: there are no paths any more.
     status : Out(run_status_layout)
         Counters stay until the next run. ``key`` is void until a generation has begun or the run is
-        over, and again from ``void`` on.
+        over, and again from two cycles after ``void`` on.
     """
 
     def __init__(self):
@@ -83,7 +83,10 @@ class RunStatus(wiring.Component):
             m.d.sync += key.eq(self.best)
         with m.If(self.is_first):
             m.d.sync += key.eq(self.first)
-        with m.If(self.launch | self.void):
+        # A cycle later: both are decided late.
+        voids = Signal()
+        m.d.sync += voids.eq(self.launch | self.void)
+        with m.If(voids):
             m.d.sync += key.eq(PathClass.VOID << VALUE_BITS)
 
         return m

@@ -19,7 +19,7 @@ def test_counters_and_key():
 
     async def bench(ctx):
         expected = dict.fromkeys(COUNTED, 0)
-        key, bred = VOID, [0, 0, 0]
+        key, bred, ends = VOID, [0, 0, 0], False
         for cycle in range(3000):
             values = {name: rng.getrandbits(32) for name in PASSED.values()}
             values |= {name: rng.randrange(2) for name in COUNTED.values()}
@@ -45,8 +45,9 @@ def test_counters_and_key():
                 key = values["best"]
             if values["is_first"]:
                 key = values["first"]
-            if values["launch"] or values["void"]:
+            if ends:
                 key = VOID
+            ends = values["launch"] or values["void"]
             seen.add(key == VOID)
             bred.append(values["bred"])
             await ctx.tick()

@@ -15,8 +15,8 @@ class Divider(wiring.Component):
     """Quotient of two unsigned numbers in every cycle, rounded down.
 
     A stage adds or subtracts the divisor once and yields one bit (non-restoring division).
-    ``quotient`` follows ``quotient_bits``
-    cycles after its dividend. It is undefined where it has more bits, or the divisor is 0.
+    ``quotient`` follows ``quotient_bits`` cycles after its dividend. It is undefined where it has
+    more bits, or the divisor is 0.
 
     Parameters
     ----------

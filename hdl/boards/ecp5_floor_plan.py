@@ -14,7 +14,7 @@ from types import MappingProxyType
 from hdl.config import Config
 
 
-__all__ = ["MAP_SITES", "OTHER_SITES", "PLANNER_MAP_SITES", "floor_plan"]
+__all__ = ["MAP_SITES", "OTHER_SITES", "PLANNER_FLOOR_PLAN", "PLANNER_MAP_SITES", "floor_plan"]
 
 #: First columns of the groups of four block RAMs or multipliers of a row.
 _GROUPS = (*range(4, 59, 9), *range(69, 115, 9))
@@ -80,6 +80,15 @@ OTHER_SITES: Mapping[str, str] = MappingProxyType(
 )
 assert set(OTHER_SITES.values()) <= set(_LEFT)
 
+#: Sites of the link's block RAMs beside a planner: at the end of the middle that is next to its
+#: pins. The placer puts them anywhere.
+_PLANNER_SITES: Mapping[str, str] = MappingProxyType(
+    {
+        "line.frame_receiver.ring.rows.0.0": "X44/Y46/EBR2",
+        "line.frame_transmitter.encoder.ring.rows.0.0": "X44/Y70/EBR2",
+    }
+)
+
 #: Column around which the multipliers lie.
 _MIDDLE = 54
 
@@ -116,8 +125,16 @@ def floor_plan(config: Config) -> str:
             "Floor plan must be that of the default configuration with any lanes; a board with "
             "another one can leave `script_after_synth` out"
         )
+    return _commands({**OTHER_SITES, **dict(_multipliers(config.lanes))})
+
+
+def _commands(sites: Mapping[str, str]) -> str:
     lines = []
-    for name, site in (*OTHER_SITES.items(), *_multipliers(config.lanes)):
+    for name, site in sites.items():
         cell = f"c:planner.{name}"
         lines += [f"select -assert-count 1 {cell}", f"setattr -set BEL {json.dumps(site)} {cell}"]
     return "\n".join(lines)
+
+
+#: The same for a chip with a planner, whose map leaves the middle of the die free.
+PLANNER_FLOOR_PLAN = _commands(_PLANNER_SITES)

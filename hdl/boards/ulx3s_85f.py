@@ -7,7 +7,7 @@ from amaranth_boards.ulx3s import ULX3S_85F_Platform
 from hdl.boards.board import Board
 from hdl.boards.ecp5 import OVERRIDES, PLANNER_OVERRIDES
 from hdl.boards.ecp5_cells import Ecp5Cells
-from hdl.boards.ecp5_floor_plan import MAP_SITES, PLANNER_MAP_SITES, floor_plan
+from hdl.boards.ecp5_floor_plan import MAP_SITES, PLANNER_FLOOR_PLAN, PLANNER_MAP_SITES, floor_plan
 from hdl.boards.pll import Ecp5Pll
 from hdl.config import CheckerBuild, Config, GeneticCore
 
@@ -46,7 +46,10 @@ _PLANNER = replace(
     # planner needs 24 beside it.
     sizes=_SIZES.replace(genetic=GeneticCore.STREAMING, altitude_bits=11),
     seed=1,
-    overrides=PLANNER_OVERRIDES,
+    overrides={
+        **PLANNER_OVERRIDES,
+        "script_after_synth": f"{PLANNER_OVERRIDES['script_after_synth']}\n{PLANNER_FLOOR_PLAN}",
+    },
 )
 
 CHIPS = (_PLANNER, _PAPER)

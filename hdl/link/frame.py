@@ -154,19 +154,21 @@ class FrameReceiver(wiring.Component):
             commit.eq(ends & whole & right & room),
         ]
         is_plain = Signal()
+        ended = Signal()
+        m.d.sync += ended.eq(ends)
         with m.If(ends):
             m.d.sync += [
                 is_plain.eq(plain),
                 dropped.eq(0),
             ]
-            with m.If(~(whole & right & room)):
-                m.d.sync += tail.eq(committed + 1)
+        # While `ended` is high, no byte of the next frame has arrived yet.
         with m.If(commit):
             m.d.sync += [
                 committed.eq(tail),
                 tail.eq(tail + 1),
             ]
-        # While `commit` is high, no byte of the next frame has arrived yet.
+        with m.Elif(ended):
+            m.d.sync += tail.eq(committed + 1)
         m.d.comb += [
             ring.write_enable.eq((kept & room) | commit),
             ring.write_row.eq(Mux(commit, committed, tail)),

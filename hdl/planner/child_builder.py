@@ -124,10 +124,15 @@ class ChildBuilder(wiring.Component):
 
         m.submodules.queue = queue = ResultQueue(self.point_layout, _POINTS)
         room = Signal(range(_POINTS + 1), init=_POINTS)
+        has_room = Signal(init=1)
         makes = Signal()
         step = Signal(self._step_layout)
-        plan = self._step(m, makes, step, room != 0)
-        m.d.sync += room.eq(room + (self.points.valid & self.points.ready) - makes)
+        plan = self._step(m, makes, step, has_room)
+        frees = self.points.valid & self.points.ready
+        m.d.sync += [
+            room.eq(room + frees - makes),
+            has_room.eq(frees | (room > 1) | (has_room & ~makes)),
+        ]
 
         # What goes with a point through all stages, by the cycles since its step.
         valid = [makes]
@@ -166,12 +171,16 @@ class ChildBuilder(wiring.Component):
         takes = Signal()
         ends = Signal()
         # The number of the point among those of the child before its mutation, start and goal
-        # included; and the index of the waypoint in the child.
+        # included; the index of the waypoint in the child; and what the number is compared with,
+        # compared a step ahead.
         number = Signal(range(self.max_waypoints + 2))
         index = Signal(range(self.max_waypoints), reset_less=True)
+        at_place, is_start, is_goal = (
+            Signal(name=name, reset_less=True) for name in ("at_place", "is_start", "is_goal")
+        )
         # The step before inserted a waypoint.
         inserted = Signal()
-        at_place = Signal()
+        is_next = Signal()
         skips = Signal()
         m.d.comb += [
             takes.eq(self.plans.valid & self.slots.valid & (~building | ends)),
@@ -181,10 +190,10 @@ class ChildBuilder(wiring.Component):
             self.children.p.eq(self.slots.p),
             makes.eq(building & has_room),
             ends.eq(makes & step.is_last),
-            at_place.eq(number == plan.place),
-            skips.eq(plan.deletes & (number + 1 == plan.place)),
-            step.is_start.eq(number == 0),
-            step.is_goal.eq(number == plan.length + 1),
+            is_next.eq(number + 1 == plan.place),
+            skips.eq(plan.deletes & is_next),
+            step.is_start.eq(is_start),
+            step.is_goal.eq(is_goal),
             step.is_last.eq(step.is_goal & ~step.inserted),
             step.inserted.eq(at_place & plan.inserts & ~inserted),
             step.settled.eq(at_place & plan.settles),
@@ -200,7 +209,12 @@ class ChildBuilder(wiring.Component):
                 index.eq(Mux(step.is_start, 0, index + 1)),
             ]
             with m.If(~step.inserted):
-                m.d.sync += number.eq(number + 1 + skips)
+                m.d.sync += [
+                    number.eq(number + 1 + skips),
+                    at_place.eq(is_next & ~plan.deletes),
+                    is_start.eq(0),
+                    is_goal.eq(number == plan.length - skips),
+                ]
         with m.If(ends):
             m.d.sync += building.eq(0)
         with m.If(takes & self.children.ready):
@@ -209,6 +223,9 @@ class ChildBuilder(wiring.Component):
                 plan.eq(self.plans.p),
                 slot.eq(self.slots.p),
                 number.eq(0),
+                at_place.eq(0),
+                is_start.eq(1),
+                is_goal.eq(0),
             ]
 
         # The place of the waypoint, if it is one.

@@ -157,11 +157,11 @@ class RunControl(wiring.Component):
         ]
         m.d.sync += settled.eq(~Cat(getattr(self, name) for name in _PULSES).any())
 
-        with m.FSM() as states:
+        with m.FSM():
             with m.State("IDLE"):
                 m.d.comb += self.runs.ready.eq(self.phase)
                 with m.If(taken):
-                    m.d.sync += options.eq(self.runs.p)
+                    m.d.sync += [options.eq(self.runs.p), self.running.eq(1)]
                     m.next = "START"
             with m.State("START"):
                 m.d.comb += [self.launch.eq(1), self.clear.eq(~options.warm)]
@@ -252,8 +252,8 @@ class RunControl(wiring.Component):
                 m.next = "AIM"
             with m.State("END"):
                 m.d.comb += self.ends.eq(1)
+                m.d.sync += self.running.eq(0)
                 m.next = "IDLE"
-        m.d.comb += self.running.eq(~states.ongoing("IDLE"))
 
         return m
 

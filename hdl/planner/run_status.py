@@ -41,8 +41,10 @@ class RunStatus(wiring.Component):
     void : In(1)
         Pulse: there are no paths any more.
     status : Out(run_status_layout)
-        Counters stay until the next run. ``key`` is void until a generation has begun or the run is
-        over, and again from two cycles after ``void`` on.
+        Counters stay until the next run. ``running`` follows by a cycle, and with it the counts of
+        what is planned, sorted and spread, so that these are complete once it is low. ``key`` is
+        void until a generation has begun or the run is over, and again from two cycles after
+        ``void`` on.
     """
 
     def __init__(self):
@@ -63,16 +65,22 @@ class RunStatus(wiring.Component):
 
         status = self.status
         m.d.comb += [
-            status.running.eq(self.running),
             status.generation.eq(self.generations),
             status.cycles.eq(self.cycles),
             status.score.eq(self.score),
             status.walk.eq(self.walk),
         ]
+        # A cycle later, and `running` with them: all is decided late.
+        launched = Signal()
+        m.d.sync += [launched.eq(self.launch), status.running.eq(self.running)]
         counted = {"breed": self.planning, "sort": self.sorting, "wavefront": self.spreading}
-        for name, counts in counted.items():
+        for name, is_busy in counted.items():
+            counts = Signal(name=f"counts_{name}")
             counter = Signal(_COUNTER_BITS, name=name)
-            m.d.sync += counter.eq(Mux(self.launch, 0, counter + (counts & self.running)))
+            m.d.sync += [
+                counts.eq(is_busy & self.running),
+                counter.eq(Mux(launched, 0, counter + counts)),
+            ]
             m.d.comb += status[name].eq(counter)
 
         key = Signal(KEY_BITS, init=PathClass.VOID << VALUE_BITS)

@@ -148,7 +148,7 @@ class Receiver(Elaboratable):
             Assert(dut.signal("committed", "sync") == base),
         ]
         with m.If(~decoder.inside & ~decoder.decoded.valid):
-            m.d.comb += [Assert(count == 0), Assert(~dropped), Assert(accepted | (behind == 1))]
+            m.d.comb += [Assert(count == 0), Assert(~dropped), Assert(ended | (behind == 1))]
 
         # What induction has to know: of the decoder, of the frame, ...
         left, zero = decoding.signal("left"), decoding.signal("zero")
@@ -170,7 +170,7 @@ class Receiver(Elaboratable):
                 Assert(behind == size),
                 Assert((size > BODY_HEADER_BYTES) & (unread + size <= rows)),
             ]
-        with m.Elif(lost):
+        with m.Elif(ended | lost):
             m.d.comb += [Assert(behind >= 1), Assert(unread + behind <= rows + 1)]
         with m.Elif(n <= CRC_BYTES + 1):
             m.d.comb += Assert(behind == 1)

@@ -75,7 +75,7 @@ class PathEvaluator(wiring.Component):
     idle : Out(1)
         No path is inside, and no head waits.
     clear_counters : In(1)
-        Pulse: set both counters to 0.
+        Pulse: set both counters to 0 in the cycle after the next. No path is inside.
     score : Out(32)
         Cycles in which the scorer had a point: two for each, entries and exits included.
     walk : Out(32)
@@ -181,9 +181,12 @@ class PathEvaluator(wiring.Component):
             self.margin.margin.eq(walker.margin.margin),
         ]
 
+        # A cycle later: it is decided late.
+        clears = Signal()
+        m.d.sync += clears.eq(self.clear_counters)
         counted = ((self.score, self.scorer.launcher.valid), (self.walk, walker.launching))
         for counter, counts in counted:
-            m.d.sync += counter.eq(Mux(self.clear_counters, 0, counter + counts))
+            m.d.sync += counter.eq(Mux(clears, 0, counter + counts))
 
         return m
 

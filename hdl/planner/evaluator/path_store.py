@@ -48,7 +48,7 @@ class PathStore(wiring.Component):
     has_entry : In(1)
         The records of each path begin with that of its start. Steady.
     head : In(head_layout)
-        Of the path whose first point is taken.
+        Of the path whose first point was taken in the cycle before.
     taken : In(taken_layout)
     record : In(chord_record_layout)
     path : Out(kept_layout)
@@ -143,8 +143,11 @@ class PathStore(wiring.Component):
         path = Signal(self.path.shape(), reset_less=True)
         m.d.comb += self.path.eq(path)
         m.d.sync += [scored.eq(scored + self.scored), path.place.eq(scored)]
+        # A path has two points: its place stays for a cycle after the first.
+        opened = Signal()
+        m.d.sync += opened.eq(taken.valid & (index == 0))
         for name, enable, at, value in (
-            ("head", taken.valid & (index == 0), place, self.head),
+            ("head", opened, place, self.head),
             ("length", taken.valid & taken.point.last, place, index - 1),
             ("enters", record.valid & (number == 0), recorded, record.present & self.has_entry),
         ):

@@ -20,6 +20,7 @@ def test_counters_and_key():
     async def bench(ctx):
         expected = dict.fromkeys(COUNTED, 0)
         key, bred, ends = VOID, [0, 0, 0], False
+        before = {"launch": 0, "running": 0, **dict.fromkeys(COUNTED.values(), 0)}
         for cycle in range(3000):
             values = {name: rng.getrandbits(32) for name in PASSED.values()}
             values |= {name: rng.randrange(2) for name in COUNTED.values()}
@@ -34,12 +35,13 @@ def test_counters_and_key():
             assert {name: status[name] for name in PASSED} == {
                 name: values[source] for name, source in PASSED.items()
             }
-            assert status.running == values["running"]
+            assert status.running == before["running"]
             assert status.key == key
             for name, source in COUNTED.items():
-                expected[name] += values[source] & values["running"]
-                if values["launch"]:
+                expected[name] += before[source] & before["running"]
+                if before["launch"]:
                     expected[name] = 0
+            before = values
             # The best of a generation, 3 cycles after it began.
             if bred[-3]:
                 key = values["best"]

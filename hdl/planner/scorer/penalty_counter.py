@@ -5,14 +5,14 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.planner.scorer.schedule import Schedule, Timed
-from hdl.planner.scorer.widths import Widths
+from hdl.planner.scorer.widths import STEEP, Widths
 from hdl.primitives.wide_multiplier import WideMultiplier
 from hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS
 
 
 __all__ = ["PenaltyCounter", "judged_layout"]
 
-#: A length of one cell: what is too steep counts at least so much.
+#: A length of one cell: an arc that is too steep counts at least so much.
 _CELL = 1 << POSITION_FRACTION
 
 #: A missing arc counts as an eighth of the path.
@@ -42,8 +42,8 @@ def judged_layout(widths: Widths) -> data.StructLayout:
 class PenaltyCounter(wiring.Component):
     """Adds up a path's penalty.
 
-    A cell and the excess count for each steep segment, and an eighth of the path for each missing
-    arc; where there are none, the length of each steep arc.
+    A quarter of a cell and the excess count for each steep segment, an eighth of the path for each
+    missing arc, and the length of each steep arc, at least a cell.
 
     Source: step 5 of the score in ``docs/chip_planner.md``.
 
@@ -69,7 +69,7 @@ class PenaltyCounter(wiring.Component):
     def __init__(self, widths: Widths):
         self.widths = widths
         self.sharp = WideMultiplier(widths.total, widths.count, _SHARE_SHIFT)
-        self.latency = (2 + 4 + self.sharp.latency | 1) + 1
+        self.latency = (2 + 3 + self.sharp.latency | 1) + 1
         super().__init__(
             {
                 "phase": In(1),
@@ -86,7 +86,7 @@ class PenaltyCounter(wiring.Component):
         stages = Schedule(m, self.phase)
         added = {
             "total": (widths.total, judged.length),
-            "steep": (widths.steep, Mux(judged.steep, judged.excess + _CELL, 0)),
+            "steep": (widths.steep, Mux(judged.steep, judged.excess + STEEP, 0)),
             "sharp": (widths.count, judged.sharp),
             "steep_arcs": (
                 widths.steep_arcs,
@@ -106,13 +106,8 @@ class PenaltyCounter(wiring.Component):
         penalty = stages.compute(
             "steep_or_sharp", lambda product, steep: product + steep, product, sums["steep"]
         )
-        flat = stages.compute("is_flat", lambda penalty: ~penalty.any(), penalty)
         whole = stages.compute(
-            "whole",
-            lambda penalty, arcs, flat: Mux(flat, arcs, penalty),
-            penalty,
-            sums["steep_arcs"],
-            flat,
+            "whole", lambda penalty, arcs: penalty + arcs, penalty, sums["steep_arcs"]
         )
         limit = (1 << VALUE_BITS) - 1
         ended = stages.compute(

@@ -24,10 +24,12 @@ from hdl.protocol.planner import (
 )
 
 
-__all__ = ["EXCESS_BITS", "SHARE_BITS", "SHARPEST_BITS", "TURN_BITS", "Widths"]
+__all__ = ["EXCESS_BITS", "SHARE_BITS", "SHARPEST_BITS", "STEEP", "TURN_BITS", "Widths"]
 
 #: Fraction bits of the part by which a slope is too steep: a part counts as 4 units of length.
 EXCESS_BITS = 2
+#: What a segment that is too steep counts beside its excess: the length of a quarter of a cell.
+STEEP = 1 << POSITION_FRACTION - 2
 #: Fraction bits of a tangent as a share of its segment.
 SHARE_BITS = 16
 #: Bits of a turn in radians, from :func:`hdl.protocol.planner.turn_table`.
@@ -169,7 +171,7 @@ class Widths:
     @cached_property
     def steep(self) -> int:
         """Of what the segments of a path count that are too steep."""
-        most = (1 << POSITION_FRACTION) + (1 << self.part + EXCESS_BITS)
+        most = STEEP + (1 << self.part + EXCESS_BITS)
         return (self.segments * most).bit_length()
 
     @cached_property

@@ -89,7 +89,7 @@ class StepConstants(wiring.Component):
     Members
     -------
     problem : In(problem_layout)
-        Steady.
+        Steady from the cycle before ``launch`` on.
     limit : In(4)
         Slope limit of the surface, in halves of the climb limit. Steady.
     falls : In(1)
@@ -240,7 +240,9 @@ class StepConstants(wiring.Component):
         """Return the first factor of a product, whether it is there, the second, and the shift."""
         problem, z, falls = self.problem, self.altitude_bits, self.falls
         least = least_unit(self.coordinate_bits, z)
-        unit = Mux(problem.key_shift > least, problem.key_shift, least)
+        # A register: it comes from the other units' problem.
+        unit = Signal(range(64), reset_less=True)
+        m.d.sync += unit.eq(Mux(problem.key_shift > least, problem.key_shift, least))
         # Of falls, what is not wanted becomes 0.
         wanted = Mux(falls, 0, distance)
         one = 1 << ALTITUDE_FRACTION + factor_fraction(z)

@@ -67,6 +67,7 @@ CHORD = 5
 WORK_ROWS = 12
 
 CELL = 1 << POSITION_FRACTION
+_STEEP = CELL >> 2
 _EXCESS_SHIFT = 2
 _SHARPEST = 16
 _INFINITE = 1 << 24
@@ -117,7 +118,7 @@ def score(
 ) -> tuple[int, int]:
     """Return cost and penalty of the first ``points`` rows x, y, step, ... of ``path``.
 
-    With ``first``, a steep segment or a missing arc ends the score, and the cost is 0. ``work``,
+    With ``first``, the cost of a path with a steep segment or a missing arc is 0. ``work``,
     (WORK_ROWS, points or more) int64, gets the chords. A point more in it counts before the others
     where there is an entry, and another one behind them where there is an exit.
     """
@@ -126,14 +127,13 @@ def score(
         points = len(path)
     last = points - 1
     penalty = _measure_segments(problem, path, last, work)
-    if first and penalty:
-        return 0, penalty
+    is_lost = first and penalty > 0
 
     # An inlined function gets numbers: an array would cost two counts of references.
     climb, descent, radius = problem[CLIMB], problem[DESCENT], problem[RADIUS]
     drag, weight, base = problem[DRAG], problem[RISE_FIELD], problem[BASE]
     fuel, fuel_shift = problem[FUEL], problem[FUEL_SHIFT]
-    cost = steep_arcs = 0
+    cost = 0
     # Where the piece before ends: altitude, and length of its segment that an arc has taken.
     altitude, taken = work[_ALTITUDE, 0], 0
     for k in range(1, points):
@@ -147,7 +147,7 @@ def score(
             fall, rise = work[_RISE, k - 1] * back, work[_RISE, k] * on
             before -= fall >> _SHARE_BITS
             after += rise >> _SHARE_BITS
-            if tangent > CELL:
+            if tangent > CELL and not is_lost:
                 for axis in range(2):
                     at = path[k, axis]
                     away = (path[k - 1, axis] - at) * back + _HALF_SHARE >> _SHARE_BITS
@@ -162,15 +162,19 @@ def score(
             turn = _TURNS[entry] + ((_TURNS[entry + 1] - _TURNS[entry]) * (half & 63) >> 6)
             length = radius * turn >> TURN_FRACTION
             if _excess(climb, descent, length << _SHARE_BITS, fall + rise) > 0:
-                steep_arcs += max(length, CELL)
+                penalty += max(length, CELL)
+            if is_lost:
+                continue
             flown = _flown(weight, length, after - before)
             cost += (before + after + base) * flown
             cost += _burnt(drag * flown + weight * (after - before), fuel, fuel_shift)
+        elif is_lost:
+            continue
         flown = _flown(weight, work[_LENGTH, k - 1] - taken - tangent, before - altitude)
         cost += (altitude + before + base) * flown
         cost += _burnt(drag * flown + weight * (before - altitude), fuel, fuel_shift)
         altitude, taken = after, tangent
-    return cost, penalty if penalty else steep_arcs
+    return cost, penalty
 
 
 @compiled
@@ -237,7 +241,7 @@ def _measure_segments(problem: Integers, path: Integers, last: int, work: Intege
         total += next_length
         excess = _excess(climb, descent, next_length, rise)
         if excess > 0:
-            steep += CELL + (excess >> SLOPE_FRACTION - _EXCESS_SHIFT)
+            steep += _STEEP + (excess >> SLOPE_FRACTION - _EXCESS_SHIFT)
         if k:
             next_tangent = 0
             cross = abs(dx * next_dy - dy * next_dx)

@@ -28,9 +28,11 @@ from sim.model.planner.definition.walk import Point
 
 __all__ = ["Arc", "Score", "corner_of", "piece_cost", "scaled", "score"]
 
-#: A length of one cell: arcs with longer tangents have their chord walked, and a slope that is too
+#: A length of one cell: arcs with longer tangents have their chord walked, and an arc that is too
 #: steep counts at least so much.
 CELL = 1 << POSITION_FRACTION
+#: What a segment that is too steep counts beside its excess.
+_STEEP = CELL >> 2
 #: A part of altitude beyond the steepest slope counts as 2**_EXCESS_SHIFT units of length.
 _EXCESS_SHIFT = 2
 #: Tangent of half a turn from which no arc is possible, and the tangent length that stands for it.
@@ -74,9 +76,9 @@ class Score:
     cost : int
         Before its shift to a value.
     penalty : int
-        A cell for each segment that is too steep, and 4 units for each part of altitude that it is
-        too steep by; an eighth of the path's length for each point whose arc does not fit. Without
-        any of these, the length of the arcs that are too steep, at least a cell each.
+        A quarter of a cell for each segment that is too steep, and 4 units for each part of
+        altitude that it is too steep by; an eighth of the path's length for each point whose arc
+        does not fit; the length of each arc that is too steep, at least a cell.
     arcs : list of Arc or None
         One for each waypoint, for the start if there is an entry, and for the goal if there is an
         exit; None where the arc does not fit.
@@ -128,7 +130,7 @@ def score(record: ProblemRecord, path: Sequence[Point]) -> Score:
     rises = [b - a for a, b in itertools.pairwise(altitudes)]
     excesses = [_excess(record, length, rise) for length, rise in zip(lengths, rises, strict=True)]
     steep = sum(
-        CELL + (excess >> SLOPE_FRACTION - _EXCESS_SHIFT) for excess in excesses if excess > 0
+        _STEEP + (excess >> SLOPE_FRACTION - _EXCESS_SHIFT) for excess in excesses if excess > 0
     )
 
     turns = [
@@ -143,13 +145,13 @@ def score(record: ProblemRecord, path: Sequence[Point]) -> Score:
         )
         arcs.append(_arc(path, altitudes, rises, lengths, i, tangent) if fits else None)
 
-    cost = steep_arcs = 0
+    cost = 0
     for i, arc in enumerate(arcs):
         if arc is None or arc.tangent == 0:
             continue
         length = record.radius * _turn(turns[i]) >> TURN_FRACTION
         if _excess(record, length << _SHARE_BITS, arc.rise) > 0:
-            steep_arcs += max(length, CELL)
+            steep += max(length, CELL)
         flown = _flown(record, length, arc.after - arc.before)
         cost += piece_cost(record, arc.before, arc.after, flown)
     for i, length in enumerate(lengths):
@@ -161,7 +163,7 @@ def score(record: ProblemRecord, path: Sequence[Point]) -> Score:
         flown = _flown(record, straight, after - before)
         cost += piece_cost(record, before, after, flown)
     penalty = steep + (arcs.count(None) * sum(lengths) >> 3)
-    return Score(cost, penalty or steep_arcs, arcs)
+    return Score(cost, penalty, arcs)
 
 
 def _extended(

@@ -140,10 +140,10 @@ def test_penalties():
     start, goal = (0, 0, 100), (20, 0, 100)
     assert defined(problem, [start, (10, 0, 100), goal]).penalty == 0
     # Two segments, by a step or 16 parts each: up, then down.
-    assert defined(problem, [start, (10, 0, 101), goal]).penalty == 2 * (256 + 4 * 16)
+    assert defined(problem, [start, (10, 0, 101), goal]).penalty == 2 * (64 + 4 * 16)
     # A climb of 7.5 parts in 10 cells is allowed, 8.5 are too many.
     gentle = dataclasses.replace(problem, climb=12)
-    assert defined(gentle, [start, (10, 0, 101), goal]).penalty == 2 * 256 + 4 * 16 + 34
+    assert defined(gentle, [start, (10, 0, 101), goal]).penalty == 2 * 64 + 4 * 16 + 34
     # A reversal, and a waypoint twice, have no arc.
     turned = defined(problem, [start, (30, 0, 100), goal])
     assert turned.arcs == [None]
@@ -153,7 +153,7 @@ def test_penalties():
     assert twice.penalty == 2 * far >> 3
 
 
-def test_steep_arcs_count_where_nothing_else_does():
+def test_steep_arcs_count_beside_steep_segments():
     """The arc of a right angle between two climbs at the limit is steeper than they are."""
     rng = np.random.default_rng(9)
     far = 10 << POSITION_FRACTION
@@ -165,6 +165,6 @@ def test_steep_arcs_count_where_nothing_else_does():
     assert defined(dataclasses.replace(problem, radius=50), points).penalty == 256
     # A climb of a part more.
     steeper = dataclasses.replace(problem, goal_altitude=1921)
-    assert defined(steeper, points).penalty == 256 + 4
+    assert defined(steeper, points).penalty == 804 + 64 + 4
     for each in (problem, steeper):
         assert_same(USUAL, each, points)

@@ -4,7 +4,7 @@ from math import isqrt
 
 import pytest
 
-from hdl.planner.scorer.widths import Widths
+from hdl.planner.scorer.widths import STEEP, Widths
 from hdl.protocol.planner import MAX_HALF_TURN, turn_table
 from tests.planner_cases import LARGE, SMALL, USUAL
 
@@ -59,6 +59,6 @@ def test_greatest_penalties(config):
     # The steepest segment rises by all altitudes over no length.
     excess = 4 * ((1 << config.altitude_bits + 4) - 1)
     assert excess < 1 << widths.excess
-    assert segments * (256 + excess) < 1 << widths.steep
+    assert segments * (STEEP + excess) < 1 << widths.steep
     assert arcs << widths.arc < 1 << widths.steep_arcs
     assert arcs < 1 << widths.count

@@ -20,14 +20,7 @@ __all__ = ["ChipReplanner", "replan_options"]
 
 #: Of the first run. Where one of its paths is feasible, the first nearly always is.
 _WARM = RunOptions(
-    cycles=175_000,
-    generations=192,
-    slopes=WARM_SLOPES,
-    seeds=64,
-    lifts=1,
-    share=13,
-    warm=True,
-    paths=2,
+    cycles=175_000, generations=196, slopes=WARM_SLOPES, seeds=32, share=13, warm=True, paths=2
 )
 #: Of the run that follows where none of its paths is feasible: from new seeds alone, longer, and on
 #: other surfaces.

@@ -7,7 +7,13 @@ import pytest
 from hdl.boards import BOARDS, chips_of, find_board
 from hdl.boards.board import ChipKind
 from hdl.boards.build import prepare
-from hdl.boards.ecp5_floor_plan import MAP_SITES, OTHER_SITES, PLANNER_MAP_SITES, floor_plan
+from hdl.boards.ecp5_floor_plan import (
+    MAP_SITES,
+    OTHER_SITES,
+    PLANNER_FLOOR_PLAN,
+    PLANNER_MAP_SITES,
+    floor_plan,
+)
 from hdl.config import CheckerBuild, Config
 
 
@@ -45,12 +51,28 @@ def test_commands_follow_synthesis(tmp_path, name):
         assert len(re.findall(declaration, modules[f"chip.{unit}"])) == 1, name
 
 
-def test_only_the_papers_chip_on_an_85f_has_one():
+def test_planners_link_has_sites():
+    """The site of each of its block RAMs is one that the map leaves free, next to the pins."""
+    board = find_board("ulx3s-85f", "planner")
+    script = board.overrides["script_after_synth"]
+    assert script.splitlines()[-4:] == PLANNER_FLOOR_PLAN.splitlines()
+    sites = re.findall(r'BEL "(.+?)"', PLANNER_FLOOR_PLAN)
+    assert len(set(sites)) == 2
+    assert set(sites) < set(PLANNER_MAP_SITES[176:])
+    assert {site[:4] for site in sites} == {"X44/"}
+    paper = find_board("ulx3s-85f", "paper").overrides["script_after_synth"]
+    for name in re.findall(r"-count 1 (\S+)", PLANNER_FLOOR_PLAN):
+        assert name in paper
+
+
+def test_only_chips_on_an_85f_have_one():
     for board in (chip for name in BOARDS for chip in chips_of(name)):
         script = board.overrides.get("script_after_synth", "")
         devices = ("LFE5U-85F", "LFE5UM5G-85F")
         if board.chip is ChipKind.PAPER and board.platform().device in devices:
             assert script == floor_plan(board.sizes)
+        elif board.name == "ulx3s-85f":
+            assert script.endswith(PLANNER_FLOOR_PLAN)
         else:
             assert "BEL" not in script
 

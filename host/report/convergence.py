@@ -59,7 +59,10 @@ def draw(
 
 
 def _lines(axes: Axes, rows: NDArray[np.float64], *, named: bool) -> None:
-    """Draw the two lines of a search; with points where not every generation has a row."""
+    """Draw the two lines of a search; points where not every generation has a row.
+
+    What lies between two of these nobody knows of the mean, and the best stays until the next.
+    """
     generation, best, mean = rows.T
     is_whole = 1 < len(rows) > generation[-1] - generation[0]
     style: dict[str, Any] = {} if is_whole else {"marker": "o", "markersize": 4}
@@ -70,7 +73,7 @@ def _lines(axes: Axes, rows: NDArray[np.float64], *, named: bool) -> None:
         linewidth=1.1,
         zorder=3,
         label="mean" if named else None,
-        **style,
+        **({"linestyle": "none"} | style if style else {}),
     )
     axes.plot(
         generation,

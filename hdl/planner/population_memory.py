@@ -23,8 +23,11 @@ class PopulationMemory(wiring.Component):
     behind the last read of the path that was there, and before the path's key is known. A path that
     is walked gets the margins of all its waypoints.
 
+    A slot has a power of two of rows for its first waypoints, and rows behind those of all slots
+    for the others: 108 slots of 18 waypoints take 2,008 rows, not the 3,456 of 32 each.
+
     Each of the two memories has one port for writes and one for reads, so block RAMs take both: on
-    an ECP5, with 108 slots of 16 waypoints, corners of 9 bits and altitudes of 11 or 12, five for
+    an ECP5, with 108 slots of 18 waypoints, corners of 9 bits and altitudes of 11 or 12, five for
     waypoints and two for margins. Flags are LUT RAM.
 
     Parameters
@@ -35,6 +38,11 @@ class PopulationMemory(wiring.Component):
         Waypoints of the longest path, 2 or more.
     coordinate_bits, altitude_bits : int
         Widths of a coordinate and of an altitude, 1 or more.
+
+    Attributes
+    ----------
+    depth : int
+        Rows of each of the two memories.
 
     Members
     -------
@@ -66,6 +74,8 @@ class PopulationMemory(wiring.Component):
         self.max_waypoints = max_waypoints
         self.coordinate_bits = coordinate_bits
         self.altitude_bits = altitude_bits
+        self._rows = _Rows(slots, max_waypoints)
+        self.depth = self._rows.depth
         self.waypoint_layout = waypoint_layout(coordinate_bits, altitude_bits)
         self.place_layout = place_layout(slots, max_waypoints)
         self.write_layout = write_layout(slots, max_waypoints, self.waypoint_layout)
@@ -84,21 +94,19 @@ class PopulationMemory(wiring.Component):
     def elaborate(self, platform):
         m = Module()
 
-        def row_of(place):
-            return Cat(place.index, place.slot)
+        rows = self._rows
 
         def memory_of(name, shape, write, word):
             """Return what was at the place that was read in the cycle before."""
-            rows = self.slots << len(self.read.index)
             m.submodules[name] = held = memory.Memory(
-                shape=shape, depth=rows, init=[], attrs={"no_rw_check": 1}
+                shape=shape, depth=rows.depth, init=[], attrs={"no_rw_check": 1}
             )
             write_port, read_port = held.write_port(), held.read_port()
             m.d.comb += [
                 write_port.en.eq(write.valid),
-                write_port.addr.eq(row_of(write.place)),
+                write_port.addr.eq(rows.row_of(write.place)),
                 write_port.data.eq(word),
-                read_port.addr.eq(row_of(self.read)),
+                read_port.addr.eq(rows.row_of(self.read)),
             ]
             return read_port.data
 
@@ -123,6 +131,48 @@ class PopulationMemory(wiring.Component):
             m.d.sync += waypoint.margin.eq(found)
 
         return m
+
+
+class _Rows:
+    """Rows of the waypoints of all slots: a power of two for each slot, then the rest of each.
+
+    Of the rest, too, each slot has a power of two. It begins where the row is a constant above slot
+    and index, so that no row is the result of an addition. Where that takes no fewer rows, a slot
+    has rows for all of its waypoints together.
+
+    Parameters
+    ----------
+    slots, max_waypoints : int
+
+    Attributes
+    ----------
+    depth : int
+        Rows of the memory.
+    """
+
+    def __init__(self, slots, max_waypoints):
+        all_bits = (max_waypoints - 1).bit_length()
+        rest = max_waypoints - (1 << all_bits - 1)
+        rest_bits = (rest - 1).bit_length()
+        block = 1 << (slots - 1).bit_length() + rest_bits
+        first_block = -(-(slots << all_bits - 1) // block)
+        depth = first_block * block + (slots << rest_bits)
+        self._is_cut = depth < slots << all_bits
+        self._index_bits = all_bits - self._is_cut
+        self._rest_bits, self._first_block = rest_bits, first_block
+        self.depth = depth if self._is_cut else slots << all_bits
+
+    def row_of(self, place):
+        """Return the row of the waypoint at ``place``."""
+        index = place.index
+        row = Cat(index[: self._index_bits], place.slot)
+        if not self._is_cut:
+            return row
+        return Mux(
+            index[self._index_bits],
+            Cat(index[: self._rest_bits], place.slot, Const(self._first_block)),
+            row,
+        )
 
 
 def place_layout(slots, max_waypoints):

@@ -3,6 +3,8 @@
 
 import random
 
+import pytest
+
 from hdl.planner.population_memory import PopulationMemory
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
@@ -12,11 +14,12 @@ SIZES = {"slots": 11, "max_waypoints": 5, "coordinate_bits": 5, "altitude_bits":
 AXES = ("x", "y", "altitude")
 
 
-def test_random_traffic():
+@pytest.mark.parametrize("longest", [5, 7, 8])
+def test_random_traffic(longest):
     """In each cycle a read, and writes of waypoints, margins and flags of other slots."""
-    dut = PopulationMemory(**SIZES)
+    dut = PopulationMemory(**SIZES | {"max_waypoints": longest})
     rng = random.Random(1)
-    places = [(slot, index) for slot in range(11) for index in range(5)]
+    places = [(slot, index) for slot in range(11) for index in range(longest)]
     waypoints, margins, walked = {}, {}, {}
     compared = {True: 0, False: 0}
 
@@ -77,6 +80,15 @@ def test_random_traffic():
     simulate(dut, bench)
     assert len(waypoints) == len(margins) == len(places)
     assert min(compared.values()) > 1000
+
+
+@pytest.mark.parametrize(
+    ("slots", "longest", "depth"),
+    [(108, 16, 1728), (108, 18, 2008), (108, 24, 2912), (11, 5, 59), (11, 7, 88), (2, 2, 4)],
+)
+def test_depth(slots, longest, depth):
+    """Long paths need fewer rows than the next power of two for each, or that."""
+    assert PopulationMemory(slots, longest, 2, 2).depth == depth
 
 
 def test_sizes():

@@ -28,6 +28,7 @@ __all__ = [
     "RISE_BITS",
     "RISE_FRACTION",
     "SCALE_FRACTION",
+    "SEED_WAYPOINTS",
     "SLOPE_BITS",
     "SLOPE_FRACTION",
     "TURN_FRACTION",
@@ -37,6 +38,7 @@ __all__ = [
     "ProblemRecord",
     "no_fly_request",
     "problem_request",
+    "seed_waypoints",
     "turn_table",
 ]
 
@@ -70,6 +72,8 @@ _TURN_STEPS = 64
 VALUE_BITS = 28
 #: Blocks along each edge of the wavefront's map.
 BLOCKS = 32
+#: Fewest and most waypoints of a first path, where the longest path has as many.
+SEED_WAYPOINTS = 4, 16
 
 #: Most edges of a shape that becomes blocked.
 EDGES = 8
@@ -320,6 +324,12 @@ def problem_request(config: Config) -> Layout:
             *place("exit"),
         )
     )
+
+
+def seed_waypoints(longest: int) -> tuple[int, int]:
+    """Return the fewest and the most waypoints of a first path, beside a longest path of others."""
+    fewest, most = (min(count, longest) for count in SEED_WAYPOINTS)
+    return fewest, most
 
 
 def turn_table() -> tuple[int, ...]:

@@ -11,7 +11,7 @@ import pytest
 from hdl.planner.layouts import problem_layout
 from hdl.planner.population_layouts import corner_layout
 from hdl.planner.wavefront.layouts import block_layout, found_layout, place_layout
-from hdl.protocol.planner import BLOCKS
+from hdl.protocol.planner import BLOCKS, seed_waypoints
 from sim.cache import BuildCache, build_root
 from sim.exported import exported_verilog
 from sim.model.planner import wavefront_cycles
@@ -206,7 +206,8 @@ def check(config, job, expected, raw):
     is_straight = blocks.start not in expected.field
     assert ran == wavefront_cycles.launched(*expected.passes, length, is_straight)
     if job.pause == 0:
-        assert seeded == job.paths * wavefront_cycles.seeded(config.max_waypoints)
+        _, longest = seed_waypoints(config.max_waypoints)
+        assert seeded == job.paths * wavefront_cycles.seeded(longest)
     return raw[sum(sizes) :]
 
 

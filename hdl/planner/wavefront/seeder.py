@@ -12,12 +12,11 @@ from hdl.planner.wavefront.widths import INDEX_BITS
 from hdl.primitives.delay_line import delay_line
 from hdl.primitives.divider import Divider
 from hdl.primitives.multiplier import Multiplier
+from hdl.protocol.planner import seed_waypoints
 
 
 __all__ = ["Seeder"]
 
-#: Fewest waypoints of a seed, where the longest path has as many.
-_FEWEST = 4
 #: Places in the first word of a path, and in that of a waypoint.
 _COUNT, _PHASE, _SHIFT = slice(0, 8), slice(8, 16), slice(16, 19)
 _PHASE_BITS = 8
@@ -28,7 +27,7 @@ class Seeder(wiring.Component):
     """A path of waypoints at even distances along the route, at random heights above the surface.
 
     Takes a word of the random source in every cycle from the one after ``launch`` on: one for the
-    path, then one for each waypoint of the longest path. A waypoint follows its word by
+    path, then one for each waypoint of the longest seed. A waypoint follows its word by
     :attr:`latency` cycles. Equals ``seed_path`` of :mod:`sim.model.planner.definition.seeds`.
 
     Parameters
@@ -97,8 +96,7 @@ class Seeder(wiring.Component):
         m = Module()
 
         config = self.config
-        longest = config.max_waypoints
-        fewest = min(_FEWEST, longest)
+        fewest, longest = seed_waypoints(config.max_waypoints)
 
         # Words: number 0 is the path's, the others are the waypoints'.
         number = Signal(range(longest + 1))

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from hdl.config import Config
+from hdl.protocol.planner import seed_waypoints
 from sim.model.planner.compiled import compiled, inlined
 from sim.model.planner.evaluator_cycles import DECISION, KEY, PLACES, QUEUE
 from sim.model.planner.evolver_cycles import begun as child_begun
@@ -106,7 +107,7 @@ def delays_vector(config: Config) -> Integers:
         config.memory_latency + 4,
         config.population,
         config.children,
-        config.max_waypoints,
+        seed_waypoints(config.max_waypoints)[1],
     )
     return np.array(delays, dtype=np.int64)
 

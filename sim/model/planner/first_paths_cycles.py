@@ -44,7 +44,7 @@ def seed_begun(free: int, before: int | None, longest: int) -> int:
     before : int or None
         Cycle in which the seed before began, if there is one.
     longest : int
-        The greatest number of waypoints of a path: so many words and one are taken.
+        The greatest number of waypoints of a seed: so many words and one are taken.
     """
     return free + 1 if before is None else max(free + 1, before + seeded(longest) + 1)
 

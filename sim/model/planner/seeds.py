@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from hdl.protocol.planner import SEED_WAYPOINTS
 from sim.model.planner.breeder import clamp
 from sim.model.planner.compiled import compiled
 from sim.model.planner.problem import (
@@ -18,7 +19,7 @@ from sim.model.planner.wavefront import LOWEST_X, LOWEST_Y
 
 __all__ = ["lift", "seed_path"]
 
-_FEWEST = 4
+_FEWEST, _MOST = SEED_WAYPOINTS
 
 
 @compiled
@@ -34,8 +35,7 @@ def seed_path(
     path: Integers,
 ) -> int:
     """Write a path along the first ``length`` blocks of ``route``; return its points."""
-    most = sizes[MAX_WAYPOINTS]
-    fewest = min(_FEWEST, most)
+    fewest, most = min(_FEWEST, sizes[MAX_WAYPOINTS]), min(_MOST, sizes[MAX_WAYPOINTS])
     step(words)
     count = fewest + draw(words, 0, 0, 8, most - fewest + 1)
     phase, shift = field(words, 0, 8, 8), field(words, 0, 16, 3)

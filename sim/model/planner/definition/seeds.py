@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hdl.config import Config
-from hdl.protocol.planner import ProblemRecord
+from hdl.protocol.planner import ProblemRecord, seed_waypoints
 from sim.model.planner.definition.breeder import Waypoint, bits, draw
 from sim.model.planner.definition.walk import Corner
 from sim.model.planner.definition.wavefront import Block, Blocks, Surface
@@ -13,9 +13,6 @@ from sim.model.random_source import RandomSource
 
 
 __all__ = ["lifted", "seed_path"]
-
-#: Fewest waypoints of a seed, where the longest path has as many.
-_FEWEST = 4
 
 
 def seed_path(
@@ -30,14 +27,14 @@ def seed_path(
 
     Their number and the place of the first are random. Each lies on the lowest corner of its block,
     a random height above the surface: uniform within the box of mutations, shifted right by 0 to 7
-    for the whole path. Takes a step of the source, and one for each waypoint of the longest path.
+    for the whole path. Takes a step of the source, and one for each waypoint of the longest seed.
     """
-    fewest = min(_FEWEST, config.max_waypoints)
+    fewest, most = seed_waypoints(config.max_waypoints)
     word, _ = source.step()
-    count = fewest + draw(word, 0, 8, config.max_waypoints - fewest + 1)
+    count = fewest + draw(word, 0, 8, most - fewest + 1)
     phase, shift = bits(word, 8, 8), bits(word, 16, 3)
     path = []
-    for i in range(config.max_waypoints):
+    for i in range(most):
         word, _ = source.step()
         if i >= count:
             continue

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from hdl.planner.wavefront.seeder import Seeder
+from hdl.protocol.planner import seed_waypoints
 from sim.model.planner.definition.seeds import seed_path
 from sim.model.planner.wavefront_cycles import WAYPOINT, seeding
 from tests.planner_cases import LARGE, SMALL, USUAL
@@ -87,9 +88,10 @@ def test_matches_the_definition(config, count, length, share):
     ]
     assert len(stepped) == len(words)
     assert Seeder.latency == WAYPOINT
-    each = config.max_waypoints + 1
+    _, longest = seed_waypoints(config.max_waypoints)
+    each = longest + 1
     firsts = np.cumsum([0, *map(len, paths[:-1])])
     assert [found[i] - stepped[each * n + 1] for n, i in enumerate(firsts)] == [WAYPOINT] * count
     if share == 1:
         # One cycle of rest for each, that of its launch.
-        assert busy[: count * (each + 1)] == ([0] + [1] * seeding(config.max_waypoints)) * count
+        assert busy[: count * (each + 1)] == ([0] + [1] * seeding(longest)) * count

@@ -74,7 +74,8 @@ class Config:
     perturbs, inserts, deletes : int
         Mutators of each kind; each works on another child.
     max_waypoints : int
-        Transitional waypoints of the longest path, 3..64; the shortest has 2.
+        Transitional waypoints of the longest path, 3..64; the shortest has 2. By default 16, as in
+        *allaire-2008*, and 18 with a streaming core.
     map_size : int
         Cells along each edge of the map, a power of two, 8..4096.
     coarse_factor : int
@@ -124,7 +125,7 @@ class Config:
     perturbs: int = 1
     inserts: int = 2
     deletes: int = 2
-    max_waypoints: int = 16
+    max_waypoints: int = None  # type: ignore[assignment]  # Set once the core is known.
     map_size: int = 512
     coarse_factor: int = 16
     altitude_bits: int = 12
@@ -145,6 +146,8 @@ class Config:
     DETAILED_SEGMENTS = 2
 
     def __post_init__(self) -> None:
+        if self.max_waypoints is None:
+            object.__setattr__(self, "max_waypoints", _longest(self.genetic))
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
             if field.name in _CHOICES:
@@ -378,7 +381,12 @@ class Config:
         return int.from_bytes(hashlib.sha256(packed.encode()).digest()[:4], "little")
 
     def replace(self, **changes: object) -> Config:
-        """Return a copy with ``changes``, checked like any other."""
+        """Return a copy with ``changes``, checked like any other.
+
+        With another core, a default of ``max_waypoints`` becomes that of the other core.
+        """
+        if "genetic" in changes and self.max_waypoints == _longest(self.genetic):
+            changes.setdefault("max_waypoints", None)
         return dataclasses.replace(self, **changes)  # type: ignore[arg-type]  # Checked at once.
 
 
@@ -387,6 +395,12 @@ _CHOICES: dict[str, type[enum.StrEnum]] = {
     "genetic": GeneticCore,
     "checker": CheckerBuild,
 }
+
+
+def _longest(genetic: object) -> int:
+    """Return the default of ``max_waypoints``."""
+    # 108 paths of 18 waypoints fill the block RAMs that those of 16 need.
+    return 18 if genetic == GeneticCore.STREAMING else 16
 
 
 def _is_power(value: int, low: int, high: int) -> bool:

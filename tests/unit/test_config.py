@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from hdl.config import CheckerBuild, Config, MutationKind, SurvivorSelection
+from hdl.config import CheckerBuild, Config, GeneticCore, MutationKind, SurvivorSelection
 from hdl.protocol.random_words import WORD_BITS, RandomWordLayout
 
 
@@ -135,6 +135,15 @@ def test_replace_checks_again():
     assert Config().replace(max_waypoints=20) == Config(max_waypoints=20)
     with pytest.raises(ValueError, match=r"^Config\.max_waypoints must be from 3 to 64, not 0$"):
         Config().replace(max_waypoints=0)
+
+
+def test_the_longest_path_follows_the_core_unless_it_is_given():
+    streaming = Config(genetic=GeneticCore.STREAMING)
+    assert (Config().max_waypoints, streaming.max_waypoints) == (16, 18)
+    assert Config().replace(genetic=GeneticCore.STREAMING) == streaming
+    assert streaming.replace(genetic=GeneticCore.PARALLEL) == Config()
+    given = Config(max_waypoints=20).replace(genetic=GeneticCore.STREAMING)
+    assert given.max_waypoints == 20
 
 
 def test_draws_do_not_overlap():

@@ -68,7 +68,7 @@ def run(options: Options) -> Report:
     )
     for name, change in chosen.items():
         tasks = [
-            Task(terrain, clearance_m, replace(change, seed=seed))
+            Task(terrain, clearance_m, (replace(change, seed=seed),))
             for clearance_m in _CLEARANCES
             for terrain in terrains()
             for seed in range(seeds)

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 from bench.scenarios import SYNTHETIC, names, problem
 from hdl.config import Config, GeneticCore
+from hdl.protocol.planner import BLOCKS
+from hdl.protocol.runs import Outcome as RunOutcome
 from hdl.protocol.runs import RunOptions
 from host.cores import available_cores
 from host.evaluation import Evaluator
@@ -36,16 +38,19 @@ UNITS = ("breed", "score", "walk", "sort", "wavefront")
 
 @dataclass(frozen=True)
 class Task:
-    """A run on a terrain; ``clearance_m`` None is as paper."""
+    """Runs on a terrain, each but the first from the one before.
+
+    ``clearance_m`` None is as paper.
+    """
 
     terrain: str
     clearance_m: float | None
-    options: RunOptions
+    runs: tuple[RunOptions, ...]
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of a run, judged by the host.
+    """Result of the runs of a task, judged by the host.
 
     Attributes
     ----------
@@ -54,7 +59,7 @@ class Outcome:
     feasible : bool
         There is a feasible one.
     generations, cycles : int
-        Of the run.
+        Of all runs.
     seconds : float
         Processor time of the model, or of the plan.
     units : mapping
@@ -78,13 +83,13 @@ def terrains() -> list[str]:
 
 
 def run_all(tasks: Sequence[Task]) -> list[Outcome]:
-    """Do all runs, in as many processes as there are cores."""
+    """Do all tasks, in as many processes as there are cores."""
     with ProcessPoolExecutor(available_cores(), initializer=_compile) as pool:
         return list(pool.map(_run, tasks))
 
 
 def share(outcomes: Iterable[Outcome]) -> str:
-    """Return how many of the runs have a feasible path."""
+    """Return how many of the outcomes have a feasible path."""
     found = [outcome.feasible for outcome in outcomes]
     return f"{sum(found)} of {len(found)}"
 
@@ -101,7 +106,7 @@ def through_terrains(by_terrain: Sequence[Sequence[Outcome]]) -> tuple[list[str]
 
 
 def _compile() -> None:
-    _run(Task(SYNTHETIC[0], None, RunOptions(generations=1)))
+    _run(Task(SYNTHETIC[0], None, (RunOptions(generations=1),)))
 
 
 @functools.cache
@@ -115,11 +120,16 @@ def _run(task: Task) -> Outcome:
     evaluator, grid = _prepared(task.terrain, task.clearance_m)
     record = problem_record(CHIP, evaluator.problem, grid)
     corners = grid.corners(chip_ends(evaluator.problem))
+    outcomes: list[RunOutcome] = []
     began = time.process_time()
-    found = plan(CHIP, corners, record, task.options)
+    for options in task.runs:
+        population = outcomes[-1].population if options.warm else None
+        # The model scans all blocks before the first run, as the chip does with a new map.
+        marked = 0 if outcomes else BLOCKS**2
+        outcomes.append(plan(CHIP, corners, record, options, population, marked=marked))
     seconds = time.process_time() - began
     archive: list[tuple[float, NDArray[np.float64]]] = []
-    for path in found.paths:
+    for path in (path for found in outcomes for path in found.paths):
         metres = whole_path(evaluator.problem, grid.corners_to_metres(np.array(path)))
         lengths = np.array([len(metres)])
         archive.append((float(evaluator.fitness(metres[None], lengths, strict=True)[0]), metres))
@@ -128,8 +138,8 @@ def _run(task: Task) -> Outcome:
     return Outcome(
         evaluation.fitness,
         evaluation.feasible,
-        found.generations,
-        found.cycles,
+        sum(found.generations for found in outcomes),
+        sum(found.cycles for found in outcomes),
         seconds,
-        {unit: getattr(found, unit) for unit in UNITS},
+        {unit: sum(getattr(found, unit) for found in outcomes) for unit in UNITS},
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hdl.protocol.planner import PathClass
 from hdl.protocol.runs import RunOptions
 from host.device.link import Traffic
-from host.device.runs import RunStatus
+from host.device.runs import BestPaths, RunStatus
 from host.planners.base import Run
 from host.planners.problem_on_chip import ProblemOnChip
 
@@ -41,50 +41,72 @@ class ChipRuns:
         self._traffic_before = self._traffic_noted = replace(task.chip.link.traffic)
         self._done: list[dict[str, Any]] = []
         self._cycles = dict.fromkeys((*_UNITS, "total"), 0)
+        self._generations = 0
 
     @property
     def cycles(self) -> int:
         """Cycles of all runs."""
         return self._cycles["total"]
 
-    def search(self, runs: Iterable[RunOptions]) -> None:
-        """Send the problem; do runs until a path is feasible or a stop criterion is met."""
-        run, task = self._run, self._task
-        with run.phase("link"):
+    def search(self, first: Iterable[RunOptions], further: Sequence[RunOptions] = ()) -> None:
+        """Send the problem, do ``first`` runs until a path is feasible, then the further ones.
+
+        A stop criterion ends the search. Between two first runs the map is eased beside the ends.
+        """
+        task = self._task
+        with self._run.phase("link"):
             task.send()
-        generations = change = 0
-        for number, options in enumerate(runs):
-            with run.phase("link"):
-                if number:
+        change = 0
+        for options in first:
+            if change:
+                with self._run.phase("link"):
                     task.ease(change)
-                status, best = task.run(options, functools.partial(self._ends, generations))
-            generations += status.generations
-            for unit in _UNITS:
-                self._cycles[unit] += getattr(status, unit)
-            self._cycles["total"] += status.cycles
-            self._done.append(
-                {
-                    "seed": options.seed,
-                    "warm": options.warm,
-                    "generations": status.generations,
-                    "cycles": status.cycles,
-                    "ease": task.eased,
-                    "classes": [each.name.lower() for each in best.classes],
-                    "waypoints": [len(path) for path in best.paths],
-                    "bytes": self._bytes_since(self._traffic_noted),
-                }
-            )
-            self._traffic_noted = replace(task.chip.link.traffic)
-            paths = [task.metres(path) for path in best.paths]
-            fitness = run.fitness(paths, strict=True)
-            if self._polishes:
-                fitness = np.concatenate((fitness, self._polished(paths)))
-            run.record(generations, fitness)
-            if fitness.max() > 1 or run.stopped_by() not in (None, "generations"):
+            best, is_found = self._do(options, is_last=not further)
+            if self._is_stopped:
                 return
+            if is_found:
+                break
             # The chip found no way from end to end, or one that only it believes.
-            found = best.classes[0] is PathClass.FEASIBLE
-            change = -1 if found else 1
+            change = -1 if best.classes[0] is PathClass.FEASIBLE else 1
+        else:
+            return
+        for number, options in enumerate(further, 1):
+            self._do(options, is_last=number == len(further))
+            if self._is_stopped:
+                return
+
+    def _do(self, options: RunOptions, *, is_last: bool) -> tuple[BestPaths, bool]:
+        """Do a run and judge its paths; return them, and whether one is feasible."""
+        run, task, before = self._run, self._task, self._generations
+        with run.phase("link"):
+            status, best = task.run(options, functools.partial(self._ends, before))
+        self._generations += status.generations
+        for unit in _UNITS:
+            self._cycles[unit] += getattr(status, unit)
+        self._cycles["total"] += status.cycles
+        self._done.append(
+            {
+                "seed": options.seed,
+                "warm": options.warm,
+                "generations": status.generations,
+                "cycles": status.cycles,
+                "ease": task.eased,
+                "classes": [each.name.lower() for each in best.classes],
+                "waypoints": [len(path) for path in best.paths],
+                "bytes": self._bytes_since(self._traffic_noted),
+            }
+        )
+        self._traffic_noted = replace(task.chip.link.traffic)
+        paths = [task.metres(path) for path in best.paths]
+        fitness = run.fitness(paths, strict=True)
+        if self._polishes and (is_last or fitness.max() <= 1 or self._is_stopped):
+            fitness = np.concatenate((fitness, self._polished(paths)))
+        run.record(self._generations, fitness)
+        return best, bool(fitness.max() > 1)
+
+    @property
+    def _is_stopped(self) -> bool:
+        return self._run.stopped_by() not in (None, "generations")
 
     def _ends(self, before: int, status: RunStatus) -> bool:
         """Tell the progress of a run; return True if a stop criterion ends it."""
@@ -129,6 +151,6 @@ class ChipRuns:
                 "repeated": traffic.frames_repeated - before.frames_repeated,
                 "damaged": traffic.frames_damaged - before.frames_damaged,
             },
-            "generations": sum(done["generations"] for done in self._done),
+            "generations": self._generations,
             "runs": self._done,
         }

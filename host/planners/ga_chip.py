@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import replace
@@ -10,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from hdl.config import Config, GeneticCore
-from hdl.protocol.runs import RunOptions
 from host.device.boards import entered, known_config, url_of, with_core
 from host.device.chip import Chip
 from host.errors import InputError, JobError
@@ -18,19 +16,16 @@ from host.evaluation import Evaluator
 from host.planners.base import Options, Progress, Result, Run, Stop
 from host.planners.chip_replanner import ChipReplanner
 from host.planners.chip_runs import ChipRuns
+from host.planners.chip_schedule import ChipSchedule
 from host.planners.cores import require_chip
 from host.planners.options import DEFAULT_BOARD
 from host.planners.problem_on_chip import ProblemOnChip
 from host.problem.corner_map import CornerMap
 
 
-__all__ = ["MOST_CHIP_MS", "MOST_RUNS", "ChipGeneticPlanner", "run_options"]
+__all__ = ["MOST_CHIP_MS", "ChipGeneticPlanner"]
 
-#: Runs of a plan at most: other seeds, and other surfaces in turn, where none of a run's paths is
-#: feasible.
-MOST_RUNS = 8
-_SLOPES = RunOptions.slopes, (2, 5), (1, 8), (4, 0)
-#: Longest run, milliseconds.
+#: Longest time on the chip, milliseconds.
 MOST_CHIP_MS = 20_000
 
 
@@ -39,11 +34,14 @@ class ChipGeneticPlanner:
 
     The host sends map and problem, starts a run, and reads up to eight paths. It evaluates them in
     full and reports the best that is feasible by the strict rule. Where none is, it starts another
-    run, with the next seed and other surfaces, up to eight in all. docs/chip_planner.md defines a
-    run; all random numbers of it follow from the seed, so every board of the same sizes gives the
-    same result.
+    run, with the next seed and other surfaces, up to eight in all. A long plan is cut into parts,
+    each of which goes on from the one before: see
+    :class:`host.planners.chip_schedule.ChipSchedule`. docs/chip_planner.md defines a run; all
+    random numbers of it follow from the seed, so every board of the same sizes gives the same
+    result.
 
-    With ``polish``, each path read is also given the lowest altitudes that ground and limits allow
+    With ``polish``, each path of the last run, and of one without a feasible path, is also given
+    the lowest altitudes that ground and limits allow
     (:func:`host.planners.altitudes.lowest_altitudes`), some 10 ms a path, which makes some paths
     feasible that are not.
 
@@ -55,8 +53,8 @@ class ChipGeneticPlanner:
         changed problem is planned from the population of the run before: see
         :class:`host.planners.chip_replanner.ChipReplanner`.
     chip_ms : int, optional
-        Most time of a run by the chip's clock, 1 to 20,000 milliseconds; by default only the
-        generations limit it.
+        Most time of a plan by the chip's clock, if the first run finds a path: 1 to 20,000
+        milliseconds. By default only the generations limit it.
     polish : str
         ``on`` or ``off``.
     open_board : callable, optional
@@ -97,9 +95,9 @@ class ChipGeneticPlanner:
         """Search; see :class:`host.planners.base.Planner`.
 
         Generation 0 is the straight line; a record follows after each run. The generations of the
-        options are those of one run; it ends earlier at a time limit, which is also taken as the
-        longest time by the chip's clock, and at an interrupt. The target fitness counts between
-        runs, as the chip knows no fitness.
+        options are those of a plan whose first run finds a path; a run ends earlier at a time
+        limit, which is also taken as the longest time by the chip's clock, and at an interrupt. The
+        target fitness counts between runs, as the chip knows no fitness.
 
         ``hardware`` of the result has the cycles and generations of each run, the map from metres
         to corners, and the bytes of both directions. ``seconds`` has ``link``, the time spent
@@ -126,18 +124,15 @@ class ChipGeneticPlanner:
             with run.phase("map"):
                 task = ProblemOnChip(chip, problem, grid)
             runs = ChipRuns(task, run, polishes=self.polishes)
+            schedule = ChipSchedule(
+                config=chip.config,
+                seed=options.seed,
+                generations=options.generations,
+                chip_ms=_least_ms(self.chip_ms, options.time_limit_s),
+            )
             try:
                 with run.search():
-                    runs.search(
-                        run_options(
-                            chip.config,
-                            seed=(options.seed + number) % (1 << 64),
-                            generations=options.generations,
-                            chip_ms=_least_ms(self.chip_ms, options.time_limit_s),
-                            slopes=_SLOPES[number % len(_SLOPES)],
-                        )
-                        for number in range(MOST_RUNS)
-                    )
+                    runs.search(schedule.first(), schedule.further())
                 run.hardware = runs.hardware()
                 run.seconds["board"] = runs.cycles / chip.config.clock_hz
             except JobError as error:
@@ -147,25 +142,6 @@ class ChipGeneticPlanner:
         if task.is_warm:
             result = replace(result, replanner=ChipReplanner(task))
         return result
-
-
-def run_options(
-    config: Config,
-    *,
-    seed: int,
-    generations: int,
-    chip_ms: float | None = None,
-    slopes: tuple[int, ...] = RunOptions.slopes,
-) -> RunOptions:
-    """Return the options of a run of so many generations, or milliseconds if they end it first."""
-    most = (1 << 32) - 1
-    return RunOptions(
-        seed=seed,
-        cycles=most if chip_ms is None else min(math.ceil(chip_ms * config.clock_hz / 1000), most),
-        generations=min(generations, most),
-        give_up_rank=min(RunOptions.give_up_rank, config.population - 1),
-        slopes=slopes,
-    )
 
 
 def _least_ms(chip_ms: int | None, time_limit_s: float | None) -> float | None:

@@ -6,16 +6,15 @@ import numpy as np
 import pytest
 
 from hdl.config import Config
-from hdl.protocol.runs import RunOptions
 from host.device.boards import open_board, with_core
 from host.device.chip import Chip
 from host.device.link import Link, LinkError
 from host.device.runs import BestPaths, Runs, RunStatus
 from host.errors import InputError
-from host.planners import ga_chip
 from host.planners.base import Options, Stop
 from host.planners.chip_problem import problem_record
-from host.planners.ga_chip import ChipGeneticPlanner, run_options
+from host.planners.chip_schedule import ChipSchedule
+from host.planners.ga_chip import ChipGeneticPlanner
 from host.problem.corner_map import CornerMap
 from host.problem.rules import Rules
 from sim.model.chip import ChipModel
@@ -60,9 +59,8 @@ def test_the_paths_are_those_of_the_model(evaluator):
     result = ChipGeneticPlanner(chip_ms=4, polish="off").plan(evaluator, GENERATIONS)
     grid = CornerMap(CHIP, evaluator.problem)
     record = problem_record(CHIP, evaluator.problem, grid)
-    outcome = plan(
-        CHIP, grid.corners(), record, run_options(CHIP, seed=3, chip_ms=4, generations=9**9)
-    )
+    schedule = ChipSchedule(config=CHIP, seed=3, chip_ms=4, generations=9**9)
+    outcome = plan(CHIP, grid.corners(), record, schedule.first()[0])
     problem = evaluator.problem
     paths = [
         np.vstack((problem.start, grid.corners_to_metres(np.array(path)), problem.goal)).tolist()
@@ -76,6 +74,37 @@ def test_the_polish_lowers_a_path(evaluator, planned):
     plain = ChipGeneticPlanner(chip_ms=4, polish="off").plan(evaluator, GENERATIONS)
     assert planned.evaluation.fitness > plain.evaluation.fitness
     assert planned.hardware["runs"] == plain.hardware["runs"]
+
+
+def test_a_long_plan_goes_on_from_its_first_run(evaluator):
+    """In equal parts, by time and by generations; the polish is for the last."""
+    evaluations = {}
+    for polish in ("on", "off"):
+        planner = ChipGeneticPlanner(chip_ms=24, polish=polish)
+        result = planner.plan(evaluator, GENERATIONS)
+        first, second = result.hardware["runs"]
+        assert [first["warm"], second["warm"]] == [False, True]
+        assert [first["seed"], second["seed"]] == [3, (1 << 32) + 3]
+        for run in (first, second):
+            assert 1_200_000 <= run["cycles"] < 1_210_000
+        assert result.hardware["cycles"]["total"] == first["cycles"] + second["cycles"]
+        ends = [first["generations"], first["generations"] + second["generations"]]
+        assert [generation for generation, _, _ in result.history] == [0, *ends]
+        evaluations[polish] = result.evaluations
+    read = len(first["classes"]) + len(second["classes"])
+    assert evaluations["off"] == 1 + read
+    assert evaluations["on"] <= 1 + read + len(second["classes"])
+
+    result = ChipGeneticPlanner(polish="off").plan(evaluator, Options(generations=3_201, seed=3))
+    assert [run["generations"] for run in result.hardware["runs"]] == [1_600, 1_601]
+    assert result.stopped_by == "generations"
+
+
+def test_a_target_ends_a_long_plan_after_its_first_run(evaluator):
+    options = Options(generations=3_200, seed=3, target_fitness=1.01)
+    result = ChipGeneticPlanner().plan(evaluator, options)
+    assert len(result.hardware["runs"]) == 1
+    assert result.stopped_by == "target-fitness"
 
 
 def test_generations_end_a_run(evaluator):
@@ -211,14 +240,6 @@ def test_headings_at_both_ends_are_kept_by_the_strict_rule(make_evaluator, headi
     assert ahead @ way == pytest.approx(np.hypot(*ahead))
 
 
-def test_a_run_has_the_default_options_but_its_own_limits():
-    options = run_options(CHIP, seed=9, chip_ms=2, generations=5)
-    assert options == RunOptions(seed=9, cycles=200_000, generations=5)
-    small = CHIP.replace(population=8, children=4, elites=2, survivors=2, perturbs=1, inserts=1)
-    unlimited = run_options(small, seed=0, generations=5)
-    assert (unlimited.cycles, unlimited.generations, unlimited.give_up_rank) == (2**32 - 1, 5, 7)
-
-
 def test_simulated_boards_get_the_core_unless_they_name_one():
     assert with_core("model:", "streaming") == "model:?genetic=streaming"
     assert with_core("sim:?sim=icarus", "streaming") == "sim:?sim=icarus&genetic=streaming"
@@ -251,7 +272,3 @@ def test_refuses_a_board_without_the_core(evaluator):
 def test_refuses_another_population(evaluator):
     with pytest.raises(InputError, match=r"^The population of this board is 32, not 64; "):
         ChipGeneticPlanner().plan(evaluator, Options(population=64))
-
-
-def test_most_runs_are_stated():
-    assert ga_chip.MOST_RUNS == 8

@@ -1,0 +1,107 @@
+"""The runs of a plan on the chip: some from new seeds until one finds a path, then others go on."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from hdl.config import Config
+from hdl.protocol.random_words import SEED_BITS
+from hdl.protocol.runs import RunOptions
+
+
+__all__ = ["MOST_RUNS", "ChipSchedule"]
+
+#: Runs from new seeds at most: other seeds, and other surfaces in turn, where none of a run's paths
+#: is feasible.
+MOST_RUNS = 8
+_SLOPES = RunOptions.slopes, (2, 5), (1, 8), (4, 0)
+#: Parts of a plan at most, and the least time and generations of each: a shorter run gains more by
+#: going on than by new seeds.
+_MOST_PARTS = 4
+_PART_MS = 12
+_PART_GENERATIONS = 1_600
+#: Surfaces of the new seeds beside the population of the part before, in turn, and the sixteenths
+#: of the time for both islands.
+_FURTHER_SLOPES = (0,), (3,)
+_FURTHER_SHARE = 10
+_UNLIMITED = (1 << 32) - 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChipSchedule:
+    """Options of all runs of a plan.
+
+    A long plan is cut into up to four equal parts. The first is a run from new seeds, which is
+    repeated with other seeds until a path is feasible. Each of the others goes on from the
+    population before, with an island of new seeds beside it.
+
+    Parameters
+    ----------
+    config : Config
+        The chip.
+    seed : int
+        0..2**64 - 1. The seeds of all runs follow from it.
+    generations : int
+        Of the whole plan, if one first run is enough.
+    chip_ms : float, optional
+        Most milliseconds of it by the chip's clock; without it only the generations limit a run.
+    """
+
+    config: Config
+    seed: int
+    generations: int
+    chip_ms: float | None = None
+
+    @property
+    def parts(self) -> int:
+        """Parts of the plan, 1..4."""
+        most = self.generations // _PART_GENERATIONS
+        if self.chip_ms is not None:
+            most = min(most, int(self.chip_ms // _PART_MS))
+        return min(max(most, 1), _MOST_PARTS)
+
+    def first(self) -> list[RunOptions]:
+        """Return the options of the runs from new seeds; each follows where none finds a path."""
+        return [
+            self._run(number, self.generations // self.parts, slopes=_SLOPES[number % len(_SLOPES)])
+            for number in range(MOST_RUNS)
+        ]
+
+    def further(self) -> list[RunOptions]:
+        """Return the options of the runs behind a first one that has found a path."""
+        each, rest = divmod(self.generations, self.parts)
+        return [
+            self._run(
+                # Seeds that no other plan near this one takes.
+                part << 32,
+                each + rest * (part == self.parts - 1),
+                slopes=_FURTHER_SLOPES[(part - 1) % len(_FURTHER_SLOPES)],
+                share=_FURTHER_SHARE,
+                warm=True,
+            )
+            for part in range(1, self.parts)
+        ]
+
+    def _run(
+        self,
+        seeds_on: int,
+        generations: int,
+        *,
+        slopes: tuple[int, ...],
+        share: int = RunOptions.share,
+        warm: bool = False,
+    ) -> RunOptions:
+        cycles = _UNLIMITED
+        if self.chip_ms is not None:
+            whole = math.ceil(self.chip_ms * self.config.clock_hz / 1000)
+            cycles = min(-(-whole // self.parts), _UNLIMITED)
+        return RunOptions(
+            seed=(self.seed + seeds_on) % (1 << SEED_BITS),
+            cycles=cycles,
+            generations=min(generations, _UNLIMITED),
+            give_up_rank=min(RunOptions.give_up_rank, self.config.population - 1),
+            slopes=slopes,
+            share=share,
+            warm=warm,
+        )

@@ -46,8 +46,8 @@ OPTIONS: Mapping[str, Option] = {
         metavar="URL",
     ),
     "chip_ms": Option(
-        meaning="most milliseconds of a run by the chip's clock (default: no limit but the "
-        "generations)",
+        meaning="most milliseconds of a plan by the chip's clock, runs without a path not counted "
+        "(default: no limit but the generations)",
         type=int,
         metavar="MS",
     ),

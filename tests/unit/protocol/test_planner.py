@@ -13,6 +13,7 @@ from hdl.protocol.planner import (
     ProblemRecord,
     no_fly_request,
     problem_request,
+    seed_waypoints,
     turn_table,
 )
 from tests.planner_cases import LARGE, SMALL, USUAL, any_record, headed, record, shape
@@ -60,6 +61,7 @@ def test_the_fixed_points_are_those_that_hosts_and_chips_agreed_on():
         "RISE_BITS": 20,
         "RISE_FRACTION": 16,
         "SCALE_FRACTION": 14,
+        "SEED_WAYPOINTS": (4, 16),
         "SLOPE_BITS": 24,
         "SLOPE_FRACTION": 12,
         "TURN_FRACTION": 12,
@@ -136,3 +138,10 @@ def test_a_shape_has_a_box_of_a_corner_at_least(box, is_valid):
         **dict(zip(("first_x", "first_y", "last_x", "last_y"), box, strict=True)), edges=()
     )
     assert shape.is_valid() == is_valid
+
+
+@pytest.mark.parametrize(
+    ("longest", "expected"), [(3, (3, 3)), (5, (4, 5)), (16, (4, 16)), (18, (4, 16)), (64, (4, 16))]
+)
+def test_waypoints_of_seeds(longest, expected):
+    assert seed_waypoints(longest) == expected

@@ -125,7 +125,7 @@ class Config:
     perturbs: int = 1
     inserts: int = 2
     deletes: int = 2
-    max_waypoints: int = None  # type: ignore[assignment]  # Set once the core is known.
+    max_waypoints: int = None  # type: ignore[assignment]  # An int once constructed.
     map_size: int = 512
     coarse_factor: int = 16
     altitude_bits: int = 12

@@ -41,7 +41,6 @@ class ChipRuns:
         self._traffic_before = self._traffic_noted = replace(task.chip.link.traffic)
         self._done: list[dict[str, Any]] = []
         self._cycles = dict.fromkeys((*_UNITS, "total"), 0)
-        self._generations = 0
 
     @property
     def cycles(self) -> int:
@@ -80,7 +79,6 @@ class ChipRuns:
         run, task, before = self._run, self._task, self._generations
         with run.phase("link"):
             status, best = task.run(options, functools.partial(self._ends, before))
-        self._generations += status.generations
         for unit in _UNITS:
             self._cycles[unit] += getattr(status, unit)
         self._cycles["total"] += status.cycles
@@ -103,6 +101,10 @@ class ChipRuns:
             fitness = np.concatenate((fitness, self._polished(paths)))
         run.record(self._generations, fitness)
         return best, bool(fitness.max() > 1)
+
+    @property
+    def _generations(self) -> int:
+        return sum(done["generations"] for done in self._done)
 
     @property
     def _is_stopped(self) -> bool:

@@ -20,6 +20,8 @@ from host.planners.problem_on_chip import ProblemOnChip
 
 __all__ = ["ChipRuns"]
 
+#: Waypoints between the ends of a polished path, if its straight pieces have room for them.
+_POLISHED_WAYPOINTS = 32
 _UNITS = ("breed", "score", "walk", "sort", "wavefront")
 
 
@@ -117,17 +119,23 @@ class ChipRuns:
         return (stop is not None and stop.requested) or self._run.out_of_time
 
     def _polished(self, paths: list[NDArray[np.float64]]) -> NDArray[np.float64]:
-        """Evaluate the paths with the lowest altitudes; return the fitness of each, (m,)."""
+        """Evaluate the paths with the lowest altitudes; return the fitness of each, (m,).
+
+        More waypoints on the straight pieces let the altitudes follow the ground.
+        """
         # They load SciPy.
         from host.planners.altitudes import lowest_altitudes
         from host.planners.grid_search import Prices
+        from host.planners.polylines import lengthened
 
-        run = self._run
+        run, problem = self._run, self._run.evaluator.problem
         with run.phase("polish"):
-            prices = Prices(run.evaluator.problem)
-            lowest = [
-                lowest_altitudes(run.evaluator.problem, prices, path[:, :2]) for path in paths
+            prices = Prices(problem)
+            tracks = [
+                lengthened(path[:, :2], _POLISHED_WAYPOINTS, problem.limits.turn_radius_m)
+                for path in paths
             ]
+            lowest = [lowest_altitudes(problem, prices, track) for track in tracks]
         fitted = [path for path in lowest if path is not None]
         return run.fitness(fitted, strict=True) if fitted else np.zeros(0)
 

@@ -74,6 +74,8 @@ def test_the_polish_lowers_a_path(evaluator, planned):
     plain = ChipGeneticPlanner(chip_ms=4, polish="off").plan(evaluator, GENERATIONS)
     assert planned.evaluation.fitness > plain.evaluation.fitness
     assert planned.hardware["runs"] == plain.hardware["runs"]
+    # On its straight pieces there is room for more waypoints than the chip's paths have.
+    assert len(plain.path) - 2 <= CHIP.max_waypoints < len(planned.path) - 2 <= 32
 
 
 def test_a_long_plan_goes_on_from_its_first_run(evaluator):

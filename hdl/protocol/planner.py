@@ -21,6 +21,7 @@ __all__ = [
     "DRAG_FRACTION",
     "EDGES",
     "EDGE_BITS",
+    "EXCESS_BITS",
     "FUEL_BITS",
     "MAX_HALF_TURN",
     "POSITION_FRACTION",
@@ -29,8 +30,11 @@ __all__ = [
     "RISE_FRACTION",
     "SCALE_FRACTION",
     "SEED_WAYPOINTS",
+    "SHARE_BITS",
+    "SHARPEST_BITS",
     "SLOPE_BITS",
     "SLOPE_FRACTION",
+    "STEEP",
     "TURN_FRACTION",
     "VALUE_BITS",
     "NoFlyShape",
@@ -63,6 +67,14 @@ DRAG_FRACTION = 16
 FUEL_BITS = 16
 #: Fraction bits of the tangent of half a turn, and of a turn in radians.
 TURN_FRACTION = 12
+#: Bits of the tangents of half turns before their fractions: from 16 on no arc is possible.
+SHARPEST_BITS = 4
+#: Fraction bits of a tangent as a share of its segment.
+SHARE_BITS = 16
+#: What a segment that is too steep counts beside its excess: the length of a quarter of a cell.
+STEEP = 1 << POSITION_FRACTION - 2
+#: Fraction bits of the part by which a slope is too steep: a part counts as 4 units of length.
+EXCESS_BITS = 2
 #: Greatest tangent of half a turn that the arc's length tells apart: about 152 degrees.
 MAX_HALF_TURN = 4
 #: Entries of the table of turns for each unit of the tangent.

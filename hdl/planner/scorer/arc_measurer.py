@@ -7,11 +7,11 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.planner.scorer.schedule import Kind, Schedule, Timed
-from hdl.planner.scorer.widths import SHARE_BITS, TURN_BITS, Widths
+from hdl.planner.scorer.widths import TURN_BITS, Widths
 from hdl.primitives.divider import Divider
 from hdl.primitives.multiplexer import multiplex
 from hdl.primitives.wide_multiplier import WideMultiplier
-from hdl.protocol.planner import MAX_HALF_TURN, RADIUS_BITS, TURN_FRACTION, turn_table
+from hdl.protocol.planner import MAX_HALF_TURN, RADIUS_BITS, SHARE_BITS, TURN_FRACTION, turn_table
 
 
 __all__ = ["ArcMeasurer"]

@@ -5,9 +5,9 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.planner.scorer.schedule import Schedule, Timed
-from hdl.planner.scorer.widths import SHARE_BITS, Widths
+from hdl.planner.scorer.widths import Widths
 from hdl.primitives.wide_multiplier import WideMultiplier
-from hdl.protocol.planner import ALTITUDE_FRACTION
+from hdl.protocol.planner import ALTITUDE_FRACTION, SHARE_BITS
 
 
 __all__ = ["ArcPlacer", "corner_layout"]

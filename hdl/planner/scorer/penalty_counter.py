@@ -5,9 +5,9 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.planner.scorer.schedule import Schedule, Timed
-from hdl.planner.scorer.widths import STEEP, Widths
+from hdl.planner.scorer.widths import Widths
 from hdl.primitives.wide_multiplier import WideMultiplier
-from hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS
+from hdl.protocol.planner import POSITION_FRACTION, STEEP, VALUE_BITS
 
 
 __all__ = ["PenaltyCounter", "judged_layout"]

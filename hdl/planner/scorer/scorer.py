@@ -17,10 +17,10 @@ from hdl.planner.scorer.schedule import Schedule, Timed
 from hdl.planner.scorer.segment_measurer import SegmentMeasurer
 from hdl.planner.scorer.slope_comparator import SlopeComparator
 from hdl.planner.scorer.turn_measurer import TurnMeasurer
-from hdl.planner.scorer.widths import SHARE_BITS, Widths
+from hdl.planner.scorer.widths import Widths
 from hdl.planner.walker.layouts import corner_layout
 from hdl.primitives.fanout import fanout
-from hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS
+from hdl.protocol.planner import POSITION_FRACTION, SHARE_BITS, VALUE_BITS
 
 
 __all__ = ["Scorer", "chord_record_layout", "score_layout"]

@@ -5,9 +5,8 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.planner.scorer.schedule import Kind, Schedule, Timed
-from hdl.planner.scorer.widths import EXCESS_BITS
 from hdl.primitives.wide_multiplier import WideMultiplier
-from hdl.protocol.planner import SLOPE_BITS, SLOPE_FRACTION
+from hdl.protocol.planner import EXCESS_BITS, SLOPE_BITS, SLOPE_FRACTION
 
 
 __all__ = ["SlopeComparator"]

@@ -5,10 +5,10 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.planner.scorer.schedule import Kind, Schedule, Timed
-from hdl.planner.scorer.widths import SHARPEST_BITS, Widths
+from hdl.planner.scorer.widths import Widths
 from hdl.primitives.divider import Divider
 from hdl.primitives.wide_multiplier import WideMultiplier
-from hdl.protocol.planner import RADIUS_BITS, TURN_FRACTION
+from hdl.protocol.planner import RADIUS_BITS, SHARPEST_BITS, TURN_FRACTION
 
 
 __all__ = ["TurnMeasurer"]

@@ -15,27 +15,23 @@ from hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     BASE_BITS,
     DRAG_FRACTION,
+    EXCESS_BITS,
     FUEL_BITS,
     POSITION_FRACTION,
     RADIUS_BITS,
     RISE_BITS,
     RISE_FRACTION,
+    SHARE_BITS,
+    SHARPEST_BITS,
+    STEEP,
     TURN_FRACTION,
 )
 
 
-__all__ = ["EXCESS_BITS", "SHARE_BITS", "SHARPEST_BITS", "STEEP", "TURN_BITS", "Widths"]
+__all__ = ["TURN_BITS", "Widths"]
 
-#: Fraction bits of the part by which a slope is too steep: a part counts as 4 units of length.
-EXCESS_BITS = 2
-#: What a segment that is too steep counts beside its excess: the length of a quarter of a cell.
-STEEP = 1 << POSITION_FRACTION - 2
-#: Fraction bits of a tangent as a share of its segment.
-SHARE_BITS = 16
 #: Bits of a turn in radians, from :func:`hdl.protocol.planner.turn_table`.
 TURN_BITS = TURN_FRACTION + 2
-#: Bits of the tangents of half turns before their fractions: from 16 on no arc is possible.
-SHARPEST_BITS = 4
 
 
 @dataclass(frozen=True)

@@ -17,11 +17,15 @@ import numpy as np
 
 from hdl.protocol.planner import (
     ALTITUDE_FRACTION,
+    EXCESS_BITS,
     MAX_HALF_TURN,
     POSITION_FRACTION,
     RISE_FRACTION,
     SCALE_FRACTION,
+    SHARE_BITS,
+    SHARPEST_BITS,
     SLOPE_FRACTION,
+    STEEP,
     TURN_FRACTION,
     turn_table,
 )
@@ -67,12 +71,9 @@ CHORD = 5
 WORK_ROWS = 12
 
 CELL = 1 << POSITION_FRACTION
-_STEEP = CELL >> 2
-_EXCESS_SHIFT = 2
-_SHARPEST = 16
+_SHARPEST = 1 << SHARPEST_BITS
 _INFINITE = 1 << 24
-_SHARE_BITS = 16
-_HALF_SHARE = 1 << _SHARE_BITS - 1
+_HALF_SHARE = 1 << SHARE_BITS - 1
 _HALF_SCALE = 1 << SCALE_FRACTION - 1
 _ALMOST_ONE = (1 << TURN_FRACTION) - 1
 _TURNS = np.array(turn_table(), dtype=np.int64)
@@ -142,17 +143,17 @@ def score(
         work[CHORD + 6, k] = 0
         if tangent:
             # The quotients have so few bits that rounding them before they are cut changes none.
-            back = int((tangent << _SHARE_BITS) / work[_LENGTH, k - 1])
-            on = int((tangent << _SHARE_BITS) / work[_LENGTH, k])
+            back = int((tangent << SHARE_BITS) / work[_LENGTH, k - 1])
+            on = int((tangent << SHARE_BITS) / work[_LENGTH, k])
             fall, rise = work[_RISE, k - 1] * back, work[_RISE, k] * on
-            before -= fall >> _SHARE_BITS
-            after += rise >> _SHARE_BITS
+            before -= fall >> SHARE_BITS
+            after += rise >> SHARE_BITS
             if tangent > CELL and not is_lost:
                 for axis in range(2):
                     at = path[k, axis]
-                    away = (path[k - 1, axis] - at) * back + _HALF_SHARE >> _SHARE_BITS
+                    away = (path[k - 1, axis] - at) * back + _HALF_SHARE >> SHARE_BITS
                     work[CHORD + axis, k] = at + away
-                    away = (path[k + 1, axis] - at) * on + _HALF_SHARE >> _SHARE_BITS
+                    away = (path[k + 1, axis] - at) * on + _HALF_SHARE >> SHARE_BITS
                     work[CHORD + 3 + axis, k] = at + away
                 work[CHORD + 2, k] = before >> ALTITUDE_FRACTION
                 work[CHORD + 5, k] = after >> ALTITUDE_FRACTION
@@ -161,7 +162,7 @@ def score(
             entry = half >> 6
             turn = _TURNS[entry] + ((_TURNS[entry + 1] - _TURNS[entry]) * (half & 63) >> 6)
             length = radius * turn >> TURN_FRACTION
-            if _excess(climb, descent, length << _SHARE_BITS, fall + rise) > 0:
+            if _excess(climb, descent, length << SHARE_BITS, fall + rise) > 0:
                 penalty += max(length, CELL)
             if is_lost:
                 continue
@@ -241,7 +242,7 @@ def _measure_segments(problem: Integers, path: Integers, last: int, work: Intege
         total += next_length
         excess = _excess(climb, descent, next_length, rise)
         if excess > 0:
-            steep += _STEEP + (excess >> SLOPE_FRACTION - _EXCESS_SHIFT)
+            steep += STEEP + (excess >> SLOPE_FRACTION - EXCESS_BITS)
         if k:
             next_tangent = 0
             cross = abs(dx * next_dy - dy * next_dx)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from hdl.config import Config
-from hdl.planner.scorer.widths import SHARPEST_BITS, TURN_BITS, Widths
+from hdl.planner.scorer.widths import TURN_BITS, Widths
 from hdl.protocol.planner import (
     DRAG_FRACTION,
     FUEL_BITS,
@@ -18,6 +18,7 @@ from hdl.protocol.planner import (
     RISE_BITS,
     RISE_FRACTION,
     SCALE_FRACTION,
+    SHARPEST_BITS,
     TURN_FRACTION,
 )
 from sim.model.planner.compiled import inlined

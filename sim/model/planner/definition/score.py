@@ -14,11 +14,15 @@ from math import isqrt
 
 from hdl.protocol.planner import (
     ALTITUDE_FRACTION,
+    EXCESS_BITS,
     MAX_HALF_TURN,
     POSITION_FRACTION,
     RISE_FRACTION,
     SCALE_FRACTION,
+    SHARE_BITS,
+    SHARPEST_BITS,
     SLOPE_FRACTION,
+    STEEP,
     TURN_FRACTION,
     ProblemRecord,
     turn_table,
@@ -31,16 +35,10 @@ __all__ = ["Arc", "Score", "corner_of", "piece_cost", "scaled", "score"]
 #: A length of one cell: arcs with longer tangents have their chord walked, and an arc that is too
 #: steep counts at least so much.
 CELL = 1 << POSITION_FRACTION
-#: What a segment that is too steep counts beside its excess.
-_STEEP = CELL >> 2
-#: A part of altitude beyond the steepest slope counts as 2**_EXCESS_SHIFT units of length.
-_EXCESS_SHIFT = 2
 #: Tangent of half a turn from which no arc is possible, and the tangent length that stands for it.
-_SHARPEST = 16
+_SHARPEST = 1 << SHARPEST_BITS
 _INFINITE = 1 << 24
-#: Fraction bits of a tangent as a share of its segment.
-_SHARE_BITS = 16
-_HALF_SHARE = 1 << _SHARE_BITS - 1
+_HALF_SHARE = 1 << SHARE_BITS - 1
 _TURNS = turn_table()
 
 
@@ -130,7 +128,7 @@ def score(record: ProblemRecord, path: Sequence[Point]) -> Score:
     rises = [b - a for a, b in itertools.pairwise(altitudes)]
     excesses = [_excess(record, length, rise) for length, rise in zip(lengths, rises, strict=True)]
     steep = sum(
-        _STEEP + (excess >> SLOPE_FRACTION - _EXCESS_SHIFT) for excess in excesses if excess > 0
+        STEEP + (excess >> SLOPE_FRACTION - EXCESS_BITS) for excess in excesses if excess > 0
     )
 
     turns = [
@@ -150,7 +148,7 @@ def score(record: ProblemRecord, path: Sequence[Point]) -> Score:
         if arc is None or arc.tangent == 0:
             continue
         length = record.radius * _turn(turns[i]) >> TURN_FRACTION
-        if _excess(record, length << _SHARE_BITS, arc.rise) > 0:
+        if _excess(record, length << SHARE_BITS, arc.rise) > 0:
             steep += max(length, CELL)
         flown = _flown(record, length, arc.after - arc.before)
         cost += piece_cost(record, arc.before, arc.after, flown)
@@ -227,16 +225,16 @@ def _arc(
     """Return the arc at point ``i``, whose tangent fits in both segments."""
     if tangent == 0:
         return Arc(0, altitudes[i], altitudes[i], 0, None)
-    back, on = ((tangent << _SHARE_BITS) // length for length in lengths[i - 1 : i + 1])
+    back, on = ((tangent << SHARE_BITS) // length for length in lengths[i - 1 : i + 1])
     fall, rise = rises[i - 1] * back, rises[i] * on
-    before = altitudes[i] - (fall >> _SHARE_BITS)
-    after = altitudes[i] + (rise >> _SHARE_BITS)
+    before = altitudes[i] - (fall >> SHARE_BITS)
+    after = altitudes[i] + (rise >> SHARE_BITS)
     chord = None
     if tangent > CELL:
         ends = []
         for other, share, altitude in ((i - 1, back, before), (i + 1, on, after)):
             x, y = (
-                at + ((to - at) * share + _HALF_SHARE >> _SHARE_BITS)
+                at + ((to - at) * share + _HALF_SHARE >> SHARE_BITS)
                 for at, to in zip(path[i][:2], path[other][:2], strict=True)
             )
             ends.append((x, y, altitude >> ALTITUDE_FRACTION))

@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 from hdl.config import Config
-from hdl.protocol.planner import seed_waypoints
 from sim.model.planner.compiled import compiled, inlined
 from sim.model.planner.evaluator_cycles import DECISION, KEY, PLACES, QUEUE
 from sim.model.planner.evolver_cycles import begun as child_begun
@@ -47,7 +46,6 @@ from sim.model.planner.run_control_cycles import (
 from sim.model.planner.scorer_cycles import ScorerCycles, freed, launched
 from sim.model.planner.walk import Integers
 from sim.model.planner.walker_cycles import FRONT, back
-from sim.model.planner.wavefront_cycles import seeded as word_cycles
 
 
 __all__ = [
@@ -96,18 +94,17 @@ _FREE, _PASS = range(15, 17)
 _KEYS = 17
 
 #: Places of the delays that depend on the sizes of a chip.
-_SCORED, _WALKED, ROW, _POPULATION, _CHILDREN, _LONGEST = range(6)
+_SCORED, _WALKED, ROW, _POPULATION, _CHILDREN = range(5)
 
 
 def delays_vector(config: Config) -> Integers:
-    """Return the delays of a chip of ``config``, and the sizes that they depend on, (6,) int64."""
+    """Return the delays of a chip of ``config``, and the sizes that they depend on, (5,) int64."""
     delays = (
         ScorerCycles.of(config).scored(0, 0) + DECISION,
         back(config.lanes, config.memory_latency) - 1,
         config.memory_latency + 4,
         config.population,
         config.children,
-        seed_waypoints(config.max_waypoints)[1],
     )
     return np.array(delays, dtype=np.int64)
 
@@ -200,21 +197,22 @@ def spread(counters: Integers, spent: int, further: int) -> None:
 
 
 @compiled
-def seeded(delays: Integers, counters: Integers, number: int) -> int:
+def seeded(counters: Integers, number: int) -> int:
     """Return the cycle from which the points of a seed are offered, ``number`` of its island."""
-    begun = counters[CYCLES] + 1
-    if number:
-        # The words of the seed before are taken by then, or the goal is.
-        begun = max(counters[_GOAL] + 1, counters[_BEGUN] + word_cycles(delays[_LONGEST]) + 1)
-    counters[_BEGUN] = begun
-    return seed_offered(begun)
+    return seed_offered(_free_after(counters, number))
 
 
 @compiled
 def revised(counters: Integers, number: int, dropped: int) -> int:
     """Return the same of a path that is lifted or revived, ``number`` of its population."""
-    free = counters[_GOAL] if number else counters[CYCLES]
-    return member_offered(free, dropped)
+    return member_offered(_free_after(counters, number), dropped)
+
+
+@inlined
+def _free_after(counters: Integers, number: int) -> int:
+    """Return the cycle of the launch, or in which the goal of the path before is taken."""
+    free: int = counters[_GOAL] if number else counters[CYCLES]
+    return free
 
 
 @compiled

@@ -214,7 +214,7 @@ def _run(
             )
             keys[i, slot], made = _evaluate(
                 problem, sizes, ground, memo, delays, counters, work, path, points[i, slot],
-                cycles.seeded(delays, counters, seed), NO_LIMIT, False,
+                cycles.seeded(counters, seed), NO_LIMIT, False,
             )  # fmt: skip
             rank = min(seed, population)
             cycles.take(counters, made, _place(order[i], keys[i], slot, rank))

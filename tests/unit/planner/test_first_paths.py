@@ -16,7 +16,6 @@ from sim.model.planner.first_paths_cycles import (
     MEMBER,
     SEED,
     member_offered,
-    seed_begun,
     seed_offered,
 )
 from sim.model.planner.wavefront_cycles import WAYPOINT, seeded
@@ -53,7 +52,7 @@ class Bench:
         # What happens, with its cycle.
         self.cycle = 0
         self.taken, self.written, self.begun = [], [], []
-        self.begins, self.offers, self.goals = [], [], []
+        self.offers, self.goals = [], []
 
     def seeds(self, count):
         """Return random seeds, the shortest and the longest often."""
@@ -90,7 +89,6 @@ class Bench:
             ctx.set(dut.points.ready, self.cycle % 2 == 0 and self._moves())
             if ctx.get(dut.begin_seed):
                 assert self.cycle >= seed_free
-                self.begins.append(self.cycle)
                 path = seeds.pop(0)
                 seed_free = self.cycle + words + 1
                 for i, point in enumerate(path):
@@ -173,15 +171,8 @@ def test_seeds(config, share):
         bench.check_writes(free, [*seeds, *[[]] * (len(free) - count)])
         if share == 1:
             frees = [launched, *bench.goals[:-1]]
-            befores = [None, *bench.begins[:-1]]
-            assert bench.begins == [
-                seed_begun(each, before, seed_waypoints(config.max_waypoints)[1])
-                for each, before in zip(frees, befores, strict=True)
-            ]
-            assert bench.offers == [seed_offered(each) for each in bench.begins]
-            assert bench.offers[0] == launched + 1 + SEED
-            # The words of a seed never take longer than the points of the one before.
-            assert bench.begins == [each + 1 for each in frees]
+            assert bench.offers == [seed_offered(each) for each in frees]
+            assert bench.offers[0] == launched + SEED
 
     simulate(bench.dut, run)
 

@@ -207,7 +207,7 @@ class Run:
         members, sorting = [], self._sorting()
         for number in range(options.seeds):
             path = seed_path(self.config, record, blocks, surface, route, self._source)
-            offered = cycles.seeded(self._delays, self._counters, number)
+            offered = cycles.seeded(self._counters, number)
             members.append(self._sorted_in(sorting, self._evaluated(path, offered)))
         cycles.settle(self._delays, self._counters)
         members = _sorted(members)[: self.config.population]

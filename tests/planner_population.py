@@ -76,7 +76,9 @@ def corner(point):
 
 def plan_of(sizes, head, tail, word):
     """Return the plan of a child of two parents, (slot, length) each, as the definition has it."""
-    length = head[1] // 2 + tail[1] - tail[1] // 2
+    eighths = 2 * bits(word, 62, 2) + 1
+    head_before, tail_before = head[1] * eighths // 8, tail[1] * eighths // 8
+    length = head_before + tail[1] - tail_before
     operator, size = draw(word, 0, 8, 18), bits(word, 16, 4)
     inserts = 8 <= operator < 11 and length < sizes["max_waypoints"]
     deletes = 11 <= operator < 14 and length > 2
@@ -88,8 +90,8 @@ def plan_of(sizes, head, tail, word):
     return {
         "head_slot": head[0],
         "tail_slot": tail[0],
-        "head": head[1] // 2,
-        "tail_gain": tail[1] // 2 - head[1] // 2,
+        "head": head_before,
+        "tail_gain": tail_before - head_before,
         "length": length,
         "inserts": inserts,
         "deletes": deletes,

@@ -18,6 +18,7 @@ _INSERT, _DELETE, _SETTLE, _ALL = 8, 11, 14, 18
 #: Places in the mutation word.
 _OPERATOR, _PLACE, _SIZE = slice(0, 8), slice(8, 16), slice(16, 20)
 _OFFSETS, _OFFSET_BITS = 20, 14
+_CUT = slice(62, 64)
 _AXES = ("x", "y", "altitude")
 
 
@@ -25,7 +26,7 @@ def plan_layout(slot_bits, max_waypoints, box_cells, box_steps):
     """Return the layout of the plan of a child.
 
     ``head_slot``, ``tail_slot`` : its parents. ``head`` : waypoints from the first, which are those
-    before its middle. ``tail_gain`` : the index in the second parent of a waypoint of the tail,
+    before its cut. ``tail_gain`` : the index in the second parent of a waypoint of the tail,
     above its index in the child before the mutation. ``length`` : waypoints before the mutation.
 
     ``inserts``, ``deletes``, ``settles``, of which one at most is set, else the mutation moves a
@@ -34,12 +35,13 @@ def plan_layout(slot_bits, max_waypoints, box_cells, box_steps):
     one falls by half the margin, doubled so many times.
     """
     length = range(max_waypoints + 1)
+    most = max_waypoints * 7 // 8
     return data.StructLayout(
         {
             "head_slot": slot_bits,
             "tail_slot": slot_bits,
-            "head": range(max_waypoints // 2 + 1),
-            "tail_gain": range(-(max_waypoints // 2), max_waypoints // 2 + 1),
+            "head": range(most + 1),
+            "tail_gain": range(-most, most + 1),
             "length": length,
             "inserts": 1,
             "deletes": 1,
@@ -152,21 +154,28 @@ class ChildPlanner(wiring.Component):
     def _cross(self, m, plan, second, passed):
         """Measure the child, from the cycles in which the parents arrive."""
         parent = self.parent
-        # The length of the tail, and the number of the second parent's waypoints before it.
-        tail, tail_before = (
-            Signal(range(self.max_waypoints // 2 + 2), name=name, reset_less=True)
-            for name in ("tail", "tail_before")
+        # The length of the second parent, and its waypoints before the tail.
+        whole = Signal(range(self.max_waypoints + 1), reset_less=True)
+        tail_before = Signal(plan.head.shape(), reset_less=True)
+        # The waypoints of either before its cut, behind 1, 3, 5 or 7 eighths of its length: sums,
+        # as a multiplier is far away. The draw stays while the parents are read.
+        cut = Signal(2, reset_less=True)
+        before = Signal(plan.head.shape())
+        length = parent.length
+        m.d.sync += cut.eq(self.draws.p.mutation[_CUT])
+        m.d.comb += before.eq(
+            (length + Mux(cut[0], length << 1, 0) + Mux(cut[1], length << 2, 0)) >> 3
         )
         with m.If(second):
-            m.d.sync += [plan.head_slot.eq(parent.slot), plan.head.eq(parent.length >> 1)]
+            m.d.sync += [plan.head_slot.eq(parent.slot), plan.head.eq(before)]
         with m.If(passed[0]):
             m.d.sync += [
                 plan.tail_slot.eq(parent.slot),
-                tail_before.eq(parent.length >> 1),
-                tail.eq((parent.length + 1) >> 1),
+                tail_before.eq(before),
+                whole.eq(parent.length),
             ]
         m.d.sync += [
-            plan.length.eq(plan.head + tail),
+            plan.length.eq(whole + plan.head - tail_before),
             plan.tail_gain.eq(tail_before - plan.head),
         ]
 

@@ -71,7 +71,8 @@ def breed(
             first = min(first, field(words, 0, i * width, width))
             second = min(second, field(words, 0, (_DRAWS + i) * width, width))
         child, head, tail = paths[slot], order[first], order[second]
-        length = _cross(paths[head], points[head], paths[tail], points[tail], child)
+        cut = 2 * field(words, 1, 62, 2) + 1
+        length = _cross(paths[head], points[head], paths[tail], points[tail], child, cut)
         points[slot] = _mutate(problem, sizes, child, length, words)
         if number < sizes[SURVIVORS]:
             at = draw(words, 0, 2 * _DRAWS * width, _SURVIVOR_BITS, left - number)
@@ -88,15 +89,20 @@ def clamp(value: int, high: int) -> int:
 
 @compiled
 def _cross(
-    head: Integers, head_points: int, tail: Integers, tail_points: int, child: Integers
+    head: Integers,
+    head_points: int,
+    tail: Integers,
+    tail_points: int,
+    child: Integers,
+    eighths: int,
 ) -> int:
-    """Write the head of one path and the tail of another; return the points."""
+    """Write the head of one path and the tail of another, cut there; return the points."""
     length = 0
-    for k in range((head_points - 2) // 2 + 1):
+    for k in range(((head_points - 2) * eighths >> 3) + 1):
         for i in range(4):
             child[length, i] = head[k, i]
         length += 1
-    for k in range((tail_points - 2) // 2 + 1, tail_points):
+    for k in range(((tail_points - 2) * eighths >> 3) + 1, tail_points):
         for i in range(4):
             child[length, i] = tail[k, i]
         length += 1

@@ -41,7 +41,7 @@ class Bench:
             word = source.draw()[1]
             parents = (head, len(self.paths[head])), (tail, len(self.paths[tail]))
             self.plans.append(plan_of(SIZES, *parents, word))
-            child = cross(self.paths[head], self.paths[tail])
+            child = cross(self.paths[head], self.paths[tail], word)
             self.bred.append(mutate(SMALL, self.record, self.ends, child, word))
         self.cycle = 0
         self.taken, self.children, self.points, self.written = [], [], [], []

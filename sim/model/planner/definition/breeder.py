@@ -2,7 +2,8 @@
 
 A path is a list of :class:`Waypoint`, start and goal left out. Each child takes a step of the
 random source: the selection word has the ranks of its parents, and above them the draw of a
-survivor; the mutation word has its mutation. A draw below ``n`` is ``bits * n >> width``.
+survivor; the mutation word has its mutation, and above it the place where the parents are cut. A
+draw below ``n`` is ``bits * n >> width``.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ def breed(
         selection, mutation = source.step()
         draws = [bits(selection, i * width, width) for i in range(2 * _DRAWS)]
         first, second = min(draws[:_DRAWS]), min(draws[_DRAWS:])
-        child = cross(population[first], population[second])
+        child = cross(population[first], population[second], mutation)
         children.append(mutate(config, record, ends, child, mutation))
         if number < config.survivors:
             at = draw(selection, 2 * _DRAWS * width, _SURVIVOR_BITS, others.left)
@@ -69,9 +70,14 @@ def breed(
     return children, survivors
 
 
-def cross(head: Sequence[Waypoint], tail: Sequence[Waypoint]) -> list[Waypoint]:
-    """Return the head of one path and the tail of another; the middle is rounded down."""
-    return [*head[: len(head) // 2], *tail[len(tail) // 2 :]]
+def cross(head: Sequence[Waypoint], tail: Sequence[Waypoint], word: int) -> list[Waypoint]:
+    """Return the head of one path and the tail of another.
+
+    Bits 62 and 63 of ``word`` choose where both are cut: behind 1, 3, 5 or 7 eighths of their
+    waypoints, rounded down.
+    """
+    eighths = 2 * bits(word, 62, 2) + 1
+    return [*head[: len(head) * eighths >> 3], *tail[len(tail) * eighths >> 3 :]]
 
 
 def mutate(

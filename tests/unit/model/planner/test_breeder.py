@@ -1,6 +1,7 @@
 """Breeding: the compiled one against the definition, and the shares of what it draws."""
 
 import collections
+import itertools
 
 import numpy as np
 import pytest
@@ -67,9 +68,26 @@ def test_children_stay_within_the_limits():
                 assert 0 <= z <= 99
 
 
-def test_crossover_takes_head_and_tail():
-    assert cross("abcde", "vwxyz") == list("abxyz")
-    assert cross("ab", "vwxyz") == list("axyz")
+@pytest.mark.parametrize(
+    ("cut", "head", "tail", "child"),
+    [
+        (0, "abcdefgh", "stuvwxyz", "atuvwxyz"),
+        (1, "abcdefgh", "stuvwxyz", "abcvwxyz"),
+        (2, "abcdefgh", "stuvwxyz", "abcdexyz"),
+        (3, "abcdefgh", "stuvwxyz", "abcdefgz"),
+        (0, "ab", "yz", "yz"),
+        (3, "ab", "vwxyz", "az"),
+        (2, "abcde", "yz", "abcz"),
+    ],
+)
+def test_crossover_takes_head_and_tail(cut, head, tail, child):
+    assert cross(head, tail, cut << 62 | (1 << 62) - 1) == list(child)
+
+
+@pytest.mark.parametrize("most", [3, 18, 64])
+def test_crossover_keeps_the_limits_of_the_length(most):
+    for head, tail, cut in itertools.product(range(2, most + 1), range(2, most + 1), range(4)):
+        assert 2 <= len(cross("h" * head, "t" * tail, cut << 62)) <= most
 
 
 def test_shares_of_the_operators():

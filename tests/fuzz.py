@@ -309,6 +309,7 @@ class Fuzz:
                 seed=rng.getrandbits(64),
                 cycles=rng.randrange(1 << rng.randrange(8, 18)),
                 generations=rng.randrange(6),
+                until_feasible=rng.random() < 0.3,
                 give_up_rank=rng.randrange(config.population),
                 slopes=tuple(rng.choices(range(16), k=rng.randint(1 - warm, 2 - warm))),
                 seeds=config.population + rng.randrange(config.population),

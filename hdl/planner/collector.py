@@ -77,6 +77,8 @@ class Collector(wiring.Component):
         While not ``busy``: member of ``island`` to be read.
     member : Out(member_layout)
         While not ``busy``: the member that was at ``rank`` in the cycle before.
+    feasible : Out(1)
+        While not ``busy``: the best path of the population that was stored last is feasible.
 
     Raises
     ------
@@ -116,6 +118,7 @@ class Collector(wiring.Component):
                 "freed": Out(self.freed_layout),
                 "rank": In(range(population)),
                 "member": Out(self.member_layout),
+                "feasible": Out(1),
             }
         )
 
@@ -176,6 +179,7 @@ class Collector(wiring.Component):
             ranking.read.rank.eq(Mux(passing, following, self.rank)),
             ranking.read.island.eq(self.island),
             self.member.eq(ranking.member),
+            self.feasible.eq(ranking.feasible),
             self.freed.valid.eq((passes & ~stays) | ranking.dropped.valid),
             self.freed.slot.eq(Mux(there, ranking.member.slot, ranking.dropped.slot)),
         ]

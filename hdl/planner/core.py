@@ -200,6 +200,7 @@ class PlannerCore(wiring.Component):
             seeds.limit.eq(control.slope),
             control.evaluator_idle.eq(evaluator.idle),
             control.evolver_ready.eq(evolver.ready),
+            control.feasible.eq(evolver.feasible),
             evolver.give_up_rank.eq(options.give_up_rank),
             *(
                 getattr(evolver, name).eq(getattr(control, name))

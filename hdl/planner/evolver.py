@@ -80,6 +80,8 @@ class Evolver(wiring.Component):
         Steady while not ``ready``.
     best : Out(KEY_BITS)
         Key of rank 0 of the population from which children were bred last.
+    feasible : Out(1)
+        While ``ready``: the best path of the population that was sorted last is feasible.
     words : In(stream.Signature(data.ArrayLayout(64, 2)))
         Steps of the random source: selection word, mutation word. Planning takes longer while there
         is none.
@@ -155,6 +157,7 @@ class Evolver(wiring.Component):
                 "sorting": Out(1),
                 "give_up_rank": In(config.slot_bits),
                 "best": Out(KEY_BITS),
+                "feasible": Out(1),
                 "words": In(stream.Signature(data.ArrayLayout(WORD_BITS, LANES))),
                 **{name: bred[name] for name in ("limits", "start", "goal")},
                 "slots": Out(stream.Signature(range(self.slot_count))),
@@ -211,6 +214,7 @@ class Evolver(wiring.Component):
             collector.island.eq(self.island),
             collector.stay.eq(breeder.survivors),
             self.sorting.eq(collector.sorting),
+            self.feasible.eq(collector.feasible),
         ]
         # A first path inherits no margins that count, since it is walked.
         with m.If(self.fills):

@@ -8,6 +8,7 @@ from hdl.planner.population_layouts import KEY_BITS, member_layout, path_layout
 from hdl.planner.sorter import Sorter
 from hdl.primitives.arguments import check_integer, check_power_of_two
 from hdl.primitives.cells import cells_of
+from hdl.protocol.planner import VALUE_BITS, PathClass
 
 
 __all__ = ["Ranking"]
@@ -49,6 +50,8 @@ class Ranking(wiring.Component):
         ``island`` and ``rank``, while not ``busy``.
     member : Out(member_layout)
         The member that was at ``read`` in the cycle before.
+    feasible : Out(1)
+        The best path of the population that was moved last is feasible. While not ``busy``.
 
     Raises
     ------
@@ -79,6 +82,7 @@ class Ranking(wiring.Component):
                 "dropped": Out(self.dropped_layout),
                 "read": In(self.read_layout),
                 "member": Out(self.member_layout),
+                "feasible": Out(1),
             }
         )
 
@@ -103,6 +107,8 @@ class Ranking(wiring.Component):
         ]
         with m.If(self.store):
             m.d.sync += island.eq(self.island)
+        with m.If(sorter.left.valid & (sorter.left.rank == 0)):
+            m.d.sync += self.feasible.eq(sorter.left.key[VALUE_BITS:] == PathClass.FEASIBLE)
 
         m.submodules.rows = rows = memory.Memory(
             shape=self.member_layout,

@@ -21,7 +21,8 @@ class RunControl(wiring.Component):
     earlier population is revived, as island 0. Each island of new paths gets a route, seeds, and
     passes that lift its population. Where there are two islands, each is bred for its part of the
     cycles and generations that are left, then the best of both become one population, which is bred
-    to the limits of the run.
+    to the limits of the run. If these are to wait for a feasible path, the generations do not count
+    until there is one.
 
     A generation begins the cycle after ``evolver_ready``, unless a limit was reached in the cycle
     of that, or the run had been stopped; then the last generation is finished instead. All other
@@ -82,6 +83,8 @@ class RunControl(wiring.Component):
     evolver_ready : In(1)
         A generation may begin: what was stored, finished or merged is there, if any was. Means
         nothing in the cycle after a pulse, like what other units say.
+    feasible : In(1)
+        With ``evolver_ready``: the best path of the population is feasible.
     """
 
     #: Width of counters, and of the share of an island.
@@ -120,6 +123,7 @@ class RunControl(wiring.Component):
                 "merge": Out(1),
                 "island": Out(range(ISLANDS)),
                 "evolver_ready": In(1),
+                "feasible": In(1),
             }
         )
 
@@ -150,6 +154,7 @@ class RunControl(wiring.Component):
         pending = Signal()
         m.d.comb += [
             limits.final.eq(is_final),
+            limits.waits.eq(is_final & options.until_feasible & ~self.feasible),
             self.slope.eq(Mux(self.island.any() & ~options.warm, options.slope_1, options.slope_0)),
             self.count.eq(
                 Mux(self.kind == FirstPathKind.SEED, options.seeds, self.config.population)

@@ -42,6 +42,8 @@ class RunLimits(wiring.Component):
         For ``share_bits`` cycles from the one after ``split`` on.
     aim : In(1)
         Pulse: set limits, from the next cycle on. Not while ``splitting``.
+    waits : In(1)
+        The limit of generations does not count yet.
     final : In(1)
         With ``aim``: those of the run. Otherwise the numbers of this cycle and the island's parts.
     reached : Out(1)
@@ -74,6 +76,7 @@ class RunLimits(wiring.Component):
                 "split": In(1),
                 "splitting": Out(1),
                 "aim": In(1),
+                "waits": In(1),
                 "final": In(1),
                 "reached": Out(1),
                 "cycles": Out(counter_bits),
@@ -133,7 +136,7 @@ class RunLimits(wiring.Component):
                 m.d.sync += limit.eq(Mux(self.final, most, end | end[-1].replicate(len(end))))
             limits.append(limit)
         m.d.sync += self.reached.eq(
-            stopped | (self.cycles >= limits[0]) | (self.generations >= limits[1])
+            stopped | (self.cycles >= limits[0]) | ((self.generations >= limits[1]) & ~self.waits)
         )
 
         return m

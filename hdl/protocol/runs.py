@@ -53,6 +53,8 @@ class RunOptions:
     cycles, generations : int
         The run breeds no further generation once it has reached either number, of all islands
         together. The first populations are always completed.
+    until_feasible : bool
+        Once there is one population, the generations end the run only if its best path is feasible.
     give_up_rank : int
         While the best path is feasible, a child is walked only if it is cheaper than the path of
         this rank.
@@ -79,6 +81,7 @@ class RunOptions:
     seed: int = 0
     cycles: int = 1_000_000
     generations: int = (1 << 32) - 1
+    until_feasible: bool = False
     give_up_rank: int = 7
     slopes: tuple[int, ...] = (3, 0)
     seeds: int = 128
@@ -153,8 +156,8 @@ class RunOptions:
         slopes = tuple(values.pop(f"slope_{i}") for i in range(ISLANDS))
         if count > ISLANDS:
             raise ValueError(f"RunOptions.slopes must be at most {ISLANDS}, not {count}")
-        warm = bool(values.pop("warm"))
-        options = cls(**values, warm=warm, slopes=slopes[:count])
+        flags = {name: bool(values.pop(name)) for name in ("until_feasible", "warm")}
+        options = cls(**values, **flags, slopes=slopes[:count])
         options.check(config)
         return options
 
@@ -214,7 +217,8 @@ def run_request(config: Config) -> Layout:
             ("lifts", 3),
             ("share", 5),
             ("warm", 1),
-            ("islands", 3),
+            ("islands", 2),
+            ("until_feasible", 1),
             *numbered("slope", ISLANDS, SLOPE_BITS),
             ("paths", 4),
         )

@@ -21,7 +21,14 @@ __all__ = ["ChipReplanner", "replan_options"]
 #: Of the first run. Where one of its paths is feasible, the first nearly always is: a second would
 #: cost its time on the line.
 _WARM = RunOptions(
-    cycles=170_000, generations=195, slopes=WARM_SLOPES, seeds=32, share=5, warm=True, paths=1
+    cycles=170_000,
+    generations=195,
+    until_feasible=True,
+    slopes=WARM_SLOPES,
+    seeds=32,
+    share=5,
+    warm=True,
+    paths=1,
 )
 #: Of the run that follows where none of its paths is feasible: from new seeds alone, longer, and on
 #: other surfaces.

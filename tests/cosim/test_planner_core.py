@@ -196,10 +196,13 @@ class Flight:
         rng = self.rng
         warm = self.outcome is not None and rng.random() < 0.4
         slopes = rng.integers(16, size=int(rng.integers(1 - warm, ISLANDS + 1 - warm))).tolist()
+        cycles = self.choose(0, 30_000, 100_000, 10**9)
         return RunOptions(
             seed=int(rng.integers(1 << 63)),
-            cycles=self.choose(0, 30_000, 100_000, 10**9),
+            cycles=cycles,
             generations=int(rng.integers(generations)),
+            # Some problems have no feasible path.
+            until_feasible=cycles < 10**9 and rng.random() < 0.5,
             give_up_rank=int(rng.integers(self.config.population)),
             slopes=tuple(slopes),
             seeds=self.config.population + int(rng.integers(40)),

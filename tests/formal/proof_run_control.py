@@ -66,7 +66,7 @@ class Ends(Elaboratable):
         reached, number = limits.signal("reached"), limits.signal("number")
         free(m, control.runs.valid, control.runs.payload, control.stop, control.source_ready)
         free(m, control.memo_busy, control.seeds_busy, control.paths_busy)
-        free(m, control.evaluator_idle, control.evolver_ready)
+        free(m, control.evaluator_idle, control.evolver_ready, control.feasible)
 
         names = [state.decoder(code).partition("/")[0] for code in range(_STATES)]
         codes = {name: code for code, name in enumerate(names)}

@@ -270,6 +270,7 @@ MESSAGES: Mapping[str, tuple[Callable[[Config], Layout], Mapping[str, Field]]] =
             "share": Field("0 … 16", "Sixteenths of the time that two islands have together"),
             "warm": Field("0, 1", "1: the population of the run before is the first island"),
             "islands": Field("1, 2; 0, 1 if warm", "Islands of fresh seeds"),
+            "until_feasible": Field("0, 1", "1: the generations wait for a feasible path"),
             "slope": Field("0 … 15", "Steepest slope of each, in halves of the climb limit; 0 any"),
             "paths": Field("1 … 8", "Most paths that BEST returns"),
         },

@@ -55,7 +55,7 @@ WATCHED_STOP, WATCHED_GENERATIONS, WATCHED_CYCLES = range(3)
 WATCHED = 3
 
 #: Places of the options.
-_CYCLES, _GENERATIONS, _GIVE_UP_RANK, _SEEDS, _LIFTS, _SHARE, _STOP = range(7)
+_CYCLES, _GENERATIONS, _UNTIL_FEASIBLE, _GIVE_UP_RANK, _SEEDS, _LIFTS, _SHARE, _STOP = range(8)
 #: Rows of the work space of a generation: free slots, survivors, ranks left, members that stay,
 #: and of the children that wait to be collected their slots and the cycles of their points.
 _FREE, _SURVIVORS, _OTHERS, _KEPT, _PENDING, _OFFERED, _NEXT_OFFERED = range(7)
@@ -82,6 +82,7 @@ def plan(
     numbers = (
         options.cycles,
         options.generations,
+        options.until_feasible,
         options.give_up_rank,
         options.seeds,
         options.lifts,
@@ -244,7 +245,7 @@ def _run(
             cycles.aim(counters)
             _evolve(
                 problem, sizes, options, ground, words, memo, delays, counters, watched, work,
-                spare, paths[i], points[i], keys[i], order[i], until, most,
+                spare, paths[i], points[i], keys[i], order[i], until, most, False,
             )  # fmt: skip
         passed = _merge(paths, points, keys, order, population)
         cycles.merge(delays, counters, passed)
@@ -253,6 +254,7 @@ def _run(
     _evolve(
         problem, sizes, options, ground, words, memo, delays, counters, watched, work,
         spare, paths[0], points[0], keys[0], order[0], options[_CYCLES], options[_GENERATIONS],
+        options[_UNTIL_FEASIBLE] != 0,
     )  # fmt: skip
     cycles.end(counters)
 
@@ -276,8 +278,12 @@ def _evolve(
     order: Integers,
     time: int,
     generations: int,
+    waits: bool,
 ) -> None:
-    """Breed one population until the run has taken so many cycles or generations."""
+    """Breed one population until the run has taken so many cycles or generations.
+
+    With ``waits`` the generations count only if the best path is feasible.
+    """
     population, children = sizes[POPULATION], sizes[CHILDREN]
     stay = population - children
     free, survivors, kept, pending = spare[_FREE], spare[_SURVIVORS], spare[_KEPT], spare[_PENDING]
@@ -287,7 +293,8 @@ def _evolve(
     while True:
         watched[WATCHED_GENERATIONS] = counters[GENERATIONS]
         watched[WATCHED_CYCLES] = counters[CYCLES]
-        breeds = counters[CYCLES] < time and counters[GENERATIONS] < generations
+        goes_on = counters[GENERATIONS] < generations or (waits and keys[order[0]] >= GIVEN_UP)
+        breeds = counters[CYCLES] < time and goes_on
         breeds &= watched[WATCHED_STOP] == 0
         first, limit = False, NO_LIMIT
         if breeds:

@@ -7,6 +7,7 @@ import random
 import pytest
 
 from hdl.planner.ranking import Ranking
+from hdl.protocol.planner import VALUE_BITS, PathClass
 from tests.streams import put, simulate
 from tests.wrong_sizes import check_sizes
 
@@ -32,6 +33,7 @@ def test_populations(is_first):
     dut = Ranking(**SIZES)
     rng = random.Random(3)
     dropped = []
+    seen_classes = set()
 
     async def watch(ctx):
         async for _, _, drop in ctx.tick().sample(dut.dropped):
@@ -72,12 +74,15 @@ def test_populations(is_first):
                 assert (ctx.get(dut.busy), ctx.get(dut.members.ready)) == (1, 0)
                 await ctx.tick()
             assert (ctx.get(dut.busy), ctx.get(dut.members.ready)) == (0, 1)
+            assert ctx.get(dut.feasible) == (ranked[0][0] >> VALUE_BITS == PathClass.FEASIBLE)
+            seen_classes.add(ctx.get(dut.feasible))
             assert sorted(dropped) == sorted(slot for _, slot, _ in ranked[8:])
             for island, population in populations.items():
                 seen = [await read(ctx, island, rank) for rank in range(8)]
                 assert seen == population
 
     simulate(dut, bench, background=[watch])
+    assert seen_classes == {0, 1}
 
 
 def test_sizes():

@@ -24,6 +24,8 @@ class Options:
     lifts: int
     share: int
     warm: bool
+    until_feasible: bool
+    feasible_from: int
     stop: int | None = None
     seeds: int = 20
     seed: int = 1234567
@@ -31,7 +33,9 @@ class Options:
 
     def fields(self):
         values = {
-            name: value for name, value in vars(self).items() if name not in ("stop", "slopes")
+            name: value
+            for name, value in vars(self).items()
+            if name not in ("stop", "slopes", "feasible_from")
         }
         slopes = {f"slope_{i}": slope for i, slope in enumerate(self.slopes)}
         return values | slopes | {"islands": len(self.slopes)}
@@ -75,13 +79,15 @@ def expected_of(options, durations):
             done = pulse(done + steps.EVALUATED, "store", island)
             cycle = done + steps.POPULATION
 
-    def evolve(cycle, island, most_cycles, most_generations):
+    def evolve(cycle, island, most_cycles, most_generations, is_final=False):
         nonlocal generations
         pending = False
         while True:
             stopped = options.stop is not None and options.stop < cycle
             now = cycle + steps.BEGIN
-            if stopped or cycle >= most_cycles or generations >= most_generations:
+            waits = is_final and options.until_feasible and cycle < options.feasible_from
+            bred = generations >= most_generations and not waits
+            if stopped or cycle >= most_cycles or bred:
                 if pending:
                     return pulse(now, "finish", island)
                 return cycle
@@ -101,7 +107,7 @@ def expected_of(options, durations):
         cycle = max(cycle + steps.MERGED[1] + steps.AIMED, done)
     else:
         cycle += steps.AIMED
-    cycle = evolve(cycle, 0, options.cycles, options.generations) + steps.END
+    cycle = evolve(cycle, 0, options.cycles, options.generations, is_final=True) + steps.END
     return events, cycle, generations
 
 
@@ -130,6 +136,7 @@ async def run_once(ctx, dut, options, durations, rng):
         # What is said in the cycle after a pulse means nothing.
         ready = rng.random() < 0.5 if cycle == since + 1 else cycle >= evolver
         ctx.set(dut.evolver_ready, ready)
+        ctx.set(dut.feasible, cycle >= options.feasible_from)
         ctx.set(dut.stop, cycle == options.stop)
         spread += ctx.get(dut.spreading)
         kind, island = ctx.get(dut.kind), ctx.get(dut.island)
@@ -169,6 +176,8 @@ def drawn_options(rng):
         lifts=rng.randrange(5),
         share=rng.randrange(17),
         warm=warm,
+        until_feasible=rng.random() < 0.5,
+        feasible_from=rng.choice([0, rng.randrange(2500), 1 << 31]),
         stop=rng.choice([None, None, rng.randrange(2000)]),
     )
 

@@ -77,13 +77,17 @@ def test_limits_of_the_run():
     dut = bench.dut
 
     async def run(ctx):
-        for cycles, generations, stops, expected in (
-            (40, 255, None, 41),
-            (255, 3, None, 31),
-            (255, 0, None, 5),
-            (0, 255, None, 5),
-            (255, 255, 20, 22),
-            (255, 255, None, 256),
+        for cycles, generations, stops, waits, expected in (
+            (40, 255, None, 0, 41),
+            (255, 3, None, 0, 31),
+            (255, 3, None, 20, 31),
+            (255, 3, None, 50, 51),
+            (40, 3, None, 50, 41),
+            (255, 3, 35, 50, 37),
+            (255, 0, None, 0, 5),
+            (0, 255, None, 0, 5),
+            (255, 255, 20, 0, 22),
+            (255, 255, None, 0, 256),
         ):
             await bench.launch(ctx, cycles, generations, 0)
             ctx.set(dut.final, 1)
@@ -94,6 +98,7 @@ def test_limits_of_the_run():
                 ctx.set(dut.aim, number == 3)
                 ctx.set(dut.bred, number % 10 == 9)
                 ctx.set(dut.stop, number == stops)
+                ctx.set(dut.waits, number < waits)
                 await ctx.tick()
                 number += 1
             assert number == expected

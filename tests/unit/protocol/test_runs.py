@@ -44,7 +44,7 @@ def test_a_wrong_option_names_its_rule(options, message):
 def test_options_come_back_as_they_were_packed(config, slopes, warm):
     sent = RunOptions(
         seed=(1 << 64) - 2, cycles=123_456_789, generations=(1 << 32) - 1, give_up_rank=5,
-        slopes=slopes, seeds=65_535, lifts=3, share=16, warm=warm, paths=3,
+        until_feasible=not warm, slopes=slopes, seeds=65_535, lifts=3, share=16, warm=warm, paths=3,
     )  # fmt: skip
     payload = sent.pack(config)
     assert len(payload) == run_request(config).size

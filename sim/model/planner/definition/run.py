@@ -76,6 +76,8 @@ class Generation:
     kept: list[int]
 
 
+#: Feasible paths have lesser keys.
+_GIVEN_UP = PathClass.GIVEN_UP << VALUE_BITS
 #: Cycle of a stop that does not come: the counter of cycles ends before.
 NEVER = 1 << 32
 
@@ -170,7 +172,7 @@ class Run:
             islands = [_sorted(stay)]
         else:
             cycles.aim(counters)
-        members = self.evolve(islands[0], options.cycles, options.generations)
+        members = self.evolve(islands[0], options.cycles, options.generations, is_final=True)
         cycles.end(counters)
         best: dict[int, Member] = {}
         for member in members:
@@ -225,12 +227,17 @@ class Run:
         cycles.settle(self._delays, self._counters)
         return _sorted(members)
 
-    def evolve(self, population: list[Member], time: int, generations: int) -> list[Member]:
+    def evolve(
+        self, population: list[Member], time: int, generations: int, *, is_final: bool = False
+    ) -> list[Member]:
         """Return ``population`` after so many cycles or generations of the run."""
         counters = self._counters
         pending = None
         time = min(time, self._stop + 1)
-        while counters[cycles.CYCLES] < time and counters[cycles.GENERATIONS] < generations:
+        waits = is_final and self.options.until_feasible
+        while counters[cycles.CYCLES] < time and (
+            counters[cycles.GENERATIONS] < generations or (waits and population[0].key >= _GIVEN_UP)
+        ):
             latest = self.breed(population, pending=pending is not None)
             if pending is not None:
                 population = self.collect(population, latest.kept, pending)
@@ -250,13 +257,12 @@ class Run:
             cycles.bred(self._counters, begun, number, len(child) + 2)
             for number, child in enumerate(children)
         ]
-        given_up = PathClass.GIVEN_UP << VALUE_BITS
         limit = population[self.options.give_up_rank].key
         return Generation(
             children,
             offered,
-            population[0].key < given_up,
-            limit if limit < given_up else NO_LIMIT,
+            population[0].key < _GIVEN_UP,
+            limit if limit < _GIVEN_UP else NO_LIMIT,
             sorted([*range(config.elites), *survivors]),
         )
 

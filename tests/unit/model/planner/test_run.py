@@ -1,6 +1,7 @@
 """A run: the compiled one against the definition, and what a run promises."""
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
@@ -27,8 +28,9 @@ def problem(config, seed):
         RunOptions(cycles=10**9, generations=60, seeds=10, memo=16, share=4),
         RunOptions(cycles=10**9, generations=30, seeds=9, memo=0, give_up_rank=0, lifts=1),
         RunOptions(cycles=0, seeds=8, slopes=(3,)),
+        RunOptions(cycles=90_000, generations=5, until_feasible=True, lifts=0, seeds=8),
     ],
-    ids=["cycles", "generations", "without-memo", "seeds-alone"],
+    ids=["cycles", "generations", "without-memo", "seeds-alone", "until-feasible"],
 )
 def test_compiled_run_is_the_defined_one_on_a_small_chip(options, seed):
     options = dataclasses.replace(options, seed=seed, give_up_rank=min(options.give_up_rank, 7))
@@ -72,6 +74,35 @@ def test_longer_runs_find_better_paths():
     assert runs[-1].keys[0] < 0.98 * runs[0].keys[0]
     # Within a generation of its time.
     assert 1_000_000 <= runs[-1].cycles < 1_003_000
+
+
+def test_a_run_may_wait_for_a_feasible_path():
+    """It ends with the generation that has one, or with its cycles where none comes."""
+    kinds = set()
+    for seed, generations, cycles in itertools.product(range(10), (2, 90), (20_000, 200_000)):
+        heights, problem_record = problem(SMALL, seed)
+        usual = RunOptions(
+            seed=seed, cycles=cycles, generations=generations, slopes=(0,), lifts=0, seeds=8
+        )
+        early = plan(SMALL, heights, problem_record, usual)
+        waiting = dataclasses.replace(usual, until_feasible=True)
+        late = plan(SMALL, heights, problem_record, waiting)
+        if early.classes[0] is PathClass.FEASIBLE:
+            # It may have come with the last generation, which is collected once nothing is bred.
+            assert late.generations - early.generations in (0, 1)
+            kinds.add("at once")
+            continue
+        if late.cycles >= usual.cycles:
+            assert late.classes[0] is PathClass.INFEASIBLE
+            kinds.add("never")
+            continue
+        # One more is on its way when a generation is seen to have a feasible path.
+        assert late.classes[0] is PathClass.FEASIBLE
+        assert late.generations > generations
+        before = dataclasses.replace(usual, generations=late.generations - 2)
+        assert plan(SMALL, heights, problem_record, before).classes[0] is PathClass.INFEASIBLE
+        kinds.add("later")
+    assert kinds == {"at once", "later", "never"}
 
 
 def test_seeds_give_different_runs():

@@ -45,7 +45,7 @@ _PLANNER = replace(
     # The map takes 176 block RAMs; with altitudes of 12 bits it would take 192 of the 208, and the
     # planner needs 24 beside it.
     sizes=_SIZES.replace(genetic=GeneticCore.STREAMING, altitude_bits=11),
-    seed=2,
+    seed=1,
     overrides={
         **PLANNER_OVERRIDES,
         "script_after_synth": f"{PLANNER_OVERRIDES['script_after_synth']}\n{PLANNER_FLOOR_PLAN}",

@@ -21,8 +21,8 @@ from host.problem.zones import Circle, Zone
 
 __all__ = ["ProblemOnChip"]
 
-#: Time between two looks at a run, seconds.
-_LOOK_S = 0.001
+#: Time between two looks at a run: seconds at most, and so many looks in a run at least.
+_LOOK_S, _LOOKS = 0.001, 20
 #: Share of the corners drawn for a zone that may lie outside of it, before they are set free.
 _MOST_EXCESS = 0.05
 
@@ -131,13 +131,14 @@ class ProblemOnChip:
         ``ends`` is asked at each look at a run that goes on, and stops it by returning True.
         """
         runs = self.chip.runs
+        look_s = min(_LOOK_S, options.cycles / self.chip.config.clock_hz / _LOOKS)
         runs.start(options)
         stopped = False
         while (status := runs.status()).running:
             if not stopped and ends(status):
                 runs.stop()
                 stopped = True
-            time.sleep(_LOOK_S)
+            time.sleep(look_s)
         best = runs.best()
         self._runs_before = runs.started
         return status, best

@@ -1,6 +1,7 @@
 """Chips with one altered operator: the comparison with the model fails, and the path changes.
 
-So the board, not the host, computes the path, and the comparison can fail.
+So the board, not the host, computes the path, and the comparison can fail. The planner on the chip
+is compared alone.
 """
 
 import dataclasses
@@ -21,8 +22,11 @@ from host.device.link import Link
 from host.planners.base import Options
 from host.planners.ga_fpga import FpgaGeneticPlanner
 from sim.board import SimulatedBoard, build_program
+from sim.cache import BuildCache
 from sim.exported import cached_verilog, exported_verilog
 from tests.chips import SMALL, Pair, board_url
+from tests.cosim.test_planner_core import fly, planner_verilog
+from tests.planner_cases import SMALL as PLANNER
 
 
 pytestmark = pytest.mark.cosim
@@ -55,6 +59,40 @@ ALTERATIONS = {
     ),
 }
 
+#: The same of the planner.
+ALTERATIONS_OF_THE_PLANNER = {
+    "cut": ("planner/child_planner.py", "length << 2, 0", 1, "length << 1, 0"),
+    "worse-parent": ("planner/parent_draw.py", "Mux(one < other, one, other)", 1, "one"),
+    "steep-for-nothing": (
+        "planner/scorer/penalty_counter.py",
+        "judged.excess + STEEP",
+        1,
+        "judged.excess",
+    ),
+    "given-up-for-feasible": (
+        "planner/evaluator/key_maker.py",
+        "PathClass.FEASIBLE.value, PathClass.GIVEN_UP.value",
+        1,
+        "PathClass.FEASIBLE.value, PathClass.FEASIBLE.value",
+    ),
+    "late-members-first": (
+        "planner/collector.py",
+        "members.p.late.eq(~there)",
+        1,
+        "members.p.late.eq(there)",
+    ),
+    "does-not-wait": ("planner/run_control.py", "is_final & options.until_feasible", 1, "0"),
+}
+
+EXPORT_OF_THE_PLANNER = """
+import json, pathlib, sys
+import hdl.planner.core
+from tests.cosim.test_planner_core import planner_verilog
+from tests.planner_cases import SMALL
+assert pathlib.Path(hdl.planner.core.__file__).parents[2] == pathlib.Path.cwd()
+sys.stdout.write(planner_verilog(SMALL, 64))
+"""
+
 EXPORT = """
 import json, pathlib, sys
 import hdl.verilog
@@ -65,25 +103,33 @@ sys.stdout.write(hdl.verilog.export("planner", Config(**json.loads(sys.argv[1]))
 
 
 def altered_verilog(folder, name):
-    """Return the Verilog of a copy of the gateware with one alteration."""
+    """Return the Verilog of a chip with one alteration."""
+    sizes = json.dumps(dataclasses.asdict(SMALL))
+    return exported_of(folder, ALTERATIONS[name], EXPORT, sizes)
+
+
+def exported_of(folder, alteration, program, *arguments):
+    """Return what a program says that runs beside a copy of the gateware with one alteration."""
 
     def export():
-        file, old, times, new = ALTERATIONS[name]
-        shutil.copytree(Path(hdl.__file__).parent, folder / "hdl")
+        file, old, times, new = alteration
+        # The program may import the tests, but no other gateware.
+        for folder_name in ("hdl", "sim", "tests"):
+            sources = Path(hdl.__file__).parents[1] / folder_name
+            shutil.copytree(sources, folder / folder_name)
         path = folder / "hdl" / file
         source = path.read_text()
         assert source.count(old) == times
         path.write_text(source.replace(old, new))
-        sizes = json.dumps(dataclasses.asdict(SMALL))
         return subprocess.run(
-            [sys.executable, "-c", EXPORT, sizes],
+            [sys.executable, "-c", program, *arguments],
             cwd=folder,
             stdout=subprocess.PIPE,
             text=True,
             check=True,
         ).stdout
 
-    return cached_verilog(export, "altered planner", *ALTERATIONS[name][::3], repr(SMALL))
+    return cached_verilog(export, "altered", *alteration[::3], program, *arguments)
 
 
 @pytest.fixture
@@ -117,6 +163,22 @@ def test_comparison_with_the_model_fails(name, tmp_path, open_chip):
 def breed(chips):
     for _ in range(20):
         chips.step(LinkMode.RECIPE)
+
+
+@pytest.mark.ci
+def test_a_copy_of_the_planner_that_is_not_altered_is_the_same(tmp_path):
+    alteration = "planner/core.py", "class PlannerCore", 1, "class PlannerCore"
+    text = exported_of(tmp_path, alteration, EXPORT_OF_THE_PLANNER)
+    assert text == planner_verilog(PLANNER, 64)
+
+
+@pytest.mark.ci
+@pytest.mark.parametrize("name", ALTERATIONS_OF_THE_PLANNER)
+def test_comparison_of_the_planner_fails(name, tmp_path):
+    alteration = ALTERATIONS_OF_THE_PLANNER[name]
+    text = exported_of(tmp_path / "copy", alteration, EXPORT_OF_THE_PLANNER)
+    with pytest.raises(AssertionError):
+        fly(PLANNER, 64, 60, 60, 120, BuildCache(tmp_path / "builds"), text)
 
 
 def planned(evaluator, chip):

@@ -382,8 +382,9 @@ def _runs(host: Recorder) -> None:
 
 def _options(*, warm: bool = False) -> RunOptions:
     return RunOptions(
-        seed=5, cycles=100_000, generations=12, seeds=16, slopes=(3,) if warm else (3, 0), warm=warm
-    )
+        seed=5, cycles=100_000, generations=12, until_feasible=warm, seeds=16,
+        slopes=(3,) if warm else (3, 0), warm=warm,
+    )  # fmt: skip
 
 
 def _problem(start_x: int) -> ProblemRecord:

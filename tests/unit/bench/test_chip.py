@@ -39,15 +39,22 @@ def test_means_leave_out_what_is_not_feasible():
 
 @pytest.mark.usefixtures("canyon_alone")
 def test_a_row_of_the_ablation_is_a_run_of_each_clearance(monkeypatch):
-    short = {"none": RunOptions(cycles=500_000), "no memo": RunOptions(cycles=500_000, memo=0)}
+    usual = RunOptions(cycles=500_000)
+    short = {
+        "none": usual,
+        "no memo": dataclasses.replace(usual, memo=0),
+        "one lane": chip_runs.CHIP.replace(lanes=1),
+    }
     monkeypatch.setattr(chip_ablation, "CHANGES", short)
+    monkeypatch.setattr(chip_ablation, "_USUAL", usual)
     report = chip_ablation.run(Options(seeds=1))
-    usual, without = report.rows
-    assert [row[0] for row in report.rows] == ["none", "no memo"]
+    usual, without, slow = report.rows
+    assert [row[0] for row in report.rows] == ["none", "no memo", "one lane"]
     assert all(cell.endswith(" of 1") for cell in usual[2:7:2])
-    # Without a memo a generation takes longer, so that fewer end in time.
-    assert without[-1] > usual[-1]
-    assert without[-2] < usual[-2]
+    # A generation takes longer, so that fewer end in time.
+    for row in (without, slow):
+        assert row[-1] > usual[-1]
+        assert row[-2] < usual[-2]
 
 
 @pytest.mark.usefixtures("canyon_alone")
@@ -61,7 +68,7 @@ def test_the_chip_is_beside_the_other_planners(monkeypatch):
     assert [float(row[4]) for row in report.rows[:2]] == pytest.approx([1, 2], abs=0.1)
     assert report.rows[2][3:5] == ("1 of 1", "-")
     assert [row[-1] for row in report.rows] == ["-", "-", "100 %"]
-    cycles, race = report.further
+    cycles, race, shares = report.further
     [row] = cycles.rows
     assert row[0] == "canyon"
     _, breed, score, walk, _, wavefront, wait = row[2:9]
@@ -72,17 +79,18 @@ def test_the_chip_is_beside_the_other_planners(monkeypatch):
     assert row[-1] > 1000
     assert [row[0] for row in race.rows] == ["canyon", "mean"]
     assert race.rows[0][1:] == race.rows[1][1:]
+    assert shares.rows == [("20 of 20", "20 of 20 (100.0 %)")]
 
 
 @pytest.mark.usefixtures("canyon_alone")
-def test_untuned_ground_is_beside_astar_alone(monkeypatch):
+def test_untuned_ground_has_few_other_planners(monkeypatch):
     monkeypatch.setattr(chip, "TIMES_MS", (1,))
     monkeypatch.setattr(chip, "UNTUNED", ("river-102",))
     monkeypatch.setattr(chip, "ProcessPoolExecutor", Pool)
     monkeypatch.setattr(chip, "_compile", lambda: None)
     report = chip.run(Options(seeds=1, only="untuned"))
     assert report.columns[1] == "river-102"
-    assert [row[0] for row in report.rows] == ["chip, 1 ms", "astar"]
+    assert [row[0] for row in report.rows] == ["chip, 1 ms", chip._POLISHED, "astar"]
     assert report.further == []
 
 

@@ -42,6 +42,9 @@ _MOST_SEEDS = 10
 #: The run that cycles are told of, milliseconds.
 _COUNTED_MS = 50
 _YARDSTICK = "astar"
+_POLISHED = "ga-chip, 50 ms and polish"
+#: The time whose share of feasible runs is told, and so many times the seeds for it.
+_SHARED_MS, _MORE_SEEDS = 10, 10
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,7 @@ class Other:
 
 #: Planners beside the chip; the slow ones have fewer seeds, and astar draws nothing.
 OTHERS = {
-    "ga-chip, 50 ms and polish": Other("ga-chip", options={"chip_ms": 50, "polish": "on"}),
+    _POLISHED: Other("ga-chip", options={"chip_ms": 50, "polish": "on"}),
     "ga-fpga": Other("ga-fpga", seeds=3),
     "ga-pc": Other("ga-pc", seeds=3),
     "fpa-2opt": Other("fpa-2opt", seeds=1),
@@ -76,8 +79,8 @@ class Table:
         return list(UNTUNED) if self.untuned else terrains()
 
     def others(self) -> dict[str, Other]:
-        """Return the planners beside the chip: on untuned ground, the yardstick alone."""
-        wanted = (_YARDSTICK,) if self.untuned else OTHERS
+        """Return the planners beside the chip: on untuned ground, itself and the yardstick."""
+        wanted = (_POLISHED, _YARDSTICK) if self.untuned else OTHERS
         return {title: OTHERS[title] for title in wanted if title in OTHERS}
 
 
@@ -107,21 +110,24 @@ def run(options: Options) -> Report:
         measured = _measured(name, table, seeds)
         reports.append(_fitness(name, table, measured, seeds))
         if table == Table():
-            reports += [_cycles(measured), _race(measured)]
+            reports += [_cycles(measured), _race(measured), _shares(_MORE_SEEDS * seeds)]
     return dataclasses.replace(reports[0], further=reports[1:])
 
 
 def _measured(name: str, table: Table, seeds: int) -> _Measured:
     """Do all runs and plans of a table."""
     measured: _Measured = {}
-    for chip_ms in TIMES_MS:
+    rows = {_title(chip_ms): (chip_ms, False) for chip_ms in TIMES_MS}
+    if _COUNTED_MS in TIMES_MS:
+        rows[f"{_title(_COUNTED_MS)}, one run"] = _COUNTED_MS, True
+    for title, (chip_ms, is_whole) in rows.items():
         tasks = [
-            Task(terrain, table.clearance_m, _runs(seed, chip_ms))
+            Task(terrain, table.clearance_m, _runs(seed, chip_ms, is_whole=is_whole))
             for terrain in table.terrains()
             for seed in range(seeds)
         ]
-        measured[_title(chip_ms)] = _by_terrain(run_all(tasks), seeds)
-        print(f"chip: {name}, {chip_ms} ms done", file=sys.stderr, flush=True)
+        measured[title] = _by_terrain(run_all(tasks), seeds)
+        print(f"chip: {name}, {title} done", file=sys.stderr, flush=True)
     with ProcessPoolExecutor(available_cores(), initializer=_compile) as pool:
         for title, other in table.others().items():
             own = min(seeds, other.seeds)
@@ -135,10 +141,13 @@ def _measured(name: str, table: Table, seeds: int) -> _Measured:
     return measured
 
 
-def _runs(seed: int, chip_ms: int) -> tuple[RunOptions, ...]:
-    """Return the runs of a plan whose first run finds a path."""
+def _runs(seed: int, chip_ms: int, *, is_whole: bool = False) -> tuple[RunOptions, ...]:
+    """Return the runs of a plan whose first run finds a path, or a single one of all the time."""
     schedule = ChipSchedule(config=CHIP, seed=seed, generations=(1 << 32) - 1, chip_ms=chip_ms)
-    return schedule.first()[0], *schedule.further()
+    first = schedule.first()[0]
+    if is_whole:
+        return (dataclasses.replace(first, cycles=chip_ms * CHIP.clock_hz // 1000),)
+    return first, *schedule.further()
 
 
 def _title(chip_ms: int) -> str:
@@ -275,6 +284,26 @@ def _race(measured: _Measured) -> Report:
                 found = f"{fitness:.4f}", chip_ms, seconds
                 break
         report.rows.append((terrain, f"{own[0]:.4f}", own[1], *found))
+    return report
+
+
+def _shares(seeds: int) -> Report:
+    """Return how many runs of a short time find a feasible path, with more seeds."""
+    report = Report(
+        f"Runs of {_SHARED_MS} ms with a feasible path, as paper, {seeds} seeds",
+        (*terrains(), "all"),
+    )
+    tasks = [
+        Task(terrain, None, _runs(seed, _SHARED_MS))
+        for terrain in terrains()
+        for seed in range(seeds)
+    ]
+    by_terrain = _by_terrain(run_all(tasks), seeds)
+    every = [outcome for some in by_terrain for outcome in some]
+    found = sum(outcome.feasible for outcome in every)
+    report.rows.append(
+        (*map(share, by_terrain), f"{share(every)} ({100 * found / len(every):.1f} %)")
+    )
     return report
 
 

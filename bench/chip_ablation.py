@@ -8,6 +8,7 @@ from statistics import mean
 from bench.chip_runs import CHIP, Task, run_all, share, terrains, through_terrains
 from bench.report import Options, Report
 from bench.scenarios import missing
+from hdl.config import Config
 from hdl.protocol.runs import RunOptions
 from host.errors import InputError
 
@@ -20,8 +21,8 @@ _CYCLES = CHIP.clock_hz // 100
 _CLEARANCES = (None, 30.0, 100.0)
 _USUAL = RunOptions(cycles=_CYCLES)
 
-#: The options of each row.
-CHANGES = {
+#: The options of each row, or its chip.
+CHANGES: dict[str, RunOptions | Config] = {
     "none": _USUAL,
     "no memo": replace(_USUAL, memo=0),
     "a memo of 64 rows": replace(_USUAL, memo=64),
@@ -36,6 +37,12 @@ CHANGES = {
     "a quarter of the time on islands": replace(_USUAL, share=4),
     "three quarters of the time on islands": replace(_USUAL, share=12),
     "64 seeds for each route": replace(_USUAL, seeds=64),
+    "up to 16 waypoints": CHIP.replace(max_waypoints=16),
+    "up to 24 waypoints": CHIP.replace(max_waypoints=24),
+    "altitudes of 11 bits": CHIP.replace(altitude_bits=11),
+    "altitudes of 9 bits": CHIP.replace(altitude_bits=9),
+    "4 lanes": CHIP.replace(lanes=4),
+    "16 lanes": CHIP.replace(lanes=16),
 }
 
 
@@ -67,8 +74,9 @@ def run(options: Options) -> Report:
         ],
     )
     for name, change in chosen.items():
+        usual, config = (change, CHIP) if isinstance(change, RunOptions) else (_USUAL, change)
         tasks = [
-            Task(terrain, clearance_m, (replace(change, seed=seed),))
+            Task(terrain, clearance_m, (replace(usual, seed=seed),), config)
             for clearance_m in _CLEARANCES
             for terrain in terrains()
             for seed in range(seeds)

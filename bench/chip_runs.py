@@ -38,7 +38,7 @@ UNITS = ("breed", "score", "walk", "sort", "wavefront")
 
 @dataclass(frozen=True)
 class Task:
-    """Runs on a terrain, each but the first from the one before.
+    """Runs of a chip on a terrain, each but the first from the one before.
 
     ``clearance_m`` None is as paper.
     """
@@ -46,6 +46,7 @@ class Task:
     terrain: str
     clearance_m: float | None
     runs: tuple[RunOptions, ...]
+    config: Config = CHIP
 
 
 @dataclass(frozen=True)
@@ -110,15 +111,18 @@ def _compile() -> None:
 
 
 @functools.cache
-def _prepared(terrain: str, clearance_m: float | None) -> tuple[Evaluator, CornerMap]:
+def _prepared(
+    terrain: str, clearance_m: float | None, config: Config
+) -> tuple[Evaluator, CornerMap]:
     rules = None if clearance_m is None else Rules(clearance_m=clearance_m)
     task = dataclasses.replace(problem(terrain), rules=rules)
-    return Evaluator(task, threads=1), CornerMap(CHIP, task)
+    return Evaluator(task, threads=1), CornerMap(config, task)
 
 
 def _run(task: Task) -> Outcome:
-    evaluator, grid = _prepared(task.terrain, task.clearance_m)
-    record = problem_record(CHIP, evaluator.problem, grid)
+    config = task.config
+    evaluator, grid = _prepared(task.terrain, task.clearance_m, config)
+    record = problem_record(config, evaluator.problem, grid)
     corners = grid.corners(chip_ends(evaluator.problem))
     outcomes: list[RunOutcome] = []
     began = time.process_time()
@@ -126,7 +130,7 @@ def _run(task: Task) -> Outcome:
         population = outcomes[-1].population if options.warm else None
         # The model scans all blocks before the first run, as the chip does with a new map.
         marked = 0 if outcomes else BLOCKS**2
-        outcomes.append(plan(CHIP, corners, record, options, population, marked=marked))
+        outcomes.append(plan(config, corners, record, options, population, marked=marked))
     seconds = time.process_time() - began
     archive: list[tuple[float, NDArray[np.float64]]] = []
     for path in (path for found in outcomes for path in found.paths):

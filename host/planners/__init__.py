@@ -100,7 +100,7 @@ PLANNERS: Mapping[str, Entry] = {
     "ga-chip": Entry(
         description="Genetic algorithm that runs on the chip alone; the host has the last word",
         paper="none: the chip's loop as Allaire and others 2008 hope for it",
-        generations=10_000,
+        generations=8_000,
         options=("board", "chip_ms", "polish"),
         constructor=_ga_chip,
         engines=("chip",),

@@ -103,7 +103,6 @@ def run_refusals(config):
         {"share": 17},
         {"islands": 0},
         {"islands": 3},
-        {"islands": 7},
         {"warm": 1, "islands": 1},
         {"warm": 1, "islands": 2},
     ]

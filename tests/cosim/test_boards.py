@@ -48,6 +48,7 @@ def test_default_chip_generation_by_generation(pair, generations):
     assert counters["longest"] <= DEFAULT.max_waypoints + 8
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("mode", LinkMode)
 def test_default_chip_in_every_mode(pair, mode):
     chips = pair(DEFAULT, seed=2)

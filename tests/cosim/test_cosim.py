@@ -31,6 +31,7 @@ LARGE = (
     "control",
     "core",
     "core_with_map",
+    "crossover",
     "planner",
     "population",
     "receiver",

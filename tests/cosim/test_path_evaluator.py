@@ -114,7 +114,7 @@ def findings(layouts, numbers, count):
 @pytest.mark.parametrize(
     ("config", "rows", "repeat"),
     [
-        (SMALL.replace(memory_latency=1), 64, 0.8),
+        pytest.param(SMALL.replace(memory_latency=1), 64, 0.8, marks=pytest.mark.ci),
         pytest.param(SMALL.replace(lanes=1), 0, 0.3, marks=pytest.mark.ci),
         pytest.param(USUAL, 512, 0.9, marks=pytest.mark.ci),
         pytest.param(USUAL.replace(lanes=16), 0, 0.9, marks=pytest.mark.ci),

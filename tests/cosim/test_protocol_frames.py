@@ -23,7 +23,7 @@ GOLDEN = json.loads(
 WAITING = encode_frame(bytes((0, 0, Command.INFO)), plain=True) * 60
 
 
-@pytest.mark.parametrize("name", ["small", "streaming"])
+@pytest.mark.parametrize("name", ["small", pytest.param("streaming", marks=pytest.mark.ci)])
 def test_gateware_gives_the_golden_replies(name):
     [chip] = (chip for chip in GOLDEN["chips"] if chip["name"] == name)
     config = Config(**chip["config"])

@@ -30,6 +30,7 @@ def test_random_frames(frames):
     assert all(fuzz.statuses[status] for status in Status if status is not Status.BUSY)
 
 
+@pytest.mark.ci
 def test_a_run_makes_other_commands_wait():
     rng = np.random.default_rng(3)
     heights, problem, block = ground(CHIP, rng), record(CHIP, rng), shape(CHIP, rng)

@@ -75,7 +75,14 @@ def test_every_fence_names_its_language(page):
         assert fence.mark is None or fence.language in RUN, f"{fence}: nothing to run there"
 
 
-@pytest.mark.parametrize("page", pages_with(slow=False))
+@pytest.mark.parametrize(
+    "page",
+    [
+        # This page has more of them than any other.
+        pytest.param(page, marks=[pytest.mark.ci] if page == "docs/problem-files.md" else [])
+        for page in pages_with(slow=False)
+    ],
+)
 def test_quick_commands_run(page, tmp_path):
     run_page(page, tmp_path, slow=False)
 

@@ -6,12 +6,22 @@ from hdl.primitives.skid_buffer import SkidBuffer
 from tools.formal import Proof, altered, check, load, main, proofs
 
 
+#: Proofs whose faults take some seconds each.
+COSTLY = ("run_control",)
+
+
+def marks(name, proof, what):
+    if proof.is_long(what):
+        return [pytest.mark.long]
+    return [pytest.mark.ci] if name in COSTLY and what in proof.faults else []
+
+
 CHECKS = [
     pytest.param(
         name,
         what,
         id=f"{name}-{what}",
-        marks=[pytest.mark.long] if proof.is_long(what) else [],
+        marks=marks(name, proof, what),
     )
     for name in proofs()
     for proof in [load(name)]

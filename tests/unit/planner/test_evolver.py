@@ -160,7 +160,7 @@ def test_evaluated_by_the_definition(config, generations):
         assert classes == {PathClass.FEASIBLE, PathClass.GIVEN_UP, PathClass.INFEASIBLE}
 
 
-@pytest.mark.parametrize("pace", ["fast", "stalled"])
+@pytest.mark.parametrize("pace", [pytest.param("fast", marks=pytest.mark.ci), "stalled"])
 @pytest.mark.parametrize(
     "config",
     [

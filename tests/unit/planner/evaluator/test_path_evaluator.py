@@ -44,7 +44,7 @@ def case(config, rng, count, heading, **options):
 @pytest.mark.parametrize(
     ("heading", "rows", "lanes"),
     [
-        pytest.param(0, 64, 4, id="free"),
+        pytest.param(0, 64, 4, id="free", marks=pytest.mark.ci),
         pytest.param(1, 0, 1, id="entry", marks=pytest.mark.ci),
         pytest.param(2, 0, 4, id="exit", marks=pytest.mark.ci),
         pytest.param(3, 64, 1, id="both"),

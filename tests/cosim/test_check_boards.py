@@ -15,7 +15,13 @@ from tests.fuzz import fuzz_simulated_board
 
 pytestmark = pytest.mark.cosim
 
-CHIP = pytest.mark.parametrize("config", CHECKERS.values(), ids=CHECKERS)
+CHIP = pytest.mark.parametrize(
+    "config",
+    [
+        pytest.param(config, id=name, marks=[pytest.mark.ci] if name == "two-tier" else [])
+        for name, config in CHECKERS.items()
+    ],
+)
 
 
 @pytest.fixture

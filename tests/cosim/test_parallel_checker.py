@@ -50,6 +50,7 @@ def assert_equal(chip, terrain, paths, count=False, stall=0):
     return batch
 
 
+@pytest.mark.ci
 def test_every_segment_of_a_tiny_map():
     """All pairs of cells on eight maps, at random altitudes, queued."""
     rng = np.random.default_rng(1)

@@ -237,6 +237,7 @@ def test_busy_address(echo):
             SimulatedBoard(echo, listen=address)
 
 
+@pytest.mark.ci
 def test_waveform(simulator, tmp_path):
     trace = tmp_path / "board.vcd"
     with (

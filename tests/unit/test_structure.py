@@ -12,6 +12,7 @@ from functools import cache
 from pathlib import Path
 
 import grimp
+import pytest
 
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -149,6 +150,7 @@ FORBIDDEN = {
 }
 
 
+@pytest.mark.ci
 def test_each_contract_notices_a_forbidden_import(tmp_path):
     """In packages whose files have nothing but their imports."""
     (tmp_path / "pyproject.toml").write_text((ROOT / "pyproject.toml").read_text())

@@ -161,7 +161,11 @@ def test_blocks_of_a_map_have_different_sites():
 
 
 @pytest.mark.parametrize(
-    "lanes", [8, *(pytest.param(lanes, marks=pytest.mark.long) for lanes in (1, 16))]
+    "lanes",
+    [
+        pytest.param(8, marks=pytest.mark.ci),
+        *(pytest.param(lanes, marks=pytest.mark.long) for lanes in (1, 16)),
+    ],
 )
 def test_a_whole_map_has_all_sites(lanes):
     """The block RAMs of a bank are neighbours; other devices have other sites."""

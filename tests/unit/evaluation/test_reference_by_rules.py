@@ -18,6 +18,7 @@ def random_problem(seed):
     return dataclasses.replace(problem, zones=zones), path
 
 
+@pytest.mark.ci
 def test_search_agrees_with_the_definition():
     counts = Counter()
     for case in range(250):

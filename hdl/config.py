@@ -10,6 +10,7 @@ import enum
 import hashlib
 import json
 from dataclasses import dataclass
+from typing import Any
 
 
 __all__ = ["CheckerBuild", "Config", "GeneticCore", "MutationKind", "SurvivorSelection"]
@@ -55,6 +56,10 @@ class CheckerBuild(enum.StrEnum):
     TWO_TIER = "two-tier"
     #: Every segment in the detailed map, several cells a cycle.
     PARALLEL = "parallel"
+
+
+#: Stands for a default that depends on the genetic core. Every configuration has the value itself.
+_BY_CORE: Any = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,7 +130,7 @@ class Config:
     perturbs: int = 1
     inserts: int = 2
     deletes: int = 2
-    max_waypoints: int = None  # type: ignore[assignment]  # An int once constructed.
+    max_waypoints: int = _BY_CORE
     map_size: int = 512
     coarse_factor: int = 16
     altitude_bits: int = 12
@@ -146,7 +151,7 @@ class Config:
     DETAILED_SEGMENTS = 2
 
     def __post_init__(self) -> None:
-        if self.max_waypoints is None:
+        if self.max_waypoints is _BY_CORE:
             object.__setattr__(self, "max_waypoints", _longest(self.genetic))
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
@@ -386,7 +391,7 @@ class Config:
         With another core, a default of ``max_waypoints`` becomes that of the other core.
         """
         if "genetic" in changes and self.max_waypoints == _longest(self.genetic):
-            changes.setdefault("max_waypoints", None)
+            changes.setdefault("max_waypoints", _BY_CORE)
         return dataclasses.replace(self, **changes)  # type: ignore[arg-type]  # Checked at once.
 
 

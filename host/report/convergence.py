@@ -65,7 +65,10 @@ def _lines(axes: Axes, rows: NDArray[np.float64], *, named: bool) -> None:
     """
     generation, best, mean = rows.T
     is_whole = 1 < len(rows) > generation[-1] - generation[0]
-    style: dict[str, Any] = {} if is_whole else {"marker": "o", "markersize": 4}
+    style: dict[str, Any] = {}
+    if not is_whole:
+        # The last point lies on the edge.
+        style = {"marker": "o", "markersize": 4, "clip_on": False}
     axes.plot(
         generation,
         mean,

@@ -24,14 +24,14 @@ class MemoryQueue(wiring.Component):
     shape : ShapeLike
         Shape of a word.
     depth : int
-        Words that fit, 1 or more. A further word is lost.
+        Words that fit, 1 or more.
 
     Members
     -------
     clear : In(1)
         Empty the queue. Overrides the rest.
     put : In(1)
-        Put ``word`` in, if there is room.
+        Put ``word`` in; not where ``depth`` words are inside.
     word : In(shape)
     words : Out(stream.Signature(shape))
 

@@ -151,9 +151,12 @@ class Runs:
         )
 
     def stop(self) -> None:
-        """End the run with its present generation; :meth:`status` says when it is over."""
+        """End the run with its present generation; :meth:`status` says when it is over.
+
+        First populations are completed before.
+        """
         self._link.request(Command.STOP)
 
     def best(self) -> BestPaths:
-        """Return the paths of the latest run, the best first; none before the first run."""
+        """Return the paths of the latest run, the best first; none without one on the problem."""
         return BestPaths(*unpack_best(self._config, self._link.request(Command.BEST)))

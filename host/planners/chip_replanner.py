@@ -44,7 +44,6 @@ def replan_options(config: Config, seed: int, *, again: bool = False) -> RunOpti
     return replace(
         usual,
         seed=seed % (1 << 64),
-        seeds=max(usual.seeds, config.population),
         give_up_rank=min(usual.give_up_rank, config.population - 1),
     )
 
@@ -84,7 +83,7 @@ class ChipReplanner:
                 task = self._task.changed(problem)
             with run.search():
                 runs = ChipRuns(task, run, polishes=False)
-                runs.search(self._runs(task.chip.config, options.seed))
+                runs.search(_runs(task, options.seed))
             run.hardware = runs.hardware()
             run.seconds["board"] = runs.cycles / task.chip.config.clock_hz
         except JobError as error:
@@ -92,6 +91,8 @@ class ChipReplanner:
         result = run.result()
         return replace(result, replanner=ChipReplanner(task)) if task.is_warm else result
 
-    def _runs(self, config: Config, seed: int) -> Iterator[RunOptions]:
-        yield replan_options(config, seed)
-        yield replan_options(config, seed + 1, again=True)
+
+def _runs(task: ProblemOnChip, seed: int) -> Iterator[RunOptions]:
+    """Return the options of the runs; waypoints on the steps of another map are of no use."""
+    yield replan_options(task.chip.config, seed, again=not task.is_warm)
+    yield replan_options(task.chip.config, seed + 1, again=True)

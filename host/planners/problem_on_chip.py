@@ -19,12 +19,31 @@ from host.problem.problem import Problem
 from host.problem.zones import Circle, Zone
 
 
-__all__ = ["ProblemOnChip"]
+__all__ = ["ProblemOnChip", "pause_s"]
 
 #: Time between two looks at a run: seconds at most, and so many looks in a run at least.
 _LOOK_S, _LOOKS = 0.001, 20
 #: Share of the corners drawn for a zone that may lie outside of it, before they are set free.
 _MOST_EXCESS = 0.05
+
+
+def pause_s(limit_s: float, passed_s: float, look_s: float) -> float:
+    """Return the seconds until the next look at a run that goes on.
+
+    A look shortly before the limit of the run would delay the one that finds it over.
+
+    Parameters
+    ----------
+    limit_s : float
+        Most seconds of the run by the chip's clock.
+    passed_s : float
+        Seconds since its beginning.
+    look_s : float
+        Seconds that a look takes.
+    """
+    usual_s = min(_LOOK_S, limit_s / _LOOKS)
+    left_s = limit_s - passed_s
+    return left_s if 0 < left_s < usual_s + look_s else usual_s
 
 
 class ProblemOnChip:
@@ -65,7 +84,9 @@ class ProblemOnChip:
 
         :meth:`send` has the chip draw each new zone, and uploads what a drawing cannot do: the
         corners beside the ends, zones with heights or times, and dents and holes of a zone.
-        Elsewhere the chip keeps the map that it has.
+        Elsewhere the chip keeps the map that it has: zones that are gone stay blocked, and the
+        corners beside an earlier end stay lowered. Where an end lies off the steps of that map, the
+        other problem has a map of its own, and does not go on from this one.
         """
         grid = self.grid.of_problem(problem)
         if grid is None:
@@ -131,14 +152,17 @@ class ProblemOnChip:
         ``ends`` is asked at each look at a run that goes on, and stops it by returning True.
         """
         runs = self.chip.runs
-        look_s = min(_LOOK_S, options.cycles / self.chip.config.clock_hz / _LOOKS)
+        limit_s = options.cycles / self.chip.config.clock_hz
         runs.start(options)
         stopped = False
+        began = asked = time.monotonic()
         while (status := runs.status()).running:
             if not stopped and ends(status):
                 runs.stop()
                 stopped = True
-            time.sleep(look_s)
+            now = time.monotonic()
+            time.sleep(pause_s(limit_s, now - began, now - asked))
+            asked = time.monotonic()
         best = runs.best()
         self._runs_before = runs.started
         return status, best

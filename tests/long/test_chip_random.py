@@ -16,6 +16,7 @@ from host.planning import Search
 from host.problem import Problem
 from host.problem.rules import Rules
 from host.problem.zones import Circle
+from tests.flight_oracle import examine
 
 
 PROBLEMS = 1_000
@@ -81,6 +82,9 @@ def test_wherever_astar_finds_a_path_the_chip_plans_one_too():
         # Feasible is the strict rule's word, on the path that is reported.
         assert plan.evaluation == evaluator.evaluate(plan.path)
         assert plan.evaluation.feasible or plan.reason is not None
+        # So does an oracle of dense samples, which shares no code with that rule.
+        if plan.evaluation.feasible:
+            assert not examine(flight, plan.path).rejected, case
         if make("astar").plan(evaluator, Options(generations=40)).evaluation.feasible:
             counts["solvable"] += 1
             counts["blocked of these"] += blocked

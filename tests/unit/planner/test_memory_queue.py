@@ -4,23 +4,45 @@
 import random
 
 import pytest
+from amaranth import Elaboratable
 
+from hdl.boards.ecp5_cells import Ecp5Cells
 from hdl.planner.memory_queue import MemoryQueue
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 
 
-@pytest.mark.parametrize("depth", [1, 3, 8])
-def test_random_traffic(depth):
+class SavesLogic:
+    """A platform whose deep queues take block RAMs, as that of the ULX3S-45F does."""
+
+    cells = Ecp5Cells(saves_logic=True)
+
+
+class OnPlatform(Elaboratable):
+    """A queue as it is on a platform."""
+
+    def __init__(self, queue, platform):
+        self.queue, self.platform = queue, platform
+
+    def elaborate(self, platform):
+        return self.queue.elaborate(self.platform)
+
+
+@pytest.mark.parametrize(
+    ("depth", "platform"), [(1, None), (3, None), (8, None), (17, SavesLogic), (44, SavesLogic)]
+)
+def test_random_traffic(depth, platform):
     """A word is offered in the cycle after it is put in, and until it is taken."""
     dut = MemoryQueue(8, depth)
     rng = random.Random(depth)
 
     async def bench(ctx):
         held, most = [], 0
-        for _ in range(600):
-            ready, clear = rng.random() < 0.5, rng.random() < 0.02
-            puts = len(held) < depth and rng.random() < 0.6
+        for _ in range(600 + 40 * depth):
+            ready, clear = rng.random() < 0.5, rng.random() < 0.005
+            # Full, empty, and full again.
+            often = 0.85 if len(held) < depth and rng.random() < 0.9 else 0.3
+            puts = len(held) < depth and rng.random() < often
             word = rng.getrandbits(8)
             ctx.set(dut.words.ready, ready)
             ctx.set(dut.put, puts)
@@ -39,7 +61,7 @@ def test_random_traffic(depth):
             await ctx.tick()
         assert most == depth
 
-    simulate(dut, bench)
+    simulate(OnPlatform(dut, platform), bench)
 
 
 def test_sizes():

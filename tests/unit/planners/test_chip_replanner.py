@@ -214,6 +214,18 @@ def test_the_retry_may_find_one(evaluator, search, monkeypatch):
     assert after.fallback is None
 
 
+def test_a_start_off_the_steps_of_the_map_is_planned_from_new_seeds(evaluator, search, monkeypatch):
+    """The earlier waypoints are on the steps of another map."""
+    before = search.run(evaluator)
+    monkeypatch.setattr(CornerMap, "of_problem", lambda grid, problem: None)
+    after = before.replan(zones=[BEHIND])
+    assert runs_of(after)[0]["warm"] is False
+    assert after.evaluation.feasible
+    monkeypatch.undo()
+    # It has left its own population.
+    assert runs_of(after.replan(zones=[IN_THE_GAP]))[0]["warm"]
+
+
 def test_without_the_population_the_problem_is_planned_anew(evaluator, make_evaluator, search):
     before = search.run(evaluator)
     assert before.result.replanner.is_ready

@@ -13,6 +13,8 @@ from statistics import mean
 from typing import Any
 
 from bench.chip_runs import (
+    BOARD_CHIP,
+    BOARD_URL,
     CHIP,
     UNITS,
     Outcome,
@@ -24,6 +26,7 @@ from bench.chip_runs import (
 )
 from bench.report import Options, Report
 from bench.scenarios import SYNTHETIC, UNTUNED, missing, problem
+from hdl.config import Config
 from hdl.protocol.runs import RunOptions
 from host.cores import available_cores
 from host.errors import InputError
@@ -43,6 +46,7 @@ _MOST_SEEDS = 10
 _COUNTED_MS = 50
 _YARDSTICK = "astar"
 _POLISHED = "ga-chip, 50 ms and polish"
+_POLISHED_BOARD = f"{_POLISHED}, sizes of the ulx3s-85f"
 #: The time whose share of feasible runs is told, and so many times the seeds for it.
 _SHARED_MS, _MORE_SEEDS = 10, 10
 
@@ -59,6 +63,7 @@ class Other:
 #: Planners beside the chip; the slow ones have fewer seeds, and astar draws nothing.
 OTHERS = {
     _POLISHED: Other("ga-chip", options={"chip_ms": 50, "polish": "on"}),
+    _POLISHED_BOARD: Other("ga-chip", options={"chip_ms": 50, "polish": "on", "board": BOARD_URL}),
     "ga-fpga": Other("ga-fpga", seeds=3),
     "ga-pc": Other("ga-pc", seeds=3),
     "fpa-2opt": Other("fpa-2opt", seeds=1),
@@ -69,18 +74,24 @@ OTHERS = {
 
 @dataclass(frozen=True)
 class Table:
-    """Terrains and a clearance in metres, None as paper; ``others`` are beside the chip."""
+    """Terrains, a clearance in metres, None as paper, and a chip; ``others`` are beside it."""
 
     clearance_m: float | None = None
     untuned: bool = False
+    config: Config = CHIP
 
     def terrains(self) -> list[str]:
         """Return the names of its terrains."""
         return list(UNTUNED) if self.untuned else terrains()
 
     def others(self) -> dict[str, Other]:
-        """Return the planners beside the chip: on untuned ground, itself and the yardstick."""
-        wanted = (_POLISHED, _YARDSTICK) if self.untuned else OTHERS
+        """Return the planners beside the chip: itself and the yardstick, or all of them."""
+        if self.config != CHIP:
+            wanted = [_POLISHED_BOARD, _YARDSTICK]
+        elif self.untuned:
+            wanted = [_POLISHED, _YARDSTICK]
+        else:
+            wanted = [title for title in OTHERS if title != _POLISHED_BOARD]
         return {title: OTHERS[title] for title in wanted if title in OTHERS}
 
 
@@ -90,6 +101,7 @@ TABLES = {
     "clearance 30 m": Table(30.0),
     "clearance 100 m": Table(100.0),
     "untuned ground": Table(untuned=True),
+    "sizes of the ulx3s-85f": Table(config=BOARD_CHIP),
 }
 
 _Plan = tuple[str, str, float | None, int]
@@ -122,7 +134,12 @@ def _measured(name: str, table: Table, seeds: int) -> _Measured:
         rows[f"{_title(_COUNTED_MS)}, one run"] = _COUNTED_MS, True
     for title, (chip_ms, is_whole) in rows.items():
         tasks = [
-            Task(terrain, table.clearance_m, _runs(seed, chip_ms, is_whole=is_whole))
+            Task(
+                terrain,
+                table.clearance_m,
+                _runs(seed, chip_ms, is_whole=is_whole),
+                table.config,
+            )
             for terrain in table.terrains()
             for seed in range(seeds)
         ]
@@ -233,7 +250,7 @@ def _cycles(measured: _Measured) -> Report:
     """Return the generations that the compiled model runs in a second, and their cycles."""
     chip_ms = _COUNTED_MS if _COUNTED_MS in TIMES_MS else TIMES_MS[-1]
     report = Report(
-        f"Cycles of a generation, and speed of the compiled model: runs of {chip_ms} ms as paper",
+        f"Cycles of a generation, and speed of the compiled model: plans of {chip_ms} ms as paper",
         (
             "terrain",
             "generations",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from statistics import mean
 
+from bench.altered import Alteration
 from bench.chip_runs import CHIP, Task, run_all, share, terrains, through_terrains
 from bench.report import Options, Report
 from bench.scenarios import missing
@@ -21,8 +22,15 @@ _CYCLES = CHIP.clock_hz // 100
 _CLEARANCES = (None, 30.0, 100.0)
 _USUAL = RunOptions(cycles=_CYCLES)
 
-#: The options of each row, or its chip.
-CHANGES: dict[str, RunOptions | Config] = {
+_BREEDER = "sim.model.planner.breeder"
+_PROTOCOL = "hdl.protocol.planner"
+_TWICE = """_mutate(problem, sizes, child, length, words)
+        step(words)
+        if field(words, 1, 62, 2) == 0:
+            points[slot] = _mutate(problem, sizes, child, points[slot], words)"""
+
+#: The options of each row, or its chip, or the change of the definition.
+CHANGES: dict[str, RunOptions | Config | Alteration] = {
     "none": _USUAL,
     "no memo": replace(_USUAL, memo=0),
     "a memo of 64 rows": replace(_USUAL, memo=64),
@@ -43,6 +51,28 @@ CHANGES: dict[str, RunOptions | Config] = {
     "altitudes of 9 bits": CHIP.replace(altitude_bits=9),
     "4 lanes": CHIP.replace(lanes=4),
     "16 lanes": CHIP.replace(lanes=16),
+    "4 elites and 6 survivors": CHIP.replace(elites=4, survivors=6),
+    "24 children and 6 survivors": CHIP.replace(children=24, survivors=6),
+    "parents cut at their middles": Alteration(
+        _BREEDER, "cut = 2 * field(words, 1, 62, 2) + 1", "cut = 4"
+    ),
+    "parents the best of 2 draws": Alteration(_BREEDER, "_DRAWS = 4", "_DRAWS = 2"),
+    "parents the best of 3 draws": Alteration(_BREEDER, "_DRAWS = 4", "_DRAWS = 3"),
+    "no settling": Alteration(_BREEDER, "8, 11, 14, 18", "8, 11, 14, 14"),
+    "no insertion, no deletion": Alteration(_BREEDER, "8, 11, 14, 18", "8, 8, 8, 12"),
+    "moves in the whole box": Alteration(_BREEDER, "(offset >> shift)", "offset"),
+    "a quarter of the children mutated twice": Alteration(
+        _BREEDER, "_mutate(problem, sizes, child, length, words)", _TWICE
+    ),
+    "chords not walked": Alteration(
+        "sim.model.planner.evaluation", "or not work[CHORD + 6, at]", "or True"
+    ),
+    "a steep segment counts a cell": Alteration(
+        _PROTOCOL, "1 << POSITION_FRACTION - 2", "1 << POSITION_FRACTION"
+    ),
+    "seeds of up to 8 waypoints": Alteration(
+        _PROTOCOL, "SEED_WAYPOINTS = 4, 16", "SEED_WAYPOINTS = 4, 8"
+    ),
 }
 
 
@@ -74,14 +104,16 @@ def run(options: Options) -> Report:
         ],
     )
     for name, change in chosen.items():
-        usual, config = (change, CHIP) if isinstance(change, RunOptions) else (_USUAL, change)
+        usual = change if isinstance(change, RunOptions) else _USUAL
+        config = change if isinstance(change, Config) else CHIP
+        alteration = change if isinstance(change, Alteration) else None
         tasks = [
             Task(terrain, clearance_m, (replace(usual, seed=seed),), config)
             for clearance_m in _CLEARANCES
             for terrain in terrains()
             for seed in range(seeds)
         ]
-        found = dict(zip(tasks, run_all(tasks), strict=True))
+        found = dict(zip(tasks, run_all(tasks, alteration), strict=True))
         cells: list[object] = [name]
         for clearance_m in _CLEARANCES:
             of_terrains = [

@@ -13,7 +13,7 @@ from statistics import mean
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.chip_runs import CHIP, terrains
+from bench.chip_runs import BOARD_URL, terrains
 from bench.report import Options, Report
 from bench.scenarios import missing, problem
 from host.cores import available_cores
@@ -23,6 +23,8 @@ from host.errors import InputError
 from host.evaluation import Evaluator
 from host.planners import PLANNERS, make
 from host.planners import base as planners
+from host.planners.chip_replanner import replan_options
+from host.planners.problem_on_chip import pause_s
 from host.problem.changes import changed_problem
 from host.problem.corner_map import CornerMap
 from host.problem.no_fly_shape import no_fly_shape
@@ -36,6 +38,7 @@ __all__ = ["ROWS", "SCENARIOS", "Row", "Scenario", "run", "scenario"]
 
 #: Scenarios of each terrain.
 SCENARIOS = 23
+_DIRECTIONS = ("bytes_to_board", "bytes_from_board")
 #: The line: bits of a second, and bits of a byte.
 _BAUD, _LINE_BITS = 3_000_000, 10
 _FLIGHT_MS = 10
@@ -51,19 +54,21 @@ _SEEDS_APART = 1000
 
 @dataclass(frozen=True)
 class Setting:
-    """Rules of the problem; with a heading, the aircraft flies on as its path does."""
+    """Rules of a problem, and the board. With a heading, the aircraft flies on as its path does."""
 
     rules: Rules | None
     heading: bool = False
+    board: str = "model:?genetic=streaming"
 
 
+_NO_DEMANDS = Rules(clearance_m=0, corridor_m=0, zone_margin_m=0, reserve=0)
 #: As the evaluation as paper knows no headings, their problems have rules that demand nothing.
 SETTINGS = {
     "as paper": Setting(None),
     "by the rules": Setting(Rules()),
-    "with a heading": Setting(
-        Rules(clearance_m=0, corridor_m=0, zone_margin_m=0, reserve=0), heading=True
-    ),
+    "with a heading": Setting(_NO_DEMANDS, heading=True),
+    "as paper, ulx3s-85f": Setting(None, board=BOARD_URL),
+    "with a heading, ulx3s-85f": Setting(_NO_DEMANDS, heading=True, board=BOARD_URL),
 }
 
 
@@ -96,6 +101,8 @@ ROWS = {
     "by the rules": Row("by the rules"),
     "with a heading, two seeds": Row("with a heading", seeds=2),
     "with a heading, and a retry": Row("with a heading", seeds=2, retries=True),
+    "as paper, sizes of the ulx3s-85f, two seeds": Row("as paper, ulx3s-85f", seeds=2),
+    "with a heading, sizes of the ulx3s-85f, two seeds": Row("with a heading, ulx3s-85f", seeds=2),
     "as paper from new seeds, 2 ms": Row("as paper", cold_ms=2),
     "as paper from new seeds, 5 ms": Row("as paper", cold_ms=5),
 }
@@ -114,20 +121,41 @@ class Scenario:
 class Outcome:
     """Runs of one plan: ``feasible`` by the strict rule; ``fitness`` beside it.
 
-    ``cycles`` are those of the runs, ``drawing`` those of the disc; ``bytes`` of both directions.
+    ``cycles`` are those of the runs, ``drawing`` those of the disc. ``whole_ms`` are milliseconds
+    of drawing, runs and looks at them, and of all bytes on the line one after the other.
     """
 
     fitness: float
     feasible: bool
     cycles: int
     drawing: int
-    bytes: int
+    whole_ms: float
 
-    @property
-    def whole_ms(self) -> float:
-        """Milliseconds of runs and drawing, and of the bytes on the line one after the other."""
-        chip = (self.cycles + self.drawing) / CHIP.clock_hz
-        return 1000 * (chip + self.bytes * _LINE_BITS / _BAUD)
+
+@dataclass(frozen=True)
+class Look:
+    """A STATUS during a run: seconds of its request on the line, and of the reply."""
+
+    asked_s: float
+    told_s: float
+
+    def until_over(self, run_s: float, limit_s: float) -> float:
+        """Return the seconds from the beginning of a run until a look has told that it is over.
+
+        The host looks as :class:`host.planners.problem_on_chip.ProblemOnChip` does.
+        """
+        passed_s, is_over = 0.0, False
+        while not is_over:
+            is_over = passed_s + self.asked_s >= run_s
+            passed_s += self.asked_s + self.told_s
+            if not is_over:
+                passed_s += pause_s(limit_s, passed_s, self.asked_s + self.told_s)
+        return passed_s
+
+
+def _line_s(count: int) -> float:
+    """Return the seconds of bytes on the line."""
+    return count * _LINE_BITS / _BAUD
 
 
 @dataclass(frozen=True)
@@ -177,9 +205,9 @@ def run(options: Options) -> Report:
             "8 % of the straight line appears around a point of the path ahead, its edge at least",
             "two turning radii from aircraft and goal, and the start moves to the aircraft. Cycles",
             "from PROBLEM to BEST by the chip's counter. In the last columns with BLOCK, and all",
-            "bytes of both directions at 3 Mbaud: MAP beside the ends, PROBLEM, RUN, one STATUS,",
-            "BEST. From new seeds the map is uploaded, which is not counted. The retry is of",
-            "5 ms from new seeds.",
+            "bytes of both directions at 3 Mbaud: MAP beside the ends, PROBLEM, RUN, STATUS until",
+            "one tells the end, BEST. From new seeds the map is uploaded, which is not counted.",
+            "The retry is of 5 ms from new seeds.",
             *missing(),
         ],
     )
@@ -274,7 +302,15 @@ def _measure(task: tuple[str, str, int, dict[str, Row]]) -> list[Case]:
     of_setting = SETTINGS[setting]
     flown = Evaluator(dataclasses.replace(problem(terrain), rules=of_setting.rules), threads=1)
     cases = []
-    with open_board("model:?genetic=streaming") as chip:
+    with open_board(of_setting.board) as chip:
+        before = dataclasses.replace(chip.link.traffic)
+        chip.runs.status()
+        look = Look(
+            *(
+                _line_s(getattr(chip.link.traffic, name) - getattr(before, name))
+                for name in _DIRECTIONS
+            )
+        )
         for number in range(count):
             flight = _fly(chip, flown, number)
             if not flight.evaluation.feasible:
@@ -288,7 +324,7 @@ def _measure(task: tuple[str, str, int, dict[str, Row]]) -> list[Case]:
             found = make("astar").plan(
                 evaluator, planners.Options(generations=PLANNERS["astar"].generations)
             )
-            outcomes = _outcomes(chip, rows, flown, evaluator, drawn.disc, number)
+            outcomes = _outcomes(chip, look, rows, flown, evaluator, drawn.disc, number)
             cases.append(
                 Case(found.evaluation.fitness if found.evaluation.feasible else None, outcomes)
             )
@@ -297,6 +333,7 @@ def _measure(task: tuple[str, str, int, dict[str, Row]]) -> list[Case]:
 
 def _outcomes(
     chip: Chip,
+    look: Look,
     rows: Mapping[str, Row],
     flown: Evaluator,
     evaluator: Evaluator,
@@ -314,11 +351,11 @@ def _outcomes(
         result = replanner.replan(evaluator, planners.Options(seed=_SEEDS_APART * seed))
         for name, row in rows.items():
             if not row.cold_ms and seed < row.seeds:
-                outcomes[name].append(_outcome(result, cycles, retries=row.retries))
+                outcomes[name].append(_outcome(chip, look, result, cycles, retries=row.retries))
     for name, row in rows.items():
         if row.cold_ms:
             result = _on_chip(chip, evaluator, row.cold_ms, number)
-            outcomes[name].append(_outcome(result, 0, retries=False))
+            outcomes[name].append(_outcome(chip, look, result, 0, retries=False))
     return outcomes
 
 
@@ -336,16 +373,25 @@ def _on_chip(chip: Chip, evaluator: Evaluator, chip_ms: int, seed: int) -> plann
     return planner.plan(evaluator, planners.Options(seed=seed, generations=generations))
 
 
-def _outcome(result: planners.Result, cycles: int, *, retries: bool) -> Outcome:
+def _outcome(
+    chip: Chip, look: Look, result: planners.Result, cycles: int, *, retries: bool
+) -> Outcome:
     """Return the outcome of the first run alone, or of all; ``cycles`` are those of the disc."""
     assert result.hardware is not None
     runs = result.hardware["runs"]
     counted = runs if retries else runs[:1]
+    clock_hz = chip.config.clock_hz
+    line_s = _line_s(sum(sum(done["bytes"].values()) for done in counted))
+    # The model's run is over at the first look.
+    whole_s = cycles / clock_hz + line_s - len(counted) * (look.asked_s + look.told_s)
+    for number, done in enumerate(counted):
+        limit = replan_options(chip.config, 0, again=number > 0).cycles
+        whole_s += look.until_over(done["cycles"] / clock_hz, limit / clock_hz)
     return Outcome(
         result.evaluation.fitness,
         # A run follows only where the one before has found nothing.
         result.evaluation.feasible and len(counted) == len(runs),
         sum(done["cycles"] for done in counted),
         cycles,
-        sum(sum(done["bytes"].values()) for done in counted),
+        1000 * whole_s,
     )

@@ -5,16 +5,21 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
+import multiprocessing
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
+from pathlib import Path
 from statistics import mean
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.altered import Alteration
 from bench.scenarios import SYNTHETIC, names, problem
+from hdl.boards import find_board
 from hdl.config import Config, GeneticCore
 from hdl.protocol.planner import BLOCKS
 from hdl.protocol.runs import Outcome as RunOutcome
@@ -28,10 +33,24 @@ from host.problem.rules import Rules
 from sim.model.planner.run import plan
 
 
-__all__ = ["CHIP", "UNITS", "Outcome", "Task", "run_all", "share", "terrains", "through_terrains"]
+__all__ = [
+    "BOARD_CHIP",
+    "BOARD_URL",
+    "CHIP",
+    "UNITS",
+    "Outcome",
+    "Task",
+    "run_all",
+    "share",
+    "terrains",
+    "through_terrains",
+]
 
 #: The chip that is modelled: 8 lanes, 100 MHz.
 CHIP = Config(genetic=GeneticCore.STREAMING)
+#: The chip of the board that is routed at that clock, and the URL of its model.
+BOARD_CHIP = find_board("ulx3s-85f", "planner").config
+BOARD_URL = f"model:?genetic=streaming&altitude_bits={BOARD_CHIP.altitude_bits}"
 #: Units whose cycles a run counts.
 UNITS = ("breed", "score", "walk", "sort", "wavefront")
 
@@ -83,9 +102,21 @@ def terrains() -> list[str]:
     return [*names(), *SYNTHETIC]
 
 
-def run_all(tasks: Sequence[Task]) -> list[Outcome]:
-    """Do all tasks, in as many processes as there are cores."""
-    with ProcessPoolExecutor(available_cores(), initializer=_compile) as pool:
+def run_all(tasks: Sequence[Task], alteration: Alteration | None = None) -> list[Outcome]:
+    """Do all tasks, in as many processes as there are cores; with an altered definition, if any."""
+    if alteration is None:
+        with ProcessPoolExecutor(available_cores(), initializer=_compile) as pool:
+            return list(pool.map(_run, tasks))
+    # New processes have imported nothing yet.
+    with (
+        TemporaryDirectory() as folder,
+        ProcessPoolExecutor(
+            available_cores(),
+            multiprocessing.get_context("spawn"),
+            initializer=alteration.apply,
+            initargs=(Path(folder),),
+        ) as pool,
+    ):
         return list(pool.map(_run, tasks))
 
 

@@ -16,7 +16,6 @@ from bench.chip_runs import (
     BOARD_CHIP,
     BOARD_URL,
     CHIP,
-    UNITS,
     Outcome,
     Task,
     run_all,
@@ -27,6 +26,7 @@ from bench.chip_runs import (
 from bench.report import Options, Report
 from bench.scenarios import SYNTHETIC, UNTUNED, missing, problem
 from hdl.config import Config
+from hdl.protocol.codes import UNITS
 from hdl.protocol.runs import RunOptions
 from host.cores import available_cores
 from host.errors import InputError

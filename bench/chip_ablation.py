@@ -24,9 +24,10 @@ _USUAL = RunOptions(cycles=_CYCLES)
 
 _BREEDER = "sim.model.planner.breeder"
 _PROTOCOL = "hdl.protocol.planner"
+_BREEDING = "hdl.protocol.planner_breeding"
 _TWICE = """_mutate(problem, sizes, child, length, words)
         step(words)
-        if field(words, 1, 62, 2) == 0:
+        if field(words, 1, *CUT) == 0:
             points[slot] = _mutate(problem, sizes, child, points[slot], words)"""
 
 #: The options of each row, or its chip, or the change of the definition.
@@ -54,12 +55,12 @@ CHANGES: dict[str, RunOptions | Config | Alteration] = {
     "4 elites and 6 survivors": CHIP.replace(elites=4, survivors=6),
     "24 children and 6 survivors": CHIP.replace(children=24, survivors=6),
     "parents cut at their middles": Alteration(
-        _BREEDER, "cut = 2 * field(words, 1, 62, 2) + 1", "cut = 4"
+        _BREEDER, "cut = 2 * field(words, 1, *CUT) + 1", "cut = 4"
     ),
-    "parents the best of 2 draws": Alteration(_BREEDER, "_DRAWS = 4", "_DRAWS = 2"),
-    "parents the best of 3 draws": Alteration(_BREEDER, "_DRAWS = 4", "_DRAWS = 3"),
-    "no settling": Alteration(_BREEDER, "8, 11, 14, 18", "8, 11, 14, 14"),
-    "no insertion, no deletion": Alteration(_BREEDER, "8, 11, 14, 18", "8, 8, 8, 12"),
+    "parents the best of 2 draws": Alteration(_BREEDING, "PARENT_DRAWS = 4", "PARENT_DRAWS = 2"),
+    "parents the best of 3 draws": Alteration(_BREEDING, "PARENT_DRAWS = 4", "PARENT_DRAWS = 3"),
+    "no settling": Alteration(_BREEDING, "8, 11, 14, 18", "8, 11, 14, 14"),
+    "no insertion, no deletion": Alteration(_BREEDING, "8, 11, 14, 18", "8, 8, 8, 12"),
     "moves in the whole box": Alteration(_BREEDER, "(offset >> shift)", "offset"),
     "a quarter of the children mutated twice": Alteration(
         _BREEDER, "_mutate(problem, sizes, child, length, words)", _TWICE

@@ -21,6 +21,7 @@ from bench.altered import Alteration
 from bench.scenarios import SYNTHETIC, names, problem
 from hdl.boards import find_board
 from hdl.config import Config, GeneticCore
+from hdl.protocol.codes import UNITS
 from hdl.protocol.planner import BLOCKS
 from hdl.protocol.runs import Outcome as RunOutcome
 from hdl.protocol.runs import RunOptions
@@ -37,7 +38,6 @@ __all__ = [
     "BOARD_CHIP",
     "BOARD_URL",
     "CHIP",
-    "UNITS",
     "Outcome",
     "Task",
     "run_all",
@@ -51,8 +51,6 @@ CHIP = Config(genetic=GeneticCore.STREAMING)
 #: The chip of the board that is routed at that clock, and the URL of its model.
 BOARD_CHIP = find_board("ulx3s-85f", "planner").config
 BOARD_URL = f"model:?genetic=streaming&altitude_bits={BOARD_CHIP.altitude_bits}"
-#: Units whose cycles a run counts.
-UNITS = ("breed", "score", "walk", "sort", "wavefront")
 
 
 @dataclass(frozen=True)

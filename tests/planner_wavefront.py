@@ -17,10 +17,7 @@ from sim.model.planner.wavefront import (
 from tests import planner_cases
 
 
-__all__ = ["FAR", "Words", "blocks_of", "corner", "distances_of", "layer", "problem", "terrain"]
-
-#: Cost of a block without a way.
-FAR = 1 << 30
+__all__ = ["Words", "blocks_of", "corner", "distances_of", "layer", "problem", "terrain"]
 
 
 class Words:

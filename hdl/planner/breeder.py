@@ -8,8 +8,9 @@ from hdl.ga_core.distinct_draw import DistinctDraw
 from hdl.planner.child_builder import ChildBuilder
 from hdl.planner.child_planner import ChildPlanner
 from hdl.planner.memory_queue import MemoryQueue
-from hdl.planner.parent_draw import SURVIVOR_BITS, ParentDraw
+from hdl.planner.parent_draw import ParentDraw
 from hdl.planner.population_layouts import path_layout, slot_count
+from hdl.protocol.planner_breeding import SURVIVOR_BITS
 from hdl.protocol.random_words import LANES, WORD_BITS
 
 

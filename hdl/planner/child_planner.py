@@ -9,16 +9,22 @@ from hdl.planner.parent_draw import draw_layout
 from hdl.planner.population_layouts import path_layout
 from hdl.primitives.arguments import check_integer
 from hdl.primitives.multiplier import Multiplier
+from hdl.protocol.planner_breeding import (
+    CUT,
+    DELETE,
+    INSERT,
+    MUTATIONS,
+    OFFSETS,
+    OPERATOR,
+    PLACE,
+    SETTLE,
+    SIZE,
+)
 
 
 __all__ = ["ChildPlanner", "plan_layout"]
 
-#: Out of 18 mutations: perturb, insert, delete; the others settle.
-_INSERT, _DELETE, _SETTLE, _ALL = 8, 11, 14, 18
-#: Places in the mutation word.
-_OPERATOR, _PLACE, _SIZE = slice(0, 8), slice(8, 16), slice(16, 20)
-_OFFSETS, _OFFSET_BITS = 20, 14
-_CUT = slice(62, 64)
+_FIRST_OFFSET, _OFFSET_BITS = OFFSETS
 _AXES = ("x", "y", "altitude")
 
 
@@ -162,7 +168,7 @@ class ChildPlanner(wiring.Component):
         cut = Signal(2, reset_less=True)
         before = Signal(plan.head.shape())
         length = parent.length
-        m.d.sync += cut.eq(self.draws.p.mutation[_CUT])
+        m.d.sync += cut.eq(_bits(self.draws.p.mutation, CUT))
         m.d.comb += before.eq(
             (length + Mux(cut[0], length << 1, 0) + Mux(cut[1], length << 2, 0)) >> 3
         )
@@ -182,7 +188,7 @@ class ChildPlanner(wiring.Component):
     def _mutate(self, m, plan, accepted, passed):
         """Decode the mutation; the length is known from the third cycle after the draw on."""
         word = self.draws.p.mutation
-        operator = word[_OPERATOR]
+        operator = _bits(word, OPERATOR)
         size = Signal(4, reset_less=True)
         place = Signal(8, reset_less=True)
         would_insert, would_delete = (
@@ -190,11 +196,11 @@ class ChildPlanner(wiring.Component):
         )
         with m.If(accepted):
             m.d.sync += [
-                size.eq(word[_SIZE]),
-                place.eq(word[_PLACE]),
-                would_insert.eq((operator >= _first(_INSERT)) & (operator < _first(_DELETE))),
-                would_delete.eq((operator >= _first(_DELETE)) & (operator < _first(_SETTLE))),
-                plan.settles.eq(operator >= _first(_SETTLE)),
+                size.eq(_bits(word, SIZE)),
+                place.eq(_bits(word, PLACE)),
+                would_insert.eq((operator >= _first(INSERT)) & (operator < _first(DELETE))),
+                would_delete.eq((operator >= _first(DELETE)) & (operator < _first(SETTLE))),
+                plan.settles.eq(operator >= _first(SETTLE)),
             ]
 
         # Free-running: the inputs stay, so the results of each cycle are those of the one before.
@@ -214,7 +220,7 @@ class ChildPlanner(wiring.Component):
         for number, axis in enumerate(_AXES):
             box = self.box_steps if axis == "altitude" else self.box_cells
             bits = Signal(_OFFSET_BITS, name=f"bits_{axis}", reset_less=True)
-            low = _OFFSETS + number * _OFFSET_BITS
+            low = _FIRST_OFFSET + number * _OFFSET_BITS
             with m.If(accepted):
                 m.d.sync += bits.eq(word[low : low + _OFFSET_BITS])
             factor = 2 * box + 1
@@ -228,6 +234,12 @@ class ChildPlanner(wiring.Component):
             ]
 
 
+def _bits(word, place):
+    """Return the bits of a word at a place: first bit and width."""
+    first, width = place
+    return word[first : first + width]
+
+
 def _first(number):
-    """Return the least of 256 draws that chooses this mutation of :data:`_ALL`, or a later one."""
-    return -(-number * 256 // _ALL)
+    """Return the least of 256 draws that chooses this one of all mutations, or a later one."""
+    return -(-number * 256 // MUTATIONS)

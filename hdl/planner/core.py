@@ -19,6 +19,7 @@ from hdl.planner.run_status import RunStatus, run_status_layout
 from hdl.planner.shape_drawer import ShapeDrawer
 from hdl.planner.wavefront.seed_source import SeedSource
 from hdl.primitives.fanout import fanout
+from hdl.protocol.planner import MEMO_ROWS
 from hdl.protocol.runs import ISLANDS, run_request
 
 
@@ -65,7 +66,7 @@ class PlannerCore(wiring.Component):
         See :class:`hdl.planner.best_reader.BestReader`.
     """
 
-    def __init__(self, config: Config, memo_rows: int = 512):
+    def __init__(self, config: Config, memo_rows: int = MEMO_ROWS):
         self.config = config
         self.memo_rows = memo_rows
         sizes = config.coordinate_bits, config.altitude_bits

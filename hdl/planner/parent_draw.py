@@ -5,15 +5,11 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.primitives.arguments import check_integer
+from hdl.protocol.planner_breeding import PARENT_DRAWS, SURVIVOR_BITS
 from hdl.protocol.random_words import LANES, WORD_BITS
 
 
-__all__ = ["PARENT_DRAWS", "SURVIVOR_BITS", "ParentDraw", "draw_layout"]
-
-#: Uniform draws of which the best is a parent's rank.
-PARENT_DRAWS = 4
-#: Width of the draw of a survivor, above those of the parents in the selection word.
-SURVIVOR_BITS = 24
+__all__ = ["ParentDraw", "draw_layout"]
 
 
 def draw_layout(rank_bits: int) -> data.StructLayout:

@@ -5,6 +5,7 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from hdl.planner.population_layouts import KEY_BITS
+from hdl.protocol.codes import UNITS
 from hdl.protocol.planner import VALUE_BITS, PathClass
 
 
@@ -15,7 +16,7 @@ _COUNTER_BITS = 32
 
 def run_status_layout() -> data.StructLayout:
     """Return the layout of the status of a run: its fields of the reply to STATUS."""
-    counters = ("generation", "cycles", "key", "breed", "score", "walk", "sort", "wavefront")
+    counters = ("generation", "cycles", "key", *UNITS)
     return data.StructLayout({"running": 1, **dict.fromkeys(counters, _COUNTER_BITS)})
 
 

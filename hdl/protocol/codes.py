@@ -7,6 +7,7 @@ import enum
 
 __all__ = [
     "COUNTER_BITS",
+    "UNITS",
     "CheckFlag",
     "ChipState",
     "Command",
@@ -18,6 +19,9 @@ __all__ = [
 
 #: Width of every :class:`Counter`.
 COUNTER_BITS = 48
+
+#: Units of a planner on the chip whose cycles a run counts.
+UNITS = ("breed", "score", "walk", "sort", "wavefront")
 
 
 class Command(enum.IntEnum):

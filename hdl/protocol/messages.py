@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hdl.config import CheckerBuild, Config, GeneticCore, SurvivorSelection
 from hdl.protocol.codec import VERSION
-from hdl.protocol.codes import COUNTER_BITS, Counter, LinkMode
+from hdl.protocol.codes import COUNTER_BITS, UNITS, Counter, LinkMode
 from hdl.protocol.layout import Layout, numbered
 from hdl.protocol.random_words import SEED_BITS
 
@@ -178,8 +178,7 @@ def status_reply(config: Config) -> Layout:
     the run. Fields are consistent in themselves, and final where ``running`` is 0.
     """
     latest = (("crossover", 16), ("mutation", 16), ("update", 16))
-    units = ("breed", "score", "walk", "sort", "wavefront")
-    run = (("running", 8), ("cycles", 32), ("key", 32), *((unit, 32) for unit in units))
+    run = (("running", 8), ("cycles", 32), ("key", 32), *((unit, 32) for unit in UNITS))
     return Layout(
         (
             ("state", 8),

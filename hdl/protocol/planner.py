@@ -22,8 +22,11 @@ __all__ = [
     "EDGES",
     "EDGE_BITS",
     "EXCESS_BITS",
+    "FAR",
     "FUEL_BITS",
+    "HIT_BITS",
     "MAX_HALF_TURN",
+    "MEMO_ROWS",
     "POSITION_FRACTION",
     "RADIUS_BITS",
     "RISE_BITS",
@@ -35,6 +38,7 @@ __all__ = [
     "SLOPE_BITS",
     "SLOPE_FRACTION",
     "STEEP",
+    "SWEEPS",
     "TURN_FRACTION",
     "VALUE_BITS",
     "NoFlyShape",
@@ -75,6 +79,8 @@ SHARE_BITS = 16
 STEEP = 1 << POSITION_FRACTION - 2
 #: Fraction bits of the part by which a slope is too steep: a part counts as 4 units of length.
 EXCESS_BITS = 2
+#: Units of length that a corner that collides counts: four cells.
+HIT_BITS = POSITION_FRACTION + 2
 #: Greatest tangent of half a turn that the arc's length tells apart: about 152 degrees.
 MAX_HALF_TURN = 4
 #: Entries of the table of turns for each unit of the tangent.
@@ -84,6 +90,12 @@ _TURN_STEPS = 64
 VALUE_BITS = 28
 #: Blocks along each edge of the wavefront's map.
 BLOCKS = 32
+#: Cost of a block from which no way leads to the goal: more than that of any way.
+FAR = 1 << 30
+#: Sweeps over the blocks, forth and back, after which both relaxations of the wavefront end.
+SWEEPS = 64
+#: Rows of the memo of segments.
+MEMO_ROWS = 512
 #: Fewest and most waypoints of a first path, where the longest path has as many.
 SEED_WAYPOINTS = 4, 16
 

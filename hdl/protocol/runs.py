@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from hdl.config import Config
 from hdl.protocol.layout import Layout, numbered
 from hdl.protocol.paths import pack_paths, unpack_paths
-from hdl.protocol.planner import VALUE_BITS, PathClass
+from hdl.protocol.planner import MEMO_ROWS, VALUE_BITS, PathClass
 from hdl.protocol.random_words import SEED_BITS
 
 
@@ -89,7 +89,7 @@ class RunOptions:
     share: int = 8
     warm: bool = False
     paths: int = RETURNED
-    memo: int = 512
+    memo: int = MEMO_ROWS
 
     def check(self, config: Config) -> None:
         """Raise unless a chip of ``config`` can run this.

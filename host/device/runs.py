@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from hdl.config import Config
 from hdl.protocol import Command, status_reply
+from hdl.protocol.codes import UNITS
 from hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass, ProblemRecord
 from hdl.protocol.runs import RunOptions, unpack_best
 from host.device.link import Link
@@ -141,13 +142,12 @@ class Runs:
         """Return the progress of the latest run."""
         layout = status_reply(self._config)
         fields = layout.unpack(self._link.request(Command.STATUS))
-        units = ("breed", "score", "walk", "sort", "wavefront")
         return RunStatus(
             bool(fields["running"]),
             fields["generation"],
             fields["cycles"],
             fields["key"],
-            **{unit: fields[unit] for unit in units},
+            **{unit: fields[unit] for unit in UNITS},
         )
 
     def stop(self) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hdl.protocol.codes import UNITS
 from hdl.protocol.planner import PathClass
 from hdl.protocol.runs import RunOptions
 from host.device.link import Traffic
@@ -22,7 +23,6 @@ __all__ = ["ChipRuns"]
 
 #: Waypoints between the ends of a polished path, if its straight pieces have room for them.
 _POLISHED_WAYPOINTS = 32
-_UNITS = ("breed", "score", "walk", "sort", "wavefront")
 
 
 class ChipRuns:
@@ -42,7 +42,7 @@ class ChipRuns:
         self._task, self._run, self._polishes = task, run, polishes
         self._traffic_before = self._traffic_noted = replace(task.chip.link.traffic)
         self._done: list[dict[str, Any]] = []
-        self._cycles = dict.fromkeys((*_UNITS, "total"), 0)
+        self._cycles = dict.fromkeys((*UNITS, "total"), 0)
 
     @property
     def cycles(self) -> int:
@@ -81,7 +81,7 @@ class ChipRuns:
         run, task, before = self._run, self._task, self._generations
         with run.phase("link"):
             status, best = task.run(options, functools.partial(self._ends, before))
-        for unit in _UNITS:
+        for unit in UNITS:
             self._cycles[unit] += getattr(status, unit)
         self._cycles["total"] += status.cycles
         self._done.append(

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hdl.config import Config
 from hdl.protocol import Status
+from hdl.protocol.codes import UNITS
 from hdl.protocol.planner import (
     VALUE_BITS,
     NoFlyShape,
@@ -175,7 +176,7 @@ class RunningModel:
 
     def status(self) -> dict[str, int]:
         """Return the fields of a STATUS that belong to the run."""
-        counted = ("cycles", "breed", "score", "walk", "sort", "wavefront")
+        counted = ("cycles", *UNITS)
         run = self._run
         if run is not None:
             run.wait(_LOOK_S)

@@ -246,7 +246,8 @@ MESSAGES: Mapping[str, tuple[Callable[[Config], Layout], Mapping[str, Field]]] =
             "fuel_shift": Field("any", "Right shift of that weight"),
             "key_shift": Field("any", "Right shift of a cost that makes it a value"),
             "block_shift": Field(
-                "0 … ⌈log₂ map_size⌉ − 5; 0 on smaller maps", "Corners of a block, as a power of two"
+                "0 … ⌈log₂ map_size⌉ − 5, or 0",
+                "Corners of a block, as a power of two",
             ),
             "has_entry": Field("0, 1", "1: the heading at the start is fixed by a point before it"),
             "entry_x": Field("any", "That point, which counts in the score alone"),

@@ -9,13 +9,12 @@ from hdl.planner.evaluator.layouts import PLACES, decision_layout
 from hdl.planner.population_layouts import member_layout
 from hdl.planner.walker.path_reducer import result_layout
 from hdl.primitives.arguments import check_integer
-from hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS, PathClass
+from hdl.protocol.planner import HIT_BITS, VALUE_BITS, PathClass
 
 
 __all__ = ["KeyMaker"]
 
 #: A colliding corner counts in the penalty as four cells of length.
-_HIT_SHIFT = POSITION_FRACTION + 2
 
 
 class KeyMaker(wiring.Component):
@@ -94,7 +93,7 @@ class KeyMaker(wiring.Component):
         # The sum of a path, then its key.
         path, hits = decisions.words.p, results.words.p
         summed, moves, may_go = Signal(), Signal(2), Signal()
-        total = Signal(max(VALUE_BITS, self.hits_bits + _HIT_SHIFT) + 1, reset_less=True)
+        total = Signal(max(VALUE_BITS, self.hits_bits + HIT_BITS) + 1, reset_less=True)
         kept = Signal(word, reset_less=True)
         collides = Signal(reset_less=True)
         key = Signal(evaluated.p.shape(), reset_less=True)
@@ -112,7 +111,7 @@ class KeyMaker(wiring.Component):
                 kept.eq(path),
                 collides.eq(path.walked & (hits != 0)),
                 total.eq(
-                    Mux(path.infeasible, path.value, 0) + (Mux(path.walked, hits, 0) << _HIT_SHIFT)
+                    Mux(path.infeasible, path.value, 0) + (Mux(path.walked, hits, 0) << HIT_BITS)
                 ),
             ]
         most = (1 << VALUE_BITS) - 1

@@ -18,6 +18,7 @@ from hdl.planner.scorer.scorer import Scorer
 from hdl.planner.walker.path_walker import PathWalker
 from hdl.planner.walker.segment_source import SegmentSource, queued_layout
 from hdl.primitives.arguments import check_integer
+from hdl.protocol.planner import MEMO_ROWS
 
 
 __all__ = ["PathEvaluator"]
@@ -96,7 +97,7 @@ class PathEvaluator(wiring.Component):
         If ``slots`` or ``memo_rows`` is not an integer, or out of its range.
     """
 
-    def __init__(self, config: Config, slots: int, memo_rows: int = 512):
+    def __init__(self, config: Config, slots: int, memo_rows: int = MEMO_ROWS):
         check_integer("Slots", slots, 2)
         self.config = config
         self.slots = slots

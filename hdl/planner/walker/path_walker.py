@@ -12,6 +12,7 @@ from hdl.planner.walker.memo import Memo
 from hdl.planner.walker.path_reducer import PathReducer, margin_layout, result_layout
 from hdl.planner.walker.segment_walker import SegmentWalker
 from hdl.primitives.arguments import check_power_of_two
+from hdl.protocol.planner import MEMO_ROWS
 
 
 __all__ = ["PathWalker"]
@@ -70,7 +71,7 @@ class PathWalker(wiring.Component):
         If ``memo_rows`` is not an integer, or neither 0 nor such a power.
     """
 
-    def __init__(self, config: Config, memo_rows: int = 512):
+    def __init__(self, config: Config, memo_rows: int = MEMO_ROWS):
         if memo_rows != 0:
             check_power_of_two("Rows", memo_rows, 2, 1 << 16)
         self.config = config

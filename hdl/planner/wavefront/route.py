@@ -7,10 +7,10 @@ from amaranth.lib.wiring import In, Out
 from hdl.planner.wavefront.layouts import place_layout
 from hdl.planner.wavefront.relaxer import surface_layout
 from hdl.planner.wavefront.step_pricer import StepPricer
-from hdl.planner.wavefront.widths import BLOCK_BITS, COST_BITS, FAR, INDEX_BITS
+from hdl.planner.wavefront.widths import BLOCK_BITS, COST_BITS, INDEX_BITS
 from hdl.primitives.arguments import check_integer
 from hdl.primitives.delay_line import delay_line
-from hdl.protocol.planner import BLOCKS
+from hdl.protocol.planner import BLOCKS, FAR
 
 
 __all__ = ["Route"]

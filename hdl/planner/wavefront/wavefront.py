@@ -9,15 +9,15 @@ from hdl.planner.layouts import problem_layout
 from hdl.planner.wavefront.layouts import block_layout
 from hdl.planner.wavefront.relaxer import Relaxer, surface_layout
 from hdl.planner.wavefront.step_constants import LIMIT_BITS, StepConstants
-from hdl.planner.wavefront.widths import COST_BITS, FAR, INDEX_BITS
+from hdl.planner.wavefront.widths import COST_BITS, INDEX_BITS
 from hdl.primitives.delay_line import delay_line
-from hdl.protocol.planner import BLOCKS
+from hdl.protocol.planner import BLOCKS, FAR, SWEEPS
 
 
 __all__ = ["Wavefront"]
 
 #: Most passes of a relaxation.
-_PASSES = 128
+_PASSES = 2 * SWEEPS
 
 
 class Wavefront(wiring.Component):

@@ -1,6 +1,6 @@
 """Widths of the numbers of the wavefront."""
 
-from hdl.protocol.planner import ALTITUDE_FRACTION, BLOCKS, POSITION_FRACTION, VALUE_BITS
+from hdl.protocol.planner import ALTITUDE_FRACTION, BLOCKS, FAR, POSITION_FRACTION, VALUE_BITS
 
 
 __all__ = [
@@ -8,7 +8,6 @@ __all__ = [
     "CLIMB_SHIFT",
     "COST_BITS",
     "FACTOR_BITS",
-    "FAR",
     "INDEX_BITS",
     "PART_BITS",
     "distance_bits",
@@ -20,10 +19,8 @@ __all__ = [
 #: Width of a coordinate of a block, and of its index, 32 y + x.
 BLOCK_BITS = BLOCKS.bit_length() - 1
 INDEX_BITS = 2 * BLOCK_BITS
-#: Cost of a block without a way to the goal; that of a step is less.
-FAR = 1 << 30
-#: Width of a cost up to :data:`FAR`.
-COST_BITS = 31
+#: Width of a cost, also of a block without a way to the goal.
+COST_BITS = FAR.bit_length()
 #: Width of a factor of altitudes: a multiplier cell takes no more.
 FACTOR_BITS = 18
 #: Fraction bits that the factor of a climb has less than the others: it costs less than 2**28.

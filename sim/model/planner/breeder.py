@@ -5,6 +5,20 @@ A path is an array of rows x, y, step, margin, start and goal included.
 
 from __future__ import annotations
 
+from hdl.config import Config
+from hdl.protocol.planner_breeding import (
+    CUT,
+    DELETE,
+    INSERT,
+    MUTATIONS,
+    OFFSETS,
+    OPERATOR,
+    PARENT_DRAWS,
+    PLACE,
+    SETTLE,
+    SIZE,
+    SURVIVOR_BITS,
+)
 from sim.model.planner.compiled import compiled, inlined
 from sim.model.planner.problem import ALTITUDE_LIMIT as TOP
 from sim.model.planner.problem import (
@@ -23,10 +37,8 @@ from sim.model.planner.walk import Integers
 
 __all__ = ["breed", "clamp"]
 
-_DRAWS = 4
-_SURVIVOR_BITS = 24
-_PERTURB, _INSERT, _DELETE, _ALL = 8, 11, 14, 18
-_MIN_WAYPOINTS = 2
+_MIN_WAYPOINTS = Config.MIN_WAYPOINTS
+_FIRST_OFFSET, _OFFSET_BITS = OFFSETS
 
 
 @compiled
@@ -67,15 +79,15 @@ def breed(
         slot = free[number]
         step(words)
         first = second = sizes[POPULATION]
-        for i in range(_DRAWS):
+        for i in range(PARENT_DRAWS):
             first = min(first, field(words, 0, i * width, width))
-            second = min(second, field(words, 0, (_DRAWS + i) * width, width))
+            second = min(second, field(words, 0, (PARENT_DRAWS + i) * width, width))
         child, head, tail = paths[slot], order[first], order[second]
-        cut = 2 * field(words, 1, 62, 2) + 1
+        cut = 2 * field(words, 1, *CUT) + 1
         length = _cross(paths[head], points[head], paths[tail], points[tail], child, cut)
         points[slot] = _mutate(problem, sizes, child, length, words)
         if number < sizes[SURVIVORS]:
-            at = draw(words, 0, 2 * _DRAWS * width, _SURVIVOR_BITS, left - number)
+            at = draw(words, 0, 2 * PARENT_DRAWS * width, SURVIVOR_BITS, left - number)
             survivors[number] = others[at]
             for rank in range(at, left - number - 1):
                 others[rank] = others[rank + 1]
@@ -113,9 +125,9 @@ def _cross(
 def _mutate(problem: Integers, sizes: Integers, path: Integers, points: int, words: Words) -> int:
     """Apply the mutation of the mutation word to ``path``; return its points."""
     inner = points - 2
-    operator, size = draw(words, 1, 0, 8, _ALL), field(words, 1, 16, 4)
-    if _PERTURB <= operator < _INSERT and inner < sizes[MAX_WAYPOINTS]:
-        at = draw(words, 1, 8, 8, inner + 1)
+    operator, size = draw(words, 1, *OPERATOR, MUTATIONS), field(words, 1, *SIZE)
+    if INSERT <= operator < DELETE and inner < sizes[MAX_WAYPOINTS]:
+        at = draw(words, 1, *PLACE, inner + 1)
         for k in range(points, at + 1, -1):
             for i in range(4):
                 path[k, i] = path[k - 1, i]
@@ -123,13 +135,13 @@ def _mutate(problem: Integers, sizes: Integers, path: Integers, points: int, wor
             path[at + 1, axis] = path[at, axis] + path[at + 2, axis] >> 1
         _move(problem, sizes, path[at + 1], words, size * 7 >> 4)
         return points + 1
-    at = 1 + draw(words, 1, 8, 8, inner)
-    if _INSERT <= operator < _DELETE and inner > _MIN_WAYPOINTS:
+    at = 1 + draw(words, 1, *PLACE, inner)
+    if DELETE <= operator < SETTLE and inner > _MIN_WAYPOINTS:
         for k in range(at, points - 1):
             for i in range(4):
                 path[k, i] = path[k + 1, i]
         return points - 1
-    if operator < _DELETE:
+    if operator < SETTLE:
         _move(problem, sizes, path[at], words, size >> 1)
         return points
     margin = path[at, 3]
@@ -144,6 +156,7 @@ def _move(problem: Integers, sizes: Integers, point: Integers, words: Words, shi
     """Move a point within the box, shifted right by ``shift``, and within the limits."""
     for axis in range(3):
         box = sizes[BOX_X + axis]
-        offset = draw(words, 1, 20 + 14 * axis, 14, 2 * box + 1) - box
+        low = _FIRST_OFFSET + axis * _OFFSET_BITS
+        offset = draw(words, 1, low, _OFFSET_BITS, 2 * box + 1) - box
         point[axis] = clamp(point[axis] + (offset >> shift), problem[X_LIMIT + axis])
     point[3] = 0

@@ -21,7 +21,7 @@ def compiled(function: _Function) -> _Function:
     """Compile ``function`` at its first call and keep the result on disk.
 
     The cache of numba notices changes in the file of the outermost function only; here it notices
-    them in every source of this package.
+    them in every source of this package and of the numbers that it shares with the gateware.
     """
     return _compiled(function, inline=False)
 
@@ -47,6 +47,8 @@ def _compiled(function: _Function, *, inline: bool) -> _Function:
 @cache
 def _stamp() -> str:
     digest = hashlib.sha256()
-    for file in sorted(Path(__file__).resolve().parent.glob("*.py")):
-        digest.update(file.read_bytes())
+    here = Path(__file__).resolve()
+    for folder in (here.parent, here.parents[3] / "hdl", here.parents[3] / "hdl" / "protocol"):
+        for file in sorted(folder.glob("*.py")):
+            digest.update(file.read_bytes())
     return digest.hexdigest()

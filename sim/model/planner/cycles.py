@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from hdl.config import Config
+from hdl.protocol.codes import UNITS
 from sim.model.planner.compiled import compiled, inlined
 from sim.model.planner.evaluator_cycles import DECISION, KEY, PLACES, QUEUE
 from sim.model.planner.evolver_cycles import begun as child_begun
@@ -303,5 +304,5 @@ def end(counters: Integers) -> None:
 
 def totals(counters: Integers) -> dict[str, Any]:
     """Return generations, cycles, and the cycles of each unit, by their names."""
-    names = ("cycles", "generations", "breed", "score", "walk", "sort", "wavefront")
+    names = ("cycles", "generations", *UNITS)
     return dict(zip(names, counters[: len(names)].tolist(), strict=True))

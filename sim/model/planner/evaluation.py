@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS, PathClass
+from hdl.protocol.planner import HIT_BITS, VALUE_BITS, PathClass
 from sim.model.planner.compiled import compiled
 from sim.model.planner.cycles import WALK
 from sim.model.planner.memo import HITS, MARGIN, START, STOP, packed, row_of
@@ -26,7 +26,6 @@ NO_LIMIT = 4 << VALUE_BITS
 GIVEN_UP = PathClass.GIVEN_UP << VALUE_BITS
 _INFEASIBLE = PathClass.INFEASIBLE << VALUE_BITS
 _TOP = (1 << VALUE_BITS) - 1
-_UNITS_PER_HIT = 4 << POSITION_FRACTION
 
 
 @compiled
@@ -91,5 +90,5 @@ def evaluate(
             before = margin
     counters[WALK] += cycles
     if hits or penalty:
-        return _INFEASIBLE | min(penalty + hits * _UNITS_PER_HIT, _TOP)
+        return _INFEASIBLE | min(penalty + (hits << HIT_BITS), _TOP)
     return value

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hdl.config import Config
-from hdl.protocol.planner import BLOCKS, ProblemRecord
+from hdl.protocol.planner import BLOCKS, FAR, ProblemRecord
 from hdl.protocol.runs import ISLANDS, Outcome, Population, RunOptions
 from sim.model.planner import cycles
 from sim.model.planner.breeder import breed
@@ -34,7 +34,6 @@ from sim.model.planner.score import WORK_ROWS
 from sim.model.planner.seeds import lift, seed_path
 from sim.model.planner.walk import Ground, Integers
 from sim.model.planner.wavefront import (
-    FAR,
     LEAST,
     PRICES,
     descend,

@@ -7,8 +7,10 @@ import numpy as np
 from hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     BLOCKS,
+    FAR,
     POSITION_FRACTION,
     SLOPE_FRACTION,
+    SWEEPS,
     VALUE_BITS,
 )
 from sim.model.planner.compiled import compiled, inlined
@@ -32,7 +34,6 @@ from sim.model.planner.walk import Ground, Integers
 
 
 __all__ = [
-    "FAR",
     "LEAST",
     "LOWEST_X",
     "LOWEST_Y",
@@ -48,8 +49,6 @@ __all__ = [
 #: Layers of the blocks: least altitude, -1 where blocked; corner of the least.
 LEAST, LOWEST_X, LOWEST_Y = range(3)
 _NONE = -1
-_SWEEPS = 64
-FAR = 1 << 30
 #: Places of the constants of the costs of steps: three of each but the last two.
 _FACTOR, _LEVEL, _PULL, _CLIMB, _FRACTION = 0, 3, 6, 9, 10
 PRICES = 11
@@ -123,7 +122,7 @@ def limit_slopes(problem: Integers, distances: Integers, surface: Integers, limi
     """
     shift = SLOPE_FRACTION + ALTITUDE_FRACTION + 1
     passes = 0
-    for _ in range(_SWEEPS):
+    for _ in range(SWEEPS):
         changed = False
         for step in (-1, 1):
             for i in range(BLOCKS * BLOCKS):
@@ -154,7 +153,7 @@ def spread(prices: Integers, surface: Integers, goal: int, field: Integers) -> i
     field[:] = FAR
     field[goal // BLOCKS, goal % BLOCKS] = 0
     passes = 0
-    for _ in range(_SWEEPS):
+    for _ in range(SWEEPS):
         changed = False
         for step in (-1, 1):
             for i in range(BLOCKS * BLOCKS):

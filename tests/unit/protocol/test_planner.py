@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from hdl.protocol import planner
+from hdl.protocol import planner, planner_breeding
 from hdl.protocol.planner import (
     BASE_BITS,
     EDGES,
@@ -54,6 +54,10 @@ def test_the_fixed_points_are_those_that_hosts_and_chips_agreed_on():
         "DRAG_FRACTION": 16,
         "EDGES": 8,
         "EXCESS_BITS": 2,
+        "FAR": 1 << 30,
+        "HIT_BITS": 10,
+        "MEMO_ROWS": 512,
+        "SWEEPS": 64,
         "SHARE_BITS": 16,
         "SHARPEST_BITS": 4,
         "STEEP": 64,
@@ -70,6 +74,22 @@ def test_the_fixed_points_are_those_that_hosts_and_chips_agreed_on():
         "SLOPE_FRACTION": 12,
         "TURN_FRACTION": 12,
         "VALUE_BITS": 28,
+    }
+
+
+def test_the_odds_of_breeding_are_those_that_model_and_chips_agreed_on():
+    assert {name: getattr(planner_breeding, name) for name in planner_breeding.__all__} == {
+        "CUT": (62, 2),
+        "DELETE": 11,
+        "INSERT": 8,
+        "MUTATIONS": 18,
+        "OFFSETS": (20, 14),
+        "OPERATOR": (0, 8),
+        "PARENT_DRAWS": 4,
+        "PLACE": (8, 8),
+        "SETTLE": 14,
+        "SIZE": (16, 4),
+        "SURVIVOR_BITS": 24,
     }
 
 

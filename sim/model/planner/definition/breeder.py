@@ -13,19 +13,25 @@ from typing import NamedTuple
 
 from hdl.config import Config
 from hdl.protocol.planner import ProblemRecord
+from hdl.protocol.planner_breeding import (
+    CUT,
+    DELETE,
+    INSERT,
+    MUTATIONS,
+    OFFSETS,
+    OPERATOR,
+    PARENT_DRAWS,
+    PLACE,
+    SETTLE,
+    SIZE,
+    SURVIVOR_BITS,
+)
 from sim.model.planner.definition.walk import Point
 from sim.model.random_source import RandomSource
 from sim.model.selection import DistinctDraw
 
 
 __all__ = ["Waypoint", "bits", "breed", "cross", "draw", "mutate"]
-
-#: Uniform draws of which the best is a parent's rank.
-_DRAWS = 4
-#: Width of the draw of a survivor.
-_SURVIVOR_BITS = 24
-#: Out of 18 mutations: perturb, insert, delete; the others settle.
-_PERTURB, _INSERT, _DELETE, _ALL = 8, 11, 14, 18
 
 
 class Waypoint(NamedTuple):
@@ -60,12 +66,12 @@ def breed(
     children, survivors = [], []
     for number in range(config.children):
         selection, mutation = source.step()
-        draws = [bits(selection, i * width, width) for i in range(2 * _DRAWS)]
-        first, second = min(draws[:_DRAWS]), min(draws[_DRAWS:])
+        draws = [bits(selection, i * width, width) for i in range(2 * PARENT_DRAWS)]
+        first, second = min(draws[:PARENT_DRAWS]), min(draws[PARENT_DRAWS:])
         child = cross(population[first], population[second], mutation)
         children.append(mutate(config, record, ends, child, mutation))
         if number < config.survivors:
-            at = draw(selection, 2 * _DRAWS * width, _SURVIVOR_BITS, others.left)
+            at = draw(selection, 2 * PARENT_DRAWS * width, SURVIVOR_BITS, others.left)
             survivors.append(config.elites + others.take(at))
     return children, survivors
 
@@ -73,10 +79,10 @@ def breed(
 def cross(head: Sequence[Waypoint], tail: Sequence[Waypoint], word: int) -> list[Waypoint]:
     """Return the head of one path and the tail of another.
 
-    Bits 62 and 63 of ``word`` choose where both are cut: behind 1, 3, 5 or 7 eighths of their
-    waypoints, rounded down.
+    Two bits of ``word`` choose where both are cut: behind 1, 3, 5 or 7 eighths of their waypoints,
+    rounded down.
     """
-    eighths = 2 * bits(word, 62, 2) + 1
+    eighths = 2 * bits(word, *CUT) + 1
     return [*head[: len(head) * eighths >> 3], *tail[len(tail) * eighths >> 3 :]]
 
 
@@ -89,23 +95,24 @@ def mutate(
 ) -> list[Waypoint]:
     """Return ``path`` after the mutation of ``word``.
 
-    Bits 0..7 choose the operator, 8..15 the place, 16..19 the size, 20..61 three offsets in the box
-    of *allaire-2008*. What a limit of the length forbids becomes a perturbation.
+    It chooses the operator, the place, the size, and three offsets in the box of *allaire-2008*, at
+    the places of :mod:`hdl.protocol.planner_breeding`. What a limit of the length forbids becomes a
+    perturbation.
     """
     path = list(path)
-    operator, size = draw(word, 0, 8, _ALL), bits(word, 16, 4)
-    is_insertion = _PERTURB <= operator < _INSERT
-    is_deletion = _INSERT <= operator < _DELETE
+    operator, size = draw(word, *OPERATOR, MUTATIONS), bits(word, *SIZE)
+    is_insertion = INSERT <= operator < DELETE
+    is_deletion = DELETE <= operator < SETTLE
     if is_insertion and len(path) < config.max_waypoints:
-        at = draw(word, 8, 8, len(path) + 1)
+        at = draw(word, *PLACE, len(path) + 1)
         start, stop = [ends[0], *path, ends[1]][at : at + 2]
         middle = tuple(a + b >> 1 for a, b in zip(start[:3], stop[:3], strict=True))
         path.insert(at, _moved(config, record, middle, word, size * 7 >> 4))
         return path
-    at = draw(word, 8, 8, len(path))
+    at = draw(word, *PLACE, len(path))
     if is_deletion and len(path) > config.MIN_WAYPOINTS:
         del path[at]
-    elif operator < _DELETE:
+    elif operator < SETTLE:
         path[at] = _moved(config, record, path[at][:3], word, size >> 1)
     else:
         x, y, z, margin = path[at]
@@ -121,8 +128,9 @@ def _moved(
     """Return a point moved within the box, shifted right by ``shift``, and within the limits."""
     boxes = config.box_cells, config.box_cells, config.box_steps
     limits = record.x_limit, record.y_limit, record.altitude_limit
+    first, width = OFFSETS
     moved = []
     for axis, (value, box, limit) in enumerate(zip(point, boxes, limits, strict=True)):
-        offset = draw(word, 20 + 14 * axis, 14, 2 * box + 1) - box
+        offset = draw(word, first + width * axis, width, 2 * box + 1) - box
         moved.append(min(max(value + (offset >> shift), 0), limit))
     return Waypoint(*moved)

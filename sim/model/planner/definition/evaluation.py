@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from hdl.config import Config
-from hdl.protocol.planner import POSITION_FRACTION, VALUE_BITS, PathClass, ProblemRecord
+from hdl.protocol.planner import HIT_BITS, VALUE_BITS, PathClass, ProblemRecord
 from sim.model.planner.definition.memo import Memo
 from sim.model.planner.definition.score import corner_of, score
 from sim.model.planner.definition.walk import Ground, Point, walk
@@ -19,8 +19,6 @@ __all__ = ["NO_LIMIT", "Evaluator", "key_of"]
 NO_LIMIT = 4 << VALUE_BITS
 #: Greatest value of a key.
 _TOP = (1 << VALUE_BITS) - 1
-#: A colliding corner counts in the penalty as so many cells of length.
-_CELLS_PER_HIT = 4
 
 
 @dataclass
@@ -77,7 +75,7 @@ class Evaluator:
                 before = min(before, margin)
                 counts &= not (first and found)
         if hits or scored.penalty:
-            units = hits * _CELLS_PER_HIT << POSITION_FRACTION
+            units = hits << HIT_BITS
             return key_of(PathClass.INFEASIBLE, scored.penalty + units)
         return key_of(PathClass.FEASIBLE, value)
 

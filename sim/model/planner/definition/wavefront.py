@@ -15,8 +15,10 @@ from hdl.config import Config
 from hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     BLOCKS,
+    FAR,
     POSITION_FRACTION,
     SLOPE_FRACTION,
+    SWEEPS,
     VALUE_BITS,
     ProblemRecord,
 )
@@ -41,10 +43,6 @@ Block = tuple[int, int]
 #: Altitude of each free block, in steps.
 Surface = dict[Block, int]
 
-#: Most sweeps of a relaxation.
-SWEEPS = 64
-#: A cost to the goal from which a route is none, 30 bits.
-FAR = 1 << 30
 #: Width of the factors of altitudes in the cost of a step.
 _FACTOR_BITS = 18
 #: Fraction bits that the factor of a climb has less than those.

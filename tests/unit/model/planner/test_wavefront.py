@@ -5,7 +5,7 @@ import heapq
 import numpy as np
 import pytest
 
-from hdl.protocol.planner import ALTITUDE_FRACTION, BLOCKS
+from hdl.protocol.planner import ALTITUDE_FRACTION, BLOCKS, FAR
 from sim.model.planner.definition import wavefront as plain
 from sim.model.planner.definition.score import corner_of, piece_cost
 from sim.model.planner.problem import problem_vector, sizes_vector
@@ -82,7 +82,7 @@ def test_compiled_wavefront_is_the_defined_one(case, slope):
     assert prices.tolist() == vector_of(expected_prices)
     costs, passes = plain.spread(expected_prices, blocks, expected)
     assert spread(prices, surface, goal, field) == passes
-    assert np.array_equal(field, array(costs, plain.FAR))
+    assert np.array_equal(field, array(costs, FAR))
     route = np.zeros((BLOCKS * BLOCKS, 2), dtype=np.int64)
     length = descend(prices, surface, field, start, goal, route)
     expected_route = plain.descend(expected_prices, blocks, expected, costs)
@@ -107,7 +107,7 @@ def test_constants_of_any_problem(config):
         assert expected.climb * top << 6 >> expected.fraction < 1 << 28
         for way in range(3):
             for step in ((0, 0), (0, top), (top, 0), (top, top)):
-                assert 1 <= expected.cost(*step, way) < plain.FAR
+                assert 1 <= expected.cost(*step, way) < FAR
 
 
 @pytest.mark.parametrize("config", [USUAL, LARGE], ids=["usual", "large"])

@@ -7,11 +7,11 @@ import pytest
 from hdl.planner.wavefront.relaxer import Relaxer
 from hdl.planner.wavefront.step_pricer import StepPricer
 from hdl.planner.wavefront.wavefront import Wavefront
-from hdl.protocol.planner import BLOCKS, VALUE_BITS
+from hdl.protocol.planner import BLOCKS, FAR, VALUE_BITS
 from sim.model.planner import wavefront_cycles
 from sim.model.planner.definition.wavefront import prices_of
 from tests.planner_cases import USUAL
-from tests.planner_wavefront import FAR, distances_of, problem
+from tests.planner_wavefront import distances_of, problem
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 

@@ -6,9 +6,8 @@ import pytest
 
 from hdl.planner.wavefront.route import Route
 from hdl.planner.wavefront.step_pricer import StepPricer
-from hdl.protocol.planner import BLOCKS
+from hdl.protocol.planner import BLOCKS, FAR
 from sim.model.planner.wavefront_cycles import routing
-from tests.planner_wavefront import FAR
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 

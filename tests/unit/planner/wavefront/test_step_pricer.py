@@ -17,6 +17,7 @@ from hdl.protocol.planner import (
     ALTITUDE_FRACTION,
     BASE_BITS,
     DRAG_FRACTION,
+    FAR,
     FUEL_BITS,
     RISE_BITS,
     SLOPE_BITS,
@@ -25,7 +26,7 @@ from hdl.protocol.planner import (
 )
 from sim.model.planner.definition.wavefront import prices_of
 from tests.planner_cases import LARGE, SMALL, USUAL
-from tests.planner_wavefront import FAR, distances_of, problem
+from tests.planner_wavefront import distances_of, problem
 from tests.streams import simulate
 from tests.wrong_sizes import check_sizes
 

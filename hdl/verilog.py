@@ -37,6 +37,7 @@ TOPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "transmitting": ("hdl.command.transmitter", "ReplyTransmitter", "config"),
         "path_checker": ("hdl.feasibility.checker", "Checker", "config"),
         "feasibility": ("hdl.feasibility.feasibility", "Feasibility", "config"),
+        "planner_core": ("hdl.planner.core", "PlannerCore", "config"),
         "scorer": ("hdl.planner.scorer.scorer", "Scorer", "config"),
         "seed_source": (
             "hdl.planner.wavefront.seed_source",

@@ -10,22 +10,18 @@ import numpy as np
 import pytest
 from amaranth.back import verilog
 
-from hdl.layouts import struct as struct_of
 from hdl.planner.core import PlannerCore
-from hdl.planner.layouts import problem_layout, shape_layout
 from hdl.planner.run_status import run_status_layout
-from hdl.protocol.planner import VALUE_BITS, NoFlyShape, PathClass
-from hdl.protocol.runs import ISLANDS, RETURNED, RunOptions, pack_best, run_request
+from hdl.protocol.planner import VALUE_BITS, PathClass
+from hdl.protocol.runs import RunOptions
 from hdl.verilog import strip_zero_init
 from sim.cache import BuildCache, build_root
 from sim.exported import cached_verilog
 from sim.model.block_marks import BlockMarks
-from sim.model.planner.definition.no_fly import drawn
-from sim.model.planner.drawing_cycles import drawing
 from sim.model.planner.run import plan
 from sim.verilator import build_verilator
-from tests import planner_cases
 from tests.planner_cases import SMALL, USUAL
+from tests.planner_flight import Flight, problem_payload, run_payload, shape_payload, status_fields
 
 
 pytestmark = [pytest.mark.cosim, pytest.mark.ci]
@@ -35,7 +31,6 @@ MEDIUM = SMALL.replace(
     population=16, children=10, elites=2, survivors=4, max_waypoints=16, map_size=128,
     altitude_bits=10,
 )  # fmt: skip
-COUNTERS = "breed", "score", "walk", "sort", "wavefront"
 
 
 def planner_verilog(config, rows):
@@ -66,7 +61,6 @@ class VerilatedPlanner:
             optimize="-O1" if kept else "-O0",
         )
         self.config = config
-        self.status_layout = run_status_layout()
         self._process = subprocess.Popen(
             [str(program)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
         )
@@ -87,22 +81,16 @@ class VerilatedPlanner:
         self._send(1, len(words), *words.tolist())
 
     def pose(self, record):
-        self._send(2, *self._words(problem_layout(self.config), vars(record)))
+        self._send(2, *_words(problem_payload(self.config, record)))
 
     def draw(self, shape):
         """Draw a shape; return the cycles."""
-        layout = shape_layout(self.config.coordinate_bits)
-        values = {name: getattr(shape, name) for name, _ in layout if hasattr(shape, name)}
-        for i, edge in enumerate(shape.edges):
-            values |= {f"{name}_{i}": part for name, part in zip(_EDGE, edge, strict=True)}
-        self._send(3, *self._words(layout, values))
+        self._send(3, *_words(shape_payload(self.config, shape)))
         return self._receive(1)[0]
 
     def run(self, options, *, gap=0, stop=0):
         """Run to the end; return the cycles, and the generations that were told."""
-        request = run_request(self.config)
-        values = request.unpack(options.pack(self.config))
-        self._send(4, gap, stop, *self._words(struct_of(request), values))
+        self._send(4, gap, stop, *_words(run_payload(self.config, options)))
         return tuple(self._receive(2))
 
     def stop(self):
@@ -111,29 +99,18 @@ class VerilatedPlanner:
 
     def reset_in_run(self, options, cycles):
         """Start a run, and reset the chip so many cycles later."""
-        request = run_request(self.config)
-        values = request.unpack(options.pack(self.config))
-        self._send(7, cycles, *self._words(struct_of(request), values))
+        self._send(7, cycles, *_words(run_payload(self.config, options)))
 
     def status(self):
         """Return what there is, and the fields of the status."""
         self._send(5)
         flags = self._receive(3)
-        size = -(-self.status_layout.size // 32)
-        bits = sum(word << 32 * i for i, word in enumerate(self._receive(size)))
-        fields = {
-            name: bits >> field.offset & (1 << field.width) - 1
-            for name, field in self.status_layout
-        }
-        return flags, fields
+        words = self._receive(-(-run_status_layout().size // 32))
+        return flags, status_fields(sum(word << 32 * i for i, word in enumerate(words)))
 
     def best(self, stall=0):
         self._send(6, stall)
         return bytes(self._receive(self._receive(1)[0]))
-
-    def _words(self, layout, values):
-        bits = layout.const(values).as_bits()
-        return [bits >> 32 * i & 0xFFFFFFFF for i in range(-(-layout.size // 32))]
 
     def _send(self, *numbers):
         self._process.stdin.write(struct.pack(f"<{len(numbers)}Q", *numbers))
@@ -146,111 +123,9 @@ class VerilatedPlanner:
         return list(struct.unpack(f"<{numbers}Q", data))
 
 
-_EDGE = "at", "east", "north"
-
-
-class Flight:
-    """A planner and its model, which get the same maps, problems and runs."""
-
-    def __init__(self, config, rows, seed, chip):
-        self.config, self.rows, self.chip = config, rows, chip
-        self.rng = np.random.default_rng(seed)
-        self.marks = BlockMarks()
-        self.ground = self.record = self.outcome = None
-        self.kinds = set()
-
-    def choose(self, *values):
-        return values[int(self.rng.integers(len(values)))]
-
-    def upload(self):
-        """Upload a new map."""
-        blocked = self.choose(0, 0.001, 0.02)
-        self.ground = planner_cases.ground(self.config, self.rng, blocked=blocked)
-        y, x = np.indices(self.ground.shape)
-        self._write(x.ravel(), y.ravel())
-
-    def change(self):
-        """Write some corners, or draw a shape."""
-        config, size = self.config, self.config.map_size
-        if self.rng.random() < 0.5:
-            x, y = self.rng.integers(size, size=(2, int(self.rng.integers(30))))
-            heights = self.rng.integers(config.blocked_altitude + 1, size=len(x))
-            self.ground[y, x] = heights
-            self._write(x, y)
-        else:
-            # As the chip gets it: with all edges.
-            shape = NoFlyShape.unpack(config, planner_cases.shape(config, self.rng).pack(config))
-            corners = np.array(drawn(shape), dtype=int).reshape(-1, 2)
-            self.ground[corners[:, 1], corners[:, 0]] = config.blocked_altitude
-            assert self.chip.draw(shape) == drawing(shape) - 1
-            self.marks.write(corners[:, 0], corners[:, 1])
-
-    def _write(self, x, y):
-        self.chip.write(self.ground, x, y)
-        self.marks.write(x, y)
-
-    def pose(self, **changes):
-        """Pose a problem; entry and exit are there in some."""
-        self.record = planner_cases.record(self.config, self.rng, **changes)
-        if self.rng.random() < 0.6:
-            self.record = planner_cases.headed(self.config, self.rng, self.record)
-        self.chip.pose(self.record)
-        self.marks.shift = self.record.block_shift
-        flags, status = self.chip.status()
-        assert flags == [1, self.outcome is not None, 0]
-        assert status["running"] == 0
-        assert status["key"] >> VALUE_BITS == PathClass.VOID
-
-    def options(self, generations):
-        rng = self.rng
-        warm = self.outcome is not None and rng.random() < 0.4
-        slopes = rng.integers(16, size=int(rng.integers(1 - warm, ISLANDS + 1 - warm))).tolist()
-        cycles = self.choose(0, 30_000, 100_000, 10**9)
-        return RunOptions(
-            seed=int(rng.integers(1 << 63)),
-            cycles=cycles,
-            generations=int(rng.integers(generations)),
-            # Some problems have no feasible path.
-            until_feasible=cycles < 10**9 and rng.random() < 0.5,
-            give_up_rank=int(rng.integers(self.config.population)),
-            slopes=tuple(slopes),
-            seeds=self.config.population + int(rng.integers(40)),
-            lifts=int(rng.integers(5)),
-            share=int(rng.integers(17)),
-            paths=int(rng.integers(1, RETURNED + 1)),
-            warm=warm,
-            memo=self.rows,
-        )
-
-    def run(self, options):
-        """Run both and compare everything."""
-        before = self.outcome.population if options.warm else None
-        marked = self.marks.scan()
-        self.outcome = out = plan(
-            self.config, self.ground, self.record, options, before, marked=marked
-        )
-        done = self.chip.run(options, gap=int(self.rng.integers(3)))
-        assert done == (out.cycles, out.generations), options
-        self.compare(options)
-        islands = len(options.slopes) + options.warm
-        waited = out.generations > options.generations
-        self.kinds.add((islands, options.warm, self.record.has_entry, self.record.has_exit, waited))
-
-    def compare(self, note):
-        out = self.outcome
-        flags, status = self.chip.status()
-        assert flags == [1, 1, 1]
-        assert status == {
-            "running": 0,
-            "generation": out.generations,
-            "cycles": out.cycles,
-            "key": out.keys[0],
-            **{name: getattr(out, name) for name in COUNTERS},
-        }, note
-        bits = self.config.coordinate_bits
-        packed = [[x | y << bits | z << 2 * bits for x, y, z in path] for path in out.paths]
-        stall = self.choose(0, 0, 3)
-        assert self.chip.best(stall) == pack_best(self.config, packed, out.keys), note
+def _words(payload):
+    bits, size = payload.as_bits(), payload.shape().size
+    return [bits >> 32 * i & 0xFFFFFFFF for i in range(-(-size // 32))]
 
 
 def fly(config, rows, seed, runs, generations, builds=None, text=None):

@@ -186,81 +186,86 @@ class RunControl(wiring.Component):
                     m.next = "ROUTE"
                     with m.If(options.warm):
                         m.next = "PATHS"
-
-            # The first population of an island.
-            with m.State("ROUTE"):
-                m.d.comb += self.find_route.eq(1)
-                m.next = "ROUTED"
-            with m.State("ROUTED"):
-                m.d.comb += self.spreading.eq(self.seeds_busy)
-                with m.If(settled & ~self.seeds_busy):
-                    m.next = "PATHS"
-            with m.State("PATHS"):
-                m.d.comb += self.make_paths.eq(1)
-                m.next = "EVALUATED"
-            with m.State("EVALUATED"):
-                with m.If(settled & ~self.paths_busy & self.evaluator_idle):
-                    m.next = "STORE"
-            with m.State("STORE"):
-                m.d.comb += self.store.eq(1)
-                m.next = "STORED"
-            with m.State("STORED"):
-                with m.If(settled & self.evolver_ready):
-                    with m.If(lifts != 0):
-                        m.d.sync += [lifts.eq(lifts - 1), self.kind.eq(FirstPathKind.LIFTED)]
-                        m.next = "PATHS"
-                    with m.Elif(self.island != last_island):
-                        m.d.sync += [
-                            self.island.eq(1),
-                            self.kind.eq(FirstPathKind.SEED),
-                            lifts.eq(options.lifts),
-                        ]
-                        m.next = "ROUTE"
-                    with m.Else():
-                        m.d.sync += [self.fills.eq(0), self.island.eq(0)]
-                        m.next = "AIM"
-                        with m.If(last_island):
-                            m.next = "SPLIT"
-
-            # Generations of an island, or of the one population.
-            with m.State("SPLIT"):
-                m.d.comb += limits.split.eq(1)
-                m.next = "SPLITTING"
-            with m.State("SPLITTING"):
-                with m.If(~limits.splitting):
-                    m.next = "AIM"
-            with m.State("AIM"):
-                m.d.comb += limits.aim.eq(1)
-                m.next = "EVOLVE"
-            with m.State("EVOLVE"):
-                with m.If(settled & self.evolver_ready):
-                    m.next = "DECIDE"
-            with m.State("DECIDE"):
-                with m.If(~limits.reached):
-                    m.d.comb += self.begin.eq(1)
-                    m.d.sync += pending.eq(1)
-                    m.next = "EVOLVE"
-                with m.Elif(pending):
-                    m.d.comb += self.finish.eq(1)
-                    m.d.sync += pending.eq(0)
-                    m.next = "EVOLVE"
-                with m.Elif(is_final):
-                    m.next = "END"
-                with m.Elif(self.island == 0):
-                    m.d.sync += self.island.eq(1)
-                    m.next = "AIM"
-                with m.Else():
-                    m.next = "MERGE"
-            with m.State("MERGE"):
-                m.d.comb += self.merge.eq(1)
-                m.d.sync += [self.island.eq(0), is_final.eq(1)]
-                m.next = "AIM"
+            self._make_first_population(m, settled, last_island, lifts)
+            self._breed(m, limits, settled, is_final, pending)
             with m.State("END"):
                 m.d.comb += self.ends.eq(1)
                 m.d.sync += self.running.eq(0)
                 m.next = "IDLE"
 
         return m
+
+    def _make_first_population(self, m, settled, last_island, lifts):
+        """Add the states of an island's first population."""
+        options = self.options
+        with m.State("ROUTE"):
+            m.d.comb += self.find_route.eq(1)
+            m.next = "ROUTED"
+        with m.State("ROUTED"):
+            m.d.comb += self.spreading.eq(self.seeds_busy)
+            with m.If(settled & ~self.seeds_busy):
+                m.next = "PATHS"
+        with m.State("PATHS"):
+            m.d.comb += self.make_paths.eq(1)
+            m.next = "EVALUATED"
+        with m.State("EVALUATED"):
+            with m.If(settled & ~self.paths_busy & self.evaluator_idle):
+                m.next = "STORE"
+        with m.State("STORE"):
+            m.d.comb += self.store.eq(1)
+            m.next = "STORED"
+        with m.State("STORED"):
+            with m.If(settled & self.evolver_ready):
+                with m.If(lifts != 0):
+                    m.d.sync += [lifts.eq(lifts - 1), self.kind.eq(FirstPathKind.LIFTED)]
+                    m.next = "PATHS"
+                with m.Elif(self.island != last_island):
+                    m.d.sync += [
+                        self.island.eq(1),
+                        self.kind.eq(FirstPathKind.SEED),
+                        lifts.eq(options.lifts),
+                    ]
+                    m.next = "ROUTE"
+                with m.Else():
+                    m.d.sync += [self.fills.eq(0), self.island.eq(0)]
+                    m.next = "AIM"
+                    with m.If(last_island):
+                        m.next = "SPLIT"
+
+    def _breed(self, m, limits, settled, is_final, pending):
+        """Add the states of generations: of an island, or of the one population."""
+        with m.State("SPLIT"):
+            m.d.comb += limits.split.eq(1)
+            m.next = "SPLITTING"
+        with m.State("SPLITTING"):
+            with m.If(~limits.splitting):
+                m.next = "AIM"
+        with m.State("AIM"):
+            m.d.comb += limits.aim.eq(1)
+            m.next = "EVOLVE"
+        with m.State("EVOLVE"):
+            with m.If(settled & self.evolver_ready):
+                m.next = "DECIDE"
+        with m.State("DECIDE"):
+            with m.If(~limits.reached):
+                m.d.comb += self.begin.eq(1)
+                m.d.sync += pending.eq(1)
+                m.next = "EVOLVE"
+            with m.Elif(pending):
+                m.d.comb += self.finish.eq(1)
+                m.d.sync += pending.eq(0)
+                m.next = "EVOLVE"
+            with m.Elif(is_final):
+                m.next = "END"
+            with m.Elif(self.island == 0):
+                m.d.sync += self.island.eq(1)
+                m.next = "AIM"
+            with m.Else():
+                m.next = "MERGE"
+        with m.State("MERGE"):
+            m.d.comb += self.merge.eq(1)
+            m.d.sync += [self.island.eq(0), is_final.eq(1)]
+            m.next = "AIM"
 
 
 #: Pulses that units answer from the second cycle after it on.

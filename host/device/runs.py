@@ -20,6 +20,8 @@ __all__ = ["BestPaths", "RunStatus", "Runs"]
 class RunStatus:
     """Progress of a run.
 
+    While a run goes on, the board ``model:`` knows neither the key nor the cycles of units.
+
     Attributes
     ----------
     running : bool

@@ -41,6 +41,7 @@ class Terrain(HostTerrain):
         *,
         cell_m: float | Sequence[float] | None = None,
         fill_voids: bool = False,
+        max_cells: int | None = None,
     ) -> Self:
         """Load a terrain by name or from a file.
 
@@ -57,15 +58,17 @@ class Terrain(HostTerrain):
             Side of a cell in metres, or its sides to the east and to the north; for an ``.npy``.
         fill_voids : bool
             Interpolate the voids, which no path may cross otherwise.
+        max_cells : int, optional
+            Most cells of a file, 1 or more; 25 million by default.
 
         Raises
         ------
         InputError
-            If there is no such terrain, it cannot be read or is no terrain, or ``cell_m`` is
-            missing, not positive or given for a file that states its own.
+            If there is no such terrain, it cannot be read, is no terrain or has more cells, or
+            ``cell_m`` is missing, not positive or given for a file that states its own.
         """
         cell = None if cell_m is None else _sides(cell_m)
-        return cls._of(load(source, cell=cell, fill_voids=fill_voids))
+        return cls._of(load(source, cell=cell, fill_voids=fill_voids, max_cells=max_cells))
 
     @classmethod
     def from_array(

@@ -67,7 +67,12 @@ def run(args: argparse.Namespace) -> int:
         args.wind, args.ds = args.wind or wind, ds_m if args.ds is None else args.ds
         _take_rules(args, summary_rules(file, summary), told=told)
         terrain = summary_terrain(
-            file, summary, args.terrain, cell=args.cell, fill_voids=args.fill_voids
+            file,
+            summary,
+            args.terrain,
+            cell=args.cell,
+            fill_voids=args.fill_voids,
+            max_cells=args.max_cells,
         )
         terrain = placed(args, terrain)
         path = summary_path(file, summary)

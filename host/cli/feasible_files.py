@@ -12,6 +12,7 @@ from host.device.map_frames import padded_map
 from host.errors import InputError
 from host.report.files import reading
 from host.report.tables import read_csv
+from host.terrain.untrusted import UNREADABLE, read_array, require_file
 
 
 __all__ = ["read_map", "read_points"]
@@ -29,10 +30,10 @@ def read_map(file: Path, config: Config) -> NDArray[np.uint16]:
         the map.
     """
     try:
-        # Not numpy.load, which also reads archives and pickles.
+        require_file(file)
         with reading("map", file), file.open("rb") as opened:
-            heights = np.lib.format.read_array(opened, allow_pickle=False)
-    except (ValueError, EOFError):
+            heights = read_array(file, opened, None)
+    except UNREADABLE:
         raise InputError(
             f"{file}: cannot be read as a numpy array; write it with numpy.save."
         ) from None

@@ -130,7 +130,11 @@ def terrain_of(values: Values) -> Terrain:
     if values.get("terrain") is None:
         raise InputError("The terrain is missing; give --terrain or a problem file.")
     terrain = load(
-        values["terrain"], cell=values.get("cell"), fill_voids=bool(values.get("fill_voids"))
+        values["terrain"],
+        cell=values.get("cell"),
+        fill_voids=bool(values.get("fill_voids")),
+        # No key of a problem file, which may come from anybody.
+        max_cells=values.get("max_cells"),
     )
     return placed_at(values, terrain)
 
@@ -158,7 +162,7 @@ def aircraft_of(values: Values) -> Aircraft:
     uav = values.get("uav")
     if isinstance(uav, Mapping):
         return Aircraft.from_dict(dict(uav), "[aircraft]")
-    return load_aircraft(uav or DEFAULT)
+    return load_aircraft(DEFAULT if uav is None else uav)
 
 
 def zones_of(values: Values, terrain: Terrain) -> tuple[Zone, ...]:

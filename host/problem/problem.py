@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 __all__ = ["SMALLEST_DS_M", "Problem"]
 
 SMALLEST_DS_M = 1e-3
+# Samples of the way at most: at an eighth of the step a track has ten times as many.
+_MOST_SAMPLES = 500_000
 _SAFE = Rules()
 
 
@@ -148,6 +150,11 @@ class Problem:
             raise InputError(
                 f"The sampling step of {self.ds_m:g} m is longer than the way from "
                 f"start to goal, {way_m:g} m; reduce it."
+            )
+        if way_m > _MOST_SAMPLES * self.ds_m:
+            raise InputError(
+                f"A sampling step of {self.ds_m:g} m makes more than {_MOST_SAMPLES:,} samples of "
+                f"the way from start to goal; increase it to {1.1 * way_m / _MOST_SAMPLES:.2g} m."
             )
         if not math.hypot(*self.wind) < self.aircraft.cruise_speed_m_s:
             raise InputError(

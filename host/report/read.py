@@ -150,6 +150,7 @@ def summary_terrain(
     *,
     cell: tuple[float, float] | None = None,
     fill_voids: bool = False,
+    max_cells: int | None = None,
 ) -> Terrain:
     """Return the terrain of a run, in its place on Earth where the summary states one.
 
@@ -161,7 +162,7 @@ def summary_terrain(
         Its content.
     source : str, optional
         File or name of another terrain to take instead.
-    cell, fill_voids
+    cell, fill_voids, max_cells
         As for :func:`host.terrain.load`; by default as the summary states them.
 
     Raises
@@ -183,7 +184,7 @@ def summary_terrain(
             cell = east, north
     except (KeyError, TypeError, ValueError):
         raise InputError(f"{file}: {_UNKNOWN_PROBLEM}") from None
-    terrain = load(source, cell=cell, fill_voids=fill_voids)
+    terrain = load(source, cell=cell, fill_voids=fill_voids, max_cells=max_cells)
     return _placed(file, terrain, stated) if is_own else terrain
 
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
+from zipfile import ZipFile
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from host.errors import InputError
 from host.terrain import embedded
 from host.terrain.grid import Terrain
+from host.terrain.untrusted import UNREADABLE, read_array, read_cells, read_values, require_file
 from host.terrain.voids import UNDECLARED_VOID, fill
 
 
@@ -27,6 +28,7 @@ def load(
     *,
     cell: tuple[float, float] | None = None,
     fill_voids: bool = False,
+    max_cells: int | None = None,
 ) -> Terrain:
     """Load a terrain.
 
@@ -41,16 +43,20 @@ def load(
         Sides of a cell in metres, east and north, for a file that does not state them.
     fill_voids : bool
         Interpolate the voids, which are otherwise impassable.
+    max_cells : int, optional
+        Most cells of a file, 1 or more; 25 million by default.
 
     Raises
     ------
     InputError
-        If there is no such terrain, it cannot be read or is no terrain, or ``cell`` is missing,
-        not positive or given for a terrain that has its own.
+        If there is no such terrain, it cannot be read, is no terrain or has more cells, or ``cell``
+        is missing, not positive or given for a terrain that has its own.
     """
     if not isinstance(source, str | Path):
         raise InputError(f"The terrain must be a name or the path of a file, not {source!r}.")
-    terrain = _load(source, cell, fill_voids)
+    if max_cells is not None and max_cells < 1:
+        raise InputError(f"A terrain must be allowed 1 cell or more, not {max_cells}.")
+    terrain = _load(source, cell, fill_voids, max_cells)
     is_file = source not in embedded.names()
     loading = {
         "source": str(Path(source).resolve() if is_file else source),
@@ -60,7 +66,12 @@ def load(
     return replace(terrain, loading=loading)
 
 
-def _load(source: str | Path, cell: tuple[float, float] | None, fill_voids: bool) -> Terrain:
+def _load(
+    source: str | Path,
+    cell: tuple[float, float] | None,
+    fill_voids: bool,
+    max_cells: int | None,
+) -> Terrain:
     if cell is not None and not all(math.isfinite(side) and side > 0 for side in cell):
         raise InputError(
             f"The sides of a cell must be positive metres, not {cell[0]:g} x {cell[1]:g}."
@@ -77,14 +88,15 @@ def _load(source: str | Path, cell: tuple[float, float] | None, fill_voids: bool
             f"There is no terrain {str(source)!r}: neither a file nor one of "
             f"{', '.join(embedded.names())}."
         )
+    require_file(path)
     if path.suffix.lower() == ".npz":
-        return _load_npz(path, cell, fill_voids)
+        return _load_npz(path, cell, fill_voids, max_cells)
     if path.suffix.lower() == ".npy":
-        return _load_npy(path, cell, fill_voids)
+        return _load_npy(path, cell, fill_voids, max_cells)
     # They load GDAL, which grids in numpy's formats do not need.
     from host.terrain import place, raster
 
-    return place.to_terrain(raster.read(path), cell=cell, fill_voids=fill_voids)
+    return place.to_terrain(raster.read(path, max_cells), cell=cell, fill_voids=fill_voids)
 
 
 def info(terrain: Terrain) -> dict[str, Any]:
@@ -122,22 +134,24 @@ def info(terrain: Terrain) -> dict[str, Any]:
     }
 
 
-def _load_npz(path: Path, cell: tuple[float, float] | None, fill_voids: bool) -> Terrain:
+def _load_npz(
+    path: Path, cell: tuple[float, float] | None, fill_voids: bool, max_cells: int | None
+) -> Terrain:
     if cell is not None:
         raise InputError(f"{path}: the file states the size of its cells; leave it out (--cell).")
     try:
-        # Not numpy.load, which also reads files that are no archives.
-        with path.open("rb") as opened, np.lib.npyio.NpzFile(opened) as file:
-            missing = [key for key in _KEYS if key not in file]
+        with ZipFile(path) as file:
+            held = {name.removesuffix(".npy") for name in file.namelist()}
+            missing = [key for key in _KEYS if key not in held]
             if missing:
                 raise InputError(
                     f"{path}: there is no {missing[0]!r} in it; a terrain file holds "
                     f"{', '.join(_KEYS)}."
                 )
-            elevation = file["elevation"]
-            sides = [file[key] for key in _KEYS[1:]]
-            place = [file.get(key) for key in ("crs", "origin")]
-    except (OSError, ValueError, EOFError, BadZipFile):
+            elevation = read_cells(path, file, "elevation", max_cells)
+            sides = [read_values(file, key) for key in _KEYS[1:]]
+            place = [read_values(file, key) if key in held else None for key in ("crs", "origin")]
+    except UNREADABLE:
         raise InputError(
             f"{path}: cannot be read as a numpy archive; write it with numpy.savez."
         ) from None
@@ -178,15 +192,18 @@ def _place(
     return str(crs.item()), (float(origin[0]), float(origin[1]))
 
 
-def _load_npy(path: Path, cell: tuple[float, float] | None, fill_voids: bool) -> Terrain:
+def _load_npy(
+    path: Path, cell: tuple[float, float] | None, fill_voids: bool, max_cells: int | None
+) -> Terrain:
     if cell is None:
         raise InputError(
             f"{path}: a .npy file does not state the size of its cells; give it in "
             "metres (--cell DX[,DY])."
         )
     try:
-        elevation = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError):
+        with path.open("rb") as opened:
+            elevation = read_array(path, opened, max_cells)
+    except UNREADABLE:
         raise InputError(
             f"{path}: cannot be read as a numpy array; write it with numpy.save."
         ) from None

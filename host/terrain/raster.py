@@ -14,6 +14,7 @@ from rasterio.crs import CRS
 from rasterio.errors import NotGeoreferencedWarning, RasterioError
 
 from host.errors import InputError
+from host.terrain.untrusted import require_cells
 from host.terrain.voids import UNDECLARED_VOID
 
 
@@ -68,13 +69,20 @@ class Raster:
     crs: CRS | None
 
 
-def read(path: Path) -> Raster:
+def read(path: Path, max_cells: int | None = None) -> Raster:
     """Read the heights of a file that rasterio opens.
+
+    Parameters
+    ----------
+    path : Path
+    max_cells : int, optional
+        As for :func:`host.terrain.load`.
 
     Raises
     ------
     InputError
-        If it cannot be read, has several bands, complex data, or heights in an unknown unit.
+        If it cannot be read, has several bands, complex data, more cells, or heights in an unknown
+        unit.
     """
     try:
         with warnings.catch_warnings():
@@ -91,6 +99,7 @@ def read(path: Path) -> Raster:
                         f"{path}: heights must be real numbers, but the band holds "
                         f"{file.dtypes[0]}."
                     )
+                require_cells(path, (file.height, file.width), max_cells)
                 unit_m = _vertical_unit_m(path, file.units[0])
                 band = file.read(1, masked=True)
                 scale, offset = file.scales[0], file.offsets[0]

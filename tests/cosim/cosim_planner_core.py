@@ -1,4 +1,4 @@
-"""The exported planner: a cold run, one that goes on from it, and one that is stopped.
+"""The exported planner: a cold run, and one that goes on from it and is stopped.
 
 The same flight, against the model, as in ``test_planner_core.py``.
 """
@@ -107,7 +107,11 @@ class SimulatedPlanner:
 
 @cocotb.test()
 async def runs(dut):
-    """Go through first populations, islands and their merge, a shape, a warm start, and a stop."""
+    """Go through a first population, generations, a shape, and a warm start that is stopped.
+
+    The wavefront alone takes 13,000 cycles, so there is one island; ``test_planner_core.py`` has
+    everything else on Verilator.
+    """
     chip = SimulatedPlanner(dut)
     await chip.power_up()
 
@@ -117,12 +121,11 @@ async def runs(dut):
         flight.upload()
         flight.pose()
         few = {"seeds": 8, "cycles": 10**9, "give_up_rank": 3, "paths": 4}
-        flight.run(RunOptions(seed=5, generations=12, lifts=1, slopes=(3, 0), **few))
+        flight.run(RunOptions(seed=5, generations=6, lifts=0, slopes=(0,), **few))
         before = flight.ground.copy()
         while (flight.ground == before).all():
             flight.change()
-        flight.run(RunOptions(seed=6, generations=30, lifts=0, slopes=(0,), warm=True, **few))
-        flight.run(RunOptions(seed=7, generations=900, slopes=(), warm=True, **few), stop=5000)
-        assert 5 < flight.outcome.generations < 900
+        flight.run(RunOptions(seed=7, generations=900, slopes=(), warm=True, **few), stop=4000)
+        assert 2 < flight.outcome.generations < 900
 
     await bridge(fly)()

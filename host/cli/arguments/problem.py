@@ -112,6 +112,12 @@ def add_problem(parser: Parser, *, of_path: bool = False) -> None:
         help="interpolate cells without data; by default they are impassable",
     )
     group.add_argument(
+        "--max-cells",
+        type=int,
+        metavar="N",
+        help="most cells of a terrain that is read (default 25 million)",
+    )
+    group.add_argument(
         "--ds",
         type=float,
         metavar="M",

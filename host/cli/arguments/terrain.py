@@ -30,6 +30,12 @@ def add_terrain(commands: Commands) -> None:
     info.add_argument("terrain", metavar="FILE|NAME", help="as --terrain of pathgene plan")
     info.add_argument("--fill-voids", action="store_true", help="interpolate cells without data")
     info.add_argument(
+        "--max-cells",
+        type=int,
+        metavar="N",
+        help="most cells of a terrain that is read (default 25 million)",
+    )
+    info.add_argument(
         "--cell",
         type=cell_sides,
         metavar="DX[,DY]",

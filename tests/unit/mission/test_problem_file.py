@@ -49,7 +49,9 @@ def plan_actions():
     return {
         action.dest: action.option_strings
         for action in commands.choices["plan"]._actions
-        if action.dest not in ("help", "json", "debug", "problem", "beside", "save_problem")
+        # A limit is the user's, not that of a problem file, which may come from anybody.
+        if action.dest
+        not in ("help", "json", "debug", "problem", "beside", "save_problem", "max_cells")
     }
 
 

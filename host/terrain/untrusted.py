@@ -1,0 +1,130 @@
+"""Terrain files as anybody may give them: regular files, of so many cells at most."""
+
+from __future__ import annotations
+
+import math
+import zipfile
+import zlib
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from host.errors import InputError
+
+
+__all__ = [
+    "MAX_CELLS",
+    "UNREADABLE",
+    "read_array",
+    "read_cells",
+    "read_values",
+    "require_cells",
+    "require_file",
+]
+
+#: Cells of a terrain, unless the user allows more: 200 MB of heights.
+MAX_CELLS = 25_000_000
+
+#: What reading a damaged file in numpy's formats raises.
+UNREADABLE = (
+    OSError,
+    ValueError,
+    EOFError,
+    KeyError,
+    NotImplementedError,
+    RuntimeError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+
+# Bytes of a cell, and of another value: the definition of a reference system has pages.
+_CELL_BYTES, _VALUE_BYTES = 16, 1 << 16
+# Values of a member beside the cells: sides, a place.
+_MOST_VALUES = 16
+
+
+def require_file(path: Path) -> None:
+    """Check that ``path`` is no FIFO, socket or device, which would be waited for.
+
+    Raises
+    ------
+    InputError
+        If it is one.
+    """
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise InputError(
+            f"{path}: must be a regular file, not a pipe or a device; copy it into one."
+        )
+
+
+def require_cells(path: Path, shape: tuple[int, ...], max_cells: int | None) -> None:
+    """Check the cells that a file states, before they are read.
+
+    Raises
+    ------
+    InputError
+        If there are more than ``max_cells``, by default :data:`MAX_CELLS`.
+    """
+    most = MAX_CELLS if max_cells is None else max_cells
+    if math.prod(shape) > most:
+        raise InputError(
+            f"{path}: its {' x '.join(map(str, shape))} cells are more than {most:,}; cut it, make "
+            "it coarser, or allow more (--max-cells)."
+        )
+
+
+def read_array(path: Path, opened: BinaryIO, max_cells: int | None) -> NDArray[Any]:
+    """Read an array of cells in numpy's format from the beginning of a file, its header first.
+
+    Raises
+    ------
+    InputError
+        If it has more cells than ``max_cells``.
+    OSError, ValueError, EOFError
+        If it cannot be read.
+    """
+    require_cells(path, _shape(opened, _CELL_BYTES), max_cells)
+    opened.seek(0)
+    return np.lib.format.read_array(opened, allow_pickle=False)
+
+
+def read_cells(
+    path: Path, archive: zipfile.ZipFile, key: str, max_cells: int | None
+) -> NDArray[Any]:
+    """Read the cells of an ``.npz``, as :func:`read_array` does."""
+    with archive.open(f"{key}.npy") as member:
+        require_cells(path, _shape(member, _CELL_BYTES), max_cells)
+    with archive.open(f"{key}.npy") as member:
+        return np.lib.format.read_array(member, allow_pickle=False)
+
+
+def read_values(archive: zipfile.ZipFile, key: str) -> NDArray[Any]:
+    """Read a few values of an ``.npz``.
+
+    Raises
+    ------
+    ValueError
+        If there are more than 16.
+    """
+    with archive.open(f"{key}.npy") as member:
+        shape = _shape(member, _VALUE_BYTES)
+    if math.prod(shape) > _MOST_VALUES:
+        raise ValueError(f"{math.prod(shape)} values of {key}")
+    with archive.open(f"{key}.npy") as member:
+        return np.lib.format.read_array(member, allow_pickle=False)
+
+
+def _shape(opened: Any, most_bytes: int) -> tuple[int, ...]:
+    """Return the shape that a header states; the file stands behind it."""
+    version = np.lib.format.read_magic(opened)
+    read = (
+        np.lib.format.read_array_header_1_0
+        if version == (1, 0)
+        else np.lib.format.read_array_header_2_0
+    )
+    shape, _, kind = read(opened)
+    if kind.itemsize > most_bytes:
+        raise ValueError(f"values of {kind.itemsize} bytes")
+    return shape

@@ -84,8 +84,8 @@ def refused(capsys, *arguments):
         ([*ENDS, "--uav", ""], "The name of a UAV file must end in .toml, unlike ''; shipped are "),
         (
             [*ENDS, "--ds", "0.002"],
-            "A sampling step of 0.002 m makes more than 500,000 samples of the way from start to goal; "
-            "increase it to 0.013 m.",
+            "A sampling step of 0.002 m makes more than 500,000 samples of the way from start to "
+            "goal; increase it to 0.013 m.",
         ),
         ([*ENDS, "--max-cells", "100"], "{hills}: its 41 x 61 cells are more than 100; cut it, "),
         ([*ENDS, "--nofly", "nowhere.geojson"], "Cannot read no-fly file 'nowhere.geojson': "),

@@ -20,6 +20,8 @@ from host.errors import InputError, PathgeneError
 
 __all__ = ["main"]
 
+# Paths of files may have some hundreds of characters.
+_LONGEST_WORD = 400
 _NUMBER = re.compile(r"-[.\d]|-inf|-nan", re.IGNORECASE)
 
 
@@ -93,7 +95,14 @@ def _complain(sentence: str, debug: bool) -> None:
     if debug:
         traceback.print_exc()
     if sentence:
-        print(f"pathgene: {' '.join(sentence.split())}", file=sys.stderr)
+        print(f"pathgene: {' '.join(map(_shortened, sentence.split()))}", file=sys.stderr)
+
+
+def _shortened(word: str) -> str:
+    """Return a word of a sentence, without the middle of one that is longer than any name."""
+    if len(word) <= _LONGEST_WORD:
+        return word
+    return f"{word[:100]}...{word[-50:]}"
 
 
 def _join_numbers(arguments: list[str]) -> list[str]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from numbers import Real
 from typing import Any
 
@@ -21,6 +22,7 @@ __all__ = [
     "is_number",
     "nodes_inside",
     "plain",
+    "require_near",
     "ring_of",
     "wound",
 ]
@@ -28,12 +30,34 @@ __all__ = [
 # Nodes this near an edge are on it: products like 7 * 30.87 carry rounding, borders do not.
 EDGE_M = 1e-6
 
+#: Greatest coordinate and radius of a zone, metres: further than any place on Earth.
+MOST_M = 1e9
+
 Ring = tuple[tuple[float, float], ...]
 
 
 def is_number(value: Any) -> bool:
-    """Return whether ``value`` is a finite real number, and no bool."""
-    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+    """Return whether ``value`` is a finite real number, within the floats, and no bool."""
+    try:
+        return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+    except OverflowError:
+        return False
+
+
+def require_near(kind: str, values: Iterable[float]) -> None:
+    """Check that all metres of a zone are on this side of :data:`MOST_M`.
+
+    Raises
+    ------
+    InputError
+        If one is not; the sentence names the ``kind`` of zone.
+    """
+    for value in values:
+        if abs(value) > MOST_M:
+            raise InputError(
+                f"No-fly {kind}: no coordinate or radius may exceed {MOST_M:g} m, unlike "
+                f"{value:g}; give metres in the terrain's local frame."
+            )
 
 
 def plain(corners: Any) -> Any:
@@ -59,6 +83,7 @@ def ring_of(corners: Any) -> Ring:
         ring = ring[:-1]
     if len(ring) < 3:
         raise InputError(f"No-fly polygon: a ring must have at least 3 corners, not {len(ring)}.")
+    require_near("polygon", itertools.chain(*ring))
     return ring
 
 

@@ -8,7 +8,7 @@ off: see :class:`Demand`.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -205,7 +205,7 @@ class SearchRasters:
         self,
         terrain: Terrain,
         demand: Demand,
-        zones: Iterable[Zone],
+        zones: Collection[Zone],
         rules: Rules,
         fastest_m_s: float,
     ) -> None:
@@ -218,7 +218,11 @@ class SearchRasters:
         self.at_times = np.zeros(terrain.shape, dtype=bool)
         at_times = []
         start = demand.ends[0]
-        for zone in zones:
+        # All zones without heights and times at once: there may be thousands.
+        limited = [zone for zone in zones if zone.limits.keys() - {"name"}]
+        plain = [zone for zone in zones if not zone.limits.keys() - {"name"}]
+        self.nofly |= blocked_cells(plain, terrain, rules.zone_margin_m)
+        for zone in limited:
             if zone.t1_s is not None:
                 reach_m = fastest_m_s * zone.t1_s + rules.zone_margin_m
                 if _least_distance_m(zone, start[0], start[1]) > reach_m:

@@ -109,10 +109,17 @@ def _add_capsules(inside: NDArray[np.bool_], capsules: _Floats, terrain: Terrain
     left = np.ceil(np.clip(west / terrain.dx_m - 0.5, 0, columns)).astype(np.intp)
     right = np.floor(np.clip(east / terrain.dx_m + 0.5, -1, columns - 1)).astype(np.intp)
     met = left <= right
-    changes = np.zeros((rows, columns + 1), dtype=np.int32)
-    np.add.at(changes, (row[met], left[met]), 1)
-    np.add.at(changes, (row[met], right[met] + 1), -1)
-    inside |= np.cumsum(changes, axis=1, dtype=np.int32)[:, :-1] > 0
+    if not met.any():
+        return
+    row, left, right = row[met], left[met], right[met]
+    # Most zones are small.
+    south_row, north_row = int(row.min()), int(row.max()) + 1
+    west_column, east_column = int(left.min()), int(right.max()) + 1
+    changes = np.zeros((north_row - south_row, east_column - west_column + 1), dtype=np.int32)
+    np.add.at(changes, (row - south_row, left - west_column), 1)
+    np.add.at(changes, (row - south_row, right + 1 - west_column), -1)
+    met_there = np.cumsum(changes, axis=1, dtype=np.int32)[:, :-1] > 0
+    inside[south_row:north_row, west_column:east_column] |= met_there
 
 
 def _easternmost(

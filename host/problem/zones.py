@@ -16,7 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from host.errors import InputError
-from host.problem.rings import Ring, add_edges, is_number, nodes_inside, plain, ring_of
+from host.problem.rings import (
+    Ring,
+    add_edges,
+    is_number,
+    nodes_inside,
+    plain,
+    require_near,
+    ring_of,
+)
 from host.problem.zone_files import document_shapes, read_document
 from host.terrain import Terrain
 
@@ -193,6 +201,7 @@ class Circle(Zone):
             if not is_number(value):
                 raise InputError(f"No-fly circle: {name} must be a finite number, not {value!r}.")
             object.__setattr__(self, name, float(value))
+        require_near("circle", (self.x_m, self.y_m, self.radius_m))
         if self.radius_m < 0:
             raise InputError(
                 f"No-fly circle: radius_m must not be negative, not {self.radius_m:g}."

@@ -88,6 +88,11 @@ def refused(capsys, *arguments):
             "goal; increase it to 0.013 m.",
         ),
         ([*ENDS, "--max-cells", "100"], "{hills}: its 41 x 61 cells are more than 100; cut it, "),
+        (
+            [*ENDS, "--nofly-circle", "1e308,1e308,1e308"],
+            "No-fly circle: no coordinate or radius may exceed 1e+09 m, unlike 1e+308; give ",
+        ),
+        ([*ENDS, "--seed", "9" * 5000], "Argument --seed: invalid int value: '" + "9" * 99 + "..."),
         ([*ENDS, "--nofly", "nowhere.geojson"], "Cannot read no-fly file 'nowhere.geojson': "),
         (
             [*ENDS, "--planner", "fpa", "--waypoints", "0"],

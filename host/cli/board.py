@@ -61,7 +61,7 @@ def serve(args: argparse.Namespace) -> int:
 def _check_address(text: str) -> None:
     """Refuse an address at which nothing can listen, before a simulator is built."""
     host, _, port = text.rpartition(":")
-    if not (host and port.isascii() and port.isdigit() and int(port) <= 65535):
+    if not (host and text.isascii() and port.isdigit() and len(port) <= 5 and int(port) <= 65535):
         raise InputError(f"The address to listen at must be HOST:PORT, not {text!r}.")
     try:
         with socket.socket() as trial:

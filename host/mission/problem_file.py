@@ -39,6 +39,8 @@ def read_problem(file: Path) -> dict[str, Any]:
             document = tomllib.loads(file.read_text("utf-8"))
     except UnicodeDecodeError:
         raise InputError(f"{file}: not a problem file, it is not UTF-8 text.") from None
+    except RecursionError:
+        raise InputError(f"{file}: tables or arrays are nested too deeply.") from None
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{file}: not valid TOML: {error}.") from None
     try:

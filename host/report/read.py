@@ -182,7 +182,7 @@ def summary_terrain(
         if cell is None and stated["cell_m"] and Path(source).suffix == ".npy":
             east, north = map(float, stated["cell_m"])
             cell = east, north
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, OverflowError):
         raise InputError(f"{file}: {_UNKNOWN_PROBLEM}") from None
     terrain = load(source, cell=cell, fill_voids=fill_voids, max_cells=max_cells)
     return _placed(file, terrain, stated) if is_own else terrain
@@ -198,7 +198,7 @@ def summary_path(file: Path, summary: dict[str, Any]) -> NDArray[np.float64]:
     """
     try:
         path = np.array(summary["waypoints"], dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         path = np.empty(0)
     if path.ndim != 2 or path.shape[1] != 3 or len(path) < 2:
         raise InputError(f"{file}: waypoints must be two or more lists of three numbers.")
@@ -217,7 +217,7 @@ def summary_way(file: Path, summary: dict[str, Any]) -> tuple[Point, ...]:
         points = [tuple(map(float, leg["from"])) for leg in summary.get("legs") or ()][1:]
         if not all(len(point) == 3 for point in points):
             raise ValueError
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, OverflowError):
         raise InputError(
             f"{file}: every leg must be a table with three numbers under from."
         ) from None
@@ -264,7 +264,7 @@ def summary_wind_and_step(file: Path, summary: dict[str, Any]) -> tuple[tuple[fl
     try:
         east, north = map(float, summary["wind"])
         return (east, north), float(summary["ds_m"])
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, OverflowError):
         raise InputError(f"{file}: {_UNKNOWN_PROBLEM}") from None
 
 
@@ -304,7 +304,7 @@ def _placed(file: Path, terrain: Terrain, stated: dict[str, Any]) -> Terrain:
         return terrain
     try:
         east, north = map(float, origin)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         east = north = math.nan
     if not isinstance(crs, str) or not (math.isfinite(east) and math.isfinite(north)):
         raise InputError(

@@ -328,6 +328,11 @@ def test_check_refuses_another_start(hills, tmp_path, capsys):
             "The address to listen at must be HOST:PORT, not 'localhost:70000'.",
         ),
         (
+            # As bytes that are not UTF-8 arrive.
+            ["board", "serve", "--listen", "\udcff\udcfe:1"],
+            "The address to listen at must be HOST:PORT, not '\\udcff\\udcfe:1'.",
+        ),
+        (
             ["board", "serve", "--listen", "no.such.host.invalid:0"],
             "Nothing can listen at 'no.such.host.invalid:0' (",
         ),

@@ -248,6 +248,8 @@ def parse(toml: str, where: str) -> Aircraft:
     """
     try:
         table = tomllib.loads(toml)
+    except RecursionError:
+        raise InputError(f"{where}: tables or arrays are nested too deeply.") from None
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{where}: not valid TOML: {error}.") from None
     return Aircraft.from_dict(table, where)

@@ -149,6 +149,10 @@ def test_dictionary_round_trip(name):
     [
         ("a = ", r"^mine\.toml: not valid TOML: .+\.$"),
         (
+            "a = " + "[" * 3000 + "]" * 3000,
+            r"^mine\.toml: tables or arrays are nested too deeply\.$",
+        ),
+        (
             TOML + "speed = 3",
             (
                 r"^mine\.toml: unknown UAV parameter 'speed'; known are "

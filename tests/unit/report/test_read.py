@@ -97,6 +97,15 @@ def test_a_path_is_no_summary(make_run, tmp_path):
             {"waypoints": [[1, 2, 3]]},
             "waypoints must be two or more lists of three numbers.",
         ),
+        (
+            {"waypoints": [[1, 2, 3], [4, 5, 10**400]]},
+            "waypoints must be two or more lists of three numbers.",
+        ),
+        (
+            {"ds_m": 10**400},
+            "the summary does not say how its path was evaluated; give --terrain and the other "
+            "options.",
+        ),
         ({"nofly": 3}, "nofly must be a list of zones, not 3."),
         ({"as_paper": 1}, "as_paper must be true or false, not 1."),
         (

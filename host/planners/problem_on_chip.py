@@ -22,7 +22,7 @@ from host.problem.zones import Circle, Zone
 __all__ = ["ProblemOnChip", "pause_s"]
 
 #: Time between two looks at a run: seconds at most, and so many looks in a run at least.
-_LOOK_S, _LOOKS = 0.001, 20
+_LOOK_S, _LOOKS = 0.001, 100
 #: Share of the corners drawn for a zone that may lie outside of it, before they are set free.
 _MOST_EXCESS = 0.05
 

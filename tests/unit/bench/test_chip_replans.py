@@ -41,14 +41,14 @@ def test_replans_are_beside_astar(monkeypatch):
 
 def test_looks_at_a_run_go_on_until_one_begins_behind_its_end():
     look = Look(asked_s=1e-5, told_s=9e-5)
-    # The pause is a twentieth of the limit.
+    # The pause is a hundredth of the limit.
     assert look.until_over(0, 2e-3) == pytest.approx(1e-4)
     assert look.until_over(0.9e-5, 2e-3) == pytest.approx(1e-4)
-    assert look.until_over(1.1e-5, 2e-3) == pytest.approx(3e-4)
+    assert look.until_over(1.1e-5, 2e-3) == pytest.approx(2.2e-4)
     # The last look before the limit would end behind it.
     assert look.until_over(2e-3, 2e-3) == pytest.approx(2.1e-3)
     assert look.until_over(1.9e-3, 2e-3) == pytest.approx(2.1e-3)
-    assert look.until_over(1.7e-3, 2e-3) == pytest.approx(1.9e-3)
+    assert look.until_over(1.6e-3, 2e-3) == pytest.approx(1.78e-3)
 
 
 @pytest.mark.parametrize("number", range(8))

@@ -11,7 +11,7 @@ import pytest
 from hdl.planner.layouts import problem_layout
 from hdl.planner.population_layouts import corner_layout
 from hdl.planner.wavefront.layouts import block_layout, found_layout, place_layout
-from hdl.protocol.planner import BLOCKS, seed_waypoints
+from hdl.protocol.planner import BLOCKS, FAR, seed_waypoints
 from sim.cache import BuildCache, build_root
 from sim.exported import exported_verilog
 from sim.model.planner import wavefront_cycles
@@ -20,7 +20,7 @@ from sim.model.planner.definition.score import corner_of
 from sim.model.planner.definition.seeds import seed_path
 from sim.verilator import build_verilator
 from tests.planner_cases import LARGE, SMALL, USUAL
-from tests.planner_wavefront import FAR, Words, blocks_of, corner, layer, problem, terrain
+from tests.planner_wavefront import Words, blocks_of, corner, layer, problem, terrain
 
 
 pytestmark = [pytest.mark.cosim, pytest.mark.ci]

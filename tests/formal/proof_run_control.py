@@ -181,12 +181,12 @@ PROOF = Proof(
         "a lift is not counted": (RunControl, ("lifts.eq(lifts - 1)", "lifts.eq(lifts)")),
         "the second island comes again": (
             RunControl,
-            ("self.island.eq(1),\n                            self.kind", "self.kind"),
+            ("self.island.eq(1),\n                        self.kind", "self.kind"),
         ),
         "what is collected stays pending": (
             RunControl,
             (
-                "self.finish.eq(1)\n                    m.d.sync += pending.eq(0)",
+                "self.finish.eq(1)\n                m.d.sync += pending.eq(0)",
                 "self.finish.eq(1)",
             ),
         ),

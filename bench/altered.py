@@ -1,4 +1,4 @@
-"""A definition with one text changed, in processes of its own: what a choice is worth."""
+"""Measures what a choice of the definition is worth: processes import it with one text changed."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ class ProblemOnChip:
         corners beside the ends, zones with heights or times, and dents and holes of a zone.
         Elsewhere the chip keeps the map that it has: zones that are gone stay blocked, and the
         corners beside an earlier end stay lowered. Where an end lies off the steps of that map, the
-        other problem has a map of its own, and does not go on from this one.
+        other problem gets a new map, and its first run starts cold.
         """
         grid = self.grid.of_problem(problem)
         if grid is None:

@@ -27,7 +27,8 @@ __all__ = [
 #: Cells of a terrain, unless the user allows more: 200 MB of heights.
 MAX_CELLS = 25_000_000
 
-#: What reading a damaged file in numpy's formats raises.
+#: What reading a damaged file in numpy's formats raises: NotImplementedError of an unknown
+#: compression, RuntimeError of an encrypted member, KeyError of a missing one.
 UNREADABLE = (
     OSError,
     ValueError,

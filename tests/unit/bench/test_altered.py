@@ -1,4 +1,4 @@
-"""A change of the definition, in a process of its own."""
+"""A process imports a changed definition; other processes keep the usual one."""
 
 import importlib.util
 import multiprocessing

@@ -21,7 +21,7 @@ from hdl.boards.route import route
 from hdl.boards.tools import run_tool
 from hdl.config import CheckerBuild, Config, GeneticCore
 from hdl.protocol.runs import ISLANDS
-from hdl.verilog import strip_zero_init
+from hdl.verilog import convert
 from tools.netlist import Netlist
 
 
@@ -225,10 +225,7 @@ def _component(path: str, *arguments: Any) -> Any:
 
 def _write(unit: Any, folder: Path, platform: Any = None) -> None:
     """Write the Verilog of ``unit`` to ``folder``."""
-    from amaranth.back import verilog
-
-    text = strip_zero_init(verilog.convert(unit, platform=platform, name="unit", emit_src=False))
-    (folder / "unit.v").write_text(text, encoding="utf-8")
+    (folder / "unit.v").write_text(convert(unit, "unit", platform), encoding="utf-8")
 
 
 def _synthesize(folder: Path, command: str, *further: str) -> None:

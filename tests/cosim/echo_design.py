@@ -1,10 +1,11 @@
 """A small chip for the tests of the simulators: a UART that echoes."""
 
 from amaranth import *
-from amaranth.back import verilog
 from amaranth.lib import wiring
 from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.lib.wiring import In, Out
+
+from hdl.verilog import convert
 
 
 __all__ = ["UartEcho", "echo_verilog"]
@@ -90,4 +91,4 @@ class UartEcho(wiring.Component):
 
 def echo_verilog(clocks_per_bit=4, **options):
     """Return the Verilog of a :class:`UartEcho`, module ``uart_echo``."""
-    return verilog.convert(UartEcho(clocks_per_bit, **options), name="uart_echo", emit_src=False)
+    return convert(UartEcho(clocks_per_bit, **options), "uart_echo")

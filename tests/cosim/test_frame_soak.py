@@ -5,12 +5,12 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from amaranth.back import verilog
 
 from hdl.config import Config
 from hdl.link.frame import FrameReceiver
 from hdl.protocol import StickyError
 from hdl.protocol.codec import encode_frame
+from hdl.verilog import convert
 from sim.cache import BuildCache, build_root
 from sim.exported import cached_verilog
 from sim.model.frames import FrameReceiverModel
@@ -28,9 +28,7 @@ LETTERS = {"M": StickyError.MALFORMED, "C": StickyError.CRC, "O": StickyError.OV
 def receive(data, longest_pause=0):
     """Return the frames and verdicts of the exported receiver, and whether the line is busy."""
     text = cached_verilog(
-        lambda: verilog.convert(
-            FrameReceiver(CONFIG.receive_buffer), name="frame_receiver", emit_src=False
-        ),
+        lambda: convert(FrameReceiver(CONFIG.receive_buffer), "frame_receiver"),
         "frame_receiver",
         repr(CONFIG),
     )

@@ -6,14 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from amaranth.back import verilog
 
 from hdl.layouts import point_layout
 from hdl.planner.evaluator.path_evaluator import PathEvaluator
 from hdl.planner.layouts import problem_layout
 from hdl.planner.population_layouts import head_layout, member_layout
 from hdl.planner.population_memory import decided_layout, margin_layout
-from hdl.verilog import strip_zero_init
+from hdl.verilog import convert
 from sim.cache import BuildCache, build_root
 from sim.exported import cached_verilog
 from sim.verilator import build_verilator
@@ -51,8 +50,7 @@ class Layouts:
 
 def program_of(config, rows):
     def export():
-        dut = PathEvaluator(config, SLOTS, rows)
-        return strip_zero_init(verilog.convert(dut, name="path_evaluator", emit_src=False))
+        return convert(PathEvaluator(config, SLOTS, rows), "path_evaluator")
 
     return build_verilator(
         BuildCache(build_root() / "sim"),

@@ -7,11 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from amaranth.back import verilog
 
 from hdl.config import Config
 from hdl.planner.walker.path_walker import PathWalker
-from hdl.verilog import strip_zero_init
+from hdl.verilog import convert
 from sim.cache import BuildCache, build_root
 from sim.exported import cached_verilog
 from sim.model.planner.definition.memo import Memo
@@ -35,8 +34,7 @@ class VerilatedWalker:
 
     def __init__(self, config, rows):
         def export():
-            dut = PathWalker(config, rows)
-            return strip_zero_init(verilog.convert(dut, name="path_walker", emit_src=False))
+            return convert(PathWalker(config, rows), "path_walker")
 
         program = build_verilator(
             BuildCache(build_root() / "sim"),

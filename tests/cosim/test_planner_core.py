@@ -8,13 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from amaranth.back import verilog
 
 from hdl.planner.core import PlannerCore
 from hdl.planner.run_status import run_status_layout
 from hdl.protocol.planner import VALUE_BITS, PathClass
 from hdl.protocol.runs import RunOptions
-from hdl.verilog import strip_zero_init
+from hdl.verilog import convert
 from sim.cache import BuildCache, build_root
 from sim.exported import cached_verilog
 from sim.model.block_marks import BlockMarks
@@ -35,8 +34,7 @@ MEDIUM = SMALL.replace(
 
 def planner_verilog(config, rows):
     """Return the Verilog of the planner."""
-    dut = PlannerCore(config, rows)
-    return strip_zero_init(verilog.convert(dut, name="planner_core", emit_src=False))
+    return convert(PlannerCore(config, rows), "planner_core")
 
 
 class VerilatedPlanner:

@@ -1,9 +1,9 @@
 """The UART bench at other divisors: the smallest, and 115,200 baud at 100 MHz."""
 
 import pytest
-from amaranth.back import verilog
 
 from hdl.link.uart import Uart
+from hdl.verilog import convert
 from sim.exported import cached_verilog
 from tools.runner import BENCHES, run
 
@@ -23,7 +23,7 @@ pytestmark = pytest.mark.cosim
 )
 def test_uart(clocks_per_bit, simulator):
     text = cached_verilog(
-        lambda: verilog.convert(Uart(clocks_per_bit), name="uart", emit_src=False),
+        lambda: convert(Uart(clocks_per_bit), "uart"),
         "uart",
         repr(clocks_per_bit),
     )

@@ -12,13 +12,13 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from amaranth.back import rtlil, verilog
+from amaranth.back import rtlil
 
 from hdl.boards import find_board
 from hdl.boards.build import prepare
 from hdl.config import CheckerBuild, Config, GeneticCore, SurvivorSelection
 from hdl.top import Planner
-from hdl.verilog import strip_zero_init
+from hdl.verilog import convert
 from tools.chips import SMALL
 
 
@@ -53,8 +53,7 @@ def _planner(config: Config, stem: Path, verilog_too: bool) -> None:
     text = rtlil.convert(Planner(config), name="planner", emit_src=False)
     stem.with_suffix(".il").write_text(text)
     if verilog_too:
-        converted = verilog.convert(Planner(config), name="planner", emit_src=False)
-        stem.with_suffix(".v").write_text(strip_zero_init(converted))
+        stem.with_suffix(".v").write_text(convert(Planner(config), "planner"))
 
 
 def _board(name: str, stem: Path, verilog_too: bool) -> None:

@@ -26,18 +26,19 @@ OUT ?= out/plan
 GUSTS ?= light
 
 # Options of `make sim` (default: all benches on both simulators), `make bench`, `make formal`
-# (default: all proofs) and `make test`; chip of `make bitstream`.
+# (default: all proofs), `make faults` and `make test`; chip of `make bitstream`.
 CHIP ?=
 SIM ?=
 BENCH ?=
 ONLY ?=
 WAVES ?=
 PROOF ?=
+SEEDS ?= 0:300
 WORKERS ?= 2
 PYTEST_ARGS ?=
 
 # The tools get these as arguments; as environment variables they could have other effects.
-unexport CHIP SIM BENCH ONLY WAVES PROOF
+unexport CHIP SIM BENCH ONLY WAVES PROOF SEEDS
 
 # The first Python that is new enough, starting with that of .venv; the script exits with 75 if its
 # Python is too old. -ES makes the start quick.
@@ -67,6 +68,8 @@ help:
 	@echo "                (BOARD=ulx3s-85f CHIP=planner|paper)"
 	@echo "make sim        cocotb benches on Icarus and Verilator (SIM= BENCH= WAVES=1)"
 	@echo "make formal     prove claims about the gateware with Yosys and Z3 (PROOF=)"
+	@echo "make faults     sessions with faults of line, chip, clock, disk and signals, decided by seeds"
+	@echo "                (SEEDS=0:300 BOARD=model: or sim:)"
 	@echo "make bench      measure every speed claim (BENCH=; of fpga, flight, quality and safety, rows named like ONLY=)"
 	@echo "make docs       the documentation as a site, in build/docs/ (open index.html)"
 	@echo "make lint       ruff (rules and format), mypy, the rules of imports, Verilator's lint of the"
@@ -127,6 +130,11 @@ sim: setup
 .PHONY: formal
 formal: setup
 	@$(IN_ROOT) "$(BIN)/python" -m tools.formal $(if $(PROOF),--proof "$(PROOF)")
+
+.PHONY: faults
+faults: BOARD = model:
+faults: setup
+	@$(IN_ROOT) "$(BIN)/python" -m tools.faults --board "$(BOARD)" --seeds "$(SEEDS)"
 
 .PHONY: bench
 bench: setup $(if $(filter fpga,$(BENCH)),setup-synth)

@@ -55,6 +55,7 @@ def build_verilator(
     top: str,
     *,
     main: Path,
+    headers: Sequence[Path] = (),
     objects: Sequence[Path] = (),
     verilate_args: Sequence[str] = (),
     link_args: Sequence[str] = (),
@@ -74,6 +75,8 @@ def build_verilator(
         Module to build.
     main : Path
         C++ file with ``main``, which finds the design as class ``Vtop``.
+    headers : Sequence[Path]
+        Headers of ours that it includes.
     objects : Sequence[Path]
         Further object files to link, from :func:`compile_object`.
     verilate_args, link_args : Sequence[str]
@@ -100,7 +103,8 @@ def build_verilator(
     """
     options = [top, *CXX_FLAGS, optimize, str(trace), str(public), *verilate_args, "--", *link_args]
     linked = map(str, objects)  # Named by their contents.
-    key = digest([verilator_version(), verilog, main.read_bytes(), *options, *linked])
+    included = [path.read_bytes() for path in headers]
+    key = digest([verilator_version(), verilog, main.read_bytes(), *options, *linked, *included])
 
     def build(directory: Path) -> None:
         (directory / "design.v").write_text(verilog)

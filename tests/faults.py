@@ -8,19 +8,10 @@ import random
 from collections.abc import Callable
 
 from hdl.protocol import DELIMITER
+from tools.faults.line import VirtualClock
 
 
 __all__ = ["ByteFaults", "FaultyTransport", "FrameFaults", "VirtualClock"]
-
-
-class VirtualClock:
-    """A clock that returns its attribute ``now_s``."""
-
-    def __init__(self) -> None:
-        self.now_s = 0.0
-
-    def __call__(self) -> float:
-        return self.now_s
 
 
 class ByteFaults:

@@ -1,0 +1,12 @@
+"""A fault simulator: whole sessions of the product under faults that a seed decides.
+
+``python -m tools.faults`` (``make faults``) runs sessions on the software model and on the
+Verilated chip, with faults of the line, of the chip, of the processor's clock and of the disk, and
+with signals at any line of the host's code. Time is virtual: minutes of silence take milliseconds.
+
+A case (:mod:`tools.faults.case`) is a list of explicit events, drawn from its seed: it replays
+exactly, and shrinks by leaving events out. A judge (:mod:`tools.faults.judge`) holds what every
+session must keep, whatever happens: what the host was told is what it is told without faults, or
+the call fails with a documented error; nothing hangs; what is on disk is whole; a later session
+works. Planted bugs (:mod:`tools.faults.planted`) show that the judge would notice.
+"""

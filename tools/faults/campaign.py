@@ -1,0 +1,101 @@
+"""Many cases in several processes, and what became of them."""
+
+from __future__ import annotations
+
+import contextlib
+from collections import Counter
+from collections.abc import Generator, Iterable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field
+from functools import cache
+from multiprocessing import get_context
+from typing import Any
+
+from tools.faults.case import Case, draw
+from tools.faults.chips import CHIPS, Board
+from tools.faults.judge import Judge, Verdict
+from tools.faults.planted import planted
+
+
+__all__ = ["Campaign", "case_of", "run"]
+
+#: Cases that a process takes at once.
+_CHUNK = 10
+
+
+@dataclass
+class Campaign:
+    """Cases that were run, and what became of them.
+
+    Attributes
+    ----------
+    sessions, outcomes, faults : Counter
+        Cases by chip, and by how they ended; faults that happened, by name.
+    violations : list of (Case, str)
+        Cases in which something was not kept, and what.
+    """
+
+    sessions: Counter[str] = field(default_factory=Counter)
+    outcomes: Counter[str] = field(default_factory=Counter)
+    faults: Counter[str] = field(default_factory=Counter)
+    violations: list[tuple[Case, str]] = field(default_factory=list)
+
+    def add(self, case: Case, verdict: Verdict) -> None:
+        """Add a case."""
+        self.sessions[case.chip] += 1
+        self.outcomes[verdict.outcome] += 1
+        self.faults += verdict.faults
+        if verdict.violation:
+            self.violations.append((case, verdict.violation))
+
+    def to_json(self) -> dict[str, Any]:
+        """Return all of it for JSON."""
+        return {
+            "sessions": dict(self.sessions),
+            "outcomes": dict(self.outcomes),
+            "faults": dict(self.faults),
+            "violations": [
+                {"case": case.to_json(), "violation": text} for case, text in self.violations
+            ],
+        }
+
+
+@cache
+def judge_of(board: Board) -> Judge:
+    """Return this process's judge."""
+    return Judge(board)
+
+
+def case_of(board: Board, seed: int) -> Case:
+    """Return the case of a seed; the chips take turns."""
+    chip = list(CHIPS)[seed % len(CHIPS)]
+    return draw(seed, chip, lambda work: judge_of(board).extent(chip, work))
+
+
+def _judge(board: Board, seeds: Sequence[int], bug: str | None) -> list[tuple[Case, Verdict]]:
+    # What sessions tell without faults, they tell without bugs.
+    cases = [case_of(board, seed) for seed in seeds]
+    with planted(bug) if bug else contextlib.nullcontext():
+        return [(case, judge_of(board).judge(case)) for case in cases]
+
+
+def run(
+    board: Board, seeds: Iterable[int], jobs: int, bug: str | None = None
+) -> Generator[tuple[Case, Verdict]]:
+    """Run the cases of ``seeds``, ``jobs`` at a time; yield them in their order.
+
+    ``bug`` is one of :data:`tools.faults.planted.PLANTED`.
+    """
+    numbers = list(seeds)
+    chunks = [numbers[first : first + _CHUNK] for first in range(0, len(numbers), _CHUNK)]
+    if jobs == 1:
+        for chunk in chunks:
+            yield from _judge(board, chunk, bug)
+        return
+    pool = ProcessPoolExecutor(jobs, get_context("spawn"))
+    try:
+        waiting = [pool.submit(_judge, board, chunk, bug) for chunk in chunks]
+        for future in waiting:
+            yield from future.result()
+    finally:
+        pool.shutdown(cancel_futures=True)

@@ -1,0 +1,184 @@
+"""Cases: a session, and the faults that it meets, drawn from a seed."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import random
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from tools.faults.line import LineEvent, LineFault, Way
+
+
+__all__ = ["Case", "Extent", "draw"]
+
+#: Sessions of a chip, by the seed of what they do: their results without faults are kept.
+_WORKS = 8
+#: Sessions opened before: the number of a session is that of the last one plus 1, modulo 256, and
+#: a chip that was reset begins at 0.
+_SESSIONS_BEFORE = (0, 0, 0, 1, 254, 255)
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How long a session is without faults.
+
+    Parameters
+    ----------
+    bytes : dict of Way to int
+        Bytes of each way.
+    readings : int
+        Readings of the clock.
+    lines : int
+        Lines of the host's code for devices that it executes.
+    """
+
+    bytes: dict[Way, int]
+    readings: int
+    lines: int
+
+
+@dataclass(frozen=True)
+class Case:
+    """A session with faults.
+
+    Parameters
+    ----------
+    seed : int
+        What it was drawn from.
+    chip : str
+        Key of :data:`tools.faults.chips.CHIPS`.
+    work : int
+        Seed of what the session does.
+    sessions_before : int
+        Sessions that the chip has had.
+    line : tuple of LineEvent
+        Faults of the line.
+    jumps : tuple of (int, float)
+        Readings of the processor's clock at which it jumps ahead, and the seconds.
+    signal_at : int or None
+        The line of the host's code, counted as they are executed, at which Ctrl-C arrives.
+    resumes : bool
+        After an error, the session goes on with the same chip and another link session.
+    """
+
+    seed: int
+    chip: str
+    work: int
+    sessions_before: int = 0
+    line: tuple[LineEvent, ...] = ()
+    jumps: tuple[tuple[int, float], ...] = ()
+    signal_at: int | None = None
+    resumes: bool = False
+
+    def to_json(self) -> str:
+        """Return the case as a line of JSON."""
+        return json.dumps(dataclasses.asdict(self))
+
+    @classmethod
+    def from_json(cls, text: str) -> Case:
+        """Return the case of a line of JSON."""
+        fields: dict[str, Any] = json.loads(text)
+        fields["line"] = tuple(
+            LineEvent(**event | {"way": Way(event["way"]), "fault": LineFault(event["fault"])})
+            for event in fields["line"]
+        )
+        fields["jumps"] = tuple((at, seconds) for at, seconds in fields["jumps"])
+        return cls(**fields)
+
+    @property
+    def faults(self) -> list[tuple[str, Any]]:
+        """Every fault, as the name of its field and its value; see :meth:`with_faults`."""
+        found: list[tuple[str, Any]] = [("line", event) for event in self.line]
+        found += [("jumps", jump) for jump in self.jumps]
+        if self.signal_at is not None:
+            found.append(("signal_at", self.signal_at))
+        return found
+
+    def with_faults(self, faults: list[tuple[str, Any]]) -> Case:
+        """Return the case with these faults alone."""
+        return dataclasses.replace(
+            self,
+            line=tuple(value for name, value in faults if name == "line"),
+            jumps=tuple(value for name, value in faults if name == "jumps"),
+            signal_at=next((value for name, value in faults if name == "signal_at"), None),
+        )
+
+
+def draw(seed: int, chip: str, extent_of: Any) -> Case:
+    """Draw a case.
+
+    Parameters
+    ----------
+    seed : int
+        Of the draws.
+    chip : str
+        The chip.
+    extent_of : callable
+        Returns the :class:`Extent` of a session from its ``work``.
+    """
+    rng = random.Random(seed)
+    work = rng.randrange(_WORKS)
+    extent: Extent = extent_of(work)
+    line: list[LineEvent] = []
+    kind = rng.random()
+    if kind < 0.3:
+        line += _noisy(rng, extent)
+    if 0.2 < kind < 0.85:
+        line += (_any_event(rng, extent) for _ in range(rng.choice((1, 1, 1, 2, 3, 6))))
+    jumps: tuple[tuple[int, float], ...] = ()
+    if rng.random() < 0.15:
+        jumps = tuple(
+            (rng.randrange(extent.readings), rng.choice((0.3, 5.0, 3600.0)))
+            for _ in range(rng.choice((1, 1, 3)))
+        )
+    # A line without faults still meets signals.
+    signal_at = rng.randrange(extent.lines) if not line or rng.random() < 0.1 else None
+    return Case(
+        seed=seed,
+        chip=chip,
+        work=work,
+        sessions_before=rng.choice(_SESSIONS_BEFORE),
+        line=tuple(sorted(line)),
+        jumps=jumps,
+        signal_at=signal_at,
+        resumes=rng.random() < 0.5,
+    )
+
+
+def _noisy(rng: random.Random, extent: Extent) -> Iterator[LineEvent]:
+    """Yield the faults of a line that is noisy all the time, and of what is sent again."""
+    rate = 10 ** rng.uniform(-4, -2.5)
+    faults = rng.choice(
+        (
+            (LineFault.FLIP,),
+            (LineFault.DROP,),
+            (LineFault.DROP, LineFault.FLIP, LineFault.INSERT, LineFault.REPEAT),
+            (LineFault.LOSE_FRAME, LineFault.REPEAT_FRAME, LineFault.MERGE, LineFault.DELAY_FRAME),
+        )
+    )
+    for way in Way:
+        at = 0
+        while (at := at + 1 + int(rng.expovariate(rate))) < 2 * extent.bytes[way]:
+            yield LineEvent(at, way, rng.choice(faults), rng.randrange(256))
+
+
+def _any_event(rng: random.Random, extent: Extent) -> LineEvent:
+    """Return a fault anywhere in the session."""
+    way = rng.choice(list(Way))
+    at = int(rng.random() * extent.bytes[way])
+    if rng.random() < 0.2:
+        at //= 50  # The beginning, where the session opens.
+    fault = rng.choice(list(LineFault))
+    if fault in (LineFault.FULL, LineFault.RESET):
+        way = Way.TO_BOARD
+    value = rng.randrange(256)
+    if fault in (LineFault.STALL, LineFault.FULL):
+        value = rng.choice((1, 20, 300, 3_000, 60_000))
+    if fault is LineFault.RESET:
+        value = rng.randrange(2_000)
+    if fault is LineFault.NOISE:
+        value = rng.choice((1, 7, 64, 1_000))
+    return LineEvent(at, way, fault, value)

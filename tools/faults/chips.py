@@ -1,0 +1,158 @@
+"""Chips at the other end of a faulty line: the software model, and the Verilog in Verilator."""
+
+from __future__ import annotations
+
+import struct
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+
+from hdl.config import CheckerBuild, Config, GeneticCore
+from sim.cache import BuildCache, build_root
+from sim.exported import exported_verilog
+from sim.model.chip import ChipModel
+from sim.verilator import build_verilator
+from tools.chips import SMALL
+from tools.faults.line import ChipOnLine
+
+
+__all__ = ["CHIPS", "CLOCK_HZ", "Board", "ModelOnLine", "VerilatedOnLine", "chip_on_line"]
+
+_SIM = Path(__file__).parents[2] / "sim"
+
+#: Clock of a Verilated chip in virtual time: slow, since every silence is simulated.
+CLOCK_HZ = 1e6
+
+
+class Board(StrEnum):
+    """What a session talks to."""
+
+    MODEL = "model:"
+    SIM = "sim:"
+
+
+#: Chips by name: the paper's core with its checker, small and of the usual population, and the
+#: planner's.
+CHIPS = {
+    "paper": SMALL.replace(checker=CheckerBuild.TWO_TIER, lanes=1),
+    "paper, 32 paths": Config(map_size=64, coarse_factor=8, altitude_bits=8),
+    "planner": Config(
+        population=8,
+        children=4,
+        elites=2,
+        survivors=2,
+        inserts=1,
+        deletes=1,
+        max_waypoints=8,
+        map_size=64,
+        coarse_factor=4,
+        altitude_bits=9,
+        lanes=4,
+        clocks_per_bit=4,
+        receive_buffer=512,
+        genetic=GeneticCore.STREAMING,
+    ),
+}
+
+
+@contextmanager
+def chip_on_line(board: Board, chip: str) -> Iterator[ChipOnLine]:
+    """Start a chip."""
+    if board is Board.MODEL:
+        yield ModelOnLine(CHIPS[chip])
+        return
+    verilated = VerilatedOnLine(CHIPS[chip].replace(clocks_per_bit=4))
+    try:
+        yield verilated
+    finally:
+        verilated.close()
+
+
+class ModelOnLine:
+    """The software model, which answers at once.
+
+    Parameters
+    ----------
+    config : Config
+        The chip's.
+    """
+
+    def __init__(self, config: Config) -> None:
+        self._config = config
+        self._model = ChipModel(config)
+
+    def feed(self, data: bytes, reset: int | None = None) -> bytes:
+        """Receive bytes; see :class:`tools.faults.line.ChipOnLine`."""
+        if reset is None:
+            return self._model.feed(data)
+        if reset % 2:
+            self._model.feed(data)
+        self._model.close()
+        # The memories of a real chip keep what they hold. Nobody may rely on that.
+        self._model = ChipModel(self._config)
+        return b""
+
+    def wait(self, seconds: float) -> tuple[bytes, float]:
+        """Let time pass."""
+        return b"", seconds
+
+
+class VerilatedOnLine:
+    """The Verilog of a chip, simulated by Verilator in another process.
+
+    Parameters
+    ----------
+    config : Config
+        The chip's.
+    """
+
+    def __init__(self, config: Config) -> None:
+        program = build_verilator(
+            BuildCache(build_root() / "sim"),
+            exported_verilog("planner", config),
+            "planner",
+            main=_SIM / "harness/chip_main.cpp",
+            headers=[_SIM / "board/uart.hpp"],
+        )
+        self._process = subprocess.Popen(
+            [str(program), str(config.clocks_per_bit)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+        )
+
+    def feed(self, data: bytes, reset: int | None = None) -> bytes:
+        """Receive bytes; see :class:`tools.faults.line.ChipOnLine`."""
+        self._send(1, len(data), data)
+        sent = self._sent()[0]
+        if reset is None:
+            return sent
+        self._send(3, reset)
+        return sent + self._sent()[0]
+
+    def wait(self, seconds: float) -> tuple[bytes, float]:
+        """Let time pass."""
+        self._send(2, round(seconds * CLOCK_HZ))
+        sent, cycles = self._sent()
+        return sent, cycles / CLOCK_HZ
+
+    def close(self) -> None:
+        """End the simulation."""
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._process.stdin.close()
+        self._process.stdout.close()
+        self._process.terminate()
+        self._process.wait()
+
+    def _send(self, order: int, number: int, data: bytes = b"") -> None:
+        assert self._process.stdin is not None
+        self._process.stdin.write(struct.pack("<2Q", order, number) + data)
+        self._process.stdin.flush()
+
+    def _sent(self) -> tuple[bytes, int]:
+        """Return the bytes that the chip has sent, and the cycles that passed."""
+        assert self._process.stdout is not None
+        size, cycles = struct.unpack("<2Q", self._process.stdout.read(16))
+        return self._process.stdout.read(size), cycles

@@ -1,0 +1,384 @@
+"""A line with faults between a host and a chip, in virtual time."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol
+
+from hdl.protocol import DELIMITER
+
+
+__all__ = [
+    "ChipOnLine",
+    "FaultyLine",
+    "Frame",
+    "HangError",
+    "LineEvent",
+    "LineFault",
+    "VirtualClock",
+    "Way",
+]
+
+
+class Way(StrEnum):
+    """Direction of bytes on the line."""
+
+    TO_BOARD = "to board"
+    FROM_BOARD = "from board"
+
+
+class LineFault(StrEnum):
+    """What happens to a byte, to the frame that it is in, or to the board."""
+
+    DROP = "drop"
+    FLIP = "flip"
+    INSERT = "insert"
+    REPEAT = "repeat"
+    #: Random bytes before the byte, ``value`` of them.
+    NOISE = "noise"
+    #: The frame does not arrive.
+    LOSE_FRAME = "lose frame"
+    #: The frame arrives twice.
+    REPEAT_FRAME = "repeat frame"
+    #: The delimiter behind the frame does not arrive: it merges with the next.
+    MERGE = "merge"
+    #: The frame arrives behind the next one.
+    DELAY_FRAME = "delay frame"
+    #: Nothing arrives for ``value`` milliseconds.
+    STALL = "stall"
+    #: The port is lost for good.
+    CUT = "cut"
+    #: The port takes no bytes for ``value`` milliseconds.
+    FULL = "full"
+    #: The chip is reset: ``value`` cycles after it has the frame. The model, which answers at once,
+    #: is reset before it has the frame if ``value`` is even, else before its answer leaves.
+    RESET = "reset"
+
+
+_OF_FRAMES = (
+    LineFault.LOSE_FRAME,
+    LineFault.REPEAT_FRAME,
+    LineFault.MERGE,
+    LineFault.DELAY_FRAME,
+    LineFault.RESET,
+)
+
+
+@dataclass(frozen=True, order=True)
+class LineEvent:
+    """A fault at a byte.
+
+    Parameters
+    ----------
+    at : int
+        Number of the byte among those sent this way in the session, from 0.
+    way : Way
+        Which way.
+    fault : LineFault
+        What happens.
+    value : int
+        Bit of a flip, 0 to 7; byte of an insertion; number of bytes of noise; milliseconds.
+    """
+
+    at: int
+    way: Way
+    fault: LineFault
+    value: int = 0
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Bytes that arrive together.
+
+    Parameters
+    ----------
+    data : bytes
+        The bytes.
+    reset : int or None
+        The value of a reset of the chip that has them.
+    """
+
+    data: bytes
+    reset: int | None = None
+
+
+class ChipOnLine(Protocol):
+    """What is at the other end of a line."""
+
+    def feed(self, data: bytes, reset: int | None = None) -> bytes:
+        """Receive bytes, and be reset in between; return what has been sent meanwhile."""
+        ...
+
+    def wait(self, seconds: float) -> tuple[bytes, float]:
+        """Let time pass, until a frame has been sent; return what was sent, and the seconds."""
+        ...
+
+
+class VirtualClock:
+    """A clock that reads of a line advance.
+
+    Parameters
+    ----------
+    jumps : mapping of int to float
+        Seconds that the clock jumps ahead at its so many-th reading: the process was asleep.
+
+    Attributes
+    ----------
+    now_s : float
+        Time, seconds.
+    readings : int
+        Readings so far.
+    """
+
+    def __init__(self, jumps: Mapping[int, float] | None = None) -> None:
+        self.now_s = 0.0
+        self._jumps = dict(jumps or {})
+        self.readings = 0
+
+    def __call__(self) -> float:
+        """Return the time."""
+        self.now_s += self._jumps.pop(self.readings, 0.0)
+        self.readings += 1
+        return self.now_s
+
+
+class HangError(BaseException):
+    """The host waits where it should have given up, or works without end."""
+
+
+class _OneWay:
+    """Bytes of one direction: what arrives of what is sent."""
+
+    def __init__(self, events: Sequence[LineEvent]) -> None:
+        self._events = deque(sorted(events))
+        self._frame = bytearray()
+        self._of_frame: list[LineEvent] = []
+        self._late: list[Frame] = []
+        self._sent = 0
+        self.happened: list[LineEvent] = []
+
+    def send(self, value: int) -> tuple[list[Frame], list[LineEvent]]:
+        """Send a byte.
+
+        Returns
+        -------
+        tuple of list
+            The frames that arrive now, and the events that do not change bytes.
+        """
+        arrived = bytearray([value])
+        others = []
+        while self._events and self._events[0].at <= self._sent:
+            event = self._events.popleft()
+            self.happened.append(event)
+            if event.fault is LineFault.DROP:
+                arrived.clear()
+            elif event.fault is LineFault.FLIP and arrived:
+                arrived[-1] ^= 1 << event.value % 8
+            elif event.fault is LineFault.INSERT:
+                arrived.insert(0, event.value % 256)
+            elif event.fault is LineFault.REPEAT:
+                arrived *= 2
+            elif event.fault is LineFault.NOISE:
+                arrived[:0] = _noise(event)
+            elif event.fault in _OF_FRAMES:
+                self._of_frame.append(event)
+            else:
+                others.append(event)
+        self._sent += 1
+        self._frame += arrived
+        if value != DELIMITER:
+            return [], others
+        frame, faults = bytes(self._frame), self._of_frame
+        self._frame, self._of_frame = bytearray(), []
+        return self._passed(frame, faults), others
+
+    def heal(self) -> None:
+        """Drop the events that are still to come."""
+        self._events.clear()
+
+    def _passed(self, data: bytes, events: list[LineEvent]) -> list[Frame]:
+        late, self._late = self._late, []
+        faults = {event.fault: event.value for event in events}
+        if LineFault.LOSE_FRAME in faults:
+            return late
+        if LineFault.MERGE in faults:
+            data = data[:-1]
+        if LineFault.REPEAT_FRAME in faults:
+            data *= 2
+        frame = Frame(data, faults.get(LineFault.RESET))
+        if LineFault.DELAY_FRAME in faults:
+            self._late = [frame]
+            return late
+        return [frame, *late]
+
+
+def _noise(event: LineEvent) -> bytes:
+    """Return bytes that look random, with few delimiters, and depend on the event alone."""
+    state = event.at * 2654435761 + event.value
+    noise = bytearray()
+    for _ in range(event.value):
+        state = (state * 6364136223846793005 + 1442695040888963407) % (1 << 64)
+        noise.append(state >> 56)
+    return bytes(noise)
+
+
+class FaultyLine:
+    """A port whose line has faults; a :class:`host.device.transport.Transport`.
+
+    The bytes of a frame arrive together with its delimiter.
+
+    Parameters
+    ----------
+    chip : ChipOnLine
+        The chip.
+    clock : VirtualClock
+        Reads advance it, by the time of their bytes or by the timeout.
+    events : sequence of LineEvent
+        The faults.
+    patience_s : float
+        Silence after which the host should have given up, seconds.
+
+    Attributes
+    ----------
+    timeout, write_timeout : float or None
+        As of :class:`serial.Serial`.
+    clock : VirtualClock
+        The clock.
+
+    Raises
+    ------
+    HangError
+        From :meth:`read`, after a longer silence.
+    OSError
+        From all methods, once the port is lost; from :meth:`write` after ``write_timeout``.
+    """
+
+    #: Seconds per byte: 3 Mbit/s.
+    BYTE_S = 10 / 3e6
+
+    def __init__(
+        self,
+        chip: ChipOnLine,
+        clock: VirtualClock,
+        events: Sequence[LineEvent] = (),
+        *,
+        patience_s: float = 60.0,
+    ) -> None:
+        self.timeout: float | None = None
+        self.write_timeout: float | None = None
+        self.closed = False
+        self.clock = clock
+        self._chip, self._patience_s = chip, patience_s
+        self._ways = {way: _OneWay([e for e in events if e.way is way]) for way in Way}
+        # What is on its way, and when it arrives.
+        self._flying: dict[Way, deque[tuple[float, Frame]]] = {way: deque() for way in Way}
+        self._stalled_until_s = 0.0
+        self._received = bytearray()
+        self._silent_s = 0.0
+        self._is_cut = False
+
+    @property
+    def happened(self) -> list[LineEvent]:
+        """The faults so far."""
+        return [event for way in self._ways.values() for event in way.happened]
+
+    @property
+    def in_waiting(self) -> int:
+        """Bytes that :meth:`read` returns at once."""
+        self._check()
+        self._arrive()
+        return len(self._received)
+
+    def read(self, size: int = 1, /) -> bytes:
+        """Return at most ``size`` bytes; if there are none, let time pass up to the timeout."""
+        self._check()
+        if self.timeout is None:
+            raise HangError("a read without a timeout")
+        deadline_s = self.clock.now_s + self.timeout
+        self._arrive()
+        while not self._received and self.clock.now_s < deadline_s:
+            self._pass_time(deadline_s)
+            self._check()
+        part = bytes(self._received[:size])
+        del self._received[:size]
+        self.clock.now_s += self.BYTE_S * len(part)
+        if part:
+            self._silent_s = 0.0
+        else:
+            self._silent_s += self.timeout
+            if self._silent_s > self._patience_s:
+                raise HangError(f"no end after {self._silent_s:.3g} s of silence")
+        return part
+
+    def write(self, data: bytes, /) -> int:
+        """Send ``data``."""
+        self._check()
+        for value in bytes(data):
+            self._send(Way.TO_BOARD, value)
+            self._check()
+        self._arrive()
+        return len(data)
+
+    def heal(self) -> None:
+        """End all faults that are still to come; a port that is lost stays lost."""
+        for way in self._ways.values():
+            way.heal()
+        for queue in self._flying.values():
+            frames = [(self.clock.now_s, frame) for _, frame in queue]
+            queue.clear()
+            queue += frames
+        self._stalled_until_s = self._silent_s = 0.0
+
+    def close(self) -> None:
+        """Close the port."""
+        self.closed = True
+
+    def _check(self) -> None:
+        if self._is_cut:
+            raise OSError("the device is gone")
+
+    def _send(self, way: Way, value: int) -> None:
+        frames, others = self._ways[way].send(value)
+        for event in others:
+            if event.fault is LineFault.CUT:
+                self._is_cut = True
+            elif event.fault is LineFault.STALL:
+                self._stalled_until_s = max(
+                    self._stalled_until_s, self.clock.now_s + event.value / 1000
+                )
+            elif event.fault is LineFault.FULL and way is Way.TO_BOARD:
+                self._fill(event.value / 1000)
+        # In order, also behind what a stall holds back.
+        self._flying[way] += ((max(self._stalled_until_s, self.clock.now_s), f) for f in frames)
+
+    def _fill(self, seconds: float) -> None:
+        """Take no bytes for so long."""
+        limit_s = self.write_timeout
+        self.clock.now_s += seconds if limit_s is None else min(seconds, limit_s)
+        if limit_s is None and seconds > self._patience_s:
+            raise HangError("a write without a timeout")
+        if limit_s is not None and seconds > limit_s:
+            raise OSError("the port took no bytes")
+
+    def _arrive(self) -> None:
+        """Let everything arrive whose time has come."""
+        to_board, from_board = self._flying[Way.TO_BOARD], self._flying[Way.FROM_BOARD]
+        while to_board and to_board[0][0] <= self.clock.now_s:
+            frame = to_board.popleft()[1]
+            for value in self._chip.feed(frame.data, frame.reset):
+                self._send(Way.FROM_BOARD, value)
+        while from_board and from_board[0][0] <= self.clock.now_s:
+            self._received += from_board.popleft()[1].data
+
+    def _pass_time(self, deadline_s: float) -> None:
+        """Let time pass until something arrives, at most until the deadline."""
+        next_s = min((queue[0][0] for queue in self._flying.values() if queue), default=deadline_s)
+        until_s = min(max(next_s, self.clock.now_s), deadline_s)
+        sent, seconds = self._chip.wait(until_s - self.clock.now_s)
+        self.clock.now_s = self.clock.now_s + seconds if sent else until_s
+        for value in sent:
+            self._send(Way.FROM_BOARD, value)
+        self._arrive()

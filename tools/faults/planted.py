@@ -1,0 +1,195 @@
+"""Bugs to be planted in the product, one at a time: the judge must notice each."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+from unittest import mock
+
+import numpy as np
+from cobs import cobs
+
+from hdl.protocol import BODY_HEADER_BYTES, CRC_BYTES, StickyError, codec
+from hdl.protocol.codec import Frame, FrameError
+from host.device.chip import Chip
+from host.device.link import Link
+from host.device.map_copy import MapCopy
+from host.device.window import Request, Window
+from sim.model.chip import ChipModel
+
+
+__all__ = ["PLANTED", "planted"]
+
+Patch = contextlib.AbstractContextManager[Any]
+
+
+def _lost_acknowledgement_accepted() -> Patch:
+    """Silence after the last command of a transfer counts as its acknowledgement."""
+    usual = Window.start_again
+
+    def start_again(self: Window) -> None:
+        usual(self)
+        self.confirmed = max(self.confirmed, self.sent - 1)
+        self.cursor = self.confirmed
+
+    return mock.patch.object(Window, "start_again", start_again)
+
+
+def _sequence_number_reused() -> Patch:
+    """After commands that were sent again, their sequence numbers are used once more."""
+    usual = Link._exchange
+
+    def exchange(self: Link, session: int, requests: Sequence[Request]) -> None:
+        before = self.traffic.frames_repeated
+        usual(self, session, requests)
+        if self.traffic.frames_repeated > before:
+            self._next = (self._next - len(requests)) % 256
+
+    return mock.patch.object(Link, "_exchange", exchange)
+
+
+def _checksum_ignored() -> Patch:
+    """A frame from the board with a wrong checksum is taken."""
+    usual = codec.decode_frame
+
+    def decode(encoded: bytes) -> Frame:
+        try:
+            return usual(encoded)
+        except FrameError:
+            try:
+                body = cobs.decode(encoded)[:-CRC_BYTES]
+            except cobs.DecodeError:
+                raise FrameError(StickyError.CRC) from None
+            if len(body) < BODY_HEADER_BYTES:
+                raise
+            return body, False
+
+    return mock.patch("host.device.link.decode_frame", decode)
+
+
+def _session_kept_after_an_error() -> Patch:
+    """After a call that failed, or was interrupted, the session goes on as if nothing was."""
+    usual = Link._exchange
+
+    def exchange(self: Link, session: int, requests: Sequence[Request]) -> None:
+        try:
+            usual(self, session, requests)
+        except BaseException:
+            self.session = session
+            raise
+
+    def reopen(self: Link) -> None:
+        if self.session is None:
+            self.open(self._latest_session, credit=self._credit)
+
+    stack = contextlib.ExitStack()
+    stack.enter_context(mock.patch.object(Link, "_exchange", exchange))
+    stack.enter_context(mock.patch.object(Link, "reopen", reopen))
+    return stack
+
+
+def _out_of_order_confirms() -> Patch:
+    """The command that the chip misses counts as executed when it says so."""
+    usual = Window.go_back
+
+    def go_back(self: Window, index: int) -> None:
+        usual(self, index)
+        if self.sent > index:
+            self.confirm(index)
+
+    return mock.patch.object(Window, "go_back", go_back)
+
+
+def _map_known_before_it_is_acknowledged() -> Patch:
+    """The cells of an upload count as the chip's before the chip has them."""
+    usual = MapCopy.upload
+
+    def upload(
+        self: MapCopy, heights: Any, x: int = 0, y: int = 0, *, progress: Any = None
+    ) -> None:
+        rows, columns = np.shape(heights)
+        try:
+            usual(self, heights, x, y, progress=progress)
+        finally:
+            self._heights[y : y + rows, x : x + columns] = heights
+
+    return mock.patch.object(MapCopy, "upload", upload)
+
+
+def _zone_known_before_it_is_acknowledged() -> Patch:
+    """The corners of a zone count as drawn although the chip did not answer."""
+    usual = MapCopy.blocking
+
+    @contextlib.contextmanager
+    def blocking(self: MapCopy, shape: Any) -> Iterator[None]:
+        before = self._heights.copy()
+        try:
+            with usual(self, shape):
+                yield
+        except BaseException:
+            self._heights = before
+            raise
+
+    return mock.patch.object(MapCopy, "blocking", blocking)
+
+
+def _population_kept_after_an_error() -> Patch:
+    """The host's copy of the population outlives a generation that failed."""
+    usual = Chip.load
+
+    def load(self: Chip, paths: Sequence[Sequence[int]], slot: int = 0) -> None:
+        if self._paths == [list(path) for path in paths]:
+            return
+        before = self._paths
+        try:
+            usual(self, paths, slot)
+        except BaseException:
+            self._paths = [list(path) for path in paths] if before is None else before
+            raise
+
+    return mock.patch.object(Chip, "load", load)
+
+
+def _no_limit_of_silence() -> Patch:
+    """The link sends again without end."""
+    usual = Link.__init__
+
+    def init(self: Link, *arguments: Any, **options: Any) -> None:
+        usual(self, *arguments, **options)
+        self.attempts = 1 << 60
+
+    return mock.patch.object(Link, "__init__", init)
+
+
+def _command_repeated_by_the_chip() -> Patch:
+    """The chip executes a repeated command again."""
+    usual = ChipModel._generate
+
+    def generate(self: ChipModel, payload: bytes, repeated: bool) -> bytes:
+        return usual(self, payload, False)
+
+    return mock.patch.object(ChipModel, "_generate", generate)
+
+
+#: Bugs by name.
+PLANTED: dict[str, Callable[[], Patch]] = {
+    function.__name__[1:].replace("_", " "): function
+    for function in (
+        _lost_acknowledgement_accepted,
+        _sequence_number_reused,
+        _checksum_ignored,
+        _session_kept_after_an_error,
+        _out_of_order_confirms,
+        _map_known_before_it_is_acknowledged,
+        _zone_known_before_it_is_acknowledged,
+        _population_kept_after_an_error,
+        _no_limit_of_silence,
+        _command_repeated_by_the_chip,
+    )
+}
+
+
+def planted(name: str) -> Patch:
+    """Return a context manager that plants a bug in its block."""
+    return PLANTED[name]()
